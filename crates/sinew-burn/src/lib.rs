@@ -1,0 +1,1 @@
+//! Burn tensors as numbers of a mechanical formula, and fused autodiff operations

@@ -1,0 +1,1 @@
+//! Finite-element Newton solver for hyperelastic bodies

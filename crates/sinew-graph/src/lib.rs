@@ -1,0 +1,1 @@
+//! Graphs of meshes with multiscale virtual nodes

@@ -1,0 +1,1 @@
+//! Simplex meshes: named sets and fields, quality, generators, VTK, VTU and gmsh files

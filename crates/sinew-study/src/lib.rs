@@ -1,0 +1,1 @@
+//! Scenes, experiments and reports: emulators against the finite-element solver

@@ -1,0 +1,1 @@
+//! Runnable programs: `cargo run --example NAME`, see the files in `examples/examples`.

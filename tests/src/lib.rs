@@ -1,0 +1,1 @@
+//! Physics against ground truth across crates; the tests are in `tests/tests`.
