@@ -1,1 +1,3 @@
-//! Simplex meshes: named sets and fields, quality, generators, VTK, VTU and gmsh files
+//! Simplex meshes.
+mod mesh;
+pub use mesh::{Facet, Field, FieldValues, SimplexMesh, TetMesh, TriangleMesh};
