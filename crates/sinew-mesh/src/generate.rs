@@ -1,0 +1,178 @@
+//! Structured meshes of boxes and rectangles.
+
+use crate::{Facet, SimplexMesh, TetMesh, TriangleMesh, boundary_facets, repair_orientation};
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// A box `[0, extent]` of `cells` grid cells per axis, each split into six Kuhn tetrahedra
+/// around its main diagonal (H. W. Kuhn, "Some combinatorial lemmas in topology", 1960).
+///
+/// Nodes and grid cells run with x fastest; the six tetrahedra of a grid cell follow each
+/// other. Neighbouring grid cells match without hanging nodes. The six sides are node sets
+/// and facet sets named `x_min`, `x_max`, `y_min`, `y_max`, `z_min` and `z_max`.
+///
+/// # Panics
+/// When an extent is not positive and finite or a cell count is zero.
+///
+/// ```
+/// let beam = sinew_mesh::box_tetrahedra([10.0, 1.0, 1.0], [12, 4, 5]);
+/// assert_eq!((beam.points.len(), beam.cells.len()), (390, 1440));
+/// assert_eq!(beam.node_sets["x_min"].len(), 30);
+/// ```
+pub fn box_tetrahedra(extent: [f64; 3], cells: [usize; 3]) -> TetMesh {
+    let permutations = [
+        [0, 1, 2],
+        [0, 2, 1],
+        [1, 0, 2],
+        [1, 2, 0],
+        [2, 0, 1],
+        [2, 1, 0],
+    ];
+    kuhn_grid(extent, cells, &permutations)
+}
+
+/// A rectangle `[0, extent]` in the plane `z = 0`, each grid cell split into two
+/// counterclockwise triangles along its main diagonal; order and names as in
+/// [`box_tetrahedra`], without the z sides.
+///
+/// # Panics
+/// When an extent is not positive and finite or a cell count is zero.
+///
+/// ```
+/// let plate = sinew_mesh::rectangle_triangles([2.0, 1.0], [4, 2]);
+/// assert_eq!((plate.points.len(), plate.cells.len()), (15, 16));
+/// ```
+pub fn rectangle_triangles(extent: [f64; 2], cells: [usize; 2]) -> TriangleMesh {
+    kuhn_grid(extent, cells, &[[0, 1], [1, 0]])
+}
+
+/// The grid in `D` dimensions; each order of the axes is one simplex, whose vertices are met
+/// on the walk along the grid cell's edges from its lowest corner to the opposite one.
+fn kuhn_grid<const D: usize, const V: usize>(
+    extent: [f64; D],
+    cells: [usize; D],
+    axis_orders: &[[usize; D]],
+) -> SimplexMesh<V> {
+    assert!(
+        extent.iter().all(|e| e.is_finite() && *e > 0.0) && cells.iter().all(|&n| n > 0),
+        "extents must be positive and cell counts at least 1, not {extent:?} and {cells:?}"
+    );
+    let nodes = cells.map(|n| n + 1);
+    let stride: [usize; D] = std::array::from_fn(|axis| nodes[..axis].iter().product());
+    let mut mesh = SimplexMesh::<V>::default();
+    mesh.points = grid(nodes)
+        .map(|at| {
+            let mut point = [0.0; 3];
+            for axis in 0..D {
+                point[axis] = grid_coordinate(at[axis], cells[axis], extent[axis]);
+            }
+            point
+        })
+        .collect();
+    for at in grid(cells) {
+        let lowest: usize = (0..D).map(|axis| at[axis] * stride[axis]).sum();
+        for order in axis_orders {
+            let mut walk = [lowest; V];
+            for (step, &axis) in order.iter().enumerate() {
+                walk[step + 1] = walk[step] + stride[axis];
+            }
+            mesh.cells.push(walk);
+        }
+    }
+    repair_orientation(&mut mesh);
+    name_sides(&mut mesh, cells, stride);
+    mesh
+}
+
+/// All indices of a grid, the first axis fastest.
+fn grid<const D: usize>(count: [usize; D]) -> impl Iterator<Item = [usize; D]> {
+    (0..count.iter().product()).map(move |mut index: usize| {
+        count.map(|n| {
+            let at = index % n;
+            index /= n;
+            at
+        })
+    })
+}
+
+/// The ends are exact; in between as `numpy.linspace`, so that meshes agree bit for bit.
+fn grid_coordinate(index: usize, cells: usize, extent: f64) -> f64 {
+    if index == cells {
+        extent
+    } else {
+        index as f64 * (extent / cells as f64)
+    }
+}
+
+fn name_sides<const D: usize, const V: usize>(
+    mesh: &mut SimplexMesh<V>,
+    cells: [usize; D],
+    stride: [usize; D],
+) {
+    let boundary = boundary_facets(mesh);
+    for axis in 0..D {
+        for (end, level) in [("min", 0), ("max", cells[axis])] {
+            let name = format!("{}_{end}", AXES[axis]);
+            let on_side = |node: usize| node / stride[axis] % (cells[axis] + 1) == level;
+            let nodes = (0..mesh.points.len()).filter(|&n| on_side(n)).collect();
+            let touches = |f: &Facet| {
+                let corners = mesh.cells[f.cell].iter().enumerate();
+                corners
+                    .filter(|&(local, _)| local != f.opposite)
+                    .all(|(_, &node)| on_side(node))
+            };
+            let facets = boundary.iter().copied().filter(touches).collect();
+            mesh.node_sets.insert(name.clone(), nodes);
+            mesh.facet_sets.insert(name, facets);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_grid_cell_is_split_as_published() {
+        let mesh = box_tetrahedra([2.0, 3.0, 4.0], [2, 1, 1]);
+        assert_eq!(mesh.points[0], [0.0, 0.0, 0.0]);
+        assert_eq!(mesh.points[1], [1.0, 0.0, 0.0]);
+        assert_eq!(mesh.points[3], [0.0, 3.0, 0.0]);
+        assert_eq!(mesh.points[6], [0.0, 0.0, 4.0]);
+        // Walks 0 -> 10 over strides 1, 3, 6; odd axis orders have vertices 1 and 2 swapped.
+        let expected = [
+            [0, 1, 4, 10],
+            [0, 7, 1, 10],
+            [0, 4, 3, 10],
+            [0, 3, 9, 10],
+            [0, 6, 7, 10],
+            [0, 9, 6, 10],
+        ];
+        assert_eq!(mesh.cells[..6], expected);
+    }
+
+    #[test]
+    fn volumes_sum_to_the_box() {
+        let mesh = box_tetrahedra([10.0, 1.0, 2.0], [5, 2, 3]);
+        let volumes: Vec<f64> = (0..mesh.cells.len()).map(|c| mesh.cell_volume(c)).collect();
+        assert!(volumes.iter().all(|v| *v > 0.0));
+        assert!((volumes.iter().sum::<f64>() - 20.0).abs() < 1e-12);
+        let plate = rectangle_triangles([3.0, 2.0], [4, 3]);
+        let area: f64 = (0..plate.cells.len()).map(|c| plate.cell_volume(c)).sum();
+        assert!((area - 6.0).abs() < 1e-13);
+    }
+
+    #[test]
+    fn sides_are_complete() {
+        let mesh = box_tetrahedra([1.0, 1.0, 1.0], [2, 3, 4]);
+        assert_eq!(mesh.node_sets["x_min"].len(), 4 * 5);
+        assert_eq!(mesh.node_sets["z_max"].len(), 3 * 4);
+        assert_eq!(mesh.facet_sets["x_max"].len(), 2 * 3 * 4);
+        assert_eq!(mesh.facet_sets["y_min"].len(), 2 * 2 * 4);
+        let sides: usize = mesh.facet_sets.values().map(Vec::len).sum();
+        assert_eq!(sides, boundary_facets(&mesh).len());
+        let plate = rectangle_triangles([1.0, 1.0], [2, 3]);
+        assert_eq!(plate.facet_sets["x_min"].len(), 3);
+        assert_eq!(plate.node_sets.len(), 4);
+    }
+}

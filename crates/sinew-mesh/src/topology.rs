@@ -1,0 +1,111 @@
+//! Edges and facets.
+
+use std::collections::HashMap;
+
+use crate::{Facet, SimplexMesh, TetMesh, TriangleMesh};
+
+/// The unique undirected edges as `[larger node, smaller node]`, ascending: the order
+/// `[sender, receiver]` of the thesis' graphs.
+pub fn edges<const V: usize>(mesh: &SimplexMesh<V>) -> Vec<[usize; 2]> {
+    let mut edges = Vec::with_capacity(mesh.cells.len() * V * (V - 1) / 2);
+    for cell in &mesh.cells {
+        for i in 0..V {
+            for j in 0..i {
+                edges.push([cell[i].max(cell[j]), cell[i].min(cell[j])]);
+            }
+        }
+    }
+    edges.sort_unstable();
+    edges.dedup();
+    edges
+}
+
+/// The facets that belong to one cell only, ascending by cell.
+pub fn boundary_facets<const V: usize>(mesh: &SimplexMesh<V>) -> Vec<Facet> {
+    let mut owners = HashMap::with_capacity(mesh.cells.len() * V);
+    for facet in facets(mesh) {
+        *owners.entry(facet_key(mesh, facet)).or_insert(0usize) += 1;
+    }
+    facets(mesh)
+        .filter(|&facet| owners[&facet_key(mesh, facet)] == 1)
+        .collect()
+}
+
+/// Every facet of every cell, inner ones twice.
+pub(crate) fn facets<const V: usize>(mesh: &SimplexMesh<V>) -> impl Iterator<Item = Facet> {
+    (0..mesh.cells.len()).flat_map(|cell| (0..V).map(move |opposite| Facet { cell, opposite }))
+}
+
+/// Equal for the two sides of an inner facet: its nodes ascending, then a filler.
+pub(crate) fn facet_key<const V: usize>(mesh: &SimplexMesh<V>, facet: Facet) -> [usize; V] {
+    let mut key = mesh.cells[facet.cell];
+    key[facet.opposite] = usize::MAX;
+    key.sort_unstable();
+    key
+}
+
+impl TetMesh {
+    /// The nodes of a facet, counterclockwise seen from outside its (positive) cell.
+    pub fn facet_nodes(&self, facet: Facet) -> [usize; 3] {
+        let [a, b, c, d] = self.cells[facet.cell];
+        match facet.opposite {
+            0 => [b, c, d],
+            1 => [a, d, c],
+            2 => [a, b, d],
+            _ => [a, c, b],
+        }
+    }
+}
+
+impl TriangleMesh {
+    /// The nodes of an edge facet, along the triangle's own sense of rotation.
+    pub fn facet_nodes(&self, facet: Facet) -> [usize; 2] {
+        let [a, b, c] = self.cells[facet.cell];
+        match facet.opposite {
+            0 => [b, c],
+            1 => [c, a],
+            _ => [a, b],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{box_tetrahedra, rectangle_triangles};
+    use nalgebra::Vector3;
+
+    #[test]
+    fn edges_of_one_cube() {
+        let edges = edges(&box_tetrahedra([1.0; 3], [1; 3]));
+        // 12 edges, 6 face diagonals and the main diagonal.
+        assert_eq!(edges.len(), 19);
+        assert!(edges.iter().all(|[sender, receiver]| sender > receiver));
+        assert!(edges.is_sorted());
+    }
+
+    #[test]
+    fn boundary_facets_point_outwards() {
+        let mesh = box_tetrahedra([2.0, 2.0, 2.0], [2, 2, 2]);
+        let boundary = boundary_facets(&mesh);
+        assert_eq!(boundary.len(), 6 * 4 * 2);
+        for facet in boundary {
+            let [a, b, c] = mesh
+                .facet_nodes(facet)
+                .map(|n| Vector3::from(mesh.points[n]));
+            let from_centre = (a + b + c) / 3.0 - Vector3::from([1.0; 3]);
+            assert!((b - a).cross(&(c - a)).dot(&from_centre) > 0.0);
+        }
+    }
+
+    #[test]
+    fn triangle_edges_run_counterclockwise() {
+        let mesh = rectangle_triangles([1.0, 1.0], [1, 1]);
+        let mut twice_area = 0.0;
+        for facet in boundary_facets(&mesh) {
+            let [[ax, ay, _], [bx, by, _]] = mesh.facet_nodes(facet).map(|n| mesh.points[n]);
+            twice_area += ax * by - ay * bx;
+        }
+        assert_eq!(twice_area, 2.0);
+    }
+}
