@@ -1,1 +1,29 @@
-//! Numbers a formula of mechanics is evaluated over: f64, second-order jets, 3x3 matrices
+//! Numbers that a formula of mechanics is evaluated over.
+//!
+//! A strain-energy law is written once, over the trait [`Scalar`]. Evaluated over `f64` it
+//! gives the energy, over a [`Jet`] also stress and tangent, over a tensor type of
+//! another crate the energy of many elements at once.
+//!
+//! ```
+//! use sinew_num::{Jet, Scalar};
+//!
+//! // One formula, several number types.
+//! fn energy<S: Scalar>(stretch: S) -> S {
+//!     (stretch.clone() * stretch.clone() - 1.0) * 0.5 - stretch.ln()
+//! }
+//!
+//! assert_eq!(energy(1.0), 0.0);
+//! let jet = energy(Jet::<1>::variable(2.0, 0));
+//! assert_eq!(jet.gradient[0], 2.0 - 1.0 / 2.0);    // d/ds  = s − 1/s
+//! assert_eq!(jet.hessian[0][0], 1.0 + 1.0 / 4.0);  // d²/ds² = 1 + 1/s²
+//! ```
+
+mod jet;
+mod mat3;
+mod scalar;
+mod slope;
+
+pub use jet::Jet;
+pub use mat3::Mat3;
+pub use scalar::Scalar;
+pub use slope::Slope;

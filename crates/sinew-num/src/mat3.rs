@@ -1,0 +1,123 @@
+//! 3×3 matrices over any [`Scalar`].
+
+use crate::Scalar;
+
+/// A 3×3 matrix, `m[i][j]` in row `i` and column `j`.
+///
+/// The displacement gradient H = ∂u/∂X has `m[i][j] = ∂u_i/∂X_j`. The invariants below are
+/// written in H rather than in F = I + H, so that single precision keeps its digits at small strain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mat3<S>(pub [[S; 3]; 3]);
+
+impl<S> std::ops::Index<usize> for Mat3<S> {
+    type Output = [S; 3];
+    fn index(&self, row: usize) -> &[S; 3] {
+        &self.0[row]
+    }
+}
+
+impl<S: Scalar> Mat3<S> {
+    /// The matrix with entries `entry(i, j)`.
+    pub fn from_fn(mut entry: impl FnMut(usize, usize) -> S) -> Self {
+        Self(std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j))))
+    }
+
+    /// Entry in row `i` and column `j`.
+    pub fn at(&self, i: usize, j: usize) -> S {
+        self.0[i][j].clone()
+    }
+
+    /// Trace.
+    pub fn trace(&self) -> S {
+        self.at(0, 0) + self.at(1, 1) + self.at(2, 2)
+    }
+
+    /// Sum of the squares of all entries, `H : H`.
+    pub fn squared_norm(&self) -> S {
+        let row = |i| self.at(i, 0).squared() + self.at(i, 1).squared() + self.at(i, 2).squared();
+        row(0) + row(1) + row(2)
+    }
+
+    /// Minor that leaves out row `i` and column `j`, with its sign: entry of the cofactor matrix.
+    pub fn cofactor(&self, i: usize, j: usize) -> S {
+        let (r, s) = ((i + 1) % 3, (i + 2) % 3);
+        let (p, q) = ((j + 1) % 3, (j + 2) % 3);
+        self.at(r, p) * self.at(s, q) - self.at(r, q) * self.at(s, p)
+    }
+
+    /// Determinant.
+    pub fn determinant(&self) -> S {
+        self.at(0, 0) * self.cofactor(0, 0)
+            + self.at(0, 1) * self.cofactor(0, 1)
+            + self.at(0, 2) * self.cofactor(0, 2)
+    }
+
+    /// Matrix–vector product.
+    pub fn apply(&self, v: &[S; 3]) -> [S; 3] {
+        std::array::from_fn(|i| {
+            self.at(i, 0) * v[0].clone()
+                + self.at(i, 1) * v[1].clone()
+                + self.at(i, 2) * v[2].clone()
+        })
+    }
+
+    /// `det(I + H) − 1`, expanded so that nothing cancels at small H.
+    pub fn volume_change(&self) -> S {
+        let second = self.cofactor(0, 0) + self.cofactor(1, 1) + self.cofactor(2, 2);
+        self.trace() + second + self.determinant()
+    }
+
+    /// `I₁ − 3 = tr((I + H)ᵀ(I + H)) − 3`, expanded so that nothing cancels at small H.
+    pub fn first_invariant_minus_three(&self) -> S {
+        self.trace() * 2.0 + self.squared_norm()
+    }
+
+    /// `C − I = H + Hᵀ + HᵀH` between directions `a` and `b`: `a·(C − I)b`.
+    pub fn strain_between(&self, a: &[S; 3], b: &[S; 3]) -> S {
+        let (ha, hb) = (self.apply(a), self.apply(b));
+        let dot = |x: &[S; 3], y: &[S; 3]| {
+            x[0].clone() * y[0].clone() + x[1].clone() * y[1].clone() + x[2].clone() * y[2].clone()
+        };
+        dot(a, &hb) + dot(&ha, b) + dot(&ha, &hb)
+    }
+}
+
+impl Mat3<f64> {
+    /// The zero matrix.
+    pub const ZERO: Self = Self([[0.0; 3]; 3]);
+
+    /// The nine entries row by row as variables of a [`crate::Jet`] or any other number type.
+    pub fn seeded<S: Scalar>(&self, variable: impl Fn(f64, usize) -> S) -> Mat3<S> {
+        Mat3::from_fn(|i, j| variable(self[i][j], 3 * i + j))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const H: Mat3<f64> = Mat3([[0.1, -0.2, 0.05], [0.3, 0.2, -0.1], [0.02, 0.4, -0.15]]);
+
+    #[test]
+    fn expanded_invariants_agree_with_the_plain_ones() {
+        let f = Mat3::from_fn(|i, j| H[i][j] + if i == j { 1.0 } else { 0.0 });
+        assert!((H.volume_change() - (f.determinant() - 1.0)).abs() < 1e-15);
+        assert!((H.first_invariant_minus_three() - (f.squared_norm() - 3.0)).abs() < 1e-15);
+        let (a, b) = ([1.0, 2.0, -0.5], [0.3, 0.1, 0.7]);
+        let (fa, fb) = (f.apply(&a), f.apply(&b));
+        let plain: f64 = (0..3).map(|i| fa[i] * fb[i] - a[i] * b[i]).sum();
+        assert!((H.strain_between(&a, &b) - plain).abs() < 1e-15);
+    }
+
+    #[test]
+    fn cofactors_invert_the_matrix() {
+        let m = Mat3::from_fn(|i, j| H[i][j] + if i == j { 2.0 } else { 0.0 });
+        for i in 0..3 {
+            for j in 0..3 {
+                let entry: f64 = (0..3).map(|k| m[i][k] * m.cofactor(j, k)).sum();
+                let expected = if i == j { m.determinant() } else { 0.0 };
+                assert!((entry - expected).abs() < 1e-14);
+            }
+        }
+    }
+}
