@@ -1,0 +1,147 @@
+//! What a strain-energy law is.
+
+use crate::{Exact, Guard};
+use sinew_num::{Jet, Mat3, Scalar, Slope};
+use std::fmt::Debug;
+
+/// A strain-energy density Ψ per reference volume that reads `D` material directions.
+///
+/// A law is one generic function of the displacement gradient H = ∂u/∂X. Isotropic laws
+/// implement `Law<0>` and cannot be handed fibres; fibre laws cannot be evaluated without.
+pub trait Law<const D: usize>: Clone + Debug + Send + Sync + 'static {
+    /// Name of the law, with its source.
+    const NAME: &'static str;
+    /// Names of the material parameters in the order of the slices below.
+    const PARAMETERS: &'static [&'static str];
+
+    /// Energy density [stress unit of the parameters].
+    ///
+    /// `parameters` are in the order of [`Law::PARAMETERS`], `displacement_gradient` is
+    /// `∂u_i/∂X_j`, `directions` are unit vectors in the reference configuration.
+    /// With [`Exact`] the caller makes sure that J > 0, see [`Law::energy`].
+    fn density<S: Scalar, G: Guard>(
+        &self,
+        parameters: &[S],
+        displacement_gradient: &Mat3<S>,
+        directions: &[[S; 3]; D],
+        guard: &G,
+    ) -> S;
+
+    /// Energy density, +∞ outside the law's domain (J ≤ 0, overflow).
+    fn energy<G: Guard>(
+        &self,
+        parameters: &[f64],
+        displacement_gradient: &Mat3<f64>,
+        directions: &[[f64; 3]; D],
+        guard: &G,
+    ) -> f64 {
+        let admissible = guard.volume_change(displacement_gradient.volume_change()) > -1.0;
+        if !admissible {
+            return f64::INFINITY;
+        }
+        finite_or_infinite(self.density(parameters, displacement_gradient, directions, guard))
+    }
+
+    /// Energy density and first Piola–Kirchhoff stress `P_ij = ∂Ψ/∂H_ij`.
+    ///
+    /// Outside the domain the energy is +∞ and the stress zero.
+    fn stress<G: Guard>(
+        &self,
+        parameters: &[f64],
+        displacement_gradient: &Mat3<f64>,
+        directions: &[[f64; 3]; D],
+        guard: &G,
+    ) -> (f64, Mat3<f64>) {
+        if guard.volume_change(displacement_gradient.volume_change()) <= -1.0 {
+            return (f64::INFINITY, Mat3::ZERO);
+        }
+        stress_by_slopes(self, parameters, displacement_gradient, directions, guard)
+    }
+
+    /// Energy density, stress and tangent without a guard.
+    ///
+    /// The default differentiates [`Law::density`] by second-order jets; a law may override it with a
+    /// closed form, which the conformance suite then checks against the jets.
+    fn response(
+        &self,
+        parameters: &[f64],
+        displacement_gradient: &Mat3<f64>,
+        directions: &[[f64; 3]; D],
+    ) -> Response {
+        if displacement_gradient.volume_change() <= -1.0 {
+            return Response::INADMISSIBLE;
+        }
+        response_by_jets(self, parameters, displacement_gradient, directions)
+    }
+}
+
+/// [`Law::stress`] by first-order Taylor numbers whatever the law overrides: the reference of closed
+/// forms, and their fallback where a guard is active. J must be positive, or guarded.
+pub fn stress_by_slopes<L: Law<D>, G: Guard, const D: usize>(
+    law: &L,
+    parameters: &[f64],
+    displacement_gradient: &Mat3<f64>,
+    directions: &[[f64; 3]; D],
+    guard: &G,
+) -> (f64, Mat3<f64>) {
+    let constants: Vec<_> = parameters.iter().map(|&p| Slope::<9>::constant(p)).collect();
+    let slope = law.density(
+        &constants,
+        &displacement_gradient.seeded(Slope::variable),
+        &directions.map(|d| d.map(Slope::constant)),
+        guard,
+    );
+    (finite_or_infinite(slope.value), Mat3::from_fn(|i, j| slope.gradient[3 * i + j]))
+}
+
+/// [`Law::response`] by second-order jets whatever the law overrides: the reference of closed forms.
+pub fn response_by_jets<L: Law<D>, const D: usize>(
+    law: &L,
+    parameters: &[f64],
+    displacement_gradient: &Mat3<f64>,
+    directions: &[[f64; 3]; D],
+) -> Response {
+    let constants: Vec<_> = parameters.iter().map(|&p| Jet::<9>::constant(p)).collect();
+    let jet = law.density(
+        &constants,
+        &displacement_gradient.seeded(Jet::variable),
+        &directions.map(|d| d.map(Jet::constant)),
+        &Exact,
+    );
+    Response {
+        energy: finite_or_infinite(jet.value),
+        stress: Mat3::from_fn(|i, j| jet.gradient[3 * i + j]),
+        tangent: jet.hessian,
+    }
+}
+
+fn finite_or_infinite(energy: f64) -> f64 {
+    if energy.is_nan() { f64::INFINITY } else { energy }
+}
+
+/// Energy density with its first two derivatives in H = ∂u/∂X.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Response {
+    /// Ψ; +∞ outside the domain of the law.
+    pub energy: f64,
+    /// First Piola–Kirchhoff stress `P_ij = ∂Ψ/∂H_ij`.
+    pub stress: Mat3<f64>,
+    /// Tangent `∂P_ij/∂H_kl` in row `3i + j` and column `3k + l`, symmetric.
+    pub tangent: [[f64; 9]; 9],
+}
+
+impl Response {
+    /// The response outside the domain of a law.
+    pub const INADMISSIBLE: Self =
+        Self { energy: f64::INFINITY, stress: Mat3::ZERO, tangent: [[0.0; 9]; 9] };
+}
+
+/// The parameters of a law by name.
+///
+/// # Panics
+/// If the slice has another length; [`crate::TotalPotential`] checks it before any law is called.
+pub(crate) fn named<S, const N: usize>(parameters: &[S]) -> &[S; N] {
+    parameters.try_into().unwrap_or_else(|_| {
+        panic!("the law reads {N} material parameters but was given {}", parameters.len())
+    })
+}
