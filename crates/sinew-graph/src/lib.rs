@@ -1,1 +1,45 @@
-//! Graphs of meshes with multiscale virtual nodes
+//! From a mesh to the graph an emulator passes messages on: augmentation with layers of
+//! virtual nodes, features and their statistics.
+//!
+//! Follows §2.2.1, §2.2.3 and Algorithm 1 of the thesis. Neighbouring mesh nodes are joined by
+//! edges; virtual nodes, found by clustering, are shortcuts that carry messages across the body
+//! in a few steps. Absolute positions enter no feature, so an emulator cannot tell where in
+//! space the body lies.
+//!
+//! ```
+//! use sinew_graph::{
+//!     AugmentationConfig, FeatureMatrix, FeatureStatistics, augment, graph_features,
+//! };
+//!
+//! let beam = sinew_mesh::box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]);
+//! let config = AugmentationConfig::for_nodes(beam.points.len());
+//! let topology = augment(&beam.points, &sinew_mesh::edges(&beam), &config)?;
+//! assert_eq!(topology.nodes, 390 + 97 + 24);
+//!
+//! let clamped = FeatureMatrix::indicator(390, &beam.node_sets["x_min"])?;
+//! let features = graph_features(&topology, &beam.points, &clamped, 3)?;
+//! let statistics = FeatureStatistics::over(std::slice::from_ref(&features))?;
+//! let input = statistics.standardise(&features)?;
+//! assert_eq!((input.nodes.rows, input.nodes.columns), (511, 1));
+//! assert_eq!((input.edges.rows, input.edges.columns), (topology.senders.len(), 4));
+//! # Ok::<(), sinew_graph::GraphError>(())
+//! ```
+
+mod augment;
+mod components;
+mod config;
+mod error;
+mod features;
+mod kmeans;
+mod neighbours;
+mod pool;
+mod statistics;
+mod topology;
+
+pub use augment::augment;
+pub use config::AugmentationConfig;
+pub use error::GraphError;
+pub use features::{FeatureMatrix, GraphFeatures, graph_features};
+pub use pool::{mean_geometry, pool_features, pool_positions};
+pub use statistics::{ColumnStatistics, FeatureStatistics};
+pub use topology::{Topology, TopologyError};

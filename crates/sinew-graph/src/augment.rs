@@ -1,0 +1,145 @@
+//! Thesis Algorithm 1.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::{
+    AugmentationConfig, GraphError, Topology, kmeans::cluster, neighbours::nearest_pairs,
+    pool::cluster_means,
+};
+
+/// Augments the graph of a mesh with layers of virtual nodes (thesis Algorithm 1).
+///
+/// Layer `l` groups the nodes of layer `l − 1` into η_l clusters by k-means and puts a root at
+/// the mean of each. Every root is joined to its leaves and to its κ nearest roots; those of
+/// the last layer are all joined.
+///
+/// * `positions` — mesh node positions [any length unit]; of several geometries that shall
+///   share the topology, their mean ([`crate::mean_geometry`]) or a template.
+/// * `mesh_edges` — pairs of mesh nodes, in any order and orientation; repeats are merged.
+///
+/// The same input gives the same topology, for any number of threads. Positions enter relative
+/// to the bounding box, so moving or scaling the body changes it by no more than rounding can
+/// tip a tie. Coincident nodes and parts of a mesh that share no cell are accepted: virtual
+/// nodes join them ([`Topology::mesh_components`] tells).
+///
+/// # Errors
+/// When the mesh or the configuration is unusable, or the result is not connected.
+pub fn augment(
+    positions: &[[f64; 3]],
+    mesh_edges: &[[usize; 2]],
+    config: &AugmentationConfig,
+) -> Result<Topology, GraphError> {
+    let real_nodes = positions.len();
+    if real_nodes < 2 {
+        return Err(GraphError::TooFewNodes { nodes: real_nodes });
+    }
+    let extent = check_positions(positions)?;
+    check_edges(mesh_edges, real_nodes)?;
+    check_config(config, real_nodes)?;
+
+    let mut edges: Vec<[usize; 2]> =
+        mesh_edges.iter().map(|&[a, b]| [a.max(b), a.min(b)]).collect();
+    let mut leaves = in_unit_box(positions, extent);
+    let mut first_leaf = 0;
+    let mut clusters = Vec::with_capacity(config.roots_per_layer.len());
+    for (layer, &roots) in config.roots_per_layer.iter().enumerate() {
+        let mut random = ChaCha8Rng::seed_from_u64(config.seed);
+        random.set_stream(layer as u64);
+        let cluster_of = cluster(&leaves, roots, config.runs, &mut random)?;
+        let means = cluster_means(leaves.as_flattened(), 3, &cluster_of, roots);
+        let positions: Vec<_> = means.chunks_exact(3).map(|x| [x[0], x[1], x[2]]).collect();
+
+        let first_root = first_leaf + leaves.len();
+        let upwards = cluster_of.iter().enumerate();
+        edges.extend(upwards.map(|(leaf, root)| [first_root + root, first_leaf + leaf]));
+        let last = layer + 1 == config.roots_per_layer.len();
+        let pairs =
+            if last { all_pairs(roots) } else { nearest_pairs(&positions, config.neighbours)? };
+        edges.extend(pairs.iter().map(|pair| pair.map(|root| first_root + root)));
+
+        clusters.push(cluster_of);
+        (leaves, first_leaf) = (positions, first_root);
+    }
+    edges.sort_unstable();
+    edges.dedup();
+    let topology = Topology {
+        real_nodes,
+        nodes: first_leaf + leaves.len(),
+        senders: edges.iter().map(|edge| edge[0]).collect(),
+        receivers: edges.iter().map(|edge| edge[1]).collect(),
+        roots_per_layer: config.roots_per_layer.clone(),
+        clusters,
+    };
+    topology.validate()?;
+    Ok(topology)
+}
+
+fn all_pairs(roots: usize) -> Vec<[usize; 2]> {
+    (0..roots).flat_map(|larger| (0..larger).map(move |smaller| [larger, smaller])).collect()
+}
+
+/// Lowest corner and longest side of the bounding box.
+type Extent = ([f64; 3], f64);
+
+/// All coordinates must be finite, and so their differences.
+pub(crate) fn check_positions(positions: &[[f64; 3]]) -> Result<Extent, GraphError> {
+    let (mut corner, mut longest) = ([0.0; 3], 0.0f64);
+    for axis in 0..3 {
+        let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
+        for (node, position) in positions.iter().enumerate() {
+            let value = position[axis];
+            if !value.is_finite() {
+                return Err(GraphError::NonFinitePosition { node, axis, value });
+            }
+            (lowest, highest) = (lowest.min(value), highest.max(value));
+        }
+        if highest - lowest == f64::INFINITY {
+            return Err(GraphError::ExtentOverflow { axis, lowest, highest });
+        }
+        corner[axis] = lowest;
+        longest = longest.max(highest - lowest);
+    }
+    Ok((corner, longest))
+}
+
+/// Positions relative to the bounding box, so that k-means' tolerance has a meaning.
+fn in_unit_box(positions: &[[f64; 3]], (corner, longest): Extent) -> Vec<[f64; 3]> {
+    let length = if longest > 0.0 { longest } else { 1.0 };
+    let relative = |x: &[f64; 3]| std::array::from_fn(|axis| (x[axis] - corner[axis]) / length);
+    positions.iter().map(relative).collect()
+}
+
+fn check_edges(mesh_edges: &[[usize; 2]], nodes: usize) -> Result<(), GraphError> {
+    for (edge, &[a, b]) in mesh_edges.iter().enumerate() {
+        if a >= nodes || b >= nodes {
+            return Err(GraphError::EdgeOutOfRange { edge, a, b, nodes });
+        }
+        if a == b {
+            return Err(GraphError::SelfLoop { edge, node: a });
+        }
+    }
+    Ok(())
+}
+
+fn check_config(config: &AugmentationConfig, nodes: usize) -> Result<(), GraphError> {
+    if config.runs == 0 {
+        return Err(GraphError::NoRuns);
+    }
+    let (neighbours, layers) = (config.neighbours, config.roots_per_layer.len());
+    let mut leaves = nodes;
+    for (layer, &roots) in (1..).zip(&config.roots_per_layer) {
+        if roots == 0 {
+            return Err(GraphError::EmptyLayer { layer });
+        }
+        if roots >= leaves {
+            let suggestion = AugmentationConfig::for_nodes(nodes).roots_per_layer;
+            return Err(GraphError::LayerNotSmaller { layer, roots, leaves, suggestion });
+        }
+        if layer < layers && neighbours >= roots {
+            return Err(GraphError::TooManyNeighbours { layer, neighbours, available: roots - 1 });
+        }
+        leaves = roots;
+    }
+    Ok(())
+}

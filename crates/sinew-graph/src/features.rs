@@ -1,0 +1,151 @@
+//! Numbers on nodes and edges.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{GraphError, Topology, pool_features, pool_positions};
+
+/// A table of numbers, row by row: one row per node or per edge.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FeatureMatrix {
+    /// Rows: nodes or edges.
+    pub rows: usize,
+    /// Numbers per row.
+    pub columns: usize,
+    /// The numbers, `rows × columns`, row by row.
+    pub values: Vec<f64>,
+}
+
+impl FeatureMatrix {
+    /// One column that is 1 on the nodes of a set and 0 elsewhere, such as the indicator of
+    /// the Dirichlet boundary (thesis §2.3.2).
+    ///
+    /// # Errors
+    /// When the set names a node that does not exist.
+    pub fn indicator(nodes: usize, set: &[usize]) -> Result<Self, GraphError> {
+        let mut values = vec![0.0; nodes];
+        for &node in set {
+            *values.get_mut(node).ok_or(GraphError::NodeOutOfRange { node, nodes })? = 1.0;
+        }
+        Ok(Self { rows: nodes, columns: 1, values })
+    }
+
+    /// `N` columns from one array per node, such as a fibre direction.
+    pub fn from_rows<const N: usize>(rows: &[[f64; N]]) -> Self {
+        Self { rows: rows.len(), columns: N, values: rows.as_flattened().to_vec() }
+    }
+
+    /// Puts the columns of `other` to the right of these.
+    ///
+    /// # Errors
+    /// When the rows differ in number, or values do not fill a table.
+    pub fn beside(&self, other: &Self) -> Result<Self, GraphError> {
+        self.check("left columns", self.rows)?;
+        other.check("right columns", self.rows)?;
+        let columns = self.columns + other.columns;
+        let values = (0..self.rows).flat_map(|r| self.row(r).iter().chain(other.row(r)).copied());
+        Ok(Self { rows: self.rows, columns, values: values.collect() })
+    }
+
+    /// One row.
+    ///
+    /// # Panics
+    /// When there is no such row.
+    pub fn row(&self, row: usize) -> &[f64] {
+        &self.values[row * self.columns..(row + 1) * self.columns]
+    }
+
+    /// Size as needed and every value finite.
+    pub(crate) fn check(&self, what: &'static str, rows: usize) -> Result<(), GraphError> {
+        if self.rows != rows {
+            return Err(GraphError::RowCount { what, expected: rows, found: self.rows });
+        }
+        if self.rows.checked_mul(self.columns) != Some(self.values.len()) {
+            let values = self.values.len();
+            return Err(GraphError::TableSize { rows, columns: self.columns, values });
+        }
+        match self.values.iter().position(|value| !value.is_finite()) {
+            None => Ok(()),
+            Some(at) => Err(GraphError::NonFiniteFeature {
+                what,
+                row: at / self.columns,
+                column: at % self.columns,
+                value: self.values[at],
+            }),
+        }
+    }
+}
+
+/// The features of one geometry on a [`Topology`], raw or standardised.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GraphFeatures {
+    /// One row per node, virtual ones included.
+    pub nodes: FeatureMatrix,
+    /// One row per stored edge, in the order of [`Topology::senders`].
+    pub edges: FeatureMatrix,
+}
+
+/// Features of one geometry: the caller's columns pooled to the virtual nodes, and
+/// `(x_j − x_i, ‖x_j − x_i‖)` on the edge from sender `i` to receiver `j` (thesis Eq. 2.23).
+///
+/// * `positions` — mesh node positions [length unit of the scene].
+/// * `node_columns` — any numbers per mesh node but no absolute positions, which would end
+///   the emulator's invariance to translations.
+/// * `dimensions` — coordinates that enter: 2 for a plane mesh, 3 in space.
+///
+/// # Errors
+/// When a table does not belong to the topology, a number is not finite, or a coordinate left
+/// out is not constant.
+pub fn graph_features(
+    topology: &Topology,
+    positions: &[[f64; 3]],
+    node_columns: &FeatureMatrix,
+    dimensions: usize,
+) -> Result<GraphFeatures, GraphError> {
+    let nodes = pool_features(topology, node_columns)?;
+    let edges = edge_features(topology, positions, dimensions)?;
+    Ok(GraphFeatures { nodes, edges })
+}
+
+/// The edge part of [`graph_features`]: `dimensions + 1` columns.
+fn edge_features(
+    topology: &Topology,
+    positions: &[[f64; 3]],
+    dimensions: usize,
+) -> Result<FeatureMatrix, GraphError> {
+    let positions = pool_positions(topology, positions)?;
+    check_dimensions(&positions[..topology.real_nodes], dimensions)?;
+    let (rows, columns) = (topology.senders.len(), dimensions + 1);
+    let mut values = Vec::with_capacity(rows * columns);
+    for [sender, receiver] in topology.edges() {
+        let (from, to) = (positions[sender], positions[receiver]);
+        let step: [f64; 3] = std::array::from_fn(|axis| to[axis] - from[axis]);
+        values.extend_from_slice(&step[..dimensions]);
+        values.push(step[..dimensions].iter().fold(0.0, |length: f64, s| length.hypot(*s)));
+    }
+    let edges = FeatureMatrix { rows, columns, values };
+    edges.check("edge features", rows)?;
+    Ok(edges)
+}
+
+/// The first `dimensions` coordinates must tell the whole shape.
+fn check_dimensions(positions: &[[f64; 3]], dimensions: usize) -> Result<(), GraphError> {
+    if !(1..=3).contains(&dimensions) {
+        return Err(GraphError::Dimensions { dimensions });
+    }
+    for axis in dimensions..3 {
+        let coordinates = || positions.iter().map(|x| x[axis]);
+        let lowest = coordinates().fold(f64::INFINITY, f64::min);
+        let highest = coordinates().fold(f64::NEG_INFINITY, f64::max);
+        if lowest != highest {
+            let suggestion = axis + 1;
+            return Err(GraphError::LostCoordinate {
+                axis,
+                lowest,
+                highest,
+                dimensions,
+                suggestion,
+            });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,167 @@
+//! k-means clustering of positions.
+//!
+//! Lloyd's iterations are linfa's. The k-means++ starts are drawn here because linfa's own
+//! compares every point with every centre again for each new centre, which takes longer than
+//! the clustering when, as in thesis Algorithm 1, there are a quarter as many centres as points
+//! (`docs/design.md`). linfa's parallel loops treat points one by one, so the result does not
+//! depend on the number of threads.
+
+use linfa::DatasetBase;
+use linfa::traits::{Fit, Predict};
+use linfa_clustering::{KMeans, KMeansInit};
+use ndarray::Array2;
+use rand::{Rng, RngExt};
+
+use crate::{GraphError, pool::cluster_means};
+
+/// Movement of the centres, as the root of the sum of squares in units of the largest extent of
+/// the body, below which an iteration changes no cluster worth mentioning.
+const TOLERANCE: f64 = 1e-3;
+/// Bound on Lloyd's iterations.
+const ITERATIONS: u64 = 100;
+
+/// Groups `leaves` into exactly `roots` clusters, none empty: the root of each leaf, roots
+/// numbered by their first leaf. The best of `runs` starts by inertia.
+///
+/// k-means may leave a cluster empty, and does when positions coincide. Then the leaf farthest
+/// from its cluster's mean, the first of equals, becomes that cluster, until none is empty.
+///
+/// Needs `1 ≤ roots ≤ leaves.len()` and finite positions of order one.
+pub(crate) fn cluster(
+    leaves: &[[f64; 3]],
+    roots: usize,
+    runs: usize,
+    random: &mut impl Rng,
+) -> Result<Vec<usize>, GraphError> {
+    let failed = |reason: String| GraphError::Clustering { leaves: leaves.len(), roots, reason };
+    let records = Array2::from(leaves.to_vec());
+    let dataset = DatasetBase::from(records.view());
+    let mut best = (f64::INFINITY, Vec::new());
+    for _ in 0..runs {
+        let start = Array2::from(plus_plus_start(leaves, roots, random));
+        let model = KMeans::params(roots)
+            .init_method(KMeansInit::Precomputed(start))
+            .n_runs(1)
+            .tolerance(TOLERANCE)
+            .max_n_iterations(ITERATIONS)
+            .fit(&dataset)
+            .map_err(|error| failed(error.to_string()))?;
+        let mut clusters = model.predict(&records).to_vec();
+        fill_empty_clusters(leaves, roots, &mut clusters);
+        let inertia = squared_distances(leaves, roots, &clusters).iter().sum();
+        if inertia < best.0 {
+            best = (inertia, clusters);
+        }
+    }
+    if best.1.len() != leaves.len() {
+        return Err(failed("no run had a finite inertia".into()));
+    }
+    Ok(numbered_by_first_leaf(roots, best.1))
+}
+
+/// k-means++ (Arthur & Vassilvitskii, "k-means++: the advantages of careful seeding", 2007):
+/// each next centre is a leaf drawn with probability proportional to its squared distance from
+/// the nearest centre so far.
+fn plus_plus_start(leaves: &[[f64; 3]], roots: usize, random: &mut impl Rng) -> Vec<[f64; 3]> {
+    let mut centres = vec![leaves[random.random_range(0..leaves.len())]];
+    let mut distances = vec![f64::INFINITY; leaves.len()];
+    while centres.len() < roots {
+        let last = centres[centres.len() - 1];
+        for (distance, leaf) in distances.iter_mut().zip(leaves) {
+            *distance = distance.min(squared_distance(leaf, &last));
+        }
+        let mut rest = random.random::<f64>() * distances.iter().sum::<f64>();
+        let mut chosen = 0;
+        for (leaf, &distance) in distances.iter().enumerate().filter(|(_, d)| **d > 0.0) {
+            chosen = leaf;
+            rest -= distance;
+            if rest < 0.0 {
+                break;
+            }
+        }
+        centres.push(leaves[chosen]);
+    }
+    centres
+}
+
+fn fill_empty_clusters(leaves: &[[f64; 3]], roots: usize, clusters: &mut [usize]) {
+    let mut sizes = vec![0usize; roots];
+    for &root in clusters.iter() {
+        sizes[root] += 1;
+    }
+    for empty in 0..roots {
+        if sizes[empty] > 0 {
+            continue;
+        }
+        let mut farthest = (f64::NEG_INFINITY, 0);
+        for (leaf, distance) in squared_distances(leaves, roots, clusters).into_iter().enumerate() {
+            if sizes[clusters[leaf]] > 1 && distance > farthest.0 {
+                farthest = (distance, leaf);
+            }
+        }
+        sizes[clusters[farthest.1]] -= 1;
+        sizes[empty] += 1;
+        clusters[farthest.1] = empty;
+    }
+}
+
+/// Squared distance of each leaf from the mean of its cluster.
+pub(crate) fn squared_distances(leaves: &[[f64; 3]], roots: usize, clusters: &[usize]) -> Vec<f64> {
+    let means = cluster_means(leaves.as_flattened(), 3, clusters, roots);
+    let mean = |root: usize| [means[3 * root], means[3 * root + 1], means[3 * root + 2]];
+    leaves.iter().zip(clusters).map(|(leaf, &root)| squared_distance(leaf, &mean(root))).collect()
+}
+
+fn squared_distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    (0..3).map(|axis| (a[axis] - b[axis]).powi(2)).sum()
+}
+
+fn numbered_by_first_leaf(roots: usize, mut clusters: Vec<usize>) -> Vec<usize> {
+    let mut number = vec![None; roots];
+    let mut next = 0;
+    for root in &mut clusters {
+        *root = *number[*root].get_or_insert_with(|| {
+            next += 1;
+            next - 1
+        });
+    }
+    clusters
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    #[test]
+    fn separate_heaps_are_found() {
+        let heap = |x: f64| (0..5).map(move |i| [x + 0.01 * i as f64, 0.0, 0.02 * i as f64]);
+        let leaves: Vec<_> = heap(0.5).chain(heap(0.0)).chain(heap(1.0)).collect();
+        let clusters = cluster(&leaves, 3, 10, &mut ChaCha8Rng::seed_from_u64(1)).unwrap();
+        assert_eq!(clusters, [0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 2, 2, 2, 2, 2]);
+    }
+
+    #[test]
+    fn coincident_positions_still_fill_every_cluster() {
+        let mut random = ChaCha8Rng::seed_from_u64(2);
+        let clusters = cluster(&[[0.3; 3]; 9], 4, 2, &mut random).unwrap();
+        assert_eq!(clusters.iter().max(), Some(&3));
+    }
+
+    #[test]
+    fn an_empty_cluster_takes_the_farthest_leaf() {
+        let leaves = [[0.0; 3], [0.1, 0.0, 0.0], [0.9, 0.0, 0.0], [1.0, 1.0, 0.0]];
+        let mut clusters = vec![0, 0, 0, 0];
+        fill_empty_clusters(&leaves, 2, &mut clusters);
+        assert_eq!(clusters, [0, 0, 0, 1]);
+    }
+
+    #[test]
+    fn starts_are_distinct_where_positions_are() {
+        let leaves: Vec<_> = (0..20).map(|i| [i as f64 / 19.0, 0.0, 0.0]).collect();
+        let mut starts = plus_plus_start(&leaves, 20, &mut ChaCha8Rng::seed_from_u64(3));
+        starts.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        assert_eq!(starts, leaves);
+    }
+}

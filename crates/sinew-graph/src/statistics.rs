@@ -1,0 +1,108 @@
+//! Standardisation of features.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{FeatureMatrix, GraphError, GraphFeatures};
+
+/// Mean and scale of each column of a table.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ColumnStatistics {
+    /// Mean of each column.
+    pub mean: Vec<f64>,
+    /// Population standard deviation of each column; 1 for a constant column, which then
+    /// standardises to zeros.
+    pub scale: Vec<f64>,
+}
+
+/// Statistics of node and edge features over a set of geometries.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FeatureStatistics {
+    /// Over all nodes, virtual ones included, of all geometries.
+    pub nodes: ColumnStatistics,
+    /// Over all stored edges of all geometries.
+    pub edges: ColumnStatistics,
+}
+
+impl FeatureStatistics {
+    /// Spread below which a column counts as constant, relative to its largest magnitude:
+    /// rounding of a mean leaves a few 1e-16, no feature of interest varies by 1e-12.
+    pub const CONSTANT: f64 = 1e-12;
+
+    /// Statistics over the training geometries.
+    ///
+    /// # Errors
+    /// When there is no geometry, their columns differ, or a number is not finite.
+    pub fn over(geometries: &[GraphFeatures]) -> Result<Self, GraphError> {
+        let tables = |pick: fn(&GraphFeatures) -> &FeatureMatrix| geometries.iter().map(pick);
+        Ok(Self {
+            nodes: ColumnStatistics::over("node features", tables(|g| &g.nodes))?,
+            edges: ColumnStatistics::over("edge features", tables(|g| &g.edges))?,
+        })
+    }
+
+    /// `(value − mean) / scale` for every column.
+    ///
+    /// # Errors
+    /// When the columns differ in number or a value is not finite.
+    pub fn standardise(&self, features: &GraphFeatures) -> Result<GraphFeatures, GraphError> {
+        Ok(GraphFeatures {
+            nodes: self.nodes.standardise("node features", &features.nodes)?,
+            edges: self.edges.standardise("edge features", &features.edges)?,
+        })
+    }
+}
+
+impl ColumnStatistics {
+    fn over<'a>(
+        what: &'static str,
+        tables: impl Iterator<Item = &'a FeatureMatrix> + Clone,
+    ) -> Result<Self, GraphError> {
+        let columns = tables.clone().next().ok_or(GraphError::NoGeometry)?.columns;
+        for table in tables.clone() {
+            table.check(what, table.rows)?;
+            if table.columns != columns {
+                let found = table.columns;
+                return Err(GraphError::ColumnCount { what, expected: columns, found });
+            }
+        }
+        let column = |c: usize| {
+            let tables = tables.clone();
+            tables.flat_map(move |t| t.values.iter().skip(c).step_by(columns).copied())
+        };
+        let (mean, scale) = (0..columns).map(|c| mean_and_scale(column(c))).unzip();
+        Ok(Self { mean, scale })
+    }
+
+    fn standardise(
+        &self,
+        what: &'static str,
+        table: &FeatureMatrix,
+    ) -> Result<FeatureMatrix, GraphError> {
+        table.check(what, table.rows)?;
+        for found in [self.scale.len(), table.columns] {
+            if self.mean.len() != found {
+                let expected = self.mean.len();
+                return Err(GraphError::ColumnCount { what, expected, found });
+            }
+        }
+        let mut standardised = table.clone();
+        for (at, value) in standardised.values.iter_mut().enumerate() {
+            let column = at % table.columns;
+            *value = (*value - self.mean[column]) / self.scale[column];
+        }
+        standardised.check(what, table.rows)?;
+        Ok(standardised)
+    }
+}
+
+/// Two passes, the first relative to the first value: exact for a constant column.
+fn mean_and_scale(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let Some(origin) = values.clone().next() else { return (0.0, 1.0) };
+    let count = values.clone().count() as f64;
+    let mean = origin + values.clone().map(|v| v - origin).sum::<f64>() / count;
+    let variance = values.clone().map(|v| (v - mean).powi(2)).sum::<f64>() / count;
+    let largest = values.map(f64::abs).fold(0.0, f64::max);
+    let deviation = variance.sqrt();
+    let scale = if deviation <= FeatureStatistics::CONSTANT * largest { 1.0 } else { deviation };
+    (mean, scale)
+}

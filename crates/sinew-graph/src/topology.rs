@@ -1,0 +1,314 @@
+//! Nodes, edges and clusters of an augmented graph.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{GraphError, components::component_sizes, kmeans::squared_distances, pool_positions};
+
+/// The augmented graph of thesis Algorithm 1, without positions: geometries whose meshes have
+/// the same connectivity share one.
+///
+/// Node indices run over the mesh nodes, then the roots of layer 1, then those of layer 2, and
+/// so on. Every relation stands for a pair of directed edges and is stored once, with
+/// `sender > receiver` (thesis Eq. 2.22); edges are sorted by sender, then receiver, so those
+/// of the mesh come first. [`crate::augment`] makes valid ones, deserialising checks;
+/// after changing one by hand call [`Topology::validate`].
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "UncheckedTopology")]
+pub struct Topology {
+    /// Nodes of the mesh.
+    pub real_nodes: usize,
+    /// All nodes, virtual ones included.
+    pub nodes: usize,
+    /// The end of each edge with the larger node index.
+    pub senders: Vec<usize>,
+    /// The end of each edge with the smaller node index.
+    pub receivers: Vec<usize>,
+    /// Virtual nodes of layer 1, 2, ….
+    pub roots_per_layer: Vec<usize>,
+    /// `clusters[l][i]` is the root of leaf `i`, both counted from 0 within their layers:
+    /// leaves in layer `l` (0 are the mesh nodes), roots in layer `l + 1`.
+    pub clusters: Vec<Vec<usize>>,
+}
+
+/// Why a [`Topology`] is not a valid augmented graph.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TopologyError {
+    /// Counts contradict each other.
+    #[error("{what}: {expected} expected, {found} found; build the topology with `augment`")]
+    Count {
+        /// What was counted.
+        what: &'static str,
+        /// Count that follows from the rest.
+        expected: usize,
+        /// Count found.
+        found: usize,
+    },
+    /// An edge whose sender is not the larger, existing index.
+    #[error(
+        "edge {edge} runs from {sender} to {receiver} in a graph of {nodes} nodes: senders must \
+         exist and exceed their receivers, a pair is stored once"
+    )]
+    Edge {
+        /// Index of the edge.
+        edge: usize,
+        /// Its sender.
+        sender: usize,
+        /// Its receiver.
+        receiver: usize,
+        /// Nodes of the graph.
+        nodes: usize,
+    },
+    /// Fewer edges than connecting the nodes takes.
+    #[error("{edges} edges cannot connect {nodes} nodes: is the file complete?")]
+    TooFewEdges {
+        /// Nodes of the graph.
+        nodes: usize,
+        /// Edges of the graph.
+        edges: usize,
+    },
+    /// Edges repeat or are not ascending.
+    #[error("edge {edge} does not follow its predecessor in order: sort the edges, drop repeats")]
+    EdgeOrder {
+        /// Index of the later edge.
+        edge: usize,
+    },
+    /// A leaf's root is not in the next layer.
+    #[error("leaf {leaf} of layer {layer} names root {root}, the layer above has {roots}")]
+    Root {
+        /// Layer of the leaf; 0 are the mesh nodes.
+        layer: usize,
+        /// Leaf within its layer.
+        leaf: usize,
+        /// Root within the next layer.
+        root: usize,
+        /// Roots of the next layer.
+        roots: usize,
+    },
+    /// A root without leaves.
+    #[error("root {root} of layer {layer} has no leaves: its features would be undefined")]
+    EmptyCluster {
+        /// Layer of the root, from 1.
+        layer: usize,
+        /// Root within its layer.
+        root: usize,
+    },
+    /// A leaf is not joined to exactly its own root, or two layers are joined otherwise.
+    #[error(
+        "node {node} of layer {layer} is joined to {found} nodes of the layer above, of which \
+         {own} is its root: it must be exactly its root"
+    )]
+    RootEdges {
+        /// The node.
+        node: usize,
+        /// Its layer; 0 are the mesh nodes.
+        layer: usize,
+        /// Edges to the layer above.
+        found: usize,
+        /// How many of them lead to its root.
+        own: usize,
+    },
+    /// An edge skips a layer.
+    #[error("edge {edge} joins layer {from} to layer {to}, which do not follow each other")]
+    LayerSkipped {
+        /// Index of the edge.
+        edge: usize,
+        /// Layer of the sender.
+        from: usize,
+        /// Layer of the receiver.
+        to: usize,
+    },
+    /// The last layer is not fully connected.
+    #[error("the {roots} roots of the last layer share {found} edges, all {expected} are needed")]
+    LastLayer {
+        /// Roots of the last layer.
+        roots: usize,
+        /// Edges needed.
+        expected: usize,
+        /// Edges found.
+        found: usize,
+    },
+    /// Messages cannot reach every node.
+    #[error(
+        "the graph falls into {components} parts of {largest} down to {smallest} nodes: merge \
+         coincident nodes, drop nodes no cell uses, or add a layer of virtual nodes to join them"
+    )]
+    Disconnected {
+        /// Connected components.
+        components: usize,
+        /// Nodes of the largest.
+        largest: usize,
+        /// Nodes of the smallest.
+        smallest: usize,
+    },
+}
+
+impl Topology {
+    /// Nodes of one layer: 0 are the mesh nodes, `l ≥ 1` the roots of layer `l`.
+    ///
+    /// # Panics
+    /// When there is no such layer.
+    pub fn layer(&self, layer: usize) -> Range<usize> {
+        let size = |l: usize| if l == 0 { self.real_nodes } else { self.roots_per_layer[l - 1] };
+        let start = (0..layer).map(size).sum();
+        start..start + size(layer)
+    }
+
+    /// The edges as `[sender, receiver]`.
+    pub fn edges(&self) -> impl ExactSizeIterator<Item = [usize; 2]> {
+        self.senders.iter().zip(&self.receivers).map(|(&sender, &receiver)| [sender, receiver])
+    }
+
+    /// Nodes of each connected part of the mesh alone, largest first. More than one part means
+    /// that only virtual nodes carry messages between them.
+    pub fn mesh_components(&self) -> Vec<usize> {
+        let of_mesh = self.edges().filter(|[sender, _]| *sender < self.real_nodes);
+        component_sizes(self.real_nodes, of_mesh)
+    }
+
+    /// Mean squared distance of the nodes of each layer but the last from their roots, the
+    /// quantity k-means minimises [squared length unit of the positions].
+    ///
+    /// # Errors
+    /// As for [`pool_positions`].
+    pub fn inertia_per_leaf(&self, positions: &[[f64; 3]]) -> Result<Vec<f64>, GraphError> {
+        let positions = pool_positions(self, positions)?;
+        let inertia = |(layer, clusters): (usize, &Vec<usize>)| {
+            let leaves = &positions[self.layer(layer)];
+            let distances = squared_distances(leaves, self.roots_per_layer[layer], clusters);
+            distances.iter().sum::<f64>() / leaves.len() as f64
+        };
+        Ok(self.clusters.iter().enumerate().map(inertia).collect())
+    }
+
+    /// Checks every promise of this type, among them that all nodes are connected.
+    ///
+    /// # Errors
+    /// The first promise broken.
+    pub fn validate(&self) -> Result<(), TopologyError> {
+        self.validate_clusters()?;
+        self.validate_edges()?;
+        self.validate_layers()?;
+        let components = component_sizes(self.nodes, self.edges());
+        match components.as_slice() {
+            [] | [_] => Ok(()),
+            [largest, .., smallest] => Err(TopologyError::Disconnected {
+                components: components.len(),
+                largest: *largest,
+                smallest: *smallest,
+            }),
+        }
+    }
+
+    /// Counts of nodes and clusters, every leaf with a root and every root with a leaf.
+    pub(crate) fn validate_clusters(&self) -> Result<(), TopologyError> {
+        let virtual_nodes = self.roots_per_layer.iter().try_fold(0usize, |n, &r| n.checked_add(r));
+        let nodes = virtual_nodes.and_then(|n| n.checked_add(self.real_nodes));
+        count("nodes", nodes.unwrap_or(usize::MAX), self.nodes)?;
+        count("layers of clusters", self.roots_per_layer.len(), self.clusters.len())?;
+        let mut leaves = self.real_nodes;
+        for (layer, (clusters, &roots)) in
+            self.clusters.iter().zip(&self.roots_per_layer).enumerate()
+        {
+            count("leaves", leaves, clusters.len())?;
+            if roots > leaves {
+                return Err(TopologyError::EmptyCluster { layer: layer + 1, root: leaves });
+            }
+            let mut used = vec![false; roots];
+            for (leaf, &root) in clusters.iter().enumerate() {
+                *used.get_mut(root).ok_or(TopologyError::Root { layer, leaf, root, roots })? = true;
+            }
+            if let Some(root) = used.iter().position(|used| !used) {
+                return Err(TopologyError::EmptyCluster { layer: layer + 1, root });
+            }
+            leaves = roots;
+        }
+        Ok(())
+    }
+
+    fn validate_edges(&self) -> Result<(), TopologyError> {
+        count("receivers", self.senders.len(), self.receivers.len())?;
+        let mut before = [0, 0];
+        for (edge, [sender, receiver]) in self.edges().enumerate() {
+            if sender >= self.nodes || receiver >= sender {
+                return Err(TopologyError::Edge { edge, sender, receiver, nodes: self.nodes });
+            }
+            if edge > 0 && [sender, receiver] <= before {
+                return Err(TopologyError::EdgeOrder { edge });
+            }
+            before = [sender, receiver];
+        }
+        Ok(())
+    }
+
+    /// Each node is joined upwards to its root only; the last layer is fully connected.
+    fn validate_layers(&self) -> Result<(), TopologyError> {
+        let layers = self.roots_per_layer.len();
+        let layer_of: Vec<usize> =
+            (0..=layers).flat_map(|l| std::iter::repeat_n(l, self.layer(l).len())).collect();
+        let starts: Vec<usize> = (0..=layers).map(|l| self.layer(l).start).collect();
+        let mut upward = vec![0usize; self.nodes];
+        let mut to_root = vec![0usize; self.nodes];
+        let mut within_last = 0usize;
+        for (edge, [sender, receiver]) in self.edges().enumerate() {
+            let (from, to) = (layer_of[sender], layer_of[receiver]);
+            if from > to + 1 {
+                return Err(TopologyError::LayerSkipped { edge, from, to });
+            }
+            if from == to + 1 {
+                let root = starts[from] + self.clusters[to][receiver - starts[to]];
+                upward[receiver] += 1;
+                to_root[receiver] += usize::from(root == sender);
+            }
+            within_last += usize::from(to == layers);
+        }
+        if layers == 0 {
+            return Ok(());
+        }
+        for node in 0..starts[layers] {
+            let (found, own) = (upward[node], to_root[node]);
+            if (found, own) != (1, 1) {
+                return Err(TopologyError::RootEdges { node, layer: layer_of[node], found, own });
+            }
+        }
+        let roots = self.roots_per_layer[layers - 1];
+        let expected = roots * (roots - 1) / 2;
+        if within_last != expected {
+            return Err(TopologyError::LastLayer { roots, expected, found: within_last });
+        }
+        Ok(())
+    }
+}
+
+fn count(what: &'static str, expected: usize, found: usize) -> Result<(), TopologyError> {
+    if expected == found { Ok(()) } else { Err(TopologyError::Count { what, expected, found }) }
+}
+
+/// What a file may hold before it is checked.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct UncheckedTopology {
+    real_nodes: usize,
+    nodes: usize,
+    senders: Vec<usize>,
+    receivers: Vec<usize>,
+    roots_per_layer: Vec<usize>,
+    clusters: Vec<Vec<usize>>,
+}
+
+impl TryFrom<UncheckedTopology> for Topology {
+    type Error = TopologyError;
+
+    fn try_from(read: UncheckedTopology) -> Result<Self, TopologyError> {
+        let UncheckedTopology { real_nodes, nodes, senders, receivers, roots_per_layer, clusters } =
+            read;
+        // Before anything is allocated for a number of nodes that only the file claims.
+        if senders.len() < nodes.saturating_sub(1) {
+            return Err(TopologyError::TooFewEdges { nodes, edges: senders.len() });
+        }
+        let topology = Self { real_nodes, nodes, senders, receivers, roots_per_layer, clusters };
+        topology.validate()?;
+        Ok(topology)
+    }
+}
