@@ -1,2 +1,49 @@
-//! Tasks of the workspace.
-fn main() {}
+//! Tasks of the workspace: `cargo xtask --help`.
+//!
+//! Studies run as programs of their own crates: this one only builds and starts them, so
+//! that `cargo xtask ci` needs none of their dependencies.
+
+mod arrows;
+mod ci;
+mod command;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+#[derive(Parser)]
+#[command(name = "cargo xtask", about = "Tasks of the Sinew workspace")]
+struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Compare data-driven and physics-informed emulators of the thesis' two gravity beams with
+    /// the finite-element solver, from the mesh to the report
+    #[command(disable_help_flag = true)]
+    ReproduceBeam {
+        /// Options of the study; `cargo xtask reproduce-beam --help` lists them
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        options: Vec<String>,
+    },
+    /// Format, lints, documentation, dependency arrows and tests: what continuous integration runs
+    Ci,
+    /// Check the arrows between the crates
+    Arrows,
+    /// Run the benchmarks; each prints its error beside its time
+    Bench {
+        /// Options of criterion, such as a filter on benchmark names
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        options: Vec<String>,
+    },
+}
+
+fn main() -> Result<()> {
+    match Arguments::parse().task {
+        Task::ReproduceBeam { options } => command::study("reproduce-beam", &options),
+        Task::Ci => ci::run(),
+        Task::Arrows => arrows::check(),
+        Task::Bench { options } => command::benches(&options),
+    }
+}
