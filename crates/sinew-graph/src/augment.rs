@@ -143,3 +143,121 @@ fn check_config(config: &AugmentationConfig, nodes: usize) -> Result<(), GraphEr
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::TopologyError;
+
+    const SQUARE: [[f64; 3]; 4] =
+        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    const SIDES: [[usize; 2]; 4] = [[0, 1], [1, 2], [2, 3], [3, 0]];
+
+    fn config(roots_per_layer: &[usize], neighbours: usize) -> AugmentationConfig {
+        let roots_per_layer = roots_per_layer.to_vec();
+        AugmentationConfig { roots_per_layer, neighbours, seed: 7, runs: 3 }
+    }
+
+    #[test]
+    fn the_square_by_hand() {
+        // Two heaps of two nodes each, whatever the seed; the roots are 4 and 5.
+        let positions = SQUARE.map(|[x, y, z]| [10.0 * x, y, z]);
+        let topology = augment(&positions, &SIDES, &config(&[2], 0)).unwrap();
+        assert_eq!(topology.clusters, [[0, 1, 1, 0]]);
+        let edges: Vec<_> = topology.edges().collect();
+        let mesh = [[1, 0], [2, 1], [3, 0], [3, 2]];
+        let virtual_ones = [[4, 0], [4, 3], [5, 1], [5, 2], [5, 4]];
+        assert_eq!(edges, [mesh.as_slice(), &virtual_ones].concat());
+        assert_eq!(topology.mesh_components(), [4]);
+        assert_eq!(topology.inertia_per_leaf(&positions).unwrap(), [0.25]);
+    }
+
+    #[test]
+    fn repeated_and_turned_edges_are_merged() {
+        let repeated = [[0, 1], [1, 0], [1, 2], [2, 3], [3, 2], [3, 0]];
+        let plain = config(&[], 0);
+        assert_eq!(augment(&SQUARE, &repeated, &plain), augment(&SQUARE, &SIDES, &plain));
+    }
+
+    #[test]
+    fn meshes_that_are_no_graph() {
+        let none = config(&[], 5);
+        assert_eq!(augment(&[], &[], &none), Err(GraphError::TooFewNodes { nodes: 0 }));
+        assert_eq!(augment(&SQUARE[..1], &[], &none), Err(GraphError::TooFewNodes { nodes: 1 }));
+        let expected = GraphError::EdgeOutOfRange { edge: 1, a: 2, b: 4, nodes: 4 };
+        assert_eq!(augment(&SQUARE, &[[0, 1], [2, 4]], &none), Err(expected));
+        let expected = GraphError::SelfLoop { edge: 0, node: 3 };
+        assert_eq!(augment(&SQUARE, &[[3, 3]], &none), Err(expected));
+    }
+
+    #[test]
+    fn positions_that_are_no_numbers() {
+        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let mut positions = SQUARE;
+            positions[2][1] = value;
+            let error = augment(&positions, &SIDES, &config(&[2], 0)).unwrap_err();
+            assert!(matches!(error, GraphError::NonFinitePosition { node: 2, axis: 1, .. }));
+        }
+        let mut positions = SQUARE;
+        (positions[0][2], positions[1][2]) = (-1.5e308, 1.5e308);
+        let error = augment(&positions, &SIDES, &config(&[2], 0)).unwrap_err();
+        assert!(matches!(error, GraphError::ExtentOverflow { axis: 2, .. }));
+    }
+
+    #[test]
+    fn configurations_that_do_not_fit() {
+        let error = |layers: &[usize], neighbours| {
+            augment(&SQUARE, &SIDES, &config(layers, neighbours)).unwrap_err()
+        };
+        let suggestion = vec![1];
+        let expected = GraphError::LayerNotSmaller { layer: 1, roots: 9, leaves: 4, suggestion };
+        assert_eq!(error(&[9], 1), expected);
+        assert!(expected.to_string().contains("gives [1]"));
+        assert!(matches!(error(&[4], 1), GraphError::LayerNotSmaller { layer: 1, .. }));
+        assert!(matches!(error(&[2, 2], 1), GraphError::LayerNotSmaller { layer: 2, .. }));
+        assert_eq!(error(&[2, 0], 1), GraphError::EmptyLayer { layer: 2 });
+        let expected = GraphError::TooManyNeighbours { layer: 1, neighbours: 5, available: 2 };
+        assert_eq!(error(&[3, 2], 5), expected);
+        let no_runs = AugmentationConfig { runs: 0, ..config(&[2], 1) };
+        assert_eq!(augment(&SQUARE, &SIDES, &no_runs), Err(GraphError::NoRuns));
+    }
+
+    #[test]
+    fn the_last_layer_is_fully_connected_however_many_neighbours() {
+        let topology = augment(&SQUARE, &SIDES, &config(&[3], 5)).unwrap();
+        assert_eq!(topology.senders.len(), 4 + 4 + 3);
+    }
+
+    #[test]
+    fn parts_are_reported_and_joined_by_virtual_nodes() {
+        let error = augment(&SQUARE, &[[0, 1]], &config(&[], 0)).unwrap_err();
+        let parts = TopologyError::Disconnected { components: 3, largest: 2, smallest: 1 };
+        assert_eq!(error, GraphError::Topology(parts));
+        let topology = augment(&SQUARE, &[[0, 1]], &config(&[2], 0)).unwrap();
+        assert_eq!(topology.mesh_components(), [2, 1, 1]);
+    }
+
+    #[test]
+    fn coincident_and_collinear_nodes() {
+        let chain: Vec<_> = (1..60).map(|node| [node, node - 1]).collect();
+        let collinear: Vec<_> = (0..60).map(|i| [0.0, 0.0, i as f64]).collect();
+        let mut doubled = collinear.clone();
+        doubled.copy_within(0..30, 30);
+        for positions in [vec![[4.0; 3]; 60], collinear, doubled] {
+            let topology = augment(&positions, &chain, &config(&[40, 20, 10], 5)).unwrap();
+            assert_eq!(topology.nodes, 60 + 40 + 20 + 10);
+        }
+    }
+
+    #[test]
+    fn the_unit_of_length_does_not_matter() {
+        let beam = sinew_mesh::box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]);
+        let edges = sinew_mesh::edges(&beam);
+        let config = AugmentationConfig::for_nodes(beam.points.len());
+        let expected = augment(&beam.points, &edges, &config).unwrap();
+        for unit in [0.5f64.powi(40), 2.0f64.powi(900)] {
+            let scaled: Vec<_> = beam.points.iter().map(|x| x.map(|x| unit * x)).collect();
+            assert_eq!(augment(&scaled, &edges, &config).unwrap(), expected);
+        }
+    }
+}

@@ -149,3 +149,55 @@ fn check_dimensions(positions: &[[f64; 3]], dimensions: usize) -> Result<(), Gra
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pair() -> Topology {
+        Topology {
+            real_nodes: 2,
+            nodes: 2,
+            senders: vec![1],
+            receivers: vec![0],
+            roots_per_layer: vec![],
+            clusters: vec![],
+        }
+    }
+
+    #[test]
+    fn edges_point_from_sender_to_receiver() {
+        let nodes = FeatureMatrix::indicator(2, &[1]).unwrap();
+        let positions = [[1.0, 2.0, 7.0], [4.0, 6.0, 7.0]];
+        let plane = graph_features(&pair(), &positions, &nodes, 2).unwrap();
+        assert_eq!(plane.nodes.values, [0.0, 1.0]);
+        assert_eq!(plane.edges.values, [-3.0, -4.0, 5.0]);
+        let space = graph_features(&pair(), &positions, &nodes, 3).unwrap();
+        assert_eq!(space.edges.values, [-3.0, -4.0, 0.0, 5.0]);
+    }
+
+    #[test]
+    fn dimensions_must_hold_the_shape() {
+        let nodes = FeatureMatrix::indicator(2, &[]).unwrap();
+        let features =
+            |z, dimensions| graph_features(&pair(), &[[0.0; 3], [1.0, 0.0, z]], &nodes, dimensions);
+        assert!(features(0.0, 1).is_ok());
+        let error = features(0.5, 1).unwrap_err();
+        assert!(matches!(error, GraphError::LostCoordinate { axis: 2, suggestion: 3, .. }));
+        assert_eq!(features(0.0, 4), Err(GraphError::Dimensions { dimensions: 4 }));
+        assert_eq!(features(0.0, 0), Err(GraphError::Dimensions { dimensions: 0 }));
+    }
+
+    #[test]
+    fn columns_side_by_side() {
+        let clamped = FeatureMatrix::indicator(2, &[0, 0]).unwrap();
+        let fibres = FeatureMatrix::from_rows(&[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+        let both = clamped.beside(&fibres).unwrap();
+        assert_eq!((both.rows, both.columns), (2, 4));
+        assert_eq!(both.row(1), [0.0, 4.0, 5.0, 6.0]);
+        let three = FeatureMatrix::indicator(3, &[]).unwrap();
+        assert!(matches!(clamped.beside(&three), Err(GraphError::RowCount { found: 3, .. })));
+        let error = GraphError::NodeOutOfRange { node: 2, nodes: 2 };
+        assert_eq!(FeatureMatrix::indicator(2, &[2]), Err(error));
+    }
+}

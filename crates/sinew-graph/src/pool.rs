@@ -97,3 +97,59 @@ pub(crate) fn cluster_means(
     }
     sums
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Nodes 0, 1, 2 below the roots 3 and 4, and these below root 5.
+    fn tree() -> Topology {
+        Topology {
+            real_nodes: 3,
+            nodes: 6,
+            senders: vec![3, 4, 4, 4, 5, 5],
+            receivers: vec![0, 1, 2, 3, 3, 4],
+            roots_per_layer: vec![2, 1],
+            clusters: vec![vec![0, 1, 1], vec![0, 0]],
+        }
+    }
+
+    #[test]
+    fn roots_are_means_of_their_leaves_not_of_all_below() {
+        let real = FeatureMatrix { rows: 3, columns: 2, values: vec![1., 0., 2., 6., 4., 0.] };
+        let pooled = pool_features(&tree(), &real).unwrap();
+        assert_eq!(pooled.values, [1., 0., 2., 6., 4., 0., 1., 0., 3., 3., 2., 1.5]);
+        let positions = [[1., 0., 5.], [2., 6., 5.], [4., 0., 5.]];
+        let pooled = pool_positions(&tree(), &positions).unwrap();
+        assert_eq!(pooled[..3], positions);
+        assert_eq!(pooled[3..], [[1., 0., 5.], [3., 3., 5.], [2., 1.5, 5.]]);
+    }
+
+    #[test]
+    fn constants_stay_exact() {
+        let real = FeatureMatrix { rows: 3, columns: 1, values: vec![0.1; 3] };
+        assert_eq!(pool_features(&tree(), &real).unwrap().values, [0.1; 6]);
+    }
+
+    #[test]
+    fn foreign_tables_are_refused() {
+        let (what, expected, found) = ("node positions", 3, 2);
+        let error = GraphError::RowCount { what, expected, found };
+        assert_eq!(pool_positions(&tree(), &[[0.0; 3]; 2]), Err(error));
+        let short = FeatureMatrix { rows: 3, columns: 2, values: vec![0.0; 5] };
+        let error = GraphError::TableSize { rows: 3, columns: 2, values: 5 };
+        assert_eq!(pool_features(&tree(), &short), Err(error));
+        let nan = FeatureMatrix { rows: 3, columns: 1, values: vec![0.0, f64::NAN, 0.0] };
+        let error = pool_features(&tree(), &nan).unwrap_err();
+        assert!(matches!(error, GraphError::NonFiniteFeature { row: 1, column: 0, .. }));
+    }
+
+    #[test]
+    fn the_mean_geometry() {
+        let geometries = [vec![[0.0; 3], [1.0; 3]], vec![[2.0; 3], [5.0; 3]]];
+        assert_eq!(mean_geometry(&geometries).unwrap(), [[1.0; 3], [3.0; 3]]);
+        assert_eq!(mean_geometry(&[]), Err(GraphError::NoGeometry));
+        let uneven = [vec![[0.0; 3]; 2], vec![[0.0; 3]; 3]];
+        assert!(matches!(mean_geometry(&uneven), Err(GraphError::RowCount { found: 3, .. })));
+    }
+}

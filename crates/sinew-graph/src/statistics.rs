@@ -106,3 +106,51 @@ fn mean_and_scale(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     let scale = if deviation <= FeatureStatistics::CONSTANT * largest { 1.0 } else { deviation };
     (mean, scale)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn features(nodes: &[f64], edges: &[f64]) -> GraphFeatures {
+        let column = |v: &[f64]| FeatureMatrix { rows: v.len(), columns: 1, values: v.to_vec() };
+        GraphFeatures { nodes: column(nodes), edges: column(edges) }
+    }
+
+    #[test]
+    fn over_all_rows_of_all_geometries() {
+        let geometries = [features(&[1.0, 2.0], &[0.1; 3]), features(&[3.0, 6.0], &[0.1; 3])];
+        let statistics = FeatureStatistics::over(&geometries).unwrap();
+        let expected = ColumnStatistics { mean: vec![3.0], scale: vec![3.5f64.sqrt()] };
+        assert_eq!(statistics.nodes, expected);
+        let standardised = statistics.standardise(&geometries[1]).unwrap();
+        assert_eq!(standardised.nodes.values, [0.0, 3.0 / 3.5f64.sqrt()]);
+    }
+
+    #[test]
+    fn a_constant_column_becomes_zeros() {
+        let statistics = FeatureStatistics::over(&[features(&[0.0, 1.0], &[0.1; 7])]).unwrap();
+        assert_eq!(statistics.edges, ColumnStatistics { mean: vec![0.1], scale: vec![1.0] });
+        let standardised = statistics.standardise(&features(&[0.5], &[0.1; 2])).unwrap();
+        assert_eq!(standardised.edges.values, [0.0; 2]);
+        // Rounding alone is no spread either.
+        let jitter = [1e6, 1e6 + 1e-7, 1e6 - 1e-7];
+        let statistics = FeatureStatistics::over(&[features(&jitter, &[])]).unwrap();
+        assert_eq!(statistics.nodes.scale, [1.0]);
+        assert_eq!(statistics.edges, ColumnStatistics { mean: vec![0.0], scale: vec![1.0] });
+    }
+
+    #[test]
+    fn unlike_geometries_are_refused() {
+        assert_eq!(FeatureStatistics::over(&[]), Err(GraphError::NoGeometry));
+        let one = features(&[1.0, 2.0], &[1.0, 3.0]);
+        let mut two = one.clone();
+        two.nodes = FeatureMatrix::from_rows(&[[0.0, 1.0]]);
+        let error = GraphError::ColumnCount { what: "node features", expected: 1, found: 2 };
+        assert_eq!(FeatureStatistics::over(&[one.clone(), two.clone()]), Err(error.clone()));
+        let statistics = FeatureStatistics::over(&[one]).unwrap();
+        assert_eq!(statistics.standardise(&two), Err(error));
+        let nan = features(&[f64::NAN], &[1.0]);
+        let error = FeatureStatistics::over(&[nan]).unwrap_err();
+        assert!(matches!(error, GraphError::NonFiniteFeature { what: "node features", .. }));
+    }
+}

@@ -312,3 +312,86 @@ impl TryFrom<UncheckedTopology> for Topology {
         Ok(topology)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A path 0 – 1 – 2 – 3 below the roots 4 and 5.
+    fn path() -> Topology {
+        Topology {
+            real_nodes: 4,
+            nodes: 6,
+            senders: vec![1, 2, 3, 4, 4, 5, 5, 5],
+            receivers: vec![0, 1, 2, 0, 1, 2, 3, 4],
+            roots_per_layer: vec![2],
+            clusters: vec![vec![0, 0, 1, 1]],
+        }
+    }
+
+    fn broken(change: impl FnOnce(&mut Topology)) -> TopologyError {
+        let mut topology = path();
+        change(&mut topology);
+        topology.validate().unwrap_err()
+    }
+
+    #[test]
+    fn a_valid_one_passes() {
+        assert_eq!(path().validate(), Ok(()));
+        assert_eq!((path().layer(0), path().layer(1)), (0..4, 4..6));
+    }
+
+    #[test]
+    fn each_broken_promise_has_its_error() {
+        let error = broken(|t| t.nodes = 7);
+        assert_eq!(error, TopologyError::Count { what: "nodes", expected: 6, found: 7 });
+        let error = broken(|t| t.clusters[0][2] = 2);
+        assert_eq!(error, TopologyError::Root { layer: 0, leaf: 2, root: 2, roots: 2 });
+        let error = broken(|t| t.clusters[0] = vec![0; 4]);
+        assert_eq!(error, TopologyError::EmptyCluster { layer: 1, root: 1 });
+        let error = broken(|t| t.receivers[0] = 1);
+        assert_eq!(error, TopologyError::Edge { edge: 0, sender: 1, receiver: 1, nodes: 6 });
+        let error = broken(|t| t.senders[7] = 6);
+        assert_eq!(error, TopologyError::Edge { edge: 7, sender: 6, receiver: 4, nodes: 6 });
+        assert_eq!(broken(|t| t.receivers[4] = 0), TopologyError::EdgeOrder { edge: 4 });
+        let error = broken(|t| t.clusters[0][1] = 1);
+        assert_eq!(error, TopologyError::RootEdges { node: 1, layer: 0, found: 1, own: 0 });
+        let error = broken(|t| {
+            t.senders.pop();
+            t.receivers.pop();
+        });
+        assert_eq!(error, TopologyError::LastLayer { roots: 2, expected: 1, found: 0 });
+        let error = broken(|t| t.receivers.truncate(3));
+        assert_eq!(error, TopologyError::Count { what: "receivers", expected: 8, found: 3 });
+    }
+
+    #[test]
+    fn layers_must_follow_each_other() {
+        let mut topology = path();
+        topology.nodes = 7;
+        topology.roots_per_layer.push(1);
+        topology.clusters.push(vec![0, 0]);
+        topology.senders.extend([6, 6]);
+        topology.receivers.extend([4, 5]);
+        assert_eq!(topology.validate(), Ok(()));
+        topology.senders.insert(8, 6);
+        topology.receivers.insert(8, 0);
+        let skipped = TopologyError::LayerSkipped { edge: 8, from: 2, to: 0 };
+        assert_eq!(topology.validate(), Err(skipped));
+    }
+
+    #[test]
+    fn files_are_checked_when_read() {
+        let text = serde_json::to_string(&path()).unwrap();
+        assert_eq!(serde_json::from_str::<Topology>(&text).unwrap(), path());
+        let turned = text.replace("[0,0,1,1]", "[0,0,1,0]");
+        assert!(serde_json::from_str::<Topology>(&turned).is_err());
+        let nodes = u64::MAX;
+        let empty = format!(
+            r#"{{"real_nodes":{nodes},"nodes":{nodes},"senders":[],"receivers":[],
+               "roots_per_layer":[],"clusters":[]}}"#
+        );
+        let error = serde_json::from_str::<Topology>(&empty).unwrap_err();
+        assert!(error.to_string().contains("0 edges cannot connect"), "{error}");
+    }
+}
