@@ -121,13 +121,13 @@ fn seeds_decide() {
 
 #[test]
 fn clusters_are_near_the_best_known() {
-    // Layer 1 of the beam with linfa's own starts and 100 runs reaches 3.33 mm² per node;
-    // a single run may end 8 % above, and random clusters are beyond 500.
+    // Layer 1 of the beam: 100 runs of linfa's own k-means reach 3.35 mm² per node. Ten runs of
+    // ours stay below 3.52 mm² for each of 100 seeds, a single one averages 3.56.
     let [(positions, mesh_edges), _] = beams();
     let config = AugmentationConfig::for_nodes(390);
     let topology = augment(&positions, &mesh_edges, &config).unwrap();
     let inertia = topology.inertia_per_leaf(&positions).unwrap();
-    assert!(inertia[0] < 1.08 * 3.33, "{inertia:?}");
+    assert!(inertia[0] < 3.52, "{inertia:?}");
 }
 
 #[test]
