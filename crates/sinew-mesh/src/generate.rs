@@ -20,14 +20,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// assert_eq!(beam.node_sets["x_min"].len(), 30);
 /// ```
 pub fn box_tetrahedra(extent: [f64; 3], cells: [usize; 3]) -> TetMesh {
-    let permutations = [
-        [0, 1, 2],
-        [0, 2, 1],
-        [1, 0, 2],
-        [1, 2, 0],
-        [2, 0, 1],
-        [2, 1, 0],
-    ];
+    let permutations = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
     kuhn_grid(extent, cells, &permutations)
 }
 
@@ -59,16 +52,15 @@ fn kuhn_grid<const D: usize, const V: usize>(
     );
     let nodes = cells.map(|n| n + 1);
     let stride: [usize; D] = std::array::from_fn(|axis| nodes[..axis].iter().product());
-    let mut mesh = SimplexMesh::<V>::default();
-    mesh.points = grid(nodes)
-        .map(|at| {
-            let mut point = [0.0; 3];
-            for axis in 0..D {
-                point[axis] = grid_coordinate(at[axis], cells[axis], extent[axis]);
-            }
-            point
-        })
-        .collect();
+    let position = |at: [usize; D]| {
+        let mut point = [0.0; 3];
+        for axis in 0..D {
+            point[axis] = grid_coordinate(at[axis], cells[axis], extent[axis]);
+        }
+        point
+    };
+    let points = grid(nodes).map(position).collect();
+    let mut mesh = SimplexMesh::<V> { points, ..SimplexMesh::default() };
     for at in grid(cells) {
         let lowest: usize = (0..D).map(|axis| at[axis] * stride[axis]).sum();
         for order in axis_orders {
@@ -97,11 +89,7 @@ fn grid<const D: usize>(count: [usize; D]) -> impl Iterator<Item = [usize; D]> {
 
 /// The ends are exact; in between as `numpy.linspace`, so that meshes agree bit for bit.
 fn grid_coordinate(index: usize, cells: usize, extent: f64) -> f64 {
-    if index == cells {
-        extent
-    } else {
-        index as f64 * (extent / cells as f64)
-    }
+    if index == cells { extent } else { index as f64 * (extent / cells as f64) }
 }
 
 fn name_sides<const D: usize, const V: usize>(
@@ -117,9 +105,7 @@ fn name_sides<const D: usize, const V: usize>(
             let nodes = (0..mesh.points.len()).filter(|&n| on_side(n)).collect();
             let touches = |f: &Facet| {
                 let corners = mesh.cells[f.cell].iter().enumerate();
-                corners
-                    .filter(|&(local, _)| local != f.opposite)
-                    .all(|(_, &node)| on_side(node))
+                corners.filter(|&(local, _)| local != f.opposite).all(|(_, &node)| on_side(node))
             };
             let facets = boundary.iter().copied().filter(touches).collect();
             mesh.node_sets.insert(name.clone(), nodes);

@@ -16,11 +16,7 @@ impl<const V: usize> SimplexMesh<V> {
         const { assert!(V == 3 || V == 4, "cells are triangles or tetrahedra") };
         let corners = self.corners(cell);
         let [a, b, c] = [1, 2, V - 1].map(|i| corners[i] - corners[0]);
-        if V == 4 {
-            a.cross(&b).dot(&c) / 6.0
-        } else {
-            a.cross(&b).norm() / 2.0
-        }
+        if V == 4 { a.cross(&b).dot(&c) / 6.0 } else { a.cross(&b).norm() / 2.0 }
     }
 }
 
@@ -38,22 +34,14 @@ pub fn repair_orientation<const V: usize>(mesh: &mut SimplexMesh<V>) -> usize {
     for cell in 0..mesh.cells.len() {
         let corners = mesh.corners(cell);
         let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
-        let orientation = if V == 4 {
-            normal.dot(&(corners[V - 1] - corners[0]))
-        } else {
-            normal.z
-        };
+        let orientation =
+            if V == 4 { normal.dot(&(corners[V - 1] - corners[0])) } else { normal.z };
         if orientation < 0.0 {
             mesh.cells[cell].swap(1, 2);
             swapped[cell] = true;
         }
     }
-    for facet in mesh
-        .facet_sets
-        .values_mut()
-        .flatten()
-        .filter(|facet| swapped[facet.cell])
-    {
+    for facet in mesh.facet_sets.values_mut().flatten().filter(|facet| swapped[facet.cell]) {
         facet.opposite = [0, 2, 1, 3][facet.opposite];
     }
     swapped.iter().filter(|&&s| s).count()
@@ -66,11 +54,7 @@ mod tests {
 
     fn corner_tet(cell: [usize; 4]) -> TetMesh {
         let points = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        TetMesh {
-            points,
-            cells: vec![cell],
-            ..TetMesh::default()
-        }
+        TetMesh { points, cells: vec![cell], ..TetMesh::default() }
     }
 
     #[test]
@@ -82,47 +66,19 @@ mod tests {
     #[test]
     fn repair_counts_and_keeps_facets() {
         let mut mesh = corner_tet([0, 2, 1, 3]);
-        mesh.facet_sets.insert(
-            "slanted".into(),
-            vec![Facet {
-                cell: 0,
-                opposite: 0,
-            }],
-        );
-        mesh.facet_sets.insert(
-            "x".into(),
-            vec![Facet {
-                cell: 0,
-                opposite: 2,
-            }],
-        );
+        mesh.facet_sets.insert("slanted".into(), vec![Facet { cell: 0, opposite: 0 }]);
+        mesh.facet_sets.insert("x".into(), vec![Facet { cell: 0, opposite: 2 }]);
         assert_eq!(repair_orientation(&mut mesh), 1);
         assert_eq!(mesh.cells, [[0, 1, 2, 3]]);
-        assert_eq!(
-            mesh.facet_sets["slanted"],
-            [Facet {
-                cell: 0,
-                opposite: 0
-            }]
-        );
-        assert_eq!(
-            mesh.facet_sets["x"],
-            [Facet {
-                cell: 0,
-                opposite: 1
-            }]
-        );
+        assert_eq!(mesh.facet_sets["slanted"], [Facet { cell: 0, opposite: 0 }]);
+        assert_eq!(mesh.facet_sets["x"], [Facet { cell: 0, opposite: 1 }]);
         assert_eq!(repair_orientation(&mut mesh), 0);
     }
 
     #[test]
     fn triangles_are_turned_in_the_plane_only() {
         let points = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        let mut mesh = TriangleMesh {
-            points,
-            cells: vec![[0, 2, 1]],
-            ..Default::default()
-        };
+        let mut mesh = TriangleMesh { points, cells: vec![[0, 2, 1]], ..Default::default() };
         assert_eq!(repair_orientation(&mut mesh), 1);
         assert_eq!(mesh.cells, [[0, 1, 2]]);
         mesh.cells = vec![[0, 2, 1]];

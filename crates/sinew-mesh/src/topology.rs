@@ -26,9 +26,7 @@ pub fn boundary_facets<const V: usize>(mesh: &SimplexMesh<V>) -> Vec<Facet> {
     for facet in facets(mesh) {
         *owners.entry(facet_key(mesh, facet)).or_insert(0usize) += 1;
     }
-    facets(mesh)
-        .filter(|&facet| owners[&facet_key(mesh, facet)] == 1)
-        .collect()
+    facets(mesh).filter(|&facet| owners[&facet_key(mesh, facet)] == 1).collect()
 }
 
 /// Every facet of every cell, inner ones twice.
@@ -42,6 +40,51 @@ pub(crate) fn facet_key<const V: usize>(mesh: &SimplexMesh<V>, facet: Facet) -> 
     key[facet.opposite] = usize::MAX;
     key.sort_unstable();
     key
+}
+
+/// The nodes that belong to no cell, ascending.
+pub(crate) fn unused_nodes<const V: usize>(mesh: &SimplexMesh<V>) -> Vec<usize> {
+    let mut used = vec![false; mesh.points.len()];
+    mesh.cells.as_flattened().iter().for_each(|&node| used[node] = true);
+    (0..used.len()).filter(|&node| !used[node]).collect()
+}
+
+/// Removes the nodes that belong to no cell, with their rows in fields and sets, and returns
+/// how many there were. A solver would find no stiffness at such nodes.
+pub fn remove_unused_nodes<const V: usize>(mesh: &mut SimplexMesh<V>) -> usize {
+    let unused = unused_nodes(mesh);
+    if unused.is_empty() {
+        return 0;
+    }
+    let mut new_index = vec![usize::MAX; mesh.points.len()];
+    let is_used = |node: &usize| unused.binary_search(node).is_err();
+    let kept: Vec<usize> = (0..mesh.points.len()).filter(is_used).collect();
+    kept.iter().enumerate().for_each(|(new, &old)| new_index[old] = new);
+    mesh.points = kept.iter().map(|&old| mesh.points[old]).collect();
+    mesh.cells.as_flattened_mut().iter_mut().for_each(|node| *node = new_index[*node]);
+    for field in mesh.point_fields.values_mut() {
+        *field = field.select(&kept);
+    }
+    for set in mesh.node_sets.values_mut() {
+        set.retain(is_used);
+        set.iter_mut().for_each(|node| *node = new_index[*node]);
+    }
+    unused.len()
+}
+
+impl<const V: usize> SimplexMesh<V> {
+    /// The nodes of a set of facets, ascending.
+    pub fn nodes_of_facets(&self, facets: &[Facet]) -> Vec<usize> {
+        let corners = |facet: &Facet| {
+            let opposite = facet.opposite;
+            let of_facet = move |&(local, _): &(usize, usize)| local != opposite;
+            self.cells[facet.cell].into_iter().enumerate().filter(of_facet)
+        };
+        let mut nodes: Vec<usize> = facets.iter().flat_map(corners).map(|(_, n)| n).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    }
 }
 
 impl TetMesh {
@@ -85,14 +128,40 @@ mod tests {
     }
 
     #[test]
+    fn nodes_of_a_side() {
+        let mesh = box_tetrahedra([1.0; 3], [2, 3, 1]);
+        for side in ["x_min", "x_max", "y_min", "y_max", "z_min", "z_max"] {
+            assert_eq!(mesh.nodes_of_facets(&mesh.facet_sets[side]), mesh.node_sets[side]);
+        }
+    }
+
+    #[test]
+    fn unused_nodes_leave_with_their_data() {
+        let good = box_tetrahedra([1.0; 3], [1; 3]);
+        let mut mesh = good.clone();
+        mesh.points.insert(2, [9.0; 3]);
+        mesh.points.push([8.0; 3]);
+        let beyond = |node: &mut usize| *node += usize::from(*node >= 2);
+        mesh.cells.as_flattened_mut().iter_mut().for_each(beyond);
+        mesh.node_sets.values_mut().flatten().for_each(beyond);
+        mesh.node_sets.insert("odd".into(), vec![1, 2, 3, 9]);
+        mesh.point_fields.insert("old".into(), crate::Field::labels((0..10).collect()));
+        assert_eq!(remove_unused_nodes(&mut mesh), 2);
+        assert_eq!((&mesh.points, &mesh.cells), (&good.points, &good.cells));
+        assert_eq!(mesh.node_sets["x_max"], good.node_sets["x_max"]);
+        assert_eq!(mesh.node_sets["odd"], [1, 2]);
+        let kept = crate::Field::labels(vec![0, 1, 3, 4, 5, 6, 7, 8]);
+        assert_eq!(mesh.point_fields["old"], kept);
+        assert_eq!(remove_unused_nodes(&mut mesh), 0);
+    }
+
+    #[test]
     fn boundary_facets_point_outwards() {
         let mesh = box_tetrahedra([2.0, 2.0, 2.0], [2, 2, 2]);
         let boundary = boundary_facets(&mesh);
         assert_eq!(boundary.len(), 6 * 4 * 2);
         for facet in boundary {
-            let [a, b, c] = mesh
-                .facet_nodes(facet)
-                .map(|n| Vector3::from(mesh.points[n]));
+            let [a, b, c] = mesh.facet_nodes(facet).map(|n| Vector3::from(mesh.points[n]));
             let from_centre = (a + b + c) / 3.0 - Vector3::from([1.0; 3]);
             assert!((b - a).cross(&(c - a)).dot(&from_centre) > 0.0);
         }

@@ -1,0 +1,130 @@
+//! The rules every mesh obeys.
+
+use std::collections::BTreeMap;
+
+use crate::{Defect, Field, SimplexMesh};
+
+impl<const V: usize> SimplexMesh<V> {
+    /// A mesh without sets and fields.
+    ///
+    /// # Errors
+    /// The first rule of [`SimplexMesh::check`] that is broken.
+    pub fn new(points: Vec<[f64; 3]>, cells: Vec<[usize; V]>) -> Result<Self, Defect> {
+        let mesh = SimplexMesh { points, cells, ..SimplexMesh::default() };
+        mesh.check()?;
+        Ok(mesh)
+    }
+
+    /// Checks that coordinates are finite, that cells name different nodes that exist, that
+    /// fields have one row per node or cell and that sets name what exists.
+    ///
+    /// # Errors
+    /// The first rule that is broken.
+    pub fn check(&self) -> Result<(), Defect> {
+        check_points(&self.points)?;
+        for (index, cell) in self.cells.iter().enumerate() {
+            let raw = cell.map(|node| i64::try_from(node).unwrap_or(i64::MAX));
+            check_cell(index, &raw, self.points.len())?;
+        }
+        check_fields(&self.point_fields, self.points.len())?;
+        check_fields(&self.cell_fields, self.cells.len())?;
+        check_sets(&self.node_sets, self.points.len())?;
+        check_sets(&self.cell_sets, self.cells.len())?;
+        for (set, facets) in &self.facet_sets {
+            for facet in facets {
+                check_member(set, facet.cell, self.cells.len())?;
+                check_member(set, facet.opposite, V)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+pub(crate) fn check_points(points: &[[f64; 3]]) -> Result<(), Defect> {
+    match points.iter().position(|point| point.iter().any(|x| !x.is_finite())) {
+        Some(node) => Err(Defect::NotFinite { node, point: points[node] }),
+        None => Ok(()),
+    }
+}
+
+/// Checks raw indices from a file, which may be negative.
+pub(crate) fn check_cell(cell: usize, raw: &[i64], nodes: usize) -> Result<(), Defect> {
+    for (i, &node) in raw.iter().enumerate() {
+        if usize::try_from(node).map_or(true, |node| node >= nodes) {
+            return Err(Defect::NodeOutOfRange { cell, node, nodes });
+        }
+        if raw[..i].contains(&node) {
+            return Err(Defect::RepeatedNode { cell, node: node as usize });
+        }
+    }
+    Ok(())
+}
+
+fn check_fields(fields: &BTreeMap<String, Field>, rows: usize) -> Result<(), Defect> {
+    fields.iter().try_for_each(|(name, field)| check_field(name, field, rows))
+}
+
+pub(crate) fn check_field(name: &str, field: &Field, rows: usize) -> Result<(), Defect> {
+    let (components, values) = (field.components, field.values.len());
+    if components > 0 && components.checked_mul(rows) == Some(values) {
+        return Ok(());
+    }
+    Err(Defect::FieldSize { field: name.into(), values, rows, components })
+}
+
+fn check_sets(sets: &BTreeMap<String, Vec<usize>>, limit: usize) -> Result<(), Defect> {
+    for (set, members) in sets {
+        members.iter().try_for_each(|&index| check_member(set, index, limit))?;
+    }
+    Ok(())
+}
+
+fn check_member(set: &str, index: usize, limit: usize) -> Result<(), Defect> {
+    if index < limit {
+        return Ok(());
+    }
+    Err(Defect::SetMember { set: set.into(), index, limit })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Facet, TetMesh, box_tetrahedra};
+
+    #[test]
+    fn good_meshes_pass() {
+        assert_eq!(box_tetrahedra([1.0; 3], [2; 3]).check(), Ok(()));
+    }
+
+    #[test]
+    fn each_rule_is_checked() {
+        let corners = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let new = TetMesh::new;
+        let error = new(corners.clone(), vec![[0, 1, 2, 4]]).unwrap_err();
+        assert_eq!(error, Defect::NodeOutOfRange { cell: 0, node: 4, nodes: 4 });
+        let error = new(corners.clone(), vec![[0, 1, 2, 1]]).unwrap_err();
+        assert_eq!(error, Defect::RepeatedNode { cell: 0, node: 1 });
+        let mut broken = corners.clone();
+        broken[2][1] = f64::NAN;
+        assert!(matches!(new(broken, vec![]), Err(Defect::NotFinite { node: 2, .. })));
+
+        let good = new(corners, vec![[0, 1, 2, 3]]).unwrap();
+        let broken_by = |change: fn(&mut TetMesh)| {
+            let mut mesh = good.clone();
+            change(&mut mesh);
+            mesh.check().unwrap_err()
+        };
+        let field = broken_by(|m| {
+            m.point_fields.insert("u".into(), Field::scalars(vec![0.0; 3]));
+        });
+        assert!(matches!(field, Defect::FieldSize { values: 3, rows: 4, .. }));
+        let set = broken_by(|m| {
+            m.node_sets.insert("s".into(), vec![4]);
+        });
+        assert!(matches!(set, Defect::SetMember { index: 4, limit: 4, .. }));
+        let facet = broken_by(|m| {
+            m.facet_sets.insert("f".into(), vec![Facet { cell: 0, opposite: 4 }]);
+        });
+        assert!(matches!(facet, Defect::SetMember { index: 4, limit: 4, .. }));
+    }
+}

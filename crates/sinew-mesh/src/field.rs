@@ -1,0 +1,142 @@
+//! Making and reading fields.
+
+use std::borrow::Cow;
+
+use crate::{Defect, Field, FieldValues, SimplexMesh};
+
+impl Field {
+    /// A real number per row.
+    pub fn scalars(values: Vec<f64>) -> Self {
+        Field { components: 1, values: FieldValues::Float(values) }
+    }
+
+    /// `N` real numbers per row, such as a displacement with `N = 3`.
+    pub fn vectors<const N: usize>(rows: &[[f64; N]]) -> Self {
+        Field { components: N, values: FieldValues::Float(rows.as_flattened().to_vec()) }
+    }
+
+    /// An integer per row.
+    pub fn labels(values: Vec<i64>) -> Self {
+        Field { components: 1, values: FieldValues::Integer(values) }
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.values.len() / self.components.max(1)
+    }
+
+    /// All numbers, row by row; integers beyond 2⁵³ are rounded.
+    pub fn to_f64(&self) -> Cow<'_, [f64]> {
+        match &self.values {
+            FieldValues::Float(values) => Cow::Borrowed(values),
+            FieldValues::Integer(values) => values.iter().map(|&v| v as f64).collect(),
+        }
+    }
+
+    /// The rows of a field with `N` components, or `None` when it has another number of them.
+    pub fn to_vectors<const N: usize>(&self) -> Option<Vec<[f64; N]>> {
+        let rows = self.to_f64();
+        (self.components == N).then(|| rows.as_chunks::<N>().0.to_vec())
+    }
+
+    /// The rows with the given indices, in this order. Panics when one is out of range.
+    pub(crate) fn select(&self, rows: &[usize]) -> Self {
+        fn pick<T: Copy>(values: &[T], rows: &[usize], width: usize) -> Vec<T> {
+            rows.iter().flat_map(|&r| &values[r * width..(r + 1) * width]).copied().collect()
+        }
+        let width = self.components;
+        let values = match &self.values {
+            FieldValues::Float(values) => FieldValues::Float(pick(values, rows, width)),
+            FieldValues::Integer(values) => FieldValues::Integer(pick(values, rows, width)),
+        };
+        Field { components: width, values }
+    }
+
+    pub(crate) fn as_labels(&self) -> Option<&[i64]> {
+        match &self.values {
+            FieldValues::Integer(values) if self.components == 1 => Some(values),
+            _ => None,
+        }
+    }
+}
+
+impl FieldValues {
+    /// How many numbers there are.
+    pub fn len(&self) -> usize {
+        match self {
+            FieldValues::Float(values) => values.len(),
+            FieldValues::Integer(values) => values.len(),
+        }
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+impl<const V: usize> SimplexMesh<V> {
+    /// The nodes at which a scalar point field is not zero, ascending: the node set behind a
+    /// marker such as `clamped`.
+    ///
+    /// # Errors
+    /// [`Defect::NoSuchField`] when no scalar point field has this name.
+    pub fn nodes_where_nonzero(&self, field: &str) -> Result<Vec<usize>, Defect> {
+        let is_scalar = |f: &&Field| f.components == 1;
+        let found = self.point_fields.get(field).filter(is_scalar).ok_or_else(|| {
+            let names = self.point_fields.iter().filter(|(_, f)| is_scalar(f));
+            Defect::NoSuchField {
+                field: field.into(),
+                wanted: "scalar point",
+                available: names.map(|(name, _)| name.clone()).collect(),
+            }
+        })?;
+        let numbers = found.to_f64();
+        Ok((0..numbers.len()).filter(|&node| numbers[node] != 0.0).collect())
+    }
+
+    /// The cells whose integer cell field equals `label`, ascending: the cell set behind a
+    /// region number.
+    ///
+    /// # Errors
+    /// [`Defect::NoSuchField`] when no integer cell field with one component has this name.
+    pub fn cells_labelled(&self, field: &str, label: i64) -> Result<Vec<usize>, Defect> {
+        let labels = self.cell_fields.get(field).and_then(Field::as_labels).ok_or_else(|| {
+            let names = self.cell_fields.iter().filter(|(_, f)| f.as_labels().is_some());
+            Defect::NoSuchField {
+                field: field.into(),
+                wanted: "integer cell",
+                available: names.map(|(name, _)| name.clone()).collect(),
+            }
+        })?;
+        Ok((0..labels.len()).filter(|&cell| labels[cell] == label).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::box_tetrahedra;
+
+    #[test]
+    fn fields_convert_to_rows() {
+        let field = Field::vectors(&[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+        assert_eq!(field.rows(), 2);
+        assert_eq!(field.to_vectors::<3>(), Some(vec![[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]));
+        assert_eq!(field.to_vectors::<2>(), None);
+        assert_eq!(field.select(&[1, 1]).to_f64(), [4.0, 5.0, 6.0, 4.0, 5.0, 6.0].as_slice());
+        assert_eq!(Field::labels(vec![3, -1]).to_f64(), [3.0, -1.0].as_slice());
+    }
+
+    #[test]
+    fn markers_become_sets() {
+        let mut mesh = box_tetrahedra([1.0; 3], [1; 3]);
+        mesh.point_fields.insert("clamped".into(), Field::labels(vec![0, 1, 0, 0, 0, -2, 0, 0]));
+        mesh.cell_fields.insert("region".into(), Field::labels(vec![0, 7, 7, 0, 0, 1]));
+        assert_eq!(mesh.nodes_where_nonzero("clamped"), Ok(vec![1, 5]));
+        assert_eq!(mesh.cells_labelled("region", 7), Ok(vec![1, 2]));
+        let error = mesh.nodes_where_nonzero("fixed").unwrap_err();
+        assert!(error.to_string().contains("clamped"), "{error}");
+        assert!(mesh.cells_labelled("clamped", 1).is_err());
+    }
+}

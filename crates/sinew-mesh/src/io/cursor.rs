@@ -1,0 +1,283 @@
+//! A position in the bytes of a file, shared by the readers of text and binary formats.
+
+use std::str::FromStr;
+
+use super::number::NumberType;
+use crate::{FieldValues, MeshError, Place, Problem};
+
+/// Order of the bytes of a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Endian {
+    Little,
+    Big,
+}
+
+/// How numbers are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Encoding {
+    Text,
+    Binary(Endian),
+}
+
+/// Reads a file from front to back; never past its end, never more than its bytes can hold.
+pub(crate) struct Cursor<'a> {
+    file: &'a str,
+    bytes: &'a [u8],
+    position: usize,
+    /// Where the last item began, which is where errors point to.
+    item: usize,
+    /// Encoding of numbers; keywords are always text.
+    pub encoding: Encoding,
+}
+
+/// Longest piece of a file that an error repeats [bytes].
+const EXCERPT: usize = 40;
+
+/// The start of a text as errors show it.
+pub(crate) fn excerpt(text: &[u8]) -> String {
+    String::from_utf8_lossy(&text[..text.len().min(EXCERPT)]).into_owned()
+}
+
+/// The error at a byte of a file.
+pub(crate) fn error_at(file: &str, byte: usize, problem: impl Into<Problem>) -> MeshError {
+    let place = Place { byte, line: None };
+    MeshError::Content { file: file.into(), place, problem: Box::new(problem.into()) }
+}
+
+impl<'a> Cursor<'a> {
+    pub fn new(file: &'a str, bytes: &'a [u8]) -> Self {
+        Cursor { file, bytes, position: 0, item: 0, encoding: Encoding::Text }
+    }
+
+    /// The error at the last item read.
+    pub fn error(&self, problem: impl Into<Problem>) -> MeshError {
+        let place = Place { byte: self.item, line: self.line_number() };
+        MeshError::Content { file: self.file.into(), place, problem: Box::new(problem.into()) }
+    }
+
+    /// Where the last item read began.
+    pub fn place(&self) -> Place {
+        Place { byte: self.item, line: self.line_number() }
+    }
+
+    fn line_number(&self) -> Option<usize> {
+        let newlines = || self.bytes[..self.item].iter().filter(|&&b| b == b'\n').count();
+        (self.encoding == Encoding::Text).then(|| newlines() + 1)
+    }
+
+    pub fn expected(&self, expected: &'static str, found: &[u8]) -> MeshError {
+        self.error(Problem::Expected { expected, found: excerpt(found) })
+    }
+
+    fn rest(&self) -> &'a [u8] {
+        &self.bytes[self.position..]
+    }
+
+    pub fn remaining(&self) -> usize {
+        self.bytes.len() - self.position
+    }
+
+    pub fn skip_whitespace(&mut self) {
+        let blank = self.rest().iter().take_while(|b| b.is_ascii_whitespace()).count();
+        self.position += blank;
+    }
+
+    /// The rest of the line without surrounding blanks, or `None` at the end of the file.
+    pub fn line(&mut self) -> Option<&'a [u8]> {
+        self.item = self.position;
+        let rest = self.rest();
+        if rest.is_empty() {
+            return None;
+        }
+        let length = rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+        self.position = (self.position + length + 1).min(self.bytes.len());
+        Some(rest[..length].trim_ascii())
+    }
+
+    /// The rest of the line as text.
+    pub fn text_line(&mut self, expected: &'static str) -> Result<&'a str, MeshError> {
+        let line = self.line().ok_or_else(|| self.error(Problem::Missing { expected }))?;
+        str::from_utf8(line).map_err(|_| self.expected(expected, line))
+    }
+
+    /// The next word, or `None` at the end of the file.
+    pub fn word(&mut self) -> Option<&'a [u8]> {
+        self.skip_whitespace();
+        self.item = self.position;
+        let rest = self.rest();
+        let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        self.position += length;
+        (length > 0).then(|| &rest[..length])
+    }
+
+    /// The next word as text.
+    pub fn text(&mut self, expected: &'static str) -> Result<&'a str, MeshError> {
+        let word = self.word().ok_or_else(|| self.error(Problem::Missing { expected }))?;
+        str::from_utf8(word).map_err(|_| self.expected(expected, word))
+    }
+
+    /// The next word as a number, whatever the encoding.
+    pub fn parse<T: FromStr>(&mut self, expected: &'static str) -> Result<T, MeshError> {
+        let text = self.text(expected)?;
+        text.parse().map_err(|_| self.expected(expected, text.as_bytes()))
+    }
+
+    /// Where the next item is read from.
+    pub fn position(&self) -> usize {
+        self.position
+    }
+
+    /// Goes back to where [`Cursor::position`] was.
+    pub fn rewind(&mut self, position: usize) {
+        self.position = position.min(self.position);
+    }
+
+    /// Reads up to and beyond `end`; what comes before it is returned.
+    pub fn skip_past(&mut self, end: &[u8], expected: &'static str) -> Result<&'a [u8], MeshError> {
+        self.item = self.position;
+        let rest = self.rest();
+        let found = rest.windows(end.len()).position(|window| window == end);
+        let length = found.ok_or_else(|| self.error(Problem::Missing { expected }))?;
+        self.position += length + end.len();
+        Ok(&rest[..length])
+    }
+
+    /// The next `count` bytes.
+    pub fn take(&mut self, count: usize, what: &'static str) -> Result<&'a [u8], MeshError> {
+        self.item = self.position;
+        if count > self.remaining() {
+            let available = self.remaining();
+            return Err(self.error(Problem::CutOff { what, needed: count as u128, available }));
+        }
+        let taken = &self.rest()[..count];
+        self.position += count;
+        Ok(taken)
+    }
+
+    /// Refuses a declared count that the rest of the file cannot hold, before anything is
+    /// allocated for it. A number takes `size` bytes in binary and two in text: a digit and
+    /// a separator, which only the last may lack.
+    pub fn check_count(
+        &self,
+        count: usize,
+        size: usize,
+        what: &'static str,
+    ) -> Result<(), MeshError> {
+        let available = self.remaining();
+        let needed = match self.encoding {
+            Encoding::Text => (2 * count as u128).saturating_sub(1),
+            Encoding::Binary(_) => count as u128 * size as u128,
+        };
+        if needed > available as u128 {
+            return Err(self.error(Problem::CutOff { what, needed, available }));
+        }
+        Ok(())
+    }
+
+    /// `count` numbers in the cursor's encoding.
+    pub fn numbers(
+        &mut self,
+        kind: NumberType,
+        count: usize,
+        what: &'static str,
+    ) -> Result<FieldValues, MeshError> {
+        self.check_count(count, kind.size(), what)?;
+        match self.encoding {
+            Encoding::Binary(endian) => {
+                let bytes = self.take(count * kind.size(), what)?;
+                kind.decode(bytes, endian).map_err(|index| {
+                    self.item += index * kind.size();
+                    self.expected("an integer below 2^63", b"a larger one")
+                })
+            }
+            Encoding::Text if kind.is_float() => {
+                let numbers: Result<_, _> = (0..count).map(|_| self.parse(what)).collect();
+                Ok(FieldValues::Float(numbers?))
+            }
+            Encoding::Text => {
+                let numbers: Result<_, _> = (0..count).map(|_| self.parse(what)).collect();
+                Ok(FieldValues::Integer(numbers?))
+            }
+        }
+    }
+
+    /// `count` integers in the cursor's encoding.
+    pub fn integers(
+        &mut self,
+        kind: NumberType,
+        count: usize,
+        what: &'static str,
+    ) -> Result<Vec<i64>, MeshError> {
+        match self.numbers(kind, count, what)? {
+            FieldValues::Integer(values) => Ok(values),
+            FieldValues::Float(_) => Err(self.expected("integers", b"real numbers")),
+        }
+    }
+
+    /// `count` real numbers in the cursor's encoding; integers are widened.
+    pub fn reals(
+        &mut self,
+        kind: NumberType,
+        count: usize,
+        what: &'static str,
+    ) -> Result<Vec<f64>, MeshError> {
+        Ok(match self.numbers(kind, count, what)? {
+            FieldValues::Float(values) => values,
+            FieldValues::Integer(values) => values.into_iter().map(|v| v as f64).collect(),
+        })
+    }
+
+    /// One integer in the cursor's encoding.
+    pub fn integer(&mut self, kind: NumberType, what: &'static str) -> Result<i64, MeshError> {
+        self.skip_whitespace_in_text();
+        self.item = self.position;
+        let value = self.integers(kind, 1, what)?;
+        Ok(value[0])
+    }
+
+    /// One integer that counts something.
+    pub fn count(&mut self, kind: NumberType, what: &'static str) -> Result<usize, MeshError> {
+        let value = self.integer(kind, what)?;
+        let most = i64::MAX;
+        usize::try_from(value)
+            .map_err(|_| self.error(Problem::Range { what, value, least: 0, most }))
+    }
+
+    fn skip_whitespace_in_text(&mut self) {
+        if self.encoding == Encoding::Text {
+            self.skip_whitespace();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_lines_and_places() {
+        let mut cursor = Cursor::new("mesh.vtk", b"one two\n  three \nfour");
+        assert_eq!(cursor.word(), Some(b"one".as_slice()));
+        assert_eq!(cursor.line(), Some(b"two".as_slice()));
+        assert_eq!(cursor.line(), Some(b"three".as_slice()));
+        let error = cursor.parse::<u8>("a small number").unwrap_err().to_string();
+        assert!(
+            error.starts_with("mesh.vtk, line 3 (byte 17): expected a small number"),
+            "{error}"
+        );
+        assert_eq!(cursor.word(), None);
+        assert_eq!(cursor.line(), None);
+    }
+
+    #[test]
+    fn declared_counts_are_checked_before_allocation() {
+        let mut cursor = Cursor::new("f", b"1 2 3");
+        assert!(cursor.numbers(NumberType::F64, usize::MAX, "numbers").is_err());
+        assert_eq!(cursor.integers(NumberType::I64, 3, "numbers").unwrap(), [1, 2, 3]);
+        cursor = Cursor::new("f", &[0; 16]);
+        cursor.encoding = Encoding::Binary(Endian::Big);
+        assert!(cursor.numbers(NumberType::F64, usize::MAX / 4, "numbers").is_err());
+        assert!(cursor.numbers(NumberType::F64, 3, "numbers").is_err());
+        assert_eq!(cursor.reals(NumberType::F64, 2, "numbers").unwrap(), [0.0, 0.0]);
+    }
+}

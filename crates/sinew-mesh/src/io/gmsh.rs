@@ -1,0 +1,267 @@
+//! gmsh MSH files: the sections that versions 2.2 and 4.1 share (Gmsh reference manual,
+//! "MSH file format").
+
+use std::collections::HashMap;
+
+use super::cursor::{Cursor, Encoding, Endian};
+use super::grid::UnstructuredGrid;
+use super::number::NumberType;
+use crate::{Field, FieldValues, MeshError, Problem};
+
+/// Reads the nodes, elements, physical groups and data of a file.
+pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshError> {
+    let mut gmsh = Gmsh {
+        cursor: Cursor::new(file, bytes),
+        version: Version::None,
+        binary: Encoding::Text,
+        grid: UnstructuredGrid::new(),
+        names: HashMap::new(),
+        physicals: HashMap::new(),
+        node_index: HashMap::new(),
+        element_index: HashMap::new(),
+    };
+    while gmsh.section()? {}
+    for (present, expected) in [
+        (!gmsh.grid.points.is_empty(), "a $Nodes section"),
+        (!gmsh.grid.types.is_empty(), "an $Elements section"),
+    ] {
+        if !present {
+            return Err(gmsh.cursor.error(Problem::Missing { expected }));
+        }
+    }
+    Ok(gmsh.grid)
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Version {
+    None,
+    Two,
+    Four,
+}
+
+/// What has been read so far.
+pub(super) struct Gmsh<'a> {
+    pub cursor: Cursor<'a>,
+    version: Version,
+    /// Encoding of the binary sections, or text.
+    binary: Encoding,
+    pub grid: UnstructuredGrid,
+    /// Names of physical groups by dimension and tag.
+    names: HashMap<(i64, i64), String>,
+    /// Physical tags of the model's entities by dimension and tag (version 4).
+    pub physicals: HashMap<(i64, i64), Vec<i64>>,
+    /// Index of each node tag.
+    node_index: HashMap<i64, usize>,
+    /// Index of each element tag.
+    pub element_index: HashMap<i64, usize>,
+}
+
+impl Gmsh<'_> {
+    /// Reads one section; false at the end of the file.
+    fn section(&mut self) -> Result<bool, MeshError> {
+        let Some(name) = self.cursor.word() else { return Ok(false) };
+        let Some(bare) = name.strip_prefix(b"$") else {
+            return Err(self.cursor.expected("the $Name of a section", name));
+        };
+        if self.version == Version::None && !matches!(bare, b"MeshFormat" | b"Comments") {
+            return Err(self.cursor.expected("$MeshFormat", name));
+        }
+        self.cursor.line();
+        self.cursor.encoding = self.binary;
+        match (bare, self.version) {
+            (b"MeshFormat", _) => self.format()?,
+            (b"PhysicalNames", _) => self.physical_names()?,
+            (b"Nodes", Version::Two) => super::gmsh2::nodes(self)?,
+            (b"Nodes", _) => super::gmsh4::nodes(self)?,
+            (b"Elements", Version::Two) => super::gmsh2::elements(self)?,
+            (b"Elements", _) => super::gmsh4::elements(self)?,
+            (b"Entities", Version::Four) => super::gmsh4::entities(self)?,
+            (b"NodeData", _) => self.data(true)?,
+            (b"ElementData", _) => self.data(false)?,
+            _ => {
+                self.cursor.skip_past(&[b"$End", bare].concat(), "the end of the section")?;
+                return Ok(true);
+            }
+        }
+        let end = self.cursor.text("the $End of a section")?;
+        if end.strip_prefix("$End").map(str::as_bytes) != Some(bare) {
+            return Err(self.cursor.expected("the $End of the section", end.as_bytes()));
+        }
+        Ok(true)
+    }
+
+    /// `version file-type data-size`, and in binary a 1 that shows the order of bytes.
+    fn format(&mut self) -> Result<(), MeshError> {
+        let version = self.cursor.text("the version of the format")?;
+        self.version = match version {
+            "2.2" | "2.1" | "2" => Version::Two,
+            "4.1" => Version::Four,
+            _ => {
+                return Err(self.cursor.error(Problem::Unsupported {
+                    what: "MSH version",
+                    value: version.into(),
+                    advice: "convert it with `gmsh -save -format msh41`",
+                }));
+            }
+        };
+        let binary: u8 = self.cursor.parse("the file type 0 or 1")?;
+        let size: usize = self.cursor.parse("the data size")?;
+        if size != 8 {
+            let (what, value) = ("data size", size.to_string());
+            let advice = "save the mesh with a 64-bit gmsh";
+            return Err(self.cursor.error(Problem::Unsupported { what, value, advice }));
+        }
+        self.cursor.line();
+        if binary == 1 {
+            self.binary = match self.cursor.take(4, "the number that shows the order of bytes")? {
+                [1, 0, 0, 0] => Encoding::Binary(Endian::Little),
+                [0, 0, 0, 1] => Encoding::Binary(Endian::Big),
+                other => return Err(self.cursor.expected("the number 1 in binary", other)),
+            };
+        }
+        Ok(())
+    }
+
+    /// Lines of `dimension tag "name"`.
+    fn physical_names(&mut self) -> Result<(), MeshError> {
+        let count: usize = self.cursor.parse("the number of physical names")?;
+        for _ in 0..count {
+            let dimension = self.cursor.parse("the dimension of a physical group")?;
+            let tag = self.cursor.parse("the tag of a physical group")?;
+            let name = self.cursor.text_line("the name of a physical group")?;
+            self.names.insert((dimension, tag), name.trim_matches('"').to_string());
+        }
+        Ok(())
+    }
+
+    /// Adds a node.
+    pub fn node(&mut self, tag: i64, point: [f64; 3]) -> Result<(), MeshError> {
+        if self.node_index.insert(tag, self.grid.points.len()).is_some() {
+            let found = tag.to_string();
+            return Err(self.cursor.expected("a node tag that is not used yet", found.as_bytes()));
+        }
+        self.grid.points.push(point);
+        Ok(())
+    }
+
+    /// Adds an element with the tags of its nodes and returns its index.
+    pub fn element(&mut self, vtk_type: u8, nodes: &[i64]) -> Result<usize, MeshError> {
+        for tag in nodes {
+            let Some(&index) = self.node_index.get(tag) else {
+                let found = tag.to_string();
+                return Err(self.cursor.expected("the tag of a node in $Nodes", found.as_bytes()));
+            };
+            self.grid.connectivity.push(index as i64);
+        }
+        self.grid.types.push(vtk_type);
+        self.grid.offsets.push(self.grid.connectivity.len());
+        Ok(self.grid.types.len() - 1)
+    }
+
+    /// Puts an element into a physical group.
+    pub fn join_group(&mut self, dimension: i64, tag: i64, element: usize) {
+        // A minus sign means reversed orientation, which facets do not need.
+        let tag = tag.saturating_abs();
+        let named = self.names.get(&(dimension, tag)).cloned();
+        let name = named.unwrap_or_else(|| format!("physical_{tag}"));
+        self.grid.groups.entry(name).or_default().push(element);
+    }
+
+    /// A post-processing view: name, three lists of tags, then a tag and numbers per row.
+    fn data(&mut self, of_nodes: bool) -> Result<(), MeshError> {
+        let strings: usize = self.cursor.parse("the number of string tags")?;
+        self.cursor.line();
+        let mut name = None;
+        for _ in 0..strings {
+            let text = self.cursor.text_line("a string tag")?;
+            name.get_or_insert(text.trim_matches('"').to_string());
+        }
+        let reals: usize = self.cursor.parse("the number of real tags")?;
+        for _ in 0..reals {
+            self.cursor.parse::<f64>("a real tag")?;
+        }
+        let integers: usize = self.cursor.parse("the number of integer tags")?;
+        let mut tags = [0usize; 3];
+        for index in 0..integers {
+            let tag = self.cursor.parse("an integer tag")?;
+            if let Some(slot) = tags.get_mut(index) {
+                *slot = tag;
+            }
+        }
+        self.cursor.line();
+        let [_, components, rows] = tags;
+        self.rows(of_nodes, name.unwrap_or_else(|| "data".into()), components, rows)
+    }
+
+    fn rows(
+        &mut self,
+        of_nodes: bool,
+        name: String,
+        components: usize,
+        rows: usize,
+    ) -> Result<(), MeshError> {
+        let total = if of_nodes { self.grid.points.len() } else { self.grid.types.len() };
+        let mut values = vec![f64::NAN; total.saturating_mul(self.checked_width(components)?)];
+        let mut seen = vec![false; total];
+        for _ in 0..rows {
+            let tag = self.cursor.integer(NumberType::I32, "the tag of a data row")?;
+            let index = if of_nodes { &self.node_index } else { &self.element_index };
+            let Some(&index) = index.get(&tag) else {
+                let found = tag.to_string();
+                return Err(self.cursor.expected("the tag of a node or element", found.as_bytes()));
+            };
+            let row = self.cursor.reals(NumberType::F64, components, "numbers of a data row")?;
+            values[index * components..][..components].copy_from_slice(&row);
+            seen[index] = true;
+        }
+        let found = seen.iter().filter(|&&row| row).count();
+        if found != total {
+            let what = format!("rows of {name:?}");
+            return Err(self.cursor.error(Problem::Count { what, expected: total, found }));
+        }
+        let field = Field { components, values: FieldValues::Float(values) };
+        let fields =
+            if of_nodes { &mut self.grid.point_fields } else { &mut self.grid.cell_fields };
+        fields.insert(name, field);
+        Ok(())
+    }
+
+    /// gmsh knows scalars, vectors and tensors only, which bounds the memory of a view.
+    fn checked_width(&self, components: usize) -> Result<usize, MeshError> {
+        let (what, value) = ("the number of components", components as i64);
+        match components {
+            1..=9 => Ok(components),
+            _ => Err(self.cursor.error(Problem::Range { what, value, least: 1, most: 9 })),
+        }
+    }
+
+    /// VTK type and number of nodes of a gmsh element type.
+    pub fn element_type(&self, gmsh_type: i64) -> Result<(u8, usize), MeshError> {
+        Ok(match gmsh_type {
+            1 => (3, 2),
+            2 => (5, 3),
+            3 => (9, 4),
+            4 => (10, 4),
+            5 => (12, 8),
+            6 => (13, 6),
+            7 => (14, 5),
+            8 => (21, 3),
+            9 => (22, 6),
+            10 => (28, 9),
+            11 => (24, 10),
+            12 => (29, 27),
+            15 => (1, 1),
+            16 => (23, 8),
+            17 => (25, 20),
+            18 => (26, 15),
+            19 => (27, 13),
+            _ => {
+                return Err(self.cursor.error(Problem::Unsupported {
+                    what: "gmsh element type",
+                    value: gmsh_type.to_string(),
+                    advice: "save the mesh with first-order elements (Mesh.ElementOrder = 1)",
+                }));
+            }
+        })
+    }
+}

@@ -1,0 +1,85 @@
+//! Nodes and elements of MSH 2.2.
+
+use std::collections::HashMap;
+
+use super::cursor::Encoding;
+use super::gmsh::Gmsh;
+use super::number::NumberType::{F64, I32};
+use crate::MeshError;
+
+/// Rows of a tag and three coordinates.
+pub(super) fn nodes(gmsh: &mut Gmsh<'_>) -> Result<(), MeshError> {
+    let count: usize = gmsh.cursor.parse("the number of nodes")?;
+    gmsh.cursor.line();
+    gmsh.grid.points_at = gmsh.cursor.place();
+    for _ in 0..count {
+        let tag = gmsh.cursor.integer(I32, "the tag of a node")?;
+        let point = gmsh.cursor.reals(F64, 3, "coordinates")?;
+        gmsh.node(tag, [point[0], point[1], point[2]])?;
+    }
+    Ok(())
+}
+
+/// Elements with their tags, of which the first is the physical group. An element in several
+/// groups is listed once for each.
+pub(super) fn elements(gmsh: &mut Gmsh<'_>) -> Result<(), MeshError> {
+    let count: usize = gmsh.cursor.parse("the number of elements")?;
+    gmsh.cursor.line();
+    gmsh.grid.cells_at = gmsh.cursor.place();
+    let mut known = HashMap::new();
+    let mut read = 0;
+    while read < count {
+        if gmsh.cursor.encoding == Encoding::Text {
+            let element = gmsh.cursor.integer(I32, "the tag of an element")?;
+            let kind = gmsh.cursor.integer(I32, "the type of an element")?;
+            let tags = gmsh.cursor.count(I32, "the number of tags")?;
+            row(gmsh, &mut known, Some(element), kind, tags)?;
+            read += 1;
+        } else {
+            let kind = gmsh.cursor.integer(I32, "the type of a block of elements")?;
+            let block = gmsh.cursor.count(I32, "the number of elements in a block")?.max(1);
+            let tags = gmsh.cursor.count(I32, "the number of tags")?;
+            for _ in 0..block {
+                row(gmsh, &mut known, None, kind, tags)?;
+            }
+            read += block;
+        }
+    }
+    Ok(())
+}
+
+fn row(
+    gmsh: &mut Gmsh<'_>,
+    known: &mut HashMap<(u8, Vec<i64>), usize>,
+    tag: Option<i64>,
+    kind: i64,
+    tags: usize,
+) -> Result<(), MeshError> {
+    let (vtk_type, length) = gmsh.element_type(kind)?;
+    let tag = match tag {
+        Some(tag) => tag,
+        None => gmsh.cursor.integer(I32, "the tag of an element")?,
+    };
+    let tags = gmsh.cursor.integers(I32, tags, "tags of an element")?;
+    let nodes = gmsh.cursor.integers(I32, length, "nodes of an element")?;
+    let index = match known.get(&(vtk_type, nodes.clone())) {
+        Some(&index) => index,
+        None => gmsh.element(vtk_type, &nodes)?,
+    };
+    known.insert((vtk_type, nodes), index);
+    gmsh.element_index.insert(tag, index);
+    if let Some(&physical) = tags.first().filter(|&&physical| physical != 0) {
+        gmsh.join_group(dimension(vtk_type), physical, index);
+    }
+    Ok(())
+}
+
+/// Dimension of the groups that an element can be in.
+fn dimension(vtk_type: u8) -> i64 {
+    match vtk_type {
+        1 => 0,
+        3 | 21 => 1,
+        5 | 9 | 22 | 23 | 28 => 2,
+        _ => 3,
+    }
+}

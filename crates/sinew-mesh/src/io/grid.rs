@@ -1,0 +1,100 @@
+//! What all mesh formats have in common: cells of any type with fields and groups.
+
+use std::collections::BTreeMap;
+
+use crate::{Field, Place};
+
+/// The content of a mesh file before it becomes a [`crate::SimplexMesh`]. Readers only
+/// guarantee that `offsets` ascends within `connectivity`; the rest is checked in one place.
+pub(crate) struct UnstructuredGrid {
+    pub points: Vec<[f64; 3]>,
+    /// VTK cell type of each cell.
+    pub types: Vec<u8>,
+    /// `connectivity[offsets[c]..offsets[c + 1]]` are the nodes of cell `c`.
+    pub offsets: Vec<usize>,
+    pub connectivity: Vec<i64>,
+    pub point_fields: BTreeMap<String, Field>,
+    pub cell_fields: BTreeMap<String, Field>,
+    /// Named groups of cells of any type.
+    pub groups: BTreeMap<String, Vec<usize>>,
+    /// Where the points are, for errors.
+    pub points_at: Place,
+    /// Where the cells are, for errors.
+    pub cells_at: Place,
+}
+
+impl UnstructuredGrid {
+    pub fn new() -> Self {
+        let start = Place { byte: 0, line: None };
+        UnstructuredGrid {
+            points: Vec::new(),
+            types: Vec::new(),
+            offsets: vec![0],
+            connectivity: Vec::new(),
+            point_fields: BTreeMap::new(),
+            cell_fields: BTreeMap::new(),
+            groups: BTreeMap::new(),
+            points_at: start,
+            cells_at: start,
+        }
+    }
+
+    pub fn push_cell(&mut self, vtk_type: u8, nodes: &[i64]) {
+        self.types.push(vtk_type);
+        self.connectivity.extend_from_slice(nodes);
+        self.offsets.push(self.connectivity.len());
+    }
+
+    pub fn cell(&self, index: usize) -> &[i64] {
+        &self.connectivity[self.offsets[index]..self.offsets[index + 1]]
+    }
+}
+
+/// VTK's numbers of the cell types that are used by name.
+pub(crate) mod vtk_type {
+    pub const VERTEX: u8 = 1;
+    pub const LINE: u8 = 3;
+    pub const TRIANGLE: u8 = 5;
+    pub const TETRAHEDRON: u8 = 10;
+}
+
+/// Name of a VTK cell type (VTK User's Guide, "VTK File Formats").
+pub(crate) fn cell_type_name(vtk_type: u8) -> &'static str {
+    match vtk_type {
+        1 => "vertex",
+        2 => "poly-vertex",
+        3 => "line",
+        4 => "poly-line",
+        5 => "triangle",
+        6 => "triangle strip",
+        7 => "polygon",
+        8 => "pixel",
+        9 => "quadrilateral",
+        10 => "tetrahedron",
+        11 => "voxel",
+        12 => "hexahedron",
+        13 => "wedge",
+        14 => "pyramid",
+        21 => "quadratic edge",
+        22 => "quadratic triangle",
+        23 => "quadratic quadrilateral",
+        24 => "quadratic tetrahedron",
+        25 => "quadratic hexahedron",
+        26 => "quadratic wedge",
+        27 => "quadratic pyramid",
+        28 => "biquadratic quadrilateral",
+        29 => "triquadratic hexahedron",
+        42 => "polyhedron",
+        _ => "cell of another type",
+    }
+}
+
+/// Topological dimension of the linear cell types that can be left out of a mesh.
+pub(crate) fn low_dimension(vtk_type: u8) -> Option<usize> {
+    match vtk_type {
+        1 | 2 => Some(0),
+        3 | 4 => Some(1),
+        5 => Some(2),
+        _ => None,
+    }
+}

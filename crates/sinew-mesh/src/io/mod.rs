@@ -1,0 +1,171 @@
+//! Reading and writing mesh files.
+
+mod convert;
+mod cursor;
+mod gmsh;
+mod gmsh2;
+mod gmsh4;
+mod grid;
+mod npy;
+mod number;
+mod sets;
+mod vtk;
+mod vtk_write;
+mod vtu;
+mod vtu_data;
+mod vtu_write;
+
+use std::path::Path;
+
+pub use convert::ReadReport;
+pub use npy::{NpyArray, parse_npy, to_npy};
+pub use vtk_write::{VtkEncoding, to_vtk};
+pub use vtu_write::{to_pvd, to_vtu};
+
+use crate::{MeshError, Problem, SimplexMesh, TetMesh, TriangleMesh};
+use grid::{UnstructuredGrid, vtk_type};
+
+/// A mesh whose kind of cell the file decides.
+#[derive(Clone, Debug, PartialEq)]
+pub enum AnyMesh {
+    /// The file has tetrahedra.
+    Tetrahedra(TetMesh),
+    /// The file has triangles and no tetrahedra.
+    Triangles(TriangleMesh),
+}
+
+/// Reads a mesh from a legacy VTK, VTU or gmsh MSH file, which is told by its content: a
+/// [`TetMesh`] when it has tetrahedra, otherwise a [`TriangleMesh`].
+///
+/// # Errors
+/// [`MeshError::File`] when the file cannot be read, [`MeshError::Content`] with the place and
+/// the reason when its content cannot.
+pub fn read(path: impl AsRef<Path>) -> Result<(AnyMesh, ReadReport), MeshError> {
+    let (name, bytes) = load(path.as_ref())?;
+    parse(&name, &bytes)
+}
+
+/// Reads a tetrahedral mesh; see [`read`].
+///
+/// # Errors
+/// As [`read`], and when the file has other cells than tetrahedra, triangles, lines and points.
+pub fn read_tet_mesh(path: impl AsRef<Path>) -> Result<(TetMesh, ReadReport), MeshError> {
+    let (name, bytes) = load(path.as_ref())?;
+    parse_tet_mesh(&name, &bytes)
+}
+
+/// Reads a triangle mesh; see [`read`].
+///
+/// # Errors
+/// As [`read`], and when the file has other cells than triangles, lines and points.
+pub fn read_triangle_mesh(path: impl AsRef<Path>) -> Result<(TriangleMesh, ReadReport), MeshError> {
+    let (name, bytes) = load(path.as_ref())?;
+    parse_triangle_mesh(&name, &bytes)
+}
+
+/// Reads the bytes of a mesh file; `file` is its name for errors. See [`read`].
+///
+/// # Errors
+/// [`MeshError::Content`] with the place and the reason.
+pub fn parse(file: &str, bytes: &[u8]) -> Result<(AnyMesh, ReadReport), MeshError> {
+    let grid = parse_grid(file, bytes)?;
+    if grid.types.contains(&vtk_type::TRIANGLE) && !grid.types.contains(&vtk_type::TETRAHEDRON) {
+        let (mesh, report) = convert::to_mesh(file, grid)?;
+        return Ok((AnyMesh::Triangles(mesh), report));
+    }
+    let (mesh, report) = convert::to_mesh(file, grid)?;
+    Ok((AnyMesh::Tetrahedra(mesh), report))
+}
+
+/// Reads the bytes of a tetrahedral mesh file; see [`read_tet_mesh`].
+///
+/// # Errors
+/// [`MeshError::Content`] with the place and the reason.
+pub fn parse_tet_mesh(file: &str, bytes: &[u8]) -> Result<(TetMesh, ReadReport), MeshError> {
+    convert::to_mesh(file, parse_grid(file, bytes)?)
+}
+
+/// Reads the bytes of a triangle mesh file; see [`read_triangle_mesh`].
+///
+/// # Errors
+/// [`MeshError::Content`] with the place and the reason.
+pub fn parse_triangle_mesh(
+    file: &str,
+    bytes: &[u8],
+) -> Result<(TriangleMesh, ReadReport), MeshError> {
+    convert::to_mesh(file, parse_grid(file, bytes)?)
+}
+
+/// Reads an npy array; see [`parse_npy`].
+///
+/// # Errors
+/// [`MeshError::File`] when the file cannot be read, [`MeshError::Content`] when its content
+/// cannot.
+pub fn read_npy(path: impl AsRef<Path>) -> Result<NpyArray, MeshError> {
+    let (name, bytes) = load(path.as_ref())?;
+    parse_npy(&name, &bytes)
+}
+
+/// Writes a legacy VTK file; see [`to_vtk`].
+///
+/// # Errors
+/// As [`to_vtk`], and when the file cannot be written.
+pub fn write_vtk<const V: usize>(
+    path: impl AsRef<Path>,
+    mesh: &SimplexMesh<V>,
+    encoding: VtkEncoding,
+) -> Result<(), MeshError> {
+    save(path.as_ref(), &to_vtk(mesh, encoding)?)
+}
+
+/// Writes a VTU file; see [`to_vtu`].
+///
+/// # Errors
+/// As [`to_vtu`], and when the file cannot be written.
+pub fn write_vtu<const V: usize>(
+    path: impl AsRef<Path>,
+    mesh: &SimplexMesh<V>,
+) -> Result<(), MeshError> {
+    save(path.as_ref(), &to_vtu(mesh)?)
+}
+
+/// Writes a PVD file; see [`to_pvd`].
+///
+/// # Errors
+/// As [`to_pvd`], and when the file cannot be written.
+pub fn write_pvd(path: impl AsRef<Path>, series: &[(f64, &Path)]) -> Result<(), MeshError> {
+    save(path.as_ref(), to_pvd(series)?.as_bytes())
+}
+
+/// Writes an npy array of 64-bit floats; see [`to_npy`].
+///
+/// # Errors
+/// When the file cannot be written.
+///
+/// # Panics
+/// When the number of values is not the product of the shape.
+pub fn write_npy(path: impl AsRef<Path>, shape: &[usize], values: &[f64]) -> Result<(), MeshError> {
+    save(path.as_ref(), &to_npy(shape, values))
+}
+
+/// Picks the reader by the first bytes, which are surer than the ending of a name.
+fn parse_grid(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshError> {
+    let byte_order_mark = b"\xef\xbb\xbf";
+    let content = bytes.strip_prefix(byte_order_mark).unwrap_or(bytes).trim_ascii_start();
+    match content {
+        [b'$', ..] => gmsh::parse(file, bytes),
+        [b'<', ..] => vtu::parse(file, bytes),
+        _ if content.starts_with(vtk::MAGIC) => vtk::parse(file, bytes),
+        _ => Err(cursor::error_at(file, 0, Problem::UnknownFormat)),
+    }
+}
+
+fn load(path: &Path) -> Result<(String, Vec<u8>), MeshError> {
+    let failed = |source| MeshError::File { path: path.into(), source };
+    Ok((path.display().to_string(), std::fs::read(path).map_err(failed)?))
+}
+
+fn save(path: &Path, bytes: &[u8]) -> Result<(), MeshError> {
+    let failed = |source| MeshError::File { path: path.into(), source };
+    std::fs::write(path, bytes).map_err(failed)
+}

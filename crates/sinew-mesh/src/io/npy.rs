@@ -1,0 +1,190 @@
+//! NumPy's npy arrays (NEP 1, "A Simple File Format for NumPy Arrays").
+
+use super::cursor::{Cursor, Encoding, Endian};
+use super::number::NumberType;
+use crate::{FieldValues, MeshError, Problem};
+
+const MAGIC: &[u8] = b"\x93NUMPY";
+/// Arrays with more dimensions than this are taken for damaged (NumPy's own limit).
+const MOST_DIMENSIONS: usize = 64;
+
+/// An array of numbers, the last index fastest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NpyArray {
+    /// Length of each dimension.
+    pub shape: Vec<usize>,
+    /// All numbers, as many as the product of the lengths.
+    pub values: FieldValues,
+}
+
+/// Reads an npy file's bytes; `file` is its name for errors. Floats, integers and booleans of
+/// either byte order are read; an array in Fortran order is transposed to C order.
+///
+/// # Errors
+/// [`MeshError::Content`] with the place and the reason.
+///
+/// ```
+/// let bytes = sinew_mesh::to_npy(&[2, 2], &[1.0, 2.0, 3.0, 4.0]);
+/// let array = sinew_mesh::parse_npy("u.npy", &bytes)?;
+/// assert_eq!(array.shape, [2, 2]);
+/// # Ok::<(), sinew_mesh::MeshError>(())
+/// ```
+pub fn parse_npy(file: &str, bytes: &[u8]) -> Result<NpyArray, MeshError> {
+    let mut cursor = Cursor::new(file, bytes);
+    cursor.encoding = Encoding::Binary(Endian::Little);
+    let magic = cursor.take(MAGIC.len(), "npy magic bytes")?;
+    if magic != MAGIC {
+        return Err(cursor.expected("the bytes \\x93NUMPY", magic));
+    }
+    let version = cursor.take(2, "npy version")?[0];
+    let length_type = if version == 1 { NumberType::U16 } else { NumberType::U32 };
+    let length = cursor.count(length_type, "the length of the npy header")?;
+    let header = cursor.take(length, "the npy header")?;
+    let header = str::from_utf8(header).map_err(|_| cursor.expected("an npy header", header))?;
+
+    let (kind, endian) = number_type(&cursor, header)?;
+    let shape = shape(&cursor, header)?;
+    let fortran = match entry(&cursor, header, "'fortran_order':")? {
+        text if text.starts_with("True") => true,
+        text if text.starts_with("False") => false,
+        text => return Err(cursor.expected("True or False", text.as_bytes())),
+    };
+    cursor.encoding = Encoding::Binary(endian);
+    let count = shape.iter().fold(1usize, |product, &length| product.saturating_mul(length));
+    let values = cursor.numbers(kind, count, "numbers of the array")?;
+    let values = match values {
+        values if !fortran || shape.len() < 2 => values,
+        FieldValues::Float(values) => FieldValues::Float(c_order(&values, &shape)),
+        FieldValues::Integer(values) => FieldValues::Integer(c_order(&values, &shape)),
+    };
+    Ok(NpyArray { shape, values })
+}
+
+/// An array of 64-bit floats as an npy file, the last index fastest.
+///
+/// # Panics
+/// When the number of values is not the product of the shape.
+pub fn to_npy(shape: &[usize], values: &[f64]) -> Vec<u8> {
+    assert_eq!(
+        shape.iter().product::<usize>(),
+        values.len(),
+        "shape {shape:?} must fit the values"
+    );
+    let lengths: String = shape.iter().map(|length| format!("{length}, ")).collect();
+    let mut header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({lengths}), }}");
+    // Magic, version, length, header and line break together are a multiple of 64 bytes.
+    let unpadded = MAGIC.len() + 4 + header.len() + 1;
+    header.push_str(&" ".repeat(unpadded.next_multiple_of(64) - unpadded));
+    header.push('\n');
+    let mut bytes =
+        [MAGIC, &[2, 0], &(header.len() as u32).to_le_bytes(), header.as_bytes()].concat();
+    bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    bytes
+}
+
+/// What follows a key of the header.
+fn entry<'h>(
+    cursor: &Cursor<'_>,
+    header: &'h str,
+    key: &'static str,
+) -> Result<&'h str, MeshError> {
+    let value = header.split_once(key).map(|(_, value)| value.trim_start());
+    value.ok_or_else(|| cursor.error(Problem::Missing { expected: key }))
+}
+
+fn number_type(cursor: &Cursor<'_>, header: &str) -> Result<(NumberType, Endian), MeshError> {
+    let text = entry(cursor, header, "'descr':")?;
+    let descr = text.strip_prefix('\'').and_then(|t| t.split_once('\'')).map_or(text, |(d, _)| d);
+    let kind = match descr.get(1..).unwrap_or_default() {
+        "f4" => NumberType::F32,
+        "f8" => NumberType::F64,
+        "i1" => NumberType::I8,
+        "u1" | "b1" => NumberType::U8,
+        "i2" => NumberType::I16,
+        "u2" => NumberType::U16,
+        "i4" => NumberType::I32,
+        "u4" => NumberType::U32,
+        "i8" => NumberType::I64,
+        "u8" => NumberType::U64,
+        _ => {
+            return Err(cursor.error(Problem::Unsupported {
+                what: "npy number type",
+                value: super::cursor::excerpt(descr.as_bytes()),
+                advice: "save the array as float64 or int64",
+            }));
+        }
+    };
+    let endian = if descr.starts_with('>') { Endian::Big } else { Endian::Little };
+    Ok((kind, endian))
+}
+
+fn shape(cursor: &Cursor<'_>, header: &str) -> Result<Vec<usize>, MeshError> {
+    let text = entry(cursor, header, "'shape':")?;
+    let expected = "a shape such as (3, 4)";
+    let inner = text.strip_prefix('(').and_then(|text| text.split_once(')'));
+    let (inner, _) = inner.ok_or_else(|| cursor.expected(expected, text.as_bytes()))?;
+    let words = inner.split(',').map(str::trim).filter(|word| !word.is_empty());
+    let lengths: Result<Vec<usize>, _> = words.map(str::parse).collect();
+    match lengths {
+        Ok(lengths) if lengths.len() <= MOST_DIMENSIONS => Ok(lengths),
+        _ => Err(cursor.expected(expected, inner.as_bytes())),
+    }
+}
+
+/// Reorders an array whose first index is fastest.
+fn c_order<T: Copy>(values: &[T], shape: &[usize]) -> Vec<T> {
+    let mut index = vec![0; shape.len()];
+    let mut reordered = Vec::with_capacity(values.len());
+    for _ in 0..values.len() {
+        let fortran = index.iter().zip(shape).rev().fold(0, |sum, (&i, &n)| sum * n + i);
+        reordered.push(values[fortran]);
+        for axis in (0..shape.len()).rev() {
+            index[axis] += 1;
+            if index[axis] < shape[axis] {
+                break;
+            }
+            index[axis] = 0;
+        }
+    }
+    reordered
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn npy(header: &str, data: &[u8]) -> Vec<u8> {
+        let length = (header.len() as u16).to_le_bytes();
+        [MAGIC, &[1, 0], &length, header.as_bytes(), data].concat()
+    }
+
+    #[test]
+    fn fortran_order_is_transposed() {
+        let header = "{'descr': '|u1', 'fortran_order': True, 'shape': (2, 3), }\n";
+        let array = parse_npy("a.npy", &npy(header, &[1, 4, 2, 5, 3, 6])).unwrap();
+        assert_eq!(array.values, FieldValues::Integer(vec![1, 2, 3, 4, 5, 6]));
+    }
+
+    #[test]
+    fn a_scalar_and_a_vector() {
+        let array = parse_npy("a.npy", &to_npy(&[], &[2.5])).unwrap();
+        assert_eq!((array.shape, array.values), (vec![], FieldValues::Float(vec![2.5])));
+        let bytes = to_npy(&[3], &[1.0, -0.0, f64::INFINITY]);
+        assert_eq!(bytes.len() % 64, 3 * 8);
+        assert_eq!(parse_npy("a.npy", &bytes).unwrap().shape, [3]);
+    }
+
+    #[test]
+    fn errors_say_where_and_why() {
+        let message =
+            |header: &str| parse_npy("a.npy", &npy(header, &[0; 8])).unwrap_err().to_string();
+        let big =
+            message("{'descr': '<f8', 'fortran_order': False, 'shape': (99999999999, 9999999999)}");
+        assert!(big.contains("numbers of the array need"), "{big}");
+        let object = message("{'descr': '|O', 'fortran_order': False, 'shape': (1,)}");
+        assert!(object.contains("float64"), "{object}");
+        let cut = message("{'descr': '<f8', 'fortran_order': False, 'shape': (2,)}");
+        assert!(cut.contains("need 16 bytes, but only 8"), "{cut}");
+        assert!(message("{'descr': '<f8', 'shape': (1,)}").contains("fortran_order"));
+    }
+}

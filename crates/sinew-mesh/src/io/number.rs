@@ -1,0 +1,93 @@
+//! The number types of file formats.
+
+use super::cursor::Endian;
+use crate::FieldValues;
+
+/// A number type as it is stored in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum NumberType {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F32,
+    F64,
+}
+
+impl NumberType {
+    /// Bytes of one number in binary files.
+    pub fn size(self) -> usize {
+        use NumberType::*;
+        match self {
+            I8 | U8 => 1,
+            I16 | U16 => 2,
+            I32 | U32 | F32 => 4,
+            I64 | U64 | F64 => 8,
+        }
+    }
+
+    pub fn is_float(self) -> bool {
+        matches!(self, NumberType::F32 | NumberType::F64)
+    }
+
+    /// Decodes whole numbers; a trailing rest of bytes is left out. `Err` holds the index of
+    /// an unsigned number beyond the largest signed one.
+    pub fn decode(self, bytes: &[u8], endian: Endian) -> Result<FieldValues, usize> {
+        /// The numbers as `$wide`, read as `$narrow`.
+        macro_rules! numbers {
+            ($narrow:ty) => {
+                bytes.as_chunks().0.iter().map(|&chunk| match endian {
+                    Endian::Little => <$narrow>::from_le_bytes(chunk),
+                    Endian::Big => <$narrow>::from_be_bytes(chunk),
+                })
+            };
+        }
+        macro_rules! integers {
+            ($narrow:ty) => {
+                FieldValues::Integer(numbers!($narrow).map(i64::from).collect())
+            };
+        }
+        Ok(match self {
+            NumberType::I8 => integers!(i8),
+            NumberType::U8 => integers!(u8),
+            NumberType::I16 => integers!(i16),
+            NumberType::U16 => integers!(u16),
+            NumberType::I32 => integers!(i32),
+            NumberType::U32 => integers!(u32),
+            NumberType::I64 => integers!(i64),
+            NumberType::U64 => {
+                let signed = |(index, n)| i64::try_from(n).map_err(|_| index);
+                FieldValues::Integer(
+                    numbers!(u64).enumerate().map(signed).collect::<Result<_, _>>()?,
+                )
+            }
+            NumberType::F32 => FieldValues::Float(numbers!(f32).map(f64::from).collect()),
+            NumberType::F64 => FieldValues::Float(numbers!(f64).collect()),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_byte_orders() {
+        let values = NumberType::I16.decode(&[1, 0, 255, 255], Endian::Little);
+        assert_eq!(values, Ok(FieldValues::Integer(vec![1, -1])));
+        let values = NumberType::U16.decode(&[1, 0, 255, 255], Endian::Big);
+        assert_eq!(values, Ok(FieldValues::Integer(vec![256, 65535])));
+        let values = NumberType::F32.decode(&1.5f32.to_be_bytes(), Endian::Big);
+        assert_eq!(values, Ok(FieldValues::Float(vec![1.5])));
+    }
+
+    #[test]
+    fn huge_unsigned_numbers_are_refused() {
+        let bytes = [1u64.to_le_bytes(), u64::MAX.to_le_bytes()].concat();
+        assert_eq!(NumberType::U64.decode(&bytes, Endian::Little), Err(1));
+    }
+}

@@ -1,0 +1,94 @@
+//! Sets in files that only know fields.
+//!
+//! VTK files have no named sets, so they travel as integer fields with one component:
+//! `node_set:NAME` is 1 at the nodes of the set, `cell_set:NAME` is 1 at its cells, and bit `i`
+//! of `facet_set:NAME` is 1 when the facet opposite to local vertex `i` of the cell is in the set.
+//! The way there and back is exact for sets that ascend without repetition.
+
+use std::collections::BTreeMap;
+
+use crate::{Defect, Facet, Field, SimplexMesh};
+
+const NODE_SET: &str = "node_set:";
+const CELL_SET: &str = "cell_set:";
+const FACET_SET: &str = "facet_set:";
+
+type Fields = BTreeMap<String, Field>;
+
+/// The point and cell fields of a mesh with its sets among them.
+pub(crate) fn fields_with_sets<const V: usize>(
+    mesh: &SimplexMesh<V>,
+) -> Result<(Fields, Fields), Defect> {
+    let (mut points, mut cells) = (mesh.point_fields.clone(), mesh.cell_fields.clone());
+    let names = points.keys().chain(cells.keys());
+    names.into_iter().try_for_each(|name| check_name(name))?;
+    for (name, members) in &mesh.node_sets {
+        let field = marks(mesh.points.len(), members.iter().map(|&node| (node, 1)));
+        points.insert(prefixed(NODE_SET, name)?, field);
+    }
+    for (name, members) in &mesh.cell_sets {
+        let field = marks(mesh.cells.len(), members.iter().map(|&cell| (cell, 1)));
+        cells.insert(prefixed(CELL_SET, name)?, field);
+    }
+    for (name, facets) in &mesh.facet_sets {
+        let bits = facets.iter().map(|facet| (facet.cell, 1 << facet.opposite));
+        cells.insert(prefixed(FACET_SET, name)?, marks(mesh.cells.len(), bits));
+    }
+    Ok((points, cells))
+}
+
+/// Turns the fields that encode sets into sets.
+pub(crate) fn sets_from_fields<const V: usize>(mesh: &mut SimplexMesh<V>) -> Result<(), Defect> {
+    for (name, marks) in take_marks(&mut mesh.point_fields, NODE_SET) {
+        mesh.node_sets.insert(name, marked(&marks));
+    }
+    for (name, marks) in take_marks(&mut mesh.cell_fields, CELL_SET) {
+        mesh.cell_sets.insert(name, marked(&marks));
+    }
+    for (name, marks) in take_marks(&mut mesh.cell_fields, FACET_SET) {
+        let mut facets = Vec::new();
+        for (cell, &bits) in marks.iter().enumerate() {
+            if bits >> V != 0 {
+                let index = 63 - bits.leading_zeros() as usize;
+                return Err(Defect::SetMember { set: name, index, limit: V });
+            }
+            let in_set = (0..V).filter(|local| bits >> local & 1 == 1);
+            facets.extend(in_set.map(|opposite| Facet { cell, opposite }));
+        }
+        mesh.facet_sets.insert(name, facets);
+    }
+    Ok(())
+}
+
+fn marks(rows: usize, members: impl Iterator<Item = (usize, i64)>) -> Field {
+    let mut marks = vec![0; rows];
+    for (index, bit) in members {
+        marks[index] |= bit;
+    }
+    Field::labels(marks)
+}
+
+fn marked(marks: &[i64]) -> Vec<usize> {
+    (0..marks.len()).filter(|&index| marks[index] != 0).collect()
+}
+
+fn take_marks(fields: &mut Fields, prefix: &str) -> Vec<(String, Vec<i64>)> {
+    let is_set =
+        |name: &str, field: &Field| name.starts_with(prefix) && field.as_labels().is_some();
+    let taken = fields.extract_if(.., |name, field| is_set(name, field));
+    let labels = |field: &Field| field.as_labels().unwrap_or_default().to_vec();
+    taken.map(|(name, field)| (name[prefix.len()..].to_string(), labels(&field))).collect()
+}
+
+fn prefixed(prefix: &str, name: &str) -> Result<String, Defect> {
+    check_name(name)?;
+    Ok(format!("{prefix}{name}"))
+}
+
+fn check_name(name: &str) -> Result<(), Defect> {
+    let reserved = [NODE_SET, CELL_SET, FACET_SET].iter().any(|prefix| name.starts_with(prefix));
+    if name.is_empty() || reserved || name.chars().any(char::is_control) {
+        return Err(Defect::Name { name: name.into() });
+    }
+    Ok(())
+}

@@ -1,0 +1,376 @@
+//! Legacy VTK files, text and binary: versions 2.0 to 4.2 list the nodes of cells behind
+//! their number, 5.1 has OFFSETS and CONNECTIVITY (VTK User's Guide, "VTK File Formats", and
+//! "VTK XML/legacy file formats 5.1" of the VTK documentation).
+
+use std::collections::BTreeMap;
+
+use super::cursor::{Cursor, Encoding, Endian};
+use super::grid::UnstructuredGrid;
+use super::number::NumberType;
+use crate::{Field, MeshError, Problem};
+
+/// First bytes of every legacy VTK file.
+pub(crate) const MAGIC: &[u8] = b"# vtk DataFile Version";
+
+/// Reads an unstructured grid.
+pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshError> {
+    let mut reader = Reader {
+        cursor: Cursor::new(file, bytes),
+        grid: UnstructuredGrid::new(),
+        attributes_of: None,
+        major: 0,
+    };
+    reader.header()?;
+    while reader.section()? {}
+    let Reader { cursor, grid, .. } = reader;
+    if grid.points.is_empty() {
+        return Err(cursor.error(Problem::Missing { expected: "a POINTS section" }));
+    }
+    if grid.types.len() + 1 != grid.offsets.len() {
+        let what = "CELL_TYPES".to_string();
+        let (expected, found) = (grid.offsets.len() - 1, grid.types.len());
+        return Err(cursor.error(Problem::Count { what, expected, found }));
+    }
+    Ok(grid)
+}
+
+/// What the attributes that follow belong to.
+#[derive(Clone, Copy)]
+enum Owner {
+    Points(usize),
+    Cells(usize),
+}
+
+struct Reader<'a> {
+    cursor: Cursor<'a>,
+    grid: UnstructuredGrid,
+    attributes_of: Option<Owner>,
+    /// Major version of the format.
+    major: u32,
+}
+
+impl Reader<'_> {
+    fn header(&mut self) -> Result<(), MeshError> {
+        let version = self.cursor.text_line("# vtk DataFile Version x.y")?;
+        let number = version.rsplit(' ').next().and_then(|v| v.split('.').next()?.parse().ok());
+        self.major = number.ok_or_else(|| {
+            self.cursor.expected("# vtk DataFile Version x.y", version.as_bytes())
+        })?;
+        self.cursor.line();
+        let encoding = self.cursor.text("ASCII or BINARY")?;
+        let binary = match encoding.to_ascii_uppercase().as_str() {
+            "ASCII" => false,
+            "BINARY" => true,
+            _ => return Err(self.cursor.expected("ASCII or BINARY", encoding.as_bytes())),
+        };
+        self.keyword("DATASET")?;
+        let dataset = self.cursor.text("a dataset type")?;
+        if !dataset.eq_ignore_ascii_case("UNSTRUCTURED_GRID") {
+            return Err(self.cursor.error(Problem::Unsupported {
+                what: "dataset type",
+                value: dataset.into(),
+                advice: "save it as an unstructured grid",
+            }));
+        }
+        if binary {
+            // Legacy VTK is big endian on every machine.
+            self.cursor.encoding = Encoding::Binary(Endian::Big);
+        }
+        Ok(())
+    }
+
+    fn keyword(&mut self, keyword: &'static str) -> Result<(), MeshError> {
+        let word = self.cursor.text(keyword)?;
+        if word.eq_ignore_ascii_case(keyword) {
+            return Ok(());
+        }
+        Err(self.cursor.expected(keyword, word.as_bytes()))
+    }
+
+    /// Reads one section; false at the end of the file.
+    fn section(&mut self) -> Result<bool, MeshError> {
+        let Some(word) = self.cursor.word() else { return Ok(false) };
+        match word.to_ascii_uppercase().as_slice() {
+            b"POINTS" => self.points()?,
+            b"CELLS" if self.major >= 5 => self.cells_with_offsets()?,
+            b"CELLS" => self.cells_with_counts()?,
+            b"CELL_TYPES" => self.cell_types()?,
+            b"POINT_DATA" => {
+                let declared = self.attributes("POINT_DATA", self.grid.points.len())?;
+                self.attributes_of = Some(Owner::Points(declared));
+            }
+            b"CELL_DATA" => {
+                let declared = self.attributes("CELL_DATA", self.grid.offsets.len() - 1)?;
+                self.attributes_of = Some(Owner::Cells(declared));
+            }
+            b"METADATA" => self.metadata(),
+            b"FIELD" => self.field_arrays()?,
+            b"LOOKUP_TABLE" => self.lookup_table()?,
+            keyword => match (self.attributes_of, attribute_components(keyword)) {
+                (Some(owner), Some(components)) => self.attribute(keyword, components, owner)?,
+                _ => return Err(self.cursor.expected("the keyword of a section", word)),
+            },
+        }
+        Ok(true)
+    }
+
+    /// The declared number of rows of POINT_DATA or CELL_DATA, which must be the true one.
+    fn attributes(&mut self, what: &'static str, expected: usize) -> Result<usize, MeshError> {
+        let found = self.cursor.parse("the number of rows")?;
+        if found != expected {
+            let what = format!("rows of {what}");
+            return Err(self.cursor.error(Problem::Count { what, expected, found }));
+        }
+        Ok(found)
+    }
+
+    fn points(&mut self) -> Result<(), MeshError> {
+        let count: usize = self.cursor.parse("the number of points")?;
+        let kind = self.number_type()?;
+        self.end_of_header();
+        let coordinates = self.cursor.reals(kind, count.saturating_mul(3), "coordinates")?;
+        self.grid.points_at = self.cursor.place();
+        self.grid.points = coordinates.as_chunks().0.to_vec();
+        Ok(())
+    }
+
+    /// `CELLS n size`, then each cell as its number of nodes and the nodes.
+    fn cells_with_counts(&mut self) -> Result<(), MeshError> {
+        let count: usize = self.cursor.parse("the number of cells")?;
+        let size: usize = self.cursor.parse("the size of the cell list")?;
+        self.end_of_header();
+        let list = self.cursor.integers(NumberType::I32, size, "the cell list")?;
+        self.grid.cells_at = self.cursor.place();
+        let mut rest = list.as_slice();
+        while let [length, tail @ ..] = rest {
+            let nodes = usize::try_from(*length).ok().and_then(|length| tail.get(..length));
+            let Some(nodes) = nodes else {
+                let most = tail.len() as i64;
+                let what = "the number of nodes of a cell";
+                return Err(self.cursor.error(Problem::Range {
+                    what,
+                    value: *length,
+                    least: 0,
+                    most,
+                }));
+            };
+            self.grid.connectivity.extend_from_slice(nodes);
+            self.grid.offsets.push(self.grid.connectivity.len());
+            rest = &tail[nodes.len()..];
+        }
+        let found = self.grid.offsets.len() - 1;
+        if found != count {
+            let what = "cells in the cell list".into();
+            return Err(self.cursor.error(Problem::Count { what, expected: count, found }));
+        }
+        Ok(())
+    }
+
+    /// `CELLS n m`, then arrays of `n` offsets and `m` nodes.
+    fn cells_with_offsets(&mut self) -> Result<(), MeshError> {
+        let offsets: usize = self.cursor.parse("the number of offsets")?;
+        let nodes: usize = self.cursor.parse("the length of the connectivity")?;
+        self.keyword("OFFSETS")?;
+        let kind = self.number_type()?;
+        self.end_of_header();
+        let offsets = self.cursor.integers(kind, offsets, "offsets of cells")?;
+        let offsets =
+            checked_offsets(&offsets, nodes).map_err(|problem| self.cursor.error(problem))?;
+        self.keyword("CONNECTIVITY")?;
+        let kind = self.number_type()?;
+        self.end_of_header();
+        self.grid.connectivity = self.cursor.integers(kind, nodes, "nodes of cells")?;
+        self.grid.cells_at = self.cursor.place();
+        self.grid.offsets = offsets;
+        Ok(())
+    }
+
+    fn cell_types(&mut self) -> Result<(), MeshError> {
+        let count: usize = self.cursor.parse("the number of cell types")?;
+        self.end_of_header();
+        let types = self.cursor.integers(NumberType::I32, count, "cell types")?;
+        // Unknown types are refused with their cell's index later.
+        self.grid.types = types.iter().map(|&t| u8::try_from(t).unwrap_or(u8::MAX)).collect();
+        Ok(())
+    }
+
+    /// SCALARS, VECTORS and their like.
+    fn attribute(
+        &mut self,
+        keyword: &[u8],
+        components: usize,
+        owner: Owner,
+    ) -> Result<(), MeshError> {
+        let name = percent_decoded(self.cursor.text("the name of the attribute")?);
+        let mut components = components;
+        let mut kind = None;
+        match keyword {
+            b"COLOR_SCALARS" => components = self.cursor.parse("the number of components")?,
+            b"TEXTURE_COORDINATES" => {
+                components = self.cursor.parse("the number of components")?;
+                kind = Some(self.number_type()?);
+            }
+            _ => kind = Some(self.number_type()?),
+        }
+        let on_line = self.cursor.line().unwrap_or_default();
+        if keyword == b"SCALARS" {
+            if !on_line.is_empty() {
+                let number = str::from_utf8(on_line).ok().and_then(|text| text.parse().ok());
+                components = number
+                    .ok_or_else(|| self.cursor.expected("the number of components", on_line))?;
+            }
+            self.lookup_table_name();
+        }
+        let color_kind = match self.cursor.encoding {
+            Encoding::Text => NumberType::F64,
+            Encoding::Binary(_) => NumberType::U8,
+        };
+        self.array(name, components, kind.unwrap_or(color_kind), owner)
+    }
+
+    /// The line `LOOKUP_TABLE name` behind SCALARS, which some programs leave out.
+    fn lookup_table_name(&mut self) {
+        let before = self.cursor.position();
+        let line = self.cursor.line().unwrap_or_default();
+        if !line.to_ascii_uppercase().starts_with(b"LOOKUP_TABLE") {
+            self.cursor.rewind(before);
+        }
+    }
+
+    fn array(
+        &mut self,
+        name: String,
+        components: usize,
+        kind: NumberType,
+        owner: Owner,
+    ) -> Result<(), MeshError> {
+        let (rows, fields): (_, &mut BTreeMap<_, _>) = match owner {
+            Owner::Points(rows) => (rows, &mut self.grid.point_fields),
+            Owner::Cells(rows) => (rows, &mut self.grid.cell_fields),
+        };
+        let count = rows.saturating_mul(components);
+        let values = self.cursor.numbers(kind, count, "values of a field")?;
+        fields.insert(name, Field { components, values });
+        Ok(())
+    }
+
+    /// `FIELD name n`, then `n` arrays. Those outside POINT_DATA and CELL_DATA, such as a
+    /// time, describe the whole data set and are left out.
+    fn field_arrays(&mut self) -> Result<(), MeshError> {
+        self.cursor.text("the name of the field data")?;
+        let arrays: usize = self.cursor.parse("the number of arrays")?;
+        for _ in 0..arrays {
+            let mut name = self.cursor.text("the name of an array")?;
+            if name.eq_ignore_ascii_case("METADATA") {
+                self.metadata();
+                name = self.cursor.text("the name of an array")?;
+            }
+            let name = percent_decoded(name);
+            let components = self.cursor.parse("the number of components")?;
+            let rows: usize = self.cursor.parse("the number of rows")?;
+            let kind = self.number_type()?;
+            self.end_of_header();
+            let Some(owner) = self.attributes_of else {
+                let count = rows.saturating_mul(components);
+                self.cursor.numbers(kind, count, "values of an array")?;
+                continue;
+            };
+            let (Owner::Points(expected) | Owner::Cells(expected)) = owner;
+            if rows != expected {
+                let what = format!("rows of array {name:?}");
+                return Err(self.cursor.error(Problem::Count { what, expected, found: rows }));
+            }
+            self.array(name, components, kind, owner)?;
+        }
+        Ok(())
+    }
+
+    /// `LOOKUP_TABLE name size`, then `size` colours, which are no part of a mesh.
+    fn lookup_table(&mut self) -> Result<(), MeshError> {
+        self.cursor.text("the name of the lookup table")?;
+        let size: usize = self.cursor.parse("the size of the lookup table")?;
+        self.end_of_header();
+        let kind = match self.cursor.encoding {
+            Encoding::Text => NumberType::F64,
+            Encoding::Binary(_) => NumberType::U8,
+        };
+        self.cursor.numbers(kind, size.saturating_mul(4), "colours")?;
+        Ok(())
+    }
+
+    /// METADATA describes the array before it and ends with an empty line.
+    fn metadata(&mut self) {
+        self.end_of_header();
+        while self.cursor.line().is_some_and(|line| !line.is_empty()) {}
+    }
+
+    fn number_type(&mut self) -> Result<NumberType, MeshError> {
+        let name = self.cursor.text("a number type")?;
+        Ok(match name.to_ascii_lowercase().as_str() {
+            "char" | "signed_char" => NumberType::I8,
+            "unsigned_char" => NumberType::U8,
+            "short" => NumberType::I16,
+            "unsigned_short" => NumberType::U16,
+            // vtkIdType is always written with 32 bits.
+            "int" | "vtkidtype" => NumberType::I32,
+            "unsigned_int" => NumberType::U32,
+            "long" | "long_long" | "vtktypeint64" => NumberType::I64,
+            "unsigned_long" | "unsigned_long_long" | "vtktypeuint64" => NumberType::U64,
+            "float" => NumberType::F32,
+            "double" => NumberType::F64,
+            _ => {
+                return Err(self.cursor.error(Problem::Unsupported {
+                    what: "number type",
+                    value: name.into(),
+                    advice: "save the array with a type from char to double, or without this array",
+                }));
+            }
+        })
+    }
+
+    /// Binary numbers begin directly behind the line break.
+    fn end_of_header(&mut self) {
+        self.cursor.line();
+    }
+}
+
+/// Components of the attributes that may follow POINT_DATA and CELL_DATA.
+fn attribute_components(keyword: &[u8]) -> Option<usize> {
+    match keyword {
+        b"SCALARS" | b"COLOR_SCALARS" | b"TEXTURE_COORDINATES" => Some(1),
+        b"GLOBAL_IDS" | b"PEDIGREE_IDS" | b"EDGE_FLAGS" => Some(1),
+        b"VECTORS" | b"NORMALS" => Some(3),
+        b"TENSORS6" => Some(6),
+        b"TENSORS" => Some(9),
+        _ => None,
+    }
+}
+
+/// Offsets ascend from 0 to the length of the connectivity.
+pub(crate) fn checked_offsets(offsets: &[i64], nodes: usize) -> Result<Vec<usize>, Problem> {
+    let what = "an offset of a cell";
+    let most = nodes as i64;
+    let (first, last) = (offsets.first().copied(), offsets.last().copied());
+    if first != Some(0) || last != Some(most) {
+        let wrong = if first == Some(0) { last } else { first };
+        return Err(Problem::Range { what, value: wrong.unwrap_or(-1), least: 0, most });
+    }
+    if let Some(pair) = offsets.windows(2).find(|pair| pair[0] > pair[1]) {
+        return Err(Problem::Range { what, value: pair[1], least: pair[0], most });
+    }
+    Ok(offsets.iter().map(|&offset| offset as usize).collect())
+}
+
+/// Names are written with `%20` for a blank and the like.
+fn percent_decoded(name: &str) -> String {
+    let mut bytes = Vec::with_capacity(name.len());
+    let mut rest = name.as_bytes();
+    while let [first, tail @ ..] = rest {
+        let digits =
+            tail.get(..2).filter(|d| *first == b'%' && d.iter().all(u8::is_ascii_hexdigit));
+        let code = digits.and_then(|d| u8::from_str_radix(str::from_utf8(d).ok()?, 16).ok());
+        bytes.push(code.unwrap_or(*first));
+        rest = if code.is_some() { &tail[2..] } else { tail };
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}

@@ -1,0 +1,409 @@
+//! VTU files: VTK's XML format for unstructured grids with text, inline base64 and appended
+//! (raw or base64) arrays, plain or compressed with zlib (VTK documentation, "VTK XML formats").
+
+use std::borrow::Cow;
+
+use quick_xml::events::{BytesStart, Event};
+use quick_xml::{Reader, XmlVersion};
+
+use super::cursor::{Cursor, Endian, error_at, excerpt};
+use super::grid::UnstructuredGrid;
+use super::number::NumberType;
+use super::vtk::checked_offsets;
+use super::vtu_data::{Layout, Source, read_array};
+use crate::{Field, FieldValues, MeshError, Place, Problem};
+
+/// Reads an unstructured grid of one piece.
+pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshError> {
+    // Appended raw data is no XML, so the XML reader sees only what stands before it.
+    let tag = b"<AppendedData";
+    let start = bytes.windows(tag.len()).position(|window| window == tag);
+    let (head, appended) = bytes.split_at(start.unwrap_or(bytes.len()));
+    let mut parser = Parser {
+        file,
+        xml: Reader::from_reader(head),
+        layout: Layout { endian: Endian::Little, wide_header: false, zlib: false },
+        appended: Appended::find(file, head.len(), appended)?,
+        section: Section::Other,
+        piece: None,
+        grid: UnstructuredGrid::new(),
+        offsets: None,
+        offsets_at: 0,
+    };
+    parser.xml.config_mut().check_end_names = false;
+    while parser.element()? {}
+    parser.finish()
+}
+
+/// The section of appended data.
+struct Appended<'a> {
+    raw: bool,
+    /// What follows the underscore.
+    data: &'a [u8],
+    /// Where it begins in the file.
+    start: usize,
+}
+
+impl<'a> Appended<'a> {
+    fn find(file: &str, at: usize, element: &'a [u8]) -> Result<Option<Self>, MeshError> {
+        if element.is_empty() {
+            return Ok(None);
+        }
+        let mut cursor = Cursor::new(file, element);
+        let tag = cursor.skip_past(b">", "the end of the AppendedData tag")?;
+        cursor.skip_past(b"_", "the underscore before appended data")?;
+        let start = cursor.position();
+        let raw = !tag.windows(6).any(|window| window == b"base64");
+        Ok(Some(Appended { raw, data: &element[start..], start: at + start }))
+    }
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Section {
+    Points,
+    Cells,
+    PointData,
+    CellData,
+    Other,
+}
+
+/// A DataArray's attributes.
+struct Header {
+    name: String,
+    components: usize,
+    kind: Option<NumberType>,
+    kind_name: String,
+    format: String,
+    offset: Option<usize>,
+    /// Where the element is in the file.
+    at: usize,
+}
+
+struct Parser<'a> {
+    file: &'a str,
+    xml: Reader<&'a [u8]>,
+    layout: Layout,
+    appended: Option<Appended<'a>>,
+    section: Section,
+    /// Numbers of points and cells.
+    piece: Option<(usize, usize)>,
+    grid: UnstructuredGrid,
+    offsets: Option<Vec<i64>>,
+    offsets_at: usize,
+}
+
+impl<'a> Parser<'a> {
+    fn at(&self) -> usize {
+        self.xml.buffer_position() as usize
+    }
+
+    fn error(&self, problem: impl Into<Problem>) -> MeshError {
+        error_at(self.file, self.at(), problem)
+    }
+
+    fn event(&mut self) -> Result<Event<'a>, MeshError> {
+        let event = self.xml.read_event();
+        event.map_err(|e| error_at(self.file, self.xml.error_position() as usize, e))
+    }
+
+    /// Reads up to the next tag; false at the end.
+    fn element(&mut self) -> Result<bool, MeshError> {
+        let at = self.at();
+        match self.event()? {
+            Event::Start(tag) => self.start(&tag, at, false)?,
+            Event::Empty(tag) => self.start(&tag, at, true)?,
+            Event::End(tag) if section_named(tag.name().as_ref()).is_some() => {
+                self.section = Section::Other;
+            }
+            Event::Eof => return Ok(false),
+            _ => {}
+        }
+        Ok(true)
+    }
+
+    fn start(&mut self, tag: &BytesStart<'a>, at: usize, empty: bool) -> Result<(), MeshError> {
+        match tag.name().as_ref() {
+            b"VTKFile" => self.file_header(tag)?,
+            b"Piece" => self.piece(tag)?,
+            b"DataArray" => {
+                let text = if empty { Vec::new() } else { self.array_text()? };
+                if self.section != Section::Other {
+                    let header = self.array_header(tag, at)?;
+                    self.array(header, &text)?;
+                }
+            }
+            // Data of the whole file, such as a time, is no part of the mesh.
+            name if !empty => self.section = section_named(name).unwrap_or(self.section),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn attribute(&self, tag: &BytesStart<'a>, name: &str) -> Result<Option<String>, MeshError> {
+        let found =
+            tag.try_get_attribute(name).map_err(|e| self.error(quick_xml::Error::from(e)))?;
+        let Some(attribute) = found else { return Ok(None) };
+        let value =
+            attribute.decoded_and_normalized_value(XmlVersion::Implicit1_0, self.xml.decoder());
+        value.map(|text: Cow<'_, str>| Some(text.into_owned())).map_err(|e| self.error(e))
+    }
+
+    fn number(&self, tag: &BytesStart<'a>, name: &'static str) -> Result<Option<usize>, MeshError> {
+        let Some(text) = self.attribute(tag, name)? else { return Ok(None) };
+        let found = || excerpt(text.as_bytes());
+        let number = text.trim().parse();
+        number
+            .map(Some)
+            .map_err(|_| self.error(Problem::Expected { expected: name, found: found() }))
+    }
+
+    fn file_header(&mut self, tag: &BytesStart<'a>) -> Result<(), MeshError> {
+        let unsupported = |what, value, advice| Problem::Unsupported { what, value, advice };
+        match self.attribute(tag, "type")?.unwrap_or_default() {
+            kind if kind == "UnstructuredGrid" => {}
+            kind => {
+                let advice = "save it as an unstructured grid (.vtu)";
+                return Err(self.error(unsupported("VTK XML file type", kind, advice)));
+            }
+        }
+        let big = self.attribute(tag, "byte_order")?.is_some_and(|order| order == "BigEndian");
+        self.layout.endian = if big { Endian::Big } else { Endian::Little };
+        self.layout.wide_header =
+            self.attribute(tag, "header_type")?.is_some_and(|t| t == "UInt64");
+        match self.attribute(tag, "compressor")?.unwrap_or_default() {
+            none if none.is_empty() => {}
+            zlib if zlib == "vtkZLibDataCompressor" => self.layout.zlib = true,
+            other => {
+                let advice = "save the file with zlib compression or none";
+                return Err(self.error(unsupported("compressor", other, advice)));
+            }
+        }
+        Ok(())
+    }
+
+    fn piece(&mut self, tag: &BytesStart<'a>) -> Result<(), MeshError> {
+        if self.piece.is_some() {
+            return Err(self.error(Problem::Unsupported {
+                what: "number of pieces",
+                value: "2 or more".into(),
+                advice: "merge the pieces into one, for example with \"Merge Blocks\"",
+            }));
+        }
+        let points = self.number(tag, "NumberOfPoints")?;
+        let cells = self.number(tag, "NumberOfCells")?;
+        let expected = "NumberOfPoints and NumberOfCells of the piece";
+        let piece = points.zip(cells).ok_or_else(|| self.error(Problem::Missing { expected }))?;
+        self.piece = Some(piece);
+        Ok(())
+    }
+
+    fn array_header(&self, tag: &BytesStart<'a>, at: usize) -> Result<Header, MeshError> {
+        let kind_name = self.attribute(tag, "type")?.unwrap_or_default();
+        Ok(Header {
+            name: self.attribute(tag, "Name")?.unwrap_or_default(),
+            components: self.number(tag, "NumberOfComponents")?.unwrap_or(1),
+            kind: number_type(&kind_name),
+            kind_name,
+            format: self.attribute(tag, "format")?.unwrap_or_else(|| "ascii".into()),
+            offset: self.number(tag, "offset")?,
+            at,
+        })
+    }
+
+    /// The text of a DataArray without that of the information keys inside it.
+    fn array_text(&mut self) -> Result<Vec<u8>, MeshError> {
+        let mut text = Vec::new();
+        let mut depth = 0usize;
+        loop {
+            match self.event()? {
+                Event::Text(part) if depth == 0 => text.extend_from_slice(&part),
+                Event::Start(_) => depth += 1,
+                Event::End(_) if depth == 0 => return Ok(text),
+                Event::End(_) => depth -= 1,
+                Event::Eof => {
+                    return Err(self.error(Problem::Missing { expected: "the end of a DataArray" }));
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn array(&mut self, header: Header, text: &[u8]) -> Result<(), MeshError> {
+        let (points, cells) = self
+            .piece
+            .ok_or_else(|| self.error(Problem::Missing { expected: "a Piece element" }))?;
+        // The length of the connectivity is known only from the offsets.
+        let rows = match (self.section, header.name.as_str()) {
+            (Section::Points | Section::PointData, _) => Some(points),
+            (Section::Cells, "connectivity") => None,
+            (Section::Cells, "offsets" | "types") => Some(cells),
+            // Faces of polyhedra; such cells are refused by their type.
+            (Section::Cells, _) => return Ok(()),
+            _ => Some(cells),
+        };
+        let values = self.values(&header, rows, text)?;
+        if self.section == Section::Points {
+            self.grid.points_at = Place { byte: header.at, line: None };
+            return self.points(&header, values);
+        }
+        let Header { name, components, at, .. } = header;
+        let field = Field { components, values };
+        match self.section {
+            Section::PointData => drop(self.grid.point_fields.insert(name, field)),
+            Section::CellData => drop(self.grid.cell_fields.insert(name, field)),
+            _ => self.cells(&name, field, at)?,
+        }
+        Ok(())
+    }
+
+    fn values(
+        &self,
+        header: &Header,
+        rows: Option<usize>,
+        text: &[u8],
+    ) -> Result<FieldValues, MeshError> {
+        let kind = header.kind.ok_or_else(|| {
+            let advice = "save the array as numbers, or without this array";
+            let value = header.kind_name.clone();
+            error_at(
+                self.file,
+                header.at,
+                Problem::Unsupported { what: "array type", value, advice },
+            )
+        })?;
+        let expected = rows.map(|rows| rows.saturating_mul(header.components));
+        let (file, at) = (self.file, header.at);
+        let values = match (header.format.as_str(), header.offset, &self.appended) {
+            ("ascii", ..) => ascii(file, at, kind, text)?,
+            ("binary", ..) => {
+                let source = Source::base64(file, at, text);
+                read_array(source, self.layout, kind, expected)?
+            }
+            ("appended", Some(offset), Some(appended)) => {
+                let source = appended_source(file, appended, offset)?;
+                read_array(source, self.layout, kind, expected)?
+            }
+            ("appended", ..) => {
+                let expected = "an offset and an AppendedData element";
+                return Err(error_at(file, at, Problem::Missing { expected }));
+            }
+            (other, ..) => {
+                let (expected, found) = ("ascii, binary or appended", excerpt(other.as_bytes()));
+                return Err(error_at(file, at, Problem::Expected { expected, found }));
+            }
+        };
+        match expected {
+            Some(expected) if expected != values.len() => {
+                let what = format!("numbers of array {:?}", header.name);
+                Err(error_at(file, at, Problem::Count { what, expected, found: values.len() }))
+            }
+            _ => Ok(values),
+        }
+    }
+
+    fn points(&mut self, header: &Header, values: FieldValues) -> Result<(), MeshError> {
+        if header.components != 3 {
+            let (what, expected, found) = ("components of points".into(), 3, header.components);
+            return Err(error_at(self.file, header.at, Problem::Count { what, expected, found }));
+        }
+        let field = Field { components: 3, values };
+        self.grid.points = field.to_vectors().unwrap_or_default();
+        Ok(())
+    }
+
+    fn cells(&mut self, name: &str, field: Field, at: usize) -> Result<(), MeshError> {
+        let labels = field.as_labels().ok_or_else(|| {
+            let (expected, found) = ("integers with one component", excerpt(name.as_bytes()));
+            error_at(self.file, at, Problem::Expected { expected, found })
+        })?;
+        match name {
+            "connectivity" => {
+                self.grid.cells_at = Place { byte: at, line: None };
+                self.grid.connectivity = labels.to_vec();
+            }
+            "offsets" => {
+                self.offsets_at = at;
+                self.offsets = Some(std::iter::once(0).chain(labels.iter().copied()).collect());
+            }
+            // Unknown types are refused with their cell's index later.
+            _ => {
+                let narrowed = labels.iter().map(|&kind| u8::try_from(kind).unwrap_or(u8::MAX));
+                self.grid.types = narrowed.collect();
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<UnstructuredGrid, MeshError> {
+        let (file, end) = (self.file, self.at());
+        let missing = |expected| error_at(file, end, Problem::Missing { expected });
+        let (points, cells) = self.piece.ok_or_else(|| missing("a Piece element"))?;
+        if self.grid.points.len() != points {
+            return Err(missing("a Points element with an array"));
+        }
+        let offsets = self.offsets.take().ok_or_else(|| missing("an array named offsets"))?;
+        if self.grid.types.len() != cells {
+            return Err(missing("an array named types"));
+        }
+        let offsets = checked_offsets(&offsets, self.grid.connectivity.len());
+        self.grid.offsets = offsets.map_err(|p| error_at(self.file, self.offsets_at, p))?;
+        Ok(self.grid)
+    }
+}
+
+fn section_named(name: &[u8]) -> Option<Section> {
+    Some(match name {
+        b"Points" => Section::Points,
+        b"Cells" => Section::Cells,
+        b"PointData" => Section::PointData,
+        b"CellData" => Section::CellData,
+        b"FieldData" => Section::Other,
+        _ => return None,
+    })
+}
+
+fn number_type(name: &str) -> Option<NumberType> {
+    Some(match name {
+        "Int8" => NumberType::I8,
+        "UInt8" => NumberType::U8,
+        "Int16" => NumberType::I16,
+        "UInt16" => NumberType::U16,
+        "Int32" => NumberType::I32,
+        "UInt32" => NumberType::U32,
+        "Int64" => NumberType::I64,
+        "UInt64" => NumberType::U64,
+        "Float32" => NumberType::F32,
+        "Float64" => NumberType::F64,
+        _ => return None,
+    })
+}
+
+fn ascii(file: &str, at: usize, kind: NumberType, text: &[u8]) -> Result<FieldValues, MeshError> {
+    let words = text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+    let bad = |word: &[u8]| {
+        let found = excerpt(word);
+        error_at(file, at, Problem::Expected { expected: "a number of the array's type", found })
+    };
+    let text = |word| str::from_utf8(word).map_err(|_| bad(word));
+    if kind.is_float() {
+        let numbers = words.map(|word| text(word)?.parse().map_err(|_| bad(word)));
+        Ok(FieldValues::Float(numbers.collect::<Result<_, _>>()?))
+    } else {
+        let numbers = words.map(|word| text(word)?.parse().map_err(|_| bad(word)));
+        Ok(FieldValues::Integer(numbers.collect::<Result<_, _>>()?))
+    }
+}
+
+fn appended_source<'a>(
+    file: &'a str,
+    appended: &Appended<'a>,
+    offset: usize,
+) -> Result<Source<'a>, MeshError> {
+    let data = appended.data.get(offset..).ok_or_else(|| {
+        let (what, most) = ("the offset of an appended array", appended.data.len() as i64);
+        let value = i64::try_from(offset).unwrap_or(i64::MAX);
+        error_at(file, appended.start, Problem::Range { what, value, least: 0, most })
+    })?;
+    let at = appended.start + offset;
+    Ok(if appended.raw { Source::raw(file, at, data) } else { Source::base64(file, at, data) })
+}

@@ -1,0 +1,99 @@
+//! Writing VTU files and PVD series.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use base64::{Engine, engine::general_purpose::STANDARD};
+use quick_xml::escape::escape;
+
+use super::convert::mesh_type;
+use super::sets::fields_with_sets;
+use crate::{Defect, Field, FieldValues, MeshError, SimplexMesh};
+
+/// The mesh as a VTU file with inline base64 arrays, bit for bit. Its sets are written as
+/// fields, see the crate's page.
+///
+/// # Errors
+/// When the mesh breaks a rule of [`SimplexMesh::check`] or a name cannot be written.
+pub fn to_vtu<const V: usize>(mesh: &SimplexMesh<V>) -> Result<Vec<u8>, MeshError> {
+    mesh.check()?;
+    let (point_fields, cell_fields) = fields_with_sets(mesh)?;
+    let (nodes, cells) = (mesh.points.len(), mesh.cells.len());
+    let mut xml = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" \
+         byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n",
+    );
+    xml += &format!("<Piece NumberOfPoints=\"{nodes}\" NumberOfCells=\"{cells}\">\n<Points>\n");
+    floats(&mut xml, "Points", 3, mesh.points.as_flattened());
+    xml += "</Points>\n<Cells>\n";
+    let connectivity = mesh.cells.as_flattened().iter().map(|&node| node as i64);
+    integers(&mut xml, "connectivity", 1, connectivity);
+    integers(&mut xml, "offsets", 1, (1..=cells).map(|cell| (cell * V) as i64));
+    array(&mut xml, "UInt8", "types", 1, &vec![mesh_type(V); cells]);
+    xml += "</Cells>\n";
+    fields(&mut xml, "PointData", &point_fields);
+    fields(&mut xml, "CellData", &cell_fields);
+    xml += "</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
+    Ok(xml.into_bytes())
+}
+
+/// A PVD file: a series of mesh files over time, which ParaView plays. Each entry is a time
+/// and the path of a file relative to the PVD file.
+///
+/// # Errors
+/// When a path is not Unicode or has control characters.
+///
+/// ```
+/// let series = [(0.0, "beam_0.vtu".as_ref()), (0.5, "beam_1.vtu".as_ref())];
+/// let pvd = sinew_mesh::to_pvd(&series)?;
+/// assert!(pvd.contains("timestep=\"0.5\""));
+/// # Ok::<(), sinew_mesh::MeshError>(())
+/// ```
+pub fn to_pvd(series: &[(f64, &Path)]) -> Result<String, MeshError> {
+    let mut xml = String::from(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n",
+    );
+    for (time, path) in series {
+        let name = path.to_str().filter(|name| !name.chars().any(char::is_control));
+        let lossy = || Defect::Name { name: path.to_string_lossy().into_owned() };
+        let name = escape(name.ok_or_else(lossy)?);
+        xml += &format!("<DataSet timestep=\"{time:?}\" part=\"0\" file=\"{name}\"/>\n");
+    }
+    xml += "</Collection>\n</VTKFile>\n";
+    Ok(xml)
+}
+
+fn fields(xml: &mut String, section: &str, fields: &BTreeMap<String, Field>) {
+    *xml += &format!("<{section}>\n");
+    for (name, field) in fields {
+        match &field.values {
+            FieldValues::Float(values) => floats(xml, name, field.components, values),
+            FieldValues::Integer(values) => {
+                integers(xml, name, field.components, values.iter().copied());
+            }
+        }
+    }
+    *xml += &format!("</{section}>\n");
+}
+
+fn floats(xml: &mut String, name: &str, components: usize, values: &[f64]) {
+    let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+    array(xml, "Float64", name, components, &bytes);
+}
+
+fn integers(xml: &mut String, name: &str, components: usize, values: impl Iterator<Item = i64>) {
+    let bytes: Vec<u8> = values.flat_map(i64::to_le_bytes).collect();
+    array(xml, "Int64", name, components, &bytes);
+}
+
+/// The size of the array in bytes and the array, in one base64 text.
+fn array(xml: &mut String, kind: &str, name: &str, components: usize, bytes: &[u8]) {
+    let name = escape(name);
+    let with_size = [(bytes.len() as u64).to_le_bytes().as_slice(), bytes].concat();
+    *xml += &format!(
+        "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" \
+         format=\"binary\">\n"
+    );
+    STANDARD.encode_string(with_size, xml);
+    *xml += "\n</DataArray>\n";
+}
