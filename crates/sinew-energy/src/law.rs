@@ -3,6 +3,7 @@
 use crate::{Exact, Guard};
 use sinew_num::{Jet, Mat3, Scalar, Slope};
 use std::fmt::Debug;
+use std::ops::RangeInclusive;
 
 /// A strain-energy density Ψ per reference volume that reads `D` material directions.
 ///
@@ -13,6 +14,11 @@ pub trait Law<const D: usize>: Clone + Debug + Send + Sync + 'static {
     const NAME: &'static str;
     /// Names of the material parameters in the order of the slices below.
     const PARAMETERS: &'static [&'static str];
+
+    /// Values of parameter number `index` that make sense; positive ones unless a law says otherwise.
+    fn bounds(_index: usize) -> RangeInclusive<f64> {
+        f64::MIN_POSITIVE..=f64::MAX
+    }
 
     /// Energy density [stress unit of the parameters].
     ///

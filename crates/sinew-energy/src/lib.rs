@@ -1,10 +1,59 @@
 //! Strain-energy laws, loads and the total potential energy of a mesh.
+//!
+//! A beam that bends under its own weight:
+//!
+//! ```
+//! use sinew_energy::{Load, Parameter, Sampling, Scene, Support, Units, laws::NeoHookean};
+//! use sinew_mesh::box_tetrahedra;
+//!
+//! let stiffness = |name: &str| Parameter {
+//!     name: name.into(),
+//!     unit: "kPa".into(),
+//!     range: [50.0, 100.0],
+//!     sampling: Sampling::Log,
+//! };
+//! let scene = Scene {
+//!     name: "beam".into(),
+//!     units: Units::mm_kpa(),
+//!     mesh: box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]),
+//!     law: NeoHookean,
+//!     directions: vec![], // an isotropic law reads none
+//!     parameters: vec![stiffness("mu"), stiffness("lambda")],
+//!     loads: vec![Load::BodyForce([0.0, 0.0, -9.8e-3])], // 1 g/cm³ · 9.8 m/s² [kPa/mm]
+//!     supports: vec![Support::clamped("x_min")],
+//! };
+//! let potential = scene.lower()?;
+//! let theta = [75.0, 75.0]; // μ, λ [kPa]
+//! potential.check_theta(&theta)?;
+//!
+//! let mut displacement = vec![0.0; 3 * potential.nodes];
+//! assert_eq!(potential.value(&displacement, &theta), 0.0);
+//!
+//! // The gradient at rest is minus the weight: 10⁴ mm³ · 9.8e-3 kPa/mm.
+//! let mut gradient = displacement.clone();
+//! potential.value_and_gradient(&displacement, &theta, &mut gradient);
+//! let weight: f64 = gradient.iter().skip(2).step_by(3).sum();
+//! assert!((weight - 98.0).abs() < 1e-10);
+//!
+//! // A turned-over cell costs infinitely much.
+//! displacement[3] = -1000.0;
+//! assert_eq!(potential.value(&displacement, &theta), f64::INFINITY);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
+mod error;
 mod guard;
 mod law;
 pub mod laws;
+mod lower;
 mod potential;
+mod pressure;
+mod rim;
+mod scene;
 
+pub use error::{MeshDefect, SceneError, ThetaError};
 pub use guard::{Barriers, Exact, Guard};
 pub use law::{Law, Response};
 pub use potential::TotalPotential;
+pub use pressure::{FacetResponse, Magnitude, PressureForm, PressureLoad};
+pub use scene::{Load, Parameter, Prescribed, Sampling, Scene, Support, Units};

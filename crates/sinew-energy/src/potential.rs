@@ -1,6 +1,6 @@
 //! The total potential energy of a body in plain arrays.
 
-use crate::{Exact, Guard, Law};
+use crate::{Exact, Guard, Law, Magnitude, PressureLoad, ThetaError};
 use sinew_num::Mat3;
 
 /// Total potential energy Π(u; θ) of a tetrahedral mesh, thesis eqs. (3.15)–(3.16), with one
@@ -27,6 +27,8 @@ pub struct TotalPotential<L, const D: usize, G = Exact> {
     pub directions: Vec<[[f64; 3]; D]>,
     /// Dead loads lumped to the nodes [stress·length²], `3 × nodes`.
     pub nodal_force: Vec<f64>,
+    /// Pressures on the surface.
+    pub pressures: Vec<PressureLoad>,
     /// Prescribed displacement of each degree of freedom [length], `None` where it is free; `3 × nodes`.
     pub prescribed: Vec<Option<f64>>,
 }
@@ -48,11 +50,15 @@ impl<L: Law<D>, G: Guard, const D: usize> TotalPotential<L, D, G> {
 
     /// Π(u; θ) [stress·length³]; +∞ where a cell is inverted or an energy overflows.
     pub fn value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
+        let parameters = Self::law_parameters(theta);
         let mut total = -dot(&self.nodal_force, displacement);
         for cell in 0..self.cells.len() {
             let h = self.displacement_gradient(cell, displacement);
             total += self.volumes[cell]
-                * self.law.energy(theta, &h, &self.directions[cell], &self.guard);
+                * self.law.energy(parameters, &h, &self.directions[cell], &self.guard);
+        }
+        for pressure in &self.pressures {
+            total += pressure.value(displacement, theta);
         }
         total
     }
@@ -66,11 +72,13 @@ impl<L: Law<D>, G: Guard, const D: usize> TotalPotential<L, D, G> {
         theta: &[f64],
         gradient: &mut [f64],
     ) -> f64 {
+        let parameters = Self::law_parameters(theta);
         let mut total = -dot(&self.nodal_force, displacement);
         gradient.iter_mut().zip(&self.nodal_force).for_each(|(g, f)| *g = -f);
         for (cell, nodes) in self.cells.iter().enumerate() {
             let h = self.displacement_gradient(cell, displacement);
-            let (energy, stress) = self.law.stress(theta, &h, &self.directions[cell], &self.guard);
+            let (energy, stress) =
+                self.law.stress(parameters, &h, &self.directions[cell], &self.guard);
             let volume = self.volumes[cell];
             total += volume * energy;
             for (&node, shape) in nodes.iter().zip(&self.shape_gradients[cell]) {
@@ -80,7 +88,69 @@ impl<L: Law<D>, G: Guard, const D: usize> TotalPotential<L, D, G> {
                 }
             }
         }
+        for pressure in &self.pressures {
+            total += pressure.value_and_add_gradient(displacement, theta, gradient);
+        }
         total
+    }
+
+    /// The part of θ that the law reads.
+    ///
+    /// # Panics
+    /// If θ is too short; [`TotalPotential::check_theta`] tells.
+    pub fn law_parameters(theta: &[f64]) -> &[f64] {
+        &theta[..L::PARAMETERS.len()]
+    }
+
+    /// Number of entries of θ that law and loads read.
+    pub fn theta_len(&self) -> usize {
+        let loads = self.pressures.iter().map(|pressure| match pressure.magnitude {
+            Magnitude::Fixed(_) => 0,
+            Magnitude::Theta(index) => index + 1,
+        });
+        loads.fold(L::PARAMETERS.len(), usize::max)
+    }
+
+    /// Checks that θ has the right length, is finite and gives every parameter a value that makes sense.
+    ///
+    /// # Errors
+    /// The first entry that does not.
+    pub fn check_theta(&self, theta: &[f64]) -> Result<(), ThetaError> {
+        let (given, needed) = (theta.len(), self.theta_len());
+        if given != needed {
+            return Err(ThetaError::Length { given, needed, names: L::PARAMETERS });
+        }
+        for (index, &value) in theta.iter().enumerate() {
+            let load = (&"a load", f64::MIN..=f64::MAX);
+            let (&name, bounds) =
+                L::PARAMETERS.get(index).map_or(load, |name| (name, L::bounds(index)));
+            if !bounds.contains(&value) {
+                let (least, most) = (*bounds.start(), *bounds.end());
+                return Err(ThetaError::OutOfBounds { index, name, value, least, most });
+            }
+        }
+        Ok(())
+    }
+
+    /// Indices `3 × node + component` that no support prescribes, ascending.
+    pub fn free_degrees_of_freedom(&self) -> Vec<usize> {
+        (0..self.prescribed.len()).filter(|&i| self.prescribed[i].is_none()).collect()
+    }
+
+    /// The same potential under another guard, such as [`crate::Barriers`] for training.
+    pub fn with_guard<H: Guard>(self, guard: H) -> TotalPotential<L, D, H> {
+        TotalPotential {
+            law: self.law,
+            guard,
+            nodes: self.nodes,
+            cells: self.cells,
+            shape_gradients: self.shape_gradients,
+            volumes: self.volumes,
+            directions: self.directions,
+            nodal_force: self.nodal_force,
+            pressures: self.pressures,
+            prescribed: self.prescribed,
+        }
     }
 }
 

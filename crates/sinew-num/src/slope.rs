@@ -54,6 +54,7 @@ impl<const N: usize> Sub for Slope<N> {
     }
 }
 
+#[expect(clippy::suspicious_arithmetic_impl, reason = "product rule")]
 impl<const N: usize> Mul for Slope<N> {
     type Output = Self;
     fn mul(self, right: Self) -> Self {

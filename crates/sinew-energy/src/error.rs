@@ -1,0 +1,243 @@
+//! What can be wrong with a scene or with θ, with numbers and advice.
+
+use thiserror::Error;
+
+/// A scene that cannot be lowered to a potential.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// The mesh has no cell.
+    #[error("the mesh has no tetrahedra; read or generate one that has")]
+    EmptyMesh,
+    /// The mesh breaks its own rules.
+    #[error(transparent)]
+    Mesh(#[from] MeshDefect),
+    /// A tetrahedron without positive volume.
+    #[error(
+        "cell {cell} has volume {volume:e}; turn inverted cells with sinew_mesh::repair_orientation \
+         and remove flat ones"
+    )]
+    InvertedCell {
+        /// Index of the cell.
+        cell: usize,
+        /// Its volume [length³].
+        volume: f64,
+    },
+    /// A support names a node set that the mesh lacks.
+    #[error("there is no node set {name:?}; the mesh has {known:?}")]
+    UnknownNodeSet {
+        /// The name.
+        name: String,
+        /// All node sets of the mesh.
+        known: Vec<String>,
+    },
+    /// A load names a facet set that the mesh lacks.
+    #[error("there is no facet set {name:?}; the mesh has {known:?}")]
+    UnknownFacetSet {
+        /// The name.
+        name: String,
+        /// All facet sets of the mesh.
+        known: Vec<String>,
+    },
+    /// A load acts on a set without facets.
+    #[error(
+        "facet set {name:?} is empty, so its load acts on nothing; remove the load or name the facets"
+    )]
+    EmptyFacetSet {
+        /// The name.
+        name: String,
+    },
+    /// Nothing holds the body along an axis.
+    #[error(
+        "no support holds the body along {axes}: it is free to move there and has no unique \
+         equilibrium; add a support, such as Support::clamped"
+    )]
+    FreeToMove {
+        /// The axes, such as `"x, z"`.
+        axes: String,
+    },
+    /// A node that belongs to no cell and that no support holds.
+    #[error(
+        "{count} nodes belong to no cell (first: node {first}) and are not held; remove them from the mesh"
+    )]
+    LooseNodes {
+        /// Number of such nodes.
+        count: usize,
+        /// The first of them.
+        first: usize,
+    },
+    /// Two supports want different displacements.
+    #[error(
+        "supports prescribe both {first} and {second} for component {component} of node {node}; keep one"
+    )]
+    Contradiction {
+        /// Index of the node.
+        node: usize,
+        /// Component 0, 1 or 2.
+        component: usize,
+        /// Displacement prescribed first.
+        first: f64,
+        /// Displacement prescribed later.
+        second: f64,
+    },
+    /// A list of prescribed displacements that does not fit its node set.
+    #[error(
+        "the support of node set {name:?} lists {given} displacements for {nodes} nodes; give one per node"
+    )]
+    SupportLength {
+        /// The set.
+        name: String,
+        /// Rows given.
+        given: usize,
+        /// Nodes of the set.
+        nodes: usize,
+    },
+    /// A number of a load or a support that is infinite or no number.
+    #[error("{what} is {value}; give a finite number")]
+    NotFinite {
+        /// What the number means.
+        what: String,
+        /// The number.
+        value: f64,
+    },
+    /// The number of directions is not the number of cells.
+    #[error(
+        "the law reads {needed} directions per cell and the mesh has {cells} cells, but {given} rows are given"
+    )]
+    DirectionCount {
+        /// Directions per cell.
+        needed: usize,
+        /// Cells of the mesh.
+        cells: usize,
+        /// Rows given.
+        given: usize,
+    },
+    /// A material direction that is no unit vector.
+    #[error(
+        "direction {direction} of cell {cell} has length {length}, not 1; normalise it, and give a \
+         direction to every cell that has none"
+    )]
+    NotUnit {
+        /// Index of the cell.
+        cell: usize,
+        /// Index of the direction.
+        direction: usize,
+        /// Its length.
+        length: f64,
+    },
+    /// Material directions that are not perpendicular.
+    #[error(
+        "directions {pair:?} of cell {cell} have the inner product {product:e}, not 0; orthogonalise them"
+    )]
+    NotPerpendicular {
+        /// Index of the cell.
+        cell: usize,
+        /// Indices of the directions.
+        pair: [usize; 2],
+        /// Their inner product.
+        product: f64,
+    },
+    /// θ has another number of entries than law and loads read.
+    #[error(
+        "the scene lists {given} parameters, but the law reads {names:?} and the loads {loads} more; list \
+         those of the law first"
+    )]
+    ParameterCount {
+        /// Parameters listed.
+        given: usize,
+        /// Names of those of the law.
+        names: &'static [&'static str],
+        /// Number of those of the loads.
+        loads: usize,
+    },
+    /// A load takes its size from an entry of θ that is none of the loads'.
+    #[error(
+        "a load reads entry {index} of theta, but entries of loads are {first}..{count}; choose one of these"
+    )]
+    LoadParameter {
+        /// The entry it reads.
+        index: usize,
+        /// First entry of the loads: the number of parameters of the law.
+        first: usize,
+        /// Number of parameters.
+        count: usize,
+    },
+    /// A range that is not one, or that has no logarithm.
+    #[error(
+        "parameter {name:?} ranges over {range:?}; give finite ends in ascending order, positive for log sampling"
+    )]
+    Range {
+        /// Name of the parameter.
+        name: String,
+        /// The range.
+        range: [f64; 2],
+    },
+    /// A follower pressure on a surface with a loose rim.
+    #[error(
+        "the pressure on {name:?} has no potential: the edge between nodes {edge:?} of its rim is neither \
+         held nor made to slide in one coordinate plane; hold the rim or close the surface"
+    )]
+    LooseRim {
+        /// The facet set.
+        name: String,
+        /// Nodes of an edge of the rim.
+        edge: [usize; 2],
+    },
+    /// Rims that slide in different parallel planes.
+    #[error(
+        "the rim of {name:?} slides in the planes {axis} = {first} and {axis} = {second}; its pressure has a \
+         potential for one plane per axis only: hold one of the rims"
+    )]
+    RimPlanes {
+        /// The facet set.
+        name: String,
+        /// Axis across the planes.
+        axis: char,
+        /// Position of one plane [length].
+        first: f64,
+        /// Position of another plane [length].
+        second: f64,
+    },
+}
+
+/// A mesh whose cells or sets name what does not exist.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{what} names index {index}, but there are only {limit}; repair the mesh")]
+pub struct MeshDefect {
+    /// Cell or set.
+    pub what: String,
+    /// The index.
+    pub index: usize,
+    /// Number of nodes, cells or local vertices.
+    pub limit: usize,
+}
+
+/// Parameters that make no sense.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ThetaError {
+    /// θ has the wrong length.
+    #[error("theta has {given} entries, but {needed} are read: {names:?}, then those of the loads")]
+    Length {
+        /// Entries given.
+        given: usize,
+        /// Entries needed.
+        needed: usize,
+        /// Names of the law's parameters.
+        names: &'static [&'static str],
+    },
+    /// A parameter outside the values that make sense.
+    #[error("theta[{index}] ({name}) is {value}; it must lie in {least:e}..={most:e}")]
+    OutOfBounds {
+        /// Index into θ.
+        index: usize,
+        /// Name of the parameter.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// Smallest sensible value.
+        least: f64,
+        /// Largest sensible value.
+        most: f64,
+    },
+}
