@@ -1,0 +1,91 @@
+//! Sizes of an emulator.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+
+/// Nonlinearity of every hidden layer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Activation {
+    /// Continuously differentiable exponential linear unit, `max(0, x) + min(0, eˣ − 1)` (thesis, chapter 3).
+    #[default]
+    Celu,
+    /// Hyperbolic tangent (thesis, chapter 2).
+    Tanh,
+}
+
+/// Sizes of an [`Emulator`](crate::Emulator) (thesis, Algorithm 2, §2.2.4).
+///
+/// The first six describe the network, the others its data. [`EmulatorConfig::new`] takes the
+/// latter and sets the former to the thesis' values.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct EmulatorConfig {
+    /// Width M of node, edge and parameter embeddings.
+    pub latent: usize,
+    /// Number K of message-passing steps.
+    pub steps: usize,
+    /// Width of the hidden layers.
+    pub width: usize,
+    /// Number of hidden layers of every perceptron.
+    pub hidden_layers: usize,
+    /// Nonlinearity of the hidden layers.
+    pub activation: Activation,
+    /// Dimension D of the body: one decoder per displacement component.
+    pub dimensions: usize,
+    /// Features per node.
+    pub node_features: usize,
+    /// Features per edge.
+    pub edge_features: usize,
+    /// Number of material, load or other parameters θ.
+    pub parameters: usize,
+    /// Length of the embedding of the global shape, `z_global`; zero where there is one geometry.
+    pub global_features: usize,
+}
+
+impl EmulatorConfig {
+    /// The thesis' network (M = 40, K = 5, two hidden layers of 128, CELU) for `dimensions`
+    /// displacement components and `parameters` parameters, without an embedding of the global shape.
+    pub fn new(dimensions: usize, node_features: usize, edge_features: usize, parameters: usize) -> Self {
+        Self {
+            latent: 40,
+            steps: 5,
+            width: 128,
+            hidden_layers: 2,
+            activation: Activation::Celu,
+            dimensions,
+            node_features,
+            edge_features,
+            parameters,
+            global_features: 0,
+        }
+    }
+
+    /// Requires every size a network cannot do without.
+    ///
+    /// # Errors
+    /// [`Error::Configuration`] naming the size.
+    pub fn check(&self) -> Result<()> {
+        let positive = [
+            ("latent", self.latent),
+            ("width", self.width),
+            ("hidden_layers", self.hidden_layers),
+            ("dimensions", self.dimensions),
+            ("node_features", self.node_features),
+            ("edge_features", self.edge_features),
+            ("parameters", self.parameters),
+        ];
+        match positive.into_iter().find(|(_, value)| *value == 0) {
+            None => Ok(()),
+            Some((what, value)) => Err(Error::Configuration { what, value, minimum: 1 }),
+        }
+    }
+
+    /// Layer widths of a perceptron from `inputs` to `outputs`.
+    pub(crate) fn layer_sizes(&self, inputs: usize, outputs: usize) -> Vec<usize> {
+        let mut sizes = vec![inputs];
+        sizes.extend(std::iter::repeat_n(self.width, self.hidden_layers));
+        sizes.push(outputs);
+        sizes
+    }
+}

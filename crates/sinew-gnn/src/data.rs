@@ -1,0 +1,113 @@
+//! Geometries, samples and data sets.
+
+use serde::{Deserialize, Serialize};
+use sinew_graph::{GraphFeatures, Topology};
+
+use crate::error::{Error, Result, require_count, require_finite};
+
+/// Prescribed displacements, written over the network's output (hard enforcement, thesis §3.2.3).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Dirichlet {
+    /// Value of every degree of freedom, node by node, `None` where it is free [length].
+    pub prescribed: Vec<Option<f64>>,
+}
+
+impl Dirichlet {
+    /// Holds all components of `nodes` at zero.
+    ///
+    /// # Errors
+    /// [`Error::Count`] if a node does not exist.
+    pub fn clamped(real_nodes: usize, dimensions: usize, nodes: &[usize]) -> Result<Self> {
+        let mut prescribed = vec![None; real_nodes * dimensions];
+        for &node in nodes {
+            if node >= real_nodes {
+                return Err(Error::Count { what: "clamped node index", found: node, expected: real_nodes });
+            }
+            prescribed[node * dimensions..(node + 1) * dimensions].fill(Some(0.0));
+        }
+        Ok(Self { prescribed })
+    }
+
+    /// Whether a node has a free component.
+    pub fn free_nodes(&self, dimensions: usize) -> Vec<bool> {
+        self.prescribed.chunks(dimensions).map(|node| node.iter().any(Option::is_none)).collect()
+    }
+}
+
+/// One body on the shared topology.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Geometry {
+    /// Raw features of nodes (virtual ones included) and stored edges.
+    pub features: GraphFeatures,
+    /// Embedding `z_global` of the global shape; empty where it is not used.
+    pub global: Vec<f64>,
+    /// Supports.
+    pub dirichlet: Dirichlet,
+}
+
+/// One parameter set on one geometry.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Sample {
+    /// Index of the geometry.
+    pub geometry: usize,
+    /// Parameters θ, in the units of their ranges.
+    pub theta: Vec<f64>,
+    /// Simulated displacement, node by node [length]; empty for physics-informed training.
+    pub displacement: Vec<f64>,
+}
+
+/// What an emulator learns from: geometries on one topology, and samples of parameters on them.
+#[derive(Debug, Clone)]
+pub struct DataSet {
+    /// The graph all geometries share.
+    pub topology: Topology,
+    /// The bodies.
+    pub geometries: Vec<Geometry>,
+    /// Samples trained on.
+    pub training: Vec<Sample>,
+    /// Samples the best weights are chosen by; may be empty.
+    pub validation: Vec<Sample>,
+}
+
+impl DataSet {
+    /// Requires that geometries and samples fit the topology and each other, and are finite.
+    ///
+    /// # Errors
+    /// The first misfit, by name and number.
+    pub fn check(&self, dimensions: usize) -> Result<()> {
+        if self.training.is_empty() {
+            return Err(Error::NothingToTrain("the data set holds no training samples"));
+        }
+        for geometry in &self.geometries {
+            geometry.check(&self.topology, dimensions)?;
+        }
+        let degrees_of_freedom = self.topology.real_nodes * dimensions;
+        for (index, sample) in self.training.iter().chain(&self.validation).enumerate() {
+            if sample.geometry >= self.geometries.len() {
+                let (geometry, geometries) = (sample.geometry, self.geometries.len());
+                return Err(Error::UnknownGeometry { sample: index, geometry, geometries });
+            }
+            require_finite("parameters of a sample", &sample.theta)?;
+            if !sample.displacement.is_empty() {
+                require_count("displacement values", sample.displacement.len(), degrees_of_freedom)?;
+                require_finite("displacements of a sample", &sample.displacement)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Geometry {
+    /// Requires that features and supports fit the topology.
+    pub(crate) fn check(&self, topology: &Topology, dimensions: usize) -> Result<()> {
+        require_count("rows of node features", self.features.nodes.rows, topology.nodes)?;
+        require_count("rows of edge features", self.features.edges.rows, topology.senders.len())?;
+        let degrees_of_freedom = topology.real_nodes * dimensions;
+        require_count("prescribed entries", self.dirichlet.prescribed.len(), degrees_of_freedom)?;
+        let values: Vec<f64> = self.dirichlet.prescribed.iter().flatten().copied().collect();
+        require_finite("prescribed displacements", &values)?;
+        require_finite("node features", &self.features.nodes.values)?;
+        require_finite("edge features", &self.features.edges.values)?;
+        require_finite("global features", &self.global)
+    }
+}

@@ -1,0 +1,198 @@
+//! The network of thesis Algorithm 2.
+
+use burn::module::Module;
+use burn::tensor::{Device, Tensor};
+
+use crate::config::EmulatorConfig;
+use crate::error::Result;
+use crate::graph::GraphTensors;
+use crate::kernels::{KernelChoice, Kernels};
+use crate::perceptron::{Normalisation, Perceptron};
+use crate::random::Initialiser;
+
+/// DeepGraphEmulator, thesis Algorithm 2: encode nodes and edges, pass messages, decode each
+/// displacement component from the embeddings of parameters, global shape and node.
+///
+/// Node embeddings sum the stored edges a node *receives*, not those of all its neighbours.
+/// Inputs are standardised and outputs are standardised displacements; [`crate::Surrogate`]
+/// adds units, supports and parameter scales.
+#[derive(Module, Debug)]
+pub struct Emulator {
+    node_encoder: Perceptron,
+    edge_encoder: Perceptron,
+    edge_updates: Vec<Perceptron>,
+    node_updates: Vec<Perceptron>,
+    local_normalisation: Normalisation,
+    parameter_encoder: Perceptron,
+    decoders: Vec<Perceptron>,
+    #[module(skip)]
+    config: EmulatorConfig,
+    #[module(skip)]
+    kernels: Kernels,
+}
+
+impl Emulator {
+    /// Untrained weights drawn from `seed`; the same seed gives the same weights on every
+    /// device. Its first predictions are zero.
+    ///
+    /// # Errors
+    /// [`crate::Error::Configuration`] if a size is zero.
+    pub fn new(config: &EmulatorConfig, seed: u64, device: &Device) -> Result<Self> {
+        config.check()?;
+        let source = &mut Initialiser::new(seed, device);
+        let latent = config.latent;
+        let mut normalised = |inputs| Perceptron::normalised(source, config, inputs);
+        let node_encoder = normalised(config.node_features);
+        let edge_encoder = normalised(config.edge_features);
+        let edge_updates = (0..config.steps).map(|_| normalised(3 * latent)).collect();
+        let node_updates = (0..config.steps).map(|_| normalised(2 * latent)).collect();
+        let parameter_encoder = normalised(config.parameters);
+        let local_normalisation = Normalisation::new(source, 2 * latent);
+        let inputs = 3 * latent + config.global_features;
+        let decoders = (0..config.dimensions).map(|_| Perceptron::decoder(source, config, inputs)).collect();
+        let kernels = Kernels { choice: KernelChoice::default(), activation: config.activation };
+        Ok(Self {
+            node_encoder,
+            edge_encoder,
+            edge_updates,
+            node_updates,
+            local_normalisation,
+            parameter_encoder,
+            decoders,
+            config: config.clone(),
+            kernels,
+        })
+    }
+
+    /// Sizes of this network.
+    pub fn config(&self) -> &EmulatorConfig {
+        &self.config
+    }
+
+    /// The same weights computed with other kernels.
+    pub fn with_kernels(mut self, choice: KernelChoice) -> Self {
+        self.kernels.choice = choice;
+        self
+    }
+
+    /// Steps 1 to 3 of the algorithm: embeddings `z_local` of the real nodes, `[real nodes, 2 M]`.
+    ///
+    /// `nodes` and `edges` hold standardised features, one row per node (virtual ones included)
+    /// and per stored edge.
+    pub fn local_embedding(&self, graph: &GraphTensors, nodes: Tensor<2>, edges: Tensor<2>) -> Tensor<2> {
+        let mut nodes = self.node_encoder.forward(nodes, &self.kernels);
+        let mut edges = self.edge_encoder.forward(edges, &self.kernels);
+        for (edge_update, node_update) in self.edge_updates.iter().zip(&self.node_updates) {
+            let messages = self.messages(edge_update, graph, nodes.clone(), edges.clone());
+            let sums = graph.signed_sum(messages.clone());
+            let first = &node_update.layers[0];
+            let hidden = first.partial(nodes.clone(), 0)
+                + first.partial(sums, self.config.latent)
+                + first.bias.val().unsqueeze();
+            nodes = nodes + node_update.continue_from(hidden, &self.kernels);
+            edges = edges + messages;
+        }
+        let local = Tensor::cat(vec![nodes, graph.received_sum(edges)], 1);
+        self.local_normalisation.forward(local.slice_dim(0, 0..graph.real_nodes))
+    }
+
+    /// Messages of the stored edges (2.28). The first layer acts on `[e, v_receiver, v_sender]`;
+    /// its products with node embeddings are formed per node and gathered, not per edge.
+    fn messages(
+        &self,
+        update: &Perceptron,
+        graph: &GraphTensors,
+        nodes: Tensor<2>,
+        edges: Tensor<2>,
+    ) -> Tensor<2> {
+        let (first, latent) = (&update.layers[0], self.config.latent);
+        let receiver = first.partial(nodes.clone(), latent);
+        let sender = first.partial(nodes, 2 * latent) + first.bias.val().unsqueeze();
+        let (sender, receiver) = graph.gather(sender, receiver);
+        update.continue_from(first.partial(edges, 0) + receiver + sender, &self.kernels)
+    }
+
+    /// Part of every decoder's first layer that depends on the nodes only: `[real nodes, width]` each.
+    pub(crate) fn decoder_node_part(&self, local: Tensor<2>) -> Vec<Tensor<2>> {
+        let start = self.config.latent + self.config.global_features;
+        self.decoders.iter().map(|decoder| decoder.layers[0].partial(local.clone(), start)).collect()
+    }
+
+    /// Step 4 for a batch of parameter sets on one geometry: `[batch, real nodes, D]`.
+    ///
+    /// * `local`: `[real nodes, 2 M]` from [`Emulator::local_embedding`].
+    /// * `global`: `[1, global features]`, standardised; `None` exactly where there are none.
+    /// * `parameters`: `[batch, parameters]`, standardised.
+    pub fn decode(&self, local: Tensor<2>, global: Option<Tensor<2>>, parameters: Tensor<2>) -> Tensor<3> {
+        self.decode_from(&self.decoder_node_part(local), global, parameters)
+    }
+
+    /// [`Emulator::decode`] with the nodes' part of the first layer already formed.
+    pub(crate) fn decode_from(
+        &self,
+        node_parts: &[Tensor<2>],
+        global: Option<Tensor<2>>,
+        parameters: Tensor<2>,
+    ) -> Tensor<3> {
+        let embedding = self.parameter_encoder.forward(parameters, &self.kernels);
+        let components = self.decoders.iter().zip(node_parts).map(|(decoder, node_part)| {
+            let shared = decoder_shared_part(decoder, embedding.clone(), global.clone());
+            self.decode_component(decoder, node_part.clone(), shared)
+        });
+        Tensor::stack(components.collect(), 2)
+    }
+
+    /// One displacement component, `[batch, nodes]`.
+    fn decode_component(&self, decoder: &Perceptron, node_part: Tensor<2>, shared: Tensor<2>) -> Tensor<2> {
+        let ([nodes, width], batch) = (node_part.dims(), shared.dims()[0]);
+        let first = every_pair(node_part, shared).reshape([batch * nodes, width]);
+        decoder.continue_from(first, &self.kernels).reshape([batch, nodes])
+    }
+
+    /// Prediction and its derivatives with respect to the standardised parameters:
+    /// `[batch, nodes, D]` and `[parameters, batch, nodes, D]`, in forward mode.
+    pub(crate) fn decode_with_tangents(
+        &self,
+        node_parts: &[Tensor<2>],
+        global: Option<Tensor<2>>,
+        parameters: Tensor<2>,
+    ) -> (Tensor<3>, Tensor<4>) {
+        let [batch, count] = parameters.dims();
+        let encoder = &self.parameter_encoder;
+        let first = encoder.layers[0].forward(parameters);
+        // Row p·batch + b of the tangent: derivative of set b in parameter p.
+        let width = self.config.width;
+        let tangent = encoder.layers[0].weight.val().reshape([count, 1, width]);
+        let tangent = tangent.expand([count, batch, width]).reshape([count * batch, width]);
+        let (embedding, tangent) = encoder.continue_with_tangent(first, tangent, &self.kernels);
+        let mut values = Vec::with_capacity(self.decoders.len());
+        let mut tangents = Vec::with_capacity(self.decoders.len());
+        for (decoder, node_part) in self.decoders.iter().zip(node_parts) {
+            let nodes = node_part.dims()[0];
+            let shared = decoder_shared_part(decoder, embedding.clone(), global.clone());
+            let first = every_pair(node_part.clone(), shared).reshape([batch * nodes, width]);
+            let tangent = decoder.layers[0].partial(tangent.clone(), 0).reshape([count * batch, 1, width]);
+            let tangent = tangent.expand([count * batch, nodes, width]).reshape([count * batch * nodes, width]);
+            let (value, tangent) = decoder.continue_with_tangent(first, tangent, &self.kernels);
+            values.push(value.reshape([batch, nodes]));
+            tangents.push(tangent.reshape([count, batch, nodes]));
+        }
+        (Tensor::stack(values, 2), Tensor::stack(tangents, 3))
+    }
+}
+
+/// Part of a decoder's first layer shared by all nodes, bias included: `[batch, width]`.
+fn decoder_shared_part(decoder: &Perceptron, embedding: Tensor<2>, global: Option<Tensor<2>>) -> Tensor<2> {
+    let first = &decoder.layers[0];
+    let latent = embedding.dims()[1];
+    let shared = first.partial(embedding, 0) + first.bias.val().unsqueeze();
+    match global {
+        Some(global) => shared + first.partial(global, latent),
+        None => shared,
+    }
+}
+
+/// `[batch, nodes, width]`: the sum of every row of `shared` with every row of `nodes`.
+fn every_pair(nodes: Tensor<2>, shared: Tensor<2>) -> Tensor<3> {
+    nodes.unsqueeze_dim::<3>(0) + shared.unsqueeze_dim::<3>(1)
+}

@@ -1,0 +1,142 @@
+//! Prediction on one geometry, whose message passing is done once.
+
+use burn::tensor::{Device, Tensor, TensorData};
+
+use crate::emulator::Emulator;
+use crate::error::{Error, Result};
+use crate::scaling::ParameterScaling;
+use crate::surrogate::{GeometryTensors, Surrogate, parameter_tensor};
+
+/// Rows (parameter sets × nodes) decoded at once: their activations of 128 columns fill a few
+/// megabytes, beyond that a batch only costs memory.
+const ROWS_PER_CHUNK: usize = 8192;
+
+/// A surrogate bound to one geometry (thesis §2.4.3): the embeddings `z_local`, and their part of
+/// the decoders' first layers, are computed once; a prediction is the decoder only.
+#[derive(Debug, Clone)]
+pub struct FixedGeometry {
+    emulator: Emulator,
+    parameters: ParameterScaling,
+    node_parts: Vec<Tensor<2>>,
+    global: Option<Tensor<2>>,
+    scale: Tensor<3>,
+    shift: Tensor<3>,
+    device: Device,
+}
+
+/// Displacements for a batch of parameter sets.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prediction {
+    /// Displacements, parameter set by set, node by node [length].
+    pub displacement: Vec<f64>,
+    /// For every parameter set: whether it lies outside the trained ranges, so that the prediction extrapolates.
+    pub extrapolated: Vec<bool>,
+    degrees_of_freedom: usize,
+}
+
+impl Prediction {
+    /// Displacement of one parameter set, node by node [length].
+    ///
+    /// # Panics
+    /// If there is no such set.
+    pub fn field(&self, set: usize) -> &[f64] {
+        &self.displacement[set * self.degrees_of_freedom..(set + 1) * self.degrees_of_freedom]
+    }
+}
+
+/// Displacements and their derivatives with respect to the parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sensitivity {
+    /// The displacements.
+    pub prediction: Prediction,
+    /// `∂û/∂θ_p`, parameter by parameter, then as the displacements [length per unit of the parameter].
+    pub derivative: Vec<f64>,
+}
+
+impl FixedGeometry {
+    pub(crate) fn new(surrogate: &Surrogate, geometry: &GeometryTensors) -> Self {
+        let emulator = surrogate.inference_emulator();
+        let local =
+            emulator.local_embedding(&surrogate.graph, geometry.nodes.clone(), geometry.edges.clone());
+        Self {
+            node_parts: emulator.decoder_node_part(local),
+            emulator,
+            parameters: surrogate.scales.parameters.clone(),
+            global: geometry.global.clone(),
+            scale: geometry.scale.clone(),
+            shift: geometry.shift.clone(),
+            device: surrogate.device.clone(),
+        }
+    }
+
+    /// Displacements of a batch of parameter sets, by the decoder alone.
+    ///
+    /// # Errors
+    /// Parameters of a wrong number, not finite, or not positive on a log scale; a prediction that is not finite.
+    pub fn predict(&self, thetas: &[Vec<f64>]) -> Result<Prediction> {
+        let mut displacement = Vec::with_capacity(thetas.len() * self.degrees_of_freedom());
+        for chunk in thetas.chunks(self.sets_per_chunk(1)) {
+            let output =
+                self.emulator.decode_from(&self.node_parts, self.global.clone(), self.inputs(chunk)?);
+            displacement.extend(values(output * self.scale.clone() + self.shift.clone())?);
+        }
+        self.prediction(thetas, displacement)
+    }
+
+    /// Displacements and `∂û/∂θ` of a batch of parameter sets, in forward mode through the decoder.
+    ///
+    /// # Errors
+    /// As [`FixedGeometry::predict`].
+    pub fn sensitivity(&self, thetas: &[Vec<f64>]) -> Result<Sensitivity> {
+        let (count, degrees_of_freedom) = (self.parameters.ranges().len(), self.degrees_of_freedom());
+        let length = thetas.len() * degrees_of_freedom;
+        let mut displacement = Vec::with_capacity(length);
+        let mut derivative = vec![0.0; count * length];
+        let mut done = 0;
+        for chunk in thetas.chunks(self.sets_per_chunk(1 + count)) {
+            let (output, tangent) =
+                self.emulator.decode_with_tangents(&self.node_parts, self.global.clone(), self.inputs(chunk)?);
+            displacement.extend(values(output * self.scale.clone() + self.shift.clone())?);
+            let tangent = values(tangent * self.scale.clone().unsqueeze_dim::<4>(0))?;
+            for (set, theta) in chunk.iter().enumerate() {
+                for (parameter, slope) in self.parameters.slopes(theta).into_iter().enumerate() {
+                    let from = (parameter * chunk.len() + set) * degrees_of_freedom;
+                    let to = parameter * length + (done + set) * degrees_of_freedom;
+                    let target = &mut derivative[to..to + degrees_of_freedom];
+                    let source = &tangent[from..from + degrees_of_freedom];
+                    target.iter_mut().zip(source).for_each(|(target, source)| *target = slope * source);
+                }
+            }
+            done += chunk.len();
+        }
+        Ok(Sensitivity { prediction: self.prediction(thetas, displacement)?, derivative })
+    }
+
+    fn inputs(&self, thetas: &[Vec<f64>]) -> Result<Tensor<2>> {
+        let thetas: Vec<&[f64]> = thetas.iter().map(Vec::as_slice).collect();
+        parameter_tensor(&self.parameters, &thetas, &self.device)
+    }
+
+    fn prediction(&self, thetas: &[Vec<f64>], displacement: Vec<f64>) -> Result<Prediction> {
+        let degrees_of_freedom = self.degrees_of_freedom();
+        if let Some(index) = displacement.iter().position(|value| !value.is_finite()) {
+            return Err(Error::PredictionNotFinite { sample: index / degrees_of_freedom });
+        }
+        let extrapolated = thetas.iter().map(|theta| !self.parameters.contains(theta)).collect();
+        Ok(Prediction { displacement, extrapolated, degrees_of_freedom })
+    }
+
+    fn degrees_of_freedom(&self) -> usize {
+        self.scale.dims()[1] * self.scale.dims()[2]
+    }
+
+    fn sets_per_chunk(&self, copies: usize) -> usize {
+        (ROWS_PER_CHUNK / (copies * self.scale.dims()[1])).max(1)
+    }
+}
+
+/// Values of a tensor on the host.
+pub(crate) fn values<const D: usize>(tensor: Tensor<D>) -> Result<Vec<f64>> {
+    let data: TensorData = tensor.into_data();
+    Ok(data.iter::<f64>().collect())
+}

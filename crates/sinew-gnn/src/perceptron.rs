@@ -1,0 +1,139 @@
+//! Multilayer perceptrons with normalised outputs.
+
+use burn::module::{Module, Param};
+use burn::tensor::Tensor;
+
+use crate::config::EmulatorConfig;
+use crate::kernels::Kernels;
+use crate::random::Initialiser;
+
+/// Added to the variance in every normalisation.
+pub(crate) const NORMALISATION_EPSILON: f64 = 1e-6;
+
+/// `x W + b`.
+#[derive(Module, Debug)]
+pub(crate) struct Affine {
+    /// `[inputs, outputs]`.
+    pub weight: Param<Tensor<2>>,
+    /// `[outputs]`.
+    pub bias: Param<Tensor<1>>,
+}
+
+impl Affine {
+    fn new(source: &mut Initialiser<'_>, inputs: usize, outputs: usize) -> Self {
+        Self { weight: source.lecun_normal(inputs, outputs), bias: source.constant(0.0, [outputs]) }
+    }
+
+    pub fn forward(&self, x: Tensor<2>) -> Tensor<2> {
+        x.matmul(self.weight.val()) + self.bias.val().unsqueeze()
+    }
+
+    /// Product of `x` with the rows of the weight that meet it, when the input is a
+    /// concatenation and `x` its part starting at column `start`.
+    pub fn partial(&self, x: Tensor<2>, start: usize) -> Tensor<2> {
+        let end = start + x.dims()[1];
+        x.matmul(self.weight.val().slice_dim(0, start..end))
+    }
+}
+
+/// Layer normalisation over the last axis with gain and offset.
+#[derive(Module, Debug)]
+pub(crate) struct Normalisation {
+    /// `[features]`.
+    pub gain: Param<Tensor<1>>,
+    /// `[features]`.
+    pub offset: Param<Tensor<1>>,
+}
+
+impl Normalisation {
+    pub fn new(source: &mut Initialiser<'_>, features: usize) -> Self {
+        Self { gain: source.constant(1.0, [features]), offset: source.constant(0.0, [features]) }
+    }
+
+    pub fn forward(&self, x: Tensor<2>) -> Tensor<2> {
+        let (deviation, inverse) = centre(x);
+        deviation * inverse * self.gain.val().unsqueeze() + self.offset.val().unsqueeze()
+    }
+
+    /// Derivative in direction `tangent` at `x`.
+    pub fn tangent(&self, x: Tensor<2>, tangent: Tensor<2>) -> Tensor<2> {
+        let (deviation, inverse) = centre(x);
+        let normal = deviation * inverse.clone();
+        let tangent = tangent.clone() - tangent.mean_dim(1);
+        let along = (normal.clone() * tangent.clone()).mean_dim(1);
+        (tangent - normal * along) * inverse * self.gain.val().unsqueeze()
+    }
+}
+
+/// Deviations from the row means and inverse standard deviations of the rows.
+fn centre(x: Tensor<2>) -> (Tensor<2>, Tensor<2>) {
+    let deviation = x.clone() - x.mean_dim(1);
+    let variance = (deviation.clone() * deviation.clone()).mean_dim(1);
+    (deviation, (variance + NORMALISATION_EPSILON).sqrt().recip())
+}
+
+/// A perceptron; its output is normalised where `normalisation` is present.
+#[derive(Module, Debug)]
+pub(crate) struct Perceptron {
+    pub layers: Vec<Affine>,
+    pub normalisation: Option<Normalisation>,
+}
+
+impl Perceptron {
+    /// With a normalised output.
+    pub fn normalised(source: &mut Initialiser<'_>, config: &EmulatorConfig, inputs: usize) -> Self {
+        let layers = layers(source, &config.layer_sizes(inputs, config.latent));
+        Self { layers, normalisation: Some(Normalisation::new(source, config.latent)) }
+    }
+
+    /// Scalar output, not normalised, initially zero everywhere.
+    pub fn decoder(source: &mut Initialiser<'_>, config: &EmulatorConfig, inputs: usize) -> Self {
+        let sizes = config.layer_sizes(inputs, 1);
+        let mut layers = layers(source, &sizes[..sizes.len() - 1]);
+        let weight = source.constant(0.0, [config.width, 1]);
+        layers.push(Affine { weight, bias: source.constant(0.0, [1]) });
+        Self { layers, normalisation: None }
+    }
+
+    pub fn forward(&self, x: Tensor<2>, kernels: &Kernels) -> Tensor<2> {
+        self.continue_from(self.layers[0].forward(x), kernels)
+    }
+
+    /// Everything after the first affine map.
+    pub fn continue_from(&self, first: Tensor<2>, kernels: &Kernels) -> Tensor<2> {
+        let hidden = self.layers[1..].iter().fold(first, |x, layer| layer.forward(kernels.activate(x)));
+        match &self.normalisation {
+            Some(normalisation) => normalisation.forward(hidden),
+            None => hidden,
+        }
+    }
+
+    /// Value and derivative after the first affine map, whose own are `first` and `tangent`.
+    /// Several directions share the value: row `i` of `tangent` belongs to row `i mod rows` of `first`.
+    pub fn continue_with_tangent(
+        &self,
+        first: Tensor<2>,
+        tangent: Tensor<2>,
+        kernels: &Kernels,
+    ) -> (Tensor<2>, Tensor<2>) {
+        let directions = tangent.dims()[0] / first.dims()[0];
+        let (mut value, mut tangent) = (first, tangent);
+        for layer in &self.layers[1..] {
+            let active = kernels.activate(value);
+            let slope = kernels.slope_of_active(active.clone());
+            tangent = (tangent * slope.repeat_dim(0, directions)).matmul(layer.weight.val());
+            value = layer.forward(active);
+        }
+        match &self.normalisation {
+            Some(normalisation) => {
+                let tangent = normalisation.tangent(value.clone().repeat_dim(0, directions), tangent);
+                (normalisation.forward(value), tangent)
+            }
+            None => (value, tangent),
+        }
+    }
+}
+
+fn layers(source: &mut Initialiser<'_>, sizes: &[usize]) -> Vec<Affine> {
+    sizes.windows(2).map(|pair| Affine::new(source, pair[0], pair[1])).collect()
+}

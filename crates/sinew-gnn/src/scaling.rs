@@ -1,0 +1,315 @@
+//! Normalisation of parameters, shape embeddings and displacements.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result, require_count, require_finite, require_positive};
+
+/// How a parameter enters the network.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ParameterScale {
+    /// As it is.
+    Linear,
+    /// By its logarithm, for stiffnesses that range over orders of magnitude.
+    Log,
+}
+
+/// One parameter's trained range.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ParameterRange {
+    /// Smallest trained value [unit of the parameter].
+    pub lower: f64,
+    /// Largest trained value [unit of the parameter].
+    pub upper: f64,
+    /// Scale on which the range is uniform.
+    pub scale: ParameterScale,
+}
+
+/// Maps parameters θ to network inputs of zero mean and unit variance over the box of their ranges.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Vec<ParameterRange>", into = "Vec<ParameterRange>")]
+pub struct ParameterScaling {
+    ranges: Vec<ParameterRange>,
+}
+
+/// Relative slack within which a parameter counts as inside its range: rounding of a bound that
+/// went through a logarithm or a text file.
+const RANGE_SLACK: f64 = 1e-9;
+
+impl ParameterScaling {
+    /// From the ranges of the parameters, in their order in θ.
+    ///
+    /// # Errors
+    /// An empty or not finite range, or a log scale with a bound that is not positive.
+    pub fn new(ranges: Vec<ParameterRange>) -> Result<Self> {
+        for (parameter, &ParameterRange { lower, upper, scale }) in ranges.iter().enumerate() {
+            require_finite("parameter range", &[lower, upper])?;
+            if scale == ParameterScale::Log && lower <= 0.0 {
+                return Err(Error::LogOfNonPositive { parameter, value: lower });
+            }
+            if lower >= upper {
+                return Err(Error::EmptyRange { parameter, lower, upper });
+            }
+        }
+        Ok(Self { ranges })
+    }
+
+    /// Every parameter on the log scale between `lower` and `upper`.
+    ///
+    /// # Errors
+    /// As [`ParameterScaling::new`].
+    pub fn logarithmic(lower: &[f64], upper: &[f64]) -> Result<Self> {
+        require_count("upper bounds of the parameters", upper.len(), lower.len())?;
+        let range = |(&lower, &upper)| ParameterRange { lower, upper, scale: ParameterScale::Log };
+        Self::new(lower.iter().zip(upper).map(range).collect())
+    }
+
+    /// The ranges, in the order of θ.
+    pub fn ranges(&self) -> &[ParameterRange] {
+        &self.ranges
+    }
+
+    /// Network inputs of one parameter set.
+    ///
+    /// # Errors
+    /// A wrong number of parameters, one that is not finite, or one that is not positive on a log scale.
+    pub fn standardise(&self, theta: &[f64]) -> Result<Vec<f64>> {
+        require_count("parameters", theta.len(), self.ranges.len())?;
+        require_finite("parameters", theta)?;
+        let scaled = theta.iter().zip(&self.ranges).enumerate().map(|(parameter, (&value, range))| {
+            if range.scale == ParameterScale::Log && value <= 0.0 {
+                return Err(Error::LogOfNonPositive { parameter, value });
+            }
+            let (centre, deviation) = range.centre_and_deviation();
+            Ok((range.scale.of(value) - centre) / deviation)
+        });
+        scaled.collect()
+    }
+
+    /// Derivative of every network input with respect to its parameter, at `theta`.
+    pub(crate) fn slopes(&self, theta: &[f64]) -> Vec<f64> {
+        let slope = |(&value, range): (&f64, &ParameterRange)| {
+            let deviation = range.centre_and_deviation().1;
+            match range.scale {
+                ParameterScale::Linear => 1.0 / deviation,
+                ParameterScale::Log => 1.0 / (value * deviation),
+            }
+        };
+        theta.iter().zip(&self.ranges).map(slope).collect()
+    }
+
+    /// Whether every parameter lies in its trained range.
+    pub fn contains(&self, theta: &[f64]) -> bool {
+        theta.iter().zip(&self.ranges).all(|(&value, range)| {
+            let slack = RANGE_SLACK * (range.upper - range.lower);
+            (range.lower - slack..=range.upper + slack).contains(&value)
+        })
+    }
+}
+
+impl TryFrom<Vec<ParameterRange>> for ParameterScaling {
+    type Error = Error;
+
+    fn try_from(ranges: Vec<ParameterRange>) -> Result<Self> {
+        Self::new(ranges)
+    }
+}
+
+impl From<ParameterScaling> for Vec<ParameterRange> {
+    fn from(scaling: ParameterScaling) -> Self {
+        scaling.ranges
+    }
+}
+
+impl ParameterScale {
+    fn of(self, value: f64) -> f64 {
+        match self {
+            Self::Linear => value,
+            Self::Log => value.ln(),
+        }
+    }
+}
+
+impl ParameterRange {
+    /// Mean and standard deviation of the uniform distribution over the range.
+    fn centre_and_deviation(&self) -> (f64, f64) {
+        let (lower, upper) = (self.scale.of(self.lower), self.scale.of(self.upper));
+        (0.5 * (lower + upper), (upper - lower) / 12f64.sqrt())
+    }
+}
+
+/// Mean and standard deviation of every column of the shape embeddings `z_global`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct GlobalScaling {
+    /// Mean per column.
+    pub mean: Vec<f64>,
+    /// Standard deviation per column; one where a column is constant.
+    pub deviation: Vec<f64>,
+}
+
+impl GlobalScaling {
+    /// Statistics over training geometries; every row is one `z_global`.
+    ///
+    /// # Errors
+    /// Rows of different lengths or values that are not finite.
+    pub fn over(rows: &[&[f64]]) -> Result<Self> {
+        let columns = rows.first().map_or(0, |row| row.len());
+        for row in rows {
+            require_count("global features", row.len(), columns)?;
+            require_finite("global features", row)?;
+        }
+        let statistics = |column: usize| mean_and_deviation(rows.iter().map(|row| row[column]));
+        let (mean, deviation): (Vec<_>, Vec<_>) = (0..columns).map(statistics).unzip();
+        let deviation = deviation.into_iter().map(|d| if d > 0.0 { d } else { 1.0 }).collect();
+        Ok(Self { mean, deviation })
+    }
+
+    /// Network inputs of one `z_global`.
+    ///
+    /// # Errors
+    /// A wrong length or a value that is not finite.
+    pub fn standardise(&self, global: &[f64]) -> Result<Vec<f64>> {
+        require_count("global features", global.len(), self.mean.len())?;
+        require_finite("global features", global)?;
+        let columns = self.mean.iter().zip(&self.deviation);
+        Ok(global.iter().zip(columns).map(|(value, (mean, deviation))| (value - mean) / deviation).collect())
+    }
+}
+
+/// Maps network outputs to displacements, `u = mean + scale · output`, per component [length].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OutputScale {
+    /// Displacement of a zero output, per component [length].
+    pub mean: Vec<f64>,
+    /// Displacement of a unit output, per component [length].
+    pub scale: Vec<f64>,
+}
+
+/// Smallest scale of a component relative to the largest: a component that hardly moves (or not at
+/// all, as in a plane problem) would otherwise get the accuracy of its own noise.
+const SMALLEST_RELATIVE_SCALE: f64 = 1e-3;
+
+impl OutputScale {
+    /// Mean and standard deviation per component of training displacements, each flattened node by node.
+    ///
+    /// # Errors
+    /// No displacement, a length that is no multiple of `dimensions`, or values that are not finite.
+    pub fn standardising<'a>(
+        dimensions: usize,
+        displacements: impl IntoIterator<Item = &'a [f64]>,
+    ) -> Result<Self> {
+        Self::from_statistics(dimensions, displacements, |values| mean_and_deviation(values.iter().copied()))
+    }
+
+    /// Zero mean and the root mean square per component, for instance of one linear solve: what is
+    /// known before physics-informed training.
+    ///
+    /// # Errors
+    /// As [`OutputScale::standardising`].
+    pub fn root_mean_square<'a>(
+        dimensions: usize,
+        displacements: impl IntoIterator<Item = &'a [f64]>,
+    ) -> Result<Self> {
+        Self::from_statistics(dimensions, displacements, |values| {
+            let square = values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64;
+            (0.0, square.sqrt())
+        })
+    }
+
+    fn from_statistics<'a>(
+        dimensions: usize,
+        displacements: impl IntoIterator<Item = &'a [f64]>,
+        statistics: impl Fn(&[f64]) -> (f64, f64),
+    ) -> Result<Self> {
+        let mut components = vec![Vec::new(); dimensions];
+        for displacement in displacements {
+            require_count("displacement values beyond whole nodes", displacement.len() % dimensions, 0)?;
+            require_finite("displacements", displacement)?;
+            for row in displacement.chunks_exact(dimensions) {
+                components.iter_mut().zip(row).for_each(|(component, value)| component.push(*value));
+            }
+        }
+        let (mean, scale): (Vec<f64>, Vec<f64>) = components.iter().map(|c| statistics(c)).unzip();
+        let largest = scale.iter().copied().fold(0.0, f64::max);
+        require_positive("the scale of the displacements", largest)?;
+        let scale = scale.into_iter().map(|s| s.max(SMALLEST_RELATIVE_SCALE * largest)).collect();
+        Ok(Self { mean, scale })
+    }
+
+    /// Requires one positive scale and one mean per component.
+    ///
+    /// # Errors
+    /// A wrong count or a scale that is not positive.
+    pub fn check(&self, dimensions: usize) -> Result<()> {
+        require_count("output means", self.mean.len(), dimensions)?;
+        require_count("output scales", self.scale.len(), dimensions)?;
+        require_finite("output means", &self.mean)?;
+        self.scale.iter().try_for_each(|&scale| require_positive("the scale of a displacement component", scale))
+    }
+
+    /// Length by which nodal distances are made dimensionless: the norm of the scales [length].
+    pub fn length(&self) -> f64 {
+        self.scale.iter().map(|scale| scale * scale).sum::<f64>().sqrt()
+    }
+}
+
+fn mean_and_deviation(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let count = values.clone().count().max(1) as f64;
+    let mean = values.clone().sum::<f64>() / count;
+    let variance = values.map(|value| (value - mean).powi(2)).sum::<f64>() / count;
+    (mean, variance.sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_log_box_maps_to_unit_variance() {
+        let scaling = ParameterScaling::logarithmic(&[50.0], &[100.0]).unwrap();
+        let bound = 3f64.sqrt(); // a uniform distribution of unit variance ends at ±√3
+        assert!((scaling.standardise(&[50.0]).unwrap()[0] + bound).abs() < 1e-12);
+        assert!((scaling.standardise(&[100.0]).unwrap()[0] - bound).abs() < 1e-12);
+        assert!(scaling.standardise(&[5000f64.sqrt()]).unwrap()[0].abs() < 1e-12);
+        assert!(scaling.contains(&[100.0]) && !scaling.contains(&[100.1]));
+    }
+
+    #[test]
+    fn slopes_are_the_derivative() {
+        let linear = ParameterRange { lower: -1.0, upper: 3.0, scale: ParameterScale::Linear };
+        let log = ParameterRange { lower: 0.1, upper: 10.0, scale: ParameterScale::Log };
+        let scaling = ParameterScaling::new(vec![linear, log]).unwrap();
+        let (theta, step) = ([0.4, 1.7], 1e-6);
+        let slopes = scaling.slopes(&theta);
+        for parameter in 0..2 {
+            let mut ahead = theta;
+            ahead[parameter] += step;
+            let change = scaling.standardise(&ahead).unwrap()[parameter]
+                - scaling.standardise(&theta).unwrap()[parameter];
+            assert!((change / step - slopes[parameter]).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn bad_parameters_are_named() {
+        assert!(matches!(
+            ParameterScaling::logarithmic(&[0.0], &[1.0]),
+            Err(Error::LogOfNonPositive { parameter: 0, .. })
+        ));
+        assert!(matches!(
+            ParameterScaling::logarithmic(&[1.0, 2.0], &[2.0, 2.0]),
+            Err(Error::EmptyRange { parameter: 1, .. })
+        ));
+        let scaling = ParameterScaling::logarithmic(&[1.0], &[2.0]).unwrap();
+        assert!(matches!(scaling.standardise(&[f64::NAN]), Err(Error::NotFinite { .. })));
+        assert!(matches!(scaling.standardise(&[1.0, 1.0]), Err(Error::Count { .. })));
+    }
+
+    #[test]
+    fn a_resting_component_gets_a_share_of_the_largest_scale() {
+        let displacement = [0.0, 3.0, 0.0, -3.0];
+        let scale = OutputScale::root_mean_square(2, [&displacement[..]]).unwrap();
+        assert_eq!(scale.scale, [3e-3, 3.0]);
+        assert!(matches!(OutputScale::standardising(2, []), Err(Error::Scale { .. })));
+    }
+}

@@ -1,0 +1,245 @@
+//! An emulator with its units, supports and geometries: what is trained, stored and asked.
+
+use burn::module::Module;
+use burn::tensor::{Device, Tensor, TensorData};
+use serde::{Deserialize, Serialize};
+use sinew_graph::{FeatureStatistics, Topology};
+
+use crate::config::EmulatorConfig;
+use crate::data::{DataSet, Geometry};
+use crate::emulator::Emulator;
+use crate::error::{Error, Result, require_count};
+use crate::fixed::{FixedGeometry, Prediction};
+use crate::graph::GraphTensors;
+use crate::kernels::KernelChoice;
+use crate::scaling::{GlobalScaling, OutputScale, ParameterScaling};
+
+/// Everything that turns physical inputs into network inputs and network outputs into displacements.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Scales {
+    /// Statistics of node and edge features over the training geometries.
+    pub features: FeatureStatistics,
+    /// Statistics of the shape embeddings over the training geometries.
+    pub global: GlobalScaling,
+    /// Ranges of the parameters.
+    pub parameters: ParameterScaling,
+    /// Scale of the displacements.
+    pub output: OutputScale,
+}
+
+impl Scales {
+    /// Feature and shape statistics of `geometries`, with the given parameter and output scales.
+    ///
+    /// # Errors
+    /// Geometries whose features disagree in number or are not finite.
+    pub fn over(geometries: &[Geometry], parameters: ParameterScaling, output: OutputScale) -> Result<Self> {
+        let features: Vec<_> = geometries.iter().map(|geometry| geometry.features.clone()).collect();
+        let global: Vec<&[f64]> = geometries.iter().map(|geometry| &geometry.global[..]).collect();
+        Ok(Self {
+            features: FeatureStatistics::over(&features)?,
+            global: GlobalScaling::over(&global)?,
+            parameters,
+            output,
+        })
+    }
+}
+
+/// An [`Emulator`] that takes parameters in their units on named geometries and returns displacements.
+#[derive(Debug, Clone)]
+pub struct Surrogate {
+    pub(crate) emulator: Emulator,
+    pub(crate) scales: Scales,
+    pub(crate) topology: Topology,
+    pub(crate) geometries: Vec<Geometry>,
+    pub(crate) graph: GraphTensors,
+    pub(crate) prepared: Vec<GeometryTensors>,
+    pub(crate) device: Device,
+}
+
+/// A geometry's tensors, without automatic differentiation.
+#[derive(Debug, Clone)]
+pub(crate) struct GeometryTensors {
+    /// `[nodes, features]`, standardised.
+    pub nodes: Tensor<2>,
+    /// `[edges, features]`, standardised.
+    pub edges: Tensor<2>,
+    /// `[1, global features]`, standardised.
+    pub global: Option<Tensor<2>>,
+    /// Displacement of a unit output, zero where prescribed: `[1, real nodes, D]`.
+    pub scale: Tensor<3>,
+    /// Displacement of a zero output, or the prescribed one: `[1, real nodes, D]`.
+    pub shift: Tensor<3>,
+}
+
+impl Surrogate {
+    /// An untrained surrogate for a data set.
+    ///
+    /// The configuration's feature counts must be those of the data; `device` is a plain one,
+    /// training adds automatic differentiation itself.
+    ///
+    /// # Errors
+    /// Counts that do not fit each other, a scale that is not positive, or data that are not finite.
+    pub fn new(config: &EmulatorConfig, data: &DataSet, scales: Scales, seed: u64, device: &Device) -> Result<Self> {
+        let emulator = Emulator::new(config, seed, device)?;
+        Self::assemble(emulator, scales, data.topology.clone(), data.geometries.clone(), device)
+    }
+
+    /// Puts the parts of a surrogate together, checking that they fit.
+    pub(crate) fn assemble(
+        emulator: Emulator,
+        scales: Scales,
+        topology: Topology,
+        geometries: Vec<Geometry>,
+        device: &Device,
+    ) -> Result<Self> {
+        let config = emulator.config();
+        require_count("parameter ranges", scales.parameters.ranges().len(), config.parameters)?;
+        require_count("columns of node features", scales.features.nodes.mean.len(), config.node_features)?;
+        require_count("columns of edge features", scales.features.edges.mean.len(), config.edge_features)?;
+        require_count("global features", scales.global.mean.len(), config.global_features)?;
+        scales.output.check(config.dimensions)?;
+        let graph = GraphTensors::new(&topology, device)?;
+        let device = device.clone().without_autodiff();
+        let mut surrogate =
+            Self { emulator, scales, topology, geometries: Vec::new(), graph, prepared: Vec::new(), device };
+        for geometry in geometries {
+            surrogate.prepared.push(surrogate.prepare(&geometry)?);
+            surrogate.geometries.push(geometry);
+        }
+        Ok(surrogate)
+    }
+
+    /// The network.
+    pub fn emulator(&self) -> &Emulator {
+        &self.emulator
+    }
+
+    /// Input and output scales.
+    pub fn scales(&self) -> &Scales {
+        &self.scales
+    }
+
+    /// The graph all geometries share.
+    pub fn topology(&self) -> &Topology {
+        &self.topology
+    }
+
+    /// Geometries trained on.
+    pub fn geometries(&self) -> &[Geometry] {
+        &self.geometries
+    }
+
+    /// The same weights computed with other kernels.
+    pub fn with_kernels(mut self, choice: KernelChoice) -> Self {
+        self.emulator = self.emulator.with_kernels(choice);
+        self
+    }
+
+    /// Prepares fast prediction on one geometry, which need not be one of those trained on.
+    ///
+    /// # Errors
+    /// A geometry that does not fit the topology or the configuration.
+    pub fn fixed_geometry(&self, geometry: &Geometry) -> Result<FixedGeometry> {
+        Ok(FixedGeometry::new(self, &self.prepare(geometry)?))
+    }
+
+    /// Full prediction (all steps of Algorithm 2) of a batch of parameter sets on one geometry.
+    ///
+    /// # Errors
+    /// As [`Surrogate::fixed_geometry`] and [`FixedGeometry::predict`].
+    pub fn predict(&self, geometry: &Geometry, thetas: &[Vec<f64>]) -> Result<Prediction> {
+        self.fixed_geometry(geometry)?.predict(thetas)
+    }
+
+    /// Standardised parameters `[batch, parameters]`.
+    pub(crate) fn parameter_tensor(&self, thetas: &[&[f64]]) -> Result<Tensor<2>> {
+        parameter_tensor(&self.scales.parameters, thetas, &self.device)
+    }
+
+    /// Displacements `[batch, real nodes, D]`, through `emulator` (this surrogate's, or a copy of
+    /// it that records gradients).
+    pub(crate) fn displacement(
+        &self,
+        emulator: &Emulator,
+        geometry: &GeometryTensors,
+        parameters: Tensor<2>,
+    ) -> Tensor<3> {
+        let local = emulator.local_embedding(&self.graph, geometry.nodes.clone(), geometry.edges.clone());
+        geometry.displacement(emulator.decode(local, geometry.global.clone(), parameters))
+    }
+
+    /// A geometry's tensors.
+    pub(crate) fn prepare(&self, geometry: &Geometry) -> Result<GeometryTensors> {
+        let dimensions = self.emulator.config().dimensions;
+        geometry.check(&self.topology, dimensions)?;
+        let features = self.scales.features.standardise(&geometry.features)?;
+        let global = self.scales.global.standardise(&geometry.global)?;
+        let table = |values: &[f64], rows| matrix(values, rows, &self.device);
+        let output = &self.scales.output;
+        let component = |dof: usize| dof % dimensions;
+        let prescribed = geometry.dirichlet.prescribed.iter().enumerate();
+        let scale: Vec<f64> = prescribed
+            .clone()
+            .map(|(dof, fixed)| if fixed.is_some() { 0.0 } else { output.scale[component(dof)] })
+            .collect();
+        let shift: Vec<f64> =
+            prescribed.map(|(dof, fixed)| fixed.unwrap_or(output.mean[component(dof)])).collect();
+        let field = |values: &[f64]| table(values, self.topology.real_nodes).unsqueeze_dim::<3>(0);
+        Ok(GeometryTensors {
+            nodes: table(&features.nodes.values, features.nodes.rows),
+            edges: table(&features.edges.values, features.edges.rows),
+            global: (!global.is_empty()).then(|| table(&global, 1)),
+            scale: field(&scale),
+            shift: field(&shift),
+        })
+    }
+
+    /// The same surrogate on the device that records gradients, or off it.
+    pub(crate) fn inference_emulator(&self) -> Emulator {
+        self.emulator.valid()
+    }
+}
+
+impl GeometryTensors {
+    /// Network outputs to displacements, prescribed ones written over them.
+    pub fn displacement(&self, output: Tensor<3>) -> Tensor<3> {
+        output * self.scale.clone() + self.shift.clone()
+    }
+
+    /// The same tensors ready to meet those of an automatically differentiated network.
+    pub fn lifted(&self) -> Self {
+        Self {
+            nodes: Tensor::from_inner(self.nodes.clone()),
+            edges: Tensor::from_inner(self.edges.clone()),
+            global: self.global.clone().map(Tensor::from_inner),
+            scale: Tensor::from_inner(self.scale.clone()),
+            shift: Tensor::from_inner(self.shift.clone()),
+        }
+    }
+}
+
+impl From<sinew_graph::GraphError> for Error {
+    fn from(error: sinew_graph::GraphError) -> Self {
+        Self::Graph(error)
+    }
+}
+
+/// Standardised parameters `[batch, parameters]`.
+pub(crate) fn parameter_tensor(
+    scaling: &ParameterScaling,
+    thetas: &[&[f64]],
+    device: &Device,
+) -> Result<Tensor<2>> {
+    let mut values = Vec::with_capacity(thetas.len() * scaling.ranges().len());
+    for theta in thetas {
+        values.extend(scaling.standardise(theta)?);
+    }
+    Ok(matrix(&values, thetas.len(), device))
+}
+
+/// `[rows, columns]` in single precision.
+pub(crate) fn matrix(values: &[f64], rows: usize, device: &Device) -> Tensor<2> {
+    let columns = values.len() / rows.max(1);
+    let values: Vec<f32> = values.iter().map(|&value| value as f32).collect();
+    Tensor::from_data(TensorData::new(values, [rows, columns]), device)
+}
