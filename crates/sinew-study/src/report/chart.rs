@@ -265,13 +265,12 @@ impl Chart {
         }
     }
 
-    /// A marker at a point, with a hint that appears under the pointer.
-    pub(super) fn marker(&mut self, class: &str, marker: Marker, point: (f64, f64), hint: &str) {
+    /// A marker (a path around the origin) at a point, with a hint that appears under the pointer.
+    pub(super) fn marker(&mut self, class: &str, marker: &str, point: (f64, f64), hint: &str) {
         if let Some((x, y)) = self.pixel(point) {
             let _ = write!(
                 self.body,
-                r#"<path class="{class}" transform="translate({x:.1} {y:.1})" d="{}"><title>{}</title></path>"#,
-                marker.path(4.5),
+                r#"<path class="{class}" transform="translate({x:.1} {y:.1})" d="{marker}"><title>{}</title></path>"#,
                 escape(hint)
             );
         }
@@ -295,9 +294,10 @@ impl Chart {
         );
     }
 
-    /// Width and height \[px\].
-    pub(super) fn size(&self) -> (f64, f64) {
-        self.size
+    /// Right and lower end of the plot \[px\].
+    pub(super) fn plot_size(&self) -> (f64, f64) {
+        let (_, right, _, bottom) = self.frame();
+        (right, bottom)
     }
 
     /// The finished SVG element.

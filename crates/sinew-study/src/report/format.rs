@@ -84,8 +84,8 @@ pub(super) fn seconds(value: f64) -> String {
 pub(super) fn factor(value: f64) -> String {
     if value >= 1e6 {
         format!("{}×", digits(value, 2).replace('×', "·"))
-    } else if value >= 999.5 {
-        format!("{}×", count((digits_rounded(value, 2)) as u64))
+    } else if value >= 99.5 {
+        format!("{}×", count(digits_rounded(value, 2) as u64))
     } else {
         format!("{}×", digits(value, 2))
     }
@@ -179,6 +179,7 @@ mod tests {
             assert_eq!(seconds(value), text);
         }
         assert_eq!(factor(1.09), "1.1×");
+        assert_eq!(factor(295.2), "300×");
         assert_eq!(factor(4_123.0), "4\u{202f}100×");
         assert_eq!(count(1_234_567), "1\u{202f}234\u{202f}567");
     }

@@ -15,8 +15,9 @@ const HIGHEST_DECADE: i32 = 8;
 /// Range of the histogram in factors of ten.
 pub const DECADES: i32 = HIGHEST_DECADE - LOWEST_DECADE;
 
-/// Smallest bandwidth in bins, so that the bins themselves never show.
-const MIN_BANDWIDTH_BINS: f64 = 1.5;
+/// Smallest bandwidth in bins (0.08 decades). Neighbouring nodes err together, so there is
+/// less information than the number of samples that Silverman's rule counts on.
+const MIN_BANDWIDTH_BINS: f64 = 2.5;
 /// The Gaussian is cut here, where 6e-5 of its mass is left.
 const KERNEL_REACH: f64 = 4.0;
 
@@ -168,9 +169,9 @@ mod tests {
     fn density_peaks_where_the_samples_are() {
         let density = LogHistogram::from_samples(&log_logistic(20_000, -2.5, 0.25)).density();
         let peak = density.iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
-        // Half a bin, and the smoothing of the kernel (h²f″/2: 1 %).
+        // Half a bin, and the smoothing of the kernel (h²f″/2: 2.4 %).
         assert!((peak.0 + 2.5).abs() < 0.5 / 32.0 + 1e-9, "{peak:?}");
-        assert!((peak.1 * 4.0 * 0.25 - 1.0).abs() < 0.02, "{peak:?}");
+        assert!((peak.1 * 4.0 * 0.25 - 1.0).abs() < 0.03, "{peak:?}");
     }
 
     #[test]

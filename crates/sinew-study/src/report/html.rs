@@ -14,7 +14,7 @@ pub fn render(report: &Report) -> String {
     let mut html = format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><meta name=\"color-scheme\" content=\"light dark\"><title>{title}</title><style>{STYLE}</style></head><body><main>"
     );
-    push_head(&mut html, report, &title);
+    push_head(&mut html, report);
     push_summary(&mut html, report);
     for scene in &report.scenes {
         push_scene(&mut html, scene);
@@ -32,7 +32,8 @@ fn page_title(report: &Report) -> String {
     ))
 }
 
-fn push_head(html: &mut String, report: &Report, title: &str) {
+fn push_head(html: &mut String, report: &Report) {
+    let scenes: Vec<_> = report.scenes.iter().map(|s| escape(&s.title)).collect();
     let methods: Vec<&str> = Method::ALL
         .into_iter()
         .filter(|&method| {
@@ -45,8 +46,9 @@ fn push_head(html: &mut String, report: &Report, title: &str) {
         .collect();
     let _ = write!(
         html,
-        "<header><h1>{title}</h1><p>{} compared in error and in time, on the same meshes, parameters and machine.</p><dl class=\"facts\">",
-        methods.join(", ")
+        "<header><h1>Emulators against finite elements</h1><p>{} on {}: error and time on the same meshes, parameters and machine.</p><dl class=\"facts\">",
+        methods.join(", "),
+        scenes.join(" and ")
     );
     for (name, value) in [
         ("machine", report.machine.clone()),
@@ -77,6 +79,7 @@ fn push_summary(html: &mut String, report: &Report) {
             let _ = write!(html, "<li>{sentence}</li>");
         }
         html.push_str("</ul>");
+        html.push_str(&summary::thesis_table(scene));
     }
     if !report.notes.is_empty() {
         html.push_str("<h3>To be known</h3><ul>");
@@ -117,7 +120,7 @@ fn push_scene_facts(html: &mut String, scene: &SceneReport) {
         .theta
         .iter()
         .map(|t| {
-            let range = format!("{} ∈ [{}, {}]", t.name, digits(t.low, 3), digits(t.high, 3));
+            let range = format!("{} ∈ [{}, {}]", t.name, t.low, t.high);
             format!("{range} {}", t.unit).trim_end().to_owned()
         })
         .collect();
@@ -302,7 +305,7 @@ fn legend(methods: &[Method]) -> String {
             html,
             "<span><svg viewBox=\"0 0 30 12\"><path class=\"line {0}\" d=\"M1 6H29\"/><path class=\"dot {0}\" transform=\"translate(15 6)\" d=\"{1}\"/></svg>{2}</span>",
             class(method),
-            plots::marker(method).path(4.0),
+            plots::marker(method, 4.0),
             method.label()
         );
     }
@@ -349,7 +352,7 @@ const DEFINITIONS: &str = "<dl class=\"definitions\">\
 <dt>err<sub>I₁</sub></dt><dd>|I₁ − Î₁| / I₁ in every element [%].</dd>\
 <dt>err<sub>Π</sub></dt><dd>|Π − Π̂| / |Π| of every test case [%].</dd>\
 <dt>quantiles</dt><dd>over all nodes or elements of all test cases together, linearly interpolated.</dd>\
-<dt>densities</dt><dd>Gaussian kernel on log₁₀ of the error, bandwidth 0.9 min(σ, IQR/1.34) n<sup>−1/5</sup>, from a histogram with 32 bins per decade.</dd>\
+<dt>densities</dt><dd>Gaussian kernel on log₁₀ of the error, bandwidth 0.9 min(σ, IQR/1.34) n<sup>−1/5</sup> and at least 0.08 decades, from a histogram with 32 bins per decade.</dd>\
 <dt>prepare</dt><dd>everything before training: simulations for training data, graph, basis.</dd>\
 <dt>train</dt><dd>training or regression, without the evaluations that make the curves.</dd>\
 <dt>full</dt><dd>one prediction for one θ from mesh and θ (emulators: message passing and decoder).</dd>\

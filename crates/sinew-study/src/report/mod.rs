@@ -49,6 +49,7 @@ mod format;
 mod histogram;
 mod html;
 mod json;
+mod labels;
 mod metric;
 mod plots;
 mod quantiles;

@@ -2,6 +2,7 @@
 
 use super::chart::{Axis, Chart, Marker};
 use super::format::{seconds, two_digits};
+use super::labels::{Extent, place_labels};
 use super::{Method, MethodRow, Metric, SceneReport, TrainingHistory};
 
 /// Size of a plot of which two stand side by side \[px\].
@@ -10,23 +11,26 @@ const HALF: (f64, f64) = (470.0, 290.0);
 const WIDE: (f64, f64) = (960.0, 440.0);
 /// Densities below this share of the highest are not given room on the axis.
 const VISIBLE_DENSITY: f64 = 2e-3;
-/// Distance between two labels of the scatter \[px\].
-const LABEL_HEIGHT: f64 = 15.0;
+/// Size of markers \[px\].
+const RADIUS: f64 = 4.5;
+const SMALL_RADIUS: f64 = 3.2;
 
 /// CSS class that carries the colour and the dashes of a method.
 pub(super) fn class(method: Method) -> String {
     format!("m-{}", method.key())
 }
 
-pub(super) fn marker(method: Method) -> Marker {
-    match method {
+/// Path of a method's marker around the origin.
+pub(super) fn marker(method: Method, radius: f64) -> String {
+    let marker = match method {
         Method::Dd => Marker::Circle,
         Method::Pi => Marker::Triangle,
         Method::Fdd => Marker::Diamond,
         Method::Pod => Marker::Square,
         Method::FemCold => Marker::Cross,
         Method::FemWarm => Marker::Plus,
-    }
+    };
+    marker.path(radius)
 }
 
 /// `err_u [mm]` with a subscript, for SVG.
@@ -144,7 +148,7 @@ fn mark(chart: &mut Chart, method: Method, point: (f64, f64), metric: Metric) {
     let hint = format!("{}: {error} {} after {time}", method.label(), metric.unit());
     chart.marker(
         &format!("dot {}", class(method)),
-        marker(method),
+        &marker(method, RADIUS),
         point,
         &hint,
     );
@@ -181,47 +185,17 @@ pub(super) fn scatter(scene: &SceneReport) -> String {
         let (method, error) = (row.method(), row.median(metric));
         let points = times(row).map(|(_, time)| (time, error));
         chart.line(&class(method), &points);
-        for ((what, time), style) in times(row).into_iter().zip(["ring", "dot", "ring small"]) {
+        let styles = [("ring", RADIUS), ("dot", RADIUS), ("ring", SMALL_RADIUS)];
+        for ((what, time), (style, radius)) in times(row).into_iter().zip(styles) {
             let hint = format!("{}, {what}: {}", method.label(), seconds(time));
             let style = format!("{style} {}", class(method));
-            chart.marker(&style, marker(method), (time, error), &hint);
+            chart.marker(&style, &marker(method, radius), (time, error), &hint);
         }
-        let rightmost = points.iter().map(|p| p.0).fold(0.0, f64::max);
-        if let Some(pixel) = chart.pixel((rightmost, error)) {
-            labels.push((pixel, method));
-        }
+        let pixels = points.iter().filter_map(|&point| chart.pixel(point));
+        labels.extend(Extent::around(pixels, RADIUS).map(|extent| (method, extent)));
     }
     place_labels(&mut chart, labels);
     chart.render()
-}
-
-/// Labels right of their points, moved down until none covers another.
-fn place_labels(chart: &mut Chart, mut labels: Vec<((f64, f64), Method)>) {
-    labels.sort_by(|a, b| a.0.1.total_cmp(&b.0.1));
-    let mut placed: Vec<(f64, f64)> = Vec::new();
-    for ((x, y), method) in labels {
-        let mut at = (x + 12.0, y + 4.0);
-        while placed
-            .iter()
-            .any(|p| (p.1 - at.1).abs() < LABEL_HEIGHT && (p.0 - at.0).abs() < 90.0)
-        {
-            at.1 += 1.0;
-        }
-        // A label that had to move is tied to its point.
-        if at.1 - y > LABEL_HEIGHT {
-            chart.leader(&class(method), (x + 5.0, y + 3.0), (at.0 - 2.0, at.1 - 4.0));
-        }
-        placed.push(at);
-        let inside = at.1 < chart.size().1;
-        if inside {
-            chart.text(
-                &format!("label {}", class(method)),
-                at,
-                "start",
-                method.label(),
-            );
-        }
-    }
 }
 
 /// Mean energy above the finite-element minimum during training; `None` without data.
@@ -250,7 +224,7 @@ pub(super) fn energy_traces(scene: &SceneReport) -> Option<String> {
             let hint = format!("{}: {} %", method.label(), two_digits(last.1));
             chart.marker(
                 &format!("dot {}", class(*method)),
-                marker(*method),
+                &marker(*method, RADIUS),
                 last,
                 &hint,
             );

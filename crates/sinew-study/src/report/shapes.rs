@@ -1,5 +1,6 @@
 //! Deformed surfaces, coloured by error, in orthographic projection.
 
+use std::collections::HashSet;
 use std::fmt::Write;
 
 use super::format::{digits, escape, two_digits};
@@ -14,6 +15,8 @@ const SCALE_BAR_ROOM: f64 = 26.0;
 /// Colours span this many decades below the largest error; smaller errors share the
 /// lowest colour, or the clamped nodes would use up the scale.
 const DECADES: f64 = 3.0;
+/// Steps of the colour bar.
+const BAR_STEPS: u32 = 100;
 /// Edges between faces that meet at a larger angle than this outline a shape \[degrees\].
 const FEATURE_ANGLE: f64 = 30.0;
 /// Viridis (van der Walt and Smith 2015) at equal steps: readable without colour vision.
@@ -109,7 +112,7 @@ fn project(point: [f32; 3]) -> [f64; 3] {
     ]
 }
 
-/// Painter's algorithm: the farthest triangle first.
+/// Painter's algorithm: the farthest triangle first, hidden sides of a closed body left out.
 fn draw(
     surfaces: &SurfaceCases,
     case: &SurfaceCase,
@@ -122,11 +125,7 @@ fn draw(
         r#"<svg class="shape" viewBox="0 0 {WIDTH} {height:.0}" role="img" aria-label="Deformed surface, {}">"#,
         escape(&case.title)
     );
-    let mut path = String::new();
-    for &[from, to] in outline {
-        let [a, b] = [from, to].map(|node| camera.pixel(surfaces.reference()[node]));
-        let _ = write!(path, "M{:.1} {:.1}L{:.1} {:.1}", a[0], a[1], b[0], b[1]);
-    }
+    let path = edge_path(outline.iter(), surfaces.reference(), camera);
     let _ = write!(svg, r#"<path class="ghost" d="{path}"/><g class="mesh">"#);
     let depth = |triangle: &[usize; 3]| -> f64 {
         triangle
@@ -135,6 +134,14 @@ fn draw(
             .sum()
     };
     let mut order: Vec<&[usize; 3]> = surfaces.triangles().iter().collect();
+    let outward = outward_sign(surfaces.triangles(), surfaces.reference());
+    if let Some(sign) = outward {
+        order.retain(|triangle| {
+            let normal = normal(triangle.map(|node| project(case.deformed[node])));
+            sign * normal[2] > 0.0
+        });
+    }
+    let visible: HashSet<[usize; 2]> = order.iter().flat_map(|triangle| edges(triangle)).collect();
     order.sort_by(|a, b| depth(a).total_cmp(&depth(b)));
     for triangle in order {
         let [a, b, c] = triangle.map(|node| camera.pixel(case.deformed[node]));
@@ -145,7 +152,7 @@ fn draw(
             / 3.0;
         let _ = write!(
             svg,
-            r#"<path fill="{}" d="M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}z"/>"#,
+            r#"<path color="{}" d="M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}z"/>"#,
             colours.colour(error),
             a[0],
             a[1],
@@ -156,9 +163,32 @@ fn draw(
         );
     }
     svg.push_str("</g>");
+    // Without a known outside, hidden edges cannot be told from visible ones.
+    if outward.is_some() {
+        let seen = outline.iter().filter(|edge| visible.contains(*edge));
+        let path = edge_path(seen, &case.deformed, camera);
+        let _ = write!(svg, r#"<path class="edge" d="{path}"/>"#);
+    }
     push_scale_bar(&mut svg, camera);
     svg.push_str("</svg>");
     svg
+}
+
+fn edge_path<'a>(
+    edges: impl Iterator<Item = &'a [usize; 2]>,
+    points: &[[f32; 3]],
+    camera: &Camera,
+) -> String {
+    edges.fold(String::new(), |mut path, edge| {
+        let [a, b] = edge.map(|node| camera.pixel(points[node]));
+        let _ = write!(path, "M{:.1} {:.1}L{:.1} {:.1}", a[0], a[1], b[0], b[1]);
+        path
+    })
+}
+
+/// The edges of a triangle, lower node first.
+fn edges(&[a, b, c]: &[usize; 3]) -> [[usize; 2]; 3] {
+    [[a, b], [b, c], [c, a]].map(|[from, to]| [from.min(to), from.max(to)])
 }
 
 /// A bar of 1, 2 or 5 times a power of ten, about a fifth of the width.
@@ -201,17 +231,19 @@ impl ColourScale {
     }
 
     fn bar(&self) -> String {
-        let stops: String = COLOURS
-            .iter()
-            .enumerate()
-            .map(|(i, &colour)| {
-                let at = 100.0 * i as f64 / (COLOURS.len() - 1) as f64;
-                format!(r#"<stop offset="{at:.1}%" stop-color="{}"/>"#, hex(colour))
-            })
-            .collect();
-        let mut svg = format!(
-            r#"<svg class="bar" viewBox="0 0 480 44" role="img" aria-label="Colour bar"><defs><linearGradient id="viridis">{stops}</linearGradient></defs><rect x="40" y="4" width="400" height="12" rx="2" fill="url(#viridis)"/>"#
+        let mut svg = String::from(
+            r#"<svg class="bar" viewBox="0 0 480 40" role="img" aria-label="Colour bar">"#,
         );
+        // Steps instead of a gradient, whose identifier would repeat in every scene.
+        for step in 0..BAR_STEPS {
+            let position = f64::from(step) / f64::from(BAR_STEPS - 1);
+            let x = 40.0 + 400.0 * f64::from(step) / f64::from(BAR_STEPS);
+            let _ = write!(
+                svg,
+                r#"<path fill="{}" d="M{x:.1} 4H440v12H{x:.1}z"/>"#,
+                hex(viridis(position))
+            );
+        }
         for decade in 0..=DECADES as i32 {
             let x = 40.0 + 400.0 * f64::from(decade) / DECADES;
             let value = self.largest * 10f64.powf(f64::from(decade) - DECADES);
@@ -254,17 +286,14 @@ fn hex([red, green, blue]: [f64; 3]) -> String {
 
 /// Edges of one triangle only, and edges where faces meet at an angle.
 fn outline(triangles: &[[usize; 3]], points: &[[f32; 3]]) -> Vec<[usize; 2]> {
-    let mut edges: Vec<([usize; 2], [f64; 3])> = Vec::with_capacity(3 * triangles.len());
+    let mut faces: Vec<([usize; 2], [f64; 3])> = Vec::with_capacity(3 * triangles.len());
     for triangle in triangles {
         let normal = unit_normal(triangle.map(|node| points[node].map(f64::from)));
-        for k in 0..3 {
-            let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
-            edges.push(([a.min(b), a.max(b)], normal));
-        }
+        faces.extend(edges(triangle).map(|edge| (edge, normal)));
     }
-    edges.sort_by_key(|edge| edge.0);
+    faces.sort_by_key(|face| face.0);
     let flat = FEATURE_ANGLE.to_radians().cos();
-    edges
+    faces
         .chunk_by(|a, b| a.0 == b.0)
         .filter(|faces| match faces {
             // Orientation of the faces may differ, so the sign of the cosine is not used.
@@ -275,15 +304,44 @@ fn outline(triangles: &[[usize; 3]], points: &[[f32; 3]]) -> Vec<[usize; 2]> {
         .collect()
 }
 
-fn unit_normal([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
+fn unit_normal(corners: [[f64; 3]; 3]) -> [f64; 3] {
+    let normal = normal(corners);
+    let length = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
+    normal.map(|x| x / length.max(f64::MIN_POSITIVE))
+}
+
+fn normal([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     let [u, v] = [b, c].map(|p| [p[0] - a[0], p[1] - a[1], p[2] - a[2]]);
-    let normal = [
+    [
         u[1] * v[2] - u[2] * v[1],
         u[2] * v[0] - u[0] * v[2],
         u[0] * v[1] - u[1] * v[0],
-    ];
-    let length = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
-    normal.map(|x| x / length.max(f64::MIN_POSITIVE))
+    ]
+}
+
+/// 1 if all normals of a closed surface point outward, −1 if all point inward, `None`
+/// if the surface is open or its triangles disagree.
+fn outward_sign(triangles: &[[usize; 3]], points: &[[f32; 3]]) -> Option<f64> {
+    let mut edges: Vec<[usize; 2]> = triangles
+        .iter()
+        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+        .collect();
+    edges.sort_unstable();
+    let twice = edges.windows(2).any(|pair| pair[0] == pair[1]);
+    let closed = edges
+        .iter()
+        .all(|&[a, b]| edges.binary_search(&[b, a]).is_ok());
+    let volume: f64 = triangles
+        .iter()
+        .map(|triangle| {
+            let corners = triangle.map(|node| points[node].map(f64::from));
+            let normal = normal(corners);
+            (0..3)
+                .map(|axis| corners[0][axis] * normal[axis])
+                .sum::<f64>()
+        })
+        .sum();
+    (closed && !twice).then(|| volume.signum())
 }
 
 #[cfg(test)]
@@ -308,6 +366,20 @@ mod tests {
             .flat_map(|&[a, b, c, d]| [[a, b, c], [c, d, a]])
             .collect();
         assert_eq!(outline(&triangles, &points).len(), 12);
+    }
+
+    #[test]
+    fn the_outside_of_a_tetrahedron_is_known_if_its_faces_agree() {
+        let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let mut faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+        assert_eq!(outward_sign(&faces, &points), Some(1.0));
+        assert_eq!(outward_sign(&faces[1..], &points), None);
+        assert_eq!(
+            outward_sign(&faces.map(|[a, b, c]| [a, c, b]), &points),
+            Some(-1.0)
+        );
+        faces[0].swap(0, 1);
+        assert_eq!(outward_sign(&faces, &points), None);
     }
 
     #[test]

@@ -68,6 +68,19 @@ impl Comparison {
             two_digits(self.thesis)
         )
     }
+
+    fn cell(&self) -> String {
+        let verdict = self.verdict();
+        format!(
+            "<td>{} {}<small class=\"{}\">{} {} the thesis’ {}</small></td>",
+            two_digits(self.ours),
+            self.metric.unit(),
+            verdict.class(),
+            verdict.sign(),
+            factor(self.ours / self.thesis),
+            two_digits(self.thesis)
+        )
+    }
 }
 
 fn comparisons(scene: &SceneReport) -> Vec<Comparison> {
@@ -168,33 +181,54 @@ fn against_thesis(scene: &SceneReport) -> Option<String> {
     if all.is_empty() {
         return None;
     }
-    let list = |wanted: &dyn Fn(Verdict) -> bool| -> Vec<String> {
-        let chosen = all.iter().filter(|c| wanted(c.verdict()));
-        chosen.map(Comparison::sentence).collect()
-    };
-    let (reached, missed) = (
-        list(&|v| v != Verdict::Missed),
-        list(&|v| v == Verdict::Missed),
-    );
+    let missed: Vec<String> = all
+        .iter()
+        .filter(|comparison| comparison.verdict() == Verdict::Missed)
+        .map(Comparison::sentence)
+        .collect();
     let mut text = format!(
-        "<b>Against the thesis:</b> {} of {} medians reached within {REACHED_FACTOR}×",
-        reached.len(),
+        "<b>Against the thesis:</b> {} of {} medians reached within {REACHED_FACTOR}×.",
+        all.len() - missed.len(),
         all.len()
     );
-    if !reached.is_empty() {
-        text.push_str(&format!(
-            " <span class=\"reached\">✓</span> {}",
-            reached.join("; ")
-        ));
-    }
-    text.push('.');
     if !missed.is_empty() {
-        text.push_str(&format!(
-            " <b class=\"missed\">✗ Not reached:</b> {}.",
-            missed.join("; ")
-        ));
+        let list = missed.join("; ");
+        text.push_str(&format!(" <b class=\"missed\">✗ Not reached:</b> {list}."));
     }
     Some(text)
+}
+
+/// All our medians beside the thesis'; empty if there is nothing to compare.
+pub(super) fn thesis_table(scene: &SceneReport) -> String {
+    let all = comparisons(scene);
+    if all.is_empty() {
+        return String::new();
+    }
+    let mut html =
+        String::from("<div class=\"scroll\"><table class=\"thesis\"><thead><tr><th>median</th>");
+    for metric in Metric::ALL {
+        html.push_str(&format!("<th>{}</th>", symbol(metric)));
+    }
+    html.push_str("</tr></thead><tbody>");
+    for method in Method::ALL {
+        let of_method = |metric| {
+            all.iter()
+                .find(|c| c.method == method && c.metric == metric)
+        };
+        if Metric::ALL
+            .iter()
+            .all(|&metric| of_method(metric).is_none())
+        {
+            continue;
+        }
+        html.push_str(&format!("<tr><th scope=\"row\">{}</th>", method.label()));
+        for metric in Metric::ALL {
+            html.push_str(&of_method(metric).map_or("<td>–</td>".into(), Comparison::cell));
+        }
+        html.push_str("</tr>");
+    }
+    html.push_str("</tbody></table></div>");
+    html
 }
 
 fn speed(scene: &SceneReport) -> Option<String> {

@@ -15,7 +15,7 @@ pub(super) fn symbol(metric: Metric) -> String {
 /// Median errors and times side by side.
 pub(super) fn overview(scene: &SceneReport) -> String {
     let mut html = String::from(
-        r#"<div class="scroll"><table class="overview"><thead><tr><th rowspan="2">method</th><th colspan="4" class="group">median error</th><th colspan="3" class="group">once</th><th colspan="4" class="group">per prediction</th></tr><tr>"#,
+        r#"<div class="scroll"><table class="overview"><thead><tr><th rowspan="2">method</th><th colspan="4" class="group">median error</th><th colspan="3" class="group">once</th><th colspan="3" class="group">per prediction</th></tr><tr>"#,
     );
     for metric in Metric::ALL {
         let _ = write!(
@@ -26,7 +26,7 @@ pub(super) fn overview(scene: &SceneReport) -> String {
         );
     }
     html.push_str(
-        "<th>prepare</th><th>train</th><th>steps</th><th>full</th><th>decoder</th><th>in a batch</th><th>against warm FEM</th></tr></thead><tbody>",
+        "<th>prepare</th><th>train</th><th>steps</th><th>full</th><th>decoder</th><th>in a batch</th></tr></thead><tbody>",
     );
     let best = Best::of(scene);
     let mut solvers = false;
@@ -58,9 +58,6 @@ fn push_overview_row(html: &mut String, scene: &SceneReport, row: &MethodRow, be
     for (metric, least) in Metric::ALL.into_iter().zip(best.errors) {
         let median = row.median(metric);
         let _ = write!(html, "{}{}", cell(median == least), two_digits(median));
-        if !emulator {
-            html.push('*');
-        }
         if let Some(thesis) = thesis_median(scene, row.method(), metric) {
             let verdict = Verdict::of(median, thesis);
             let _ = write!(
@@ -85,20 +82,30 @@ fn push_overview_row(html: &mut String, scene: &SceneReport, row: &MethodRow, be
         "<td>{}</td><td>{}</td><td>{steps}</td>",
         once[0], once[1]
     );
-    for (time, least) in prediction_times(row).into_iter().zip(best.times) {
-        let _ = write!(html, "{}{}</td>", cell(time == least), seconds(time));
+    let fem = scene.row(Method::FemWarm).map(prediction_times);
+    for (column, time) in prediction_times(row).into_iter().enumerate() {
+        let _ = write!(
+            html,
+            "{}{}",
+            cell(time == best.times[column]),
+            seconds(time)
+        );
+        if let Some(fem) = fem.filter(|_| row.method() != Method::FemWarm) {
+            let _ = write!(html, "<small>{}</small>", against(fem[column] / time));
+        }
+        html.push_str("</td>");
     }
-    let speed = scene.row(Method::FemWarm).map(|fem| speed_up(fem, row));
-    let _ = write!(html, "<td>{}</td>", speed.unwrap_or_else(|| "–".into()));
 }
 
 /// How often a prediction fits into a warm finite-element solve.
-fn speed_up(fem: &MethodRow, row: &MethodRow) -> String {
-    let ratio = fem.times().predict_decoder_s / row.times().predict_decoder_s;
-    match () {
-        () if !ratio.is_finite() => "–".into(),
-        () if ratio >= 1.0 => format!("{} faster", factor(ratio)),
-        () => format!("{} slower", factor(1.0 / ratio)),
+fn against(ratio: f64) -> String {
+    match ratio {
+        ratio if !ratio.is_finite() || ratio <= 0.0 => String::new(),
+        ratio if ratio >= 1.0 => format!("{} faster", factor(ratio)),
+        ratio => format!(
+            "<span class=\"missed\">{} slower</span>",
+            factor(1.0 / ratio)
+        ),
     }
 }
 
@@ -170,7 +177,7 @@ pub(super) fn references(scene: &SceneReport) -> String {
         .collect();
     html.push_str(&parts.join("; "));
     html.push_str(
-        ". * A solver has another reference than the emulators and takes no part in the choice of the best value (marked) of a column.</p>",
+        ". The best emulator of every column is marked; solvers have another reference and take no part. Faster and slower: than the same column of FEM warm.</p>",
     );
     html
 }

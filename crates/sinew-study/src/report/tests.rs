@@ -227,6 +227,42 @@ fn json_round_trip_is_exact() {
     }
 }
 
+/// Collects the names of all fields; those of `versions` are data.
+fn field_names(value: &serde_json::Value, names: &mut Vec<String>) {
+    match value {
+        serde_json::Value::Object(fields) => {
+            for (name, value) in fields {
+                names.push(name.clone());
+                if name != "versions" {
+                    field_names(value, names);
+                }
+            }
+        }
+        serde_json::Value::Array(values) => {
+            for value in values {
+                field_names(value, names);
+            }
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn every_field_is_documented() {
+    let schema = include_str!("../../../../docs/report-schema.md");
+    let mut names = Vec::new();
+    let json = serde_json::from_str(&to_json(&report()).unwrap()).unwrap();
+    field_names(&json, &mut names);
+    let mut header = Vec::new();
+    write_samples(&[], &mut header).unwrap();
+    let header = String::from_utf8(header).unwrap();
+    names.extend(header.trim().split(',').map(str::to_owned));
+    names.extend(Method::ALL.map(|method| method.key().to_owned()));
+    for name in names {
+        assert!(schema.contains(&format!("`{name}`")), "{name}");
+    }
+}
+
 #[test]
 fn json_with_a_bad_row_or_another_schema_is_refused() {
     let text = to_json(&report()).unwrap();
