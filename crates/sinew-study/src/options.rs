@@ -1,0 +1,141 @@
+//! Command line of the studies.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Studies of soft-tissue emulators against the finite-element solver.
+#[derive(Parser, Debug)]
+#[command(name = "cargo xtask", version)]
+pub struct Options {
+    /// Which study
+    #[command(subcommand)]
+    pub study: Study,
+}
+
+/// The studies.
+#[derive(Subcommand, Debug)]
+pub enum Study {
+    /// Compare data-driven (dd) and physics-informed (pi) emulators of the thesis' two gravity beams with
+    /// the finite-element solver and with regression on few simulations, from the mesh to the report
+    ReproduceBeam(BeamOptions),
+}
+
+/// Options of `reproduce-beam`.
+#[derive(Args, Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BeamOptions {
+    /// Which beam
+    #[arg(long, value_enum, default_value_t = SceneChoice::Both)]
+    pub scene: SceneChoice,
+    /// Emulators to train, separated by commas
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "dd,pi")]
+    pub method: Vec<Method>,
+    /// Wall time of the whole run, such as 90s, 10m or 1h: step counts are scaled to fit
+    #[arg(long, value_parser = parse_duration, conflicts_with_all = ["quick", "full"])]
+    pub budget: Option<Duration>,
+    /// The same code with few simulations and steps, within a minute: a check, not a result
+    #[arg(long, conflicts_with = "full")]
+    pub quick: bool,
+    /// The thesis' schedule: a million steps of batch 1 with Adam at 1e-4 (more than a day)
+    #[arg(long)]
+    pub full: bool,
+    /// Seed that all seeds of the run derive from
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Tensor backend
+    #[arg(long, value_enum, default_value_t = BackendChoice::Flex)]
+    pub backend: BackendChoice,
+    /// Folder for report, tables, fields and checkpoints
+    #[arg(long, default_value = "out/reproduce-beam")]
+    pub out: PathBuf,
+    /// Continue the run in the output folder where it was interrupted
+    #[arg(long)]
+    #[serde(skip)]
+    pub resume: bool,
+    /// Print report.json to standard output at the end
+    #[arg(long)]
+    #[serde(skip)]
+    pub json: bool,
+}
+
+/// Which of the two beams.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SceneChoice {
+    /// Clamped at one end
+    Once,
+    /// Clamped at both ends
+    Twice,
+    /// One after the other
+    Both,
+}
+
+/// How an emulator is trained.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// On simulated displacements, thesis (3.11)
+    Dd,
+    /// By minimum potential energy, without any simulation, thesis (3.12)
+    Pi,
+    /// On simulated displacements and deformation gradients, thesis (B.1)
+    Fdd,
+}
+
+impl Method {
+    /// Key in files and tables.
+    pub fn key(self) -> &'static str {
+        match self {
+            Method::Dd => "dd",
+            Method::Pi => "pi",
+            Method::Fdd => "fdd",
+        }
+    }
+}
+
+/// Tensor backend.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum BackendChoice {
+    /// Burn's flex backend
+    Flex,
+    /// Burn's deprecated ndarray backend (needs the feature `ndarray`)
+    Ndarray,
+}
+
+fn parse_duration(text: &str) -> Result<Duration, String> {
+    let advice = || format!("`{text}` is not a duration: write a number and s, m or h, such as 90s or 10m");
+    let (number, unit) = text.split_at(text.len() - text.chars().last().map_or(0, char::len_utf8));
+    let scale = match unit {
+        "s" => 1.0,
+        "m" => 60.0,
+        "h" => 3600.0,
+        _ => return Err(advice()),
+    };
+    let number: f64 = number.parse().map_err(|_| advice())?;
+    if !(number * scale >= 10.0 && number * scale < 1e7) {
+        return Err(format!("`{text}` is outside 10s to 2700h"));
+    }
+    Ok(Duration::from_secs_f64(number * scale))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn command_line_is_consistent() {
+        Options::command().debug_assert();
+    }
+
+    #[test]
+    fn durations_are_read_or_explained() {
+        assert_eq!(parse_duration("10m"), Ok(Duration::from_secs(600)));
+        assert_eq!(parse_duration("90s"), Ok(Duration::from_secs(90)));
+        for wrong in ["", "m", "10", "ten m", "1s", "-5m", "nans", "1e99h", "5µ"] {
+            assert!(parse_duration(wrong).is_err(), "{wrong}");
+        }
+    }
+}

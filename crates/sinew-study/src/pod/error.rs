@@ -1,0 +1,71 @@
+//! What can be wrong with the samples.
+
+/// Why a decomposition or its regression is impossible.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PodError {
+    /// Too few samples.
+    #[error("{found} samples were given, at least 2 are needed, 25 is a good number")]
+    TooFewSamples {
+        /// Samples given.
+        found: usize,
+    },
+    /// Not one field per parameter vector.
+    #[error("{thetas} parameter vectors but {fields} fields: give one field per vector")]
+    SampleCount {
+        /// Parameter vectors given.
+        thetas: usize,
+        /// Fields given.
+        fields: usize,
+    },
+    /// Samples of unlike length.
+    #[error("sample {sample}: {expected} {what} expected, as in the first one, {found} found")]
+    Length {
+        /// What was counted.
+        what: &'static str,
+        /// The sample.
+        sample: usize,
+        /// Length expected, at least 1.
+        expected: usize,
+        /// Length found.
+        found: usize,
+    },
+    /// A parameter without a logarithm.
+    #[error("parameter {parameter} of sample {sample} is {value}: it must be positive and finite")]
+    Parameter {
+        /// The sample.
+        sample: usize,
+        /// The parameter.
+        parameter: usize,
+        /// Its value.
+        value: f64,
+    },
+    /// A field with a NaN or an infinity.
+    #[error("value {index} of field {sample} is {value}: leave failed solves out")]
+    Field {
+        /// The sample.
+        sample: usize,
+        /// Index into the flattened field.
+        index: usize,
+        /// The value.
+        value: f64,
+    },
+    /// The energy tolerance is not a share.
+    #[error("the energy tolerance is {value}, it must be at least 0 and below 1: try 1e-12")]
+    EnergyTolerance {
+        /// The value given.
+        value: f64,
+    },
+    /// The singular value decomposition failed.
+    #[error(
+        "no singular values of {samples} fields of {length} values, the largest being {largest:e}: \
+         choose units in which the values are of order one"
+    )]
+    Decomposition {
+        /// Fields.
+        samples: usize,
+        /// Values per field.
+        length: usize,
+        /// Largest magnitude of a value.
+        largest: f64,
+    },
+}
