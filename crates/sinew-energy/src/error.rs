@@ -1,5 +1,6 @@
 //! What can be wrong with a scene or with θ, with numbers and advice.
 
+use sinew_mesh::Defect;
 use thiserror::Error;
 
 /// A scene that cannot be lowered to a potential.
@@ -11,7 +12,7 @@ pub enum SceneError {
     EmptyMesh,
     /// The mesh breaks its own rules.
     #[error(transparent)]
-    Mesh(#[from] MeshDefect),
+    Mesh(#[from] Defect),
     /// A tetrahedron without positive volume.
     #[error(
         "cell {cell} has volume {volume:e}; turn inverted cells with sinew_mesh::repair_orientation \
@@ -198,18 +199,6 @@ pub enum SceneError {
         /// Position of another plane [length].
         second: f64,
     },
-}
-
-/// A mesh whose cells or sets name what does not exist.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[error("{what} names index {index}, but there are only {limit}; repair the mesh")]
-pub struct MeshDefect {
-    /// Cell or set.
-    pub what: String,
-    /// The index.
-    pub index: usize,
-    /// Number of nodes, cells or local vertices.
-    pub limit: usize,
 }
 
 /// Parameters that make no sense.

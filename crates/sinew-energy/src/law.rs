@@ -58,7 +58,9 @@ pub trait Law<const D: usize>: Clone + Debug + Send + Sync + 'static {
         directions: &[[f64; 3]; D],
         guard: &G,
     ) -> (f64, Mat3<f64>) {
-        if guard.volume_change(displacement_gradient.volume_change()) <= -1.0 {
+        // Written so that a NaN is inadmissible.
+        let admissible = guard.volume_change(displacement_gradient.volume_change()) > -1.0;
+        if !admissible {
             return (f64::INFINITY, Mat3::ZERO);
         }
         stress_by_slopes(self, parameters, displacement_gradient, directions, guard)
@@ -74,7 +76,8 @@ pub trait Law<const D: usize>: Clone + Debug + Send + Sync + 'static {
         displacement_gradient: &Mat3<f64>,
         directions: &[[f64; 3]; D],
     ) -> Response {
-        if displacement_gradient.volume_change() <= -1.0 {
+        let admissible = displacement_gradient.volume_change() > -1.0;
+        if !admissible {
             return Response::INADMISSIBLE;
         }
         response_by_jets(self, parameters, displacement_gradient, directions)
@@ -121,7 +124,7 @@ pub fn response_by_jets<L: Law<D>, const D: usize>(
     }
 }
 
-fn finite_or_infinite(energy: f64) -> f64 {
+pub(crate) fn finite_or_infinite(energy: f64) -> f64 {
     if energy.is_nan() { f64::INFINITY } else { energy }
 }
 
@@ -140,14 +143,4 @@ impl Response {
     /// The response outside the domain of a law.
     pub const INADMISSIBLE: Self =
         Self { energy: f64::INFINITY, stress: Mat3::ZERO, tangent: [[0.0; 9]; 9] };
-}
-
-/// The parameters of a law by name.
-///
-/// # Panics
-/// If the slice has another length; [`crate::TotalPotential`] checks it before any law is called.
-pub(crate) fn named<S, const N: usize>(parameters: &[S]) -> &[S; N] {
-    parameters.try_into().unwrap_or_else(|_| {
-        panic!("the law reads {N} material parameters but was given {}", parameters.len())
-    })
 }

@@ -43,6 +43,7 @@
 
 mod error;
 mod guard;
+mod invariants;
 mod law;
 pub mod laws;
 mod lower;
@@ -51,9 +52,10 @@ mod pressure;
 mod rim;
 mod scene;
 
-pub use error::{MeshDefect, SceneError, ThetaError};
+pub use error::{SceneError, ThetaError};
 pub use guard::{Barriers, Exact, Guard};
-pub use law::{Law, Response};
+pub use invariants::{InvariantLaw, Invariants};
+pub use law::{Law, Response, response_by_jets, stress_by_slopes};
 pub use potential::TotalPotential;
 pub use pressure::{FacetResponse, Magnitude, PressureForm, PressureLoad};
 pub use scene::{Load, Parameter, Prescribed, Sampling, Scene, Support, Units};

@@ -1,6 +1,5 @@
 //! From names to plain arrays.
 
-use crate::error::MeshDefect;
 use crate::rim::rim_origin;
 use crate::{
     Exact, Law, Load, Magnitude, Prescribed, PressureForm, PressureLoad, Sampling, Scene,
@@ -19,7 +18,10 @@ impl<L: Law<D>, const D: usize> Scene<L, D> {
     /// # Errors
     /// The first thing found wrong, with advice.
     pub fn lower(&self) -> Result<TotalPotential<L, D>, SceneError> {
-        check_mesh(&self.mesh)?;
+        self.mesh.check()?;
+        if self.mesh.cells.is_empty() {
+            return Err(SceneError::EmptyMesh);
+        }
         self.check_parameters()?;
         let (shape_gradients, volumes) = shape_functions(&self.mesh)?;
         let directions = self.checked_directions()?;
@@ -227,29 +229,6 @@ fn spread(force: &mut [f64], nodes: &[usize], density: &[f64; 3], weight: f64) {
             force[3 * node + i] += weight * density[i];
         }
     }
-}
-
-fn check_mesh(mesh: &TetMesh) -> Result<(), SceneError> {
-    if mesh.cells.is_empty() {
-        return Err(SceneError::EmptyMesh);
-    }
-    let check = |what: &dyn Fn() -> String, index: usize, limit: usize| {
-        if index < limit { Ok(()) } else { Err(MeshDefect { what: what(), index, limit }) }
-    };
-    let (nodes, cells) = (mesh.points.len(), mesh.cells.len());
-    for (cell, corners) in mesh.cells.iter().enumerate() {
-        corners.iter().try_for_each(|&node| check(&|| format!("cell {cell}"), node, nodes))?;
-    }
-    for (name, set) in &mesh.node_sets {
-        set.iter().try_for_each(|&node| check(&|| format!("node set {name:?}"), node, nodes))?;
-    }
-    for (name, set) in &mesh.facet_sets {
-        for facet in set {
-            check(&|| format!("facet set {name:?}"), facet.cell, cells)?;
-            check(&|| format!("facet set {name:?}"), facet.opposite, 4)?;
-        }
-    }
-    Ok(())
 }
 
 fn check_loose_nodes(mesh: &TetMesh, prescribed: &[Option<f64>]) -> Result<(), SceneError> {

@@ -35,17 +35,13 @@ pub struct TotalPotential<L, const D: usize, G = Exact> {
 
 impl<L: Law<D>, G: Guard, const D: usize> TotalPotential<L, D, G> {
     /// Displacement gradient H = ∂u/∂X of one cell.
+    #[inline]
     pub fn displacement_gradient(&self, cell: usize, displacement: &[f64]) -> Mat3<f64> {
-        let mut h = Mat3::ZERO;
-        for (&node, gradient) in self.cells[cell].iter().zip(&self.shape_gradients[cell]) {
-            for i in 0..3 {
-                let u = displacement[3 * node + i];
-                for j in 0..3 {
-                    h.0[i][j] += u * gradient[j];
-                }
-            }
-        }
-        h
+        let (u, _) = displacement.as_chunks::<3>();
+        let [o, a, b, c] = self.cells[cell].map(|node| u[node]);
+        let [_, p, q, r] = &self.shape_gradients[cell];
+        // The shape functions' gradients sum to zero, so only differences of u enter.
+        Mat3::from_fn(|i, j| (a[i] - o[i]) * p[j] + (b[i] - o[i]) * q[j] + (c[i] - o[i]) * r[j])
     }
 
     /// Π(u; θ) [stress·length³]; +∞ where a cell is inverted or an energy overflows.
@@ -75,18 +71,23 @@ impl<L: Law<D>, G: Guard, const D: usize> TotalPotential<L, D, G> {
         let parameters = Self::law_parameters(theta);
         let mut total = -dot(&self.nodal_force, displacement);
         gradient.iter_mut().zip(&self.nodal_force).for_each(|(g, f)| *g = -f);
+        let (rows, _) = gradient.as_chunks_mut::<3>();
         for (cell, nodes) in self.cells.iter().enumerate() {
             let h = self.displacement_gradient(cell, displacement);
             let (energy, stress) =
                 self.law.stress(parameters, &h, &self.directions[cell], &self.guard);
             let volume = self.volumes[cell];
             total += volume * energy;
-            for (&node, shape) in nodes.iter().zip(&self.shape_gradients[cell]) {
+            let mut sum = [0.0; 3];
+            for (&node, shape) in nodes.iter().zip(&self.shape_gradients[cell]).skip(1) {
                 for i in 0..3 {
-                    let force: f64 = (0..3).map(|j| stress[i][j] * shape[j]).sum();
-                    gradient[3 * node + i] += volume * force;
+                    let force =
+                        stress[i][0] * shape[0] + stress[i][1] * shape[1] + stress[i][2] * shape[2];
+                    rows[node][i] += volume * force;
+                    sum[i] += volume * force;
                 }
             }
+            (0..3).for_each(|i| rows[nodes[0]][i] -= sum[i]);
         }
         for pressure in &self.pressures {
             total += pressure.value_and_add_gradient(displacement, theta, gradient);
