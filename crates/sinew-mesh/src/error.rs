@@ -33,7 +33,7 @@ pub enum MeshError {
 /// A place in a file: the line in text, the byte everywhere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
-    /// Offset from the start of the file [bytes].
+    /// Offset from the start of the file, in bytes.
     pub byte: usize,
     /// Line number from 1, in text.
     pub line: Option<usize>,
@@ -137,7 +137,7 @@ pub enum Problem {
     Compression {
         /// Index of the block from 0.
         block: usize,
-        /// Declared size [bytes].
+        /// Declared size, in bytes.
         declared: usize,
     },
     /// Text that is no base64.

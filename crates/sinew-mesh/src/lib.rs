@@ -1,4 +1,56 @@
-//! Simplex meshes.
+//! Simplex meshes: tetrahedra and triangles with named sets and fields, their quality and
+//! surfaces, and the files they come from and go to.
+//!
+//! ```
+//! use sinew_mesh::{box_tetrahedra, enclosed_volume, boundary_facets, Field, quality};
+//! use sinew_mesh::{parse_tet_mesh, to_vtu};
+//!
+//! // A beam of 2 x 1 x 1 grid cells, six tetrahedra each, with a field on its nodes.
+//! let mut beam = box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]);
+//! let sag = beam.points.iter().map(|[x, _, _]| [0.0, 0.0, -0.1 * x * x]).collect::<Vec<_>>();
+//! beam.point_fields.insert("displacement".into(), Field::vectors(&sag));
+//!
+//! let summary = quality(&beam).expect("the beam has cells");
+//! assert!((summary.dihedral.min - 45.0).abs() < 1e-9);
+//! assert!((enclosed_volume(&beam, &boundary_facets(&beam)) - 2.0).abs() < 1e-12);
+//!
+//! // Files keep everything bit for bit, named sets included.
+//! let (again, report) = parse_tet_mesh("beam.vtu", &to_vtu(&beam)?)?;
+//! assert_eq!(again, beam);
+//! assert_eq!(report.repaired_cells, 0);
+//! # Ok::<(), sinew_mesh::MeshError>(())
+//! ```
+//!
+//! # Files
+//!
+//! | format | read | written |
+//! |---|---|---|
+//! | legacy VTK, text and binary | 2.0 to 4.2, 5.1 | [`write_vtk`]: 5.1 |
+//! | VTU | text, base64, appended raw or base64; plain or zlib | [`write_vtu`]: base64 |
+//! | PVD | | [`write_pvd`] |
+//! | gmsh MSH, text and binary | 2.2, 4.1 | |
+//! | NumPy npy | floats, integers, booleans; both byte orders | [`write_npy`] |
+//!
+//! [`read`] and [`read_tet_mesh`] tell the format by the content. Tetrahedra with negative
+//! volume are repaired and counted in the [`ReadReport`]. Triangles among tetrahedra become
+//! facet sets: named by gmsh's physical groups, or by the values of integer cell fields
+//! (`region:1`), or `facets`. A field that marks nodes becomes a set with
+//! [`SimplexMesh::nodes_where_nonzero`]. Curved, higher-order and other cells are refused with
+//! advice.
+//!
+//! ## Sets in VTK files
+//!
+//! VTK has no named sets, so they are written as integer fields with one component:
+//! `node_set:NAME` is 1 at the nodes of the set, `cell_set:NAME` is 1 at its cells, and bit `i`
+//! of `facet_set:NAME` is 1 when the facet opposite to local vertex `i` of the cell belongs to
+//! the set. Reading turns them back into the same sets, ascending and without repetition.
+//!
+//! ## Damaged and hostile files
+//!
+//! Every declared size is compared with the bytes that are left before memory is taken, and
+//! compressed blocks are held to the size they declare and to what deflate can reach. Every
+//! error names the file, the line (in text) or byte, what was expected and what to do.
+
 mod check;
 mod error;
 mod field;
@@ -6,6 +58,8 @@ mod generate;
 mod geometry;
 mod io;
 mod mesh;
+mod quality;
+mod surface;
 mod topology;
 
 pub use error::{Defect, MeshError, Place, Problem};
@@ -17,4 +71,8 @@ pub use io::{
     to_vtu, write_npy, write_pvd, write_vtk, write_vtu,
 };
 pub use mesh::{Facet, Field, FieldValues, SimplexMesh, TetMesh, TriangleMesh};
+pub use quality::{
+    QualitySummary, SLIVER_ANGLE, Spread, min_dihedral_angle, quality, slivers, volume_ratio,
+};
+pub use surface::{Surface, enclosed_volume, extract_surface};
 pub use topology::{boundary_facets, edges, remove_unused_nodes};

@@ -71,7 +71,7 @@ fn convert<const V: usize>(grid: UnstructuredGrid) -> Result<(SimplexMesh<V>, Re
         ..ReadReport::default()
     };
     name_groups(&mut mesh, &grid.groups, &sorted, &matched);
-    if !matched.is_empty() && grid.groups.is_empty() {
+    if !matched.is_empty() && mesh.facet_sets.is_empty() {
         name_labels(&mut mesh, &grid.cell_fields, &matched);
     }
     sets_from_fields(&mut mesh).map_err(in_cells)?;
@@ -80,7 +80,7 @@ fn convert<const V: usize>(grid: UnstructuredGrid) -> Result<(SimplexMesh<V>, Re
     Ok((mesh, report))
 }
 
-/// The cells of a grid by their part in the mesh, each with its index in the grid.
+/// The cells of a grid by their part in the mesh, each with its index in the grid, ascending.
 struct SortedCells<const V: usize> {
     cells: Vec<(usize, [usize; V])>,
     /// Facets, with sorted nodes and a filler as in [`facet_key`].
@@ -171,14 +171,14 @@ fn name_groups<const V: usize>(
     sorted: &SortedCells<V>,
     matched: &BTreeMap<usize, Facet>,
 ) {
+    let cell_at = |index: &usize| sorted.cells.binary_search_by_key(index, |cell| cell.0).ok();
+    let lower_at = |index: &usize| sorted.lower.binary_search_by_key(index, |cell| cell.0).ok();
     for (name, members) in groups {
         let members: BTreeSet<usize> = members.iter().copied().collect();
-        let cells: Vec<usize> = (0..sorted.cells.len())
-            .filter(|&cell| members.contains(&sorted.cells[cell].0))
-            .collect();
+        let cells: Vec<usize> = members.iter().filter_map(cell_at).collect();
         let facets = members.iter().filter_map(|index| matched.get(index)).copied().collect();
-        let lower = sorted.lower.iter().filter(|(index, _)| members.contains(index));
-        let nodes: BTreeSet<usize> = lower.flat_map(|(_, nodes)| nodes).copied().collect();
+        let lower = members.iter().filter_map(lower_at);
+        let nodes: BTreeSet<usize> = lower.flat_map(|at| &sorted.lower[at].1).copied().collect();
         if !cells.is_empty() {
             mesh.cell_sets.insert(name.clone(), cells);
         }
@@ -189,7 +189,7 @@ fn name_groups<const V: usize>(
     }
 }
 
-/// Without groups, each value of an integer cell field names the facets that have it, such as
+/// Where no group names facets, each value of an integer cell field names the facets that have it, such as
 /// `region:1`; without such a field there is one set `facets`.
 fn name_labels<const V: usize>(
     mesh: &mut SimplexMesh<V>,

@@ -30,7 +30,7 @@ pub(crate) struct Cursor<'a> {
     pub encoding: Encoding,
 }
 
-/// Longest piece of a file that an error repeats [bytes].
+/// Longest piece of a file that an error repeats, in bytes.
 const EXCERPT: usize = 40;
 
 /// The start of a text as errors show it.
@@ -51,18 +51,18 @@ impl<'a> Cursor<'a> {
 
     /// The error at the last item read.
     pub fn error(&self, problem: impl Into<Problem>) -> MeshError {
-        let place = Place { byte: self.item, line: self.line_number() };
-        MeshError::Content { file: self.file.into(), place, problem: Box::new(problem.into()) }
+        let (file, place) = (self.file.into(), self.place(self.item));
+        MeshError::Content { file, place, problem: Box::new(problem.into()) }
     }
 
-    /// Where the last item read began.
-    pub fn place(&self) -> Place {
-        Place { byte: self.item, line: self.line_number() }
+    /// Where the next item begins.
+    pub fn here(&self) -> Place {
+        self.place(self.position)
     }
 
-    fn line_number(&self) -> Option<usize> {
-        let newlines = || self.bytes[..self.item].iter().filter(|&&b| b == b'\n').count();
-        (self.encoding == Encoding::Text).then(|| newlines() + 1)
+    fn place(&self, byte: usize) -> Place {
+        let line = || 1 + self.bytes[..byte].iter().filter(|&&b| b == b'\n').count();
+        Place { byte, line: (self.encoding == Encoding::Text).then(line) }
     }
 
     pub fn expected(&self, expected: &'static str, found: &[u8]) -> MeshError {

@@ -11,7 +11,7 @@ use crate::MeshError;
 pub(super) fn nodes(gmsh: &mut Gmsh<'_>) -> Result<(), MeshError> {
     let count: usize = gmsh.cursor.parse("the number of nodes")?;
     gmsh.cursor.line();
-    gmsh.grid.points_at = gmsh.cursor.place();
+    gmsh.grid.points_at = gmsh.cursor.here();
     for _ in 0..count {
         let tag = gmsh.cursor.integer(I32, "the tag of a node")?;
         let point = gmsh.cursor.reals(F64, 3, "coordinates")?;
@@ -25,7 +25,7 @@ pub(super) fn nodes(gmsh: &mut Gmsh<'_>) -> Result<(), MeshError> {
 pub(super) fn elements(gmsh: &mut Gmsh<'_>) -> Result<(), MeshError> {
     let count: usize = gmsh.cursor.parse("the number of elements")?;
     gmsh.cursor.line();
-    gmsh.grid.cells_at = gmsh.cursor.place();
+    gmsh.grid.cells_at = gmsh.cursor.here();
     let mut known = HashMap::new();
     let mut read = 0;
     while read < count {

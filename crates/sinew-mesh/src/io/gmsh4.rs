@@ -41,7 +41,7 @@ pub(super) fn entities(gmsh: &mut Gmsh<'_>) -> Result<(), MeshError> {
 /// Blocks of nodes: tags first, then coordinates.
 pub(super) fn nodes(gmsh: &mut Gmsh<'_>) -> Result<(), MeshError> {
     let blocks = block_count(gmsh)?;
-    gmsh.grid.points_at = gmsh.cursor.place();
+    gmsh.grid.points_at = gmsh.cursor.here();
     for _ in 0..blocks {
         let dimension = gmsh.cursor.count(I32, "the dimension of an entity")?.min(3);
         gmsh.cursor.integer(I32, "the tag of an entity")?;
@@ -60,7 +60,7 @@ pub(super) fn nodes(gmsh: &mut Gmsh<'_>) -> Result<(), MeshError> {
 /// Blocks of elements of one type on one entity.
 pub(super) fn elements(gmsh: &mut Gmsh<'_>) -> Result<(), MeshError> {
     let blocks = block_count(gmsh)?;
-    gmsh.grid.cells_at = gmsh.cursor.place();
+    gmsh.grid.cells_at = gmsh.cursor.here();
     for _ in 0..blocks {
         let dimension = gmsh.cursor.integer(I32, "the dimension of an entity")?;
         let entity = gmsh.cursor.integer(I32, "the tag of an entity")?;

@@ -39,12 +39,6 @@ impl UnstructuredGrid {
         }
     }
 
-    pub fn push_cell(&mut self, vtk_type: u8, nodes: &[i64]) {
-        self.types.push(vtk_type);
-        self.connectivity.extend_from_slice(nodes);
-        self.offsets.push(self.connectivity.len());
-    }
-
     pub fn cell(&self, index: usize) -> &[i64] {
         &self.connectivity[self.offsets[index]..self.offsets[index + 1]]
     }
@@ -52,8 +46,6 @@ impl UnstructuredGrid {
 
 /// VTK's numbers of the cell types that are used by name.
 pub(crate) mod vtk_type {
-    pub const VERTEX: u8 = 1;
-    pub const LINE: u8 = 3;
     pub const TRIANGLE: u8 = 5;
     pub const TETRAHEDRON: u8 = 10;
 }

@@ -73,7 +73,7 @@ pub fn to_npy(shape: &[usize], values: &[f64]) -> Vec<u8> {
     let lengths: String = shape.iter().map(|length| format!("{length}, ")).collect();
     let mut header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({lengths}), }}");
     // Magic, version, length, header and line break together are a multiple of 64 bytes.
-    let unpadded = MAGIC.len() + 4 + header.len() + 1;
+    let unpadded = MAGIC.len() + 6 + header.len() + 1;
     header.push_str(&" ".repeat(unpadded.next_multiple_of(64) - unpadded));
     header.push('\n');
     let mut bytes =

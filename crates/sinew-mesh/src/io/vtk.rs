@@ -128,8 +128,8 @@ impl Reader<'_> {
         let count: usize = self.cursor.parse("the number of points")?;
         let kind = self.number_type()?;
         self.end_of_header();
+        self.grid.points_at = self.cursor.here();
         let coordinates = self.cursor.reals(kind, count.saturating_mul(3), "coordinates")?;
-        self.grid.points_at = self.cursor.place();
         self.grid.points = coordinates.as_chunks().0.to_vec();
         Ok(())
     }
@@ -139,8 +139,8 @@ impl Reader<'_> {
         let count: usize = self.cursor.parse("the number of cells")?;
         let size: usize = self.cursor.parse("the size of the cell list")?;
         self.end_of_header();
+        self.grid.cells_at = self.cursor.here();
         let list = self.cursor.integers(NumberType::I32, size, "the cell list")?;
-        self.grid.cells_at = self.cursor.place();
         let mut rest = list.as_slice();
         while let [length, tail @ ..] = rest {
             let nodes = usize::try_from(*length).ok().and_then(|length| tail.get(..length));
@@ -179,8 +179,8 @@ impl Reader<'_> {
         self.keyword("CONNECTIVITY")?;
         let kind = self.number_type()?;
         self.end_of_header();
+        self.grid.cells_at = self.cursor.here();
         self.grid.connectivity = self.cursor.integers(kind, nodes, "nodes of cells")?;
-        self.grid.cells_at = self.cursor.place();
         self.grid.offsets = offsets;
         Ok(())
     }
@@ -307,17 +307,17 @@ impl Reader<'_> {
     fn number_type(&mut self) -> Result<NumberType, MeshError> {
         let name = self.cursor.text("a number type")?;
         Ok(match name.to_ascii_lowercase().as_str() {
-            "char" | "signed_char" => NumberType::I8,
-            "unsigned_char" => NumberType::U8,
-            "short" => NumberType::I16,
-            "unsigned_short" => NumberType::U16,
-            // vtkIdType is always written with 32 bits.
-            "int" | "vtkidtype" => NumberType::I32,
-            "unsigned_int" => NumberType::U32,
+            "char" | "signed_char" | "vtktypeint8" => NumberType::I8,
+            "unsigned_char" | "vtktypeuint8" => NumberType::U8,
+            "short" | "vtktypeint16" => NumberType::I16,
+            "unsigned_short" | "vtktypeuint16" => NumberType::U16,
+            // Identifiers are always written with 32 bits.
+            "int" | "vtkidtype" | "vtktypeint32" => NumberType::I32,
+            "unsigned_int" | "vtktypeuint32" => NumberType::U32,
             "long" | "long_long" | "vtktypeint64" => NumberType::I64,
             "unsigned_long" | "unsigned_long_long" | "vtktypeuint64" => NumberType::U64,
-            "float" => NumberType::F32,
-            "double" => NumberType::F64,
+            "float" | "vtktypefloat32" => NumberType::F32,
+            "double" | "vtktypefloat64" => NumberType::F64,
             _ => {
                 return Err(self.cursor.error(Problem::Unsupported {
                     what: "number type",

@@ -90,10 +90,12 @@ fn integers(xml: &mut String, name: &str, components: usize, values: impl Iterat
 fn array(xml: &mut String, kind: &str, name: &str, components: usize, bytes: &[u8]) {
     let name = escape(name);
     let with_size = [(bytes.len() as u64).to_le_bytes().as_slice(), bytes].concat();
-    *xml += &format!(
-        "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" \
-         format=\"binary\">\n"
-    );
+    *xml += &format!("<DataArray type=\"{kind}\" Name=\"{name}\" format=\"binary\"");
+    // One component is the default; programs take its mention for an array of rows.
+    if components != 1 {
+        *xml += &format!(" NumberOfComponents=\"{components}\"");
+    }
+    *xml += ">\n";
     STANDARD.encode_string(with_size, xml);
     *xml += "\n</DataArray>\n";
 }

@@ -1,0 +1,194 @@
+//! Hand-written files: rare parts of the formats, and errors that say where, why and what to do.
+
+use std::io::Write;
+
+use base64::{Engine, engine::general_purpose::STANDARD};
+use flate2::{Compression, write::ZlibEncoder};
+use sinew_mesh::{
+    AnyMesh, Facet, ReadReport, TetMesh, parse, parse_tet_mesh, parse_triangle_mesh,
+    remove_unused_nodes,
+};
+
+const CORNERS: &str = "0 0 0  1 0 0  0 1 0  0 0 1  1 1 1";
+
+fn vtk(cells: &str, types: &str, data: &str) -> String {
+    let count = cells.lines().count();
+    let size = cells.split_whitespace().count();
+    format!(
+        "# vtk DataFile Version 2.0\ntest\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 int\n{CORNERS}\n\
+         CELLS {count} {size}\n{cells}\nCELL_TYPES {count}\n{types}\n{data}"
+    )
+}
+
+fn tets(text: &str) -> (TetMesh, ReadReport) {
+    parse_tet_mesh("test", text.as_bytes()).unwrap()
+}
+
+#[track_caller]
+fn assert_refused(text: &str, parts: &[&str]) {
+    let message = parse_tet_mesh("test", text.as_bytes()).unwrap_err().to_string();
+    for part in parts {
+        assert!(message.contains(part), "{message:?} lacks {part:?}");
+    }
+}
+
+#[test]
+fn attributes_of_legacy_vtk() {
+    let data = "POINT_DATA 5\n\
+        SCALARS plain float\n1 2 3 4 5\n\
+        SCALARS two int 2\nLOOKUP_TABLE mine\n0 1 2 3 4 5 6 7 8 9\n\
+        LOOKUP_TABLE mine 2\n0 0 0 1 1 1 1 1\n\
+        COLOR_SCALARS rgb 3\n0 0 0 .5 .5 .5 1 1 1 0 0 0 1 0 0\n\
+        NORMALS n%20n double\n1 0 0 1 0 0 1 0 0 1 0 0 1 0 0\n\
+        TEXTURE_COORDINATES uv 2 float\n0 1 2 3 4 5 6 7 8 9\n\
+        METADATA\nINFORMATION 1\nNAME a LOCATION b\nDATA 1\n\n\
+        CELL_DATA 1\nTENSORS t double\n1 2 3\n4 5 6\n7 8 9\n";
+    let (mesh, _) = tets(&vtk("4 0 1 2 3", "10", data));
+    let components = |name: &str| mesh.point_fields[name].components;
+    assert_eq!(["plain", "two", "rgb", "n n", "uv"].map(components), [1, 2, 3, 3, 2]);
+    let tensor = mesh.cell_fields["t"].to_vectors::<9>().unwrap();
+    assert_eq!(tensor[0], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
+}
+
+#[test]
+fn other_cells_are_sorted_and_counted() {
+    // A negative tetrahedron, its side, a triangle that is no side, a line and two points.
+    let cells = "4 0 2 1 3\n3 0 2 1\n3 1 2 4\n2 0 1\n2 0 3";
+    let data = "CELL_DATA 5\nSCALARS part int 1\nLOOKUP_TABLE default\n5 8 8 1 1";
+    let (mut mesh, report) = tets(&vtk(cells, "10 5 5 3 2", data));
+    let expected = ReadReport {
+        repaired_cells: 1,
+        matched_facets: 1,
+        unmatched_facets: 1,
+        dropped_cells: 2,
+        unused_nodes: 1,
+    };
+    assert_eq!(report, expected);
+    assert_eq!(mesh.facet_sets["part:8"], [Facet { cell: 0, opposite: 3 }]);
+    assert_eq!(mesh.cell_fields["part"].to_f64(), [5.0].as_slice());
+    assert_eq!(remove_unused_nodes(&mut mesh), 1);
+    assert_eq!(mesh.points.len(), 4);
+}
+
+#[test]
+fn triangle_files() {
+    let text = vtk("3 0 2 1\n2 0 1", "5 3", "");
+    let (mesh, report) = parse_triangle_mesh("test", text.as_bytes()).unwrap();
+    assert_eq!((mesh.cells.len(), report.matched_facets), (1, 1));
+    // The points do not lie in a plane, so the triangle keeps its side.
+    assert_eq!(mesh.cells, [[0, 2, 1]]);
+    assert_eq!(mesh.facet_sets["facets"], [Facet { cell: 0, opposite: 1 }]);
+    assert!(matches!(parse("test", text.as_bytes()).unwrap().0, AnyMesh::Triangles(_)));
+    let solid = vtk("4 0 1 2 3", "10", "");
+    let message = parse_triangle_mesh("test", solid.as_bytes()).unwrap_err().to_string();
+    assert!(message.contains("tetrahedron") && message.contains("extract"), "{message}");
+}
+
+#[test]
+fn bad_cells_are_named() {
+    assert_refused(&vtk("4 0 1 2 5", "10", ""), &["test, line 8", "cell 0", "node 5", "0 to 4"]);
+    assert_refused(&vtk("4 0 1 2 -1", "10", ""), &["node -1"]);
+    assert_refused(&vtk("4 0 1 2 1", "10", ""), &["cell 0 names node 1 twice", "remove"]);
+    assert_refused(
+        &vtk("4 0 1 2 3\n4 0 1 2 3", "10 9", ""),
+        &["cell 1 is a quadrilateral", "split"],
+    );
+    assert_refused(
+        &vtk("10 0 1 2 3 4 0 1 2 3 4", "24", ""),
+        &["quadratic tetrahedron", "first-order"],
+    );
+    assert_refused(&vtk("3 0 1 2", "10", ""), &["nodes of cell 0", "expected 4", "found 3"]);
+    assert_refused(&vtk("4 0 1 2 3", "300", ""), &["cell of another type"]);
+    assert_refused(&vtk("2 0 1", "3", ""), &["no tetrahedra"]);
+    assert_refused(&vtk("9 0 1 2 3", "10", ""), &["number of nodes of a cell is 9", "0..=4"]);
+}
+
+#[test]
+fn bad_numbers_are_placed() {
+    let good = vtk("4 0 1 2 3", "10", "POINT_DATA 5\nVECTORS u double\n");
+    assert_refused(&good, &["values of a field need 29 bytes, but only 0", "cut off"]);
+    let holed = vtk("4 0 1 2 3", "10", "").replace("5 int", "5 float").replace("1 1 1", "1 nan 1");
+    assert_refused(&holed, &["line 6", "node 4 lies at", "finite"]);
+    assert_refused(&good.replace("1 1 1", "1 x 1"), &["line 6", "\"x\""]);
+    assert_refused(
+        &good.replace("POINTS 5", "POINTS 99999999999999"),
+        &["coordinates need", "left"],
+    );
+    assert_refused(
+        &good.replace("POINT_DATA 5", "POINT_DATA 6"),
+        &["rows of POINT_DATA", "expected 5"],
+    );
+    assert_refused(&good.replace("double", "bit"), &["\"bit\"", "double"]);
+    assert_refused(&good.replace("VECTORS", "VEKTORS"), &["keyword", "VEKTORS", "line 12"]);
+    assert_refused(&good.replace("ASCII", "ASCI"), &["line 3", "ASCII or BINARY"]);
+    assert_refused(
+        &good.replace("UNSTRUCTURED_GRID", "POLYDATA"),
+        &["POLYDATA", "unstructured grid"],
+    );
+    assert_refused("solid ball", &["neither"]);
+}
+
+/// A VTU file whose connectivity is the given zlib array.
+fn vtu_with_connectivity(array: &str) -> String {
+    format!(
+        "<VTKFile type=\"UnstructuredGrid\" compressor=\"vtkZLibDataCompressor\">\n\
+         <UnstructuredGrid><Piece NumberOfPoints=\"5\" NumberOfCells=\"1\">\n\
+         <Points><DataArray type=\"Float32\" NumberOfComponents=\"3\">{CORNERS}</DataArray></Points>\n\
+         <Cells><DataArray type=\"UInt8\" Name=\"connectivity\" format=\"binary\">{array}</DataArray>\n\
+         <DataArray type=\"Int8\" Name=\"offsets\">4</DataArray>\n\
+         <DataArray type=\"Int8\" Name=\"types\">10</DataArray></Cells>\n\
+         </Piece></UnstructuredGrid></VTKFile>"
+    )
+}
+
+/// One zlib block with the size it declares.
+fn zlib(content: &[u8], declared: u32) -> String {
+    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::best());
+    encoder.write_all(content).unwrap();
+    let block = encoder.finish().unwrap();
+    let header = [1, declared, 0, block.len() as u32].map(u32::to_le_bytes).concat();
+    STANDARD.encode(header) + &STANDARD.encode(block)
+}
+
+#[test]
+fn zlib_blocks_keep_to_their_size() {
+    let (mesh, _) = tets(&vtu_with_connectivity(&zlib(&[0, 1, 2, 3], 4)));
+    assert_eq!(mesh.cells, [[0, 1, 2, 3]]);
+    let bomb = vec![0; 10 << 20];
+    assert_refused(&vtu_with_connectivity(&zlib(&bomb, 4)), &["zlib block 0", "4 bytes"]);
+    assert_refused(&vtu_with_connectivity(&zlib(&[0; 4], u32::MAX)), &["zlib block 0"]);
+    assert_refused(&vtu_with_connectivity("AAAA"), &["sizes in the header"]);
+    assert_refused(&vtu_with_connectivity("@@@@@@@@@@@@@@@@@@@@"), &["base64", "@@@@"]);
+}
+
+#[test]
+fn broken_vtu_files() {
+    let good = vtu_with_connectivity(&zlib(&[0, 1, 2, 3], 4));
+    assert_refused(&good.replace("Name=\"types\"", "Name=\"kinds\""), &["an array named types"]);
+    assert_refused(&good.replace(">4<", ">3<"), &["offset of a cell is 3"]);
+    assert_refused(&good.replace("NumberOfPoints=\"5\"", "NumberOfPoints=\"6\""), &["18", "15"]);
+    assert_refused(&good.replace("\"UnstructuredGrid\"", "\"PolyData\""), &["PolyData", ".vtu"]);
+    assert_refused(&good.replace("Float32", "String"), &["String", "numbers"]);
+    assert_refused(&good.replace("format=\"binary\"", "format=\"appended\""), &["AppendedData"]);
+    assert_refused(&good.replace("<Piece", "<Peace"), &["a Piece element"]);
+    assert_refused(&good[..good.len() / 2], &["test, byte"]);
+    let two = good.replace("</Piece>", "</Piece><Piece NumberOfPoints=\"0\" NumberOfCells=\"0\"/>");
+    assert_refused(&two, &["pieces", "merge"]);
+}
+
+#[test]
+fn broken_msh_files() {
+    let good = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n9 0 0 1\n\
+        $EndNodes\n$Elements\n1\n1 4 2 7 1 1 2 3 9\n$EndElements\n";
+    assert_eq!(tets(good).0.cell_sets["physical_7"], [0]);
+    assert_refused(&good.replace("2.2", "1.0"), &["\"1.0\"", "msh41"]);
+    assert_refused(
+        &good.replace("2 3 9", "2 3 8"),
+        &["tag of a node in $Nodes", "\"8\"", "line 13"],
+    );
+    assert_refused(&good.replace("3 0 1 0", "2 0 1 0"), &["not used yet", "\"2\""]);
+    assert_refused(&good.replace("$EndNodes", "$EndNods"), &["$End"]);
+    assert_refused(&good.replace("1 4 2", "1 99 2"), &["gmsh element type", "first-order"]);
+    assert_refused(&good.replace("\n4\n", "\n9999999999\n"), &["the tag of a node", "$EndNodes"]);
+    assert_refused(&good[..good.find("$Elements").unwrap()], &["an $Elements section"]);
+}
