@@ -44,16 +44,8 @@ pub(crate) fn to_mesh<const V: usize>(
 }
 
 fn convert<const V: usize>(grid: UnstructuredGrid) -> Result<(SimplexMesh<V>, ReadReport), Fault> {
-    let (points_at, cells_at) = (grid.points_at, grid.cells_at);
-    let in_points = |defect: Defect| (points_at, Problem::from(defect));
-    let in_cells = |defect: Defect| (cells_at, Problem::from(defect));
-    check_points(&grid.points).map_err(in_points)?;
-    for (name, field) in &grid.point_fields {
-        check_field(name, field, grid.points.len()).map_err(in_points)?;
-    }
-    for (name, field) in &grid.cell_fields {
-        check_field(name, field, grid.types.len()).map_err(in_cells)?;
-    }
+    let cells_at = grid.cells_at;
+    check_grid(&grid)?;
     let sorted = sort_cells::<V>(&grid).map_err(|problem| (cells_at, problem))?;
 
     let mut mesh = SimplexMesh::<V> { points: grid.points, ..SimplexMesh::default() };
@@ -74,10 +66,23 @@ fn convert<const V: usize>(grid: UnstructuredGrid) -> Result<(SimplexMesh<V>, Re
     if !matched.is_empty() && mesh.facet_sets.is_empty() {
         name_labels(&mut mesh, &grid.cell_fields, &matched);
     }
-    sets_from_fields(&mut mesh).map_err(in_cells)?;
+    sets_from_fields(&mut mesh).map_err(|defect| (cells_at, defect.into()))?;
     report.repaired_cells = repair_orientation(&mut mesh);
     report.unused_nodes = crate::topology::unused_nodes(&mesh).len();
     Ok((mesh, report))
+}
+
+fn check_grid(grid: &UnstructuredGrid) -> Result<(), Fault> {
+    let in_points = |defect: Defect| (grid.points_at, Problem::from(defect));
+    let in_cells = |defect: Defect| (grid.cells_at, Problem::from(defect));
+    check_points(&grid.points).map_err(in_points)?;
+    for (name, field) in &grid.point_fields {
+        check_field(name, field, grid.points.len()).map_err(in_points)?;
+    }
+    for (name, field) in &grid.cell_fields {
+        check_field(name, field, grid.types.len()).map_err(in_cells)?;
+    }
+    Ok(())
 }
 
 /// The cells of a grid by their part in the mesh, each with its index in the grid, ascending.
@@ -91,38 +96,44 @@ struct SortedCells<const V: usize> {
 fn sort_cells<const V: usize>(grid: &UnstructuredGrid) -> Result<SortedCells<V>, Problem> {
     let mut sorted = SortedCells { cells: vec![], facets: vec![], lower: vec![] };
     for (index, &kind) in grid.types.iter().enumerate() {
-        let raw = grid.cell(index);
-        let is_cell = kind == mesh_type(V);
-        let dimension = low_dimension(kind).filter(|&dimension| dimension + 1 < V);
-        if !is_cell && dimension.is_none() {
-            return Err(refused_cell(index, kind, V));
-        }
-        let poly = matches!(kind, 2 | 4);
-        let wanted = dimension.map_or(V, |dimension| dimension + 1);
-        if !poly && raw.len() != wanted {
-            let what = format!("nodes of cell {index}, a {}", cell_type_name(kind));
-            return Err(Problem::Count { what, expected: wanted, found: raw.len() });
-        }
-        // A poly-line may be closed, so its nodes may repeat.
-        let raw_checks = if poly { raw.chunks(1) } else { raw.chunks(V) };
-        for part in raw_checks {
-            check_cell(index, part, grid.points.len())?;
-        }
-        let mut nodes = [usize::MAX; V];
-        nodes.iter_mut().zip(raw).for_each(|(slot, &node)| *slot = node as usize);
-        if is_cell {
-            sorted.cells.push((index, nodes));
-        } else if !poly && wanted + 1 == V {
-            nodes.sort_unstable();
-            sorted.facets.push((index, nodes));
+        let dimension = if kind == mesh_type(V) {
+            V - 1
         } else {
-            sorted.lower.push((index, raw.iter().map(|&node| node as usize).collect()));
+            let lower = low_dimension(kind).filter(|&dimension| dimension + 1 < V);
+            lower.ok_or_else(|| refused_cell(index, kind, V))?
+        };
+        let poly = matches!(kind, 2 | 4);
+        check_nodes(grid, index, (!poly).then_some(dimension + 1))?;
+        let nodes = grid.cell(index).iter().map(|&node| node as usize);
+        let mut simplex = [usize::MAX; V];
+        simplex.iter_mut().zip(nodes.clone()).for_each(|(slot, node)| *slot = node);
+        if dimension + 1 == V {
+            sorted.cells.push((index, simplex));
+        } else if dimension + 2 == V && !poly {
+            simplex.sort_unstable();
+            sorted.facets.push((index, simplex));
+        } else {
+            sorted.lower.push((index, nodes.collect()));
         }
     }
     if sorted.cells.is_empty() {
         return Err(Defect::NoCells { wanted: wanted_name(V) }.into());
     }
     Ok(sorted)
+}
+
+/// Checks the nodes of a cell; one with any number of nodes may name a node again, as a closed
+/// line does.
+fn check_nodes(grid: &UnstructuredGrid, cell: usize, number: Option<usize>) -> Result<(), Problem> {
+    let (nodes, total) = (grid.cell(cell), grid.points.len());
+    let Some(expected) = number else {
+        return Ok(nodes.chunks(1).try_for_each(|node| check_cell(cell, node, total))?);
+    };
+    if nodes.len() != expected {
+        let what = format!("nodes of cell {cell}, a {}", cell_type_name(grid.types[cell]));
+        return Err(Problem::Count { what, expected, found: nodes.len() });
+    }
+    Ok(check_cell(cell, nodes, total)?)
 }
 
 /// VTK type of the cells of a mesh.
