@@ -71,19 +71,19 @@ impl Default for Barriers {
 
 /// `z` up to `threshold`, `tanh(z − threshold) + threshold` above, eq. (3.19).
 fn saturate<S: Scalar>(z: S, threshold: f64) -> S {
-    let saturated = (z.clone() - threshold).tanh() + threshold;
-    z.select_below(threshold, z.clone(), saturated)
+    z.branch_below(threshold, || z.clone(), || (z.clone() - threshold).tanh() + threshold)
 }
 
 impl Guard for Barriers {
     fn volume_change<S: Scalar>(&self, volume_change: S) -> S {
         let (threshold, least) = (self.volume_ratio_threshold, self.least_volume_ratio);
         let width = threshold - least;
-        // Clamped first: the branch that is not taken must stay finite for tensors.
-        let depth =
-            (volume_change.clone().at_most(threshold - 1.0) - (threshold - 1.0)) * width.recip();
-        let decayed = depth.exp() * width + (least - 1.0);
-        volume_change.select_below(threshold - 1.0, decayed, volume_change.clone())
+        let decayed = || {
+            // Clamped first: the branch that is not taken must stay finite for tensors.
+            let depth = volume_change.clone().at_most(threshold - 1.0) - (threshold - 1.0);
+            (depth * width.recip()).exp() * width + (least - 1.0)
+        };
+        volume_change.branch_below(threshold - 1.0, decayed, || volume_change.clone())
     }
     fn first_invariant<S: Scalar>(&self, excess: S) -> S {
         saturate(excess, self.first_invariant_threshold - 3.0)

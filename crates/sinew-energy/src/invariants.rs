@@ -233,9 +233,9 @@ fn stress<L: InvariantLaw<D>, G: Guard, const D: usize, const K: usize>(
     state: &State<D>,
     guard: &G,
 ) -> (f64, Mat3<f64>) {
-    let constants = constants(parameters, Slope::<K>::constant);
+    let constants = constants::<L, _, D>(parameters, Slope::<K>::constant);
     let arguments = state.seeded(Slope::<K>::variable);
-    let slope = law.density_of(&constants[..parameters.len()], &arguments, guard);
+    let slope = law.density_of(&constants[..L::PARAMETERS.len()], &arguments, guard);
     let stress = state.pull_back(&slope.gradient);
     if !stress.squared_norm().is_finite() {
         return (f64::INFINITY, Mat3::ZERO);
@@ -248,9 +248,9 @@ fn response<L: InvariantLaw<D>, const D: usize, const K: usize>(
     parameters: &[f64],
     state: &State<D>,
 ) -> Response {
-    let constants = constants(parameters, Jet::<K>::constant);
+    let constants = constants::<L, _, D>(parameters, Jet::<K>::constant);
     let arguments = state.seeded(Jet::<K>::variable);
-    let jet = law.density_of(&constants[..parameters.len()], &arguments, &crate::Exact);
+    let jet = law.density_of(&constants[..L::PARAMETERS.len()], &arguments, &crate::Exact);
     let stress = state.pull_back(&jet.gradient);
     let tangent = tangent(state, &jet);
     let finite = jet.value.is_finite()
@@ -318,9 +318,20 @@ fn add_geometric<const D: usize, const K: usize>(
 }
 
 /// The parameters as constants of a Taylor type, without an allocation per cell.
+///
+/// # Panics
+/// If there are too many or too few; [`crate::TotalPotential::check_theta`] tells.
 #[inline]
-fn constants<S: Copy>(parameters: &[f64], constant: impl Fn(f64) -> S) -> [S; MOST_PARAMETERS] {
-    std::array::from_fn(|i| constant(parameters.get(i).copied().unwrap_or(0.0)))
+fn constants<L: InvariantLaw<D>, S: Copy, const D: usize>(
+    parameters: &[f64],
+    constant: impl Fn(f64) -> S,
+) -> [S; MOST_PARAMETERS] {
+    let count = const {
+        assert!(L::PARAMETERS.len() <= MOST_PARAMETERS, "raise MOST_PARAMETERS");
+        L::PARAMETERS.len()
+    };
+    assert_eq!(parameters.len(), count, "parameters of the law");
+    std::array::from_fn(|i| constant(if i < count { parameters[i] } else { 0.0 }))
 }
 
 fn delta(i: usize, j: usize) -> f64 {

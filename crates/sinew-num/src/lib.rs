@@ -21,9 +21,11 @@
 mod jet;
 mod mat3;
 mod scalar;
+mod single;
 mod slope;
 
 pub use jet::Jet;
 pub use mat3::Mat3;
 pub use scalar::Scalar;
+pub use single::Single;
 pub use slope::Slope;

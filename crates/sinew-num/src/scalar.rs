@@ -5,7 +5,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A number, or a bundle of numbers, that a strain-energy law is evaluated over.
 ///
-/// Implementations: `f64` (value), [`crate::Slope`] (value and gradient), [`crate::Jet`] (value,
+/// Implementations: `f64` and [`crate::Single`] (value), [`crate::Slope`] (value and gradient), [`crate::Jet`] (value,
 /// gradient and Hessian), and a tensor lane type in `sinew-burn` (the values of many elements).
 /// Not `Copy`, because tensors are not.
 pub trait Scalar:
@@ -37,6 +37,16 @@ pub trait Scalar:
     /// Both branches are evaluated, and an infinite one that is not taken does not leak into
     /// value or derivatives for `f64` and jets; for tensors the caller keeps both finite.
     fn select_below(&self, threshold: f64, below: Self, otherwise: Self) -> Self;
+
+    /// [`Scalar::select_below`] with branches that a plain number evaluates only where it takes them.
+    fn branch_below(
+        &self,
+        threshold: f64,
+        below: impl FnOnce() -> Self,
+        otherwise: impl FnOnce() -> Self,
+    ) -> Self {
+        self.select_below(threshold, below(), otherwise())
+    }
 
     /// `self²`.
     fn squared(self) -> Self {
@@ -75,6 +85,14 @@ impl Scalar for f64 {
     }
     fn select_below(&self, threshold: f64, below: Self, otherwise: Self) -> Self {
         if *self < threshold { below } else { otherwise }
+    }
+    fn branch_below(
+        &self,
+        threshold: f64,
+        below: impl FnOnce() -> Self,
+        otherwise: impl FnOnce() -> Self,
+    ) -> Self {
+        if *self < threshold { below() } else { otherwise() }
     }
 }
 
@@ -138,6 +156,14 @@ macro_rules! taylor_operators {
             }
             fn select_below(&self, threshold: f64, below: Self, otherwise: Self) -> Self {
                 if self.value < threshold { below } else { otherwise }
+            }
+            fn branch_below(
+                &self,
+                threshold: f64,
+                below: impl FnOnce() -> Self,
+                otherwise: impl FnOnce() -> Self,
+            ) -> Self {
+                if self.value < threshold { below() } else { otherwise() }
             }
         }
     };

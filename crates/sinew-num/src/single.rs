@@ -1,0 +1,84 @@
+//! Single precision.
+
+use crate::Scalar;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// An `f32` as a [`Scalar`]: what a formula loses in single precision, as tensors of an emulator have it.
+///
+/// A type of its own, because `f32 + f64` cannot be defined outside the standard library.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct Single(pub f32);
+
+macro_rules! operator {
+    ($trait:ident, $method:ident, $op:tt) => {
+        impl $trait for Single {
+            type Output = Self;
+            fn $method(self, right: Self) -> Self {
+                Self(self.0 $op right.0)
+            }
+        }
+    };
+    ($trait:ident, $method:ident, $op:tt, f64) => {
+        operator!($trait, $method, $op);
+        impl $trait<f64> for Single {
+            type Output = Self;
+            fn $method(self, right: f64) -> Self {
+                Self(self.0 $op right as f32)
+            }
+        }
+    };
+}
+operator!(Add, add, +, f64);
+operator!(Sub, sub, -, f64);
+operator!(Mul, mul, *, f64);
+operator!(Div, div, /);
+
+impl Neg for Single {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self(-self.0)
+    }
+}
+
+impl Scalar for Single {
+    fn constant(&self, value: f64) -> Self {
+        Self(value as f32)
+    }
+    fn ln(self) -> Self {
+        Self(if self.0 <= 0.0 { f32::NEG_INFINITY } else { self.0.ln() })
+    }
+    fn ln_1p(self) -> Self {
+        Self(if self.0 <= -1.0 { f32::NEG_INFINITY } else { self.0.ln_1p() })
+    }
+    fn exp(self) -> Self {
+        Self(self.0.exp())
+    }
+    fn exp_m1(self) -> Self {
+        Self(self.0.exp_m1())
+    }
+    fn tanh(self) -> Self {
+        Self(self.0.tanh())
+    }
+    fn select_below(&self, threshold: f64, below: Self, otherwise: Self) -> Self {
+        if self.0 < threshold as f32 { below } else { otherwise }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn formulas_agree_with_double_precision_to_its_rounding() {
+        fn formula<S: Scalar>(x: S) -> S {
+            let y = (x.clone() + 2.0).ln() / (x.clone().exp() - 0.5) + x.clone().tanh() * 0.3;
+            -y.at_most(10.0) + (x.clone() * x.clone().ln_1p()).at_least(0.01) - x.exp_m1()
+        }
+        for x in [0.1, 0.5, 1.5] {
+            let (single, double) = (formula(Single(x as f32)).0, formula(x));
+            assert!((f64::from(single) - double).abs() < 4.0 * f64::from(f32::EPSILON));
+        }
+        assert_eq!(Scalar::ln(Single(-1.0)).0, f32::NEG_INFINITY);
+        assert_eq!(Scalar::ln_1p(Single(-1.0)).0, f32::NEG_INFINITY);
+    }
+}
