@@ -1,0 +1,405 @@
+//! What every law must satisfy, as one suite: for the laws of this crate and for yours.
+//!
+//! ```
+//! use sinew_energy::{conformance::{Claims, check_law}, laws::NeoHookean};
+//!
+//! let seed = 1;
+//! check_law(&NeoHookean, &[1.0, 2.0], &[], Claims::default(), seed).expect("a law");
+//! ```
+
+mod states;
+
+use crate::law::{response_by_jets, stress_by_slopes};
+use crate::{Barriers, Exact, Law, Response};
+use sinew_num::{Mat3, Single};
+use states::{States, difference, moved, norm, shifted};
+use thiserror::Error;
+
+/// What a law claims beyond being smooth; a hyperelastic solid claims all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Claims {
+    /// Without strain there is no stress.
+    pub stress_free_at_rest: bool,
+    /// Rotating the deformed body changes no energy.
+    pub objective: bool,
+    /// The energy is +∞ at J ≤ 0.
+    pub positive_volume: bool,
+}
+
+impl Default for Claims {
+    fn default() -> Self {
+        Self { stress_free_at_rest: true, objective: true, positive_volume: true }
+    }
+}
+
+/// A property of a law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum Property {
+    /// No energy at rest.
+    #[error("the energy at rest is zero")]
+    EnergyAtRest,
+    /// No stress at rest.
+    #[error("the stress at rest is zero")]
+    StressAtRest,
+    /// Ψ(RF) = Ψ(F).
+    #[error("rotation leaves the energy alone")]
+    ObjectiveEnergy,
+    /// P(RF) = R P(F).
+    #[error("rotation turns the stress with it")]
+    ObjectiveStress,
+    /// ∂²Ψ/∂H∂H is symmetric.
+    #[error("the tangent is symmetric")]
+    SymmetricTangent,
+    /// `energy`, `stress` and `response` give the energy of `density`.
+    #[error("energy, stress and response give the same energy")]
+    SameEnergy,
+    /// Stress in closed form agrees with Taylor numbers.
+    #[error("the stress agrees with Taylor numbers")]
+    TaylorStress,
+    /// Tangent in closed form agrees with jets.
+    #[error("the tangent agrees with jets")]
+    TaylorTangent,
+    /// Stress agrees with central differences of the energy.
+    #[error("the stress agrees with differences of the energy")]
+    DifferenceStress,
+    /// Tangent agrees with central differences of the stress.
+    #[error("the tangent agrees with differences of the stress")]
+    DifferenceTangent,
+    /// Single precision keeps its digits at small strain.
+    #[error("single precision keeps its digits at small strain")]
+    SinglePrecision,
+    /// No NaN as J → 0⁺, at overflow, or from a NaN.
+    #[error("nothing is NaN near collapse and overflow")]
+    NeverNan,
+    /// +∞ at J ≤ 0.
+    #[error("the energy is infinite at J <= 0")]
+    InfiniteWhenInverted,
+    /// Guards change nothing at admissible states.
+    #[error("guards are the identity at admissible states")]
+    GuardIdentity,
+    /// Guarded energy and stress are finite on a tangled mesh.
+    #[error("guarded energies are finite on a tangled mesh")]
+    GuardFinite,
+    /// A number outside `bounds` would be accepted.
+    #[error("the parameters given lie within the law's bounds")]
+    Parameters,
+}
+
+/// A property that does not hold.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("{law}: not so that {property}: found {found:e}, allowed {allowed:e}, at H = {state:?}")]
+pub struct Failure {
+    /// Name of the law.
+    pub law: &'static str,
+    /// The property.
+    pub property: Property,
+    /// Displacement gradient where it fails.
+    pub state: Mat3<f64>,
+    /// The error found.
+    pub found: f64,
+    /// The error allowed.
+    pub allowed: f64,
+}
+
+/// Rounding in f64 after some hundred operations, relative.
+const ROUNDING: f64 = 1e-12;
+/// Step of central differences that balances rounding and truncation in f64.
+const STEP: f64 = 1e-5;
+/// Error of central differences with [`STEP`], relative to the largest derivative.
+const DIFFERENCE: f64 = 1e-6;
+/// Strain at which single precision is tested.
+const SMALL_STRAIN: f64 = 1e-4;
+/// Random states per property.
+const SAMPLES: usize = 20;
+
+/// Runs every check on a law with parameters that make sense and unit, perpendicular directions.
+///
+/// # Errors
+/// Every property that does not hold, once per failing state.
+pub fn check_law<L: Law<D>, const D: usize>(
+    law: &L,
+    parameters: &[f64],
+    directions: &[[f64; 3]; D],
+    claims: Claims,
+    seed: u64,
+) -> Result<(), Vec<Failure>> {
+    let mut suite =
+        Suite { law, parameters, directions, claims, stiffness: 1.0, failures: Vec::new() };
+    for (index, parameter) in parameters.iter().enumerate() {
+        let inside = L::bounds(index).contains(parameter);
+        suite.require(Property::Parameters, Mat3::ZERO, f64::from(u8::from(!inside)), 0.0);
+    }
+    suite.check_rest();
+    let mut states = States::new(seed);
+    for _ in 0..SAMPLES {
+        let h = states.admissible();
+        suite.check_rotation(h, states.rotation());
+        suite.check_derivatives(h);
+        suite.check_single_precision(states.any(SMALL_STRAIN));
+        suite.check_guards(h);
+        for size in [1.0, 10.0, 1e3] {
+            suite.check_guards(states.any(size));
+        }
+        for size in [1.0, 30.0, 1e3, 1e30, 1e100, 1e200] {
+            suite.check_extremes(states.any(size));
+        }
+    }
+    suite.check_collapse();
+    if suite.failures.is_empty() { Ok(()) } else { Err(suite.failures) }
+}
+
+struct Suite<'a, L, const D: usize> {
+    law: &'a L,
+    parameters: &'a [f64],
+    directions: &'a [[f64; 3]; D],
+    claims: Claims,
+    /// Largest entry of the tangent at rest [stress]: the scale of absolute tolerances.
+    stiffness: f64,
+    failures: Vec<Failure>,
+}
+
+impl<L: Law<D>, const D: usize> Suite<'_, L, D> {
+    /// Records a failure where `found` is above `allowed`, or is NaN.
+    fn require(&mut self, property: Property, state: Mat3<f64>, found: f64, allowed: f64) {
+        let holds = found <= allowed;
+        if !holds {
+            self.failures.push(Failure { law: L::NAME, property, state, found, allowed });
+        }
+    }
+
+    fn stress(&self, h: &Mat3<f64>) -> (f64, Mat3<f64>) {
+        self.law.stress(self.parameters, h, self.directions, &Exact)
+    }
+
+    fn response(&self, h: &Mat3<f64>) -> Response {
+        self.law.response(self.parameters, h, self.directions)
+    }
+
+    fn check_rest(&mut self) {
+        let rest = self.response(&Mat3::ZERO);
+        self.stiffness = norm(rest.tangent.as_flattened());
+        let allowed = ROUNDING * self.stiffness;
+        self.require(Property::EnergyAtRest, Mat3::ZERO, rest.energy.abs(), allowed);
+        if self.claims.stress_free_at_rest {
+            let stress = norm(rest.stress.0.as_flattened());
+            self.require(Property::StressAtRest, Mat3::ZERO, stress, allowed);
+        }
+    }
+
+    fn check_rotation(&mut self, h: Mat3<f64>, rotation: Mat3<f64>) {
+        if !self.claims.objective {
+            return;
+        }
+        let (energy, stress) = self.stress(&h);
+        let turned = moved(&rotation, &h);
+        let (turned_energy, turned_stress) = self.stress(&turned);
+        // Rounding of F in the turned state reaches the energy through the stress.
+        let scale = self.stiffness + norm(stress.0.as_flattened());
+        let error = (turned_energy - energy).abs();
+        self.require(Property::ObjectiveEnergy, h, error, ROUNDING * scale);
+        let expected =
+            Mat3::from_fn(|i, j| (0..3).map(|k| rotation[i][k] * stress[k][j]).sum::<f64>());
+        let error = difference(turned_stress.0.as_flattened(), expected.0.as_flattened());
+        let scale = norm(self.response(&h).tangent.as_flattened());
+        self.require(Property::ObjectiveStress, h, error, ROUNDING * scale);
+    }
+
+    fn check_derivatives(&mut self, h: Mat3<f64>) {
+        let (parameters, directions) = (self.parameters, self.directions);
+        let closed = self.response(&h);
+        let (energy, stress) = self.stress(&h);
+        let density = self.law.density(parameters, &h, directions, &Exact);
+        let jets = response_by_jets(self.law, parameters, &h, directions);
+        let slopes = stress_by_slopes(self.law, parameters, &h, directions, &Exact);
+        let stiffness = norm(jets.tangent.as_flattened());
+        let allowed = ROUNDING * stiffness;
+
+        let values = [self.law.energy(parameters, &h, directions, &Exact), energy, closed.energy];
+        self.require(Property::SameEnergy, h, difference(&values, &[density; 3]), allowed);
+        for found in [&stress, &closed.stress, &jets.stress] {
+            let error = difference(found.0.as_flattened(), slopes.1.0.as_flattened());
+            self.require(Property::TaylorStress, h, error, allowed);
+        }
+        let tangent = closed.tangent.as_flattened();
+        let error = difference(tangent, jets.tangent.as_flattened());
+        self.require(Property::TaylorTangent, h, error, allowed);
+        let transposed: [f64; 81] = std::array::from_fn(|k| tangent[9 * (k % 9) + k / 9]);
+        let error = difference(tangent, &transposed);
+        self.require(Property::SymmetricTangent, h, error, allowed);
+
+        for entry in 0..9 {
+            let up = self.stress(&shifted(&h, entry, STEP));
+            let down = self.stress(&shifted(&h, entry, -STEP));
+            let slope = (up.0 - down.0) / (2.0 * STEP);
+            let error = (slope - stress[entry / 3][entry % 3]).abs();
+            self.require(Property::DifferenceStress, h, error, DIFFERENCE * stiffness);
+            let column: [f64; 9] =
+                std::array::from_fn(|k| (up.1[k / 3][k % 3] - down.1[k / 3][k % 3]) / (2.0 * STEP));
+            let error = difference(&column, &closed.tangent[entry]);
+            self.require(Property::DifferenceTangent, h, error, DIFFERENCE * stiffness);
+        }
+    }
+
+    /// Written in ∇u the energy loses digits like ε/strain; written in F like ε/strain².
+    fn check_single_precision(&mut self, h: Mat3<f64>) {
+        let single = |x: f64| Single(x as f32);
+        // What the rounded input gives in double precision, so that only the formula is judged.
+        let rounded = Mat3::from_fn(|i, j| f64::from(h[i][j] as f32));
+        let parameters: Vec<_> = self.parameters.iter().map(|&p| single(p)).collect();
+        let directions = self.directions.map(|d| d.map(single));
+        let h = h.seeded(|x, _| single(x));
+        let found = self.law.density(&parameters, &h, &directions, &Exact).0;
+        let expected = self.law.density(self.parameters, &rounded, self.directions, &Exact);
+        // Ten operations that each round a number of the size of the strain.
+        let allowed = 10.0 * f64::from(f32::EPSILON) * SMALL_STRAIN * self.stiffness;
+        let error = (f64::from(found) - expected).abs();
+        self.require(Property::SinglePrecision, rounded, error, allowed);
+    }
+
+    fn check_guards(&mut self, h: Mat3<f64>) {
+        let (energy, stress) =
+            self.law.stress(self.parameters, &h, self.directions, &Barriers::default());
+        let finite = energy.is_finite() && norm(stress.0.as_flattened()).is_finite();
+        self.require(Property::GuardFinite, h, f64::from(u8::from(!finite)), 0.0);
+        let barriers = Barriers::default();
+        let admissible =
+            h.volume_change() > barriers.volume_ratio_threshold - 1.0 && h.squared_norm() < 0.25;
+        if admissible {
+            let exact = self.stress(&h);
+            let error = difference(stress.0.as_flattened(), exact.1.0.as_flattened());
+            self.require(Property::GuardIdentity, h, error + (energy - exact.0).abs(), 0.0);
+        }
+    }
+
+    fn check_extremes(&mut self, h: Mat3<f64>) {
+        let (energy, stress) = self.stress(&h);
+        let plain = self.law.energy(self.parameters, &h, self.directions, &Exact);
+        let response = self.response(&h);
+        let nan = [energy, plain, response.energy].iter().any(|x| x.is_nan())
+            || [&stress, &response.stress]
+                .iter()
+                .any(|s| s.0.as_flattened().iter().any(|x| x.is_nan()))
+            || response.tangent.as_flattened().iter().any(|x| x.is_nan());
+        self.require(Property::NeverNan, h, f64::from(u8::from(nan)), 0.0);
+        let inverted = self.claims.positive_volume && h.volume_change() <= -1.0;
+        if inverted {
+            let infinite = [energy, plain, response.energy].iter().all(|&x| x == f64::INFINITY);
+            let found = f64::from(u8::from(!infinite));
+            self.require(Property::InfiniteWhenInverted, h, found, 0.0);
+        }
+    }
+
+    /// J → 0⁺ along one axis, along two and all round, then J = 0, J < 0 and no number at all.
+    fn check_collapse(&mut self) {
+        let diagonal = |d: [f64; 3]| Mat3::from_fn(|i, j| if i == j { d[i] - 1.0 } else { 0.0 });
+        for exponent in [-1, -2, -4, -8, -16, -100, -300] {
+            let s = 10f64.powi(exponent);
+            for state in [[s, 1.0, 1.0], [s, s, 1.0], [s; 3], [s, s.recip(), 1.0]] {
+                self.check_extremes(diagonal(state));
+            }
+        }
+        for state in [[0.0, 1.0, 1.0], [0.0; 3], [-1.0, 1.0, 1.0], [-1.0; 3], [-1e-9, 2.0, 3.0]] {
+            self.check_extremes(diagonal(state));
+        }
+        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let mut h = Mat3::ZERO;
+            h.0[1][2] = value;
+            h.0[0][0] = value;
+            self.check_extremes(h);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Guard;
+    use crate::laws::{
+        ByYoungPoisson, Guccione, HolzapfelOgden, HolzapfelOgden2009, HolzapfelOgdenCompressible,
+        LinearElastic, NeoHookean,
+    };
+    use sinew_num::Scalar;
+
+    /// An orthonormal frame off the axes.
+    const FRAME: [[f64; 3]; 3] = [
+        [2.0 / 3.0, 2.0 / 3.0, 1.0 / 3.0],
+        [-2.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0],
+        [1.0 / 3.0, -2.0 / 3.0, 2.0 / 3.0],
+    ];
+    const SOLID: Claims =
+        Claims { stress_free_at_rest: true, objective: true, positive_volume: true };
+    const SMALL_DISPLACEMENT: Claims =
+        Claims { stress_free_at_rest: true, objective: false, positive_volume: false };
+    const BULK: f64 = 5.0;
+
+    fn holds<L: Law<D>, const D: usize>(law: L, parameters: &[f64], claims: Claims) {
+        let directions = std::array::from_fn(|d| FRAME[d]);
+        if let Err(failures) = check_law(&law, parameters, &directions, claims, 7) {
+            let lines: Vec<_> = failures.iter().take(8).map(Failure::to_string).collect();
+            panic!("{} failures\n{}", failures.len(), lines.join("\n"));
+        }
+    }
+
+    #[test]
+    fn every_law_conforms() {
+        holds(NeoHookean, &[1.5, 2.5], SOLID);
+        holds(ByYoungPoisson(NeoHookean), &[10.0, 0.3], SOLID);
+        holds(LinearElastic, &[1.5, 2.5], SMALL_DISPLACEMENT);
+        holds(HolzapfelOgden { bulk_modulus: BULK }, &[0.18, 2.6, 3.34, 2.73], SOLID);
+        holds(HolzapfelOgdenCompressible::THESIS_KPA, &[0.18, 2.6, 3.34, 2.73], SOLID);
+        let orthotropic = [0.059, 8.023, 18.472, 16.026, 2.481, 11.12, 0.216, 11.436];
+        holds(HolzapfelOgden2009 { bulk_modulus: BULK }, &orthotropic, SOLID);
+        holds(Guccione { bulk_modulus: BULK }, &[2.0, 8.0, 2.0, 4.0], SOLID);
+    }
+
+    /// `Ψ = ½μ(I₁ − 3)` from F itself: stressed at rest, blind to inversion, and poor in single precision.
+    #[derive(Clone, Debug)]
+    struct Faulty;
+
+    impl Law<0> for Faulty {
+        const NAME: &'static str = "faulty";
+        const PARAMETERS: &'static [&'static str] = &["mu"];
+
+        fn density<S: Scalar, G: Guard>(
+            &self,
+            parameters: &[S],
+            displacement_gradient: &Mat3<S>,
+            _directions: &[[S; 3]; 0],
+            _guard: &G,
+        ) -> S {
+            let h = displacement_gradient;
+            let f = Mat3::from_fn(|i, j| h.at(i, j) + if i == j { 1.0 } else { 0.0 });
+            parameters[0].clone() * (f.squared_norm() - 3.0) * 0.5
+        }
+
+        fn stress<G: Guard>(
+            &self,
+            parameters: &[f64],
+            displacement_gradient: &Mat3<f64>,
+            directions: &[[f64; 3]; 0],
+            guard: &G,
+        ) -> (f64, Mat3<f64>) {
+            let h = displacement_gradient;
+            let energy = self.density(parameters, h, directions, guard);
+            (energy, Mat3::from_fn(|i, j| parameters[0] * h[i][j]))
+        }
+    }
+
+    #[test]
+    fn faults_are_found() {
+        let failures = check_law(&Faulty, &[1.0], &[], Claims::default(), 7).unwrap_err();
+        for property in [
+            Property::StressAtRest,
+            Property::ObjectiveStress,
+            Property::TaylorStress,
+            Property::DifferenceStress,
+            Property::SinglePrecision,
+            Property::InfiniteWhenInverted,
+        ] {
+            assert!(failures.iter().any(|f| f.property == property), "{property} not found");
+        }
+        assert!(failures.iter().all(|f| f.property != Property::EnergyAtRest));
+        assert!(check_law(&NeoHookean, &[-1.0, 1.0], &[], Claims::default(), 7).is_err());
+    }
+}

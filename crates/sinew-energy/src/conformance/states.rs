@@ -1,0 +1,82 @@
+//! Random states of deformation.
+
+use sinew_num::Mat3;
+
+/// A stream of random states (SplitMix64, Steele et al., OOPSLA 2014), the same on every machine.
+pub(super) struct States(u64);
+
+impl States {
+    pub fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    /// Uniform in [−1, 1).
+    fn number(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 * (0.5f64).powi(52) - 1.0
+    }
+
+    /// Entries up to `size`, so that J may be anything.
+    pub fn any(&mut self, size: f64) -> Mat3<f64> {
+        Mat3::from_fn(|_, _| size * self.number())
+    }
+
+    /// A state that a soft tissue may be in: entries up to 0.15, J between 0.6 and 1.6.
+    pub fn admissible(&mut self) -> Mat3<f64> {
+        loop {
+            let h = self.any(0.15);
+            if (-0.4..0.6).contains(&h.volume_change()) {
+                return h;
+            }
+        }
+    }
+
+    /// A rotation from a random unit quaternion: any axis, any angle.
+    pub fn rotation(&mut self) -> Mat3<f64> {
+        let q = loop {
+            let q = [self.number(), self.number(), self.number(), self.number()];
+            let length = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+            // Away from zero, where normalising loses digits, and inside the ball, for uniformity.
+            if (0.1..1.0).contains(&length) {
+                break q.map(|x| x / length);
+            }
+        };
+        let [w, x, y, z] = q;
+        Mat3([
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ])
+    }
+}
+
+/// `R(I + H) − I`.
+pub(super) fn moved(rotation: &Mat3<f64>, h: &Mat3<f64>) -> Mat3<f64> {
+    let delta = |i, j| if i == j { 1.0 } else { 0.0 };
+    Mat3::from_fn(|i, j| {
+        (0..3).map(|k| rotation[i][k] * (h[k][j] + delta(k, j))).sum::<f64>() - delta(i, j)
+    })
+}
+
+/// `h` with `step` added to one entry.
+pub(super) fn shifted(h: &Mat3<f64>, entry: usize, step: f64) -> Mat3<f64> {
+    let mut h = *h;
+    h.0[entry / 3][entry % 3] += step;
+    h
+}
+
+/// Largest entry; NaN if one is.
+pub(super) fn norm(values: &[f64]) -> f64 {
+    values
+        .iter()
+        .fold(0.0, |m: f64, x| if m.is_nan() || x.is_nan() { f64::NAN } else { m.max(x.abs()) })
+}
+
+/// Largest difference of entries; NaN if one is.
+pub(super) fn difference(a: &[f64], b: &[f64]) -> f64 {
+    let differences: Vec<_> = a.iter().zip(b).map(|(x, y)| x - y).collect();
+    norm(&differences)
+}
