@@ -154,7 +154,7 @@ struct Suite<'a, L, const D: usize> {
     parameters: &'a [f64],
     directions: &'a [[f64; 3]; D],
     claims: Claims,
-    /// Largest entry of the tangent at rest [stress]: the scale of absolute tolerances.
+    /// Largest entry of the tangent at rest \[stress\]: the scale of absolute tolerances.
     stiffness: f64,
     failures: Vec<Failure>,
 }

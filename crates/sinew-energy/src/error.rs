@@ -194,9 +194,9 @@ pub enum SceneError {
         name: String,
         /// Axis across the planes.
         axis: char,
-        /// Position of one plane [length].
+        /// Position of one plane \[length\].
         first: f64,
-        /// Position of another plane [length].
+        /// Position of another plane \[length\].
         second: f64,
     },
 }

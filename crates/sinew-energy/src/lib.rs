@@ -48,6 +48,7 @@ mod invariants;
 mod law;
 pub mod laws;
 mod lower;
+pub mod metrics;
 mod potential;
 mod pressure;
 mod rim;

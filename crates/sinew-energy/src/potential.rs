@@ -29,7 +29,7 @@ pub struct TotalPotential<L, const D: usize, G = Exact> {
     pub nodal_force: Vec<f64>,
     /// Pressures on the surface.
     pub pressures: Vec<PressureLoad>,
-    /// Prescribed displacement of each degree of freedom [length], `None` where it is free; `3 × nodes`.
+    /// Prescribed displacement of each degree of freedom \[length\], `None` where it is free; `3 × nodes`.
     pub prescribed: Vec<Option<f64>>,
 }
 

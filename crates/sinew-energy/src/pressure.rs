@@ -5,14 +5,14 @@ use sinew_num::{Jet, Scalar, Slope};
 /// Where the size of a load comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Magnitude {
-    /// A fixed size [stress].
+    /// A fixed size \[stress\].
     Fixed(f64),
     /// Entry of θ with this index; load parameters follow those of the law.
     Theta(usize),
 }
 
 impl Magnitude {
-    /// The size of the load [stress].
+    /// The size of the load \[stress\].
     ///
     /// # Panics
     /// If θ is too short; [`crate::TotalPotential::check_theta`] tells.
@@ -43,11 +43,11 @@ pub enum PressureForm {
 pub struct PressureLoad {
     /// The potential that stands for it.
     pub form: PressureForm,
-    /// Pressure [stress].
+    /// Pressure \[stress\].
     pub magnitude: Magnitude,
     /// Nodes of each facet, counterclockwise seen from outside the solid.
     pub facets: Vec<[usize; 3]>,
-    /// Reference positions of these nodes [length], from an origin in the planes that the rim slides in.
+    /// Reference positions of these nodes \[length\], from an origin in the planes that the rim slides in.
     pub positions: Vec<[[f64; 3]; 3]>,
 }
 
@@ -58,7 +58,7 @@ pub struct FacetResponse {
     pub energy: f64,
     /// First derivatives [length²]: component `i` of node `a` at `3a + i`.
     pub gradient: [f64; 9],
-    /// Second derivatives [length], symmetric, in the same order.
+    /// Second derivatives \[length\], symmetric, in the same order.
     pub hessian: [[f64; 9]; 9],
 }
 

@@ -70,11 +70,11 @@ pub enum Sampling {
 pub enum Load {
     /// Force per reference volume [stress/length], the same everywhere: gravity.
     BodyForce([f64; 3]),
-    /// Dead force per reference area [stress].
+    /// Dead force per reference area \[stress\].
     Traction {
         /// Named facet set.
         facets: String,
-        /// Force per reference area [stress].
+        /// Force per reference area \[stress\].
         value: [f64; 3],
     },
     /// A true follower pressure, see [`crate::PressureForm::Follower`].
@@ -83,14 +83,14 @@ pub enum Load {
     Pressure {
         /// Named facet set.
         facets: String,
-        /// Pressure against the solid [stress].
+        /// Pressure against the solid \[stress\].
         magnitude: Magnitude,
     },
     /// The thesis' stand-in for a pressure, see [`crate::PressureForm::Thesis`]: to reproduce its numbers only.
     ThesisPressure {
         /// Named facet set.
         facets: String,
-        /// Pressure against the solid [stress].
+        /// Pressure against the solid \[stress\].
         magnitude: Magnitude,
     },
 }
@@ -104,7 +104,7 @@ pub struct Support {
     pub displacement: Prescribed,
 }
 
-/// Prescribed displacement components [length], `None` where the node is free.
+/// Prescribed displacement components \[length\], `None` where the node is free.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Prescribed {
     /// The same at every node.
@@ -119,12 +119,12 @@ impl Support {
         Self::uniform(nodes, [Some(0.0); 3])
     }
 
-    /// The same components [length] prescribed at all nodes of the set, `None` where they are free.
+    /// The same components \[length\] prescribed at all nodes of the set, `None` where they are free.
     pub fn uniform(nodes: impl Into<String>, components: [Option<f64>; 3]) -> Self {
         Self { nodes: nodes.into(), displacement: Prescribed::Uniform(components) }
     }
 
-    /// Nodes of the set moved by `motion(X)` [length], a function of the reference position.
+    /// Nodes of the set moved by `motion(X)` \[length\], a function of the reference position.
     ///
     /// A set that the mesh lacks is reported when the scene is lowered.
     pub fn moved(

@@ -4,7 +4,7 @@ use crate::{Guard, Law, Response};
 use sinew_num::{Mat3, Scalar};
 use std::ops::RangeInclusive;
 
-/// Lamé's parameters `[μ, λ]` [stress] from Young's modulus `E` [stress] and Poisson's ratio `ν`,
+/// Lamé's parameters `[μ, λ]` \[stress\] from Young's modulus `E` \[stress\] and Poisson's ratio `ν`,
 /// thesis eq. (3.2): `λ = Eν/((1+ν)(1−2ν))`, `μ = E/(2(1+ν))`.
 pub fn lame_from_young_poisson<S: Scalar>(young: S, poisson: S) -> [S; 2] {
     let shear = young / ((poisson.clone() + 1.0) * 2.0);
@@ -25,7 +25,7 @@ pub(super) fn lame_bounds(index: usize) -> RangeInclusive<f64> {
     least..=f64::MAX
 }
 
-/// An isotropic law in Young's modulus and Poisson's ratio: θ = (E [stress], ν).
+/// An isotropic law in Young's modulus and Poisson's ratio: θ = (E \[stress\], ν).
 ///
 /// The law inside must read Lamé's parameters (μ, λ), such as [`super::NeoHookean`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

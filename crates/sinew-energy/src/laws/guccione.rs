@@ -8,11 +8,11 @@ use sinew_num::Scalar;
 /// McCulloch & Waldman, J. Biomech. Eng. 113 (1991): `Ψ = ½C(e^Q − 1) + ½P(J−1)²` with
 /// `Q = b_f Ē₁₁² + b_t(Ē₂₂² + Ē₃₃² + 2Ē₂₃²) + 2b_fs(Ē₁₂² + Ē₁₃²)`, `Ē = ½(C̄ − I)`.
 ///
-/// θ = (C [stress], b_f, b_t, b_fs). The directions are an orthonormal frame that starts with the
+/// θ = (C \[stress\], b_f, b_t, b_fs). The directions are an orthonormal frame that starts with the
 /// fibre; [`Guccione::frame`] makes one from the fibre, and it does not matter which.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Guccione {
-    /// P, the penalty on changes of volume [stress].
+    /// P, the penalty on changes of volume \[stress\].
     pub bulk_modulus: f64,
 }
 

@@ -8,11 +8,11 @@ use sinew_num::Scalar;
 /// Holzapfel & Ogden, Phil. Trans. R. Soc. A 367 (2009):
 /// `Ψ = a/(2b)(e^{b(Ī₁−3)} − 1) + a_f/(2b_f)(e^{b_f(max(Ī₄,1)−1)²} − 1) + ½P(J−1)²`.
 ///
-/// θ = (a [stress], b, a_f [stress], b_f); the direction is the fibre. Fibres carry tension only:
+/// θ = (a \[stress\], b, a_f \[stress\], b_f); the direction is the fibre. Fibres carry tension only:
 /// at Ī₄ = 1 the stress is continuous and the tangent jumps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HolzapfelOgden {
-    /// P, the penalty on changes of volume [stress].
+    /// P, the penalty on changes of volume \[stress\].
     pub bulk_modulus: f64,
 }
 

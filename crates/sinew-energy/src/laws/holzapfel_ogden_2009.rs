@@ -8,10 +8,10 @@ use sinew_num::Scalar;
 /// (2009), eq. (5.38): `Ψ = a/(2b)(e^{b(Ī₁−3)} − 1) + Σ_{i=f,s} a_i/(2b_i)(e^{b_i(max(Ī₄ᵢ,1)−1)²} − 1)
 /// + a_fs/(2b_fs)(e^{b_fs Ī₈²} − 1) + ½P(J−1)²` with `Ī₈ = f₀·C̄s₀`.
 ///
-/// θ = (a, b, a_f, b_f, a_s, b_s, a_fs, b_fs), the a's [stress]; the directions are fibre and sheet.
+/// θ = (a, b, a_f, b_f, a_s, b_s, a_fs, b_fs), the a's \[stress\]; the directions are fibre and sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HolzapfelOgden2009 {
-    /// P, the penalty on changes of volume [stress].
+    /// P, the penalty on changes of volume \[stress\].
     pub bulk_modulus: f64,
 }
 

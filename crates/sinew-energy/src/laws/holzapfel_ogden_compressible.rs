@@ -8,11 +8,11 @@ use sinew_num::Scalar;
 /// `Ψ = a/b(e^{b(Ī₁−3)} − 1) + a_f/b_f(e^{b_f(Ī₄−1)²} − 1) + κ(J² − 1 − 2 ln J)`.
 ///
 /// Twice the stiffness of [`super::HolzapfelOgden`], fibres that also resist compression, and a
-/// volumetric term that keeps J positive. θ = (a [stress], b, a_f [stress], b_f); the direction is
+/// volumetric term that keeps J positive. θ = (a \[stress\], b, a_f \[stress\], b_f); the direction is
 /// the fibre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HolzapfelOgdenCompressible {
-    /// κ [stress].
+    /// κ \[stress\].
     pub bulk_modulus: f64,
 }
 

@@ -6,7 +6,7 @@ use sinew_num::{Mat3, Scalar};
 use std::ops::RangeInclusive;
 
 /// Linear isotropic elasticity, thesis eq. (2.37): `Ψ = ½λ(tr ε)² + μ ε:ε` with `ε = sym ∇u`;
-/// θ = (μ, λ) [stress].
+/// θ = (μ, λ) \[stress\].
 ///
 /// For small displacements only: it is not objective, and does not notice inverted cells.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

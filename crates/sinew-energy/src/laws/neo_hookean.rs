@@ -6,7 +6,7 @@ use sinew_num::Scalar;
 use std::ops::RangeInclusive;
 
 /// Compressible neo-Hookean solid, thesis eq. (3.1):
-/// `Ψ = ½λ(ln J)² − μ ln J + ½μ(I₁ − 3)`; θ = (μ, λ) [stress].
+/// `Ψ = ½λ(ln J)² − μ ln J + ½μ(I₁ − 3)`; θ = (μ, λ) \[stress\].
 ///
 /// [`super::ByYoungPoisson`] takes Young's modulus and Poisson's ratio instead.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,0 +1,89 @@
+//! How far an emulated displacement û is from the true one u: the measures of thesis eqs. (3.22) and (3.24).
+//!
+//! Displacements are flat, `[u_x, u_y, u_z]` node by node. Relative errors are in percent; they are
+//! +∞ or NaN where the true value is zero.
+
+use crate::{Exact, Guard, Law, TotalPotential};
+use sinew_num::Mat3;
+
+/// `‖u − û‖₂` of each node \[length\].
+pub fn displacement_error(truth: &[f64], estimate: &[f64]) -> Vec<f64> {
+    let (truth, estimate) = (truth.as_chunks::<3>().0, estimate.as_chunks::<3>().0);
+    let distance = |(u, v): (&[f64; 3], &[f64; 3])| {
+        let squared: f64 = (0..3).map(|i| (u[i] - v[i]) * (u[i] - v[i])).sum();
+        squared.sqrt()
+    };
+    truth.iter().zip(estimate).map(distance).collect()
+}
+
+/// `‖F − F̂‖_F / ‖F‖_F` of each cell [%].
+pub fn deformation_gradient_error<L: Law<D>, G: Guard, const D: usize>(
+    potential: &TotalPotential<L, D, G>,
+    truth: &[f64],
+    estimate: &[f64],
+) -> Vec<f64> {
+    per_cell(potential, truth, estimate, |h, other| {
+        let difference = Mat3::from_fn(|i, j| h[i][j] - other[i][j]);
+        let size = h.first_invariant_minus_three() + 3.0;
+        100.0 * (difference.squared_norm() / size).sqrt()
+    })
+}
+
+/// `|I₁ − Î₁| / I₁` of each cell [%].
+pub fn first_invariant_error<L: Law<D>, G: Guard, const D: usize>(
+    potential: &TotalPotential<L, D, G>,
+    truth: &[f64],
+    estimate: &[f64],
+) -> Vec<f64> {
+    per_cell(potential, truth, estimate, |h, other| {
+        let (excess, estimate) =
+            (h.first_invariant_minus_three(), other.first_invariant_minus_three());
+        relative_percent(excess + 3.0, estimate + 3.0)
+    })
+}
+
+/// `|Π − Π̂| / |Π|` [%]; +∞ where the estimate inverts a cell.
+pub fn potential_error<L: Law<D>, const D: usize>(
+    potential: &TotalPotential<L, D, Exact>,
+    theta: &[f64],
+    truth: &[f64],
+    estimate: &[f64],
+) -> f64 {
+    relative_percent(potential.value(truth, theta), potential.value(estimate, theta))
+}
+
+/// `|V − V̂| / V` of a volume such as that of a ventricle's cavity, eq. (3.24) [%]; see [`enclosed_volume`].
+pub fn relative_percent(truth: f64, estimate: f64) -> f64 {
+    100.0 * ((truth - estimate) / truth).abs()
+}
+
+/// Volume [length³] between a deformed surface and the cone over its rim with the given apex.
+///
+/// `facets` are counterclockwise seen from outside the volume. The surface of a ventricle's cavity is
+/// listed from outside the solid, which is inside the cavity: take the absolute value. With the apex in
+/// the plane of a flat rim, this is the volume under the lid.
+pub fn enclosed_volume(
+    points: &[[f64; 3]],
+    displacement: &[f64],
+    facets: &[[usize; 3]],
+    apex: [f64; 3],
+) -> f64 {
+    let (u, _) = displacement.as_chunks::<3>();
+    let place = |node: usize| -> [f64; 3] {
+        std::array::from_fn(|i| points[node][i] + u[node][i] - apex[i])
+    };
+    let six_volumes = |nodes: &[usize; 3]| Mat3(nodes.map(place)).determinant();
+    facets.iter().map(six_volumes).sum::<f64>() / 6.0
+}
+
+fn per_cell<L: Law<D>, G: Guard, const D: usize>(
+    potential: &TotalPotential<L, D, G>,
+    truth: &[f64],
+    estimate: &[f64],
+    error: impl Fn(&Mat3<f64>, &Mat3<f64>) -> f64,
+) -> Vec<f64> {
+    let gradient = |cell, u| potential.displacement_gradient(cell, u);
+    (0..potential.cells.len())
+        .map(|cell| error(&gradient(cell, truth), &gradient(cell, estimate)))
+        .collect()
+}

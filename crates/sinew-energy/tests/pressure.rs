@@ -1,0 +1,212 @@
+//! Pressure as an energy: against volumes, differences, Nanson's formula and the thesis' stand-in.
+
+use sinew_energy::laws::NeoHookean;
+use sinew_energy::{
+    Load, Magnitude, Parameter, PressureForm, PressureLoad, Sampling, Scene, SceneError, Support,
+    TotalPotential, Units, metrics,
+};
+use sinew_mesh::{boundary_facets, box_tetrahedra};
+
+fn scene(load: Load, supports: Vec<Support>) -> Scene<NeoHookean, 0> {
+    let mut mesh = box_tetrahedra([3.0, 2.0, 1.0], [4, 3, 2]);
+    let all = boundary_facets(&mesh);
+    mesh.facet_sets.insert("all".into(), all);
+    let parameter = |name: &str| Parameter {
+        name: name.into(),
+        unit: "kPa".into(),
+        range: [1.0, 2.0],
+        sampling: Sampling::Linear,
+    };
+    Scene {
+        name: "block".into(),
+        units: Units::mm_kpa(),
+        mesh,
+        law: NeoHookean,
+        directions: vec![],
+        parameters: ["mu", "lambda", "p"].map(parameter).into(),
+        loads: vec![load],
+        supports,
+    }
+}
+
+fn follower(facets: &str) -> Load {
+    Load::Pressure { facets: facets.into(), magnitude: Magnitude::Theta(2) }
+}
+
+fn stand_in(facets: &str) -> Load {
+    Load::ThesisPressure { facets: facets.into(), magnitude: Magnitude::Theta(2) }
+}
+
+fn clamped() -> Vec<Support> {
+    vec![Support::clamped("x_min")]
+}
+
+fn wobble<const D: usize>(potential: &TotalPotential<NeoHookean, D>, size: f64) -> Vec<f64>
+where
+    NeoHookean: sinew_energy::Law<D>,
+{
+    (0..3 * potential.nodes)
+        .map(|i| potential.prescribed[i].unwrap_or(size * (1.3 * i as f64 + 0.4).sin()))
+        .collect()
+}
+
+fn gradient(load: &PressureLoad, u: &[f64], theta: &[f64]) -> Vec<f64> {
+    let mut gradient = vec![0.0; u.len()];
+    load.value_and_add_gradient(u, theta, &mut gradient);
+    gradient
+}
+
+const THETA: [f64; 3] = [1.0, 1.0, 0.7];
+
+#[test]
+fn follower_energy_is_pressure_times_change_of_volume() {
+    let scene = scene(follower("all"), clamped());
+    let potential = scene.lower().unwrap();
+    let load = &potential.pressures[0];
+    for size in [1e-6, 0.05, 1.0] {
+        let u = wobble(&potential, size);
+        let volume = |u: &[f64]| {
+            metrics::enclosed_volume(&scene.mesh.points, u, &load.facets, [1.0, 1.0, 0.5])
+        };
+        let change = volume(&u) - volume(&vec![0.0; u.len()]);
+        // The difference of two volumes of 6 mm³ has this rounding; the expanded form has less.
+        assert!((load.value(&u, &THETA) - 0.7 * change).abs() < 1e-13 * (1.0 + change.abs()));
+    }
+}
+
+#[test]
+fn follower_gradient_is_pressure_along_the_deformed_normals() {
+    let scene = scene(follower("all"), clamped());
+    let potential = scene.lower().unwrap();
+    let load = &potential.pressures[0];
+    let u = wobble(&potential, 0.1);
+    let place = |node: usize| -> [f64; 3] {
+        std::array::from_fn(|i| scene.mesh.points[node][i] + u[3 * node + i])
+    };
+    // Each node carries a third of p n da of its facets.
+    let mut expected = vec![0.0; u.len()];
+    for nodes in &load.facets {
+        let [o, a, b] = nodes.map(place);
+        let [a, b]: [[f64; 3]; 2] = [a, b].map(|x| std::array::from_fn(|i| x[i] - o[i]));
+        for i in 0..3 {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let area = 0.5 * (a[j] * b[k] - a[k] * b[j]);
+            nodes.iter().for_each(|node| expected[3 * node + i] += 0.7 * area / 3.0);
+        }
+    }
+    for (found, expected) in gradient(load, &u, &THETA).iter().zip(&expected) {
+        assert!((found - expected).abs() < 1e-14);
+    }
+}
+
+#[test]
+fn derivatives_agree_with_differences_and_tangents_are_symmetric() {
+    // Both energies are cubic in u: with this step a central difference errs by 1e-10 only.
+    let (step, tolerance) = (1e-5, 1e-9);
+    for load in [follower("all"), stand_in("all")] {
+        let potential = scene(load, clamped()).lower().unwrap();
+        let load = &potential.pressures[0];
+        let u = wobble(&potential, 0.1);
+        let shifted = |entry: usize, by: f64| {
+            let mut u = u.clone();
+            u[entry] += by;
+            u
+        };
+        let found = gradient(load, &u, &THETA);
+        for entry in 0..u.len() {
+            let [up, down] = [step, -step].map(|by| load.value(&shifted(entry, by), &THETA));
+            assert!((found[entry] - (up - down) / (2.0 * step)).abs() < tolerance);
+        }
+        let facet = 3;
+        let response = load.facet_response(facet, &u);
+        let degree = |slot: usize| 3 * load.facets[facet][slot / 3] + slot % 3;
+        for column in 0..9 {
+            let [up, down] = [step, -step]
+                .map(|by| load.facet_response(facet, &shifted(degree(column), by)).gradient);
+            for row in 0..9 {
+                let slope = (up[row] - down[row]) / (2.0 * step);
+                assert!((response.hessian[row][column] - slope).abs() < tolerance);
+                assert_eq!(response.hessian[row][column], response.hessian[column][row]);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_stand_in_is_right_at_rest_only() {
+    let (true_load, thesis) = (
+        scene(follower("all"), clamped()).lower().unwrap(),
+        scene(stand_in("all"), clamped()).lower().unwrap(),
+    );
+    let [true_load, thesis] = [&true_load.pressures[0], &thesis.pressures[0]].map(Clone::clone);
+    let nodes = scene(follower("all"), clamped()).mesh.points;
+    let rest = vec![0.0; 3 * nodes.len()];
+    let both = |u: &[f64]| [gradient(&true_load, u, &THETA), gradient(&thesis, u, &THETA)];
+    let [a, b] = both(&rest);
+    assert!(a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-15));
+
+    // A closed surface blown up s times: the follower load grows like s², the stand-in like
+    // 3s² − 2s, because its energy is p·3V(s)(s−1)/s.
+    let s = 1.2;
+    let inflated: Vec<f64> = nodes.iter().flat_map(|x| x.map(|x| (s - 1.0) * x)).collect();
+    let [a, b] = both(&inflated);
+    let work = |g: &[f64]| g.iter().zip(nodes.as_flattened()).map(|(g, x)| g * x).sum::<f64>();
+    assert!((work(&a) - 0.7 * 3.0 * 6.0 * s * s).abs() < 1e-12);
+    assert!((work(&b) / work(&a) - (3.0 * s * s - 2.0 * s) / (s * s)).abs() < 1e-12);
+}
+
+#[test]
+fn a_rim_must_be_held_or_slide_in_a_coordinate_plane() {
+    // The top's rim is clear of all supports.
+    let loose = scene(follower("z_max"), clamped()).lower().unwrap_err();
+    assert!(matches!(loose, SceneError::LooseRim { .. }), "{loose}");
+    // The thesis' formula does not care.
+    assert!(scene(stand_in("z_max"), clamped()).lower().is_ok());
+
+    let held = ["x_min", "x_max", "y_min", "y_max"].map(Support::clamped);
+    assert!(scene(follower("z_max"), held.into()).lower().is_ok());
+
+    // A rim in one symmetry plane that is not through the origin, the others held.
+    let roller = |set: &str, axis: usize| {
+        Support::uniform(set, std::array::from_fn(|i| (i == axis).then_some(0.0)))
+    };
+    let supports = vec![
+        Support::clamped("x_min"),
+        roller("x_max", 0),
+        Support::clamped("y_min"),
+        Support::clamped("y_max"),
+    ];
+    let potential = scene(follower("z_max"), supports).lower().unwrap();
+    check_sliding(&potential);
+
+    // Parallel planes 3 mm apart have no common origin.
+    let supports = vec![
+        roller("x_min", 0),
+        roller("x_max", 0),
+        Support::clamped("y_min"),
+        Support::clamped("y_max"),
+    ];
+    let planes = scene(follower("z_max"), supports).lower().unwrap_err();
+    assert!(matches!(planes, SceneError::RimPlanes { axis: 'x', .. }), "{planes}");
+}
+
+/// The load on every free degree of freedom is the pressure on the deformed facets.
+fn check_sliding(potential: &TotalPotential<NeoHookean, 0>) {
+    let load = &potential.pressures[0];
+    assert_eq!(load.form, PressureForm::Follower);
+    let u = wobble(potential, 0.1);
+    let found = gradient(load, &u, &THETA);
+    let mut expected = vec![0.0; u.len()];
+    for (nodes, positions) in load.facets.iter().zip(&load.positions) {
+        let place = |a: usize, i: usize| positions[a][i] + u[3 * nodes[a] + i];
+        let edge = |a: usize, i: usize| place(a, i) - place(0, i);
+        for i in 0..3 {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let area = 0.5 * (edge(1, j) * edge(2, k) - edge(1, k) * edge(2, j));
+            nodes.iter().for_each(|node| expected[3 * node + i] += 0.7 * area / 3.0);
+        }
+    }
+    for entry in potential.free_degrees_of_freedom() {
+        assert!((found[entry] - expected[entry]).abs() < 1e-14, "{entry}");
+    }
+}

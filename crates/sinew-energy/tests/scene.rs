@@ -1,0 +1,242 @@
+//! Scenes: what lowers, what is refused, and what the metrics say.
+
+use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
+use sinew_energy::{
+    Barriers, Load, Magnitude, Parameter, Prescribed, Sampling, Scene, SceneError, Support,
+    ThetaError, Units, metrics,
+};
+use sinew_mesh::{TetMesh, box_tetrahedra};
+
+fn parameter(name: &str) -> Parameter {
+    Parameter { name: name.into(), unit: "kPa".into(), range: [1.0, 2.0], sampling: Sampling::Log }
+}
+
+fn block() -> Scene<NeoHookean, 0> {
+    Scene {
+        name: "block".into(),
+        units: Units::mm_kpa(),
+        mesh: box_tetrahedra([3.0, 2.0, 1.0], [3, 2, 2]),
+        law: NeoHookean,
+        directions: vec![],
+        parameters: vec![parameter("mu"), parameter("lambda")],
+        loads: vec![],
+        supports: vec![Support::clamped("x_min")],
+    }
+}
+
+fn refused(change: impl FnOnce(&mut Scene<NeoHookean, 0>)) -> SceneError {
+    let mut scene = block();
+    change(&mut scene);
+    scene.lower().expect_err("the scene is wrong")
+}
+
+#[test]
+fn dead_loads_add_up() {
+    let mut scene = block();
+    let traction = Load::Traction { facets: "x_max".into(), value: [0.0, 3.0, 0.0] };
+    scene.loads = vec![Load::BodyForce([0.0, 0.0, -0.5]), traction];
+    let potential = scene.lower().unwrap();
+    let total = |axis: usize| potential.nodal_force.iter().skip(axis).step_by(3).sum::<f64>();
+    assert!((total(0)).abs() < 1e-14);
+    assert!((total(1) - 3.0 * 2.0).abs() < 1e-13);
+    assert!((total(2) + 0.5 * 6.0).abs() < 1e-13);
+    // A uniform displacement does the work force · displacement and strains nothing.
+    let lifted: Vec<f64> = (0..potential.nodes).flat_map(|_| [0.0, 0.0, 0.1]).collect();
+    let energy = potential.value(&lifted, &[1.0, 1.0]);
+    assert!((energy - 0.1 * 3.0).abs() < 1e-13);
+}
+
+#[test]
+fn gradient_is_the_derivative_of_the_value() {
+    let mut scene = block();
+    scene.loads = vec![Load::BodyForce([0.1, 0.0, -0.5])];
+    let potential = scene.lower().unwrap();
+    let theta = [1.5, 2.5];
+    let u: Vec<f64> = (0..3 * potential.nodes).map(|i| 0.05 * (i as f64 * 1.7).sin()).collect();
+    let mut gradient = vec![f64::NAN; u.len()];
+    let value = potential.value_and_gradient(&u, &theta, &mut gradient);
+    assert!((value - potential.value(&u, &theta)).abs() < 1e-13 * value.abs());
+    // A central difference with a step that balances rounding and truncation.
+    let step = 1e-5;
+    for entry in (0..u.len()).step_by(7) {
+        let at = |sign: f64| {
+            let mut shifted = u.clone();
+            shifted[entry] += sign * step;
+            potential.value(&shifted, &theta)
+        };
+        let slope = (at(1.0) - at(-1.0)) / (2.0 * step);
+        assert!((slope - gradient[entry]).abs() < 1e-8, "{entry}");
+    }
+}
+
+#[test]
+fn uniform_strain_is_exact_on_any_mesh() {
+    let mut scene = block();
+    // Distort the inside: the displacement gradient of a linear field must not notice.
+    for (node, point) in scene.mesh.points.iter_mut().enumerate() {
+        point[1] += 0.05 * (node as f64).sin();
+    }
+    let potential = scene.lower().unwrap();
+    let h = [[0.1, -0.2, 0.05], [0.3, 0.2, -0.1], [0.02, 0.4, -0.15]];
+    let row = |x: &[f64; 3], i: usize| (0..3).map(|j| h[i][j] * x[j]).sum::<f64>();
+    let linear = |x: &[f64; 3]| [row(x, 0), row(x, 1), row(x, 2)];
+    let u: Vec<f64> = scene.mesh.points.iter().flat_map(linear).collect();
+    for cell in 0..potential.cells.len() {
+        let found = potential.displacement_gradient(cell, &u);
+        for (found, expected) in found.0.as_flattened().iter().zip(h.as_flattened()) {
+            assert!((found - expected).abs() < 1e-13);
+        }
+    }
+    // One density everywhere, and no force on inner nodes: the patch test.
+    let mut gradient = vec![0.0; u.len()];
+    potential.value_and_gradient(&u, &[1.5, 2.5], &mut gradient);
+    let mesh = &scene.mesh;
+    let outside: Vec<usize> = mesh.node_sets.values().flatten().copied().collect();
+    let inner: Vec<usize> = (0..potential.nodes).filter(|node| !outside.contains(node)).collect();
+    assert!(!inner.is_empty());
+    for node in inner {
+        assert!(gradient[3 * node..][..3].iter().all(|g| g.abs() < 1e-12));
+    }
+}
+
+#[test]
+fn supports_prescribe_what_they_say() {
+    let mut scene = block();
+    let pushed = Support::moved("x_max", &scene.mesh, |[_, y, _]| [0.1, -0.01 * y, 0.0]);
+    let roller = Support::uniform("z_min", [None, None, Some(0.0)]);
+    scene.supports.extend([pushed, roller]);
+    let potential = scene.lower().unwrap();
+    let free = potential.free_degrees_of_freedom();
+    // Both ends of nine nodes each, and the height of the six nodes between them at the bottom.
+    assert_eq!(free.len(), 3 * 36 - 2 * 27 - 6);
+    assert!(free.is_sorted());
+    for &node in &scene.mesh.node_sets["x_max"] {
+        assert_eq!(potential.prescribed[3 * node], Some(0.1));
+        assert_eq!(potential.prescribed[3 * node + 1], Some(-0.01 * scene.mesh.points[node][1]));
+    }
+}
+
+#[test]
+fn wrong_scenes_are_refused_with_advice() {
+    assert_eq!(refused(|s| s.mesh = TetMesh::default()), SceneError::EmptyMesh);
+    assert!(matches!(refused(|s| s.mesh.cells[2][1] = 999), SceneError::Mesh(_)));
+    let inverted = refused(|s| s.mesh.cells[2].swap(0, 1));
+    assert!(matches!(inverted, SceneError::InvertedCell { cell: 2, volume } if volume < 0.0));
+
+    let unknown = refused(|s| s.supports = vec![Support::clamped("left")]);
+    assert!(unknown.to_string().contains("\"x_min\""), "{unknown}");
+    let load = |name: &str| Load::Traction { facets: name.into(), value: [1.0; 3] };
+    let unknown = refused(|s| s.loads = vec![load("bottom")]);
+    assert!(unknown.to_string().contains("\"z_min\""), "{unknown}");
+    let empty = refused(|s| {
+        s.mesh.facet_sets.insert("none".into(), vec![]);
+        s.loads = vec![load("none")];
+    });
+    assert_eq!(empty, SceneError::EmptyFacetSet { name: "none".into() });
+    let infinite = refused(|s| s.loads = vec![Load::BodyForce([0.0, f64::NAN, 0.0])]);
+    assert!(matches!(infinite, SceneError::NotFinite { .. }));
+
+    let free = refused(|s| s.supports.clear());
+    assert_eq!(free, SceneError::FreeToMove { axes: "x, y, z".into() });
+    let slides = Support::uniform("x_min", [Some(0.0), None, Some(0.0)]);
+    let free = refused(|s| s.supports = vec![slides]);
+    assert_eq!(free, SceneError::FreeToMove { axes: "y".into() });
+    let twice = refused(|s| s.supports.push(Support::uniform("z_min", [Some(1.0), None, None])));
+    assert!(matches!(twice, SceneError::Contradiction { first: 0.0, second: 1.0, .. }));
+    let short = Support { nodes: "x_max".into(), displacement: Prescribed::PerNode(vec![]) };
+    let short = refused(|s| s.supports.push(short));
+    assert!(matches!(short, SceneError::SupportLength { given: 0, nodes: 9, .. }));
+    let loose = refused(|s| s.mesh.points.push([9.0; 3]));
+    assert_eq!(loose, SceneError::LooseNodes { count: 1, first: 36 });
+
+    let count = refused(|s| s.parameters.truncate(1));
+    assert!(matches!(count, SceneError::ParameterCount { given: 1, loads: 0, .. }));
+    let pressure =
+        |index| Load::ThesisPressure { facets: "x_max".into(), magnitude: Magnitude::Theta(index) };
+    let taken = refused(|s| s.loads = vec![pressure(1)]);
+    assert_eq!(taken, SceneError::LoadParameter { index: 1, first: 2, count: 2 });
+    let unused = refused(|s| s.parameters.push(parameter("p")));
+    assert!(matches!(unused, SceneError::ParameterCount { given: 3, loads: 0, .. }));
+    let log_of_zero = refused(|s| s.parameters[0].range = [0.0, 1.0]);
+    assert!(matches!(log_of_zero, SceneError::Range { .. }));
+}
+
+#[test]
+fn directions_must_be_unit_vectors() {
+    let Scene { name, units, mesh, supports, .. } = block();
+    let mut scene = Scene {
+        name,
+        units,
+        law: HolzapfelOgden { bulk_modulus: 10.0 },
+        directions: vec![[[1.0, 0.0, 0.0]]; mesh.cells.len()],
+        mesh,
+        parameters: ["a", "b", "a_f", "b_f"].map(parameter).into(),
+        loads: vec![],
+        supports,
+    };
+    assert!(scene.lower().is_ok());
+    for wrong in [[0.0; 3], [2.0, 0.0, 0.0], [f64::NAN, 0.0, 0.0]] {
+        scene.directions[5] = [wrong];
+        let error = scene.lower().expect_err("not a unit vector");
+        assert!(matches!(error, SceneError::NotUnit { cell: 5, direction: 0, .. }));
+    }
+    scene.directions.pop();
+    assert!(matches!(scene.lower(), Err(SceneError::DirectionCount { needed: 1, .. })));
+}
+
+#[test]
+fn theta_is_checked() {
+    let potential = block().lower().unwrap();
+    assert_eq!(potential.check_theta(&[1.0, 0.0]), Ok(()));
+    let length = potential.check_theta(&[1.0]).unwrap_err();
+    assert!(matches!(length, ThetaError::Length { given: 1, needed: 2, .. }));
+    for wrong in [[-1.0, 1.0], [f64::NAN, 1.0], [0.0, 1.0], [f64::INFINITY, 1.0]] {
+        let error = potential.check_theta(&wrong).unwrap_err();
+        assert!(matches!(error, ThetaError::OutOfBounds { index: 0, name: "mu", .. }));
+    }
+}
+
+#[test]
+fn guards_keep_a_tangled_body_finite() {
+    let potential = block().lower().unwrap();
+    let theta = [1.0, 1.0];
+    let wild: Vec<f64> = (0..3 * potential.nodes).map(|i| 5.0 * (i as f64).sin()).collect();
+    let mut gradient = vec![0.0; wild.len()];
+    assert_eq!(potential.value(&wild, &theta), f64::INFINITY);
+    assert_eq!(potential.value_and_gradient(&wild, &theta, &mut gradient), f64::INFINITY);
+    assert!(gradient.iter().all(|g| !g.is_nan()));
+    let guarded = potential.with_guard(Barriers::default());
+    assert!(guarded.value_and_gradient(&wild, &theta, &mut gradient).is_finite());
+    assert!(gradient.iter().all(|g| g.is_finite()));
+}
+
+#[test]
+fn metrics_of_known_differences() {
+    let scene = block();
+    let potential = scene.lower().unwrap();
+    let stretched = |stretch: f64| -> Vec<f64> {
+        scene.mesh.points.iter().flat_map(|x| x.map(|x| (stretch - 1.0) * x)).collect()
+    };
+    let (truth, estimate) = (stretched(1.1), stretched(1.2));
+    let distances = metrics::displacement_error(&truth, &estimate);
+    let corner = distances.last().unwrap();
+    assert!((corner - 0.1 * 14f64.sqrt()).abs() < 1e-14);
+    for error in metrics::deformation_gradient_error(&potential, &truth, &estimate) {
+        assert!((error - 100.0 * 0.1 / 1.1).abs() < 1e-11);
+    }
+    for error in metrics::first_invariant_error(&potential, &truth, &estimate) {
+        assert!((error - 100.0 * (1.44 - 1.21) / 1.21).abs() < 1e-10);
+    }
+    let theta = [1.0, 2.0];
+    let [p, q] = [&truth, &estimate].map(|u| potential.value(u, &theta));
+    let error = metrics::potential_error(&potential, &theta, &truth, &estimate);
+    assert!((error - 100.0 * (p - q).abs() / p).abs() < 1e-11);
+
+    let facets: Vec<_> = sinew_mesh::boundary_facets(&scene.mesh)
+        .into_iter()
+        .map(|facet| scene.mesh.facet_nodes(facet))
+        .collect();
+    let volume = metrics::enclosed_volume(&scene.mesh.points, &truth, &facets, [7.0, -3.0, 2.0]);
+    assert!((volume - 6.0 * 1.1f64.powi(3)).abs() < 1e-12);
+    assert!((metrics::relative_percent(8.0, 7.0) - 12.5).abs() < 1e-13);
+}
