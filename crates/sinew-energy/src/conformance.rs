@@ -7,13 +7,14 @@
 //! check_law(&NeoHookean, &[1.0, 2.0], &[], Claims::default(), seed).expect("a law");
 //! ```
 
+mod failure;
 mod states;
 
 use crate::law::{response_by_jets, stress_by_slopes};
 use crate::{Barriers, Exact, Law, Response};
+pub use failure::{Failure, Property};
 use sinew_num::{Mat3, Single};
 use states::{States, difference, moved, norm, shifted};
-use thiserror::Error;
 
 /// What a law claims beyond being smooth; a hyperelastic solid claims all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,76 +31,6 @@ impl Default for Claims {
     fn default() -> Self {
         Self { stress_free_at_rest: true, objective: true, positive_volume: true }
     }
-}
-
-/// A property of a law.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[non_exhaustive]
-pub enum Property {
-    /// No energy at rest.
-    #[error("the energy at rest is zero")]
-    EnergyAtRest,
-    /// No stress at rest.
-    #[error("the stress at rest is zero")]
-    StressAtRest,
-    /// Ψ(RF) = Ψ(F).
-    #[error("rotation leaves the energy alone")]
-    ObjectiveEnergy,
-    /// P(RF) = R P(F).
-    #[error("rotation turns the stress with it")]
-    ObjectiveStress,
-    /// ∂²Ψ/∂H∂H is symmetric.
-    #[error("the tangent is symmetric")]
-    SymmetricTangent,
-    /// `energy`, `stress` and `response` give the energy of `density`.
-    #[error("energy, stress and response give the same energy")]
-    SameEnergy,
-    /// Stress in closed form agrees with Taylor numbers.
-    #[error("the stress agrees with Taylor numbers")]
-    TaylorStress,
-    /// Tangent in closed form agrees with jets.
-    #[error("the tangent agrees with jets")]
-    TaylorTangent,
-    /// Stress agrees with central differences of the energy.
-    #[error("the stress agrees with differences of the energy")]
-    DifferenceStress,
-    /// Tangent agrees with central differences of the stress.
-    #[error("the tangent agrees with differences of the stress")]
-    DifferenceTangent,
-    /// Single precision keeps its digits at small strain.
-    #[error("single precision keeps its digits at small strain")]
-    SinglePrecision,
-    /// No NaN as J → 0⁺, at overflow, or from a NaN.
-    #[error("nothing is NaN near collapse and overflow")]
-    NeverNan,
-    /// +∞ at J ≤ 0.
-    #[error("the energy is infinite at J <= 0")]
-    InfiniteWhenInverted,
-    /// Guards change nothing at admissible states.
-    #[error("guards are the identity at admissible states")]
-    GuardIdentity,
-    /// Guarded energy and stress are finite on a tangled mesh.
-    #[error("guarded energies are finite on a tangled mesh")]
-    GuardFinite,
-    /// A number outside `bounds` would be accepted.
-    #[error("the parameters given lie within the law's bounds")]
-    Parameters,
-}
-
-/// A property that does not hold.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[error("{law}: not so that {property}: found {found:e}, allowed {allowed:e}, at H = {state:?}")]
-pub struct Failure {
-    /// Name of the law.
-    pub law: &'static str,
-    /// The property.
-    pub property: Property,
-    /// Displacement gradient where it fails.
-    pub state: Mat3<f64>,
-    /// The error found.
-    pub found: f64,
-    /// The error allowed.
-    pub allowed: f64,
 }
 
 /// Rounding in f64 after some hundred operations, relative.

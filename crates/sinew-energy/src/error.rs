@@ -21,7 +21,7 @@ pub enum SceneError {
     InvertedCell {
         /// Index of the cell.
         cell: usize,
-        /// Its volume [length³].
+        /// Its volume \[length³\].
         volume: f64,
     },
     /// A support names a node set that the mesh lacks.

@@ -9,6 +9,9 @@ use std::ops::RangeInclusive;
 ///
 /// A law is one generic function of the displacement gradient H = ∂u/∂X. Isotropic laws
 /// implement `Law<0>` and cannot be handed fibres; fibre laws cannot be evaluated without.
+///
+/// To add an objective law, implement [`crate::InvariantLaw`] instead: this trait, with fast stress and
+/// tangent, comes with it. [`crate::conformance::check_law`] tests either.
 pub trait Law<const D: usize>: Clone + Debug + Send + Sync + 'static {
     /// Name of the law, with its source.
     const NAME: &'static str;
@@ -69,7 +72,7 @@ pub trait Law<const D: usize>: Clone + Debug + Send + Sync + 'static {
     /// Energy density, stress and tangent without a guard.
     ///
     /// The default differentiates [`Law::density`] by second-order jets; a law may override it with a
-    /// closed form, which the conformance suite then checks against the jets.
+    /// closed form, which [`crate::conformance`] then checks against the jets.
     fn response(
         &self,
         parameters: &[f64],

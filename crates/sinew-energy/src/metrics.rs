@@ -52,17 +52,17 @@ pub fn potential_error<L: Law<D>, const D: usize>(
     relative_percent(potential.value(truth, theta), potential.value(estimate, theta))
 }
 
-/// `|V − V̂| / V` of a volume such as that of a ventricle's cavity, eq. (3.24) [%]; see [`enclosed_volume`].
+/// `|V − V̂| / V` of a volume such as that of a ventricle's cavity, eq. (3.24) [%]; see [`deformed_volume`].
 pub fn relative_percent(truth: f64, estimate: f64) -> f64 {
     100.0 * ((truth - estimate) / truth).abs()
 }
 
-/// Volume [length³] between a deformed surface and the cone over its rim with the given apex.
+/// Volume \[length³\] between a deformed surface and the cone over its rim with the given apex.
 ///
 /// `facets` are counterclockwise seen from outside the volume. The surface of a ventricle's cavity is
 /// listed from outside the solid, which is inside the cavity: take the absolute value. With the apex in
 /// the plane of a flat rim, this is the volume under the lid.
-pub fn enclosed_volume(
+pub fn deformed_volume(
     points: &[[f64; 3]],
     displacement: &[f64],
     facets: &[[usize; 3]],

@@ -21,7 +21,7 @@ pub struct TotalPotential<L, const D: usize, G = Exact> {
     pub cells: Vec<[usize; 4]>,
     /// Gradients `∂N_a/∂X_j` of the four shape functions of each tetrahedron [1/length].
     pub shape_gradients: Vec<[[f64; 3]; 4]>,
-    /// Reference volume of each tetrahedron [length³].
+    /// Reference volume of each tetrahedron \[length³\].
     pub volumes: Vec<f64>,
     /// Material directions of each tetrahedron; takes no storage for isotropic laws.
     pub directions: Vec<[[f64; 3]; D]>,

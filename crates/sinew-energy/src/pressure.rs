@@ -54,16 +54,16 @@ pub struct PressureLoad {
 /// Energy of one facet under unit pressure with its derivatives in the nine nodal displacements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FacetResponse {
-    /// Energy per pressure [length³].
+    /// Energy per pressure \[length³\].
     pub energy: f64,
-    /// First derivatives [length²]: component `i` of node `a` at `3a + i`.
+    /// First derivatives \[length²\]: component `i` of node `a` at `3a + i`.
     pub gradient: [f64; 9],
     /// Second derivatives \[length\], symmetric, in the same order.
     pub hessian: [[f64; 9]; 9],
 }
 
 impl PressureForm {
-    /// Energy of one facet per unit pressure [length³] from the reference positions and the
+    /// Energy of one facet per unit pressure \[length³\] from the reference positions and the
     /// displacements of its nodes.
     ///
     /// The follower form is expanded in u, so nothing cancels at small displacement.

@@ -236,7 +236,7 @@ fn metrics_of_known_differences() {
         .into_iter()
         .map(|facet| scene.mesh.facet_nodes(facet))
         .collect();
-    let volume = metrics::enclosed_volume(&scene.mesh.points, &truth, &facets, [7.0, -3.0, 2.0]);
+    let volume = metrics::deformed_volume(&scene.mesh.points, &truth, &facets, [7.0, -3.0, 2.0]);
     assert!((volume - 6.0 * 1.1f64.powi(3)).abs() < 1e-12);
     assert!((metrics::relative_percent(8.0, 7.0) - 12.5).abs() < 1e-13);
 }
