@@ -46,7 +46,12 @@ pub struct EmulatorConfig {
 impl EmulatorConfig {
     /// The thesis' network (M = 40, K = 5, two hidden layers of 128, CELU) for `dimensions`
     /// displacement components and `parameters` parameters, without an embedding of the global shape.
-    pub fn new(dimensions: usize, node_features: usize, edge_features: usize, parameters: usize) -> Self {
+    pub fn new(
+        dimensions: usize,
+        node_features: usize,
+        edge_features: usize,
+        parameters: usize,
+    ) -> Self {
         Self {
             latent: 40,
             steps: 5,

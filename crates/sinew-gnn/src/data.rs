@@ -21,7 +21,11 @@ impl Dirichlet {
         let mut prescribed = vec![None; real_nodes * dimensions];
         for &node in nodes {
             if node >= real_nodes {
-                return Err(Error::Count { what: "clamped node index", found: node, expected: real_nodes });
+                return Err(Error::Count {
+                    what: "clamped node index",
+                    found: node,
+                    expected: real_nodes,
+                });
             }
             prescribed[node * dimensions..(node + 1) * dimensions].fill(Some(0.0));
         }
@@ -89,7 +93,11 @@ impl DataSet {
             }
             require_finite("parameters of a sample", &sample.theta)?;
             if !sample.displacement.is_empty() {
-                require_count("displacement values", sample.displacement.len(), degrees_of_freedom)?;
+                require_count(
+                    "displacement values",
+                    sample.displacement.len(),
+                    degrees_of_freedom,
+                )?;
                 require_finite("displacements of a sample", &sample.displacement)?;
             }
         }

@@ -49,7 +49,8 @@ impl Emulator {
         let parameter_encoder = normalised(config.parameters);
         let local_normalisation = Normalisation::new(source, 2 * latent);
         let inputs = 3 * latent + config.global_features;
-        let decoders = (0..config.dimensions).map(|_| Perceptron::decoder(source, config, inputs)).collect();
+        let decoders =
+            (0..config.dimensions).map(|_| Perceptron::decoder(source, config, inputs)).collect();
         let kernels = Kernels { choice: KernelChoice::default(), activation: config.activation };
         Ok(Self {
             node_encoder,
@@ -79,7 +80,12 @@ impl Emulator {
     ///
     /// `nodes` and `edges` hold standardised features, one row per node (virtual ones included)
     /// and per stored edge.
-    pub fn local_embedding(&self, graph: &GraphTensors, nodes: Tensor<2>, edges: Tensor<2>) -> Tensor<2> {
+    pub fn local_embedding(
+        &self,
+        graph: &GraphTensors,
+        nodes: Tensor<2>,
+        edges: Tensor<2>,
+    ) -> Tensor<2> {
         let mut nodes = self.node_encoder.forward(nodes, &self.kernels);
         let mut edges = self.edge_encoder.forward(edges, &self.kernels);
         for (edge_update, node_update) in self.edge_updates.iter().zip(&self.node_updates) {
@@ -115,7 +121,10 @@ impl Emulator {
     /// Part of every decoder's first layer that depends on the nodes only: `[real nodes, width]` each.
     pub(crate) fn decoder_node_part(&self, local: Tensor<2>) -> Vec<Tensor<2>> {
         let start = self.config.latent + self.config.global_features;
-        self.decoders.iter().map(|decoder| decoder.layers[0].partial(local.clone(), start)).collect()
+        self.decoders
+            .iter()
+            .map(|decoder| decoder.layers[0].partial(local.clone(), start))
+            .collect()
     }
 
     /// Step 4 for a batch of parameter sets on one geometry: `[batch, real nodes, D]`.
@@ -123,7 +132,12 @@ impl Emulator {
     /// * `local`: `[real nodes, 2 M]` from [`Emulator::local_embedding`].
     /// * `global`: `[1, global features]`, standardised; `None` exactly where there are none.
     /// * `parameters`: `[batch, parameters]`, standardised.
-    pub fn decode(&self, local: Tensor<2>, global: Option<Tensor<2>>, parameters: Tensor<2>) -> Tensor<3> {
+    pub fn decode(
+        &self,
+        local: Tensor<2>,
+        global: Option<Tensor<2>>,
+        parameters: Tensor<2>,
+    ) -> Tensor<3> {
         self.decode_from(&self.decoder_node_part(local), global, parameters)
     }
 
@@ -143,7 +157,12 @@ impl Emulator {
     }
 
     /// One displacement component, `[batch, nodes]`.
-    fn decode_component(&self, decoder: &Perceptron, node_part: Tensor<2>, shared: Tensor<2>) -> Tensor<2> {
+    fn decode_component(
+        &self,
+        decoder: &Perceptron,
+        node_part: Tensor<2>,
+        shared: Tensor<2>,
+    ) -> Tensor<2> {
         let ([nodes, width], batch) = (node_part.dims(), shared.dims()[0]);
         let first = every_pair(node_part, shared).reshape([batch * nodes, width]);
         decoder.continue_from(first, &self.kernels).reshape([batch, nodes])
@@ -171,8 +190,11 @@ impl Emulator {
             let nodes = node_part.dims()[0];
             let shared = decoder_shared_part(decoder, embedding.clone(), global.clone());
             let first = every_pair(node_part.clone(), shared).reshape([batch * nodes, width]);
-            let tangent = decoder.layers[0].partial(tangent.clone(), 0).reshape([count * batch, 1, width]);
-            let tangent = tangent.expand([count * batch, nodes, width]).reshape([count * batch * nodes, width]);
+            let tangent =
+                decoder.layers[0].partial(tangent.clone(), 0).reshape([count * batch, 1, width]);
+            let tangent = tangent
+                .expand([count * batch, nodes, width])
+                .reshape([count * batch * nodes, width]);
             let (value, tangent) = decoder.continue_with_tangent(first, tangent, &self.kernels);
             values.push(value.reshape([batch, nodes]));
             tangents.push(tangent.reshape([count, batch, nodes]));
@@ -182,7 +204,11 @@ impl Emulator {
 }
 
 /// Part of a decoder's first layer shared by all nodes, bias included: `[batch, width]`.
-fn decoder_shared_part(decoder: &Perceptron, embedding: Tensor<2>, global: Option<Tensor<2>>) -> Tensor<2> {
+fn decoder_shared_part(
+    decoder: &Perceptron,
+    embedding: Tensor<2>,
+    global: Option<Tensor<2>>,
+) -> Tensor<2> {
     let first = &decoder.layers[0];
     let latent = embedding.dims()[1];
     let shared = first.partial(embedding, 0) + first.bias.val().unsqueeze();

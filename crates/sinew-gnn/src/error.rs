@@ -16,7 +16,9 @@ pub enum Error {
         minimum: usize,
     },
     /// An array does not have the length its meaning asks for.
-    #[error("{what}: {found} given, {expected} expected; check that geometry, topology, configuration and data belong together")]
+    #[error(
+        "{what}: {found} given, {expected} expected; check that geometry, topology, configuration and data belong together"
+    )]
     Count {
         /// What was counted.
         what: &'static str,
@@ -26,7 +28,9 @@ pub enum Error {
         expected: usize,
     },
     /// An input holds NaN or an infinity.
-    #[error("{what} holds {value} at index {index}; remove or repair this entry before training or predicting")]
+    #[error(
+        "{what} holds {value} at index {index}; remove or repair this entry before training or predicting"
+    )]
     NotFinite {
         /// Which array.
         what: &'static str,
@@ -36,7 +40,9 @@ pub enum Error {
         value: f64,
     },
     /// A parameter on the log scale is not positive.
-    #[error("parameter {parameter} is {value}, but its scale is logarithmic; give a positive value or choose the linear scale")]
+    #[error(
+        "parameter {parameter} is {value}, but its scale is logarithmic; give a positive value or choose the linear scale"
+    )]
     LogOfNonPositive {
         /// Index of the parameter.
         parameter: usize,
@@ -44,7 +50,9 @@ pub enum Error {
         value: f64,
     },
     /// A parameter range is empty.
-    #[error("parameter {parameter} ranges from {lower} to {upper}; the upper bound must exceed the lower one")]
+    #[error(
+        "parameter {parameter} ranges from {lower} to {upper}; the upper bound must exceed the lower one"
+    )]
     EmptyRange {
         /// Index of the parameter.
         parameter: usize,
@@ -54,7 +62,9 @@ pub enum Error {
         upper: f64,
     },
     /// A scale by which outputs or losses are divided is not positive.
-    #[error("{what} is {value}, but must be positive and finite; compute it from training displacements or from one linear solve")]
+    #[error(
+        "{what} is {value}, but must be positive and finite; compute it from training displacements or from one linear solve"
+    )]
     Scale {
         /// Which scale.
         what: &'static str,
@@ -62,7 +72,9 @@ pub enum Error {
         value: f64,
     },
     /// A sample names a geometry the set does not have.
-    #[error("sample {sample} belongs to geometry {geometry}, but there are only {geometries} geometries")]
+    #[error(
+        "sample {sample} belongs to geometry {geometry}, but there are only {geometries} geometries"
+    )]
     UnknownGeometry {
         /// Index of the sample.
         sample: usize,
@@ -91,7 +103,9 @@ pub enum Error {
         learning_rate: f64,
     },
     /// A prediction left the range of numbers.
-    #[error("the prediction for parameter set {sample} is not finite; the parameters are far outside the trained range or the weights are damaged")]
+    #[error(
+        "the prediction for parameter set {sample} is not finite; the parameters are far outside the trained range or the weights are damaged"
+    )]
     PredictionNotFinite {
         /// Index in the batch of parameters.
         sample: usize,
@@ -138,11 +152,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 
 /// Requires `found == expected`.
 pub(crate) fn require_count(what: &'static str, found: usize, expected: usize) -> Result<()> {
-    if found == expected {
-        Ok(())
-    } else {
-        Err(Error::Count { what, found, expected })
-    }
+    if found == expected { Ok(()) } else { Err(Error::Count { what, found, expected }) }
 }
 
 /// Requires every value to be finite.
@@ -155,9 +165,5 @@ pub(crate) fn require_finite(what: &'static str, values: &[f64]) -> Result<()> {
 
 /// Requires a positive, finite scale.
 pub(crate) fn require_positive(what: &'static str, value: f64) -> Result<()> {
-    if value.is_finite() && value > 0.0 {
-        Ok(())
-    } else {
-        Err(Error::Scale { what, value })
-    }
+    if value.is_finite() && value > 0.0 { Ok(()) } else { Err(Error::Scale { what, value }) }
 }

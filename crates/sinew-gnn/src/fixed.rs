@@ -56,8 +56,11 @@ pub struct Sensitivity {
 impl FixedGeometry {
     pub(crate) fn new(surrogate: &Surrogate, geometry: &GeometryTensors) -> Self {
         let emulator = surrogate.inference_emulator();
-        let local =
-            emulator.local_embedding(&surrogate.graph, geometry.nodes.clone(), geometry.edges.clone());
+        let local = emulator.local_embedding(
+            &surrogate.graph,
+            geometry.nodes.clone(),
+            geometry.edges.clone(),
+        );
         Self {
             node_parts: emulator.decoder_node_part(local),
             emulator,
@@ -76,8 +79,11 @@ impl FixedGeometry {
     pub fn predict(&self, thetas: &[Vec<f64>]) -> Result<Prediction> {
         let mut displacement = Vec::with_capacity(thetas.len() * self.degrees_of_freedom());
         for chunk in thetas.chunks(self.sets_per_chunk(1)) {
-            let output =
-                self.emulator.decode_from(&self.node_parts, self.global.clone(), self.inputs(chunk)?);
+            let output = self.emulator.decode_from(
+                &self.node_parts,
+                self.global.clone(),
+                self.inputs(chunk)?,
+            );
             displacement.extend(values(output * self.scale.clone() + self.shift.clone())?);
         }
         self.prediction(thetas, displacement)
@@ -88,14 +94,18 @@ impl FixedGeometry {
     /// # Errors
     /// As [`FixedGeometry::predict`].
     pub fn sensitivity(&self, thetas: &[Vec<f64>]) -> Result<Sensitivity> {
-        let (count, degrees_of_freedom) = (self.parameters.ranges().len(), self.degrees_of_freedom());
+        let (count, degrees_of_freedom) =
+            (self.parameters.ranges().len(), self.degrees_of_freedom());
         let length = thetas.len() * degrees_of_freedom;
         let mut displacement = Vec::with_capacity(length);
         let mut derivative = vec![0.0; count * length];
         let mut done = 0;
         for chunk in thetas.chunks(self.sets_per_chunk(1 + count)) {
-            let (output, tangent) =
-                self.emulator.decode_with_tangents(&self.node_parts, self.global.clone(), self.inputs(chunk)?);
+            let (output, tangent) = self.emulator.decode_with_tangents(
+                &self.node_parts,
+                self.global.clone(),
+                self.inputs(chunk)?,
+            );
             displacement.extend(values(output * self.scale.clone() + self.shift.clone())?);
             let tangent = values(tangent * self.scale.clone().unsqueeze_dim::<4>(0))?;
             for (set, theta) in chunk.iter().enumerate() {
@@ -104,7 +114,10 @@ impl FixedGeometry {
                     let to = parameter * length + (done + set) * degrees_of_freedom;
                     let target = &mut derivative[to..to + degrees_of_freedom];
                     let source = &tangent[from..from + degrees_of_freedom];
-                    target.iter_mut().zip(source).for_each(|(target, source)| *target = slope * source);
+                    target
+                        .iter_mut()
+                        .zip(source)
+                        .for_each(|(target, source)| *target = slope * source);
                 }
             }
             done += chunk.len();

@@ -33,7 +33,11 @@ impl GraphTensors {
     pub fn new(topology: &Topology, device: &Device) -> Result<Self> {
         let limit = i32::MAX as usize;
         if topology.nodes == 0 || topology.nodes > limit || topology.senders.len() > limit {
-            return Err(Error::Count { what: "nodes of the topology", found: topology.nodes, expected: 1 });
+            return Err(Error::Count {
+                what: "nodes of the topology",
+                found: topology.nodes,
+                expected: 1,
+            });
         }
         let device = device.clone().without_autodiff();
         let upload = |indices: &[usize]| {
@@ -56,7 +60,11 @@ impl GraphTensors {
     }
 
     /// Rows of `x` at the senders and receivers, `[edges, features]` each.
-    pub(crate) fn gather(&self, at_senders: Tensor<2>, at_receivers: Tensor<2>) -> (Tensor<2>, Tensor<2>) {
+    pub(crate) fn gather(
+        &self,
+        at_senders: Tensor<2>,
+        at_receivers: Tensor<2>,
+    ) -> (Tensor<2>, Tensor<2>) {
         (at_senders.select(0, self.senders.clone()), at_receivers.select(0, self.receivers.clone()))
     }
 

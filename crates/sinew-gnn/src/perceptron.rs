@@ -81,7 +81,11 @@ pub(crate) struct Perceptron {
 
 impl Perceptron {
     /// With a normalised output.
-    pub fn normalised(source: &mut Initialiser<'_>, config: &EmulatorConfig, inputs: usize) -> Self {
+    pub fn normalised(
+        source: &mut Initialiser<'_>,
+        config: &EmulatorConfig,
+        inputs: usize,
+    ) -> Self {
         let layers = layers(source, &config.layer_sizes(inputs, config.latent));
         Self { layers, normalisation: Some(Normalisation::new(source, config.latent)) }
     }
@@ -101,7 +105,8 @@ impl Perceptron {
 
     /// Everything after the first affine map.
     pub fn continue_from(&self, first: Tensor<2>, kernels: &Kernels) -> Tensor<2> {
-        let hidden = self.layers[1..].iter().fold(first, |x, layer| layer.forward(kernels.activate(x)));
+        let hidden =
+            self.layers[1..].iter().fold(first, |x, layer| layer.forward(kernels.activate(x)));
         match &self.normalisation {
             Some(normalisation) => normalisation.forward(hidden),
             None => hidden,
@@ -126,7 +131,8 @@ impl Perceptron {
         }
         match &self.normalisation {
             Some(normalisation) => {
-                let tangent = normalisation.tangent(value.clone().repeat_dim(0, directions), tangent);
+                let tangent =
+                    normalisation.tangent(value.clone().repeat_dim(0, directions), tangent);
                 (normalisation.forward(value), tangent)
             }
             None => (value, tangent),

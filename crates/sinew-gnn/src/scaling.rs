@@ -76,13 +76,14 @@ impl ParameterScaling {
     pub fn standardise(&self, theta: &[f64]) -> Result<Vec<f64>> {
         require_count("parameters", theta.len(), self.ranges.len())?;
         require_finite("parameters", theta)?;
-        let scaled = theta.iter().zip(&self.ranges).enumerate().map(|(parameter, (&value, range))| {
-            if range.scale == ParameterScale::Log && value <= 0.0 {
-                return Err(Error::LogOfNonPositive { parameter, value });
-            }
-            let (centre, deviation) = range.centre_and_deviation();
-            Ok((range.scale.of(value) - centre) / deviation)
-        });
+        let scaled =
+            theta.iter().zip(&self.ranges).enumerate().map(|(parameter, (&value, range))| {
+                if range.scale == ParameterScale::Log && value <= 0.0 {
+                    return Err(Error::LogOfNonPositive { parameter, value });
+                }
+                let (centre, deviation) = range.centre_and_deviation();
+                Ok((range.scale.of(value) - centre) / deviation)
+            });
         scaled.collect()
     }
 
@@ -172,7 +173,11 @@ impl GlobalScaling {
         require_count("global features", global.len(), self.mean.len())?;
         require_finite("global features", global)?;
         let columns = self.mean.iter().zip(&self.deviation);
-        Ok(global.iter().zip(columns).map(|(value, (mean, deviation))| (value - mean) / deviation).collect())
+        Ok(global
+            .iter()
+            .zip(columns)
+            .map(|(value, (mean, deviation))| (value - mean) / deviation)
+            .collect())
     }
 }
 
@@ -198,7 +203,9 @@ impl OutputScale {
         dimensions: usize,
         displacements: impl IntoIterator<Item = &'a [f64]>,
     ) -> Result<Self> {
-        Self::from_statistics(dimensions, displacements, |values| mean_and_deviation(values.iter().copied()))
+        Self::from_statistics(dimensions, displacements, |values| {
+            mean_and_deviation(values.iter().copied())
+        })
     }
 
     /// Zero mean and the root mean square per component, for instance of one linear solve: what is
@@ -211,7 +218,8 @@ impl OutputScale {
         displacements: impl IntoIterator<Item = &'a [f64]>,
     ) -> Result<Self> {
         Self::from_statistics(dimensions, displacements, |values| {
-            let square = values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64;
+            let square =
+                values.iter().map(|value| value * value).sum::<f64>() / values.len() as f64;
             (0.0, square.sqrt())
         })
     }
@@ -223,10 +231,17 @@ impl OutputScale {
     ) -> Result<Self> {
         let mut components = vec![Vec::new(); dimensions];
         for displacement in displacements {
-            require_count("displacement values beyond whole nodes", displacement.len() % dimensions, 0)?;
+            require_count(
+                "displacement values beyond whole nodes",
+                displacement.len() % dimensions,
+                0,
+            )?;
             require_finite("displacements", displacement)?;
             for row in displacement.chunks_exact(dimensions) {
-                components.iter_mut().zip(row).for_each(|(component, value)| component.push(*value));
+                components
+                    .iter_mut()
+                    .zip(row)
+                    .for_each(|(component, value)| component.push(*value));
             }
         }
         let (mean, scale): (Vec<f64>, Vec<f64>) = components.iter().map(|c| statistics(c)).unzip();
@@ -244,7 +259,9 @@ impl OutputScale {
         require_count("output means", self.mean.len(), dimensions)?;
         require_count("output scales", self.scale.len(), dimensions)?;
         require_finite("output means", &self.mean)?;
-        self.scale.iter().try_for_each(|&scale| require_positive("the scale of a displacement component", scale))
+        self.scale
+            .iter()
+            .try_for_each(|&scale| require_positive("the scale of a displacement component", scale))
     }
 
     /// Length by which nodal distances are made dimensionless: the norm of the scales [length].

@@ -32,8 +32,13 @@ impl Scales {
     ///
     /// # Errors
     /// Geometries whose features disagree in number or are not finite.
-    pub fn over(geometries: &[Geometry], parameters: ParameterScaling, output: OutputScale) -> Result<Self> {
-        let features: Vec<_> = geometries.iter().map(|geometry| geometry.features.clone()).collect();
+    pub fn over(
+        geometries: &[Geometry],
+        parameters: ParameterScaling,
+        output: OutputScale,
+    ) -> Result<Self> {
+        let features: Vec<_> =
+            geometries.iter().map(|geometry| geometry.features.clone()).collect();
         let global: Vec<&[f64]> = geometries.iter().map(|geometry| &geometry.global[..]).collect();
         Ok(Self {
             features: FeatureStatistics::over(&features)?,
@@ -79,7 +84,13 @@ impl Surrogate {
     ///
     /// # Errors
     /// Counts that do not fit each other, a scale that is not positive, or data that are not finite.
-    pub fn new(config: &EmulatorConfig, data: &DataSet, scales: Scales, seed: u64, device: &Device) -> Result<Self> {
+    pub fn new(
+        config: &EmulatorConfig,
+        data: &DataSet,
+        scales: Scales,
+        seed: u64,
+        device: &Device,
+    ) -> Result<Self> {
         let emulator = Emulator::new(config, seed, device)?;
         Self::assemble(emulator, scales, data.topology.clone(), data.geometries.clone(), device)
     }
@@ -94,14 +105,29 @@ impl Surrogate {
     ) -> Result<Self> {
         let config = emulator.config();
         require_count("parameter ranges", scales.parameters.ranges().len(), config.parameters)?;
-        require_count("columns of node features", scales.features.nodes.mean.len(), config.node_features)?;
-        require_count("columns of edge features", scales.features.edges.mean.len(), config.edge_features)?;
+        require_count(
+            "columns of node features",
+            scales.features.nodes.mean.len(),
+            config.node_features,
+        )?;
+        require_count(
+            "columns of edge features",
+            scales.features.edges.mean.len(),
+            config.edge_features,
+        )?;
         require_count("global features", scales.global.mean.len(), config.global_features)?;
         scales.output.check(config.dimensions)?;
         let graph = GraphTensors::new(&topology, device)?;
         let device = device.clone().without_autodiff();
-        let mut surrogate =
-            Self { emulator, scales, topology, geometries: Vec::new(), graph, prepared: Vec::new(), device };
+        let mut surrogate = Self {
+            emulator,
+            scales,
+            topology,
+            geometries: Vec::new(),
+            graph,
+            prepared: Vec::new(),
+            device,
+        };
         for geometry in geometries {
             surrogate.prepared.push(surrogate.prepare(&geometry)?);
             surrogate.geometries.push(geometry);
@@ -164,7 +190,8 @@ impl Surrogate {
         geometry: &GeometryTensors,
         parameters: Tensor<2>,
     ) -> Tensor<3> {
-        let local = emulator.local_embedding(&self.graph, geometry.nodes.clone(), geometry.edges.clone());
+        let local =
+            emulator.local_embedding(&self.graph, geometry.nodes.clone(), geometry.edges.clone());
         geometry.displacement(emulator.decode(local, geometry.global.clone(), parameters))
     }
 

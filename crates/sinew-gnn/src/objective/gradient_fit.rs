@@ -1,0 +1,120 @@
+//! Data-driven training on displacements and their gradients.
+
+use burn::tensor::{Device, Int, Tensor, TensorData};
+
+use super::{Batch, DataFit, Objective, SQUARED_NORM_FLOOR};
+use crate::data::DataSet;
+use crate::error::{Error, Result, require_count, require_finite, require_positive};
+
+/// Gradients of the shape functions of one geometry's linear simplices, constant per cell.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GradientOperator {
+    /// Nodes per cell, `D + 1` for simplices.
+    pub nodes_per_cell: usize,
+    /// Nodes of all cells, cell by cell.
+    pub cells: Vec<usize>,
+    /// `∂N_a/∂X_j`: cell by cell, node by node, component by component [1/length].
+    pub shape_gradients: Vec<f64>,
+}
+
+/// Displacements and deformation gradients, `mean ‖u − û‖₂ + w mean ‖F − F̂‖_F` (thesis, Equation B.1).
+///
+/// Nodal distances are in units of a characteristic length; deformation gradients have none.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DataFitWithGradient {
+    /// Weight w of the second term.
+    pub weight: f64,
+    fit: DataFit,
+    operators: Vec<GradientOperator>,
+}
+
+impl DataFitWithGradient {
+    /// With one operator per geometry.
+    ///
+    /// # Errors
+    /// A length or weight that is not positive, gradients that are not finite or do not fit the cells.
+    pub fn new(length: f64, weight: f64, operators: Vec<GradientOperator>) -> Result<Self> {
+        require_positive("the weight of the deformation gradients", weight)?;
+        for operator in &operators {
+            require_finite("shape gradients", &operator.shape_gradients)?;
+            if operator.nodes_per_cell == 0 || operator.cells.is_empty() {
+                return Err(Error::Count {
+                    what: "cells of a gradient operator",
+                    found: 0,
+                    expected: 1,
+                });
+            }
+            let loose = operator.cells.len() % operator.nodes_per_cell;
+            require_count("cell nodes beyond whole cells", loose, 0)?;
+        }
+        Ok(Self { weight, fit: DataFit::new(length)?, operators })
+    }
+}
+
+impl Objective for DataFitWithGradient {
+    fn check(&self, data: &DataSet) -> Result<()> {
+        self.fit.check(data)?;
+        require_count("gradient operators", self.operators.len(), data.geometries.len())?;
+        let nodes = data.topology.real_nodes;
+        for (operator, geometry) in self.operators.iter().zip(&data.geometries) {
+            let dimensions = geometry.dirichlet.prescribed.len() / nodes.max(1);
+            let expected = operator.cells.len() * dimensions;
+            require_count("shape gradients", operator.shape_gradients.len(), expected)?;
+            if let Some(&node) = operator.cells.iter().find(|&&node| node >= nodes) {
+                return Err(Error::Count {
+                    what: "node index of a cell",
+                    found: node,
+                    expected: nodes,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {
+        let difference = self.fit.difference(batch, displacement);
+        let gradient = self.operators[batch.geometry].apply(difference.clone());
+        let squared = gradient.into_iter().map(|column| (column.clone() * column).sum_dim(2));
+        let squared = squared.reduce(|sum, column| sum + column);
+        let distance = DataFit::mean_distance(difference);
+        Ok(match squared {
+            // F − F̂ = ∇(u − û): the length that made u dimensionless is put back.
+            Some(squared) => {
+                distance
+                    + (squared + SQUARED_NORM_FLOOR).sqrt().mean()
+                        * (self.weight * self.fit.length())
+            }
+            None => distance,
+        })
+    }
+}
+
+impl GradientOperator {
+    /// Columns `∂u/∂X_j` of the displacement gradient, `[batch, cells, D]` each.
+    fn apply(&self, displacement: Tensor<3>) -> Vec<Tensor<3>> {
+        let [batch, _, dimensions] = displacement.dims();
+        let cells = self.cells.len() / self.nodes_per_cell;
+        let device = displacement.device();
+        let shape = [batch, cells, self.nodes_per_cell, dimensions];
+        let of_cells = displacement.select(1, self.indices(&device)).reshape(shape);
+        let column = |component| {
+            let gradient = self.column(component, dimensions, &device);
+            (of_cells.clone() * gradient).sum_dim(2).reshape([batch, cells, dimensions])
+        };
+        (0..dimensions).map(column).collect()
+    }
+
+    fn indices(&self, device: &Device) -> Tensor<1, Int> {
+        let indices: Vec<i32> = self.cells.iter().map(|&node| node as i32).collect();
+        let count = indices.len();
+        Tensor::from_data(TensorData::new(indices, [count]), device)
+    }
+
+    /// `∂N_a/∂X_j` for one j: `[1, cells, nodes per cell, 1]`.
+    fn column(&self, component: usize, dimensions: usize, device: &Device) -> Tensor<4> {
+        let values = self.shape_gradients.iter().skip(component).step_by(dimensions);
+        let values: Vec<f32> = values.map(|&value| value as f32).collect();
+        let cells = self.cells.len() / self.nodes_per_cell;
+        Tensor::from_data(TensorData::new(values, [1, cells, self.nodes_per_cell, 1]), device)
+    }
+}

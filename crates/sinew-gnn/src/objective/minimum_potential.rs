@@ -1,0 +1,118 @@
+//! Physics-informed training.
+
+use std::sync::Arc;
+
+use burn::tensor::{Tensor, TensorData};
+use rayon::prelude::*;
+
+use super::{Batch, Objective};
+use crate::data::DataSet;
+use crate::error::{Error, Result, require_count, require_positive};
+
+/// A total potential energy Π(u; θ) of any dimension and material.
+pub trait Potential: Send + Sync {
+    /// Length of a displacement.
+    fn degrees_of_freedom(&self) -> usize;
+
+    /// Π(u; θ), and ∂Π/∂u written over `gradient`. Displacements are flattened node by node.
+    fn value_and_gradient(&self, displacement: &[f64], theta: &[f64], gradient: &mut [f64]) -> f64;
+}
+
+/// Mean total potential energy of the predictions (thesis, Equations 3.12 and 3.16) in units of a
+/// characteristic energy: no simulation enters.
+#[derive(Clone)]
+pub struct MinimumPotential {
+    potentials: Vec<Arc<dyn Potential>>,
+    energy: f64,
+}
+
+impl MinimumPotential {
+    /// With one potential per geometry. `energy` makes the loss dimensionless; an estimate of the
+    /// typical |Π| does, for instance by [`MinimumPotential::energy_of_linear_response`].
+    ///
+    /// # Errors
+    /// An energy that is not positive.
+    pub fn new(potentials: Vec<Arc<dyn Potential>>, energy: f64) -> Result<Self> {
+        require_positive("the characteristic energy", energy)?;
+        Ok(Self { potentials, energy })
+    }
+
+    /// Strain energy of a small multiple of `displacement`, scaled back as if the body were
+    /// linear: `½ uᵀ K u` with the stiffness K at rest.
+    ///
+    /// # Errors
+    /// A displacement of the wrong length, or a potential that is not finite near rest.
+    pub fn energy_of_linear_response(
+        potential: &dyn Potential,
+        displacement: &[f64],
+        theta: &[f64],
+    ) -> Result<f64> {
+        /// Relative to the displacement: small enough for linearity, large beside rounding.
+        const STEP: f64 = 1e-6;
+        let length = potential.degrees_of_freedom();
+        require_count("displacement values", displacement.len(), length)?;
+        let (mut at_rest, mut near_rest) = (vec![0.0; length], vec![0.0; length]);
+        let small: Vec<f64> = displacement.iter().map(|value| STEP * value).collect();
+        potential.value_and_gradient(&vec![0.0; length], theta, &mut at_rest);
+        potential.value_and_gradient(&small, theta, &mut near_rest);
+        let forces = near_rest.iter().zip(&at_rest).map(|(near, rest)| (near - rest) / STEP);
+        let energy =
+            0.5 * forces.zip(displacement).map(|(force, value)| force * value).sum::<f64>();
+        require_positive("the energy of the linear response", energy)?;
+        Ok(energy)
+    }
+}
+
+impl Objective for MinimumPotential {
+    fn check(&self, data: &DataSet) -> Result<()> {
+        require_count("potentials", self.potentials.len(), data.geometries.len())?;
+        self.potentials.iter().zip(&data.geometries).try_for_each(|(potential, geometry)| {
+            let expected = geometry.dirichlet.prescribed.len();
+            require_count(
+                "degrees of freedom of a potential",
+                potential.degrees_of_freedom(),
+                expected,
+            )
+        })
+    }
+
+    fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {
+        let potential = self.potentials.get(batch.geometry).ok_or(Error::UnknownGeometry {
+            sample: 0,
+            geometry: batch.geometry,
+            geometries: self.potentials.len(),
+        })?;
+        let thetas: Vec<&[f64]> = batch.samples.iter().map(|sample| &sample.theta[..]).collect();
+        Ok(mean_potential(potential.as_ref(), &thetas, displacement, self.energy))
+    }
+}
+
+/// Mean of Π / energy over the batch. Values and gradients are formed in double precision on the
+/// host; the graph sees the tangent plane Π(u₀) + ∂Π/∂u · (u − u₀), exact in value and gradient at u₀.
+fn mean_potential(
+    potential: &dyn Potential,
+    thetas: &[&[f64]],
+    displacement: Tensor<3>,
+    energy: f64,
+) -> Tensor<1> {
+    let dims = displacement.dims();
+    let length = dims[1] * dims[2];
+    let at: Vec<f64> = displacement.clone().detach().into_data().iter::<f64>().collect();
+    let factor = 1.0 / (energy * thetas.len() as f64);
+    let mut gradient = vec![0f32; at.len()];
+    let offsets: Vec<f64> = gradient
+        .par_chunks_mut(length)
+        .zip(at.par_chunks(length))
+        .zip(thetas)
+        .map(|((target, at), theta)| {
+            let mut gradient = vec![0.0; length];
+            let value = potential.value_and_gradient(at, theta, &mut gradient);
+            target.iter_mut().zip(&gradient).for_each(|(t, g)| *t = (factor * g) as f32);
+            let along: f64 = target.iter().zip(at).map(|(&t, u)| f64::from(t) * u).sum();
+            factor * value - along
+        })
+        .collect();
+    let gradient = Tensor::<3>::from_data(TensorData::new(gradient, dims), &displacement.device());
+    let offset: f64 = offsets.iter().sum();
+    (displacement * gradient).sum() + offset
+}

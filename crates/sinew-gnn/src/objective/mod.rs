@@ -1,0 +1,64 @@
+//! What training minimises: the only place where data-driven and physics-informed training differ.
+
+mod data_fit;
+mod gradient_fit;
+mod minimum_potential;
+
+pub use data_fit::DataFit;
+pub use gradient_fit::{DataFitWithGradient, GradientOperator};
+pub use minimum_potential::{MinimumPotential, Potential};
+
+use burn::tensor::{Device, Tensor, TensorData};
+
+use crate::data::{DataSet, Sample};
+use crate::error::Result;
+
+/// Samples of one geometry, predicted together.
+#[derive(Debug, Clone, Copy)]
+pub struct Batch<'a> {
+    /// Index of the geometry.
+    pub geometry: usize,
+    /// The samples, in the order of the predictions.
+    pub samples: &'a [&'a Sample],
+}
+
+/// A loss on predicted displacements.
+///
+/// Losses are dimensionless, so that learning rates and gradient clipping mean the same in every
+/// system of units.
+pub trait Objective: Send + Sync {
+    /// Requires that the data set holds what the objective reads.
+    ///
+    /// # Errors
+    /// The first misfit.
+    fn check(&self, data: &DataSet) -> Result<()>;
+
+    /// Mean loss of a batch, differentiable with respect to `displacement`
+    /// (`[batch, real nodes, D]` in units of length).
+    ///
+    /// # Errors
+    /// A batch the objective cannot be evaluated on.
+    fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>>;
+}
+
+/// Added to squared norms, so that their root can be differentiated at zero. In units of the
+/// squared characteristic size: distances below 1e-6 of it are rounded up.
+const SQUARED_NORM_FLOOR: f64 = 1e-12;
+
+/// Simulated displacements of a batch, `[batch, real nodes, D]`.
+fn simulated(batch: &Batch<'_>, dims: [usize; 3], device: &Device) -> Tensor<3> {
+    let values = batch.samples.iter().flat_map(|sample| &sample.displacement);
+    let values: Vec<f32> = values.map(|&value| value as f32).collect();
+    Tensor::from_data(TensorData::new(values, dims), device)
+}
+
+/// Requires displacements in every sample.
+fn require_displacements(data: &DataSet, degrees_of_freedom: usize) -> Result<()> {
+    data.training.iter().chain(&data.validation).try_for_each(|sample| {
+        crate::error::require_count(
+            "displacement values of a sample (data-driven training needs a simulation of each)",
+            sample.displacement.len(),
+            degrees_of_freedom,
+        )
+    })
+}

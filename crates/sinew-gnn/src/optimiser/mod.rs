@@ -1,0 +1,118 @@
+//! Optimisers: Burn's, and Muon as the published training figures used it.
+
+mod clip;
+mod muon;
+
+pub(crate) use clip::clip_global_norm;
+pub use muon::{Muon, MuonConfig};
+
+use std::path::Path;
+
+use burn::optim::{AdamConfig, AdamWConfig, GradientsParams, ModuleOptimizer};
+use serde::{Deserialize, Serialize};
+
+use crate::emulator::Emulator;
+use crate::error::{Error, Result};
+
+/// One update of all weights. Every Burn [`ModuleOptimizer`] is one.
+pub trait Optimiser: Send {
+    /// Weights after one step.
+    fn step(
+        &mut self,
+        learning_rate: f64,
+        emulator: Emulator,
+        gradients: GradientsParams,
+    ) -> Emulator;
+
+    /// Writes the state (moments, counts) to a file.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    fn save(&self, path: &Path) -> Result<()>;
+
+    /// Reads the state that [`Optimiser::save`] wrote.
+    ///
+    /// # Errors
+    /// A file that cannot be read or belongs to another optimiser.
+    fn load(&mut self, path: &Path) -> Result<()>;
+}
+
+impl Optimiser for ModuleOptimizer {
+    fn step(
+        &mut self,
+        learning_rate: f64,
+        emulator: Emulator,
+        gradients: GradientsParams,
+    ) -> Emulator {
+        ModuleOptimizer::step(self, learning_rate, emulator, gradients)
+    }
+
+    fn save(&self, path: &Path) -> Result<()> {
+        ModuleOptimizer::save(self, path).map_err(|error| unusable(path, &error))
+    }
+
+    fn load(&mut self, path: &Path) -> Result<()> {
+        *self = self.clone().load(path).map_err(|error| unusable(path, &error))?;
+        Ok(())
+    }
+}
+
+fn unusable(path: &Path, error: &dyn std::fmt::Display) -> Error {
+    Error::Format { path: path.into(), reason: error.to_string() }
+}
+
+/// A choice of optimiser, as stored in configurations and checkpoints. Others implement
+/// [`Optimiser`] and go to [`crate::Trainer::with_optimiser`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "kind")]
+pub enum OptimiserConfig {
+    /// Adam (thesis).
+    Adam {
+        /// Decay of the first moment.
+        beta1: f32,
+        /// Decay of the second moment.
+        beta2: f32,
+    },
+    /// Adam with decoupled weight decay.
+    AdamW {
+        /// Decay of the first moment.
+        beta1: f32,
+        /// Decay of the second moment.
+        beta2: f32,
+        /// Share of a weight lost per unit of learning rate.
+        weight_decay: f32,
+    },
+    /// Muon on matrices, Adam on vectors.
+    Muon(MuonConfig),
+}
+
+/// Added to the root of Adam's second moment.
+const ADAM_EPSILON: f32 = 1e-8;
+
+impl OptimiserConfig {
+    /// Adam with its usual decays of 0.9 and 0.999.
+    pub fn adam() -> Self {
+        Self::Adam { beta1: 0.9, beta2: 0.999 }
+    }
+
+    /// An optimiser without history.
+    pub fn build(&self) -> Box<dyn Optimiser> {
+        match *self {
+            Self::Adam { beta1, beta2 } => {
+                let config = AdamConfig::new().with_beta_1(beta1).with_beta_2(beta2);
+                Box::new(config.with_epsilon(ADAM_EPSILON).init())
+            }
+            Self::AdamW { beta1, beta2, weight_decay } => {
+                let config = AdamWConfig::new().with_beta_1(beta1).with_beta_2(beta2);
+                Box::new(config.with_epsilon(ADAM_EPSILON).with_weight_decay(weight_decay).init())
+            }
+            Self::Muon(ref config) => Box::new(Muon::new(config.clone())),
+        }
+    }
+}
+
+impl Default for OptimiserConfig {
+    fn default() -> Self {
+        Self::Muon(MuonConfig::default())
+    }
+}

@@ -1,0 +1,237 @@
+//! Muon: momentum orthogonalised by Newton–Schulz iteration.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use burn::module::{Module, ModuleMapper, ModuleVisitor, Param, ParamId};
+use burn::optim::GradientsParams;
+use burn::tensor::{Device, Tensor, TensorData};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::Optimiser;
+use crate::emulator::Emulator;
+use crate::error::{Error, Result};
+use crate::files::{read_arrays, write_arrays};
+
+/// Settings of [`Muon`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct MuonConfig {
+    /// Decay of the momentum of matrices.
+    pub momentum: f32,
+    /// Newton–Schulz iterations.
+    pub iterations: usize,
+    /// Adam's decay of the first moment of vectors.
+    pub beta1: f32,
+    /// Adam's decay of the second moment of vectors.
+    pub beta2: f32,
+}
+
+impl Default for MuonConfig {
+    fn default() -> Self {
+        Self { momentum: 0.95, iterations: 5, beta1: 0.9, beta2: 0.99 }
+    }
+}
+
+/// Muon (K. Jordan, 2024) with Nesterov momentum on every matrix, Adam with Nesterov momentum on
+/// every vector, both at the same learning rate: the arithmetic of `optax.contrib.muon`, which
+/// scales the orthogonal update of a matrix `[inputs, outputs]` by √max(1, outputs / inputs).
+/// (Burn's own Muon scales by the inverse ratio, has no bias correction and takes matrices only.)
+#[derive(Debug, Clone)]
+pub struct Muon {
+    config: MuonConfig,
+    steps: usize,
+    moments: BTreeMap<u64, Moments>,
+}
+
+/// First and second moment of one parameter; matrices have no second one.
+#[derive(Debug, Clone, Default)]
+struct Moments {
+    first: Vec<f32>,
+    second: Vec<f32>,
+}
+
+/// Added to norms and roots.
+const EPSILON: f32 = 1e-8;
+/// Coefficients of Jordan's quintic, which maximise its slope at zero.
+const QUINTIC: [f32; 3] = [3.4445, -4.7750, 2.0315];
+
+impl Muon {
+    /// Without history.
+    pub fn new(config: MuonConfig) -> Self {
+        Self { config, steps: 0, moments: BTreeMap::new() }
+    }
+
+    /// Change of one parameter per unit of learning rate; updates its moments.
+    fn direction(&self, update: &mut Update) {
+        let Update { gradient, moments, shape, .. } = update;
+        moments.first.resize(gradient.len(), 0.0);
+        if let [rows, columns] = shape[..] {
+            nesterov(self.config.momentum, self.steps, &mut moments.first, gradient);
+            orthogonalise(gradient, rows, columns, self.config.iterations);
+            let scale = (columns as f32 / rows as f32).max(1.0).sqrt();
+            gradient.iter_mut().for_each(|value| *value *= scale);
+        } else {
+            moments.second.resize(gradient.len(), 0.0);
+            self.adam(&mut moments.first, &mut moments.second, gradient);
+        }
+    }
+
+    fn adam(&self, first: &mut [f32], second: &mut [f32], gradient: &mut [f32]) {
+        let beta2 = self.config.beta2;
+        for (v, g) in second.iter_mut().zip(gradient.iter()) {
+            *v = beta2 * *v + (1.0 - beta2) * g * g;
+        }
+        nesterov(self.config.beta1, self.steps, first, gradient);
+        let correction = 1.0 - beta2.powi(self.steps as i32);
+        for (g, v) in gradient.iter_mut().zip(second.iter()) {
+            *g /= (v / correction).sqrt() + EPSILON;
+        }
+    }
+}
+
+/// Replaces `gradient` by the bias-corrected Nesterov momentum after `steps` steps.
+fn nesterov(decay: f32, steps: usize, momentum: &mut [f32], gradient: &mut [f32]) {
+    let ahead = decay / (1.0 - decay.powi(steps as i32 + 1));
+    let now = (1.0 - decay) / (1.0 - decay.powi(steps as i32));
+    for (m, g) in momentum.iter_mut().zip(gradient) {
+        *m = decay * *m + (1.0 - decay) * *g;
+        *g = ahead * *m + now * *g;
+    }
+}
+
+/// Replaces a row-major matrix by an approximation of its nearest semi-orthogonal one.
+fn orthogonalise(values: &mut Vec<f32>, rows: usize, columns: usize, iterations: usize) {
+    let norm = values.iter().map(|value| f64::from(*value).powi(2)).sum::<f64>().sqrt() as f32;
+    let device = Device::flex();
+    let data = TensorData::new(std::mem::take(values), [rows, columns]);
+    let mut x = Tensor::<2>::from_data(data, &device) / (norm + EPSILON);
+    let tall = rows > columns;
+    if tall {
+        x = x.transpose();
+    }
+    let [a, b, c] = QUINTIC;
+    for _ in 0..iterations {
+        let gram = x.clone().matmul(x.clone().transpose());
+        let polynomial = gram.clone() * b + gram.clone().matmul(gram) * c;
+        x = x.clone() * a + polynomial.matmul(x);
+    }
+    if tall {
+        x = x.transpose();
+    }
+    *values = x.into_data().iter::<f32>().collect();
+}
+
+/// One parameter on its way through a step.
+struct Update {
+    id: ParamId,
+    shape: Vec<usize>,
+    /// The gradient, then the direction of change.
+    gradient: Vec<f32>,
+    moments: Moments,
+}
+
+impl Optimiser for Muon {
+    fn step(
+        &mut self,
+        learning_rate: f64,
+        emulator: Emulator,
+        gradients: GradientsParams,
+    ) -> Emulator {
+        self.steps += 1;
+        let mut collector =
+            Collector { gradients, moments: &mut self.moments, updates: Vec::new() };
+        emulator.visit(&mut collector);
+        let mut updates = collector.updates;
+        updates.par_iter_mut().with_max_len(1).for_each(|update| self.direction(update));
+        let mut directions = BTreeMap::new();
+        for update in updates {
+            directions.insert(update.id, update.gradient);
+            self.moments.insert(update.id.val(), update.moments);
+        }
+        emulator.map(&mut Mapper { directions, learning_rate: learning_rate as f32 })
+    }
+
+    fn save(&self, path: &Path) -> Result<()> {
+        let ids = self.moments.keys().copied().collect::<Vec<_>>();
+        let arrays = self.moments.values().flat_map(|m| [&m.first[..], &m.second[..]]);
+        write_arrays(path, self.steps as u64, &ids, arrays)
+    }
+
+    fn load(&mut self, path: &Path) -> Result<()> {
+        let (steps, ids, arrays) = read_arrays(path)?;
+        if arrays.len() != 2 * ids.len() {
+            let reason = format!("{} moments for {} parameters", arrays.len(), ids.len());
+            return Err(Error::Format { path: path.into(), reason });
+        }
+        self.steps = steps as usize;
+        let mut arrays = arrays.into_iter();
+        let mut next = || arrays.next().unwrap_or_default();
+        self.moments =
+            ids.into_iter().map(|id| (id, Moments { first: next(), second: next() })).collect();
+        Ok(())
+    }
+}
+
+struct Collector<'a> {
+    gradients: GradientsParams,
+    moments: &'a mut BTreeMap<u64, Moments>,
+    updates: Vec<Update>,
+}
+
+impl ModuleVisitor for Collector<'_> {
+    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        if let Some(gradient) = self.gradients.remove::<D>(param.id) {
+            self.updates.push(Update {
+                id: param.id,
+                shape: gradient.dims().to_vec(),
+                gradient: gradient.into_data().iter::<f32>().collect(),
+                moments: self.moments.remove(&param.id.val()).unwrap_or_default(),
+            });
+        }
+    }
+}
+
+struct Mapper {
+    directions: BTreeMap<ParamId, Vec<f32>>,
+    learning_rate: f32,
+}
+
+impl ModuleMapper for Mapper {
+    fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
+        let Some(direction) = self.directions.remove(&param.id) else {
+            return param;
+        };
+        param.map(|weights| {
+            let requires_gradient = weights.is_require_grad();
+            let (device, dims) = (weights.device().without_autodiff(), weights.dims());
+            let old = weights.without_autodiff().into_data();
+            let change = direction.into_iter().map(|change| self.learning_rate * change);
+            let values: Vec<f32> =
+                old.iter::<f32>().zip(change).map(|(old, change)| old - change).collect();
+            let weights = Tensor::from_data(TensorData::new(values, dims), &device);
+            Tensor::from_inner(weights).set_require_grad(requires_gradient)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn orthogonalisation_lifts_singular_values_to_about_one() {
+        // A 2 × 3 matrix with singular values 3 and 1.
+        let mut values = vec![3.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+        orthogonalise(&mut values, 2, 3, 5);
+        assert!(values[0] > 0.6 && values[0] < 1.3 && values[4] > 0.6 && values[4] < 1.3);
+        assert!(values[1].abs() + values[2].abs() + values[3].abs() + values[5].abs() < 1e-6);
+        // A tall matrix gives the transposed result.
+        let mut transposed = vec![3.0, 0.0, 0.0, 1.0, 0.0, 0.0];
+        orthogonalise(&mut transposed, 3, 2, 5);
+        assert!(
+            (transposed[0] - values[0]).abs() < 1e-6 && (transposed[3] - values[4]).abs() < 1e-6
+        );
+    }
+}

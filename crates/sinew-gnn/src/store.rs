@@ -1,0 +1,93 @@
+//! Surrogates as directories.
+
+use std::path::Path;
+
+use burn::module::Module;
+use burn::tensor::Device;
+use serde::{Deserialize, Serialize};
+use sinew_graph::Topology;
+
+use crate::config::EmulatorConfig;
+use crate::data::Geometry;
+use crate::emulator::Emulator;
+use crate::error::{Error, Result};
+use crate::files::{open_directory, read_json, replace_directory, write_json};
+use crate::surrogate::{Scales, Surrogate};
+
+/// Version of the surrogate format.
+const VERSION: u32 = 1;
+const DESCRIPTION: &str = "surrogate.json";
+const WEIGHTS: &str = "weights.bpk";
+
+#[derive(Serialize, Deserialize)]
+struct Description {
+    version: u32,
+    config: EmulatorConfig,
+    scales: Scales,
+    topology: Topology,
+    geometries: Vec<Geometry>,
+}
+
+impl Surrogate {
+    /// Writes a directory that holds all that prediction needs, replacing what is there at once.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn save(&self, directory: &Path) -> Result<()> {
+        replace_directory(directory, |folder| write_surrogate(self, folder))
+    }
+
+    /// Reads a directory that [`Surrogate::save`] or a checkpoint wrote.
+    ///
+    /// # Errors
+    /// A file that is missing, damaged or of another version.
+    pub fn load(directory: &Path, device: &Device) -> Result<Self> {
+        read_surrogate(&open_directory(directory), device)
+    }
+}
+
+pub(crate) fn write_surrogate(surrogate: &Surrogate, folder: &Path) -> Result<()> {
+    let description = Description {
+        version: VERSION,
+        config: surrogate.emulator.config().clone(),
+        scales: surrogate.scales.clone(),
+        topology: surrogate.topology.clone(),
+        geometries: surrogate.geometries.clone(),
+    };
+    write_json(&folder.join(DESCRIPTION), &description)?;
+    save_weights(&surrogate.emulator, &folder.join(WEIGHTS))
+}
+
+pub(crate) fn read_surrogate(folder: &Path, device: &Device) -> Result<Surrogate> {
+    let path = folder.join(DESCRIPTION);
+    check_version(&path, VERSION)?;
+    let Description { config, scales, topology, geometries, .. } = read_json(&path)?;
+    let emulator = Emulator::new(&config, 0, device)?;
+    let emulator = load_weights(emulator, &folder.join(WEIGHTS))?;
+    Surrogate::assemble(emulator, scales, topology, geometries, device)
+}
+
+pub(crate) fn save_weights(emulator: &Emulator, path: &Path) -> Result<()> {
+    let saved = emulator.valid().save_file(path);
+    saved.map_err(|error| Error::Format { path: path.into(), reason: error.to_string() })
+}
+
+/// The weights in a file, on the device of `emulator`.
+pub(crate) fn load_weights(emulator: Emulator, path: &Path) -> Result<Emulator> {
+    let loaded = emulator.try_load_file(path);
+    loaded.map_err(|error| Error::Format { path: path.into(), reason: error.to_string() })
+}
+
+/// Requires a file's format version before the rest of it is interpreted.
+pub(crate) fn check_version(path: &Path, expected: u32) -> Result<()> {
+    #[derive(Deserialize)]
+    struct Versioned {
+        version: u32,
+    }
+    let Versioned { version: found } = read_json(path)?;
+    if found == expected {
+        Ok(())
+    } else {
+        Err(Error::Version { path: path.into(), found, expected })
+    }
+}

@@ -1,0 +1,86 @@
+//! Checkpoints: everything a run needs to go on.
+
+use std::path::{Path, PathBuf};
+
+use burn::module::Module;
+use burn::tensor::Device;
+use serde::{Deserialize, Serialize};
+
+use super::config::TrainingConfig;
+use super::sampler::SamplerState;
+use super::trainer::{Best, RunState, Trainer};
+use crate::error::Result;
+use crate::files::{open_directory, read_json, replace_directory, write_json};
+use crate::store::{check_version, load_weights, read_surrogate, save_weights, write_surrogate};
+use crate::surrogate::Surrogate;
+
+/// Version of the checkpoint format.
+const VERSION: u32 = 1;
+const RUN: &str = "run.json";
+const OPTIMISER: &str = "optimiser.bin";
+const BEST: &str = "best.bpk";
+
+#[derive(Serialize, Deserialize)]
+struct Run {
+    version: u32,
+    config: TrainingConfig,
+    progress: RunState,
+    sampler: SamplerState,
+    samples: usize,
+    best: Option<(f64, usize)>,
+}
+
+/// A checkpoint in memory.
+pub(super) struct Saved {
+    pub surrogate: Surrogate,
+    pub config: TrainingConfig,
+    pub progress: RunState,
+    pub sampler: SamplerState,
+    pub samples: usize,
+    pub best: Option<Best>,
+    /// File of the optimiser's state.
+    pub optimiser: PathBuf,
+}
+
+pub(super) fn write(trainer: &Trainer, samples: usize, directory: &Path) -> Result<()> {
+    let run = Run {
+        version: VERSION,
+        config: trainer.config.clone(),
+        progress: trainer.progress.clone(),
+        sampler: trainer.sampler.state().clone(),
+        samples,
+        best: trainer.best.as_ref().map(|best| (best.validation, best.step)),
+    };
+    replace_directory(directory, |folder| {
+        let current = Surrogate { emulator: trainer.emulator.valid(), ..trainer.surrogate.clone() };
+        write_surrogate(&current, folder)?;
+        if let Some(best) = &trainer.best {
+            save_weights(&best.emulator, &folder.join(BEST))?;
+        }
+        trainer.optimiser.save(&folder.join(OPTIMISER))?;
+        write_json(&folder.join(RUN), &run)
+    })
+}
+
+pub(super) fn read(directory: &Path, device: &Device) -> Result<Saved> {
+    let folder = open_directory(directory);
+    check_version(&folder.join(RUN), VERSION)?;
+    let run: Run = read_json(&folder.join(RUN))?;
+    let surrogate = read_surrogate(&folder, device)?;
+    let best = match run.best {
+        None => None,
+        Some((validation, step)) => {
+            let emulator = load_weights(surrogate.emulator.clone(), &folder.join(BEST))?;
+            Some(Best { validation, step, emulator })
+        }
+    };
+    Ok(Saved {
+        surrogate,
+        config: run.config,
+        progress: run.progress,
+        sampler: run.sampler,
+        samples: run.samples,
+        best,
+        optimiser: folder.join(OPTIMISER),
+    })
+}

@@ -1,0 +1,78 @@
+//! Settings of a training run.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result, require_positive};
+use crate::optimiser::OptimiserConfig;
+use crate::schedule::Schedule;
+
+/// How long to train.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Budget {
+    /// A number of steps: repeatable, and resumed exactly.
+    Steps(usize),
+    /// Seconds of training, evaluations not counted; the schedule follows the share already spent.
+    Seconds(f64),
+}
+
+/// Settings of a training run; the defaults are those of the physics-informed beams.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct TrainingConfig {
+    /// Rule of the weights' update.
+    pub optimiser: OptimiserConfig,
+    /// Peak of the learning rate.
+    pub learning_rate: f64,
+    /// Development of the learning rate.
+    pub schedule: Schedule,
+    /// How long to train.
+    pub budget: Budget,
+    /// Parameter sets per step, all of one geometry; they share one message-passing pass.
+    pub batch: usize,
+    /// Largest Euclidean norm of all gradients together; larger ones are scaled down to it.
+    pub gradient_norm_limit: Option<f64>,
+    /// Seed of the order of the samples.
+    pub seed: u64,
+    /// Evaluations (validation, observer, checkpoint), evenly spread over the budget. The last one is at its end.
+    pub evaluations: usize,
+    /// Stop after this many evaluations without a better validation loss.
+    pub patience: Option<usize>,
+}
+
+impl Default for TrainingConfig {
+    fn default() -> Self {
+        Self {
+            optimiser: OptimiserConfig::default(),
+            learning_rate: 4e-3,
+            schedule: Schedule::default(),
+            budget: Budget::Steps(4000),
+            batch: 8,
+            gradient_norm_limit: Some(1.0),
+            seed: 0,
+            evaluations: 20,
+            patience: None,
+        }
+    }
+}
+
+impl TrainingConfig {
+    /// Requires a positive batch, budget and learning rate.
+    ///
+    /// # Errors
+    /// The first value that is not.
+    pub fn check(&self) -> Result<()> {
+        if self.batch == 0 {
+            return Err(Error::Configuration { what: "batch", value: 0, minimum: 1 });
+        }
+        match self.budget {
+            Budget::Steps(0) => return Err(Error::NothingToTrain("the budget is zero steps")),
+            Budget::Steps(_) => {}
+            Budget::Seconds(seconds) => require_positive("the budget in seconds", seconds)?,
+        }
+        if let Some(limit) = self.gradient_norm_limit {
+            require_positive("the limit of the gradient norm", limit)?;
+        }
+        require_positive("the learning rate", self.learning_rate)
+    }
+}

@@ -1,0 +1,12 @@
+//! Training: batches, steps, evaluations, checkpoints.
+
+mod checkpoint;
+mod clock;
+mod config;
+mod progress;
+mod sampler;
+mod trainer;
+
+pub use config::{Budget, TrainingConfig};
+pub use progress::{HistoryPoint, Observer, Progress, StopReason, TrainingReport};
+pub use trainer::Trainer;

@@ -1,0 +1,84 @@
+//! What a run tells while it goes and when it ends.
+
+use std::ops::ControlFlow;
+
+use serde::{Deserialize, Serialize};
+
+use crate::surrogate::Surrogate;
+
+/// State of a run after a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Steps made.
+    pub step: usize,
+    /// Steps of the whole run, estimated under a time budget.
+    pub steps: usize,
+    /// Share of the budget spent, from 0 to 1.
+    pub share: f64,
+    /// Loss of this step, before its update.
+    pub loss: f64,
+    /// Norm of the gradient before clipping.
+    pub gradient_norm: f64,
+    /// Learning rate of this step.
+    pub learning_rate: f64,
+    /// Seconds of training, evaluations not counted.
+    pub seconds: f64,
+    /// Seconds until the budget is spent.
+    pub remaining_seconds: f64,
+}
+
+/// Listens to a run. `()` does not.
+pub trait Observer {
+    /// Called after every step; breaking ends the run after a last evaluation and checkpoint.
+    fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
+        let _ = progress;
+        ControlFlow::Continue(())
+    }
+
+    /// Called at every evaluation with the current weights; its time does not count as training.
+    fn evaluate(&mut self, surrogate: &Surrogate, point: &HistoryPoint) {
+        let _ = (surrogate, point);
+    }
+}
+
+impl Observer for () {}
+
+/// One evaluation.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct HistoryPoint {
+    /// Steps made.
+    pub step: usize,
+    /// Seconds of training, evaluations not counted.
+    pub seconds: f64,
+    /// Mean training loss since the evaluation before.
+    pub loss: f64,
+    /// Mean loss of the validation samples, where there are any.
+    pub validation: Option<f64>,
+}
+
+/// Why a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StopReason {
+    /// The budget is spent.
+    Budget,
+    /// The validation loss no longer improved.
+    EarlyStop,
+    /// The observer asked to stop.
+    Interrupted,
+}
+
+/// Summary of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrainingReport {
+    /// Steps made.
+    pub steps: usize,
+    /// Seconds of training, evaluations not counted.
+    pub seconds: f64,
+    /// Why the run ended.
+    pub stop: StopReason,
+    /// Step whose weights were kept: the best by validation loss, the last one without validation.
+    pub kept_step: usize,
+    /// All evaluations.
+    pub history: Vec<HistoryPoint>,
+}

@@ -1,0 +1,307 @@
+//! The training loop.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use burn::module::Module;
+use burn::optim::GradientsParams;
+
+use super::clock::Clock;
+use super::config::TrainingConfig;
+use super::progress::{HistoryPoint, Observer, Progress, StopReason, TrainingReport};
+use super::sampler::Sampler;
+use crate::data::{DataSet, Sample};
+use crate::emulator::Emulator;
+use crate::error::{Error, Result};
+use crate::objective::{Batch, Objective};
+use crate::optimiser::{Optimiser, clip_global_norm};
+use crate::surrogate::{GeometryTensors, Surrogate};
+
+/// Trains a [`Surrogate`] on a [`DataSet`] by an [`Objective`].
+///
+/// Every step predicts a batch of parameter sets on one geometry from one message-passing pass.
+/// Training starts, or after [`Trainer::resume`] continues, with [`Trainer::run`].
+pub struct Trainer {
+    pub(super) surrogate: Surrogate,
+    /// The network on the device that records gradients.
+    pub(super) emulator: Emulator,
+    pub(super) optimiser: Box<dyn Optimiser>,
+    pub(super) sampler: Sampler,
+    pub(super) config: TrainingConfig,
+    pub(super) progress: RunState,
+    pub(super) best: Option<Best>,
+    objective: Box<dyn Objective>,
+    data: DataSet,
+    lifted: Vec<GeometryTensors>,
+    checkpoints: Option<PathBuf>,
+}
+
+/// Counters of a run that a checkpoint keeps.
+#[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
+pub(super) struct RunState {
+    pub clock: Clock,
+    pub evaluations: usize,
+    pub evaluations_without_improvement: usize,
+    pub loss_sum: f64,
+    pub loss_count: usize,
+    pub history: Vec<HistoryPoint>,
+}
+
+/// Best weights so far.
+pub(super) struct Best {
+    pub validation: f64,
+    pub step: usize,
+    pub emulator: Emulator,
+}
+
+impl Trainer {
+    /// Prepares training of a surrogate that was made for `data`.
+    ///
+    /// # Errors
+    /// Data, objective and surrogate that do not fit each other, or settings that admit no training.
+    pub fn new(
+        surrogate: Surrogate,
+        data: DataSet,
+        objective: Box<dyn Objective>,
+        config: TrainingConfig,
+    ) -> Result<Self> {
+        config.check()?;
+        data.check(surrogate.emulator().config().dimensions)?;
+        objective.check(&data)?;
+        crate::error::require_count(
+            "geometries of the data",
+            data.geometries.len(),
+            surrogate.geometries.len(),
+        )?;
+        for sample in data.training.iter().chain(&data.validation) {
+            surrogate.scales.parameters.standardise(&sample.theta)?;
+        }
+        Ok(Self {
+            emulator: surrogate.emulator.clone().train(),
+            optimiser: config.optimiser.build(),
+            sampler: Sampler::new(&data.training, data.geometries.len(), config.batch, config.seed),
+            lifted: surrogate.prepared.iter().map(GeometryTensors::lifted).collect(),
+            progress: RunState::default(),
+            best: None,
+            checkpoints: None,
+            surrogate,
+            config,
+            objective,
+            data,
+        })
+    }
+
+    /// Another optimiser than the configured one, for instance any of Burn's.
+    pub fn with_optimiser(mut self, optimiser: Box<dyn Optimiser>) -> Self {
+        self.optimiser = optimiser;
+        self
+    }
+
+    /// Another peak of the learning rate, as after a divergence.
+    pub fn with_learning_rate(mut self, learning_rate: f64) -> Self {
+        self.config.learning_rate = learning_rate;
+        self
+    }
+
+    /// Writes a checkpoint to `directory` at every evaluation.
+    pub fn with_checkpoints(mut self, directory: impl Into<PathBuf>) -> Self {
+        self.checkpoints = Some(directory.into());
+        self
+    }
+
+    /// Continues from the checkpoint in `directory`, exactly where it was written if the budget
+    /// is in steps. Data and objective are given again, as they were.
+    ///
+    /// # Errors
+    /// A checkpoint that cannot be read, or that does not fit the data.
+    pub fn resume(
+        directory: &Path,
+        data: DataSet,
+        objective: Box<dyn Objective>,
+        device: &burn::tensor::Device,
+    ) -> Result<Self> {
+        let saved = super::checkpoint::read(directory, device)?;
+        let mut trainer = Self::new(saved.surrogate, data, objective, saved.config)?;
+        let (samples, geometries) = (&trainer.data.training, trainer.data.geometries.len());
+        crate::error::require_count("training samples", samples.len(), saved.samples)?;
+        trainer.sampler = Sampler::resume(samples, geometries, trainer.config.batch, saved.sampler);
+        trainer.optimiser.load(&saved.optimiser)?;
+        trainer.progress = saved.progress;
+        trainer.best = saved.best;
+        Ok(trainer.with_checkpoints(directory))
+    }
+
+    /// Trains until the budget is spent, the validation loss stalls or the observer breaks.
+    /// Afterwards the surrogate holds the best weights by validation loss, or the last ones.
+    ///
+    /// # Errors
+    /// [`Error::Diverged`], an objective or a checkpoint that fails.
+    pub fn run(&mut self, observer: &mut dyn Observer) -> Result<TrainingReport> {
+        let stop = loop {
+            if self.progress.clock.share(self.config.budget) >= 1.0 {
+                break StopReason::Budget;
+            }
+            let flow = observer.progress(&self.step()?);
+            let interrupted = flow.is_break();
+            let due =
+                self.progress.clock.share(self.config.budget) * self.config.evaluations as f64;
+            if interrupted || due >= (self.progress.evaluations + 1) as f64 {
+                self.progress.evaluations = (due as usize).max(self.progress.evaluations);
+                self.evaluate(observer)?;
+            }
+            if interrupted {
+                break StopReason::Interrupted;
+            }
+            let stalled = self.progress.evaluations_without_improvement;
+            if self.config.patience.is_some_and(|patience| stalled >= patience.max(1)) {
+                break StopReason::EarlyStop;
+            }
+        };
+        let kept_step = self.keep_best();
+        let RunState { clock, ref history, .. } = self.progress;
+        Ok(TrainingReport {
+            steps: clock.step,
+            seconds: clock.seconds,
+            stop,
+            kept_step,
+            history: history.clone(),
+        })
+    }
+
+    /// The surrogate with its current weights, or the kept ones after [`Trainer::run`].
+    pub fn surrogate(&self) -> &Surrogate {
+        &self.surrogate
+    }
+
+    /// The surrogate, training done.
+    pub fn into_surrogate(self) -> Surrogate {
+        self.surrogate
+    }
+
+    /// One update of the weights.
+    ///
+    /// # Errors
+    /// [`Error::Diverged`] if loss or gradient is not finite (the weights stay as they were), or a
+    /// failing objective.
+    pub fn step(&mut self) -> Result<Progress> {
+        let start = Instant::now();
+        let clock = self.progress.clock;
+        let factor = self.config.schedule.factor(clock.step, clock.total_steps(self.config.budget));
+        let learning_rate = self.config.learning_rate * factor;
+        let samples: Vec<&Sample> =
+            self.sampler.draw().iter().map(|&index| &self.data.training[index]).collect();
+        let batch = Batch { geometry: samples[0].geometry, samples: &samples };
+        let loss = self.batch_loss(&self.emulator, &self.lifted[batch.geometry], &batch)?;
+        let value: f64 = loss.clone().into_scalar::<f32>().into();
+        let gradients = GradientsParams::from_grads(loss.backward(), &self.emulator);
+        let (gradients, gradient_norm) =
+            clip_global_norm(&self.emulator, gradients, self.config.gradient_norm_limit);
+        if !value.is_finite() || !gradient_norm.is_finite() {
+            let (step, loss) = (clock.step + 1, value);
+            return Err(Error::Diverged { step, loss, gradient_norm, learning_rate });
+        }
+        self.emulator = self.optimiser.step(learning_rate, self.emulator.clone(), gradients);
+        self.count_step(value, start.elapsed().as_secs_f64());
+        Ok(self.report(value, gradient_norm, learning_rate))
+    }
+
+    fn count_step(&mut self, loss: f64, seconds: f64) {
+        self.progress.clock.step += 1;
+        self.progress.clock.seconds += seconds;
+        self.progress.loss_sum += loss;
+        self.progress.loss_count += 1;
+    }
+
+    fn report(&self, loss: f64, gradient_norm: f64, learning_rate: f64) -> Progress {
+        let (clock, budget) = (self.progress.clock, self.config.budget);
+        Progress {
+            step: clock.step,
+            steps: clock.total_steps(budget).round() as usize,
+            share: clock.share(budget),
+            loss,
+            gradient_norm,
+            learning_rate,
+            seconds: clock.seconds,
+            remaining_seconds: clock.remaining_seconds(budget),
+        }
+    }
+
+    fn batch_loss(
+        &self,
+        emulator: &Emulator,
+        geometry: &GeometryTensors,
+        batch: &Batch<'_>,
+    ) -> Result<burn::tensor::Tensor<1>> {
+        let thetas: Vec<&[f64]> = batch.samples.iter().map(|sample| &sample.theta[..]).collect();
+        let mut parameters = self.surrogate.parameter_tensor(&thetas)?;
+        if geometry.nodes.is_autodiff() {
+            parameters = burn::tensor::Tensor::from_inner(parameters);
+        }
+        let displacement = self.surrogate.displacement(emulator, geometry, parameters);
+        self.objective.loss(batch, displacement)
+    }
+
+    /// Mean loss of the validation samples, without gradients.
+    fn validation_loss(&self) -> Result<Option<f64>> {
+        let emulator = &self.surrogate.emulator;
+        let mut sum = 0.0;
+        for (geometry, tensors) in self.surrogate.prepared.iter().enumerate() {
+            let samples: Vec<&Sample> =
+                self.data.validation.iter().filter(|sample| sample.geometry == geometry).collect();
+            for samples in samples.chunks(self.config.batch) {
+                let loss = self.batch_loss(emulator, tensors, &Batch { geometry, samples })?;
+                sum += f64::from(loss.into_scalar::<f32>()) * samples.len() as f64;
+            }
+        }
+        let count = self.data.validation.len();
+        Ok((count > 0).then(|| sum / count as f64))
+    }
+
+    /// Validation, observer and checkpoint.
+    fn evaluate(&mut self, observer: &mut dyn Observer) -> Result<()> {
+        self.surrogate.emulator = self.emulator.valid();
+        let validation = self.validation_loss()?;
+        let state = &mut self.progress;
+        let loss = state.loss_sum / state.loss_count.max(1) as f64;
+        (state.loss_sum, state.loss_count) = (0.0, 0);
+        let Clock { step, seconds } = state.clock;
+        let point = HistoryPoint { step, seconds, loss, validation };
+        state.history.push(point);
+        if let Some(validation) = validation {
+            let improved = self.best.as_ref().is_none_or(|best| validation < best.validation);
+            if improved {
+                self.best =
+                    Some(Best { validation, step, emulator: self.surrogate.emulator.clone() });
+            }
+            let waited = self.progress.evaluations_without_improvement;
+            self.progress.evaluations_without_improvement = if improved { 0 } else { waited + 1 };
+        }
+        observer.evaluate(&self.surrogate, &point);
+        match self.checkpoints.clone() {
+            Some(directory) => self.save_checkpoint(&directory),
+            None => Ok(()),
+        }
+    }
+
+    /// Puts the kept weights into the surrogate; the step they are from.
+    fn keep_best(&mut self) -> usize {
+        match &self.best {
+            Some(best) => {
+                self.surrogate.emulator = best.emulator.clone();
+                best.step
+            }
+            None => {
+                self.surrogate.emulator = self.emulator.valid();
+                self.progress.clock.step
+            }
+        }
+    }
+
+    /// Writes weights, optimiser, position and random state to `directory`, replacing what is there at once.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn save_checkpoint(&self, directory: &Path) -> Result<()> {
+        super::checkpoint::write(self, self.data.training.len(), directory)
+    }
+}

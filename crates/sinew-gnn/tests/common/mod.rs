@@ -1,0 +1,139 @@
+//! Small bodies for the tests: a plane cantilever and a beam in space.
+#![allow(dead_code)] // every test program uses its part
+
+use burn::tensor::Device;
+use sinew_gnn::*;
+use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
+
+/// Devices of this build's backends.
+pub fn devices() -> Vec<Device> {
+    Backend::available().into_iter().map(|backend| backend.device().unwrap()).collect()
+}
+
+/// A mesh as the tests need it.
+pub struct Body {
+    pub dimensions: usize,
+    pub points: Vec<[f64; 3]>,
+    pub clamped: Vec<usize>,
+    pub topology: Topology,
+}
+
+pub fn plane_cantilever(length: f64) -> Body {
+    let mesh = sinew_mesh::rectangle_triangles([length, 10.0], [6, 3]);
+    body(2, mesh.points.clone(), &sinew_mesh::edges(&mesh), vec![7, 3])
+}
+
+pub fn beam(cells: [usize; 3], roots: Vec<usize>) -> Body {
+    let mesh = sinew_mesh::box_tetrahedra([100.0, 10.0, 10.0], cells);
+    body(3, mesh.points.clone(), &sinew_mesh::edges(&mesh), roots)
+}
+
+fn body(dimensions: usize, points: Vec<[f64; 3]>, edges: &[[usize; 2]], roots: Vec<usize>) -> Body {
+    let mut config = AugmentationConfig::for_nodes(points.len());
+    config.roots_per_layer = roots;
+    let topology = augment(&points, edges, &config).unwrap();
+    let clamped = (0..points.len()).filter(|&node| points[node][0] == 0.0).collect();
+    Body { dimensions, points, clamped, topology }
+}
+
+impl Body {
+    /// This body's geometry with points moved by `map` on the same topology.
+    pub fn geometry(&self, global: Vec<f64>, map: impl Fn([f64; 3]) -> [f64; 3]) -> Geometry {
+        let points: Vec<[f64; 3]> = self.points.iter().map(|&x| map(x)).collect();
+        let nodes = self.points.len();
+        let indicator = FeatureMatrix::indicator(nodes, &self.clamped).unwrap();
+        Geometry {
+            features: graph_features(&self.topology, &points, &indicator, self.dimensions).unwrap(),
+            global,
+            dirichlet: Dirichlet::clamped(nodes, self.dimensions, &self.clamped).unwrap(),
+        }
+    }
+
+    pub fn rest(&self) -> Geometry {
+        self.geometry(vec![], |x| x)
+    }
+
+    /// A made-up field, linear in position squared and compliance.
+    pub fn field(&self, theta: &[f64], stretch: f64) -> Vec<f64> {
+        let bend = |x: &[f64; 3]| stretch * 1e-3 * x[0] * x[0] / theta[0];
+        let row = |x: &[f64; 3]| {
+            let mut u = vec![-0.3 * bend(x) * x[1] / 10.0 * theta[1]; self.dimensions];
+            u[self.dimensions - 1] = -bend(x);
+            u
+        };
+        self.points.iter().flat_map(row).collect()
+    }
+
+    pub fn sample(&self, geometry: usize, theta: [f64; 2], stretch: f64) -> Sample {
+        Sample { geometry, theta: theta.to_vec(), displacement: self.field(&theta, stretch) }
+    }
+}
+
+/// Parameters in [0.5, 2]², spread without randomness.
+pub fn thetas(count: usize) -> Vec<[f64; 2]> {
+    let point = |i: usize| {
+        let (a, b) = ((i as f64 + 0.5) / count as f64, (i as f64 * 0.618_033_988_75).fract());
+        [0.5 * 4f64.powf(a), 0.5 * 4f64.powf(b)]
+    };
+    (0..count).map(point).collect()
+}
+
+/// Two plane cantilevers of different length on one topology, with simulated fields.
+pub fn plane_data() -> (Body, DataSet) {
+    let body = plane_cantilever(40.0);
+    let stretched = |factor: f64| move |x: [f64; 3]| [factor * x[0], x[1], x[2]];
+    let geometries = vec![
+        body.geometry(vec![40.0, 10.0], |x| x),
+        body.geometry(vec![60.0, 10.0], stretched(1.5)),
+    ];
+    let sample = |(i, theta): (usize, [f64; 2])| body.sample(i % 2, theta, 1.0 + (i % 2) as f64);
+    let training = thetas(12).into_iter().enumerate().map(sample).collect();
+    let validation = thetas(5).into_iter().enumerate().map(sample).collect();
+    let data = DataSet { topology: body.topology.clone(), geometries, training, validation };
+    (body, data)
+}
+
+pub fn small_config(data: &DataSet, dimensions: usize) -> EmulatorConfig {
+    let features = &data.geometries[0].features;
+    let mut config =
+        EmulatorConfig::new(dimensions, features.nodes.columns, features.edges.columns, 2);
+    config.latent = 8;
+    config.width = 16;
+    config.steps = 2;
+    config.global_features = data.geometries[0].global.len();
+    config
+}
+
+pub fn untrained(data: &DataSet, config: &EmulatorConfig, seed: u64, device: &Device) -> Surrogate {
+    let fields = data.training.iter().map(|sample| &sample.displacement[..]);
+    let output = OutputScale::standardising(config.dimensions, fields).unwrap();
+    let parameters = ParameterScaling::logarithmic(&[0.5, 0.5], &[2.0, 2.0]).unwrap();
+    let scales = Scales::over(&data.geometries, parameters, output).unwrap();
+    Surrogate::new(config, data, scales, seed, device).unwrap()
+}
+
+pub fn data_fit(surrogate: &Surrogate) -> Box<dyn Objective> {
+    Box::new(DataFit::new(surrogate.scales().output.length()).unwrap())
+}
+
+/// Trained for a few steps, so that outputs are not zero.
+pub fn briefly_trained(data: &DataSet, config: &EmulatorConfig, device: &Device) -> Surrogate {
+    let surrogate = untrained(data, config, 1, device);
+    let objective = data_fit(&surrogate);
+    let settings = TrainingConfig {
+        budget: Budget::Steps(8),
+        batch: 3,
+        evaluations: 1,
+        ..TrainingConfig::default()
+    };
+    let mut trainer = Trainer::new(surrogate, data.clone(), objective, settings).unwrap();
+    trainer.run(&mut ()).unwrap();
+    trainer.into_surrogate()
+}
+
+/// Largest difference relative to the largest value.
+pub fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let size = a.iter().fold(0f64, |m, x| m.max(x.abs()));
+    a.iter().zip(b).fold(0f64, |m, (x, y)| m.max((x - y).abs())) / size
+}
