@@ -71,6 +71,17 @@ pub enum SceneChoice {
     Both,
 }
 
+impl SceneChoice {
+    /// Names of the chosen scenes, in the order of the run.
+    pub fn names(self) -> &'static [&'static str] {
+        match self {
+            SceneChoice::Once => &["once"],
+            SceneChoice::Twice => &["twice"],
+            SceneChoice::Both => &["once", "twice"],
+        }
+    }
+}
+
 /// How an emulator is trained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]

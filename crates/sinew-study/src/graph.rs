@@ -1,0 +1,31 @@
+//! The graph of a scene: what every emulator of it starts from.
+
+use anyhow::{Context, Result};
+use sinew_energy::TotalPotential;
+use sinew_energy::laws::NeoHookean;
+use sinew_gnn::{Dirichlet, Geometry};
+use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
+use sinew_mesh::TetMesh;
+
+/// Augmented graph and features of a body (thesis Algorithm 1): the indicator of the Dirichlet boundary
+/// on the nodes, difference and distance of positions on the edges.
+///
+/// # Errors
+/// A mesh that has no valid graph.
+pub fn geometry(
+    mesh: &TetMesh,
+    potential: &TotalPotential<NeoHookean, 0>,
+    seed: u64,
+) -> Result<(Topology, Geometry)> {
+    let nodes = mesh.points.len();
+    let config = AugmentationConfig { seed, ..AugmentationConfig::for_nodes(nodes) };
+    let topology = augment(&mesh.points, &sinew_mesh::edges(mesh), &config)
+        .context("the mesh could not be turned into a graph")?;
+    let held = potential.prescribed.chunks_exact(3).enumerate();
+    let held: Vec<usize> =
+        held.filter(|(_, row)| row.iter().all(Option::is_some)).map(|(node, _)| node).collect();
+    let indicator = FeatureMatrix::indicator(nodes, &held)?;
+    let features = graph_features(&topology, &mesh.points, &indicator, 3)?;
+    let dirichlet = Dirichlet { prescribed: potential.prescribed.clone() };
+    Ok((topology, Geometry { features, global: Vec::new(), dirichlet }))
+}

@@ -1,0 +1,419 @@
+//! The whole study: scenes, simulations, emulators, rivals, report.
+
+use crate::evaluate::{Evaluation, TestSet};
+use crate::fields::FieldCase;
+use crate::manifest::Manifest;
+use crate::options::{BackendChoice, BeamOptions, Method};
+use crate::plan::{Plan, Samples};
+use crate::pod::{PodConfig, PodRegression};
+use crate::report::{
+    self, DisplacementScale, MeshCounts, MethodRow, Report, SampleRow, SceneReport, SceneSamples,
+    SurfaceCases, ThetaRange, Times, TrainingHistory,
+};
+use crate::scenes::{Beam, once_clamped, twice_clamped};
+use crate::simulate::{self, Simulations};
+use crate::timing::median_seconds;
+use crate::train::{self, Body};
+use crate::{fields, graph, progress, store};
+use anyhow::{Context, Result, ensure};
+use burn::tensor::Device;
+use serde::{Deserialize, Serialize};
+use sinew_energy::Barriers;
+use sinew_gnn::{Backend, ParameterScaling};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant, SystemTime};
+
+/// Repetitions behind every prediction time.
+const TIMING_REPEATS: usize = 15;
+/// Parameter sets in a batch whose time per set is reported.
+const TIMING_BATCH: usize = 200;
+
+/// What one method contributes to the report; stored, so that a resumed run does not repeat it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Outcome {
+    row: MethodRow,
+    samples: Vec<SampleRow>,
+    history: Option<TrainingHistory>,
+    median_and_worst: [usize; 2],
+    #[serde(skip)]
+    predictions: Vec<Vec<f64>>,
+}
+
+/// Runs `reproduce-beam` and writes its report; the path of `report.html`.
+///
+/// # Errors
+/// Whatever keeps the report from being made: options that contradict an interrupted run, a solver or a
+/// training that fails, files that cannot be written.
+pub fn reproduce_beam(options: &BeamOptions) -> Result<PathBuf> {
+    let start = Instant::now();
+    let manifest = Manifest::of_this_run(options.seed);
+    let earlier = begin(options)?;
+    store::write_json(&options.out.join("manifest.json"), &manifest)?;
+    let device = match options.backend {
+        BackendChoice::Flex => Backend::Flex,
+        BackendChoice::Ndarray => Backend::NdArray,
+    }
+    .device()?;
+    let mut scenes = Vec::new();
+    let mut samples = Vec::new();
+    for name in options.scene.names() {
+        let beam = if *name == "once" { once_clamped() } else { twice_clamped() };
+        let (scene, rows) = run_scene(options, &beam, &device)?;
+        scenes.push(scene);
+        samples.push(rows);
+    }
+    let wall = earlier + start.elapsed();
+    store::write_json(&options.out.join("elapsed.json"), &wall)?;
+    let report = Report {
+        schema: report::SCHEMA,
+        command: manifest.command,
+        finished: report::utc_timestamp(SystemTime::now()),
+        wall_s: wall.as_secs_f64(),
+        threads: manifest.threads,
+        seed: manifest.seed,
+        revision: manifest.revision,
+        machine: manifest.machine,
+        versions: manifest.versions,
+        config: toml::to_string_pretty(options)?,
+        notes: notes(options),
+        scenes,
+    };
+    report::write_all(&options.out, &report, &samples)?;
+    if options.json {
+        println!("{}", report::to_json(&report)?);
+    }
+    Ok(options.out.join("report.html"))
+}
+
+/// Prepares the output folder; the wall time of the run that is resumed.
+fn begin(options: &BeamOptions) -> Result<Duration> {
+    let config = options.out.join("config.json");
+    if !options.resume {
+        for name in ["once", "twice"] {
+            let old = options.out.join(name);
+            if old.exists() {
+                std::fs::remove_dir_all(&old)
+                    .with_context(|| format!("{} could not be emptied", old.display()))?;
+            }
+        }
+        store::write_json(&config, options)?;
+        return Ok(Duration::ZERO);
+    }
+    let stored: BeamOptions = store::read_json(&config)?.with_context(|| {
+        format!("there is no run to resume in {}; start it without --resume", options.out.display())
+    })?;
+    let same = BeamOptions { resume: true, json: options.json, ..stored.clone() } == *options;
+    ensure!(
+        same,
+        "the run in {} was started with other options ({}); repeat them, or start without --resume",
+        options.out.display(),
+        toml::to_string(&stored)?.trim().replace('\n', ", ")
+    );
+    Ok(store::read_json(&options.out.join("elapsed.json"))?.unwrap_or_default())
+}
+
+fn notes(options: &BeamOptions) -> Vec<String> {
+    let mut notes = vec![
+        "Errors are over all test cases and over the nodes that no support holds; the thesis counts all \
+         nodes, which makes its medians a little smaller."
+            .to_string(),
+        "The truth is our finite-element solution on the same linear tetrahedra, as in the thesis. The rows \
+         fem_cold and fem_warm compare that solution with an independent program on the same mesh, \
+         not with the continuum."
+            .to_string(),
+    ];
+    if options.quick {
+        notes.push(
+            "A quick check of the code path with few simulations and steps: its errors mean nothing."
+                .to_string(),
+        );
+    }
+    notes
+}
+
+fn run_scene(options: &BeamOptions, beam: &Beam, device: &Device) -> Result<(SceneReport, SceneSamples)> {
+    eprintln!("\n{}: {}", beam.title, beam.description);
+    let folder = options.out.join(beam.name);
+    let counts = Samples::of(options);
+    let potential = beam.scene.lower()?;
+    let simulations = simulate::run(beam, &potential, counts, options.seed, &folder)?;
+    let guarded = potential.clone().with_guard(Barriers::default());
+    let test_set = |set: &simulate::Set| TestSet {
+        potential: guarded.clone(),
+        thetas: set.thetas.clone(),
+        displacements: set.fields.clone(),
+    };
+    let (validation, test) = (test_set(&simulations.validation), test_set(&simulations.test));
+
+    let graph_start = Instant::now();
+    let (topology, geometry) = graph::geometry(&beam.scene.mesh, &potential, options.seed)?;
+    let graph_s = graph_start.elapsed().as_secs_f64();
+    let ranges: Vec<[f64; 2]> = beam.scene.parameters.iter().map(|p| p.range).collect();
+    let (lower, upper): (Vec<f64>, Vec<f64>) = ranges.iter().map(|[a, b]| (*a, *b)).unzip();
+    let body = Body {
+        potential: guarded.clone(),
+        topology,
+        geometry,
+        parameters: ParameterScaling::logarithmic(&lower, &upper)?,
+        thetas: simulations.training.thetas.clone(),
+        linear_response: simulations.linear_response.clone(),
+        centre: simulations.centre.clone(),
+    };
+
+    let mut outcomes = Vec::new();
+    for &method in &options.method {
+        let run = EmulatorRun { options, beam, device, body: &body, simulations: &simulations, graph_s };
+        outcomes.push(run.outcome(method, &validation, &test, &folder.join(method.key()))?);
+    }
+    outcomes.push(pod_outcome(&simulations, &test, &folder)?);
+    outcomes.extend(fem_outcomes(&simulations, &guarded)?);
+
+    write_fields(&folder.join("fields"), beam, &simulations, &outcomes)?;
+    let scene = scene_report(beam, &potential, &simulations, &outcomes)?;
+    let theta_names = beam.scene.parameters.iter().map(|p| format!("{}_{}", p.name, p.unit)).collect();
+    let rows = outcomes.into_iter().flat_map(|outcome| outcome.samples).collect();
+    Ok((scene, SceneSamples { scene: beam.name.to_string(), theta_names, rows }))
+}
+
+/// Trains, times and evaluates one emulator.
+struct EmulatorRun<'a> {
+    options: &'a BeamOptions,
+    beam: &'a Beam,
+    device: &'a Device,
+    body: &'a Body,
+    simulations: &'a Simulations,
+    graph_s: f64,
+}
+
+impl EmulatorRun<'_> {
+    fn outcome(
+        &self,
+        method: Method,
+        validation: &TestSet,
+        test: &TestSet,
+        folder: &Path,
+    ) -> Result<Outcome> {
+        let (result, predictions) = (folder.join("result.json"), folder.join("predictions.npy"));
+        if self.options.resume
+            && let Some(outcome) = store::read_json::<Outcome>(&result)?
+        {
+            eprintln!("{:<28} kept from the interrupted run", format!("train {}", method.key()));
+            return Ok(Outcome { predictions: store::read_table(&predictions)?, ..outcome });
+        }
+        let plan = Plan::of(self.options, self.beam.name, method);
+        let set = &self.simulations.training;
+        let fields = (method != Method::Pi).then_some(&set.fields[..]);
+        let trained =
+            train::train(self.body, method, fields, &plan, validation, self.device, folder, self.options.resume)?;
+
+        let (surrogate, geometry) = (&trained.surrogate, &self.body.geometry);
+        let fixed = surrogate.fixed_geometry(geometry)?;
+        let prediction = fixed.predict(&test.thetas)?;
+        let fields: Vec<_> =
+            (0..test.thetas.len()).map(|case| prediction.field(case).to_vec()).collect();
+        let evaluation = test.evaluate(&fields)?;
+
+        let one = std::slice::from_ref(&test.thetas[0]);
+        let many: Vec<_> = test.thetas.iter().cycle().take(TIMING_BATCH).cloned().collect();
+        let batch_s = median_seconds(3, || fixed.predict(&many))?;
+        let simulated_s = if method == Method::Pi { self.simulations.linear_s } else { set.seconds };
+        let times = Times {
+            prepare_s: self.graph_s + simulated_s,
+            train_s: trained.report.seconds,
+            steps: trained.report.steps as u64,
+            predict_full_s: median_seconds(TIMING_REPEATS, || surrogate.predict(geometry, one))?,
+            predict_decoder_s: median_seconds(TIMING_REPEATS, || fixed.predict(one))?,
+            predict_batch_per_theta_s: batch_s / TIMING_BATCH as f64,
+        };
+        let description = match method {
+            Method::Dd => format!("emulator trained on {} simulations", set.thetas.len()),
+            Method::Fdd => {
+                format!("emulator trained on {} simulations with their deformation gradients", set.thetas.len())
+            }
+            Method::Pi => "emulator trained by minimum potential energy, without simulations".to_string(),
+        };
+        let outcome = finish(method.into(), &description, &evaluation, times, Some(trained.history), fields)?;
+        store::write_table(&predictions, &outcome.predictions)?;
+        store::write_json(&result, &outcome)?;
+        Ok(outcome)
+    }
+}
+
+const AGAINST_FEM: &str = "our finite-element solution on the same mesh";
+
+fn finish(
+    method: report::Method,
+    description: &str,
+    evaluation: &Evaluation,
+    times: Times,
+    history: Option<TrainingHistory>,
+    predictions: Vec<Vec<f64>>,
+) -> Result<Outcome> {
+    let reference = match method {
+        report::Method::FemCold | report::Method::FemWarm => "FEniCS on the same mesh (fixtures/beam)",
+        _ => AGAINST_FEM,
+    };
+    Ok(Outcome {
+        row: MethodRow::from_samples(method, description, reference, evaluation.samples(), times)?,
+        samples: evaluation.rows(method)?,
+        history,
+        median_and_worst: evaluation.median_and_worst(),
+        predictions,
+    })
+}
+
+/// Regression on few simulations: the rival that an emulator of one fixed geometry has to face.
+fn pod_outcome(simulations: &Simulations, test: &TestSet, folder: &Path) -> Result<Outcome> {
+    let set = &simulations.pod;
+    let start = Instant::now();
+    let pod = PodRegression::fit(&set.thetas, &set.fields, &PodConfig::default())?;
+    let train_s = start.elapsed().as_secs_f64();
+    let bar = progress::bar("regression (pod)", 1);
+    let fields: Vec<_> = test.thetas.iter().map(|theta| pod.predict(theta)).collect::<Result<_, _>>()?;
+    let predict_s = median_seconds(10 * TIMING_REPEATS, || pod.predict(&test.thetas[0]))?;
+    let times = Times {
+        prepare_s: set.seconds,
+        train_s,
+        steps: 0,
+        predict_full_s: predict_s,
+        predict_decoder_s: predict_s,
+        predict_batch_per_theta_s: predict_s,
+    };
+    let description =
+        format!("POD of {} simulations, {} modes, {}", set.thetas.len(), pod.modes(), pod.regression());
+    let outcome =
+        finish(report::Method::Pod, &description, &test.evaluate(&fields)?, times, None, fields)?;
+    progress::finish(&bar, &format!("{} modes", pod.modes()));
+    store::write_json(&folder.join("pod.json"), &outcome)?;
+    Ok(outcome)
+}
+
+/// The solver itself, cold and warm, against the independent solutions.
+fn fem_outcomes(
+    simulations: &Simulations,
+    guarded: &sinew_energy::TotalPotential<sinew_energy::laws::NeoHookean, 0, Barriers>,
+) -> Result<Vec<Outcome>> {
+    let fixture = &simulations.fixture;
+    let truth = TestSet {
+        potential: guarded.clone(),
+        thetas: fixture.thetas.clone(),
+        displacements: fixture.independent.clone(),
+    };
+    let row = |method, description, fields: &[Vec<f64>], solve_s: f64, batch_s: f64| {
+        let times = Times {
+            prepare_s: 0.0,
+            train_s: 0.0,
+            steps: 0,
+            predict_full_s: solve_s,
+            predict_decoder_s: solve_s,
+            predict_batch_per_theta_s: batch_s,
+        };
+        finish(method, description, &truth.evaluate(fields)?, times, None, fields.to_vec())
+    };
+    Ok(vec![
+        row(
+            report::Method::FemCold,
+            "our Newton solver from rest, one thread",
+            &fixture.cold,
+            simulations.cold_s,
+            simulations.cold_s,
+        )?,
+        row(
+            report::Method::FemWarm,
+            "our Newton solver in a sweep, each solve starting from a neighbour's solution",
+            &fixture.warm,
+            simulations.warm_s,
+            simulations.test.seconds / simulations.test.thetas.len() as f64,
+        )?,
+    ])
+}
+
+fn write_fields(
+    folder: &Path,
+    beam: &Beam,
+    simulations: &Simulations,
+    outcomes: &[Outcome],
+) -> Result<()> {
+    let emulators: Vec<&Outcome> = outcomes.iter().filter(|outcome| on_test_set(outcome)).collect();
+    let mut cases = Vec::new();
+    for outcome in &emulators {
+        for (kind, case) in ["median", "worst"].into_iter().zip(outcome.median_and_worst) {
+            cases.push(FieldCase {
+                name: format!("{}_{kind}", outcome.row.method().key()),
+                truth: &simulations.test.fields[case],
+                predictions: emulators
+                    .iter()
+                    .map(|other| (other.row.method().key(), &other.predictions[case][..]))
+                    .collect(),
+            });
+        }
+    }
+    fields::write(folder, &beam.scene.mesh, &cases)
+}
+
+fn on_test_set(outcome: &Outcome) -> bool {
+    !matches!(outcome.row.method(), report::Method::FemCold | report::Method::FemWarm)
+}
+
+fn scene_report(
+    beam: &Beam,
+    potential: &sinew_energy::TotalPotential<sinew_energy::laws::NeoHookean, 0>,
+    simulations: &Simulations,
+    outcomes: &[Outcome],
+) -> Result<SceneReport> {
+    let test = &simulations.test;
+    let norms = |field: &Vec<f64>| {
+        fields::rows(field).into_iter().map(|u| u.iter().map(|x| x * x).sum::<f64>().sqrt())
+    };
+    let (mut sum, mut count, mut largest) = (0.0, 0usize, 0.0f64);
+    for norm in test.fields.iter().flat_map(norms) {
+        (sum, count, largest) = (sum + norm, count + 1, largest.max(norm));
+    }
+    let theta = |p: &sinew_energy::Parameter| ThetaRange {
+        name: p.name.clone(),
+        unit: p.unit.clone(),
+        low: p.range[0],
+        high: p.range[1],
+    };
+    Ok(SceneReport {
+        name: beam.name.to_string(),
+        title: beam.title.to_string(),
+        description: beam.description.to_string(),
+        units: format!("{}, {}", beam.scene.units.length, beam.scene.units.stress),
+        mesh: MeshCounts {
+            nodes: potential.nodes,
+            elements: potential.cells.len(),
+            unknowns: potential.free_degrees_of_freedom().len(),
+        },
+        theta: beam.scene.parameters.iter().map(theta).collect(),
+        train_samples: simulations.training.thetas.len(),
+        test_samples: test.thetas.len(),
+        displacement: DisplacementScale { mean_mm: sum / count as f64, max_mm: largest },
+        thesis: Some(beam.thesis.clone()),
+        methods: outcomes.iter().map(|outcome| outcome.row.clone()).collect(),
+        training: outcomes.iter().filter_map(|outcome| outcome.history.clone()).collect(),
+        surfaces: Some(surfaces(beam, simulations, outcomes)?),
+    })
+}
+
+fn surfaces(beam: &Beam, simulations: &Simulations, outcomes: &[Outcome]) -> Result<SurfaceCases> {
+    let mesh = &beam.scene.mesh;
+    let facets = sinew_mesh::boundary_facets(mesh);
+    let triangles: Vec<[usize; 3]> = facets.iter().map(|&facet| mesh.facet_nodes(facet)).collect();
+    let mut surfaces = SurfaceCases::new(&triangles, &mesh.points)?;
+    for outcome in outcomes.iter().filter(|outcome| on_test_set(outcome)) {
+        for (kind, case) in ["median", "worst"].into_iter().zip(outcome.median_and_worst) {
+            let (truth, guess) = (&simulations.test.fields[case], &outcome.predictions[case]);
+            let deformed: Vec<[f64; 3]> = fields::rows(guess)
+                .iter()
+                .zip(&mesh.points)
+                .map(|(u, x)| std::array::from_fn(|i| u[i] + x[i]))
+                .collect();
+            let theta = &simulations.test.thetas[case];
+            let title = format!("{kind} case, μ = {:.0} kPa, λ = {:.0} kPa", theta[0], theta[1]);
+            let error = sinew_energy::metrics::displacement_error(truth, guess);
+            surfaces.push(outcome.row.method(), title, &deformed, &error)?;
+        }
+    }
+    Ok(surfaces)
+}
