@@ -1,1 +1,54 @@
-//! Burn tensors as numbers of a mechanical formula, and fused autodiff operations
+//! Burn tensors as numbers of a mechanical formula, and fused autodiff operations.
+//!
+//! A graph-network emulator spends its time in small perceptrons on gathered rows. Here each is
+//! one operation of Burn's autodiff graph, tiled for the cache and vectorised:
+//!
+//! ```
+//! use burn::tensor::{Device, Tensor};
+//! use sinew_burn::{EdgeTopology, celu, signed_edge_sum};
+//!
+//! // A path of three nodes; each edge carries one message.
+//! let topology = EdgeTopology::new(3, &[0, 1], &[1, 2])?;
+//! let device = Device::flex().autodiff();
+//! let messages = Tensor::<2>::from_floats([[1.0], [-2.0]], &device).require_grad();
+//!
+//! let sums = signed_edge_sum(celu(messages.clone()), &topology);
+//! let gradient = messages.grad(&sums.powi_scalar(2).sum().backward()).unwrap();
+//! assert_eq!(sums.dims(), [3, 1]);
+//! assert_eq!(gradient.dims(), [2, 1]);
+//! # Ok::<(), sinew_burn::IndexError>(())
+//! ```
+//!
+//! - [`gathered_mlp`]: a perceptron on sums of gathered rows;
+//! - [`signed_edge_sum`], [`received_edge_sum`]: messages to nodes;
+//! - [`celu`], [`activate`]: activations;
+//! - [`fused_potential`]: an energy from outside of Burn whose backward pass is its residual.
+//!
+//! Every operation has its double in plain tensors in [`mod@reference`], which it agrees with to
+//! single-precision rounding, and which stands in for it in other precisions. All are
+//! deterministic, whatever the number of threads.
+
+mod activation;
+mod celu;
+mod edges;
+mod error;
+mod host;
+mod index;
+mod matrix;
+mod mlp;
+mod mlp_kernel;
+mod normalise;
+mod pool;
+mod potential;
+pub mod reference;
+mod simd;
+#[cfg(test)]
+mod testing;
+
+pub use activation::Activation;
+pub use celu::{activate, celu};
+pub use edges::{EdgeTopology, received_edge_sum, signed_edge_sum};
+pub use error::IndexError;
+pub use index::GatherPlan;
+pub use mlp::{LayerNormalisation, PerceptronTail, gathered_mlp};
+pub use potential::{BatchPotential, fused_potential};

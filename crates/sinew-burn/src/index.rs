@@ -1,0 +1,213 @@
+//! Row indices, their inverses, and plans that say which source rows meet in which row.
+
+use std::sync::Arc;
+
+use crate::edges::EdgeTopology;
+use crate::error::IndexError;
+
+/// Checks that all of `indices` are below `count` and shortens them.
+pub(crate) fn check(indices: &[usize], count: usize) -> Result<Vec<u32>, IndexError> {
+    let most = indices.len().max(count);
+    u32::try_from(most).map_err(|_| IndexError::TooMany(most))?;
+    let narrow = |(position, &index): (usize, &usize)| match index < count {
+        true => Ok(index as u32),
+        false => Err(IndexError::OutOfRange { position, index, count }),
+    };
+    indices.iter().enumerate().map(narrow).collect()
+}
+
+/// For every target the entries that refer to it, in ascending order (compressed rows).
+#[derive(Clone, Debug)]
+pub(crate) struct Inverse {
+    starts: Vec<u32>,
+    entries: Vec<u32>,
+}
+
+impl Inverse {
+    pub fn new(indices: &[u32], targets: usize) -> Self {
+        let mut starts = vec![0; targets + 1];
+        for &index in indices {
+            starts[index as usize + 1] += 1;
+        }
+        for target in 0..targets {
+            starts[target + 1] += starts[target];
+        }
+        let mut next = starts.clone();
+        let mut entries = vec![0; indices.len()];
+        for (entry, &index) in indices.iter().enumerate() {
+            entries[next[index as usize] as usize] = entry as u32;
+            next[index as usize] += 1;
+        }
+        Self { starts, entries }
+    }
+
+    pub fn targets(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// Entries that refer to `target`.
+    pub fn of(&self, target: usize) -> &[u32] {
+        &self.entries[self.starts[target] as usize..self.starts[target + 1] as usize]
+    }
+}
+
+/// Which row of a source every row of a result reads.
+#[derive(Clone, Debug)]
+pub(crate) enum Gather {
+    /// Row `r` reads row `r`.
+    Identity,
+    /// Row `r` reads row `r mod period`, as in a source repeated as a whole.
+    Cyclic { period: usize },
+    /// Row `r` reads row `r / times`, as in a source whose rows are each repeated.
+    Repeated { times: usize },
+    /// Row `r` reads row `index[r]`.
+    Indexed { index: Vec<u32>, inverse: Inverse },
+}
+
+/// Sums over several sources that one row of the result reads; see [`GatherPlan`].
+const MOST_SOURCES: usize = 3;
+
+/// Says, for several sources, which of their rows meet in which row of a result.
+///
+/// Row `r` of the result is the sum over the sources of the row that each assigns to `r`. Built
+/// once per graph (or per batch size) and shared.
+#[derive(Debug)]
+pub struct GatherPlan {
+    rows: usize,
+    sources: Vec<Gather>,
+    source_rows: Vec<usize>,
+}
+
+impl GatherPlan {
+    /// `sources` sources of `rows` rows each, read row by row.
+    pub fn identity(rows: usize, sources: usize) -> Result<Arc<Self>, IndexError> {
+        Self::assemble(rows, vec![Gather::Identity; sources])
+    }
+
+    /// One row per edge, from three sources: a row per edge, and two sources of a row per node,
+    /// read at the receiving and at the sending node.
+    pub fn edges(topology: &EdgeTopology) -> Arc<Self> {
+        let receiver = Gather::Indexed {
+            index: topology.receivers().to_vec(),
+            inverse: topology.received().clone(),
+        };
+        let sender = Gather::Indexed {
+            index: topology.senders().to_vec(),
+            inverse: topology.sent().clone(),
+        };
+        let (edges, nodes) = (topology.edges(), topology.nodes());
+        Arc::new(Self {
+            rows: edges,
+            sources: vec![Gather::Identity, receiver, sender],
+            source_rows: vec![edges, nodes, nodes],
+        })
+    }
+
+    /// Every pair of an outer and an inner row, the outer slower: row `b · inner + i` reads row
+    /// `i` of the first source and row `b` of the second.
+    pub fn outer(outer: usize, inner: usize) -> Arc<Self> {
+        Arc::new(Self {
+            rows: outer * inner,
+            sources: vec![Gather::Cyclic { period: inner }, Gather::Repeated { times: inner }],
+            source_rows: vec![inner, outer],
+        })
+    }
+
+    /// Row `r` reads row `indices[k][r]` of source `k`, which has `source_rows[k]` rows.
+    pub fn indexed(indices: &[&[usize]], source_rows: &[usize]) -> Result<Arc<Self>, IndexError> {
+        let rows = indices.first().map_or(0, |index| index.len());
+        let mut sources = Vec::with_capacity(indices.len());
+        for (number, (index, &count)) in indices.iter().zip(source_rows).enumerate() {
+            if index.len() != rows {
+                return Err(IndexError::RowCount {
+                    source_number: number,
+                    found: index.len(),
+                    expected: rows,
+                });
+            }
+            let index = check(index, count)?;
+            let inverse = Inverse::new(&index, count);
+            sources.push(Gather::Indexed { index, inverse });
+        }
+        Self::assemble(rows, sources)
+    }
+
+    fn assemble(rows: usize, sources: Vec<Gather>) -> Result<Arc<Self>, IndexError> {
+        if sources.is_empty() || sources.len() > MOST_SOURCES {
+            return Err(IndexError::SourceCount { found: sources.len(), most: MOST_SOURCES });
+        }
+        let count = |gather: &Gather| match gather {
+            Gather::Indexed { inverse, .. } => inverse.targets(),
+            _ => rows,
+        };
+        let source_rows = sources.iter().map(count).collect();
+        Ok(Arc::new(Self { rows, sources, source_rows }))
+    }
+
+    /// Rows of the result.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Rows that each source must have.
+    pub fn source_rows(&self) -> &[usize] {
+        &self.source_rows
+    }
+
+    /// For every row of the result, the row of source `number` that it reads.
+    pub fn index_of(&self, number: usize) -> Vec<usize> {
+        (0..self.rows).map(|row| self.sources[number].source(row)).collect()
+    }
+
+    pub(crate) fn sources(&self) -> &[Gather] {
+        &self.sources
+    }
+}
+
+impl Gather {
+    /// Row of the source that `row` reads.
+    #[inline(always)]
+    pub fn source(&self, row: usize) -> usize {
+        match self {
+            Self::Identity => row,
+            Self::Cyclic { period } => row % period,
+            Self::Repeated { times } => row / times,
+            Self::Indexed { index, .. } => index[row] as usize,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{GatherPlan, Inverse};
+    use crate::error::IndexError;
+
+    #[test]
+    fn inverse_lists_every_entry_once_in_order() {
+        let inverse = Inverse::new(&[2, 0, 2, 2], 4);
+        assert_eq!(inverse.of(0), [1]);
+        assert!(inverse.of(1).is_empty());
+        assert_eq!(inverse.of(2), [0, 2, 3]);
+        assert!(inverse.of(3).is_empty());
+    }
+
+    #[test]
+    fn outer_plan_pairs_every_row() {
+        let plan = GatherPlan::outer(2, 3);
+        assert_eq!(plan.index_of(0), [0, 1, 2, 0, 1, 2]);
+        assert_eq!(plan.index_of(1), [0, 0, 0, 1, 1, 1]);
+        assert_eq!(plan.source_rows(), [3, 2]);
+    }
+
+    #[test]
+    fn plans_refuse_what_they_cannot_do() {
+        assert_eq!(
+            GatherPlan::identity(5, 0).unwrap_err(),
+            IndexError::SourceCount { found: 0, most: 3 }
+        );
+        let uneven = GatherPlan::indexed(&[&[0, 1], &[0]], &[2, 2]).unwrap_err();
+        assert_eq!(uneven, IndexError::RowCount { source_number: 1, found: 1, expected: 2 });
+        let outside = GatherPlan::indexed(&[&[0, 2]], &[2]).unwrap_err();
+        assert_eq!(outside, IndexError::OutOfRange { position: 1, index: 2, count: 2 });
+    }
+}

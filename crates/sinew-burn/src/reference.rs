@@ -1,0 +1,78 @@
+//! The fused operations in plain Burn operations: slower, for every backend and precision, and
+//! the oracle of the tests.
+
+use std::sync::Arc;
+
+use burn::tensor::{Device, IndexingUpdateOp, Int, Tensor, TensorData};
+
+use crate::{Activation, EdgeTopology, GatherPlan, LayerNormalisation, PerceptronTail};
+
+/// `activation` of every number.
+pub fn activate<const D: usize>(x: Tensor<D>, activation: Activation) -> Tensor<D> {
+    match activation {
+        Activation::Celu => celu(x),
+        Activation::Tanh => x.tanh(),
+    }
+}
+
+/// `max(0, x) + min(0, eˣ − 1)`.
+///
+/// Unlike `burn::tensor::activation::celu`, whose slope is 0 · ∞ where eˣ overflows.
+pub fn celu<const D: usize>(x: Tensor<D>) -> Tensor<D> {
+    let positive = x.clone().greater_scalar(0.0);
+    let curved = x.clone().mask_fill(positive.clone(), 0.0).exp() - 1.0;
+    curved.mask_where(positive, x)
+}
+
+/// Per node, the sum of received messages minus the sum of sent ones.
+pub fn signed_edge_sum(messages: Tensor<2>, topology: &EdgeTopology) -> Tensor<2> {
+    let received = received_edge_sum(messages.clone(), topology);
+    received - sum_at(messages, topology.senders(), topology.nodes())
+}
+
+/// Per node, the sum of received messages.
+pub fn received_edge_sum(messages: Tensor<2>, topology: &EdgeTopology) -> Tensor<2> {
+    sum_at(messages, topology.receivers(), topology.nodes())
+}
+
+fn sum_at(messages: Tensor<2>, targets: &[u32], count: usize) -> Tensor<2> {
+    let device = messages.device();
+    let zeros = Tensor::zeros([count, messages.dims()[1]], (&device, messages.dtype()));
+    let targets = indices(targets.iter().map(|target| i64::from(*target)), &device);
+    zeros.select_assign(0, targets, messages, IndexingUpdateOp::Add)
+}
+
+fn indices(values: impl Iterator<Item = i64>, device: &Device) -> Tensor<1, Int> {
+    let values: Vec<i64> = values.collect();
+    let count = values.len();
+    Tensor::from_data(TensorData::new(values, [count]), device)
+}
+
+/// A perceptron on sums of gathered rows; see [`crate::gathered_mlp`].
+pub fn gathered_mlp(
+    sources: Vec<Tensor<2>>,
+    plan: &Arc<GatherPlan>,
+    tail: PerceptronTail,
+) -> Tensor<2> {
+    let device = sources[0].device();
+    let mut first = tail.first_bias.unsqueeze::<2>();
+    for (number, source) in sources.into_iter().enumerate() {
+        let index = indices(plan.index_of(number).into_iter().map(|index| index as i64), &device);
+        first = first + source.select(0, index);
+    }
+    let hidden = activate(first, tail.activation);
+    let hidden =
+        activate(hidden.matmul(tail.second_weight) + tail.second_bias.unsqueeze(), tail.activation);
+    let output = hidden.matmul(tail.third_weight) + tail.third_bias.unsqueeze();
+    match tail.normalisation {
+        Some(normalisation) => normalise(output, normalisation),
+        None => output,
+    }
+}
+
+fn normalise(x: Tensor<2>, normalisation: LayerNormalisation) -> Tensor<2> {
+    let deviation = x.clone() - x.mean_dim(1);
+    let variance = (deviation.clone() * deviation.clone()).mean_dim(1);
+    let normal = deviation / (variance + normalisation.epsilon).sqrt();
+    normal * normalisation.gain.unsqueeze() + normalisation.offset.unsqueeze()
+}

@@ -1,0 +1,147 @@
+//! Vector instructions chosen at run time, and the elementary functions written for them.
+//!
+//! A loop is written once as ordinary Rust over slices; [`vectorised!`] compiles it for AVX-512,
+//! for AVX2 with fused multiply-add, and for the target's baseline, and picks at run time.
+
+/// Sets of vector instructions that loops are compiled for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Instructions {
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    Baseline,
+}
+
+/// The widest set this processor has.
+#[inline]
+pub(crate) fn instructions() -> Instructions {
+    #[cfg(target_arch = "x86_64")]
+    {
+        if is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512dq")
+            && is_x86_feature_detected!("avx512vl")
+            && is_x86_feature_detected!("fma")
+        {
+            return Instructions::Avx512;
+        }
+        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+            return Instructions::Avx2;
+        }
+    }
+    Instructions::Baseline
+}
+
+/// Defines a function whose loops are compiled for each of [`Instructions`]; its constant
+/// parameter says whether a fused multiply-add costs one instruction.
+macro_rules! vectorised {
+    ($(#[$meta:meta])* $vis:vis fn $name:ident<$fused:ident>($($arg:ident: $type:ty),* $(,)?) $body:block) => {
+        $(#[$meta])*
+        #[allow(clippy::too_many_arguments)]
+        $vis fn $name($($arg: $type),*) {
+            #[inline(always)]
+            #[allow(clippy::too_many_arguments)]
+            fn every<const $fused: bool>($($arg: $type),*) $body
+
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = "avx512f,avx512dq,avx512vl,fma")]
+            #[allow(clippy::too_many_arguments)]
+            fn avx512($($arg: $type),*) {
+                every::<true>($($arg),*)
+            }
+
+            #[cfg(target_arch = "x86_64")]
+            #[target_feature(enable = "avx2,fma")]
+            #[allow(clippy::too_many_arguments)]
+            fn avx2($($arg: $type),*) {
+                every::<true>($($arg),*)
+            }
+
+            match $crate::simd::instructions() {
+                // SAFETY: `instructions` returns this only where the processor reports the features.
+                #[cfg(target_arch = "x86_64")]
+                $crate::simd::Instructions::Avx512 => unsafe { avx512($($arg),*) },
+                // SAFETY: as above.
+                #[cfg(target_arch = "x86_64")]
+                $crate::simd::Instructions::Avx2 => unsafe { avx2($($arg),*) },
+                $crate::simd::Instructions::Baseline => every::<false>($($arg),*),
+            }
+        }
+    };
+}
+pub(crate) use vectorised;
+
+/// `a b + c`, fused where that is one instruction (elsewhere it would be a library call).
+#[inline(always)]
+pub(crate) fn multiply_add<const FUSED: bool>(a: f32, b: f32, c: f32) -> f32 {
+    if FUSED { a.mul_add(b, c) } else { a * b + c }
+}
+
+/// Adding this to a float of modest size leaves its nearest integer in the low bits.
+const ROUNDING: f32 = 12_582_912.0; // 1.5 · 2²³
+/// ln 2 split so that `n · LN_2_HIGH` is exact for the exponents of a float.
+const LN_2_HIGH: f32 = 0.693_359_4;
+const LN_2_LOW: f32 = -2.121_944_4e-4;
+
+/// `eˣ − 1` for x in [−87, 88], to about one unit in the last place also near zero; NaN stays NaN.
+///
+/// x = n ln 2 + r, and eˣ − 1 = 2ⁿ (eʳ − 1) + (2ⁿ − 1). The polynomial is that of Cephes' `expf`
+/// (Moshier 1989).
+#[inline(always)]
+pub(crate) fn exp_m1<const FUSED: bool>(x: f32) -> f32 {
+    let shifted = multiply_add::<FUSED>(x, std::f32::consts::LOG2_E, ROUNDING);
+    let n = shifted - ROUNDING;
+    let r = multiply_add::<FUSED>(n, -LN_2_LOW, multiply_add::<FUSED>(n, -LN_2_HIGH, x));
+    let mut p = 1.987_569_1e-4;
+    for coefficient in [1.398_199_9e-3, 8.333_452e-3, 4.166_579_6e-2, 0.166_666_65, 0.5] {
+        p = multiply_add::<FUSED>(p, r, coefficient);
+    }
+    let q = multiply_add::<FUSED>(p, r * r, r);
+    let power = f32::from_bits((shifted.to_bits() << 23).wrapping_add(1.0_f32.to_bits()));
+    multiply_add::<FUSED>(power, q, power - 1.0)
+}
+
+/// Sum of `term(i)` for `i < n` in sixteen interleaved partial sums: a fixed order that vectorises.
+#[inline(always)]
+pub(crate) fn sum_of(n: usize, term: impl Fn(usize) -> f32) -> f32 {
+    const LANES: usize = 16;
+    let mut lanes = [0.0_f32; LANES];
+    let whole = n - n % LANES;
+    for start in (0..whole).step_by(LANES) {
+        for lane in 0..LANES {
+            lanes[lane] += term(start + lane);
+        }
+    }
+    for i in whole..n {
+        lanes[i - whole] += term(i);
+    }
+    for half in [8, 4, 2, 1] {
+        for lane in 0..half {
+            lanes[lane] += lanes[lane + half];
+        }
+    }
+    lanes[0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::exp_m1;
+
+    #[test]
+    fn exp_m1_keeps_its_digits_over_the_whole_range() {
+        let mut x = -87.0_f32;
+        while x < 88.0 {
+            for value in [exp_m1::<true>(x), exp_m1::<false>(x)] {
+                let exact = f64::from(x).exp_m1();
+                assert!(
+                    (f64::from(value) - exact).abs() <= 3e-7 * exact.abs(),
+                    "x = {x}: {value} vs {exact}"
+                );
+            }
+            x += if x.abs() < 1.0 { 1.7e-5 } else { 1.3e-3 };
+        }
+        assert!(exp_m1::<true>(f32::NAN).is_nan());
+        assert_eq!(exp_m1::<true>(0.0), 0.0);
+        assert_eq!(exp_m1::<true>(1e-30), 1e-30);
+    }
+}
