@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use burn::module::Module;
 use burn::tensor::Device;
 use serde::{Deserialize, Serialize};
 
@@ -52,8 +51,7 @@ pub(super) fn write(trainer: &Trainer, samples: usize, directory: &Path) -> Resu
         best: trainer.best.as_ref().map(|best| (best.validation, best.step)),
     };
     replace_directory(directory, |folder| {
-        let current = Surrogate { emulator: trainer.emulator.valid(), ..trainer.surrogate.clone() };
-        write_surrogate(&current, folder)?;
+        write_surrogate(&trainer.current_surrogate(), folder)?;
         if let Some(best) = &trainer.best {
             save_weights(&best.emulator, &folder.join(BEST))?;
         }

@@ -173,6 +173,11 @@ impl Trainer {
         &self.surrogate
     }
 
+    /// The surrogate with the weights of the latest step, when steps are made by hand.
+    pub fn current_surrogate(&self) -> Surrogate {
+        Surrogate { emulator: self.emulator.valid(), ..self.surrogate.clone() }
+    }
+
     /// The surrogate, training done.
     pub fn into_surrogate(self) -> Surrogate {
         self.surrogate
