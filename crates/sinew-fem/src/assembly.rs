@@ -1,0 +1,261 @@
+//! Energy, nodal forces and stiffness of a body.
+
+use crate::cell::{Rounding, cell_stiffness, inverse, product};
+use crate::sparsity::Sparsity;
+use sinew_energy::{Law, PressureLoad, Response, TotalPotential};
+use sinew_num::Mat3;
+
+/// Π with its derivatives at one displacement, and what the rounding errors in them are measured by.
+#[derive(Clone, Debug)]
+pub(crate) struct Assembly {
+    /// Π [stress·length³]; +∞ where a cell is inverted.
+    pub energy: f64,
+    /// Bound on the rounding error in Π [stress·length³].
+    pub energy_noise: f64,
+    /// Derivative of Π in every degree of freedom; at prescribed ones it is the reaction.
+    pub gradient: Vec<f64>,
+    /// Norm of the loads and the reactions [stress·length²].
+    pub force_scale: f64,
+    /// Estimate of the rounding error in the norm of the gradient [stress·length²].
+    pub floor: f64,
+    /// Lower half of the second derivative, with one more slot for what is prescribed.
+    pub matrix: Vec<f64>,
+    /// Least volume ratio J.
+    pub least_volume_ratio: f64,
+    /// The cell that has it.
+    pub worst_cell: usize,
+    /// Displacement gradient, stress and tangent of each cell.
+    cells: Vec<(Mat3<f64>, Response)>,
+}
+
+/// Second Piola–Kirchhoff stress of each cell as Newton's linear model foresees it.
+pub(crate) type PredictedStress = Vec<Mat3<f64>>;
+
+impl Assembly {
+    pub fn new(sparsity: &Sparsity, cells: usize, degrees_of_freedom: usize) -> Self {
+        Self {
+            energy: 0.0,
+            energy_noise: 0.0,
+            gradient: vec![0.0; degrees_of_freedom],
+            force_scale: 0.0,
+            floor: 0.0,
+            matrix: vec![0.0; sparsity.entries() + 1],
+            least_volume_ratio: 1.0,
+            worst_cell: 0,
+            cells: vec![(Mat3::ZERO, Response::INADMISSIBLE); cells],
+        }
+    }
+
+    /// Evaluates everything at `displacement`, under the fraction `load_factor` of the loads.
+    ///
+    /// `predicted` replaces the stress in the geometric part of the stiffness, see [`crate::newton`].
+    pub fn assemble<L: Law<D>, const D: usize>(
+        &mut self,
+        potential: &TotalPotential<L, D>,
+        sparsity: &Sparsity,
+        state: State,
+        predicted: Option<&PredictedStress>,
+    ) {
+        let State { displacement, load_factor, .. } = state;
+        self.matrix.fill(0.0);
+        let mut loads = 0.0;
+        let work: f64 = displacement.iter().zip(&potential.nodal_force).map(|(u, f)| u * f).sum();
+        self.energy = -load_factor * work;
+        let mut rounding = Rounding::default();
+        rounding.energy += self.energy.abs();
+        for (g, f) in self.gradient.iter_mut().zip(&potential.nodal_force) {
+            *g = -load_factor * f;
+            loads += *g * *g;
+        }
+        let mut facet = 0;
+        for pressure in &potential.pressures {
+            loads += self.add_pressure(pressure, sparsity, facet, state, &mut rounding);
+            facet += pressure.facets.len();
+        }
+        self.add_cells(potential, sparsity, state, predicted, &mut rounding);
+        (self.floor, self.energy_noise) = (rounding.force_noise(), rounding.energy_noise());
+        let reactions = self.gradient.iter().zip(&potential.prescribed).filter(|(_, p)| p.is_some());
+        self.force_scale = loads.sqrt() + reactions.map(|(g, _)| g * g).sum::<f64>().sqrt();
+    }
+
+    fn add_cells<L: Law<D>, const D: usize>(
+        &mut self,
+        potential: &TotalPotential<L, D>,
+        sparsity: &Sparsity,
+        State { displacement, theta, .. }: State,
+        predicted: Option<&PredictedStress>,
+        rounding: &mut Rounding,
+    ) {
+        let parameters = TotalPotential::<L, D>::law_parameters(theta);
+        self.least_volume_ratio = f64::INFINITY;
+        for (cell, nodes) in potential.cells.iter().enumerate() {
+            let (shape, volume) = (&potential.shape_gradients[cell], potential.volumes[cell]);
+            let h = potential.displacement_gradient(cell, displacement);
+            let response = potential.law.response(parameters, &h, &potential.directions[cell]);
+            let ratio = 1.0 + h.volume_change();
+            if ratio < self.least_volume_ratio {
+                (self.least_volume_ratio, self.worst_cell) = (ratio, cell);
+            }
+            self.energy += volume * response.energy;
+            for (&node, g) in nodes.iter().zip(shape) {
+                for i in 0..3 {
+                    let force: f64 = (0..3).map(|j| response.stress[i][j] * g[j]).sum();
+                    self.gradient[3 * node + i] += volume * force;
+                }
+            }
+            rounding.add_cell(shape, volume, motion_of(nodes, displacement), &h, &response);
+            let mut tangent = response.tangent;
+            if let Some(predicted) = predicted {
+                replace_stress(&mut tangent, &h, &response.stress, &predicted[cell]);
+            }
+            let stiffness = cell_stiffness(&tangent, shape, volume);
+            for (&slot, value) in sparsity.cell_slots[cell].iter().zip(stiffness) {
+                self.matrix[slot as usize] += value;
+            }
+            self.cells[cell] = (h, response);
+        }
+    }
+
+    /// Adds a pressure; returns the squared norm of its nodal forces, facet by facet.
+    fn add_pressure(
+        &mut self,
+        pressure: &PressureLoad,
+        sparsity: &Sparsity,
+        first_facet: usize,
+        state: State,
+        rounding: &mut Rounding,
+    ) -> f64 {
+        let magnitude = state.load_factor * pressure.magnitude.value(state.theta);
+        let mut squared = 0.0;
+        for (facet, nodes) in pressure.facets.iter().enumerate() {
+            let response = pressure.facet_response(facet, state.displacement);
+            self.energy += magnitude * response.energy;
+            rounding.energy += (magnitude * response.energy).abs();
+            for (row, g) in response.gradient.iter().enumerate() {
+                let force = magnitude * g;
+                self.gradient[3 * nodes[row / 3] + row % 3] += force;
+                squared += force * force;
+            }
+            let lower = (0..9).flat_map(|row| response.hessian[row][..=row].iter());
+            for (&slot, value) in sparsity.facet_slots[first_facet + facet].iter().zip(lower) {
+                self.matrix[slot as usize] += magnitude * value;
+            }
+        }
+        squared
+    }
+
+    /// Adds the second derivative of Π times `direction` to `forces`, in all degrees of freedom.
+    pub fn add_stiffness_times<L: Law<D>, const D: usize>(
+        &self,
+        potential: &TotalPotential<L, D>,
+        state: State,
+        direction: &[f64],
+        forces: &mut [f64],
+    ) {
+        for (cell, nodes) in potential.cells.iter().enumerate() {
+            if nodes.iter().all(|&node| direction[3 * node..3 * node + 3] == [0.0; 3]) {
+                continue;
+            }
+            let dh = potential.displacement_gradient(cell, direction);
+            let stress = tangent_times(&self.cells[cell].1.tangent, &dh);
+            for (&node, g) in nodes.iter().zip(&potential.shape_gradients[cell]) {
+                for i in 0..3 {
+                    let force: f64 = (0..3).map(|j| stress[i][j] * g[j]).sum();
+                    forces[3 * node + i] += potential.volumes[cell] * force;
+                }
+            }
+        }
+        for pressure in &potential.pressures {
+            let magnitude = state.load_factor * pressure.magnitude.value(state.theta);
+            for (facet, nodes) in pressure.facets.iter().enumerate() {
+                let response = pressure.facet_response(facet, state.displacement);
+                let dof = |local: usize| 3 * nodes[local / 3] + local % 3;
+                for (row, entries) in response.hessian.iter().enumerate() {
+                    let sum: f64 = (0..9).map(|column| entries[column] * direction[dof(column)]).sum();
+                    forces[dof(row)] += magnitude * sum;
+                }
+            }
+        }
+    }
+
+    /// The stress of each cell after a step along `direction` by the linear model of the stress,
+    /// `S + C : sym(Fᵀ ∇direction)`.
+    pub fn predict_stress<L: Law<D>, const D: usize>(
+        &self,
+        potential: &TotalPotential<L, D>,
+        direction: &[f64],
+    ) -> PredictedStress {
+        let predict = |(cell, (h, response)): (usize, &(Mat3<f64>, Response))| {
+            let dh = potential.displacement_gradient(cell, direction);
+            let inverse = inverse(h);
+            let stress = product(&inverse, &response.stress);
+            let linear = tangent_times(&response.tangent, &dh);
+            let change = Mat3::from_fn(|i, j| {
+                response.stress[i][j] + linear[i][j]
+                    - (0..3).map(|k| dh[i][k] * stress[k][j]).sum::<f64>()
+            });
+            product(&inverse, &change)
+        };
+        self.cells.iter().enumerate().map(predict).collect()
+    }
+}
+
+/// Where a potential is evaluated.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct State<'a> {
+    /// Nodal displacements [length].
+    pub displacement: &'a [f64],
+    /// Parameters of law and loads.
+    pub theta: &'a [f64],
+    /// Fraction of all loads.
+    pub load_factor: f64,
+}
+
+impl State<'_> {
+    /// Π [stress·length³]; +∞ as soon as a cell is inverted.
+    pub fn energy<L: Law<D>, const D: usize>(&self, potential: &TotalPotential<L, D>) -> f64 {
+        let parameters = TotalPotential::<L, D>::law_parameters(self.theta);
+        let work: f64 =
+            self.displacement.iter().zip(&potential.nodal_force).map(|(u, f)| u * f).sum();
+        let mut energy = -work;
+        for pressure in &potential.pressures {
+            energy += pressure.value(self.displacement, self.theta);
+        }
+        energy *= self.load_factor;
+        for cell in 0..potential.cells.len() {
+            let h = potential.displacement_gradient(cell, self.displacement);
+            let directions = &potential.directions[cell];
+            energy += potential.volumes[cell]
+                * potential.law.energy(parameters, &h, directions, &potential.guard);
+            if energy == f64::INFINITY {
+                break;
+            }
+        }
+        energy
+    }
+}
+
+/// Largest displacement component of some nodes.
+fn motion_of(nodes: &[usize], displacement: &[f64]) -> f64 {
+    let components = nodes.iter().flat_map(|&node| &displacement[3 * node..3 * node + 3]);
+    components.fold(0.0, |m: f64, u| m.max(u.abs()))
+}
+
+/// `A : dH`.
+fn tangent_times(tangent: &[[f64; 9]; 9], dh: &Mat3<f64>) -> Mat3<f64> {
+    let flat = dh.0.as_flattened();
+    Mat3::from_fn(|i, j| tangent[3 * i + j].iter().zip(flat).map(|(a, h)| a * h).sum())
+}
+
+/// Puts another stress into the geometric part `δ_ik S_jl` of a tangent.
+fn replace_stress(tangent: &mut [[f64; 9]; 9], h: &Mat3<f64>, stress: &Mat3<f64>, with: &Mat3<f64>) {
+    let present = product(&inverse(h), stress);
+    for j in 0..3 {
+        for l in 0..3 {
+            let change = 0.5 * (with[j][l] + with[l][j]) - 0.5 * (present[j][l] + present[l][j]);
+            for i in 0..3 {
+                tangent[3 * i + j][3 * i + l] += change;
+            }
+        }
+    }
+}

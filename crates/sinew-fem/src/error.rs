@@ -1,0 +1,130 @@
+//! Why a solve failed, with numbers and advice.
+
+use crate::{History, RigidMode};
+use sinew_energy::ThetaError;
+use thiserror::Error;
+
+/// A solve that gave no equilibrium.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SolveError {
+    /// The potential has no cell.
+    #[error("the potential has no tetrahedra; lower a scene with a mesh that has some")]
+    EmptyMesh,
+    /// Arrays of the potential that do not fit each other, or that hold an infinite number or none.
+    #[error("the potential's {what} {problem}; lower it from a scene, which checks them")]
+    Malformed {
+        /// The array.
+        what: &'static str,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+    /// A node in no cell that no support holds.
+    #[error("node {node} belongs to no cell and is not held; remove it from the mesh")]
+    LooseNode {
+        /// Index of the node.
+        node: usize,
+    },
+    /// A connected part of the body can move without deforming.
+    #[error(
+        "the part of the body with node {node} ({nodes} nodes) is free in {}; add supports there, such as Support::clamped",
+        modes.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+    )]
+    FreeToMove {
+        /// A node of the part.
+        node: usize,
+        /// Number of its nodes.
+        nodes: usize,
+        /// The independent ways it can move.
+        modes: Vec<RigidMode>,
+    },
+    /// Parameters that make no sense.
+    #[error(transparent)]
+    Theta(#[from] ThetaError),
+    /// An initial displacement of the wrong length or with a number that is none.
+    #[error(
+        "the initial displacement has {given} entries of which {finite} are finite; {needed} finite ones are needed"
+    )]
+    Initial {
+        /// Entries given.
+        given: usize,
+        /// Finite entries among them.
+        finite: usize,
+        /// Entries needed.
+        needed: usize,
+    },
+    /// No equilibrium was found.
+    #[error(transparent)]
+    NotConverged(Box<NotConverged>),
+    /// The stiffness has a zero pivot at the equilibrium, so the response to a change is not defined.
+    #[error(
+        "the stiffness is singular at this equilibrium (a limit or bifurcation point); move theta a little"
+    )]
+    Singular,
+    /// The factor does not fit in memory.
+    #[error("no memory for the factor of {unknowns} unknowns; coarsen the mesh")]
+    OutOfMemory {
+        /// Number of unknowns.
+        unknowns: usize,
+    },
+}
+
+/// The best state of a failed solve and how it got there.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error(
+    "no equilibrium found after {} iterations; equilibrium was followed up to {:.4} of the load\n{history}{advice}",
+    history.iterations.len(), load_factor
+)]
+pub struct NotConverged {
+    /// Largest fraction of loads and prescribed motion whose equilibrium was found.
+    pub load_factor: f64,
+    /// Displacement of that equilibrium, `[u_x, u_y, u_z]` node by node [length].
+    pub displacement: Vec<f64>,
+    /// All iterations.
+    pub history: History,
+    /// What to try.
+    pub advice: Advice,
+}
+
+/// What to try after a failed solve.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Advice {
+    /// A cell is squeezed flat.
+    #[error(
+        "cell {cell} is squeezed to J = {volume_ratio:.2e} of its volume: the load may exceed what the body carries; \
+         reduce it, stiffen the material, or refine the mesh around that cell"
+    )]
+    Squeezed {
+        /// Index of the cell.
+        cell: usize,
+        /// Its volume ratio J.
+        volume_ratio: f64,
+    },
+    /// The stiffness lost positive definiteness.
+    #[error(
+        "the stiffness is indefinite where the iteration ended: the body may snap or buckle there; \
+         load it by a prescribed motion, or less"
+    )]
+    Unstable,
+    /// The iterations ran out.
+    #[error("allow more iterations (Options::iterations) or smaller load steps (Options::least_load_step)")]
+    MoreIterations,
+}
+
+impl Advice {
+    /// Squeezed below this J a cell is named as the culprit.
+    const SQUEEZED: f64 = 0.05;
+
+    pub(crate) fn from_history(history: &History) -> Self {
+        let tail = history.iterations.iter().rev().take(20);
+        let worst = tail.clone().min_by(|a, b| a.least_volume_ratio.total_cmp(&b.least_volume_ratio));
+        match worst {
+            Some(i) if i.least_volume_ratio < Self::SQUEEZED => {
+                Self::Squeezed { cell: i.worst_cell, volume_ratio: i.least_volume_ratio }
+            }
+            _ if tail.clone().take(3).any(|i| i.shift > 0.0) => Self::Unstable,
+            _ => Self::MoreIterations,
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! What a solve did, iteration by iteration.
+
+use std::fmt;
+
+/// One Newton iteration: the state it started from and the step it took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Iteration {
+    /// Fraction of loads and prescribed motion.
+    pub load_factor: f64,
+    /// Norm of the unbalanced nodal forces at the free degrees of freedom [stress·length²].
+    pub residual: f64,
+    /// Residual at which the iteration ends: what rounding errors in the nodal forces amount to.
+    pub tolerance: f64,
+    /// Total potential energy [stress·length³].
+    pub energy: f64,
+    /// Least volume ratio J of all cells.
+    pub least_volume_ratio: f64,
+    /// The cell that has it.
+    pub worst_cell: usize,
+    /// Fraction of the Newton step that was taken from here; 0 when none was.
+    pub step: f64,
+    /// Multiple of the mean diagonal that made the stiffness positive definite; 0 when it was.
+    pub shift: f64,
+}
+
+/// All iterations of a solve in order, rejected load steps included.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct History {
+    /// The iterations.
+    pub iterations: Vec<Iteration>,
+}
+
+/// Longest excerpt that [`History`] prints: the last iterations tell most.
+const MOST_LINES: usize = 12;
+
+impl fmt::Display for History {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let skipped = self.iterations.len().saturating_sub(MOST_LINES);
+        writeln!(f, " it  load      residual   energy          min J     cell   step      shift")?;
+        if skipped > 0 {
+            writeln!(f, "  … {skipped} earlier iterations")?;
+        }
+        for (number, i) in self.iterations.iter().enumerate().skip(skipped) {
+            writeln!(
+                f,
+                "{number:3}  {:<8.6}  {:9.2e}  {:14.7e}  {:<8.4}  {:<5}  {:<8.2e}  {:.1e}",
+                i.load_factor, i.residual, i.energy, i.least_volume_ratio, i.worst_cell, i.step, i.shift
+            )?;
+        }
+        Ok(())
+    }
+}

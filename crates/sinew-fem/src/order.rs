@@ -1,0 +1,63 @@
+//! An order of samples in which neighbours follow each other.
+
+/// Entries of θ as coordinates: the logarithm where a column is positive, scaled to [0, 1].
+pub(crate) fn log_coordinates(thetas: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let width = thetas.iter().map(Vec::len).max().unwrap_or(0);
+    let mut coordinates = vec![vec![0.0; width]; thetas.len()];
+    for column in 0..width {
+        let entry = |row: &Vec<f64>| row.get(column).copied().unwrap_or(f64::NAN);
+        let positive = thetas.iter().all(|row| entry(row) > 0.0);
+        let value = |row: &Vec<f64>| if positive { entry(row).ln() } else { entry(row) };
+        let finite = || thetas.iter().map(value).filter(|x| x.is_finite());
+        let least = finite().fold(f64::INFINITY, f64::min);
+        let most = finite().fold(f64::NEG_INFINITY, f64::max);
+        let range = if most > least { most - least } else { 1.0 };
+        for (row, theta) in coordinates.iter_mut().zip(thetas) {
+            let x = (value(theta) - least) / range;
+            // Samples without a sensible value are refused later; they need a place until then.
+            row[column] = if x.is_finite() { x } else { 0.0 };
+        }
+    }
+    coordinates
+}
+
+/// Starts at the first point and goes on to the nearest one that is left, the first of equals.
+pub(crate) fn nearest_neighbour_path(points: &[Vec<f64>]) -> Vec<usize> {
+    let mut left: Vec<_> = (0..points.len()).collect();
+    let mut path = Vec::with_capacity(points.len());
+    let mut current = 0;
+    while !left.is_empty() {
+        let distance = |&index: &usize| -> f64 {
+            points[current].iter().zip(&points[index]).map(|(a, b)| (a - b) * (a - b)).sum()
+        };
+        let mut best = (0, f64::INFINITY);
+        for (place, index) in left.iter().enumerate() {
+            let d = distance(index);
+            if d < best.1 {
+                best = (place, d);
+            }
+        }
+        current = left.remove(best.0);
+        path.push(current);
+    }
+    path
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_path_visits_every_point_once_and_neighbours_in_a_row() {
+        let line: Vec<_> = [1.0, 100.0, 10.0, 1000.0].map(|x| vec![x]).to_vec();
+        assert_eq!(nearest_neighbour_path(&log_coordinates(&line)), [0, 2, 1, 3]);
+        assert!(nearest_neighbour_path(&[]).is_empty());
+    }
+
+    #[test]
+    fn senseless_values_have_a_place_too() {
+        let path = nearest_neighbour_path(&log_coordinates(&[vec![f64::NAN], vec![-1.0], vec![2.0]]));
+        assert_eq!(path.len(), 3);
+        assert_eq!(log_coordinates(&[vec![f64::INFINITY], vec![]]), [[0.0], [0.0]]);
+    }
+}

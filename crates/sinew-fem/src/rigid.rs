@@ -1,0 +1,152 @@
+//! Supports that leave a body free to move.
+
+use crate::SolveError;
+use nalgebra::{Matrix3, Matrix6, SymmetricEigen, Vector3, Vector6};
+use sinew_energy::{Guard, Law, TotalPotential};
+use std::fmt;
+
+/// A motion counts as free when the supports resist it by less than this, relative to what they
+/// resist most; a support that grips a millionth of the body's size still holds.
+const FREE: f64 = 1e-12;
+/// Components of a unit vector below this are left out of its name.
+const NAMED: f64 = 1e-6;
+
+/// A rigid motion to first order, `translation + rotation × (X − centre)` with the centre of the held
+/// nodes (of all nodes when none is held).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RigidMode {
+    /// Velocity of the centre.
+    pub translation: [f64; 3],
+    /// Angular velocity.
+    pub rotation: [f64; 3],
+}
+
+impl fmt::Display for RigidMode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let norm = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let (translation, rotation) = (norm(&self.translation), norm(&self.rotation));
+        if translation > NAMED {
+            write!(f, "translation along {}", Axis(&self.translation))?;
+        }
+        if translation > NAMED && rotation > NAMED {
+            write!(f, " with ")?;
+        }
+        if rotation > NAMED {
+            write!(f, "rotation about {}", Axis(&self.rotation))?;
+        }
+        Ok(())
+    }
+}
+
+/// An axis by name, or by components when it is none of the coordinate axes.
+struct Axis<'a>(&'a [f64; 3]);
+
+impl fmt::Display for Axis<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let largest = self.0.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let present: Vec<_> = (0..3).filter(|&i| self.0[i].abs() > NAMED * largest).collect();
+        match present[..] {
+            [i] => write!(f, "{}", ["x", "y", "z"][i]),
+            _ => write!(f, "({:.3}, {:.3}, {:.3})", self.0[0], self.0[1], self.0[2]),
+        }
+    }
+}
+
+/// Checks that each connected part of the body is held against all rigid motions.
+pub(crate) fn check_supports<L: Law<D>, G: Guard, const D: usize>(
+    potential: &TotalPotential<L, D, G>,
+) -> Result<(), SolveError> {
+    for part in parts(potential)? {
+        let modes = free_modes(&part, &potential.prescribed);
+        if !modes.is_empty() {
+            let (node, nodes) = (part[0].0, part.len());
+            return Err(SolveError::FreeToMove { node, nodes, modes });
+        }
+    }
+    Ok(())
+}
+
+/// A connected part: its nodes with their positions relative to the first of them.
+type Part = Vec<(usize, Vector3<f64>)>;
+
+/// Connected parts; the positions follow from the shape gradients, whose inverse holds the edges.
+fn parts<L: Law<D>, G: Guard, const D: usize>(
+    potential: &TotalPotential<L, D, G>,
+) -> Result<Vec<Part>, SolveError> {
+    let mut cells_of = vec![Vec::new(); potential.nodes];
+    for (cell, nodes) in potential.cells.iter().enumerate() {
+        nodes.iter().for_each(|&node| cells_of[node].push(cell));
+    }
+    let mut seen = vec![false; potential.nodes];
+    let mut parts = Vec::new();
+    for start in 0..potential.nodes {
+        if cells_of[start].is_empty() {
+            if potential.prescribed[3 * start..3 * start + 3].contains(&None) {
+                return Err(SolveError::LooseNode { node: start });
+            }
+            continue;
+        }
+        if seen[start] {
+            continue;
+        }
+        seen[start] = true;
+        let mut part: Part = vec![(start, Vector3::zeros())];
+        let mut next = 0;
+        while next < part.len() {
+            let (node, position) = part[next];
+            next += 1;
+            for &cell in &cells_of[node] {
+                let corners = corner_positions(&potential.shape_gradients[cell])?;
+                let nodes = potential.cells[cell];
+                let own = nodes.iter().position(|&n| n == node).unwrap_or(0);
+                for (corner, &other) in nodes.iter().enumerate() {
+                    if !std::mem::replace(&mut seen[other], true) {
+                        part.push((other, position + corners[corner] - corners[own]));
+                    }
+                }
+            }
+        }
+        parts.push(part);
+    }
+    Ok(parts)
+}
+
+/// Corners of a tetrahedron relative to its first one: `g_a · x_b = δ_ab`.
+fn corner_positions(shape: &[[f64; 3]; 4]) -> Result<[Vector3<f64>; 4], SolveError> {
+    let gradients = Matrix3::from_fn(|a, i| shape[a + 1][i]);
+    let edges = gradients.try_inverse().filter(|edges| edges.iter().all(|x| x.is_finite())).ok_or(
+        SolveError::Malformed { what: "shape gradients", problem: "belong to a flat cell" },
+    )?;
+    Ok([Vector3::zeros(), edges.column(0).into(), edges.column(1).into(), edges.column(2).into()])
+}
+
+fn free_modes(part: &Part, prescribed: &[Option<f64>]) -> Vec<RigidMode> {
+    let held = || part.iter().filter(|(n, _)| (0..3).any(|i| prescribed[3 * n + i].is_some()));
+    let (count, sum) = held().fold((0, Vector3::zeros()), |(n, sum), (_, x)| (n + 1, sum + x));
+    let all: Vector3<f64> = part.iter().map(|(_, x)| x).sum();
+    let centre = if count > 0 { sum / count as f64 } else { all / part.len() as f64 };
+    // The unit of rotation is a turn that moves the farthest node by a unit.
+    let size = part.iter().map(|(_, x)| (x - centre).norm()).fold(0.0, f64::max);
+
+    let mut resistance = Matrix6::zeros();
+    for (node, position) in held() {
+        let arm = (position - centre) / size;
+        for i in (0..3).filter(|i| prescribed[3 * node + i].is_some()) {
+            let axis = Vector3::ith(i, 1.0);
+            let turn = arm.cross(&axis);
+            let row = Vector6::new(axis.x, axis.y, axis.z, turn.x, turn.y, turn.z);
+            resistance += row * row.transpose();
+        }
+    }
+    let eigen = SymmetricEigen::new(resistance);
+    let strongest = eigen.eigenvalues.max().max(f64::MIN_POSITIVE);
+    let free = (0..6).filter(|&i| eigen.eigenvalues[i] <= FREE * strongest);
+    free.map(|i| {
+        let mode = eigen.eigenvectors.column(i);
+        RigidMode {
+            translation: std::array::from_fn(|k| mode[k]),
+            rotation: std::array::from_fn(|k| mode[3 + k]),
+        }
+    })
+    .collect()
+}

@@ -1,0 +1,82 @@
+//! How an equilibrium moves with θ.
+
+use crate::assembly::State;
+use crate::dual::Dual;
+use crate::{Solution, SolveError, Solver};
+use sinew_energy::{Exact, Law, Magnitude, TotalPotential};
+use sinew_num::Slope;
+
+impl<L: Law<D>, const D: usize> Solver<'_, L, D> {
+    /// Derivative of the displacement in each entry of θ: one vector like the displacement per entry.
+    ///
+    /// The implicit function theorem `K ∂u/∂θ = −∂²Π/∂u∂θ`, with exact derivatives throughout and one
+    /// factorisation for all entries.
+    ///
+    /// # Errors
+    /// A solution of another body, or [`SolveError::Singular`].
+    pub fn sensitivity(&mut self, solution: &Solution) -> Result<Vec<Vec<f64>>, SolveError> {
+        self.check_solution(solution)?;
+        let Solution { displacement, theta, .. } = solution;
+        let state = State { displacement, theta, load_factor: 1.0 };
+        self.assembly.assemble(self.potential, &self.sparsity, state, None);
+        if !self.factor.positive_definite(&self.sparsity, &self.assembly.matrix) {
+            let pivots = self.factor.indefinite(&self.sparsity, &self.assembly.matrix);
+            pivots.ok_or(SolveError::Singular)?;
+        }
+        let column = |index: usize| {
+            let unit: Vec<_> = (0..theta.len()).map(|i| f64::from(u8::from(i == index))).collect();
+            self.response_to(displacement, theta, &unit)
+        };
+        Ok((0..theta.len()).map(column).collect())
+    }
+
+    /// Change of the displacement with θ along `direction`, with the last factor.
+    pub(crate) fn response_to(
+        &mut self,
+        displacement: &[f64],
+        theta: &[f64],
+        direction: &[f64],
+    ) -> Vec<f64> {
+        let forces = force_change(self.potential, displacement, theta, direction);
+        let mut change = vec![0.0; displacement.len()];
+        self.add_newton_step(&forces, &mut change);
+        change
+    }
+}
+
+/// Change of the gradient of Π with θ along `direction`: `∂²Π/∂u∂θ · direction`.
+fn force_change<L: Law<D>, const D: usize>(
+    potential: &TotalPotential<L, D>,
+    displacement: &[f64],
+    theta: &[f64],
+    direction: &[f64],
+) -> Vec<f64> {
+    let constant = |value: f64| Dual { value: Slope::<9>::constant(value), derivative: Slope::constant(0.0) };
+    let moving = |(&value, &rate): (&f64, &f64)| Dual {
+        value: Slope::<9>::constant(value),
+        derivative: Slope::constant(rate),
+    };
+    let parameters: Vec<_> = theta.iter().zip(direction).map(moving).take(L::PARAMETERS.len()).collect();
+    let mut forces = vec![0.0; displacement.len()];
+    for (cell, nodes) in potential.cells.iter().enumerate() {
+        let h = potential.displacement_gradient(cell, displacement).seeded(|value, index| Dual {
+            value: Slope::variable(value, index),
+            derivative: Slope::constant(0.0),
+        });
+        let directions = potential.directions[cell].map(|d| d.map(constant));
+        let stress = potential.law.density(&parameters, &h, &directions, &Exact).derivative.gradient;
+        for (&node, g) in nodes.iter().zip(&potential.shape_gradients[cell]) {
+            for i in 0..3 {
+                let force: f64 = (0..3).map(|j| stress[3 * i + j] * g[j]).sum();
+                forces[3 * node + i] += potential.volumes[cell] * force;
+            }
+        }
+    }
+    for pressure in &potential.pressures {
+        if let Magnitude::Theta(_) = pressure.magnitude {
+            // The load is linear in its size, so its change is the load of the size's change.
+            pressure.value_and_add_gradient(displacement, direction, &mut forces);
+        }
+    }
+    forces
+}

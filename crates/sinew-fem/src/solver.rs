@@ -1,0 +1,114 @@
+//! The solver: what is prepared once per body.
+
+use crate::assembly::Assembly;
+use crate::factor::Factor;
+use crate::rigid::check_supports;
+use crate::sparsity::Sparsity;
+use crate::{SolveError, Solution};
+use sinew_energy::{Law, TotalPotential};
+use std::sync::Arc;
+
+/// Finds equilibria of one body for any θ.
+///
+/// Sparsity, ordering and symbolic factorisation are prepared once; the memory of the numbers is reused.
+pub struct Solver<'p, L, const D: usize> {
+    pub(crate) potential: &'p TotalPotential<L, D>,
+    pub(crate) sparsity: Arc<Sparsity>,
+    pub(crate) factor: Factor,
+    pub(crate) assembly: Assembly,
+}
+
+impl<'p, L: Law<D>, const D: usize> Solver<'p, L, D> {
+    /// Prepares the solver.
+    ///
+    /// # Errors
+    /// A potential that is malformed or whose supports leave a part of the body free to move.
+    pub fn new(potential: &'p TotalPotential<L, D>) -> Result<Self, SolveError> {
+        check_arrays(potential)?;
+        check_supports(potential)?;
+        let sparsity = Arc::new(Sparsity::new(potential)?);
+        let factor = Factor::new(&sparsity)?;
+        Ok(Self::assembled(potential, sparsity, factor))
+    }
+
+    /// Another solver of the same body, for another thread; it shares what is prepared.
+    ///
+    /// # Errors
+    /// [`SolveError::OutOfMemory`].
+    pub fn fresh(&self) -> Result<Self, SolveError> {
+        Ok(Self::assembled(self.potential, self.sparsity.clone(), self.factor.fresh()?))
+    }
+
+    fn assembled(
+        potential: &'p TotalPotential<L, D>,
+        sparsity: Arc<Sparsity>,
+        factor: Factor,
+    ) -> Self {
+        let assembly = Assembly::new(&sparsity, potential.cells.len(), potential.prescribed.len());
+        Self { potential, sparsity, factor, assembly }
+    }
+
+    /// The body that is solved.
+    pub fn potential(&self) -> &'p TotalPotential<L, D> {
+        self.potential
+    }
+
+    /// Number of unknowns: degrees of freedom that no support prescribes.
+    pub fn unknowns(&self) -> usize {
+        self.sparsity.unknowns()
+    }
+
+    /// Stored entries of the lower half of the stiffness and of its Cholesky factor.
+    pub fn stored_entries(&self) -> [usize; 2] {
+        [self.sparsity.entries(), self.factor.entries()]
+    }
+
+    pub(crate) fn check_solution(&self, solution: &Solution) -> Result<(), SolveError> {
+        self.potential.check_theta(&solution.theta)?;
+        self.check_displacement(&solution.displacement)
+    }
+
+    pub(crate) fn check_displacement(&self, displacement: &[f64]) -> Result<(), SolveError> {
+        let (given, needed) = (displacement.len(), self.potential.prescribed.len());
+        let finite = displacement.iter().filter(|u| u.is_finite()).count();
+        if given == needed && finite == needed {
+            return Ok(());
+        }
+        Err(SolveError::Initial { given, finite, needed })
+    }
+}
+
+/// The fields of a potential are public: checks that they fit each other.
+fn check_arrays<L: Law<D>, const D: usize>(
+    potential: &TotalPotential<L, D>,
+) -> Result<(), SolveError> {
+    let (cells, nodes) = (potential.cells.len(), potential.nodes);
+    if cells == 0 {
+        return Err(SolveError::EmptyMesh);
+    }
+    let known = |nodes_of: &[usize]| nodes_of.iter().all(|&node| node < nodes);
+    let finite = |values: &[f64]| values.iter().all(|x| x.is_finite());
+    let facets = || potential.pressures.iter().flat_map(|p| p.facets.as_flattened());
+    let held = || potential.prescribed.iter().flatten();
+    let checks = [
+        ("cells", "name nodes that do not exist", known(potential.cells.as_flattened())),
+        ("pressures", "name nodes that do not exist", facets().all(|&node| node < nodes)),
+        ("shape gradients", "are not one per cell", potential.shape_gradients.len() == cells),
+        ("volumes", "are not one per cell", potential.volumes.len() == cells),
+        ("directions", "are not one row per cell", potential.directions.len() == cells),
+        ("nodal forces", "are not three per node", potential.nodal_force.len() == 3 * nodes),
+        ("supports", "are not three per node", potential.prescribed.len() == 3 * nodes),
+        (
+            "shape gradients",
+            "are not finite",
+            finite(potential.shape_gradients.as_flattened().as_flattened()),
+        ),
+        ("volumes", "are not positive", potential.volumes.iter().all(|&v| v > 0.0 && v.is_finite())),
+        ("nodal forces", "are not finite", finite(&potential.nodal_force)),
+        ("supports", "are not finite", held().all(|u| u.is_finite())),
+    ];
+    match checks.iter().find(|(_, _, passed)| !passed) {
+        Some(&(what, problem, _)) => Err(SolveError::Malformed { what, problem }),
+        None => Ok(()),
+    }
+}

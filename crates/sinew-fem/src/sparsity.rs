@@ -1,0 +1,187 @@
+//! Numbering of the unknowns and where element matrices go in the stiffness matrix.
+
+use crate::SolveError;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::sparse::SymbolicSparseColMat;
+use faer::sparse::linalg::amd;
+use sinew_energy::{Guard, Law, TotalPotential};
+
+/// Marks a degree of freedom that is prescribed, so no unknown.
+const PRESCRIBED: u32 = u32::MAX;
+
+/// Entries of the lower half of a cell's 12×12 matrix: four diagonal blocks of six, six blocks of nine.
+pub(crate) const CELL_ENTRIES: usize = 78;
+/// Entries of the lower half of a facet's 9×9 matrix.
+pub(crate) const FACET_ENTRIES: usize = 45;
+
+/// The sparsity of the stiffness matrix, ordered for little fill.
+///
+/// Nodes are ordered by approximate minimum degree (P. R. Amestoy, T. A. Davis, I. S. Duff,
+/// "An approximate minimum degree ordering algorithm", 1996); the free components of a node follow
+/// each other, so dense kernels find blocks. The matrix is kept as its lower half.
+#[derive(Debug)]
+pub(crate) struct Sparsity {
+    /// Degree of freedom `3 × node + component` of each unknown.
+    pub degree_of_freedom: Vec<usize>,
+    /// The lower half, compressed by columns.
+    pub pattern: SymbolicSparseColMat<usize>,
+    /// Place in the values of each entry of each cell's matrix, row by row of its lower half.
+    /// Entries of prescribed degrees of freedom go to one slot behind the last value.
+    pub cell_slots: Vec<[u32; CELL_ENTRIES]>,
+    /// The same for the facets of all pressure loads, one after the other.
+    pub facet_slots: Vec<[u32; FACET_ENTRIES]>,
+}
+
+impl Sparsity {
+    pub fn new<L: Law<D>, G: Guard, const D: usize>(
+        potential: &TotalPotential<L, D, G>,
+    ) -> Result<Self, SolveError> {
+        let neighbours = neighbours(potential.nodes, &potential.cells);
+        let free = |node: usize| (0..3).filter(move |i| potential.prescribed[3 * node + i].is_none());
+        let order = minimum_degree(&neighbours, |node| free(node).next().is_some())?;
+
+        let mut unknown = vec![PRESCRIBED; potential.prescribed.len()];
+        let mut degree_of_freedom = Vec::new();
+        for &node in &order {
+            for component in free(node) {
+                unknown[3 * node + component] = degree_of_freedom.len() as u32;
+                degree_of_freedom.push(3 * node + component);
+            }
+        }
+
+        let mut columns = Columns::with_capacity(degree_of_freedom.len(), unknown);
+        for &node in &order {
+            columns.push_node(node, &neighbours[node]);
+        }
+        let cell_slots = potential.cells.iter().map(|nodes| columns.slots(nodes)).collect();
+        let facets = potential.pressures.iter().flat_map(|pressure| &pressure.facets);
+        let facet_slots = facets.map(|nodes| columns.slots(nodes)).collect();
+
+        let size = degree_of_freedom.len();
+        let pattern =
+            SymbolicSparseColMat::new_checked(size, size, columns.starts, None, columns.rows);
+        Ok(Self { degree_of_freedom, pattern, cell_slots, facet_slots })
+    }
+
+    /// Number of unknowns.
+    pub fn unknowns(&self) -> usize {
+        self.degree_of_freedom.len()
+    }
+
+    /// The pattern of the upper half, compressed by columns.
+    pub fn upper(&self) -> SymbolicSparseColMat<usize> {
+        let size = self.unknowns();
+        let mut starts = vec![0; size + 1];
+        self.pattern.row_idx().iter().for_each(|&row| starts[row + 1] += 1);
+        (0..size).for_each(|i| starts[i + 1] += starts[i]);
+        let mut rows = vec![0; self.entries()];
+        let mut next = starts.clone();
+        for column in 0..size {
+            for &row in self.pattern.row_idx_of_col_raw(column) {
+                rows[next[row]] = column;
+                next[row] += 1;
+            }
+        }
+        SymbolicSparseColMat::new_checked(size, size, starts, None, rows)
+    }
+
+    /// Number of stored entries of the lower half.
+    pub fn entries(&self) -> usize {
+        self.pattern.row_idx().len()
+    }
+}
+
+/// Nodes that share a cell with each node, ascending, without the node itself.
+fn neighbours(nodes: usize, cells: &[[usize; 4]]) -> Vec<Vec<usize>> {
+    let mut neighbours = vec![Vec::new(); nodes];
+    for cell in cells {
+        for &a in cell {
+            neighbours[a].extend(cell.iter().filter(|&&b| b != a));
+        }
+    }
+    for list in &mut neighbours {
+        list.sort_unstable();
+        list.dedup();
+    }
+    neighbours
+}
+
+/// The nodes that `keep` keeps, ordered for little fill.
+fn minimum_degree(
+    neighbours: &[Vec<usize>],
+    keep: impl Fn(usize) -> bool,
+) -> Result<Vec<usize>, SolveError> {
+    let kept: Vec<_> = (0..neighbours.len()).filter(|&node| keep(node)).collect();
+    let mut position = vec![usize::MAX; neighbours.len()];
+    kept.iter().enumerate().for_each(|(at, &node)| position[node] = at);
+    let (mut starts, mut rows) = (vec![0], Vec::new());
+    for (at, &node) in kept.iter().enumerate() {
+        rows.extend(neighbours[node].iter().map(|&n| position[n]).filter(|&row| row < at));
+        starts.push(rows.len());
+    }
+    let (size, entries) = (kept.len(), rows.len());
+    let graph = SymbolicSparseColMat::new_checked(size, size, starts, None, rows);
+    let mut forward = vec![0; size];
+    let mut inverse = vec![0; size];
+    let mut memory = MemBuffer::try_new(amd::order_scratch::<usize>(size, entries))
+        .map_err(|_| SolveError::OutOfMemory { unknowns: 3 * size })?;
+    let control = amd::Control::default();
+    amd::order(&mut forward, &mut inverse, graph.as_ref(), control, MemStack::new(&mut memory))
+        .map_err(|_| SolveError::OutOfMemory { unknowns: 3 * size })?;
+    Ok(forward.into_iter().map(|at| kept[at]).collect())
+}
+
+/// The lower half by columns, while it is built node by node in the order of elimination.
+struct Columns {
+    starts: Vec<usize>,
+    rows: Vec<usize>,
+    unknown: Vec<u32>,
+}
+
+impl Columns {
+    fn with_capacity(unknowns: usize, unknown: Vec<u32>) -> Self {
+        let mut starts = Vec::with_capacity(unknowns + 1);
+        starts.push(0);
+        Self { starts, rows: Vec::new(), unknown }
+    }
+
+    /// Appends the columns of one node's unknowns; they hold the later unknowns of itself and its neighbours.
+    fn push_node(&mut self, node: usize, neighbours: &[usize]) {
+        let unknowns = |node: usize| self.unknown[3 * node..3 * node + 3].iter().copied();
+        let present = |&row: &u32| row != PRESCRIBED;
+        let own: Vec<_> = unknowns(node).filter(present).collect();
+        let last = own.last().copied().unwrap_or(0);
+        let others = neighbours.iter().flat_map(|&other| unknowns(other)).filter(present);
+        let mut below: Vec<_> = others.filter(|&row| row > last).map(|row| row as usize).collect();
+        below.sort_unstable();
+        for at in 0..own.len() {
+            self.rows.extend(own[at..].iter().map(|&row| row as usize));
+            self.rows.extend(&below);
+            self.starts.push(self.rows.len());
+        }
+    }
+
+    /// Places in the values of the lower half of a small matrix, row by row, whose rows are the three
+    /// components of each of `nodes`.
+    fn slots<const ENTRIES: usize>(&self, nodes: &[usize]) -> [u32; ENTRIES] {
+        let index = |local: usize| 3 * nodes[local / 3] + local % 3;
+        let lower = (0..3 * nodes.len()).flat_map(|row| (0..=row).map(move |column| (row, column)));
+        let mut slots = [0; ENTRIES];
+        for (slot, (row, column)) in slots.iter_mut().zip(lower) {
+            *slot = self.slot(index(row), index(column));
+        }
+        slots
+    }
+
+    /// Place in the values of the entry in the row and column of two degrees of freedom.
+    fn slot(&self, a: usize, b: usize) -> u32 {
+        let (a, b) = (self.unknown[a], self.unknown[b]);
+        let (row, column) = (a.max(b), a.min(b));
+        if row == PRESCRIBED {
+            return self.rows.len() as u32;
+        }
+        let start = self.starts[column as usize];
+        let rows = &self.rows[start..self.starts[column as usize + 1]];
+        (start + rows.partition_point(|&r| r < row as usize)) as u32
+    }
+}

@@ -1,0 +1,122 @@
+//! Many θ of one body.
+
+use crate::order::{log_coordinates, nearest_neighbour_path};
+use crate::{Options, Solution, SolveError, Solver};
+use rayon::prelude::*;
+use sinew_energy::{Law, TotalPotential};
+use thiserror::Error;
+
+/// Samples that are solved one after the other, each from its predecessor. The partition depends on nothing
+/// else, so results do not depend on the number of threads.
+const CHAIN: usize = 25;
+
+/// The outcome of a sweep.
+#[derive(Clone, Debug)]
+pub struct Sweep {
+    /// The samples.
+    pub thetas: Vec<Vec<f64>>,
+    /// One result per θ, in the order they were given.
+    pub results: Vec<Result<Solution, SolveError>>,
+}
+
+/// A sweep in which samples failed.
+#[derive(Clone, Debug, Error)]
+#[error("{failed} of {count} samples failed; the first, sample {index} with theta = {theta:?}: {source}")]
+pub struct SweepError {
+    /// Number of failed samples.
+    pub failed: usize,
+    /// Number of samples.
+    pub count: usize,
+    /// Index of the first failed sample.
+    pub index: usize,
+    /// Its θ.
+    pub theta: Vec<f64>,
+    /// Why it failed.
+    pub source: SolveError,
+}
+
+impl Sweep {
+    /// All solutions.
+    ///
+    /// # Errors
+    /// The first failure; [`Sweep::results`] still holds what succeeded.
+    pub fn solutions(&self) -> Result<Vec<&Solution>, SweepError> {
+        let failures = self.results.iter().enumerate();
+        let mut failures = failures.filter_map(|(i, r)| r.as_ref().err().map(|e| (i, e)));
+        let Some((index, source)) = failures.next() else {
+            return Ok(self.results.iter().flatten().collect());
+        };
+        Err(SweepError {
+            failed: 1 + failures.count(),
+            count: self.results.len(),
+            index,
+            theta: self.thetas.get(index).cloned().unwrap_or_default(),
+            source: source.clone(),
+        })
+    }
+}
+
+/// Equilibria for many θ, in parallel.
+///
+/// The samples are put in nearest-neighbour order (in the logarithm of positive entries) and cut into chains; within
+/// a chain each solve starts from its predecessor's solution, moved along its derivative in θ. Results are
+/// the same for any number of threads. `progress` is called after each sample.
+///
+/// # Errors
+/// A body that cannot be solved for any θ, see [`Solver::new`]; failures of single samples are in the results.
+pub fn sweep<L: Law<D>, const D: usize>(
+    potential: &TotalPotential<L, D>,
+    thetas: &[Vec<f64>],
+    options: &Options,
+    progress: impl Fn() + Sync,
+) -> Result<Sweep, SolveError> {
+    let solver = Solver::new(potential)?;
+    let path = nearest_neighbour_path(&log_coordinates(thetas));
+    let solve_chain = |chain: &[usize]| -> Result<Vec<_>, SolveError> {
+        let mut solver = solver.fresh()?;
+        let mut last: Option<Solution> = None;
+        let mut results = Vec::with_capacity(chain.len());
+        for &index in chain {
+            let theta = &thetas[index];
+            let result = match &last {
+                Some(near) => solver.solve_near(near, theta, options),
+                None => solver.solve(theta, options),
+            };
+            last = result.as_ref().ok().cloned();
+            results.push((index, result));
+            progress();
+        }
+        Ok(results)
+    };
+    let chains: Result<Vec<_>, _> = path.par_chunks(CHAIN).map(solve_chain).collect();
+    let mut results: Vec<_> = chains?.into_iter().flatten().collect();
+    results.sort_by_key(|&(index, _)| index);
+    let results = results.into_iter().map(|(_, result)| result).collect();
+    Ok(Sweep { thetas: thetas.to_vec(), results })
+}
+
+impl<L: Law<D>, const D: usize> Solver<'_, L, D> {
+    /// The equilibrium for θ from the one this solver found last, moved along its derivative in θ.
+    fn solve_near(
+        &mut self,
+        near: &Solution,
+        theta: &[f64],
+        options: &Options,
+    ) -> Result<Solution, SolveError> {
+        self.potential.check_theta(theta)?;
+        let Solution { displacement, theta: from, .. } = near;
+        if !near.is_stable() {
+            return self.solve_from(displacement, theta, options);
+        }
+        let step: Vec<_> = from.iter().zip(theta).map(|(&a, &b)| tangent_step(a, b)).collect();
+        // The last factor belongs to the iterate before the last: near enough for a guess.
+        let mut guess = self.response_to(displacement, from, &step);
+        guess.iter_mut().zip(displacement).for_each(|(g, u)| *g += u);
+        self.solve_from(&guess, theta, options)
+    }
+}
+
+/// Change from `a` to `b` to first order in the logarithm of positive numbers.
+fn tangent_step(a: f64, b: f64) -> f64 {
+    if a > 0.0 && b > 0.0 { a * (b / a).ln() } else { b - a }
+}
