@@ -163,7 +163,8 @@ macro_rules! operations {
         /// Host operations by their number of inputs.
         #[backend_extension(Autodiff, Flex, NdArray: cfg(feature = "ndarray"))]
         pub(crate) trait HostBackend: Backend {
-            $(fn $name<O: HostOperation>($($input: FloatTensor<Self>),+, operation: O) -> FloatTensor<Self> {
+            $(#[allow(clippy::too_many_arguments)]
+            fn $name<O: HostOperation>($($input: FloatTensor<Self>),+, operation: O) -> FloatTensor<Self> {
                 forward::<Self, O, $count>([$($input),+], &operation, false).0
             })+
         }

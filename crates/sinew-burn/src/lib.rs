@@ -13,8 +13,8 @@
 //! let messages = Tensor::<2>::from_floats([[1.0], [-2.0]], &device).require_grad();
 //!
 //! let sums = signed_edge_sum(celu(messages.clone()), &topology);
-//! let gradient = messages.grad(&sums.powi_scalar(2).sum().backward()).unwrap();
 //! assert_eq!(sums.dims(), [3, 1]);
+//! let gradient = messages.grad(&sums.powi_scalar(2).sum().backward()).unwrap();
 //! assert_eq!(gradient.dims(), [2, 1]);
 //! # Ok::<(), sinew_burn::IndexError>(())
 //! ```
@@ -22,6 +22,8 @@
 //! - [`gathered_mlp`]: a perceptron on sums of gathered rows;
 //! - [`signed_edge_sum`], [`received_edge_sum`]: messages to nodes;
 //! - [`celu`], [`activate`]: activations;
+//! - [`orthogonalise`]: the Newton–Schulz iteration of the Muon optimiser;
+//! - [`Lanes`]: a tensor as the number type of a formula;
 //! - [`fused_potential`]: an energy from outside of Burn whose backward pass is its residual.
 //!
 //! Every operation has its double in plain tensors in [`mod@reference`], which it agrees with to
@@ -34,10 +36,12 @@ mod edges;
 mod error;
 mod host;
 mod index;
+mod lanes;
 mod matrix;
 mod mlp;
 mod mlp_kernel;
 mod normalise;
+mod orthogonalise;
 mod pool;
 mod potential;
 pub mod reference;
@@ -50,5 +54,7 @@ pub use celu::{activate, celu};
 pub use edges::{EdgeTopology, received_edge_sum, signed_edge_sum};
 pub use error::IndexError;
 pub use index::GatherPlan;
+pub use lanes::Lanes;
 pub use mlp::{LayerNormalisation, PerceptronTail, gathered_mlp};
+pub use orthogonalise::orthogonalise;
 pub use potential::{BatchPotential, fused_potential};

@@ -152,7 +152,7 @@ mod tests {
         let device = device();
         for samples in [1, 4] {
             let stiffness =
-                Tensor::<1>::from_floats([1.0, 2.0, 3.0, 4.0], &device).slice([0..samples]);
+                Tensor::<1>::from_floats([1.0, 2.0, 3.0, 4.0], &device).narrow(0, 0, samples);
             Comparison::of([random([samples, 30], 5, &device)]).assert_close(
                 |x| {
                     fused_potential(x[0].clone().reshape([samples, 10, 3]), &potential())

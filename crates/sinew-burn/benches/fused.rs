@@ -1,0 +1,234 @@
+//! Time of the fused operations at the size of the thesis' beams, beside their error against
+//! plain tensors. One core: `taskset -c 0 env RAYON_NUM_THREADS=1 cargo bench --profile dev -p sinew-burn`.
+
+use std::sync::Arc;
+
+use burn::optim::{MuonConfig, Optimizer};
+use burn::tensor::{Device, Distribution, Tensor};
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use sinew_burn::{
+    Activation, EdgeTopology, GatherPlan, LayerNormalisation, PerceptronTail, gathered_mlp,
+    orthogonalise, reference, signed_edge_sum,
+};
+
+const NODES: usize = 511;
+const EDGES: usize = 2960;
+const REAL_NODES: usize = 390;
+const WIDTH: usize = 128;
+const LATENT: usize = 40;
+const STEPS: usize = 5;
+const HEADS: usize = 3;
+
+type Perceptron = fn(Vec<Tensor<2>>, &Arc<GatherPlan>, PerceptronTail) -> Tensor<2>;
+type EdgeSum = fn(Tensor<2>, &Arc<EdgeTopology>) -> Tensor<2>;
+
+/// The fused operations, or plain tensors.
+#[derive(Clone, Copy)]
+struct Kernels {
+    perceptron: Perceptron,
+    edge_sum: EdgeSum,
+}
+
+const FUSED: Kernels = Kernels { perceptron: gathered_mlp, edge_sum: signed_edge_sum };
+const PLAIN: Kernels = Kernels {
+    perceptron: reference::gathered_mlp,
+    edge_sum: |messages, topology| reference::signed_edge_sum(messages, topology),
+};
+
+fn matrix(rows: usize, columns: usize, device: &Device) -> Tensor<2> {
+    let bound = (3.0 / rows as f64).sqrt();
+    Tensor::random([rows, columns], Distribution::Uniform(-bound, bound), device).require_grad()
+}
+
+fn tail(outputs: usize, normalised: bool, device: &Device) -> PerceptronTail {
+    let vector = |size: usize| Tensor::<1>::zeros([size], device).require_grad();
+    PerceptronTail {
+        activation: Activation::Celu,
+        first_bias: vector(WIDTH),
+        second_weight: matrix(WIDTH, WIDTH, device),
+        second_bias: vector(WIDTH),
+        third_weight: matrix(WIDTH, outputs, device),
+        third_bias: vector(outputs),
+        normalisation: normalised.then(|| LayerNormalisation {
+            gain: Tensor::ones([outputs], device).require_grad(),
+            offset: vector(outputs),
+            epsilon: 1e-6,
+        }),
+    }
+}
+
+/// First-layer weights of edge, receiver, sender; of node and sum; and the rest of both perceptrons.
+struct Step {
+    first: [Tensor<2>; 5],
+    edge: PerceptronTail,
+    node: PerceptronTail,
+}
+
+struct Processor {
+    topology: Arc<EdgeTopology>,
+    edges: Arc<GatherPlan>,
+    nodes: Arc<GatherPlan>,
+    steps: Vec<Step>,
+    edge_features: Tensor<2>,
+    node_features: Tensor<2>,
+}
+
+impl Processor {
+    fn new(device: &Device) -> Self {
+        let senders: Vec<usize> = (0..EDGES).map(|i| (i * 7 + i / 511) % NODES).collect();
+        let receivers: Vec<usize> =
+            (0..EDGES).map(|i| (i * 7 + i / 511 + 1 + i % 60) % NODES).collect();
+        let topology = EdgeTopology::new(NODES, &senders, &receivers).expect("indices in range");
+        let step = || Step {
+            first: std::array::from_fn(|_| matrix(LATENT, WIDTH, device)),
+            edge: tail(LATENT, true, device),
+            node: tail(LATENT, true, device),
+        };
+        Self {
+            edges: GatherPlan::edges(&topology),
+            nodes: GatherPlan::identity(NODES, 2).expect("two sources"),
+            topology,
+            steps: (0..STEPS).map(|_| step()).collect(),
+            edge_features: Tensor::random([EDGES, LATENT], Distribution::Default, device)
+                .require_grad(),
+            node_features: Tensor::random([NODES, LATENT], Distribution::Default, device)
+                .require_grad(),
+        }
+    }
+
+    fn forward(&self, kernels: Kernels) -> Tensor<2> {
+        let (mut v, mut e) = (self.node_features.clone(), self.edge_features.clone());
+        for Step { first: [we, wr, ws, wv, wm], edge, node } in &self.steps {
+            let product = |x: &Tensor<2>, w: &Tensor<2>| x.clone().matmul(w.clone());
+            let sources = vec![product(&e, we), product(&v, wr), product(&v, ws)];
+            let messages = (kernels.perceptron)(sources, &self.edges, edge.clone());
+            let sums = (kernels.edge_sum)(messages.clone(), &self.topology);
+            let sources = vec![product(&v, wv), product(&sums, wm)];
+            v = v + (kernels.perceptron)(sources, &self.nodes, node.clone());
+            e = e + messages;
+        }
+        v
+    }
+
+    /// Output, and gradients with respect to the node features and a weight of the first step.
+    fn step(&self, kernels: Kernels) -> [Tensor<2>; 3] {
+        let v = self.forward(kernels);
+        let gradients = v.clone().powi_scalar(2).mean().backward();
+        let gradient = |x: &Tensor<2>| x.grad(&gradients).expect("tracked");
+        [v, gradient(&self.node_features), gradient(&self.steps[0].edge.second_weight)]
+    }
+}
+
+struct Decoder {
+    plan: Arc<GatherPlan>,
+    nodes: Vec<Tensor<2>>,
+    parameters: Vec<Tensor<2>>,
+    heads: Vec<PerceptronTail>,
+}
+
+impl Decoder {
+    fn new(batch: usize, device: &Device) -> Self {
+        let heads = || 0..HEADS;
+        let rows = |rows: usize| {
+            Tensor::random([rows, WIDTH], Distribution::Default, device).require_grad()
+        };
+        Self {
+            plan: GatherPlan::outer(batch, REAL_NODES),
+            nodes: heads().map(|_| rows(REAL_NODES)).collect(),
+            parameters: heads().map(|_| rows(batch)).collect(),
+            heads: heads().map(|_| tail(1, false, device)).collect(),
+        }
+    }
+
+    fn forward(&self, kernels: Kernels) -> Tensor<2> {
+        let head = |k: usize| {
+            let sources = vec![self.nodes[k].clone(), self.parameters[k].clone()];
+            (kernels.perceptron)(sources, &self.plan, self.heads[k].clone())
+        };
+        Tensor::cat((0..HEADS).map(head).collect(), 1)
+    }
+
+    fn step(&self, kernels: Kernels) -> [Tensor<2>; 3] {
+        let u = self.forward(kernels);
+        let gradients = u.clone().powi_scalar(2).mean().backward();
+        let gradient = |x: &Tensor<2>| x.grad(&gradients).expect("tracked");
+        [u, gradient(&self.nodes[0]), gradient(&self.heads[1].second_weight)]
+    }
+}
+
+/// Largest difference over value and gradients, relative to the largest number of each.
+fn error(found: [Tensor<2>; 3], expected: [Tensor<2>; 3]) -> f32 {
+    let relative = |(found, expected): (Tensor<2>, Tensor<2>)| {
+        let scale: f32 = expected.clone().abs().max().into_scalar();
+        (found - expected).abs().max().into_scalar::<f32>() / scale
+    };
+    found.into_iter().zip(expected).map(relative).fold(0.0, f32::max)
+}
+
+fn message_passing(criterion: &mut Criterion) {
+    let device = Device::flex().autodiff();
+    device.seed(1);
+    let processor = Processor::new(&device);
+    eprintln!(
+        "message passing: relative error {:.1e}",
+        error(processor.step(FUSED), processor.step(PLAIN))
+    );
+    let mut group = criterion.benchmark_group("message passing, 5 steps");
+    group.bench_function("forward, fused", |b| b.iter(|| processor.forward(FUSED)));
+    group.bench_function("forward and backward, fused", |b| b.iter(|| processor.step(FUSED)));
+    group.bench_function("forward and backward, plain", |b| b.iter(|| processor.step(PLAIN)));
+}
+
+fn decoder(criterion: &mut Criterion) {
+    let device = Device::flex().autodiff();
+    device.seed(2);
+    let mut group = criterion.benchmark_group("decoder, 3 heads");
+    for batch in [1, 8, 32, 200] {
+        let decoder = Decoder::new(batch, &device);
+        let error = error(decoder.step(FUSED), decoder.step(PLAIN));
+        eprintln!("decoder at batch {batch}: relative error {error:.1e}");
+        group.bench_function(BenchmarkId::new("forward, fused", batch), |b| {
+            b.iter(|| decoder.forward(FUSED))
+        });
+        group.bench_function(BenchmarkId::new("forward and backward, fused", batch), |b| {
+            b.iter(|| decoder.step(FUSED));
+        });
+    }
+}
+
+fn muon(criterion: &mut Criterion) {
+    let device = Device::flex();
+    device.seed(3);
+    let mut shapes = vec![[128, 128]; 16];
+    shapes.extend([[120, 128]; 15]);
+    shapes.extend([[128, 40]; 15]);
+    let updates: Vec<Tensor<2>> =
+        shapes.iter().map(|&[rows, columns]| matrix(rows, columns, &device)).collect();
+    let burn = |update: &Tensor<2>| {
+        let optimiser = MuonConfig::new().build();
+        optimiser.step::<2>(1.0, update.zeros_like(), update.clone(), None).0
+    };
+    let ours = orthogonalise(updates.clone());
+    let difference = |(ours, update): (Tensor<2>, &Tensor<2>)| -> f32 {
+        let [rows, columns] = update.dims();
+        let scale = (rows as f64 / columns as f64).max(1.0).sqrt();
+        (ours * scale + burn(update)).abs().max().into_scalar()
+    };
+    let error = ours.into_iter().zip(&updates).map(difference).fold(0.0, f32::max);
+    eprintln!("orthogonalise: largest difference from Burn's {error:.1e}");
+    let mut group = criterion.benchmark_group("Newton–Schulz, 46 matrices");
+    group.bench_function("ours", |b| b.iter(|| orthogonalise(updates.clone())));
+    group.bench_function("ours, one by one", |b| {
+        b.iter(|| {
+            updates.iter().map(|update| orthogonalise(vec![update.clone()])).collect::<Vec<_>>()
+        });
+    });
+    group.bench_function("Burn's", |b| b.iter(|| updates.iter().map(burn).collect::<Vec<_>>()));
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default().sample_size(20).measurement_time(std::time::Duration::from_secs(3)).warm_up_time(std::time::Duration::from_millis(500));
+    targets = message_passing, decoder, muon
+}
+criterion_main!(benches);
