@@ -6,7 +6,7 @@ use burn::tensor::{Device, Tensor};
 use crate::config::EmulatorConfig;
 use crate::error::Result;
 use crate::graph::GraphTensors;
-use crate::kernels::{KernelChoice, Kernels};
+use crate::kernels::{KernelChoice, Kernels, Rows};
 use crate::perceptron::{Normalisation, Perceptron};
 use crate::random::Initialiser;
 
@@ -88,22 +88,21 @@ impl Emulator {
     ) -> Tensor<2> {
         let mut nodes = self.node_encoder.forward(nodes, &self.kernels);
         let mut edges = self.edge_encoder.forward(edges, &self.kernels);
+        let latent = self.config.latent;
         for (edge_update, node_update) in self.edge_updates.iter().zip(&self.node_updates) {
             let messages = self.messages(edge_update, graph, nodes.clone(), edges.clone());
-            let sums = graph.signed_sum(messages.clone());
+            let sums = self.kernels.signed_sum(graph, messages.clone());
             let first = &node_update.layers[0];
-            let hidden = first.partial(nodes.clone(), 0)
-                + first.partial(sums, self.config.latent)
-                + first.bias.val().unsqueeze();
-            nodes = nodes + node_update.continue_from(hidden, &self.kernels);
+            let products = vec![first.partial(nodes.clone(), 0), first.partial(sums, latent)];
+            nodes = nodes + node_update.continue_from(products, &Rows::Aligned, &self.kernels);
             edges = edges + messages;
         }
-        let local = Tensor::cat(vec![nodes, graph.received_sum(edges)], 1);
+        let local = Tensor::cat(vec![nodes, self.kernels.received_sum(graph, edges)], 1);
         self.local_normalisation.forward(local.slice_dim(0, 0..graph.real_nodes))
     }
 
     /// Messages of the stored edges (2.28). The first layer acts on `[e, v_receiver, v_sender]`;
-    /// its products with node embeddings are formed per node and gathered, not per edge.
+    /// its products with node embeddings are formed per node, not per edge.
     fn messages(
         &self,
         update: &Perceptron,
@@ -112,10 +111,10 @@ impl Emulator {
         edges: Tensor<2>,
     ) -> Tensor<2> {
         let (first, latent) = (&update.layers[0], self.config.latent);
-        let receiver = first.partial(nodes.clone(), latent);
-        let sender = first.partial(nodes, 2 * latent) + first.bias.val().unsqueeze();
-        let (sender, receiver) = graph.gather(sender, receiver);
-        update.continue_from(first.partial(edges, 0) + receiver + sender, &self.kernels)
+        let receivers = first.partial(nodes.clone(), latent);
+        let senders = first.partial(nodes, 2 * latent);
+        let products = vec![first.partial(edges, 0), receivers, senders];
+        update.continue_from(products, &Rows::Edges(graph), &self.kernels)
     }
 
     /// Part of every decoder's first layer that depends on the nodes only: `[real nodes, width]` each.
@@ -151,21 +150,11 @@ impl Emulator {
         let embedding = self.parameter_encoder.forward(parameters, &self.kernels);
         let components = self.decoders.iter().zip(node_parts).map(|(decoder, node_part)| {
             let shared = decoder_shared_part(decoder, embedding.clone(), global.clone());
-            self.decode_component(decoder, node_part.clone(), shared)
+            let (batch, nodes) = (shared.dims()[0], node_part.dims()[0]);
+            let products = vec![node_part.clone(), shared];
+            decoder.continue_from(products, &Rows::EveryPair, &self.kernels).reshape([batch, nodes])
         });
         Tensor::stack(components.collect(), 2)
-    }
-
-    /// One displacement component, `[batch, nodes]`.
-    fn decode_component(
-        &self,
-        decoder: &Perceptron,
-        node_part: Tensor<2>,
-        shared: Tensor<2>,
-    ) -> Tensor<2> {
-        let ([nodes, width], batch) = (node_part.dims(), shared.dims()[0]);
-        let first = every_pair(node_part, shared).reshape([batch * nodes, width]);
-        decoder.continue_from(first, &self.kernels).reshape([batch, nodes])
     }
 
     /// Prediction and its derivatives with respect to the standardised parameters:
@@ -189,7 +178,9 @@ impl Emulator {
         for (decoder, node_part) in self.decoders.iter().zip(node_parts) {
             let nodes = node_part.dims()[0];
             let shared = decoder_shared_part(decoder, embedding.clone(), global.clone());
-            let first = every_pair(node_part.clone(), shared).reshape([batch * nodes, width]);
+            let pairs = node_part.clone().unsqueeze_dim::<3>(0) + shared.unsqueeze_dim::<3>(1);
+            let first =
+                pairs.reshape([batch * nodes, width]) + decoder.layers[0].bias.val().unsqueeze();
             let tangent =
                 decoder.layers[0].partial(tangent.clone(), 0).reshape([count * batch, 1, width]);
             let tangent = tangent
@@ -203,7 +194,7 @@ impl Emulator {
     }
 }
 
-/// Part of a decoder's first layer shared by all nodes, bias included: `[batch, width]`.
+/// Part of a decoder's first layer shared by all nodes: `[batch, width]`.
 fn decoder_shared_part(
     decoder: &Perceptron,
     embedding: Tensor<2>,
@@ -211,14 +202,9 @@ fn decoder_shared_part(
 ) -> Tensor<2> {
     let first = &decoder.layers[0];
     let latent = embedding.dims()[1];
-    let shared = first.partial(embedding, 0) + first.bias.val().unsqueeze();
+    let shared = first.partial(embedding, 0);
     match global {
         Some(global) => shared + first.partial(global, latent),
         None => shared,
     }
-}
-
-/// `[batch, nodes, width]`: the sum of every row of `shared` with every row of `nodes`.
-fn every_pair(nodes: Tensor<2>, shared: Tensor<2>) -> Tensor<3> {
-    nodes.unsqueeze_dim::<3>(0) + shared.unsqueeze_dim::<3>(1)
 }

@@ -119,6 +119,9 @@ pub enum Error {
     /// Features do not fit the graph.
     #[error(transparent)]
     Graph(sinew_graph::GraphError),
+    /// Edges the kernels cannot address.
+    #[error("edges of the topology: {0}")]
+    Edges(#[from] sinew_burn::IndexError),
     /// A file could not be read or written.
     #[error("{}: {source}", path.display())]
     File {

@@ -1,15 +1,19 @@
 //! The two implementations of the emulator's inner operations.
 
+use std::sync::Arc;
+
 use burn::tensor::Tensor;
+use sinew_burn::GatherPlan;
 
 use crate::config::Activation;
+use crate::graph::GraphTensors;
 
 /// How the emulator computes; both ways use the same parameters and agree to rounding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum KernelChoice {
-    /// Plain Burn operations: runs on every backend, the reference of the tests.
+    /// Plain Burn operations, the reference of the tests.
     Reference,
-    /// Fused operations of `sinew-burn`.
+    /// Fused operations of `sinew-burn`; perceptrons of other than two hidden layers use plain ones.
     #[default]
     Fused,
 }
@@ -21,11 +25,23 @@ pub(crate) struct Kernels {
     pub activation: Activation,
 }
 
+impl From<Activation> for sinew_burn::Activation {
+    fn from(activation: Activation) -> Self {
+        match activation {
+            Activation::Celu => Self::Celu,
+            Activation::Tanh => Self::Tanh,
+        }
+    }
+}
+
 impl Kernels {
     pub fn activate<const D: usize>(&self, x: Tensor<D>) -> Tensor<D> {
-        match self.activation {
-            Activation::Tanh => x.tanh(),
-            Activation::Celu => celu(x),
+        match (self.choice, self.activation) {
+            (KernelChoice::Fused, activation) => sinew_burn::activate(x, activation.into()),
+            (KernelChoice::Reference, Activation::Tanh) => x.tanh(),
+            (KernelChoice::Reference, Activation::Celu) => {
+                x.clone().clamp_min(0.0) + (x.clamp_max(0.0).exp() - 1.0)
+            }
         }
     }
 
@@ -36,9 +52,60 @@ impl Kernels {
             Activation::Celu => active.clamp_max(0.0) + 1.0,
         }
     }
+
+    /// Received minus sent messages at every node (2.27).
+    pub fn signed_sum(&self, graph: &GraphTensors, messages: Tensor<2>) -> Tensor<2> {
+        match self.choice {
+            KernelChoice::Fused => sinew_burn::signed_edge_sum(messages, &graph.edges),
+            KernelChoice::Reference => graph.signed_sum(messages),
+        }
+    }
+
+    /// Sum of the stored edges received at every node.
+    pub fn received_sum(&self, graph: &GraphTensors, edges: Tensor<2>) -> Tensor<2> {
+        match self.choice {
+            KernelChoice::Fused => sinew_burn::received_edge_sum(edges, &graph.edges),
+            KernelChoice::Reference => graph.received_sum(edges),
+        }
+    }
 }
 
-/// `max(0, x) + min(0, eˣ − 1)`.
-fn celu<const D: usize>(x: Tensor<D>) -> Tensor<D> {
-    x.clone().clamp_min(0.0) + (x.clamp_max(0.0).exp() - 1.0)
+/// Which rows of a perceptron's first-layer products meet in which row of its hidden layers.
+pub(crate) enum Rows<'a> {
+    /// Row by row.
+    Aligned,
+    /// A row per edge, and rows per node read at the receiver and at the sender.
+    Edges(&'a GraphTensors),
+    /// Every row of the second source with every row of the first, the second slower.
+    EveryPair,
+}
+
+impl Rows<'_> {
+    /// The sum of the sources, in plain tensors.
+    pub fn sum(&self, sources: Vec<Tensor<2>>) -> Option<Tensor<2>> {
+        let mut sources = sources.into_iter();
+        match self {
+            Self::Aligned => sources.reduce(|sum, source| sum + source),
+            Self::Edges(graph) => {
+                let (own, receiver, sender) = (sources.next()?, sources.next()?, sources.next()?);
+                Some(own + graph.at_receivers(receiver) + graph.at_senders(sender))
+            }
+            Self::EveryPair => {
+                let (inner, outer) = (sources.next()?, sources.next()?);
+                let ([rows, width], copies) = (inner.dims(), outer.dims()[0]);
+                let pairs = inner.unsqueeze_dim::<3>(0) + outer.unsqueeze_dim::<3>(1);
+                Some(pairs.reshape([copies * rows, width]))
+            }
+        }
+    }
+
+    /// The same for the fused kernel; `None` where it has no such plan.
+    pub fn plan(&self, sources: &[Tensor<2>]) -> Option<Arc<GatherPlan>> {
+        let rows = |source: usize| sources.get(source).map(|source| source.dims()[0]);
+        match self {
+            Self::Aligned => GatherPlan::identity(rows(0)?, sources.len()).ok(),
+            Self::Edges(graph) => Some(graph.plan.clone()),
+            Self::EveryPair => Some(GatherPlan::outer(rows(1)?, rows(0)?)),
+        }
+    }
 }

@@ -2,9 +2,10 @@
 
 use burn::module::{Module, Param};
 use burn::tensor::Tensor;
+use sinew_burn::{LayerNormalisation, PerceptronTail};
 
 use crate::config::EmulatorConfig;
-use crate::kernels::Kernels;
+use crate::kernels::{KernelChoice, Kernels, Rows};
 use crate::random::Initialiser;
 
 /// Added to the variance in every normalisation.
@@ -99,18 +100,55 @@ impl Perceptron {
         Self { layers, normalisation: None }
     }
 
+    /// Of whole inputs.
     pub fn forward(&self, x: Tensor<2>, kernels: &Kernels) -> Tensor<2> {
-        self.continue_from(self.layers[0].forward(x), kernels)
+        let product = self.layers[0].partial(x, 0);
+        self.continue_from(vec![product], &Rows::Aligned, kernels)
     }
 
-    /// Everything after the first affine map.
-    pub fn continue_from(&self, first: Tensor<2>, kernels: &Kernels) -> Tensor<2> {
+    /// Everything after the products of the first layer's weight with the parts of its input;
+    /// `rows` tells which of their rows are added. The first bias is still to be added.
+    pub fn continue_from(
+        &self,
+        products: Vec<Tensor<2>>,
+        rows: &Rows<'_>,
+        kernels: &Kernels,
+    ) -> Tensor<2> {
+        if let (KernelChoice::Fused, Some(tail), Some(plan)) =
+            (kernels.choice, self.fused_tail(kernels), rows.plan(&products))
+        {
+            return sinew_burn::gathered_mlp(products, &plan, tail);
+        }
+        let device = self.layers[0].bias.device();
+        let sum = rows.sum(products).unwrap_or_else(|| Tensor::zeros([0, 0], &device));
+        let first = sum + self.layers[0].bias.val().unsqueeze();
         let hidden =
             self.layers[1..].iter().fold(first, |x, layer| layer.forward(kernels.activate(x)));
         match &self.normalisation {
             Some(normalisation) => normalisation.forward(hidden),
             None => hidden,
         }
+    }
+
+    /// What the fused kernel computes, for two hidden layers.
+    fn fused_tail(&self, kernels: &Kernels) -> Option<PerceptronTail> {
+        let [first, second, third] = &self.layers[..] else {
+            return None;
+        };
+        let normalisation = self.normalisation.as_ref().map(|normalisation| LayerNormalisation {
+            gain: normalisation.gain.val(),
+            offset: normalisation.offset.val(),
+            epsilon: NORMALISATION_EPSILON,
+        });
+        Some(PerceptronTail {
+            activation: kernels.activation.into(),
+            first_bias: first.bias.val(),
+            second_weight: second.weight.val(),
+            second_bias: second.bias.val(),
+            third_weight: third.weight.val(),
+            third_bias: third.bias.val(),
+            normalisation,
+        })
     }
 
     /// Value and derivative after the first affine map, whose own are `first` and `tangent`.

@@ -148,7 +148,10 @@ fn sensitivities_are_the_derivatives_of_predictions() {
             let fixed = surrogate.fixed_geometry(&data.geometries[0]).unwrap();
             let base = [vec![0.8, 1.3], vec![1.7, 0.6]];
             let exact = fixed.sensitivity(&base).unwrap();
-            assert_eq!(exact.prediction, fixed.predict(&base).unwrap());
+            let plain = fixed.predict(&base).unwrap();
+            let difference =
+                relative_difference(&plain.displacement, &exact.prediction.displacement);
+            assert!(difference < ROUNDING, "{difference:e}");
             let length = exact.prediction.displacement.len();
             let step = 5e-3; // single precision: rounding and truncation both stay near 1e-4
             for parameter in 0..2 {

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use burn::tensor::{Tensor, TensorData};
-use rayon::prelude::*;
+use burn::tensor::Tensor;
+use sinew_burn::BatchPotential;
+use sinew_energy::{Guard, Law, TotalPotential};
 
 use super::{Batch, Objective};
 use crate::data::DataSet;
@@ -82,37 +83,39 @@ impl Objective for MinimumPotential {
             geometry: batch.geometry,
             geometries: self.potentials.len(),
         })?;
-        let thetas: Vec<&[f64]> = batch.samples.iter().map(|sample| &sample.theta[..]).collect();
-        Ok(mean_potential(potential.as_ref(), &thetas, displacement, self.energy))
+        let thetas = batch.samples.iter().map(|sample| sample.theta.clone()).collect();
+        let at_parameters: Arc<dyn BatchPotential> =
+            Arc::new(AtParameters { potential: potential.clone(), thetas });
+        Ok(sinew_burn::fused_potential(displacement, &at_parameters).mean() / self.energy)
     }
 }
 
-/// Mean of Π / energy over the batch. Values and gradients are formed in double precision on the
-/// host; the graph sees the tangent plane Π(u₀) + ∂Π/∂u · (u − u₀), exact in value and gradient at u₀.
-fn mean_potential(
-    potential: &dyn Potential,
-    thetas: &[&[f64]],
-    displacement: Tensor<3>,
-    energy: f64,
-) -> Tensor<1> {
-    let dims = displacement.dims();
-    let length = dims[1] * dims[2];
-    let at: Vec<f64> = displacement.clone().detach().into_data().iter::<f64>().collect();
-    let factor = 1.0 / (energy * thetas.len() as f64);
-    let mut gradient = vec![0f32; at.len()];
-    let offsets: Vec<f64> = gradient
-        .par_chunks_mut(length)
-        .zip(at.par_chunks(length))
-        .zip(thetas)
-        .map(|((target, at), theta)| {
-            let mut gradient = vec![0.0; length];
-            let value = potential.value_and_gradient(at, theta, &mut gradient);
-            target.iter_mut().zip(&gradient).for_each(|(t, g)| *t = (factor * g) as f32);
-            let along: f64 = target.iter().zip(at).map(|(&t, u)| f64::from(t) * u).sum();
-            factor * value - along
-        })
-        .collect();
-    let gradient = Tensor::<3>::from_data(TensorData::new(gradient, dims), &displacement.device());
-    let offset: f64 = offsets.iter().sum();
-    (displacement * gradient).sum() + offset
+/// The potential at the parameters of a batch.
+struct AtParameters {
+    potential: Arc<dyn Potential>,
+    thetas: Vec<Vec<f64>>,
+}
+
+impl std::fmt::Debug for AtParameters {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.debug_struct("AtParameters").field("thetas", &self.thetas).finish_non_exhaustive()
+    }
+}
+
+impl BatchPotential for AtParameters {
+    fn value_and_gradient(&self, displacement: &[f64], sample: usize, gradient: &mut [f64]) -> f64 {
+        self.potential.value_and_gradient(displacement, &self.thetas[sample], gradient)
+    }
+}
+
+impl<L: Law<D> + Send + Sync, G: Guard + Send + Sync, const D: usize> Potential
+    for TotalPotential<L, D, G>
+{
+    fn degrees_of_freedom(&self) -> usize {
+        3 * self.nodes
+    }
+
+    fn value_and_gradient(&self, displacement: &[f64], theta: &[f64], gradient: &mut [f64]) -> f64 {
+        self.value_and_gradient(displacement, theta, gradient)
+    }
 }

@@ -6,7 +6,6 @@ use std::path::Path;
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param, ParamId};
 use burn::optim::GradientsParams;
 use burn::tensor::{Device, Tensor, TensorData};
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::Optimiser;
@@ -20,8 +19,6 @@ use crate::files::{read_arrays, write_arrays};
 pub struct MuonConfig {
     /// Decay of the momentum of matrices.
     pub momentum: f32,
-    /// Newton–Schulz iterations.
-    pub iterations: usize,
     /// Adam's decay of the first moment of vectors.
     pub beta1: f32,
     /// Adam's decay of the second moment of vectors.
@@ -30,7 +27,7 @@ pub struct MuonConfig {
 
 impl Default for MuonConfig {
     fn default() -> Self {
-        Self { momentum: 0.95, iterations: 5, beta1: 0.9, beta2: 0.99 }
+        Self { momentum: 0.95, beta1: 0.9, beta2: 0.99 }
     }
 }
 
@@ -52,26 +49,20 @@ struct Moments {
     second: Vec<f32>,
 }
 
-/// Added to norms and roots.
+/// Added to the root of Adam's second moment.
 const EPSILON: f32 = 1e-8;
-/// Coefficients of Jordan's quintic, which maximise its slope at zero.
-const QUINTIC: [f32; 3] = [3.4445, -4.7750, 2.0315];
-
 impl Muon {
     /// Without history.
     pub fn new(config: MuonConfig) -> Self {
         Self { config, steps: 0, moments: BTreeMap::new() }
     }
 
-    /// Change of one parameter per unit of learning rate; updates its moments.
-    fn direction(&self, update: &mut Update) {
+    /// Turns the gradients of matrices into momenta, those of vectors into directions of change.
+    fn accumulate(&self, update: &mut Update) {
         let Update { gradient, moments, shape, .. } = update;
         moments.first.resize(gradient.len(), 0.0);
-        if let [rows, columns] = shape[..] {
+        if shape.len() == 2 {
             nesterov(self.config.momentum, self.steps, &mut moments.first, gradient);
-            orthogonalise(gradient, rows, columns, self.config.iterations);
-            let scale = (columns as f32 / rows as f32).max(1.0).sqrt();
-            gradient.iter_mut().for_each(|value| *value *= scale);
         } else {
             moments.second.resize(gradient.len(), 0.0);
             self.adam(&mut moments.first, &mut moments.second, gradient);
@@ -101,26 +92,21 @@ fn nesterov(decay: f32, steps: usize, momentum: &mut [f32], gradient: &mut [f32]
     }
 }
 
-/// Replaces a row-major matrix by an approximation of its nearest semi-orthogonal one.
-fn orthogonalise(values: &mut Vec<f32>, rows: usize, columns: usize, iterations: usize) {
-    let norm = values.iter().map(|value| f64::from(*value).powi(2)).sum::<f64>().sqrt() as f32;
+/// Turns the momenta of matrices into directions of change.
+fn orthogonalise(updates: &mut [Update]) {
     let device = Device::flex();
-    let data = TensorData::new(std::mem::take(values), [rows, columns]);
-    let mut x = Tensor::<2>::from_data(data, &device) / (norm + EPSILON);
-    let tall = rows > columns;
-    if tall {
-        x = x.transpose();
+    let mut matrices: Vec<&mut Update> =
+        updates.iter_mut().filter(|u| u.shape.len() == 2).collect();
+    let momenta = matrices.iter_mut().map(|update| {
+        let data = TensorData::new(std::mem::take(&mut update.gradient), update.shape.clone());
+        Tensor::<2>::from_data(data, &device)
+    });
+    let directions = sinew_burn::orthogonalise(momenta.collect());
+    for (update, direction) in matrices.into_iter().zip(directions) {
+        let [inputs, outputs] = direction.dims();
+        let scale = (outputs as f32 / inputs as f32).max(1.0).sqrt();
+        update.gradient = direction.into_data().iter::<f32>().map(|value| scale * value).collect();
     }
-    let [a, b, c] = QUINTIC;
-    for _ in 0..iterations {
-        let gram = x.clone().matmul(x.clone().transpose());
-        let polynomial = gram.clone() * b + gram.clone().matmul(gram) * c;
-        x = x.clone() * a + polynomial.matmul(x);
-    }
-    if tall {
-        x = x.transpose();
-    }
-    *values = x.into_data().iter::<f32>().collect();
 }
 
 /// One parameter on its way through a step.
@@ -144,7 +130,8 @@ impl Optimiser for Muon {
             Collector { gradients, moments: &mut self.moments, updates: Vec::new() };
         emulator.visit(&mut collector);
         let mut updates = collector.updates;
-        updates.par_iter_mut().with_max_len(1).for_each(|update| self.direction(update));
+        updates.iter_mut().for_each(|update| self.accumulate(update));
+        orthogonalise(&mut updates);
         let mut directions = BTreeMap::new();
         for update in updates {
             directions.insert(update.id, update.gradient);
@@ -213,25 +200,5 @@ impl ModuleMapper for Mapper {
             let weights = Tensor::from_data(TensorData::new(values, dims), &device);
             Tensor::from_inner(weights).set_require_grad(requires_gradient)
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn orthogonalisation_lifts_singular_values_to_about_one() {
-        // A 2 × 3 matrix with singular values 3 and 1.
-        let mut values = vec![3.0, 0.0, 0.0, 0.0, 1.0, 0.0];
-        orthogonalise(&mut values, 2, 3, 5);
-        assert!(values[0] > 0.6 && values[0] < 1.3 && values[4] > 0.6 && values[4] < 1.3);
-        assert!(values[1].abs() + values[2].abs() + values[3].abs() + values[5].abs() < 1e-6);
-        // A tall matrix gives the transposed result.
-        let mut transposed = vec![3.0, 0.0, 0.0, 1.0, 0.0, 0.0];
-        orthogonalise(&mut transposed, 3, 2, 5);
-        assert!(
-            (transposed[0] - values[0]).abs() < 1e-6 && (transposed[3] - values[4]).abs() < 1e-6
-        );
     }
 }
