@@ -61,6 +61,24 @@ pub enum SolveError {
         "the stiffness is singular at this equilibrium (a limit or bifurcation point); move theta a little"
     )]
     Singular,
+    /// A displacement at which a cell is inverted or the energy overflows.
+    #[error(
+        "the energy is infinite at this displacement, worst in cell {cell}; give an admissible one"
+    )]
+    Inadmissible {
+        /// The cell of least volume ratio.
+        cell: usize,
+    },
+    /// A dense matrix of the stiffness' size would not fit in memory.
+    #[error(
+        "{unknowns} unknowns are too many for a dense matrix (at most {most}); coarsen the mesh"
+    )]
+    TooLargeForDense {
+        /// Number of unknowns.
+        unknowns: usize,
+        /// Most unknowns.
+        most: usize,
+    },
     /// The factor does not fit in memory.
     #[error("no memory for the factor of {unknowns} unknowns; coarsen the mesh")]
     OutOfMemory {
@@ -108,7 +126,9 @@ pub enum Advice {
     )]
     Unstable,
     /// The iterations ran out.
-    #[error("allow more iterations (Options::iterations) or smaller load steps (Options::least_load_step)")]
+    #[error(
+        "allow more iterations (Options::iterations) or smaller load steps (Options::least_load_step)"
+    )]
     MoreIterations,
 }
 
@@ -118,7 +138,8 @@ impl Advice {
 
     pub(crate) fn from_history(history: &History) -> Self {
         let tail = history.iterations.iter().rev().take(20);
-        let worst = tail.clone().min_by(|a, b| a.least_volume_ratio.total_cmp(&b.least_volume_ratio));
+        let worst =
+            tail.clone().min_by(|a, b| a.least_volume_ratio.total_cmp(&b.least_volume_ratio));
         match worst {
             Some(i) if i.least_volume_ratio < Self::SQUEEZED => {
                 Self::Squeezed { cell: i.worst_cell, volume_ratio: i.least_volume_ratio }

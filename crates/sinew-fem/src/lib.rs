@@ -1,4 +1,44 @@
-//! Finite-element Newton solver for hyperelastic bodies
+//! Equilibria of hyperelastic bodies: Newton's method on the total potential energy of a tetrahedral mesh.
+//!
+//! A beam that bends under its own weight:
+//!
+//! ```
+//! use sinew_energy::{Load, Parameter, Sampling, Scene, Support, Units, laws::NeoHookean};
+//! use sinew_fem::{Options, Solver};
+//! use sinew_mesh::box_tetrahedra;
+//!
+//! let stiffness = |name: &str| Parameter {
+//!     name: name.into(),
+//!     unit: "kPa".into(),
+//!     range: [50.0, 100.0],
+//!     sampling: Sampling::Log,
+//! };
+//! let scene = Scene {
+//!     name: "beam".into(),
+//!     units: Units::mm_kpa(),
+//!     mesh: box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]),
+//!     law: NeoHookean,
+//!     directions: vec![],
+//!     parameters: vec![stiffness("mu"), stiffness("lambda")],
+//!     loads: vec![Load::BodyForce([0.0, 0.0, -9.8e-3])], // 1 g/cm³ · 9.8 m/s² [kPa/mm]
+//!     supports: vec![Support::clamped("x_min")],
+//! };
+//! let potential = scene.lower()?;
+//! let mut solver = Solver::new(&potential)?;
+//! let solution = solver.solve(&[75.0, 75.0], &Options::default())?;
+//!
+//! let tip = scene.mesh.node_sets["x_max"][0];
+//! assert!((solution.displacement[3 * tip + 2] + 36.82).abs() < 0.01); // mm, downwards
+//! assert!((solution.energy + 766.970_681).abs() < 1e-6); // FEniCS on the same mesh [kPa mm³]
+//! assert!(solution.is_stable() && solution.iterations() < 10);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! - [`Solver`] keeps sparsity, ordering and symbolic factorisation of one body; [`Solver::solve`] and
+//!   [`Solver::solve_from`] give a [`Solution`] with its [`History`], or a [`SolveError`] that advises.
+//! - [`sweep`] solves for many θ on all cores, each from its neighbour.
+//! - [`Solver::sensitivity`] gives ∂u/∂θ.
+
 mod assembly;
 mod cell;
 mod dual;
@@ -6,6 +46,7 @@ mod error;
 mod factor;
 mod history;
 mod load_steps;
+mod matrix;
 mod newton;
 mod order;
 mod rigid;
@@ -17,6 +58,7 @@ mod sweep;
 
 pub use error::{Advice, NotConverged, SolveError};
 pub use history::{History, Iteration};
+pub use matrix::Stiffness;
 pub use rigid::RigidMode;
 pub use solution::{Options, Solution};
 pub use solver::Solver;
