@@ -74,7 +74,8 @@ impl Assembly {
         }
         self.add_cells(potential, sparsity, state, predicted, &mut rounding);
         (self.floor, self.energy_noise) = (rounding.force_noise(), rounding.energy_noise());
-        let reactions = self.gradient.iter().zip(&potential.prescribed).filter(|(_, p)| p.is_some());
+        let reactions =
+            self.gradient.iter().zip(&potential.prescribed).filter(|(_, p)| p.is_some());
         self.force_scale = loads.sqrt() + reactions.map(|(g, _)| g * g).sum::<f64>().sqrt();
     }
 
@@ -171,7 +172,8 @@ impl Assembly {
                 let response = pressure.facet_response(facet, state.displacement);
                 let dof = |local: usize| 3 * nodes[local / 3] + local % 3;
                 for (row, entries) in response.hessian.iter().enumerate() {
-                    let sum: f64 = (0..9).map(|column| entries[column] * direction[dof(column)]).sum();
+                    let sum: f64 =
+                        (0..9).map(|column| entries[column] * direction[dof(column)]).sum();
                     forces[dof(row)] += magnitude * sum;
                 }
             }
@@ -248,7 +250,12 @@ fn tangent_times(tangent: &[[f64; 9]; 9], dh: &Mat3<f64>) -> Mat3<f64> {
 }
 
 /// Puts another stress into the geometric part `δ_ik S_jl` of a tangent.
-fn replace_stress(tangent: &mut [[f64; 9]; 9], h: &Mat3<f64>, stress: &Mat3<f64>, with: &Mat3<f64>) {
+fn replace_stress(
+    tangent: &mut [[f64; 9]; 9],
+    h: &Mat3<f64>,
+    stress: &Mat3<f64>,
+    with: &Mat3<f64>,
+) {
     let present = product(&inverse(h), stress);
     for j in 0..3 {
         for l in 0..3 {

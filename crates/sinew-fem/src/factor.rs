@@ -46,8 +46,9 @@ impl Factor {
         // Without a reordering faer 0.24 reads the upper half whatever the side.
         let upper = sparsity.upper();
         let ordering = SymmetricOrdering::Identity;
-        let symbolic = factorize_symbolic_cholesky(upper.as_ref(), Side::Upper, ordering, parameters)
-            .map_err(|_| SolveError::OutOfMemory { unknowns: sparsity.unknowns() })?;
+        let symbolic =
+            factorize_symbolic_cholesky(upper.as_ref(), Side::Upper, ordering, parameters)
+                .map_err(|_| SolveError::OutOfMemory { unknowns: sparsity.unknowns() })?;
         Self::with_symbolic(Arc::new(symbolic))
     }
 
@@ -114,10 +115,11 @@ impl Factor {
 
     fn pivots(&self) -> Option<Vec<f64>> {
         let SymbolicCholeskyRaw::Supernodal(symbolic) = self.symbolic.raw() else { return None };
-        let factor = faer::sparse::linalg::cholesky::supernodal::SupernodalLdltRef::<usize, f64>::new(
-            symbolic,
-            &self.values,
-        );
+        let factor =
+            faer::sparse::linalg::cholesky::supernodal::SupernodalLdltRef::<usize, f64>::new(
+                symbolic,
+                &self.values,
+            );
         let blocks = (0..symbolic.n_supernodes()).map(|s| factor.supernode(s).val());
         Some(blocks.flat_map(|block| (0..block.ncols()).map(move |i| block[(i, i)])).collect())
     }
@@ -154,12 +156,18 @@ impl Factor {
         let right = MatMut::from_column_major_slice_mut(right, rows, 1);
         let (symbolic, values) = (&*self.symbolic, &self.values[..]);
         match self.kind {
-            Kind::Llt => {
-                LltRef::new(symbolic, values).solve_in_place_with_conj(Conj::No, right, Par::Seq, stack)
-            }
-            Kind::Ldlt => {
-                LdltRef::new(symbolic, values).solve_in_place_with_conj(Conj::No, right, Par::Seq, stack)
-            }
+            Kind::Llt => LltRef::new(symbolic, values).solve_in_place_with_conj(
+                Conj::No,
+                right,
+                Par::Seq,
+                stack,
+            ),
+            Kind::Ldlt => LdltRef::new(symbolic, values).solve_in_place_with_conj(
+                Conj::No,
+                right,
+                Par::Seq,
+                stack,
+            ),
         }
     }
 }

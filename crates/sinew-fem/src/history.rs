@@ -44,7 +44,13 @@ impl fmt::Display for History {
             writeln!(
                 f,
                 "{number:3}  {:<8.6}  {:9.2e}  {:14.7e}  {:<8.4}  {:<5}  {:<8.2e}  {:.1e}",
-                i.load_factor, i.residual, i.energy, i.least_volume_ratio, i.worst_cell, i.step, i.shift
+                i.load_factor,
+                i.residual,
+                i.energy,
+                i.least_volume_ratio,
+                i.worst_cell,
+                i.step,
+                i.shift
             )?;
         }
         Ok(())

@@ -56,7 +56,8 @@ mod tests {
 
     #[test]
     fn senseless_values_have_a_place_too() {
-        let path = nearest_neighbour_path(&log_coordinates(&[vec![f64::NAN], vec![-1.0], vec![2.0]]));
+        let path =
+            nearest_neighbour_path(&log_coordinates(&[vec![f64::NAN], vec![-1.0], vec![2.0]]));
         assert_eq!(path.len(), 3);
         assert_eq!(log_coordinates(&[vec![f64::INFINITY], vec![]]), [[0.0], [0.0]]);
     }

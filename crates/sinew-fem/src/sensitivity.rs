@@ -25,22 +25,12 @@ impl<L: Law<D>, const D: usize> Solver<'_, L, D> {
         }
         let column = |index: usize| {
             let unit: Vec<_> = (0..theta.len()).map(|i| f64::from(u8::from(i == index))).collect();
-            self.response_to(displacement, theta, &unit)
+            let forces = force_change(self.potential, displacement, theta, &unit);
+            let mut change = vec![0.0; displacement.len()];
+            self.add_newton_step(&forces, &mut change);
+            change
         };
         Ok((0..theta.len()).map(column).collect())
-    }
-
-    /// Change of the displacement with θ along `direction`, with the last factor.
-    pub(crate) fn response_to(
-        &mut self,
-        displacement: &[f64],
-        theta: &[f64],
-        direction: &[f64],
-    ) -> Vec<f64> {
-        let forces = force_change(self.potential, displacement, theta, direction);
-        let mut change = vec![0.0; displacement.len()];
-        self.add_newton_step(&forces, &mut change);
-        change
     }
 }
 
@@ -51,12 +41,14 @@ fn force_change<L: Law<D>, const D: usize>(
     theta: &[f64],
     direction: &[f64],
 ) -> Vec<f64> {
-    let constant = |value: f64| Dual { value: Slope::<9>::constant(value), derivative: Slope::constant(0.0) };
+    let constant =
+        |value: f64| Dual { value: Slope::<9>::constant(value), derivative: Slope::constant(0.0) };
     let moving = |(&value, &rate): (&f64, &f64)| Dual {
         value: Slope::<9>::constant(value),
         derivative: Slope::constant(rate),
     };
-    let parameters: Vec<_> = theta.iter().zip(direction).map(moving).take(L::PARAMETERS.len()).collect();
+    let parameters: Vec<_> =
+        theta.iter().zip(direction).map(moving).take(L::PARAMETERS.len()).collect();
     let mut forces = vec![0.0; displacement.len()];
     for (cell, nodes) in potential.cells.iter().enumerate() {
         let h = potential.displacement_gradient(cell, displacement).seeded(|value, index| Dual {
@@ -64,7 +56,8 @@ fn force_change<L: Law<D>, const D: usize>(
             derivative: Slope::constant(0.0),
         });
         let directions = potential.directions[cell].map(|d| d.map(constant));
-        let stress = potential.law.density(&parameters, &h, &directions, &Exact).derivative.gradient;
+        let stress =
+            potential.law.density(&parameters, &h, &directions, &Exact).derivative.gradient;
         for (&node, g) in nodes.iter().zip(&potential.shape_gradients[cell]) {
             for i in 0..3 {
                 let force: f64 = (0..3).map(|j| stress[3 * i + j] * g[j]).sum();

@@ -4,7 +4,7 @@ use crate::assembly::Assembly;
 use crate::factor::Factor;
 use crate::rigid::check_supports;
 use crate::sparsity::Sparsity;
-use crate::{SolveError, Solution};
+use crate::{Solution, SolveError};
 use sinew_energy::{Law, TotalPotential};
 use std::sync::Arc;
 
@@ -103,7 +103,11 @@ fn check_arrays<L: Law<D>, const D: usize>(
             "are not finite",
             finite(potential.shape_gradients.as_flattened().as_flattened()),
         ),
-        ("volumes", "are not positive", potential.volumes.iter().all(|&v| v > 0.0 && v.is_finite())),
+        (
+            "volumes",
+            "are not positive",
+            potential.volumes.iter().all(|&v| v > 0.0 && v.is_finite()),
+        ),
         ("nodal forces", "are not finite", finite(&potential.nodal_force)),
         ("supports", "are not finite", held().all(|u| u.is_finite())),
     ];

@@ -37,7 +37,8 @@ impl Sparsity {
         potential: &TotalPotential<L, D, G>,
     ) -> Result<Self, SolveError> {
         let neighbours = neighbours(potential.nodes, &potential.cells);
-        let free = |node: usize| (0..3).filter(move |i| potential.prescribed[3 * node + i].is_none());
+        let free =
+            |node: usize| (0..3).filter(move |i| potential.prescribed[3 * node + i].is_none());
         let order = minimum_degree(&neighbours, |node| free(node).next().is_some())?;
 
         let mut unknown = vec![PRESCRIBED; potential.prescribed.len()];
@@ -164,24 +165,44 @@ impl Columns {
     /// Places in the values of the lower half of a small matrix, row by row, whose rows are the three
     /// components of each of `nodes`.
     fn slots<const ENTRIES: usize>(&self, nodes: &[usize]) -> [u32; ENTRIES] {
-        let index = |local: usize| 3 * nodes[local / 3] + local % 3;
-        let lower = (0..3 * nodes.len()).flat_map(|row| (0..=row).map(move |column| (row, column)));
-        let mut slots = [0; ENTRIES];
-        for (slot, (row, column)) in slots.iter_mut().zip(lower) {
-            *slot = self.slot(index(row), index(column));
+        let mut slots = [self.rows.len() as u32; ENTRIES];
+        for (a, &first) in nodes.iter().enumerate() {
+            for (b, &second) in nodes[..=a].iter().enumerate() {
+                self.block_slots(first, second, |i, k, slot| {
+                    let (row, column) = (3 * a + i, 3 * b + k);
+                    if column <= row {
+                        slots[row * (row + 1) / 2 + column] = slot;
+                    }
+                });
+            }
         }
         slots
     }
 
-    /// Place in the values of the entry in the row and column of two degrees of freedom.
-    fn slot(&self, a: usize, b: usize) -> u32 {
-        let (a, b) = (self.unknown[a], self.unknown[b]);
-        let (row, column) = (a.max(b), a.min(b));
-        if row == PRESCRIBED {
-            return self.rows.len() as u32;
+    /// Calls `put(i, k, slot)` for each pair of free components `i` of node `a` and `k` of node `b`. Their
+    /// rows follow each other in a column, so one search per column will do.
+    fn block_slots(&self, a: usize, b: usize, mut put: impl FnMut(usize, usize, u32)) {
+        let unknowns = |node: usize| {
+            let unknown = &self.unknown[3 * node..3 * node + 3];
+            unknown.iter().enumerate().filter(|(_, u)| **u != PRESCRIBED).map(|(i, &u)| (i, u))
+        };
+        let (Some((_, first_a)), Some((_, first_b))) = (unknowns(a).next(), unknowns(b).next())
+        else {
+            return;
+        };
+        let swapped = first_a < first_b;
+        let (below, left) = if swapped { (b, a) } else { (a, b) };
+        for (k, column) in unknowns(left) {
+            let start = self.starts[column as usize];
+            let rows = &self.rows[start..self.starts[column as usize + 1]];
+            let Some((_, first)) = unknowns(below).find(|&(_, row)| row >= column) else {
+                continue;
+            };
+            let first_slot = start + rows.partition_point(|&row| row < first as usize);
+            for (i, row) in unknowns(below).filter(|&(_, row)| row >= column) {
+                let slot = first_slot as u32 + (row - first);
+                if swapped { put(k, i, slot) } else { put(i, k, slot) }
+            }
         }
-        let start = self.starts[column as usize];
-        let rows = &self.rows[start..self.starts[column as usize + 1]];
-        (start + rows.partition_point(|&r| r < row as usize)) as u32
     }
 }

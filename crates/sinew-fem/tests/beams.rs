@@ -14,10 +14,8 @@ const THETA: [f64; 2] = [75.0, 75.0];
 #[test]
 fn refinement_follows_the_published_energies_and_deflections() {
     // Own FEniCS runs: Π [kPa mm³] and, where printed, u_z [mm] at the middle of the tip, to all printed digits.
-    let cases: [([usize; 3], f64, Option<f64>); 2] = [
-        ([12, 4, 5], -766.97068, None),
-        ([24, 8, 10], -1118.42188, Some(-50.4575)),
-    ];
+    let cases: [([usize; 3], f64, Option<f64>); 2] =
+        [([12, 4, 5], -766.97068, None), ([24, 8, 10], -1118.42188, Some(-50.4575))];
     for (cells, energy, tip) in cases {
         let mesh = box_tetrahedra([100.0, 10.0, 10.0], cells);
         let middle = mesh.points.iter().position(|&p| p == [100.0, 5.0, 5.0]);

@@ -15,7 +15,8 @@ const ENERGY: f64 = 1e-12;
 
 fn array(scene: &str, name: &str) -> Vec<f64> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/beam").join(scene);
-    let array = sinew_mesh::read_npy(folder.join(name)).expect("the fixture is part of the repository");
+    let array =
+        sinew_mesh::read_npy(folder.join(name)).expect("the fixture is part of the repository");
     match array.values {
         sinew_mesh::FieldValues::Float(values) => values,
         sinew_mesh::FieldValues::Integer(values) => values.iter().map(|&v| v as f64).collect(),
@@ -30,7 +31,8 @@ fn compare(potential: &TotalPotential<NeoHookean, 0>, scene: &str, prefix: &str,
     assert_eq!(energies.len(), expected);
     let mut solver = Solver::new(potential).expect("the beam is held");
     for (row, theta) in thetas.chunks(2).enumerate() {
-        let solution = solver.solve(theta, &Options::default()).expect("the beam has an equilibrium");
+        let solution =
+            solver.solve(theta, &Options::default()).expect("the beam has an equilibrium");
         let size = 3 * potential.nodes;
         let truth = &displacements[row * size..(row + 1) * size];
         let error = difference(&solution.displacement, truth);

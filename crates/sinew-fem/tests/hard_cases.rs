@@ -4,7 +4,7 @@ mod support;
 
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Support, TotalPotential};
-use sinew_fem::{Advice, NotConverged, Options, Solution, SolveError, Solver};
+use sinew_fem::{Advice, NotConverged, Options, Solution, SolveError, Solver, Stiffness};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 use support::{gravity, lower, once, twice};
 
@@ -25,7 +25,11 @@ fn solve(potential: &Body, theta: [f64; 2]) -> Result<Solution, SolveError> {
 /// An equilibrium: balanced to rounding, admissible, stable.
 fn assert_sound(solution: &Solution) {
     let last = solution.history.iterations.last().unwrap();
-    assert!(solution.residual <= last.tolerance.max(1e-9 * solution.force_scale), "{}", solution.history);
+    assert!(
+        solution.residual <= last.tolerance.max(1e-9 * solution.force_scale),
+        "{}",
+        solution.history
+    );
     assert!(solution.least_volume_ratio > 0.0);
     assert!(solution.is_stable());
 }
@@ -78,7 +82,8 @@ fn single_tetrahedron_with_prescribed_stretch() {
     assert_sound(&solution);
 
     // No unknown at all: the solution is what is prescribed.
-    let supports = vec![Support::clamped("base"), Support::uniform("tip", [Some(0.5), Some(0.0), Some(0.0)])];
+    let supports =
+        vec![Support::clamped("base"), Support::uniform("tip", [Some(0.5), Some(0.0), Some(0.0)])];
     let held = lower(NeoHookean, mesh, vec![], supports);
     let solution = solve(&held, [1.0, 1.0]).unwrap();
     assert_eq!(solution.displacement[3..6], [0.5, 0.0, 0.0]);
@@ -116,8 +121,10 @@ fn failure(result: Result<Solution, SolveError>) -> NotConverged {
 fn an_impossible_load_is_refused_with_history_and_advice() {
     let mesh = box_tetrahedra([10.0, 10.0, 10.0], [2, 2, 2]);
     // Compression into nothing: the far side is pushed through the held one.
-    let supports =
-        vec![Support::clamped("x_min"), Support::uniform("x_max", [Some(-15.0), Some(0.0), Some(0.0)])];
+    let supports = vec![
+        Support::clamped("x_min"),
+        Support::uniform("x_max", [Some(-15.0), Some(0.0), Some(0.0)]),
+    ];
     let block = lower(NeoHookean, mesh, vec![], supports);
     let failure = failure(solve(&block, [1.0, 1.0]));
     println!("{failure}");
@@ -162,7 +169,8 @@ fn an_unclamped_body_is_named_with_its_free_motions() {
 
     // A hinge along y at the edge x = z = 0.
     let mesh = box_tetrahedra([10.0, 10.0, 10.0], [2, 2, 2]);
-    let edge = (0..mesh.points.len()).filter(|&n| mesh.points[n][0] == 0.0 && mesh.points[n][2] == 0.0);
+    let edge =
+        (0..mesh.points.len()).filter(|&n| mesh.points[n][0] == 0.0 && mesh.points[n][2] == 0.0);
     let mut hinged = mesh.clone();
     hinged.node_sets.insert("edge".into(), edge.collect());
     let hinged = lower(NeoHookean, hinged, vec![], vec![Support::clamped("edge")]);
@@ -185,7 +193,9 @@ fn a_loose_part_and_a_loose_node_are_named() {
     mesh.cells.extend(part.cells.iter().map(|cell| cell.map(|node| node + first)));
     let mut body = lower(NeoHookean, mesh, vec![], vec![Support::clamped("x_min")]);
     let error = Solver::new(&body).map(|_| ()).unwrap_err();
-    assert!(matches!(&error, SolveError::FreeToMove { node: 8, nodes: 8, modes } if modes.len() == 6));
+    assert!(
+        matches!(&error, SolveError::FreeToMove { node: 8, nodes: 8, modes } if modes.len() == 6)
+    );
 
     body.cells.truncate(6);
     body.volumes.truncate(6);
@@ -227,15 +237,41 @@ fn an_inverted_initial_state_is_left_for_load_steps() {
 }
 
 #[test]
-fn a_compressed_column_reports_its_instability() {
-    // A straight column on a symmetric two-cell-wide mesh, shortened by a tenth: held straight by
-    // guides in its middle plane's normal, free to bow sideways, it is past its buckling load.
+fn a_compressed_column_reports_its_instability_and_bows_when_nudged() {
+    // Shortened by a tenth between clamps that cannot turn: past its buckling load. The mesh is symmetric
+    // under inversion and the first buckling mode is not, so nothing excites it.
     let mesh = box_tetrahedra([100.0, 4.0, 4.0], [20, 1, 1]);
+    let bump: Vec<_> =
+        mesh.points.iter().map(|p| (p[0] * std::f64::consts::PI / 100.0).sin().powi(2)).collect();
     let slide = Support::uniform("x_max", [Some(-10.0), Some(0.0), Some(0.0)]);
     let column = lower(NeoHookean, mesh, vec![], vec![Support::clamped("x_min"), slide]);
-    let solution = solve(&column, [75.0, 75.0]).unwrap();
-    let bow = solution.displacement.chunks(3).map(|u| u[1].hypot(u[2])).fold(0.0, f64::max);
-    println!("bow {bow:.3} mm, {} negative pivots", solution.negative_pivots);
-    // Either it bows and is stable, or it stays straight and says that it is not.
-    assert_eq!(solution.is_stable(), bow > 2.0);
+    let straight = solve(&column, [75.0, 75.0]).unwrap();
+    assert!(!straight.is_stable());
+    let mut solver = Solver::new(&column).unwrap();
+    assert_eq!(
+        negative_eigenvalues(&solver.stiffness(&straight).unwrap()),
+        straight.negative_pivots
+    );
+
+    let mut nudged = straight.displacement.clone();
+    bump.iter().enumerate().for_each(|(node, b)| nudged[3 * node + 1] += b);
+    let bowed = solver.solve_from(&nudged, &[75.0, 75.0], &Options::default()).unwrap();
+    println!("{} -> {} kPa mm³, {} iterations", straight.energy, bowed.energy, bowed.iterations());
+    assert_sound(&bowed);
+    assert!(bowed.energy < straight.energy);
+    assert_eq!(negative_eigenvalues(&solver.stiffness(&bowed).unwrap()), 0);
+}
+
+/// Counted from a dense eigenvalue decomposition.
+fn negative_eigenvalues(stiffness: &Stiffness) -> usize {
+    let size = stiffness.degree_of_freedom.len();
+    let mut dense = nalgebra::DMatrix::zeros(size, size);
+    for column in 0..size {
+        for at in stiffness.column_starts[column]..stiffness.column_starts[column + 1] {
+            let row = stiffness.rows[at];
+            dense[(row, column)] = stiffness.values[at];
+            dense[(column, row)] = stiffness.values[at];
+        }
+    }
+    dense.symmetric_eigenvalues().iter().filter(|&&value| value < 0.0).count()
 }

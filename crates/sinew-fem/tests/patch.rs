@@ -2,8 +2,8 @@
 
 mod support;
 
-use sinew_energy::laws::NeoHookean;
 use sinew_energy::Support;
+use sinew_energy::laws::NeoHookean;
 use sinew_fem::{Options, Solver};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 use support::lower;

@@ -46,7 +46,8 @@ fn results_are_those_of_single_solves_in_the_order_given_for_any_number_of_threa
 fn warm_starts_take_few_iterations() {
     let thetas = thetas(50);
     let swept = sweep(&once(), &thetas, &Options::default(), || ()).unwrap();
-    let mut iterations: Vec<_> = swept.solutions().unwrap().iter().map(|s| s.iterations()).collect();
+    let mut iterations: Vec<_> =
+        swept.solutions().unwrap().iter().map(|s| s.iterations()).collect();
     iterations.sort_unstable();
     assert!(iterations[25] <= 4, "{iterations:?}");
 }
@@ -89,10 +90,17 @@ fn derivatives_in_theta_agree_with_central_differences() {
         let mut moved = |sign: f64| {
             let mut theta = theta;
             theta[index] += sign * step;
-            solver.solve_from(&solution.displacement, &theta, &Options::default()).unwrap().displacement
+            solver
+                .solve_from(&solution.displacement, &theta, &Options::default())
+                .unwrap()
+                .displacement
         };
         let (up, down) = (moved(1.0), moved(-1.0));
         let quotient: Vec<_> = up.iter().zip(&down).map(|(a, b)| (a - b) / (2.0 * step)).collect();
-        assert!(difference(column, &quotient) < 1e-7, "{index}: {:e}", difference(column, &quotient));
+        assert!(
+            difference(column, &quotient) < 1e-7,
+            "{index}: {:e}",
+            difference(column, &quotient)
+        );
     }
 }

@@ -2,9 +2,7 @@
 #![allow(dead_code, reason = "each test file uses a part")]
 
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{
-    Law, Load, Parameter, Sampling, Scene, Support, TotalPotential, Units,
-};
+use sinew_energy::{Law, Load, Parameter, Sampling, Scene, Support, TotalPotential, Units};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
 /// Gravity on tissue of 1 g/cm³, downwards [kPa/mm].

@@ -1,0 +1,37 @@
+//! The stiffness matrix for other uses: vibrations, preconditioners, tests.
+
+use crate::assembly::State;
+use crate::{Solution, SolveError, Solver};
+use sinew_energy::Law;
+
+/// The stiffness of the free degrees of freedom at an equilibrium, its lower half by entries.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stiffness {
+    /// Degree of freedom `3 × node + component` of each row and column.
+    pub degree_of_freedom: Vec<usize>,
+    /// Rows of the entries; column by column.
+    pub rows: Vec<usize>,
+    /// Start of each column in the entries, and their number.
+    pub column_starts: Vec<usize>,
+    /// The entries [stress·length].
+    pub values: Vec<f64>,
+}
+
+impl<L: Law<D>, const D: usize> Solver<'_, L, D> {
+    /// Second derivative of the potential at a solution.
+    ///
+    /// # Errors
+    /// A solution of another body.
+    pub fn stiffness(&mut self, solution: &Solution) -> Result<Stiffness, SolveError> {
+        self.check_solution(solution)?;
+        let Solution { displacement, theta, .. } = solution;
+        let state = State { displacement, theta, load_factor: 1.0 };
+        self.assembly.assemble(self.potential, &self.sparsity, state, None);
+        Ok(Stiffness {
+            degree_of_freedom: self.sparsity.degree_of_freedom.clone(),
+            rows: self.sparsity.pattern.row_idx().to_vec(),
+            column_starts: self.sparsity.pattern.col_ptr().to_vec(),
+            values: self.assembly.matrix[..self.sparsity.entries()].to_vec(),
+        })
+    }
+}
