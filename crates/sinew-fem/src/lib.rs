@@ -54,6 +54,7 @@ mod sensitivity;
 mod solution;
 mod solver;
 mod sparsity;
+mod stiffness_root;
 mod sweep;
 
 pub use error::{Advice, NotConverged, SolveError};

@@ -37,6 +37,7 @@ fn beam() -> DataSet {
         global: vec![],
         dirichlet: Dirichlet::clamped(mesh.points.len(), 3, clamped)
             .expect("a node set of the box"),
+        basis: None,
     };
     let sample = |theta: Vec<f64>| {
         let bend = |x: f64| 0.4 * x * x / theta[0];

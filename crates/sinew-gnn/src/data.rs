@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use sinew_graph::{GraphFeatures, Topology};
 
 use crate::error::{Error, Result, require_count, require_finite};
+use crate::output_basis::OutputBasis;
 
 /// Prescribed displacements, written over the network's output (hard enforcement, thesis §3.2.3).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -47,6 +48,8 @@ pub struct Geometry {
     pub global: Vec<f64>,
     /// Supports.
     pub dirichlet: Dirichlet,
+    /// Coordinates in which displacements of this body are learned; `None` is one scale per component.
+    pub basis: Option<OutputBasis>,
 }
 
 /// One parameter set on one geometry.
@@ -114,6 +117,9 @@ impl Geometry {
         require_count("prescribed entries", self.dirichlet.prescribed.len(), degrees_of_freedom)?;
         let values: Vec<f64> = self.dirichlet.prescribed.iter().flatten().copied().collect();
         require_finite("prescribed displacements", &values)?;
+        if let Some(basis) = &self.basis {
+            require_count("entries of the output origin", basis.origin().len(), degrees_of_freedom)?;
+        }
         require_finite("node features", &self.features.nodes.values)?;
         require_finite("edge features", &self.features.edges.values)?;
         require_finite("global features", &self.global)

@@ -5,7 +5,7 @@ use burn::tensor::{Device, Tensor, TensorData};
 use crate::emulator::Emulator;
 use crate::error::{Error, Result};
 use crate::scaling::ParameterScaling;
-use crate::surrogate::{GeometryTensors, Surrogate, parameter_tensor};
+use crate::surrogate::{GeometryTensors, OutputMap, Surrogate, parameter_tensor};
 
 /// Rows (parameter sets × nodes) decoded at once: their activations of 128 columns fill a few
 /// megabytes, beyond that a batch only costs memory.
@@ -19,8 +19,7 @@ pub struct FixedGeometry {
     parameters: ParameterScaling,
     node_parts: Vec<Tensor<2>>,
     global: Option<Tensor<2>>,
-    scale: Tensor<3>,
-    shift: Tensor<3>,
+    output: OutputMap,
     device: Device,
 }
 
@@ -66,8 +65,7 @@ impl FixedGeometry {
             emulator,
             parameters: surrogate.scales.parameters.clone(),
             global: geometry.global.clone(),
-            scale: geometry.scale.clone(),
-            shift: geometry.shift.clone(),
+            output: geometry.output.clone(),
             device: surrogate.device.clone(),
         }
     }
@@ -84,7 +82,7 @@ impl FixedGeometry {
                 self.global.clone(),
                 self.inputs(chunk)?,
             );
-            displacement.extend(values(output * self.scale.clone() + self.shift.clone())?);
+            displacement.extend(values(self.output.displacement(output))?);
         }
         self.prediction(thetas, displacement)
     }
@@ -106,8 +104,10 @@ impl FixedGeometry {
                 self.global.clone(),
                 self.inputs(chunk)?,
             );
-            displacement.extend(values(output * self.scale.clone() + self.shift.clone())?);
-            let tangent = values(tangent * self.scale.clone().unsqueeze_dim::<4>(0))?;
+            displacement.extend(values(self.output.displacement(output))?);
+            let [parameters, batch, nodes, dimensions] = tangent.dims();
+            let tangent = tangent.reshape([parameters * batch, nodes, dimensions]);
+            let tangent = values(self.output.increment(tangent))?;
             for (set, theta) in chunk.iter().enumerate() {
                 for (parameter, slope) in self.parameters.slopes(theta).into_iter().enumerate() {
                     let from = (parameter * chunk.len() + set) * degrees_of_freedom;
@@ -140,11 +140,11 @@ impl FixedGeometry {
     }
 
     fn degrees_of_freedom(&self) -> usize {
-        self.scale.dims()[1] * self.scale.dims()[2]
+        self.output.dims().iter().product()
     }
 
     fn sets_per_chunk(&self, copies: usize) -> usize {
-        (ROWS_PER_CHUNK / (copies * self.scale.dims()[1])).max(1)
+        (ROWS_PER_CHUNK / (copies * self.output.dims()[0])).max(1)
     }
 }
 

@@ -11,6 +11,7 @@ mod graph;
 mod kernels;
 mod objective;
 mod optimiser;
+mod output_basis;
 mod perceptron;
 mod random;
 mod scaling;
@@ -31,6 +32,7 @@ pub use objective::{
     Batch, DataFit, DataFitWithGradient, GradientOperator, MinimumPotential, Objective, Potential,
 };
 pub use optimiser::{Muon, MuonConfig, Optimiser, OptimiserConfig};
+pub use output_basis::OutputBasis;
 pub use scaling::{GlobalScaling, OutputScale, ParameterRange, ParameterScale, ParameterScaling};
 pub use schedule::Schedule;
 pub use surrogate::{Scales, Surrogate};

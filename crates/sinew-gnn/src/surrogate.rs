@@ -70,10 +70,19 @@ pub(crate) struct GeometryTensors {
     pub edges: Tensor<2>,
     /// `[1, global features]`, standardised.
     pub global: Option<Tensor<2>>,
-    /// Displacement of a unit output, zero where prescribed: `[1, real nodes, D]`.
-    pub scale: Tensor<3>,
+    /// From outputs to displacements.
+    pub output: OutputMap,
+}
+
+/// From network outputs to displacements, prescribed ones written over them.
+#[derive(Debug, Clone)]
+pub(crate) struct OutputMap {
+    /// Displacement of a unit output, zero where prescribed: `[1, real nodes, D]`. Ones with a matrix.
+    scale: Tensor<3>,
     /// Displacement of a zero output, or the prescribed one: `[1, real nodes, D]`.
-    pub shift: Tensor<3>,
+    shift: Tensor<3>,
+    /// Applied from the right to outputs flattened over nodes and components, see [`OutputBasis`].
+    matrix: Option<Tensor<2>>,
 }
 
 impl Surrogate {
@@ -192,7 +201,7 @@ impl Surrogate {
     ) -> Tensor<3> {
         let local =
             emulator.local_embedding(&self.graph, geometry.nodes.clone(), geometry.edges.clone());
-        geometry.displacement(emulator.decode(local, geometry.global.clone(), parameters))
+        geometry.output.displacement(emulator.decode(local, geometry.global.clone(), parameters))
     }
 
     /// A geometry's tensors.
@@ -202,22 +211,12 @@ impl Surrogate {
         let features = self.scales.features.standardise(&geometry.features)?;
         let global = self.scales.global.standardise(&geometry.global)?;
         let table = |values: &[f64], rows| matrix(values, rows, &self.device);
-        let output = &self.scales.output;
-        let component = |dof: usize| dof % dimensions;
-        let prescribed = geometry.dirichlet.prescribed.iter().enumerate();
-        let scale: Vec<f64> = prescribed
-            .clone()
-            .map(|(dof, fixed)| if fixed.is_some() { 0.0 } else { output.scale[component(dof)] })
-            .collect();
-        let shift: Vec<f64> =
-            prescribed.map(|(dof, fixed)| fixed.unwrap_or(output.mean[component(dof)])).collect();
-        let field = |values: &[f64]| table(values, self.topology.real_nodes).unsqueeze_dim::<3>(0);
+        let output = OutputMap::new(geometry, &self.scales.output, self.topology.real_nodes, &self.device);
         Ok(GeometryTensors {
             nodes: table(&features.nodes.values, features.nodes.rows),
             edges: table(&features.edges.values, features.edges.rows),
             global: (!global.is_empty()).then(|| table(&global, 1)),
-            scale: field(&scale),
-            shift: field(&shift),
+            output,
         })
     }
 
@@ -228,20 +227,61 @@ impl Surrogate {
 }
 
 impl GeometryTensors {
-    /// Network outputs to displacements, prescribed ones written over them.
-    pub fn displacement(&self, output: Tensor<3>) -> Tensor<3> {
-        output * self.scale.clone() + self.shift.clone()
-    }
-
     /// The same tensors ready to meet those of an automatically differentiated network.
     pub fn lifted(&self) -> Self {
         Self {
             nodes: Tensor::from_inner(self.nodes.clone()),
             edges: Tensor::from_inner(self.edges.clone()),
             global: self.global.clone().map(Tensor::from_inner),
-            scale: Tensor::from_inner(self.scale.clone()),
-            shift: Tensor::from_inner(self.shift.clone()),
+            output: OutputMap {
+                scale: Tensor::from_inner(self.output.scale.clone()),
+                shift: Tensor::from_inner(self.output.shift.clone()),
+                matrix: self.output.matrix.clone().map(Tensor::from_inner),
+            },
         }
+    }
+}
+
+impl OutputMap {
+    fn new(geometry: &Geometry, scales: &OutputScale, nodes: usize, device: &Device) -> Self {
+        let prescribed = &geometry.dirichlet.prescribed;
+        let dimensions = scales.scale.len();
+        let of = |dof: usize| match &geometry.basis {
+            Some(basis) => (1.0, basis.origin()[dof]),
+            None => (scales.scale[dof % dimensions], scales.mean[dof % dimensions]),
+        };
+        let entries = prescribed.iter().enumerate();
+        let (scale, shift): (Vec<f64>, Vec<f64>) =
+            entries.map(|(dof, fixed)| fixed.map_or_else(|| of(dof), |value| (0.0, value))).unzip();
+        let field = |values: &[f64]| matrix(values, nodes, device).unsqueeze_dim::<3>(0);
+        Self {
+            scale: field(&scale),
+            shift: field(&shift),
+            matrix: geometry.basis.as_ref().map(|basis| basis.matrix(prescribed, device)),
+        }
+    }
+
+    /// Displacements `[batch, real nodes, D]` of outputs of the same shape.
+    pub fn displacement(&self, output: Tensor<3>) -> Tensor<3> {
+        self.increment(output) + self.shift.clone()
+    }
+
+    /// Displacements of outputs beyond those of a zero output: the linear part.
+    pub fn increment(&self, output: Tensor<3>) -> Tensor<3> {
+        match &self.matrix {
+            None => output * self.scale.clone(),
+            Some(matrix) => {
+                let [batch, nodes, dimensions] = output.dims();
+                let flat = output.reshape([batch, nodes * dimensions]);
+                flat.matmul(matrix.clone()).reshape([batch, nodes, dimensions])
+            }
+        }
+    }
+
+    /// Nodes and components of a displacement.
+    pub fn dims(&self) -> [usize; 2] {
+        let [_, nodes, dimensions] = self.scale.dims();
+        [nodes, dimensions]
     }
 }
 

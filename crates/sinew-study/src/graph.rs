@@ -27,5 +27,5 @@ pub fn geometry(
     let indicator = FeatureMatrix::indicator(nodes, &held)?;
     let features = graph_features(&topology, &mesh.points, &indicator, 3)?;
     let dirichlet = Dirichlet { prescribed: potential.prescribed.clone() };
-    Ok((topology, Geometry { features, global: Vec::new(), dirichlet }))
+    Ok((topology, Geometry { features, global: Vec::new(), dirichlet, basis: None }))
 }

@@ -11,6 +11,7 @@
 //! assert!(stiffness.iter().all(|theta| theta.iter().all(|k| (50.0..=100.0).contains(k))));
 //! ```
 
+pub mod basis;
 pub mod evaluate;
 pub mod fields;
 pub mod graph;

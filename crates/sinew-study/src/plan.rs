@@ -8,6 +8,9 @@ use std::time::Duration;
 /// Training of one emulator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
+    /// A first, short training, whose prediction at the centre of the parameter range anchors the
+    /// coordinates of the second, see [`crate::basis`]; `None` trains once, one scale per component.
+    pub anchoring: Option<TrainingConfig>,
     /// Optimiser, schedule, batch, steps or seconds.
     pub training: TrainingConfig,
 }
@@ -42,35 +45,51 @@ const TRAINING_SHARE: f64 = 0.88;
 impl Plan {
     /// The plan of one emulator in a run.
     pub fn of(options: &BeamOptions, scene: &str, method: Method) -> Self {
-        let training = Self::default_run(scene, method, options.seed);
-        let training = if options.quick {
-            TrainingConfig { budget: Budget::Steps(40), batch: 8, evaluations: 4, ..training }
-        } else if options.full {
-            Self::thesis(options.seed)
+        let plan = Self::default_run(method, options.seed);
+        if options.full {
+            Self { anchoring: None, training: Self::thesis(options.seed) }
+        } else if options.quick {
+            plan.map(|_| Budget::Steps(20), 2)
         } else if let Some(budget) = options.budget {
             let seconds = Self::seconds(options, budget, scene, method);
-            TrainingConfig { budget: Budget::Seconds(seconds), ..training }
+            let steps = plan.steps();
+            let share = |config: &TrainingConfig| seconds * step_count(config) / steps;
+            let evaluations = plan.training.evaluations;
+            plan.map(|config| Budget::Seconds(share(config)), evaluations)
         } else {
-            training
-        };
-        Self { training }
+            plan
+        }
     }
 
     /// Steps and batches that reach the accuracy in docs/design.md.
-    fn default_run(scene: &str, method: Method, seed: u64) -> TrainingConfig {
-        let (batch, steps, learning_rate) = match (method, scene) {
-            (Method::Dd | Method::Fdd, _) => (25, 1200, 3e-3),
-            (Method::Pi, "once") => (4, 6000, 4e-3),
-            (Method::Pi, _) => (4, 2000, 4e-3),
-        };
-        TrainingConfig {
+    fn default_run(method: Method, seed: u64) -> Self {
+        let config = |batch, steps, learning_rate, evaluations| TrainingConfig {
             batch,
             budget: Budget::Steps(steps),
             learning_rate,
             seed,
-            evaluations: 40,
+            evaluations,
             ..TrainingConfig::default()
+        };
+        match method {
+            Method::Dd | Method::Fdd => Self { anchoring: None, training: config(25, 1200, 3e-3, 30) },
+            Method::Pi => Self {
+                anchoring: Some(config(4, 1000, 4e-3, 10)),
+                training: config(4, 2000, 4e-3, 20),
+            },
         }
+    }
+
+    fn map(mut self, budget: impl Fn(&TrainingConfig) -> Budget, evaluations: usize) -> Self {
+        for config in self.anchoring.iter_mut().chain([&mut self.training]) {
+            config.budget = budget(config);
+            config.evaluations = evaluations.min(config.evaluations);
+        }
+        self
+    }
+
+    fn steps(&self) -> f64 {
+        self.anchoring.iter().chain([&self.training]).map(step_count).sum()
     }
 
     /// The thesis' schedule (§3.3.1): 5000 epochs of 200 samples, one by one, Adam at 1e-4.
@@ -90,19 +109,24 @@ impl Plan {
 
     /// This emulator's share of a budget, in proportion to the steps and batches of the default run.
     fn seconds(options: &BeamOptions, budget: Duration, scene: &str, method: Method) -> f64 {
-        let cost = |scene: &str, method: Method| {
-            let plan = Self::default_run(scene, method, 0);
-            let Budget::Steps(steps) = plan.budget else { return 0.0 };
-            // A step costs one message-passing pass, which is worth about 16 decoded parameter sets.
-            steps as f64 * (16.0 + plan.batch as f64)
+        let cost = |method: Method| {
+            let plan = Self::default_run(method, 0);
+            plan.steps() * (PASS_COST + plan.training.batch as f64)
         };
-        let total: f64 = options
-            .scene
-            .names()
-            .iter()
-            .flat_map(|scene| options.method.iter().map(|&method| cost(scene, method)))
-            .sum();
-        TRAINING_SHARE * budget.as_secs_f64() * cost(scene, method) / total
+        let scenes = options.scene.names();
+        let total: f64 = options.method.iter().map(|&method| cost(method)).sum();
+        let share = if scenes.contains(&scene) { 1.0 / scenes.len() as f64 } else { 0.0 };
+        TRAINING_SHARE * budget.as_secs_f64() * share * cost(method) / total
+    }
+}
+
+/// Cost of one message-passing pass with its update, in decoded parameter sets.
+const PASS_COST: f64 = 16.0;
+
+fn step_count(config: &TrainingConfig) -> f64 {
+    match config.budget {
+        Budget::Steps(steps) => steps as f64,
+        Budget::Seconds(_) => 0.0,
     }
 }
 
@@ -122,9 +146,13 @@ mod tests {
     #[test]
     fn a_budget_is_split_without_rest() {
         let options = options(&["--budget", "10m"]);
-        let seconds = |scene, method| match Plan::of(&options, scene, method).training.budget {
-            Budget::Seconds(seconds) => seconds,
-            Budget::Steps(_) => 0.0,
+        let seconds = |scene, method| -> f64 {
+            let plan = Plan::of(&options, scene, method);
+            let of = |config: &TrainingConfig| match config.budget {
+                Budget::Seconds(seconds) => seconds,
+                Budget::Steps(_) => 0.0,
+            };
+            plan.anchoring.iter().chain([&plan.training]).map(of).sum()
         };
         let total: f64 = ["once", "twice"]
             .iter()

@@ -13,7 +13,7 @@ use crate::report::{
 use crate::scenes::{Beam, once_clamped, twice_clamped};
 use crate::simulate::{self, Simulations};
 use crate::timing::median_seconds;
-use crate::train::{self, Body};
+use crate::train::{Body, Workshop};
 use crate::{fields, graph, progress, store};
 use anyhow::{Context, Result, ensure};
 use burn::tensor::Device;
@@ -151,6 +151,7 @@ fn run_scene(options: &BeamOptions, beam: &Beam, device: &Device) -> Result<(Sce
     let ranges: Vec<[f64; 2]> = beam.scene.parameters.iter().map(|p| p.range).collect();
     let (lower, upper): (Vec<f64>, Vec<f64>) = ranges.iter().map(|[a, b]| (*a, *b)).unzip();
     let body = Body {
+        exact: potential.clone(),
         potential: guarded.clone(),
         topology,
         geometry,
@@ -203,10 +204,18 @@ impl EmulatorRun<'_> {
         let plan = Plan::of(self.options, self.beam.name, method);
         let set = &self.simulations.training;
         let fields = (method != Method::Pi).then_some(&set.fields[..]);
-        let trained =
-            train::train(self.body, method, fields, &plan, validation, self.device, folder, self.options.resume)?;
+        let workshop = Workshop {
+            body: self.body,
+            method,
+            fields,
+            validation,
+            device: self.device,
+            folder,
+            resume: self.options.resume,
+        };
+        let trained = workshop.train(&plan)?;
 
-        let (surrogate, geometry) = (&trained.surrogate, &self.body.geometry);
+        let (surrogate, geometry) = (&trained.surrogate, &trained.geometry);
         let fixed = surrogate.fixed_geometry(geometry)?;
         let prediction = fixed.predict(&test.thetas)?;
         let fields: Vec<_> =
@@ -218,9 +227,9 @@ impl EmulatorRun<'_> {
         let batch_s = median_seconds(3, || fixed.predict(&many))?;
         let simulated_s = if method == Method::Pi { self.simulations.linear_s } else { set.seconds };
         let times = Times {
-            prepare_s: self.graph_s + simulated_s,
-            train_s: trained.report.seconds,
-            steps: trained.report.steps as u64,
+            prepare_s: self.graph_s + simulated_s + trained.prepare_s,
+            train_s: trained.seconds,
+            steps: trained.steps,
             predict_full_s: median_seconds(TIMING_REPEATS, || surrogate.predict(geometry, one))?,
             predict_decoder_s: median_seconds(TIMING_REPEATS, || fixed.predict(one))?,
             predict_batch_per_theta_s: batch_s / TIMING_BATCH as f64,

@@ -46,7 +46,8 @@ pub fn parse_table(name: &str, bytes: &[u8]) -> Result<Vec<Vec<f64>>> {
     let array = sinew_mesh::parse_npy(name, bytes)?;
     let Some(&rows) = array.shape.first() else { bail!("{name} holds a single number, not a table") };
     ensure!(rows > 0, "{name} holds no rows");
-    Ok(array.values.chunks(array.values.len() / rows).map(<[f64]>::to_vec).collect())
+    let sinew_mesh::FieldValues::Float(values) = array.values else { bail!("{name} holds integers") };
+    Ok(values.chunks((values.len() / rows).max(1)).map(<[f64]>::to_vec).collect())
 }
 
 /// Reads what [`write_table`] wrote.

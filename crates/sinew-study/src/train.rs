@@ -4,7 +4,7 @@ use crate::evaluate::TestSet;
 use crate::options::Method;
 use crate::plan::Plan;
 use crate::report::{self, CurvePoint, EnergyPoint, PerMetric, TrainingHistory};
-use crate::{progress, store};
+use crate::{basis, progress, store};
 use anyhow::{Context, Result};
 use burn::tensor::Device;
 use indicatif::ProgressBar;
@@ -14,16 +14,19 @@ use sinew_energy::{Barriers, TotalPotential};
 use sinew_gnn::{
     DataFit, DataFitWithGradient, DataSet, EmulatorConfig, Geometry, GradientOperator, HistoryPoint,
     MinimumPotential, Objective, OutputScale, Progress, Sample, Scales, Surrogate, Trainer,
-    TrainingReport,
+    TrainingConfig, TrainingReport,
 };
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Instant;
 
 /// What all emulators of a scene share.
 #[derive(Debug)]
 pub struct Body {
-    /// Potential for training, with barriers.
+    /// Potential of the solver.
+    pub exact: TotalPotential<NeoHookean, 0>,
+    /// The same with barriers, for training.
     pub potential: TotalPotential<NeoHookean, 0, Barriers>,
     /// Augmented graph.
     pub topology: sinew_graph::Topology,
@@ -45,110 +48,160 @@ pub struct Body {
 pub struct Trained {
     /// The emulator.
     pub surrogate: Surrogate,
-    /// Steps, seconds, why it ended.
-    pub report: TrainingReport,
+    /// The geometry it predicts, with the coordinates it learned in.
+    pub geometry: Geometry,
+    /// Optimiser steps of all stages.
+    pub steps: u64,
+    /// Training time of all stages [s].
+    pub seconds: f64,
+    /// Time spent on coordinates of the displacement [s].
+    pub prepare_s: f64,
     /// Validation errors and energies on the way.
     pub history: TrainingHistory,
 }
 
-/// Trains one emulator; continues from the checkpoint in `folder` if there is one and `resume` is set.
-///
-/// `fields` are the simulated displacements at `body.thetas`; `None` for training without any.
-///
-/// # Errors
-/// Divergence, files that cannot be written or read.
-pub fn train(
-    body: &Body,
-    method: Method,
-    fields: Option<&[Vec<f64>]>,
-    plan: &Plan,
-    validation: &TestSet,
-    device: &Device,
-    folder: &Path,
-    resume: bool,
-) -> Result<Trained> {
-    let output = output_scale(body, fields)?;
-    let data = data_set(body, fields);
-    let objective = objective(body, method, &output)?;
-    let checkpoint = folder.join("checkpoint");
-    let mut trainer = if resume && checkpoint.exists() {
-        Trainer::resume(&checkpoint, data, objective, device)?
-    } else {
-        let features = &body.geometry.features;
-        let config = EmulatorConfig::new(
-            3,
-            features.nodes.columns,
-            features.edges.columns,
-            body.parameters.ranges().len(),
-        );
-        let scales = Scales::over(&data.geometries, body.parameters.clone(), output)?;
-        let surrogate = Surrogate::new(&config, &data, scales, plan.training.seed, device)?;
-        Trainer::new(surrogate, data, objective, plan.training.clone())?.with_checkpoints(&checkpoint)
-    };
-    let mut watch = Watch::new(method, validation, &body.geometry, folder.join("curve.json"), resume)?;
-    let report = trainer.run(&mut watch).with_context(|| format!("training {}", method.key()))?;
-    if let Some(error) = watch.failure.take() {
-        return Err(error);
-    }
-    progress::finish(&watch.bar, &format!("{} steps, {}", report.steps, watch.outcome()));
-    let curves = &watch.curves;
-    let history = TrainingHistory::new(method.into(), &curves.errors, &curves.energy);
-    Ok(Trained { surrogate: trainer.into_surrogate(), report, history })
+/// Where and how an emulator is trained.
+#[derive(Debug)]
+pub struct Workshop<'a> {
+    /// The body.
+    pub body: &'a Body,
+    /// How it is trained.
+    pub method: Method,
+    /// Simulated displacements at the body's parameters; `None` for training without any.
+    pub fields: Option<&'a [Vec<f64>]>,
+    /// Cases that the curves are drawn over.
+    pub validation: &'a TestSet,
+    /// Backend.
+    pub device: &'a Device,
+    /// Checkpoints and curves go here.
+    pub folder: &'a Path,
+    /// Whether to continue from the checkpoints in the folder.
+    pub resume: bool,
 }
 
-fn output_scale(body: &Body, fields: Option<&[Vec<f64>]>) -> Result<OutputScale> {
-    Ok(match fields {
-        Some(fields) => OutputScale::root_mean_square(3, fields.iter().map(Vec::as_slice))?,
-        None => OutputScale::root_mean_square(3, [&body.linear_response[..]])?,
-    })
-}
-
-fn data_set(body: &Body, fields: Option<&[Vec<f64>]>) -> DataSet {
-    let sample = |(index, theta): (usize, &Vec<f64>)| Sample {
-        geometry: 0,
-        theta: theta.clone(),
-        displacement: fields.map(|fields| fields[index].clone()).unwrap_or_default(),
-    };
-    DataSet {
-        topology: body.topology.clone(),
-        geometries: vec![body.geometry.clone()],
-        training: body.thetas.iter().enumerate().map(sample).collect(),
-        validation: Vec::new(),
-    }
-}
-
-/// The one place where the methods differ.
-fn objective(body: &Body, method: Method, output: &OutputScale) -> Result<Box<dyn Objective>> {
-    /// Weight of the deformation gradients in (B.1): both terms are then of one size at the start.
-    const GRADIENT_WEIGHT: f64 = 1.0;
-    Ok(match method {
-        Method::Dd => Box::new(DataFit::new(output.length())?),
-        Method::Fdd => {
-            let operator = GradientOperator {
-                nodes_per_cell: 4,
-                cells: body.potential.cells.as_flattened().to_vec(),
-                shape_gradients: body.potential.shape_gradients.as_flattened().as_flattened().to_vec(),
-            };
-            Box::new(DataFitWithGradient::new(output.length(), GRADIENT_WEIGHT, vec![operator])?)
+impl Workshop<'_> {
+    /// Trains by `plan`; an interrupted run goes on from its last checkpoint.
+    ///
+    /// # Errors
+    /// Divergence, files that cannot be written or read.
+    pub fn train(&self, plan: &Plan) -> Result<Trained> {
+        let mut watch = Watch::new(self)?;
+        let preparation = Instant::now();
+        let mut geometry = self.body.geometry.clone();
+        let mut prepare_s = 0.0;
+        let mut before = (0, 0.0);
+        if let Some(anchoring) = &plan.anchoring {
+            geometry.basis = Some(basis::at_rest(self.body)?);
+            prepare_s = preparation.elapsed().as_secs_f64();
+            let (surrogate, report) = self.stage("anchor", &geometry, anchoring, &mut watch)?;
+            before = (report.steps as u64, report.seconds);
+            watch.before = before;
+            let anchoring_done = Instant::now();
+            let centre = std::slice::from_ref(&self.body.centre);
+            let anchor = surrogate.predict(&geometry, centre)?.displacement;
+            geometry.basis = Some(basis::at_anchor(self.body, &anchor)?);
+            prepare_s += anchoring_done.elapsed().as_secs_f64();
         }
-        Method::Pi => {
-            let energy = MinimumPotential::energy_of_linear_response(
-                &body.potential,
-                &body.linear_response,
-                &body.centre,
-            )?;
-            Box::new(MinimumPotential::new(vec![Arc::new(body.potential.clone())], energy)?)
+        let (surrogate, report) = self.stage("train", &geometry, &plan.training, &mut watch)?;
+        progress::finish(&watch.bar, &format!("{} steps, {}", before.0 + report.steps as u64, watch.outcome()));
+        let curves = &watch.curves;
+        Ok(Trained {
+            surrogate,
+            geometry,
+            steps: before.0 + report.steps as u64,
+            seconds: before.1 + report.seconds,
+            prepare_s,
+            history: TrainingHistory::new(self.method.into(), &curves.errors, &curves.energy),
+        })
+    }
+
+    fn stage(
+        &self,
+        name: &str,
+        geometry: &Geometry,
+        config: &TrainingConfig,
+        watch: &mut Watch<'_>,
+    ) -> Result<(Surrogate, TrainingReport)> {
+        let output = self.output_scale()?;
+        let data = self.data_set(geometry);
+        let objective = self.objective(&output)?;
+        let checkpoint = self.folder.join(name);
+        let mut trainer = if self.resume && checkpoint.exists() {
+            Trainer::resume(&checkpoint, data, objective, self.device)?
+        } else {
+            let features = &geometry.features;
+            let parameters = &self.body.parameters;
+            let (nodes, edges) = (features.nodes.columns, features.edges.columns);
+            let network = EmulatorConfig::new(3, nodes, edges, parameters.ranges().len());
+            let scales = Scales::over(&data.geometries, parameters.clone(), output)?;
+            let surrogate = Surrogate::new(&network, &data, scales, config.seed, self.device)?;
+            Trainer::new(surrogate, data, objective, config.clone())?.with_checkpoints(&checkpoint)
+        };
+        watch.begin(name, geometry);
+        let report = trainer
+            .run(watch)
+            .with_context(|| format!("training {} on {}", self.method.key(), self.folder.display()))?;
+        watch.failure.take().map_or(Ok(()), Err)?;
+        Ok((trainer.into_surrogate(), report))
+    }
+
+    fn output_scale(&self) -> Result<OutputScale> {
+        Ok(match self.fields {
+            Some(fields) => OutputScale::root_mean_square(3, fields.iter().map(Vec::as_slice))?,
+            None => OutputScale::root_mean_square(3, [&self.body.linear_response[..]])?,
+        })
+    }
+
+    fn data_set(&self, geometry: &Geometry) -> DataSet {
+        let sample = |(index, theta): (usize, &Vec<f64>)| Sample {
+            geometry: 0,
+            theta: theta.clone(),
+            displacement: self.fields.map(|fields| fields[index].clone()).unwrap_or_default(),
+        };
+        DataSet {
+            topology: self.body.topology.clone(),
+            geometries: vec![geometry.clone()],
+            training: self.body.thetas.iter().enumerate().map(sample).collect(),
+            validation: Vec::new(),
         }
-    })
+    }
+
+    /// The one place where the methods differ.
+    fn objective(&self, output: &OutputScale) -> Result<Box<dyn Objective>> {
+        /// Weight of the deformation gradients in (B.1): both terms are then of one size at the start.
+        const GRADIENT_WEIGHT: f64 = 1.0;
+        let potential = &self.body.potential;
+        Ok(match self.method {
+            Method::Dd => Box::new(DataFit::new(output.length())?),
+            Method::Fdd => {
+                let operator = GradientOperator {
+                    nodes_per_cell: 4,
+                    cells: potential.cells.as_flattened().to_vec(),
+                    shape_gradients: potential.shape_gradients.as_flattened().as_flattened().to_vec(),
+                };
+                Box::new(DataFitWithGradient::new(output.length(), GRADIENT_WEIGHT, vec![operator])?)
+            }
+            Method::Pi => {
+                let energy = MinimumPotential::energy_of_linear_response(
+                    potential,
+                    &self.body.linear_response,
+                    &self.body.centre,
+                )?;
+                Box::new(MinimumPotential::new(vec![Arc::new(potential.clone())], energy)?)
+            }
+        })
+    }
 }
 
 /// Draws the bar and records errors on the validation cases.
 struct Watch<'a> {
     bar: ProgressBar,
     validation: &'a TestSet,
-    geometry: &'a Geometry,
+    geometry: Geometry,
     file: PathBuf,
     curves: Curves,
+    /// Steps and seconds of the stage before.
+    before: (u64, f64),
     failure: Option<anyhow::Error>,
 }
 
@@ -159,31 +212,39 @@ struct Curves {
 }
 
 impl<'a> Watch<'a> {
-    fn new(
-        method: Method,
-        validation: &'a TestSet,
-        geometry: &'a Geometry,
-        file: PathBuf,
-        resume: bool,
-    ) -> Result<Self> {
-        let curves = if resume { store::read_json(&file)?.unwrap_or_default() } else { Curves::default() };
-        let bar = progress::bar(&format!("train {}", method.key()), 1);
-        Ok(Self { bar, validation, geometry, file, curves, failure: None })
+    fn new(workshop: &Workshop<'a>) -> Result<Self> {
+        let file = workshop.folder.join("curve.json");
+        let stored = if workshop.resume { store::read_json(&file)? } else { None };
+        Ok(Self {
+            bar: progress::bar(&format!("train {}", workshop.method.key()), 1),
+            validation: workshop.validation,
+            geometry: workshop.body.geometry.clone(),
+            file,
+            curves: stored.unwrap_or_default(),
+            before: (0, 0.0),
+            failure: None,
+        })
+    }
+
+    /// Prepares for a stage, which predicts on `geometry`.
+    fn begin(&mut self, stage: &str, geometry: &Geometry) {
+        self.geometry = geometry.clone();
+        self.bar.set_prefix(format!("{} ({stage})", self.bar.prefix().split(" (").next().unwrap_or("")));
     }
 
     fn record(&mut self, surrogate: &Surrogate, point: &HistoryPoint) -> Result<()> {
-        let prediction = surrogate.predict(self.geometry, &self.validation.thetas)?;
+        let prediction = surrogate.predict(&self.geometry, &self.validation.thetas)?;
         let fields: Vec<_> =
             (0..self.validation.thetas.len()).map(|case| prediction.field(case).to_vec()).collect();
         let medians: PerMetric<f64> = self.validation.evaluate(&fields)?.medians()?;
-        let step = point.step as u64;
+        let (step, train_s) = (self.before.0 + point.step as u64, self.before.1 + point.seconds);
         // A run that was killed after its last checkpoint repeats some evaluations.
         self.curves.errors.retain(|earlier| earlier.step < step);
         self.curves.energy.retain(|earlier| earlier.step < step);
-        self.curves.errors.push(CurvePoint::new(step, point.seconds, medians, point.loss));
+        self.curves.errors.push(CurvePoint::new(step, train_s, medians, point.loss));
         let excess = self.validation.mean_energy_excess(&fields);
         let excess_pct = excess.is_finite().then_some(excess);
-        self.curves.energy.push(EnergyPoint { step, train_s: point.seconds, excess_pct });
+        self.curves.energy.push(EnergyPoint { step, train_s, excess_pct });
         store::write_json(&self.file, &self.curves)
     }
 
