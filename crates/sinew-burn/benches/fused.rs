@@ -35,13 +35,18 @@ const PLAIN: Kernels = Kernels {
     edge_sum: |messages, topology| reference::signed_edge_sum(messages, topology),
 };
 
+/// Tracked on devices that differentiate.
+fn tracked<const D: usize>(x: Tensor<D>) -> Tensor<D> {
+    if x.device().is_autodiff() { x.require_grad() } else { x }
+}
+
 fn matrix(rows: usize, columns: usize, device: &Device) -> Tensor<2> {
     let bound = (3.0 / rows as f64).sqrt();
-    Tensor::random([rows, columns], Distribution::Uniform(-bound, bound), device).require_grad()
+    tracked(Tensor::random([rows, columns], Distribution::Uniform(-bound, bound), device))
 }
 
 fn tail(outputs: usize, normalised: bool, device: &Device) -> PerceptronTail {
-    let vector = |size: usize| Tensor::<1>::zeros([size], device).require_grad();
+    let vector = |size: usize| tracked(Tensor::<1>::zeros([size], device));
     PerceptronTail {
         activation: Activation::Celu,
         first_bias: vector(WIDTH),
@@ -50,7 +55,7 @@ fn tail(outputs: usize, normalised: bool, device: &Device) -> PerceptronTail {
         third_weight: matrix(WIDTH, outputs, device),
         third_bias: vector(outputs),
         normalisation: normalised.then(|| LayerNormalisation {
-            gain: Tensor::ones([outputs], device).require_grad(),
+            gain: tracked(Tensor::ones([outputs], device)),
             offset: vector(outputs),
             epsilon: 1e-6,
         }),
@@ -89,10 +94,8 @@ impl Processor {
             nodes: GatherPlan::identity(NODES, 2).expect("two sources"),
             topology,
             steps: (0..STEPS).map(|_| step()).collect(),
-            edge_features: Tensor::random([EDGES, LATENT], Distribution::Default, device)
-                .require_grad(),
-            node_features: Tensor::random([NODES, LATENT], Distribution::Default, device)
-                .require_grad(),
+            edge_features: tracked(Tensor::random([EDGES, LATENT], Distribution::Default, device)),
+            node_features: tracked(Tensor::random([NODES, LATENT], Distribution::Default, device)),
         }
     }
 
@@ -129,9 +132,8 @@ struct Decoder {
 impl Decoder {
     fn new(batch: usize, device: &Device) -> Self {
         let heads = || 0..HEADS;
-        let rows = |rows: usize| {
-            Tensor::random([rows, WIDTH], Distribution::Default, device).require_grad()
-        };
+        let rows =
+            |rows: usize| tracked(Tensor::random([rows, WIDTH], Distribution::Default, device));
         Self {
             plan: GatherPlan::outer(batch, REAL_NODES),
             nodes: heads().map(|_| rows(REAL_NODES)).collect(),
@@ -174,7 +176,8 @@ fn message_passing(criterion: &mut Criterion) {
         error(processor.step(FUSED), processor.step(PLAIN))
     );
     let mut group = criterion.benchmark_group("message passing, 5 steps");
-    group.bench_function("forward, fused", |b| b.iter(|| processor.forward(FUSED)));
+    let inference = Processor::new(&Device::flex());
+    group.bench_function("forward, fused", |b| b.iter(|| inference.forward(FUSED)));
     group.bench_function("forward and backward, fused", |b| b.iter(|| processor.step(FUSED)));
     group.bench_function("forward and backward, plain", |b| b.iter(|| processor.step(PLAIN)));
 }

@@ -527,7 +527,7 @@ vectorised! {
     /// Products of the rows of `hidden` with the one column of a last layer.
     fn single_output<FUSED>(weight: &[f32], hidden: &[f32], output: &mut [f32]) {
         for (row, output) in hidden.chunks_exact(weight.len()).zip(output) {
-            *output = sum_of(weight.len(), |j| row[j] * weight[j]);
+            *output = sum_of::<32>(weight.len(), |j| row[j] * weight[j]);
         }
     }
 }

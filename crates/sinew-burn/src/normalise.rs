@@ -2,6 +2,9 @@
 
 use crate::simd::{multiply_add, sum_of, vectorised};
 
+/// Partial sums of a row: a divisor of the usual latent width of 40.
+const LANES: usize = 8;
+
 /// Gain and offset of a normalisation, and what is added to the variance.
 #[derive(Clone, Copy)]
 pub(crate) struct Normalisation<'a> {
@@ -25,8 +28,8 @@ vectorised! {
         for ((row, normal), inverse) in
             x.chunks_exact_mut(width).zip(normal.chunks_exact_mut(width)).zip(inverse)
         {
-            let mean = sum_of(width, |j| row[j]) / width as f32;
-            let variance = sum_of(width, |j| (row[j] - mean) * (row[j] - mean)) / width as f32;
+            let mean = sum_of::<LANES>(width, |j| row[j]) / width as f32;
+            let variance = sum_of::<LANES>(width, |j| (row[j] - mean) * (row[j] - mean)) / width as f32;
             *inverse = 1.0 / (variance + epsilon).sqrt();
             for j in 0..width {
                 normal[j] = (row[j] - mean) * *inverse;
@@ -52,8 +55,8 @@ vectorised! {
         let (gain_gradient, offset_gradient) = (&mut gain_gradient[..width], &mut offset_gradient[..width]);
         let rows = output.chunks_exact_mut(width).zip(normal.chunks_exact(width));
         for ((d, n), (c, inverse)) in rows.zip(cotangent.chunks_exact(width).zip(inverse)) {
-            let mean = sum_of(width, |j| c[j] * gain[j]) / width as f32;
-            let along = sum_of(width, |j| c[j] * gain[j] * n[j]) / width as f32;
+            let mean = sum_of::<LANES>(width, |j| c[j] * gain[j]) / width as f32;
+            let along = sum_of::<LANES>(width, |j| c[j] * gain[j] * n[j]) / width as f32;
             for j in 0..width {
                 d[j] = inverse * (c[j] * gain[j] - mean - n[j] * along);
                 gain_gradient[j] = multiply_add::<FUSED>(c[j], n[j], gain_gradient[j]);

@@ -101,10 +101,10 @@ pub(crate) fn exp_m1<const FUSED: bool>(x: f32) -> f32 {
     multiply_add::<FUSED>(power, q, power - 1.0)
 }
 
-/// Sum of `term(i)` for `i < n` in sixteen interleaved partial sums: a fixed order that vectorises.
+/// Sum of `term(i)` for `i < n` in `LANES` interleaved partial sums, a power of two: a fixed
+/// order that vectorises.
 #[inline(always)]
-pub(crate) fn sum_of(n: usize, term: impl Fn(usize) -> f32) -> f32 {
-    const LANES: usize = 16;
+pub(crate) fn sum_of<const LANES: usize>(n: usize, term: impl Fn(usize) -> f32) -> f32 {
     let mut lanes = [0.0_f32; LANES];
     let whole = n - n % LANES;
     for start in (0..whole).step_by(LANES) {
@@ -115,10 +115,12 @@ pub(crate) fn sum_of(n: usize, term: impl Fn(usize) -> f32) -> f32 {
     for i in whole..n {
         lanes[i - whole] += term(i);
     }
-    for half in [8, 4, 2, 1] {
+    let mut half = LANES / 2;
+    while half > 0 {
         for lane in 0..half {
             lanes[lane] += lanes[lane + half];
         }
+        half /= 2;
     }
     lanes[0]
 }

@@ -11,13 +11,13 @@ const TRUNCATION: f64 = 2e-3;
 /// Rounding of each value, a few units in the last place, over the step.
 const ROUNDING: f64 = 4.0 * f32::EPSILON as f64 / STEP;
 
-/// The backend under test, differentiable.
+/// The backend under test, differentiable: ndarray where that feature is on, else Flex.
 pub(crate) fn device() -> Device {
     #[cfg(feature = "ndarray")]
-    if std::env::var_os("SINEW_BACKEND").is_some_and(|name| name == "ndarray") {
-        return Device::ndarray().autodiff();
-    }
-    Device::flex().autodiff()
+    let device = Device::ndarray();
+    #[cfg(not(feature = "ndarray"))]
+    let device = Device::flex();
+    device.autodiff()
 }
 
 /// Numbers in (−1, 1) from a seed.
