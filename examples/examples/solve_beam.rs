@@ -30,7 +30,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let solution = Solver::new(&potential)?.solve(&[75.0, 75.0], &Options::default())?;
 
     println!("{}", solution.history);
-    let largest = solution.displacement.chunks(3).map(|u| u.iter().map(|x| x * x).sum::<f64>().sqrt());
+    let largest =
+        solution.displacement.chunks(3).map(|u| u.iter().map(|x| x * x).sum::<f64>().sqrt());
     println!(
         "energy {:.6} kPa mm³, largest displacement {:.4} mm, stable: {}, {:.1} ms",
         solution.energy,

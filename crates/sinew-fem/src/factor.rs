@@ -37,8 +37,8 @@ enum Kind {
 
 impl Factor {
     pub fn new(sparsity: &Sparsity) -> Result<Self, SolveError> {
-        // Supernodal always: on the beams (1080 unknowns) it is faster than the simplicial kernel,
-        // and the larger a body, the more so.
+        // Supernodal always: a whole solve of the beam (1080 unknowns) takes 9.8 ms with it, 25.5 ms with
+        // the simplicial kernel, and larger bodies gain more.
         let parameters = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             ..Default::default()
