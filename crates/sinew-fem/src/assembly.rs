@@ -8,15 +8,15 @@ use sinew_num::Mat3;
 /// Π with its derivatives at one displacement, and what the rounding errors in them are measured by.
 #[derive(Clone, Debug)]
 pub(crate) struct Assembly {
-    /// Π [stress·length³]; +∞ where a cell is inverted.
+    /// Π \[stress·length³\]; +∞ where a cell is inverted.
     pub energy: f64,
-    /// Bound on the rounding error in Π [stress·length³].
+    /// Bound on the rounding error in Π \[stress·length³\].
     pub energy_noise: f64,
     /// Derivative of Π in every degree of freedom; at prescribed ones it is the reaction.
     pub gradient: Vec<f64>,
-    /// Norm of the loads and the reactions [stress·length²].
+    /// Norm of the loads and the reactions \[stress·length²\].
     pub force_scale: f64,
-    /// Estimate of the rounding error in the norm of the gradient [stress·length²].
+    /// Estimate of the rounding error in the norm of the gradient \[stress·length²\].
     pub floor: f64,
     /// Lower half of the second derivative, with one more slot for what is prescribed.
     pub matrix: Vec<f64>,
@@ -205,7 +205,7 @@ impl Assembly {
 /// Where a potential is evaluated.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct State<'a> {
-    /// Nodal displacements [length].
+    /// Nodal displacements \[length\].
     pub displacement: &'a [f64],
     /// Parameters of law and loads.
     pub theta: &'a [f64],
@@ -214,7 +214,7 @@ pub(crate) struct State<'a> {
 }
 
 impl State<'_> {
-    /// Π [stress·length³]; +∞ as soon as a cell is inverted.
+    /// Π \[stress·length³\]; +∞ as soon as a cell is inverted.
     pub fn energy<L: Law<D>, const D: usize>(&self, potential: &TotalPotential<L, D>) -> f64 {
         let parameters = TotalPotential::<L, D>::law_parameters(self.theta);
         let work: f64 =

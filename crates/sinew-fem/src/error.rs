@@ -96,7 +96,7 @@ pub enum SolveError {
 pub struct NotConverged {
     /// Largest fraction of loads and prescribed motion whose equilibrium was found.
     pub load_factor: f64,
-    /// Displacement of that equilibrium, `[u_x, u_y, u_z]` node by node [length].
+    /// Displacement of that equilibrium, `[u_x, u_y, u_z]` node by node \[length\].
     pub displacement: Vec<f64>,
     /// All iterations.
     pub history: History,

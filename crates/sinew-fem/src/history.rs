@@ -7,11 +7,11 @@ use std::fmt;
 pub struct Iteration {
     /// Fraction of loads and prescribed motion.
     pub load_factor: f64,
-    /// Norm of the unbalanced nodal forces at the free degrees of freedom [stress·length²].
+    /// Norm of the unbalanced nodal forces at the free degrees of freedom \[stress·length²\].
     pub residual: f64,
     /// Residual at which the iteration ends: what rounding errors in the nodal forces amount to.
     pub tolerance: f64,
-    /// Total potential energy [stress·length³].
+    /// Total potential energy \[stress·length³\].
     pub energy: f64,
     /// Least volume ratio J of all cells.
     pub least_volume_ratio: f64,

@@ -21,7 +21,7 @@ impl<L: Law<D>, const D: usize> Solver<'_, L, D> {
         self.solve_from(&rest, theta, options)
     }
 
-    /// The equilibrium for θ, starting from a displacement [length] that should be near it.
+    /// The equilibrium for θ, starting from a displacement \[length\] that should be near it.
     ///
     /// When the search from there fails, loads and prescribed motions are raised step by step from rest.
     ///

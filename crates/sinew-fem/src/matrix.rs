@@ -13,7 +13,7 @@ pub struct Stiffness {
     pub rows: Vec<usize>,
     /// Start of each column in the entries, and their number.
     pub column_starts: Vec<usize>,
-    /// The entries [stress·length].
+    /// The entries \[stress·length\].
     pub values: Vec<f64>,
 }
 

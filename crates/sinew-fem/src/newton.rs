@@ -17,7 +17,7 @@ use sinew_energy::Law;
 
 /// The energy must fall by this part of what the slope promises (Armijo's condition, the usual value).
 const SUFFICIENT: f64 = 1e-4;
-/// Largest rotation [rad] of a cell in a step that raises the energy. Measured over the range of both beams:
+/// Largest rotation \[rad\] of a cell in a step that raises the energy. Measured over the range of both beams:
 /// 0.45–0.55 need 6–7 iterations everywhere, 0.4 and 0.7 up to 14 at some θ.
 const MOST_ROTATION: f64 = 0.5;
 /// Steps shorter than this end the line search: the direction is no descent.
@@ -28,11 +28,11 @@ const LONGEST_STEP: f64 = 64.0;
 const MOST_ITERATIONS: usize = 40;
 /// How often the estimate of rounding errors is tolerated: measured residuals at the floor are 0.9–1.6 of it.
 const FLOOR_FACTOR: f64 = 4.0;
-/// A residual this small [relative to the forces] is at the floor when it stops falling.
+/// A residual this small \[relative to the forces\] is at the floor when it stops falling.
 const STALLED: f64 = 1e-9;
 /// Steps without progress before a residual counts as stalled.
 const MOST_STALLS: usize = 2;
-/// Close to an unstable equilibrium [residual relative to the forces] the plain Newton step is tried too.
+/// Close to an unstable equilibrium \[residual relative to the forces\] the plain Newton step is tried too.
 const NEAR_EQUILIBRIUM: f64 = 1e-6;
 /// That step is taken when it lowers the residual to this part.
 const CONVERGING: f64 = 0.25;
@@ -274,7 +274,7 @@ impl<L: Law<D>, const D: usize> Solver<'_, L, D> {
         None
     }
 
-    /// Largest rotation [rad] of a cell along `direction`, to first order.
+    /// Largest rotation \[rad\] of a cell along `direction`, to first order.
     fn largest_rotation(&self, direction: &[f64]) -> f64 {
         let rotation = |cell| {
             let h = self.potential.displacement_gradient(cell, direction);

@@ -5,15 +5,15 @@ use crate::History;
 /// An equilibrium of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solution {
-    /// Displacement `[u_x, u_y, u_z]` node by node [length].
+    /// Displacement `[u_x, u_y, u_z]` node by node \[length\].
     pub displacement: Vec<f64>,
-    /// Total potential energy [stress·length³].
+    /// Total potential energy \[stress·length³\].
     pub energy: f64,
     /// Parameters of law and loads.
     pub theta: Vec<f64>,
-    /// Norm of the unbalanced nodal forces [stress·length²].
+    /// Norm of the unbalanced nodal forces \[stress·length²\].
     pub residual: f64,
-    /// Norm of the loads and reactions [stress·length²], to compare the residual with.
+    /// Norm of the loads and reactions \[stress·length²\], to compare the residual with.
     pub force_scale: f64,
     /// Least volume ratio J of all cells.
     pub least_volume_ratio: f64,
@@ -23,7 +23,7 @@ pub struct Solution {
     pub load_steps: usize,
     /// All iterations.
     pub history: History,
-    /// Wall-clock time of the solve [s].
+    /// Wall-clock time of the solve \[s\].
     pub seconds: f64,
 }
 
