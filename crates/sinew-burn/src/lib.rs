@@ -30,6 +30,9 @@
 //! single-precision rounding, and which stands in for it in other precisions. All are
 //! deterministic, whatever the number of threads.
 
+// The ndarray backend is deprecated upstream; it is wired up here as long as Burn has it.
+#![cfg_attr(feature = "ndarray", allow(deprecated))]
+
 mod activation;
 mod celu;
 mod edges;
@@ -39,12 +42,14 @@ mod index;
 mod lanes;
 mod matrix;
 mod mlp;
+mod mlp_backward;
 mod mlp_kernel;
 mod normalise;
 mod orthogonalise;
 mod pool;
 mod potential;
 pub mod reference;
+mod rows;
 mod simd;
 #[cfg(test)]
 mod testing;

@@ -7,7 +7,8 @@ use burn::tensor::{DType, Tensor};
 use crate::activation::Activation;
 use crate::host::{HostOperation, HostTensor, apply};
 use crate::index::GatherPlan;
-use crate::mlp_kernel::{Activations, Parameters, backward, forward};
+use crate::mlp_backward::backward;
+use crate::mlp_kernel::{Activations, Parameters, forward};
 use crate::normalise::Normalisation;
 use crate::reference;
 

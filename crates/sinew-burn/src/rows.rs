@@ -1,0 +1,107 @@
+//! Gathers, scatters and sums of rows.
+
+use rayon::prelude::*;
+
+use crate::activation::{Activation, activate_in_place};
+use crate::index::{Gather, Inverse};
+use crate::simd::{sum_of, vectorised};
+
+/// Target rows that one task of the scatter adds up.
+const ROWS_PER_TASK: usize = 64;
+
+/// Sums of those `rows` that each target is referred to by.
+pub(crate) fn add_up(rows: &[f32], inverse: &Inverse, width: usize) -> Vec<f32> {
+    let mut sums = vec![0.0; inverse.targets() * width];
+    sums.par_chunks_mut(ROWS_PER_TASK * width).enumerate().for_each(|(task, sums)| {
+        add_up_targets(rows, inverse, task * ROWS_PER_TASK, width, sums);
+    });
+    sums
+}
+
+vectorised! {
+    fn add_up_targets<FUSED>(rows: &[f32], inverse: &Inverse, start: usize, width: usize, sums: &mut [f32]) {
+        for (offset, sum) in sums.chunks_exact_mut(width).enumerate() {
+            for &row in inverse.of(start + offset) {
+                for (sum, value) in sum.iter_mut().zip(&rows[row as usize * width..][..width]) {
+                    *sum += value;
+                }
+            }
+        }
+    }
+}
+
+vectorised! {
+    /// `x = f(bias + Σ_k source_k[index_k[row]])` for consecutive rows from `start` on.
+    pub(crate) fn gather_and_activate<FUSED>(
+        activation: Activation,
+        bias: &[f32],
+        gathers: &[Gather],
+        sources: &[&[f32]],
+        start: usize,
+        x: &mut [f32],
+    ) {
+        let width = bias.len();
+        for (offset, x) in x.chunks_exact_mut(width).enumerate() {
+            x.copy_from_slice(bias);
+            for (gather, source) in gathers.iter().zip(sources) {
+                let source = &source[gather.source(start + offset) * width..][..width];
+                for (x, value) in x.iter_mut().zip(source) {
+                    *x += value;
+                }
+            }
+        }
+        activate_in_place::<FUSED>(activation, x);
+    }
+}
+
+vectorised! {
+    /// Adds `rows`, from row `start` on, to the rows of the source they were gathered from.
+    pub(crate) fn add_gathered_rows<FUSED>(gather: &Gather, start: usize, width: usize, rows: &[f32], sums: &mut [f32]) {
+        for (offset, row) in rows.chunks_exact(width).enumerate() {
+            let sum = &mut sums[gather.source(start + offset) * width..][..width];
+            for (sum, value) in sum.iter_mut().zip(row) {
+                *sum += value;
+            }
+        }
+    }
+}
+
+vectorised! {
+    /// Products of the rows of `hidden` with the one column of a last layer.
+    pub(crate) fn single_output<FUSED>(weight: &[f32], hidden: &[f32], output: &mut [f32]) {
+        for (row, output) in hidden.chunks_exact(weight.len()).zip(output) {
+            *output = sum_of::<32>(weight.len(), |j| row[j] * weight[j]);
+        }
+    }
+}
+
+vectorised! {
+    /// Adds `bias` to every row.
+    pub(crate) fn add_to_rows<FUSED>(bias: &[f32], rows: &mut [f32]) {
+        for row in rows.chunks_exact_mut(bias.len()) {
+            for (x, b) in row.iter_mut().zip(bias) {
+                *x += b;
+            }
+        }
+    }
+}
+
+vectorised! {
+    /// Adds every row to `sum`.
+    pub(crate) fn add_rows_into<FUSED>(sum: &mut [f32], rows: &[f32]) {
+        for row in rows.chunks_exact(sum.len()) {
+            for (sum, x) in sum.iter_mut().zip(row) {
+                *sum += x;
+            }
+        }
+    }
+}
+
+vectorised! {
+    /// Adds `values` to `sum`.
+    pub(crate) fn add_into<FUSED>(sum: &mut [f32], values: &[f32]) {
+        for (sum, value) in sum.iter_mut().zip(values) {
+            *sum += value;
+        }
+    }
+}
