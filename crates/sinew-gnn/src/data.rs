@@ -118,7 +118,11 @@ impl Geometry {
         let values: Vec<f64> = self.dirichlet.prescribed.iter().flatten().copied().collect();
         require_finite("prescribed displacements", &values)?;
         if let Some(basis) = &self.basis {
-            require_count("entries of the output origin", basis.origin().len(), degrees_of_freedom)?;
+            require_count(
+                "entries of the output origin",
+                basis.origin().len(),
+                degrees_of_freedom,
+            )?;
         }
         require_finite("node features", &self.features.nodes.values)?;
         require_finite("edge features", &self.features.edges.values)?;

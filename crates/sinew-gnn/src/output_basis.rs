@@ -45,7 +45,10 @@ impl OutputBasis {
         let size = self.origin.len();
         let mut map = self.map.to_vec();
         for row in map.chunks_exact_mut(size.max(1)) {
-            row.iter_mut().zip(prescribed).filter(|(_, fixed)| fixed.is_some()).for_each(|(m, _)| *m = 0.0);
+            row.iter_mut()
+                .zip(prescribed)
+                .filter(|(_, fixed)| fixed.is_some())
+                .for_each(|(m, _)| *m = 0.0);
         }
         Tensor::from_data(TensorData::new(map, [size, size]), device)
     }
@@ -70,7 +73,8 @@ impl TryFrom<Packed> for OutputBasis {
 
     fn try_from(packed: Packed) -> std::result::Result<Self, String> {
         let bytes = STANDARD.decode(packed.map).map_err(|error| format!("output map: {error}"))?;
-        let map: Vec<f64> = bytes.as_chunks().0.iter().map(|&b| f32::from_le_bytes(b).into()).collect();
+        let map: Vec<f64> =
+            bytes.as_chunks().0.iter().map(|&b| f32::from_le_bytes(b).into()).collect();
         Self::new(packed.origin, &map).map_err(|error| error.to_string())
     }
 }

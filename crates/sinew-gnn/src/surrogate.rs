@@ -211,7 +211,8 @@ impl Surrogate {
         let features = self.scales.features.standardise(&geometry.features)?;
         let global = self.scales.global.standardise(&geometry.global)?;
         let table = |values: &[f64], rows| matrix(values, rows, &self.device);
-        let output = OutputMap::new(geometry, &self.scales.output, self.topology.real_nodes, &self.device);
+        let output =
+            OutputMap::new(geometry, &self.scales.output, self.topology.real_nodes, &self.device);
         Ok(GeometryTensors {
             nodes: table(&features.nodes.values, features.nodes.rows),
             edges: table(&features.edges.values, features.edges.rows),

@@ -63,11 +63,8 @@ mod tests {
         let mesh = box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]);
         let truth = vec![0.0; 3 * mesh.points.len()];
         let guess: Vec<f64> = truth.iter().map(|u| u + 1.0).collect();
-        let case = FieldCase {
-            name: "dd_worst".into(),
-            truth: &truth,
-            predictions: vec![("dd", &guess)],
-        };
+        let case =
+            FieldCase { name: "dd_worst".into(), truth: &truth, predictions: vec![("dd", &guess)] };
         write(folder.path(), &mesh, &[case]).unwrap();
         let (read, _) = read_tet_mesh(folder.path().join("dd_worst.vtu")).unwrap();
         assert!(read.point_fields["error_dd"].to_f64().iter().all(|&e| e == 3f64.sqrt()));

@@ -40,8 +40,11 @@ impl Manifest {
 
 fn revision() -> String {
     let git = |arguments: &[&str]| {
-        let output =
-            Command::new("git").args(arguments).current_dir(env!("CARGO_MANIFEST_DIR")).output().ok()?;
+        let output = Command::new("git")
+            .args(arguments)
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .output()
+            .ok()?;
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_string())
     };
     match (git(&["rev-parse", "--short=12", "HEAD"]), git(&["status", "--porcelain"])) {
@@ -53,8 +56,16 @@ fn revision() -> String {
 
 /// Versions of the packages that numbers depend on, from the lock file the program was built with.
 fn locked_versions(lock: &str) -> BTreeMap<String, String> {
-    const NUMERIC: &[&str] =
-        &["sinew-study", "burn", "burn-flex", "faer", "kiddo", "linfa-clustering", "nalgebra", "rand_chacha"];
+    const NUMERIC: &[&str] = &[
+        "sinew-study",
+        "burn",
+        "burn-flex",
+        "faer",
+        "kiddo",
+        "linfa-clustering",
+        "nalgebra",
+        "rand_chacha",
+    ];
     let mut versions = BTreeMap::new();
     let mut name = "";
     for line in lock.lines() {

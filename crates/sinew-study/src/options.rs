@@ -83,7 +83,9 @@ impl SceneChoice {
 }
 
 /// How an emulator is trained.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, ValueEnum, Serialize, Deserialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, ValueEnum, Serialize, Deserialize,
+)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
     /// On simulated displacements, thesis (3.11)
@@ -116,7 +118,8 @@ pub enum BackendChoice {
 }
 
 fn parse_duration(text: &str) -> Result<Duration, String> {
-    let advice = || format!("`{text}` is not a duration: write a number and s, m or h, such as 90s or 10m");
+    let advice =
+        || format!("`{text}` is not a duration: write a number and s, m or h, such as 90s or 10m");
     let (number, unit) = text.split_at(text.len() - text.chars().last().map_or(0, char::len_utf8));
     let scale = match unit {
         "s" => 1.0,

@@ -72,7 +72,9 @@ impl Plan {
             ..TrainingConfig::default()
         };
         match method {
-            Method::Dd | Method::Fdd => Self { anchoring: None, training: config(25, 1200, 3e-3, 30) },
+            Method::Dd | Method::Fdd => {
+                Self { anchoring: None, training: config(25, 1200, 3e-3, 30) }
+            }
             Method::Pi => Self {
                 anchoring: Some(config(4, 1000, 4e-3, 10)),
                 training: config(4, 2000, 4e-3, 20),

@@ -131,7 +131,11 @@ fn notes(options: &BeamOptions) -> Vec<String> {
     notes
 }
 
-fn run_scene(options: &BeamOptions, beam: &Beam, device: &Device) -> Result<(SceneReport, SceneSamples)> {
+fn run_scene(
+    options: &BeamOptions,
+    beam: &Beam,
+    device: &Device,
+) -> Result<(SceneReport, SceneSamples)> {
     eprintln!("\n{}: {}", beam.title, beam.description);
     let folder = options.out.join(beam.name);
     let counts = Samples::of(options);
@@ -163,7 +167,8 @@ fn run_scene(options: &BeamOptions, beam: &Beam, device: &Device) -> Result<(Sce
 
     let mut outcomes = Vec::new();
     for &method in &options.method {
-        let run = EmulatorRun { options, beam, device, body: &body, simulations: &simulations, graph_s };
+        let run =
+            EmulatorRun { options, beam, device, body: &body, simulations: &simulations, graph_s };
         outcomes.push(run.outcome(method, &validation, &test, &folder.join(method.key()))?);
     }
     outcomes.push(pod_outcome(&simulations, &test, &folder)?);
@@ -171,7 +176,8 @@ fn run_scene(options: &BeamOptions, beam: &Beam, device: &Device) -> Result<(Sce
 
     write_fields(&folder.join("fields"), beam, &simulations, &outcomes)?;
     let scene = scene_report(beam, &potential, &simulations, &outcomes)?;
-    let theta_names = beam.scene.parameters.iter().map(|p| format!("{}_{}", p.name, p.unit)).collect();
+    let theta_names =
+        beam.scene.parameters.iter().map(|p| format!("{}_{}", p.name, p.unit)).collect();
     let rows = outcomes.into_iter().flat_map(|outcome| outcome.samples).collect();
     Ok((scene, SceneSamples { scene: beam.name.to_string(), theta_names, rows }))
 }
@@ -225,7 +231,8 @@ impl EmulatorRun<'_> {
         let one = std::slice::from_ref(&test.thetas[0]);
         let many: Vec<_> = test.thetas.iter().cycle().take(TIMING_BATCH).cloned().collect();
         let batch_s = median_seconds(3, || fixed.predict(&many))?;
-        let simulated_s = if method == Method::Pi { self.simulations.linear_s } else { set.seconds };
+        let simulated_s =
+            if method == Method::Pi { self.simulations.linear_s } else { set.seconds };
         let times = Times {
             prepare_s: self.graph_s + simulated_s + trained.prepare_s,
             train_s: trained.seconds,
@@ -237,11 +244,17 @@ impl EmulatorRun<'_> {
         let description = match method {
             Method::Dd => format!("emulator trained on {} simulations", set.thetas.len()),
             Method::Fdd => {
-                format!("emulator trained on {} simulations with their deformation gradients", set.thetas.len())
+                format!(
+                    "emulator trained on {} simulations with their deformation gradients",
+                    set.thetas.len()
+                )
             }
-            Method::Pi => "emulator trained by minimum potential energy, without simulations".to_string(),
+            Method::Pi => {
+                "emulator trained by minimum potential energy, without simulations".to_string()
+            }
         };
-        let outcome = finish(method.into(), &description, &evaluation, times, Some(trained.history), fields)?;
+        let outcome =
+            finish(method.into(), &description, &evaluation, times, Some(trained.history), fields)?;
         store::write_table(&predictions, &outcome.predictions)?;
         store::write_json(&result, &outcome)?;
         Ok(outcome)
@@ -259,7 +272,9 @@ fn finish(
     predictions: Vec<Vec<f64>>,
 ) -> Result<Outcome> {
     let reference = match method {
-        report::Method::FemCold | report::Method::FemWarm => "FEniCS on the same mesh (fixtures/beam)",
+        report::Method::FemCold | report::Method::FemWarm => {
+            "FEniCS on the same mesh (fixtures/beam)"
+        }
         _ => AGAINST_FEM,
     };
     Ok(Outcome {
@@ -278,7 +293,8 @@ fn pod_outcome(simulations: &Simulations, test: &TestSet, folder: &Path) -> Resu
     let pod = PodRegression::fit(&set.thetas, &set.fields, &PodConfig::default())?;
     let train_s = start.elapsed().as_secs_f64();
     let bar = progress::bar("regression (pod)", 1);
-    let fields: Vec<_> = test.thetas.iter().map(|theta| pod.predict(theta)).collect::<Result<_, _>>()?;
+    let fields: Vec<_> =
+        test.thetas.iter().map(|theta| pod.predict(theta)).collect::<Result<_, _>>()?;
     let predict_s = median_seconds(10 * TIMING_REPEATS, || pod.predict(&test.thetas[0]))?;
     let times = Times {
         prepare_s: set.seconds,
@@ -288,8 +304,12 @@ fn pod_outcome(simulations: &Simulations, test: &TestSet, folder: &Path) -> Resu
         predict_decoder_s: predict_s,
         predict_batch_per_theta_s: predict_s,
     };
-    let description =
-        format!("POD of {} simulations, {} modes, {}", set.thetas.len(), pod.modes(), pod.regression());
+    let description = format!(
+        "POD of {} simulations, {} modes, {}",
+        set.thetas.len(),
+        pod.modes(),
+        pod.regression()
+    );
     let outcome =
         finish(report::Method::Pod, &description, &test.evaluate(&fields)?, times, None, fields)?;
     progress::finish(&bar, &format!("{} modes", pod.modes()));

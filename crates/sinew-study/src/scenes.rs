@@ -108,12 +108,7 @@ fn beam(name: &str, extent: [f64; 3], clamped: &[&str]) -> Scene<NeoHookean, 0> 
 }
 
 fn medians(u: f64, f: f64, i1: f64, pi: f64) -> PerMetric<Option<f64>> {
-    PerMetric {
-        err_u_mm: Some(u),
-        err_f_pct: Some(f),
-        err_i1_pct: Some(i1),
-        err_pi_pct: Some(pi),
-    }
+    PerMetric { err_u_mm: Some(u), err_f_pct: Some(f), err_i1_pct: Some(i1), err_pi_pct: Some(pi) }
 }
 
 #[cfg(test)]

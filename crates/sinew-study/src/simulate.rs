@@ -92,10 +92,14 @@ pub fn run(
     let ranges: Vec<[f64; 2]> = beam.scene.parameters.iter().map(|p| p.range).collect();
     let stream = |stream: Stream| seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ stream as u64;
     let solve = |name: &str, thetas: Vec<Vec<f64>>| {
-        solve_set(potential, thetas, &format!("simulate {name}"), &folder.join("simulations").join(name))
+        solve_set(
+            potential,
+            thetas,
+            &format!("simulate {name}"),
+            &folder.join("simulations").join(name),
+        )
     };
-    let hypercube =
-        |count, which| sampling::log_latin_hypercube(count, &ranges, stream(which));
+    let hypercube = |count, which| sampling::log_latin_hypercube(count, &ranges, stream(which));
     let uniform = |count, which| sampling::uniform(count, &ranges, stream(which));
     let (training, _) = solve("training", hypercube(counts.training, Stream::Training))?;
     let (validation, _) = solve("validation", uniform(counts.validation, Stream::Validation))?;

@@ -44,9 +44,13 @@ pub fn write_table(path: &Path, rows: &[Vec<f64>]) -> Result<()> {
 /// Bytes that are no npy array, by name.
 pub fn parse_table(name: &str, bytes: &[u8]) -> Result<Vec<Vec<f64>>> {
     let array = sinew_mesh::parse_npy(name, bytes)?;
-    let Some(&rows) = array.shape.first() else { bail!("{name} holds a single number, not a table") };
+    let Some(&rows) = array.shape.first() else {
+        bail!("{name} holds a single number, not a table")
+    };
     ensure!(rows > 0, "{name} holds no rows");
-    let sinew_mesh::FieldValues::Float(values) = array.values else { bail!("{name} holds integers") };
+    let sinew_mesh::FieldValues::Float(values) = array.values else {
+        bail!("{name} holds integers")
+    };
     Ok(values.chunks((values.len() / rows).max(1)).map(<[f64]>::to_vec).collect())
 }
 

@@ -6,7 +6,10 @@ use std::time::Instant;
 ///
 /// # Errors
 /// The first error of a call.
-pub fn median_seconds<T, E>(repeats: usize, mut call: impl FnMut() -> Result<T, E>) -> Result<f64, E> {
+pub fn median_seconds<T, E>(
+    repeats: usize,
+    mut call: impl FnMut() -> Result<T, E>,
+) -> Result<f64, E> {
     call()?;
     let mut seconds = Vec::with_capacity(repeats);
     for _ in 0..repeats.max(1) {

@@ -12,9 +12,9 @@ use serde::{Deserialize, Serialize};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Barriers, TotalPotential};
 use sinew_gnn::{
-    DataFit, DataFitWithGradient, DataSet, EmulatorConfig, Geometry, GradientOperator, HistoryPoint,
-    MinimumPotential, Objective, OutputScale, Progress, Sample, Scales, Surrogate, Trainer,
-    TrainingConfig, TrainingReport,
+    DataFit, DataFitWithGradient, DataSet, EmulatorConfig, Geometry, GradientOperator,
+    HistoryPoint, MinimumPotential, Objective, OutputScale, Progress, Sample, Scales, Surrogate,
+    Trainer, TrainingConfig, TrainingReport,
 };
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -103,7 +103,10 @@ impl Workshop<'_> {
             prepare_s += anchoring_done.elapsed().as_secs_f64();
         }
         let (surrogate, report) = self.stage("train", &geometry, &plan.training, &mut watch)?;
-        progress::finish(&watch.bar, &format!("{} steps, {}", before.0 + report.steps as u64, watch.outcome()));
+        progress::finish(
+            &watch.bar,
+            &format!("{} steps, {}", before.0 + report.steps as u64, watch.outcome()),
+        );
         let curves = &watch.curves;
         Ok(Trained {
             surrogate,
@@ -138,9 +141,9 @@ impl Workshop<'_> {
             Trainer::new(surrogate, data, objective, config.clone())?.with_checkpoints(&checkpoint)
         };
         watch.begin(name, geometry);
-        let report = trainer
-            .run(watch)
-            .with_context(|| format!("training {} on {}", self.method.key(), self.folder.display()))?;
+        let report = trainer.run(watch).with_context(|| {
+            format!("training {} on {}", self.method.key(), self.folder.display())
+        })?;
         watch.failure.take().map_or(Ok(()), Err)?;
         Ok((trainer.into_surrogate(), report))
     }
@@ -177,9 +180,17 @@ impl Workshop<'_> {
                 let operator = GradientOperator {
                     nodes_per_cell: 4,
                     cells: potential.cells.as_flattened().to_vec(),
-                    shape_gradients: potential.shape_gradients.as_flattened().as_flattened().to_vec(),
+                    shape_gradients: potential
+                        .shape_gradients
+                        .as_flattened()
+                        .as_flattened()
+                        .to_vec(),
                 };
-                Box::new(DataFitWithGradient::new(output.length(), GRADIENT_WEIGHT, vec![operator])?)
+                Box::new(DataFitWithGradient::new(
+                    output.length(),
+                    GRADIENT_WEIGHT,
+                    vec![operator],
+                )?)
             }
             Method::Pi => {
                 let energy = MinimumPotential::energy_of_linear_response(
@@ -229,7 +240,10 @@ impl<'a> Watch<'a> {
     /// Prepares for a stage, which predicts on `geometry`.
     fn begin(&mut self, stage: &str, geometry: &Geometry) {
         self.geometry = geometry.clone();
-        self.bar.set_prefix(format!("{} ({stage})", self.bar.prefix().split(" (").next().unwrap_or("")));
+        self.bar.set_prefix(format!(
+            "{} ({stage})",
+            self.bar.prefix().split(" (").next().unwrap_or("")
+        ));
     }
 
     fn record(&mut self, surrogate: &Surrogate, point: &HistoryPoint) -> Result<()> {

@@ -23,16 +23,19 @@ pub struct MuonConfig {
     pub beta1: f32,
     /// Adam's decay of the second moment of vectors.
     pub beta2: f32,
+    /// Whether the decoders' matrices are updated by Adam too, as in the published training figures. An
+    /// orthogonal update never gets smaller than the learning rate, which leaves noise in the predictions.
+    pub adam_on_decoders: bool,
 }
 
 impl Default for MuonConfig {
     fn default() -> Self {
-        Self { momentum: 0.95, beta1: 0.9, beta2: 0.99 }
+        Self { momentum: 0.95, beta1: 0.9, beta2: 0.99, adam_on_decoders: true }
     }
 }
 
-/// Muon (K. Jordan, 2024) with Nesterov momentum on every matrix, Adam with Nesterov momentum on
-/// every vector, both at the same learning rate: the arithmetic of `optax.contrib.muon`, which
+/// Muon (K. Jordan, 2024) with Nesterov momentum on matrices, Adam with Nesterov momentum on
+/// vectors and, if configured, on the decoders, both at the same learning rate: the arithmetic of `optax.contrib.muon`, which
 /// scales the orthogonal update of a matrix `[inputs, outputs]` by √max(1, outputs / inputs).
 /// (Burn's own Muon scales by the inverse ratio, has no bias correction and takes matrices only.)
 #[derive(Debug, Clone)]
@@ -42,7 +45,7 @@ pub struct Muon {
     moments: BTreeMap<u64, Moments>,
 }
 
-/// First and second moment of one parameter; matrices have no second one.
+/// First and second moment of one parameter; orthogonalised ones have no second one.
 #[derive(Debug, Clone, Default)]
 struct Moments {
     first: Vec<f32>,
@@ -57,11 +60,11 @@ impl Muon {
         Self { config, steps: 0, moments: BTreeMap::new() }
     }
 
-    /// Turns the gradients of matrices into momenta, those of vectors into directions of change.
+    /// Turns gradients into momenta where they are orthogonalised, into directions of change elsewhere.
     fn accumulate(&self, update: &mut Update) {
-        let Update { gradient, moments, shape, .. } = update;
+        let Update { gradient, moments, orthogonal, .. } = update;
         moments.first.resize(gradient.len(), 0.0);
-        if shape.len() == 2 {
+        if *orthogonal {
             nesterov(self.config.momentum, self.steps, &mut moments.first, gradient);
         } else {
             moments.second.resize(gradient.len(), 0.0);
@@ -96,7 +99,7 @@ fn nesterov(decay: f32, steps: usize, momentum: &mut [f32], gradient: &mut [f32]
 fn orthogonalise(updates: &mut [Update]) {
     let device = Device::flex();
     let mut matrices: Vec<&mut Update> =
-        updates.iter_mut().filter(|u| u.shape.len() == 2).collect();
+        updates.iter_mut().filter(|update| update.orthogonal).collect();
     let momenta = matrices.iter_mut().map(|update| {
         let data = TensorData::new(std::mem::take(&mut update.gradient), update.shape.clone());
         Tensor::<2>::from_data(data, &device)
@@ -113,6 +116,8 @@ fn orthogonalise(updates: &mut [Update]) {
 struct Update {
     id: ParamId,
     shape: Vec<usize>,
+    /// Whether its direction of change is orthogonalised, as those of matrices are.
+    orthogonal: bool,
     /// The gradient, then the direction of change.
     gradient: Vec<f32>,
     moments: Moments,
@@ -126,8 +131,13 @@ impl Optimiser for Muon {
         gradients: GradientsParams,
     ) -> Emulator {
         self.steps += 1;
-        let mut collector =
-            Collector { gradients, moments: &mut self.moments, updates: Vec::new() };
+        let mut collector = Collector {
+            gradients,
+            moments: &mut self.moments,
+            updates: Vec::new(),
+            path: Vec::new(),
+            adam_on_decoders: self.config.adam_on_decoders,
+        };
         emulator.visit(&mut collector);
         let mut updates = collector.updates;
         updates.iter_mut().for_each(|update| self.accumulate(update));
@@ -165,14 +175,27 @@ struct Collector<'a> {
     gradients: GradientsParams,
     moments: &'a mut BTreeMap<u64, Moments>,
     updates: Vec<Update>,
+    /// Names of the modules around the parameter that is visited.
+    path: Vec<String>,
+    adam_on_decoders: bool,
 }
 
 impl ModuleVisitor for Collector<'_> {
+    fn enter_module(&mut self, name: &str, _container_type: &str) {
+        self.path.push(name.to_string());
+    }
+
+    fn exit_module(&mut self, _name: &str, _container_type: &str) {
+        self.path.pop();
+    }
+
     fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
+        let decoder = self.path.iter().any(|name| name == "decoders");
         if let Some(gradient) = self.gradients.remove::<D>(param.id) {
             self.updates.push(Update {
                 id: param.id,
                 shape: gradient.dims().to_vec(),
+                orthogonal: D == 2 && !(decoder && self.adam_on_decoders),
                 gradient: gradient.into_data().iter::<f32>().collect(),
                 moments: self.moments.remove(&param.id.val()).unwrap_or_default(),
             });

@@ -13,7 +13,10 @@ pub(super) struct Decomposition {
     pub(super) coefficients: DMatrix<f64>,
 }
 
-pub(super) fn decompose(snapshots: &DMatrix<f64>, energy_tolerance: f64) -> Result<Decomposition, PodError> {
+pub(super) fn decompose(
+    snapshots: &DMatrix<f64>,
+    energy_tolerance: f64,
+) -> Result<Decomposition, PodError> {
     let mean = snapshots.column_mean();
     let mut centred = snapshots.clone();
     centred.column_iter_mut().for_each(|mut column| column -= &mean);

@@ -18,9 +18,9 @@ mod regression;
 
 use nalgebra::{DMatrix, DVector, RowDVector};
 
+use decomposition::{Decomposition, decompose};
 pub use error::PodError;
 pub use regression::Regression;
-use decomposition::{Decomposition, decompose};
 use regression::{Fitted, fit_polynomial, fit_process};
 
 /// How to fit a [`PodRegression`].

@@ -81,7 +81,11 @@ impl Basis {
 }
 
 /// The degree and ridge of least leave-one-out error.
-pub(super) fn fit_polynomial(points: &DMatrix<f64>, targets: &DMatrix<f64>, degree: usize) -> Fitted {
+pub(super) fn fit_polynomial(
+    points: &DMatrix<f64>,
+    targets: &DMatrix<f64>,
+    degree: usize,
+) -> Fitted {
     let mut best = constant(targets);
     for degree in 1..=degree {
         // With as many coefficients as samples, leaving one out leaves nothing to learn from.

@@ -81,8 +81,7 @@ fn too_few_samples_lower_the_degree() {
         let thetas = points(samples, 2, 1.0, 2.0);
         let targets = DMatrix::from_fn(samples, 1, |i, _| thetas[i][0].ln().powi(3));
         let x = DMatrix::from_fn(samples, 2, |i, d| 3.0 * thetas[i][d].ln() - 1.0);
-        let highest =
-            (0..=3).filter(|&d| d == 0 || monomials(2, d, samples - 1).is_some()).max();
+        let highest = (0..=3).filter(|&d| d == 0 || monomials(2, d, samples - 1).is_some()).max();
         assert_eq!(highest, Some(degree), "{samples} samples");
         match fit_polynomial(&x, &targets, 3).regression {
             Regression::Polynomial { degree: used, .. } => assert!(used <= degree),
@@ -105,8 +104,7 @@ fn leave_one_out_in_closed_form_is_the_one_by_refitting() {
     for i in 0..9 {
         let (rest, targets) = (x.clone().remove_row(i), y.clone().remove_row(i));
         // The penalty is per sample; here it must stay that of nine.
-        let (weights, _) =
-            solve_ridge(&basis.at_all(&rest), &targets, 0.01 * 9.0 / 8.0).unwrap();
+        let (weights, _) = solve_ridge(&basis.at_all(&rest), &targets, 0.01 * 9.0 / 8.0).unwrap();
         polynomial += (values.row(i) * weights - y.row(i)).norm_squared();
         let fit = solve_process(&rest, &targets, &logarithms).unwrap();
         let guess = fit.basis.at(&x.row(i).into_owned()) * fit.weights;

@@ -8,12 +8,7 @@ use std::fmt::Write;
 use super::format::{digits, escape, power_of_ten};
 
 /// Room for tick labels and axis names around the plot \[px\].
-const MARGIN: Margin = Margin {
-    left: 58.0,
-    right: 16.0,
-    top: 12.0,
-    bottom: 44.0,
-};
+const MARGIN: Margin = Margin { left: 58.0, right: 16.0, top: 12.0, bottom: 44.0 };
 /// Most tick labels that fit side by side.
 const MAX_LABELS: i32 = 8;
 /// Below this many decades ticks between the powers of ten are labelled too.
@@ -61,21 +56,12 @@ impl Axis {
         values: impl IntoIterator<Item = f64>,
     ) -> Self {
         let (_, high) = bounds(values).unwrap_or((0.0, 1.0));
-        Self {
-            logarithmic: false,
-            range: (0.0, 1.06 * high),
-            name: name.into(),
-            numbered: false,
-        }
+        Self { logarithmic: false, range: (0.0, 1.06 * high), name: name.into(), numbered: false }
     }
 
     /// Position of a value from 0 to 1, if it lies on the axis.
     fn fraction(&self, value: f64) -> Option<f64> {
-        let value = if self.logarithmic {
-            value.log10()
-        } else {
-            value
-        };
+        let value = if self.logarithmic { value.log10() } else { value };
         let (low, high) = self.range;
         let fraction = (value - low) / (high - low);
         (-1e-9..=1.0 + 1e-9).contains(&fraction).then_some(fraction)
@@ -94,11 +80,7 @@ impl Axis {
             let power = 10f64.powi(exponent);
             if exponent.rem_euclid(stride) == 0 {
                 let plain = decades < FINE_DECADES && (-2..4).contains(&exponent);
-                let label = if plain {
-                    digits(power, 1)
-                } else {
-                    power_of_ten(exponent)
-                };
+                let label = if plain { digits(power, 1) } else { power_of_ten(exponent) };
                 ticks.push((power, Some(label)));
             }
             if decades <= MINOR_DECADES {
@@ -167,25 +149,14 @@ pub(super) struct Chart {
 impl Chart {
     /// An empty plot; `title` is plain text for screen readers.
     pub(super) fn new(size: (f64, f64), title: &str, x: Axis, y: Axis) -> Self {
-        Self {
-            size,
-            x,
-            y,
-            body: String::new(),
-            title: escape(title),
-        }
+        Self { size, x, y, body: String::new(), title: escape(title) }
     }
 
     /// Left, right, top and bottom of the plot \[px\].
     fn frame(&self) -> (f64, f64, f64, f64) {
         let left = if self.y.numbered { MARGIN.left } else { 30.0 };
         let (width, height) = self.size;
-        (
-            left,
-            width - MARGIN.right,
-            MARGIN.top,
-            height - MARGIN.bottom,
-        )
+        (left, width - MARGIN.right, MARGIN.top, height - MARGIN.bottom)
     }
 
     /// Pixel of a point, if it lies on both axes.
@@ -232,10 +203,8 @@ impl Chart {
         let (left, right, top, bottom) = self.frame();
         if let Some(fraction) = self.x.fraction(x) {
             let at = left + fraction * (right - left);
-            let _ = write!(
-                self.body,
-                r#"<path class="rule {class}" d="M{at:.1} {top}V{bottom}"/>"#
-            );
+            let _ =
+                write!(self.body, r#"<path class="rule {class}" d="M{at:.1} {top}V{bottom}"/>"#);
         }
     }
 
@@ -244,10 +213,8 @@ impl Chart {
         let (left, right, top, bottom) = self.frame();
         if let Some(fraction) = self.y.fraction(y) {
             let at = bottom + fraction * (top - bottom);
-            let _ = write!(
-                self.body,
-                r#"<path class="rule {class}" d="M{left} {at:.1}H{right}"/>"#
-            );
+            let _ =
+                write!(self.body, r#"<path class="rule {class}" d="M{left} {at:.1}H{right}"/>"#);
         }
     }
 
@@ -310,10 +277,7 @@ impl Chart {
         );
         self.push_grid(&mut svg);
         svg.push_str(&self.body);
-        let _ = write!(
-            svg,
-            r#"<path class="axis" d="M{left} {top}V{bottom}H{right}"/>"#
-        );
+        let _ = write!(svg, r#"<path class="axis" d="M{left} {top}V{bottom}H{right}"/>"#);
         let _ = write!(
             svg,
             r#"<text class="name" x="{:.1}" y="{:.1}" text-anchor="middle">{}</text>"#,
@@ -381,11 +345,7 @@ mod tests {
     #[test]
     fn a_logarithmic_axis_labels_powers_of_ten() {
         let axis = Axis::log("x", [2e-4, 3.0, -1.0, 0.0, f64::INFINITY]);
-        let labels: Vec<_> = axis
-            .ticks()
-            .into_iter()
-            .filter_map(|(_, label)| label)
-            .collect();
+        let labels: Vec<_> = axis.ticks().into_iter().filter_map(|(_, label)| label).collect();
         assert_eq!(labels, ["10⁻³", "10⁻²", "10⁻¹", "10⁰"]);
         assert!(axis.fraction(1e-5).is_none());
         assert!(axis.fraction(0.0).is_none());
@@ -394,11 +354,7 @@ mod tests {
     #[test]
     fn a_short_range_still_has_labels() {
         let axis = Axis::log("x", [0.3, 0.31]);
-        let labels: Vec<_> = axis
-            .ticks()
-            .into_iter()
-            .filter_map(|(_, label)| label)
-            .collect();
+        let labels: Vec<_> = axis.ticks().into_iter().filter_map(|(_, label)| label).collect();
         assert_eq!(labels, ["0.1", "0.2", "0.5"]);
     }
 

@@ -88,10 +88,7 @@ pub enum ReportError {
 
 impl ReportError {
     pub(super) fn io(path: &Path, source: std::io::Error) -> Self {
-        Self::Io {
-            path: path.to_owned(),
-            source,
-        }
+        Self::Io { path: path.to_owned(), source }
     }
 }
 
@@ -100,8 +97,5 @@ pub(super) fn check_number(field: impl FnOnce() -> String, value: f64) -> Result
     if value.is_finite() && value >= 0.0 {
         return Ok(());
     }
-    Err(ReportError::Number {
-        field: field(),
-        value,
-    })
+    Err(ReportError::Number { field: field(), value })
 }

@@ -28,11 +28,7 @@ pub(super) fn two_digits(value: f64) -> String {
 /// `digits` significant digits, in powers of ten below 0.01 and from 10 000.
 pub(super) fn digits(value: f64, digits: usize) -> String {
     if value == 0.0 || !value.is_finite() {
-        return if value == 0.0 {
-            "0".into()
-        } else {
-            "–".into()
-        };
+        return if value == 0.0 { "0".into() } else { "–".into() };
     }
     // Rounded first, so that 0.00999 becomes 0.010 and not 1.0×10⁻².
     let scientific = format!("{:.*e}", digits - 1, value);
@@ -115,10 +111,7 @@ pub(super) fn digits_rounded(value: f64, digits: i32) -> f64 {
 
 /// `2026-03-01 14:05:09 UTC`. Times before 1970 are shown as 1970.
 pub fn utc_timestamp(time: SystemTime) -> String {
-    let since = time
-        .duration_since(UNIX_EPOCH)
-        .unwrap_or_default()
-        .as_secs();
+    let since = time.duration_since(UNIX_EPOCH).unwrap_or_default().as_secs();
     let (days, second) = (since / 86_400, since % 86_400);
     // Howard Hinnant, "chrono-compatible low-level date algorithms": civil_from_days,
     // years counted from 1 March.
@@ -129,17 +122,10 @@ pub fn utc_timestamp(time: SystemTime) -> String {
     let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
     let shifted_month = (5 * day_of_year + 2) / 153;
     let day = day_of_year - (153 * shifted_month + 2) / 5 + 1;
-    let month = if shifted_month < 10 {
-        shifted_month + 3
-    } else {
-        shifted_month - 9
-    };
+    let month = if shifted_month < 10 { shifted_month + 3 } else { shifted_month - 9 };
     let year = year_of_era + era * 400 + u64::from(month <= 2);
     let (hour, minute) = (second / 3600, second / 60 % 60);
-    format!(
-        "{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{:02} UTC",
-        second % 60
-    )
+    format!("{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{:02} UTC", second % 60)
 }
 
 #[cfg(test)]

@@ -114,11 +114,7 @@ impl LogHistogram {
         let mean = moment(&|x| x);
         let deviation = moment(&|x| (x - mean) * (x - mean)).sqrt();
         let range = (self.bin_of_quantile(0.75) - self.bin_of_quantile(0.25)) / 1.34;
-        let spread = if range > 0.0 {
-            deviation.min(range)
-        } else {
-            deviation
-        };
+        let spread = if range > 0.0 { deviation.min(range) } else { deviation };
         (0.9 * spread * total.powf(-0.2)).max(MIN_BANDWIDTH_BINS)
     }
 

@@ -26,22 +26,14 @@ pub fn render(report: &Report) -> String {
 
 fn page_title(report: &Report) -> String {
     let scenes: Vec<_> = report.scenes.iter().map(|s| s.title.as_str()).collect();
-    escape(&format!(
-        "Emulators against finite elements: {}",
-        scenes.join(", ")
-    ))
+    escape(&format!("Emulators against finite elements: {}", scenes.join(", ")))
 }
 
 fn push_head(html: &mut String, report: &Report) {
     let scenes: Vec<_> = report.scenes.iter().map(|s| escape(&s.title)).collect();
     let methods: Vec<&str> = Method::ALL
         .into_iter()
-        .filter(|&method| {
-            report
-                .scenes
-                .iter()
-                .any(|scene| scene.row(method).is_some())
-        })
+        .filter(|&method| report.scenes.iter().any(|scene| scene.row(method).is_some()))
         .map(Method::label)
         .collect();
     let _ = write!(
@@ -58,11 +50,7 @@ fn push_head(html: &mut String, report: &Report) {
         ("revision", report.revision.clone()),
         ("finished", report.finished.clone()),
     ] {
-        let _ = write!(
-            html,
-            "<div><dt>{name}</dt><dd>{}</dd></div>",
-            escape(&value)
-        );
+        let _ = write!(html, "<div><dt>{name}</dt><dd>{}</dd></div>", escape(&value));
     }
     html.push_str("</dl></header>");
 }
@@ -147,20 +135,10 @@ fn push_scene_facts(html: &mut String, scene: &SceneReport) {
         ),
         ("parameters", theta.join(", ")),
         ("displacement", size),
-        (
-            "samples",
-            format!(
-                "{} training, {} test",
-                scene.train_samples, scene.test_samples
-            ),
-        ),
+        ("samples", format!("{} training, {} test", scene.train_samples, scene.test_samples)),
         ("units", scene.units.clone()),
     ] {
-        let _ = write!(
-            html,
-            "<div><dt>{name}</dt><dd>{}</dd></div>",
-            escape(&value)
-        );
+        let _ = write!(html, "<div><dt>{name}</dt><dd>{}</dd></div>", escape(&value));
     }
     html.push_str("</dl>");
 }
@@ -178,11 +156,7 @@ fn push_densities(html: &mut String, scene: &SceneReport) {
         return;
     }
     let methods: Vec<Method> = emulators(scene).iter().map(|row| row.method()).collect();
-    let _ = write!(
-        html,
-        "<h3>Error densities</h3>{}<div class=\"grid2\">",
-        legend(&methods)
-    );
+    let _ = write!(html, "<h3>Error densities</h3>{}<div class=\"grid2\">", legend(&methods));
     for metric in Metric::ALL {
         let _ = write!(
             html,
@@ -211,9 +185,7 @@ fn push_densities(html: &mut String, scene: &SceneReport) {
 
 /// Where the solver would be, which the densities leave out.
 fn push_solver_note(html: &mut String, scene: &SceneReport) {
-    let solver = scene
-        .row(Method::FemCold)
-        .or_else(|| scene.row(Method::FemWarm));
+    let solver = scene.row(Method::FemCold).or_else(|| scene.row(Method::FemWarm));
     if let Some(row) = solver {
         let _ = write!(
             html,
@@ -234,19 +206,12 @@ fn per(metric: Metric) -> String {
 }
 
 fn push_training(html: &mut String, scene: &SceneReport) {
-    if scene
-        .training
-        .iter()
-        .all(|history| history.curve.is_empty())
-    {
+    if scene.training.iter().all(|history| history.curve.is_empty()) {
         return;
     }
     let methods: Vec<Method> = emulators(scene).iter().map(|row| row.method()).collect();
-    let _ = write!(
-        html,
-        "<h3>Error over training time</h3>{}<div class=\"grid2\">",
-        legend(&methods)
-    );
+    let _ =
+        write!(html, "<h3>Error over training time</h3>{}<div class=\"grid2\">", legend(&methods));
     for metric in Metric::ALL {
         let _ = write!(
             html,
@@ -273,13 +238,7 @@ fn push_preparation(html: &mut String, scene: &SceneReport) {
     let parts: Vec<String> = rows
         .iter()
         .filter(|row| row.times().prepare_s > 0.0)
-        .map(|row| {
-            format!(
-                "{} {}",
-                row.method().label(),
-                seconds(row.times().prepare_s)
-            )
-        })
+        .map(|row| format!("{} {}", row.method().label(), seconds(row.times().prepare_s)))
         .collect();
     if !parts.is_empty() {
         let _ = write!(html, " Preparation comes on top: {}.", parts.join(", "));

@@ -23,10 +23,7 @@ impl Extent {
     /// The rectangle that holds markers of a radius at these pixels.
     pub(super) fn around(pixels: impl Iterator<Item = (f64, f64)>, radius: f64) -> Option<Self> {
         pixels.fold(None, |found: Option<Self>, (x, y)| {
-            let marker = Self {
-                x: (x - radius, x + radius),
-                y: (y - radius, y + radius),
-            };
+            let marker = Self { x: (x - radius, x + radius), y: (y - radius, y + radius) };
             Some(found.map_or(marker, |found| Self {
                 x: (found.x.0.min(marker.x.0), found.x.1.max(marker.x.1)),
                 y: (found.y.0.min(marker.y.0), found.y.1.max(marker.y.1)),
@@ -60,11 +57,7 @@ impl Place {
             _ => (x, x + width),
         };
         let y = (top, top + LINE);
-        Self {
-            extent: Extent { x, y },
-            anchor,
-            tied: false,
-        }
+        Self { extent: Extent { x, y }, anchor, tied: false }
     }
 
     /// Where SVG wants the text.

@@ -131,14 +131,8 @@ pub enum Method {
 
 impl Method {
     /// All methods in the order of tables and legends.
-    pub const ALL: [Self; 6] = [
-        Self::Dd,
-        Self::Pi,
-        Self::Fdd,
-        Self::Pod,
-        Self::FemCold,
-        Self::FemWarm,
-    ];
+    pub const ALL: [Self; 6] =
+        [Self::Dd, Self::Pi, Self::Fdd, Self::Pod, Self::FemCold, Self::FemWarm];
 
     /// Name in `report.json` and `samples.csv`.
     pub fn key(self) -> &'static str {

@@ -99,8 +99,7 @@ pub fn write_all(
     let file = File::create(&path).map_err(|source| ReportError::io(&path, source))?;
     let mut file = BufWriter::new(file);
     write_samples(samples, &mut file)?;
-    file.flush()
-        .map_err(|source| ReportError::io(&path, source))
+    file.flush().map_err(|source| ReportError::io(&path, source))
 }
 
 fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {

@@ -46,37 +46,16 @@ fn axis_name(prefix: &str, metric: Metric) -> String {
 /// Figs 3.3 and 3.4; emulators only, for a solver differs by orders of magnitude.
 pub(super) fn density(scene: &SceneReport, metric: Metric) -> String {
     let rows: Vec<&MethodRow> = emulators(scene);
-    let densities: Vec<_> = rows
-        .iter()
-        .map(|row| row.histograms().get(metric).density())
-        .collect();
+    let densities: Vec<_> = rows.iter().map(|row| row.histograms().get(metric).density()).collect();
     let highest = densities.iter().flatten().map(|p| p.1).fold(0.0, f64::max);
-    let visible = densities
-        .iter()
-        .flatten()
-        .filter(|p| p.1 > VISIBLE_DENSITY * highest);
-    let thesis = rows
-        .iter()
-        .filter_map(|row| thesis_median(scene, row.method(), metric));
-    let x = Axis::log(
-        axis_name("", metric),
-        visible.map(|p| 10f64.powf(p.0)).chain(thesis),
-    );
-    let y = Axis::from_zero(
-        "density per decade",
-        densities.iter().flatten().map(|p| p.1),
-    );
-    let title = format!(
-        "Density of the error in {} of {}",
-        metric.quantity(),
-        scene.title
-    );
+    let visible = densities.iter().flatten().filter(|p| p.1 > VISIBLE_DENSITY * highest);
+    let thesis = rows.iter().filter_map(|row| thesis_median(scene, row.method(), metric));
+    let x = Axis::log(axis_name("", metric), visible.map(|p| 10f64.powf(p.0)).chain(thesis));
+    let y = Axis::from_zero("density per decade", densities.iter().flatten().map(|p| p.1));
+    let title = format!("Density of the error in {} of {}", metric.quantity(), scene.title);
     let mut chart = Chart::new(HALF, &title, x, y);
     for (row, density) in rows.iter().zip(&densities) {
-        let points: Vec<_> = density
-            .iter()
-            .map(|&(log, d)| (10f64.powf(log), d))
-            .collect();
+        let points: Vec<_> = density.iter().map(|&(log, d)| (10f64.powf(log), d)).collect();
         let class = class(row.method());
         chart.area(&class, &points);
         chart.line(&class, &points);
@@ -108,23 +87,14 @@ pub(super) fn training_curve(scene: &SceneReport, metric: Metric) -> String {
         .filter_map(|h| Some((h.method, thesis_median(scene, h.method, metric)?)))
         .collect();
     let points = curves.iter().flat_map(|(_, points)| points.iter().copied());
-    let all: Vec<_> = points
-        .chain(
-            single
-                .iter()
-                .map(|row| (row.times().train_s, row.median(metric))),
-        )
-        .collect();
+    let all: Vec<_> =
+        points.chain(single.iter().map(|row| (row.times().train_s, row.median(metric)))).collect();
     let x = Axis::log("training time [s]", all.iter().map(|p| p.0));
     let y = Axis::log(
         axis_name("median ", metric),
         all.iter().map(|p| p.1).chain(thesis.iter().map(|t| t.1)),
     );
-    let title = format!(
-        "Error in {} over training time, {}",
-        metric.quantity(),
-        scene.title
-    );
+    let title = format!("Error in {} over training time, {}", metric.quantity(), scene.title);
     let mut chart = Chart::new(HALF, &title, x, y);
     for &(method, median) in &thesis {
         chart.horizontal(&format!("thesis {}", class(method)), median);
@@ -146,12 +116,7 @@ pub(super) fn training_curve(scene: &SceneReport, metric: Metric) -> String {
 fn mark(chart: &mut Chart, method: Method, point: (f64, f64), metric: Metric) {
     let (time, error) = (seconds(point.0), two_digits(point.1));
     let hint = format!("{}: {error} {} after {time}", method.label(), metric.unit());
-    chart.marker(
-        &format!("dot {}", class(method)),
-        &marker(method, RADIUS),
-        point,
-        &hint,
-    );
+    chart.marker(&format!("dot {}", class(method)), &marker(method, RADIUS), point, &hint);
 }
 
 /// Time of a prediction against median displacement error; every method has up to
@@ -174,10 +139,7 @@ pub(super) fn scatter(scene: &SceneReport) -> String {
             .flat_map(|row| times(row).map(|t| t.1))
             .chain(rows.iter().map(|row| 2.5 * row.times().predict_full_s)),
     );
-    let y = Axis::log(
-        axis_name("median ", metric),
-        rows.iter().map(|row| row.median(metric)),
-    );
+    let y = Axis::log(axis_name("median ", metric), rows.iter().map(|row| row.median(metric)));
     let title = format!("Time per prediction against error, {}", scene.title);
     let mut chart = Chart::new(WIDE, &title, x, y);
     let mut labels = Vec::new();
@@ -207,12 +169,7 @@ pub(super) fn energy_traces(scene: &SceneReport) -> Option<String> {
             (history.method, drawn.collect())
         })
         .collect();
-    let all = || {
-        traces
-            .iter()
-            .flat_map(|(_, points)| points)
-            .filter(|p| p.1 > 0.0)
-    };
+    let all = || traces.iter().flat_map(|(_, points)| points).filter(|p| p.1 > 0.0);
     all().next()?;
     let x = Axis::log("training time [s]", all().map(|p| p.0));
     let y = Axis::log("mean energy above FEM [%]", all().map(|p| p.1));
@@ -222,12 +179,7 @@ pub(super) fn energy_traces(scene: &SceneReport) -> Option<String> {
         chart.line(&class(*method), points);
         if let Some(&last) = points.iter().rev().find(|p| p.1 > 0.0) {
             let hint = format!("{}: {} %", method.label(), two_digits(last.1));
-            chart.marker(
-                &format!("dot {}", class(*method)),
-                &marker(*method, RADIUS),
-                last,
-                &hint,
-            );
+            chart.marker(&format!("dot {}", class(*method)), &marker(*method, RADIUS), last, &hint);
         }
     }
     Some(chart.render())
@@ -241,10 +193,7 @@ pub(super) fn emulators(scene: &SceneReport) -> Vec<&MethodRow> {
 }
 
 fn histories(scene: &SceneReport) -> impl Iterator<Item = &TrainingHistory> {
-    scene
-        .training
-        .iter()
-        .filter(|history| !history.curve.is_empty())
+    scene.training.iter().filter(|history| !history.curve.is_empty())
 }
 
 /// The thesis' median of a method, if it prints one.

@@ -70,14 +70,7 @@ impl TryFrom<UncheckedRow> for MethodRow {
     type Error = ReportError;
 
     fn try_from(row: UncheckedRow) -> Result<Self, ReportError> {
-        Self::new(
-            row.method,
-            row.description,
-            row.reference,
-            row.errors,
-            row.histograms,
-            row.times,
-        )
+        Self::new(row.method, row.description, row.reference, row.errors, row.histograms, row.times)
     }
 }
 
@@ -128,29 +121,20 @@ impl MethodRow {
             let invalid = |value: &f64| !(value.is_finite() && *value >= 0.0);
             if let Some(index) = values.iter().position(invalid) {
                 let value = values[index];
-                return Err(ReportError::Sample {
-                    field,
-                    index,
-                    value,
-                });
+                return Err(ReportError::Sample { field, index, value });
             }
             let histogram = LogHistogram::from_samples(&values);
             let quantiles = quantiles(&mut values).ok_or(ReportError::NoSamples { field })?;
             Ok((quantiles, histogram))
         })?;
-        let errors = summarised
-            .clone()
-            .try_map(|_, (q, _)| Ok::<_, ReportError>(q))?;
+        let errors = summarised.clone().try_map(|_, (q, _)| Ok::<_, ReportError>(q))?;
         let histograms = summarised.try_map(|_, (_, h)| Ok::<_, ReportError>(h))?;
         Self::new(method, description, reference, errors, histograms, times)
     }
 
     fn check(&self) -> Result<(), ReportError> {
         let key = self.method.key();
-        for (field, text) in [
-            ("description", &self.description),
-            ("reference", &self.reference),
-        ] {
+        for (field, text) in [("description", &self.description), ("reference", &self.reference)] {
             if text.trim().is_empty() {
                 let field = format!("{key}.{field}");
                 return Err(ReportError::EmptyText { field });

@@ -110,12 +110,7 @@ fn push_row(
             expected: scene.theta_names.len(),
         });
     }
-    text.push_str(&format!(
-        "{},{},{}",
-        quoted(&scene.scene),
-        row.sample,
-        row.method.key()
-    ));
+    text.push_str(&format!("{},{},{}", quoted(&scene.scene), row.sample, row.method.key()));
     for column in columns {
         let position = scene.theta_names.iter().position(|name| name == column);
         match position {
@@ -124,10 +119,7 @@ fn push_row(
         }
     }
     for spread in [row.err_u_mm, row.err_f_pct, row.err_i1_pct] {
-        text.push_str(&format!(
-            ",{:e},{:e},{:e}",
-            spread.mean, spread.median, spread.max
-        ));
+        text.push_str(&format!(",{:e},{:e},{:e}", spread.mean, spread.median, spread.max));
     }
     text.push_str(&format!(",{:e}\n", row.err_pi_pct));
     Ok(())

@@ -92,10 +92,7 @@ impl Camera {
 
     fn pixel(&self, point: [f32; 3]) -> [f64; 2] {
         let [right, up, _] = project(point);
-        [
-            MARGIN + self.scale * (right - self.low[0]),
-            MARGIN + self.scale * (self.high[1] - up),
-        ]
+        [MARGIN + self.scale * (right - self.low[0]), MARGIN + self.scale * (self.high[1] - up)]
     }
 }
 
@@ -105,11 +102,7 @@ fn project(point: [f32; 3]) -> [f64; 3] {
     let [x, y, z] = point.map(f64::from);
     let right = x * turn.cos() + y * turn.sin();
     let away = -x * turn.sin() + y * turn.cos();
-    [
-        right,
-        z * lift.cos() + away * lift.sin(),
-        z * lift.sin() - away * lift.cos(),
-    ]
+    [right, z * lift.cos() + away * lift.sin(), z * lift.sin() - away * lift.cos()]
 }
 
 /// Painter's algorithm: the farthest triangle first, hidden sides of a closed body left out.
@@ -128,10 +121,7 @@ fn draw(
     let path = edge_path(outline.iter(), surfaces.reference(), camera);
     let _ = write!(svg, r#"<path class="ghost" d="{path}"/><g class="mesh">"#);
     let depth = |triangle: &[usize; 3]| -> f64 {
-        triangle
-            .iter()
-            .map(|&node| project(case.deformed[node])[2])
-            .sum()
+        triangle.iter().map(|&node| project(case.deformed[node])[2]).sum()
     };
     let mut order: Vec<&[usize; 3]> = surfaces.triangles().iter().collect();
     let outward = outward_sign(surfaces.triangles(), surfaces.reference());
@@ -145,11 +135,7 @@ fn draw(
     order.sort_by(|a, b| depth(a).total_cmp(&depth(b)));
     for triangle in order {
         let [a, b, c] = triangle.map(|node| camera.pixel(case.deformed[node]));
-        let error = triangle
-            .iter()
-            .map(|&node| f64::from(case.err_u_mm[node]))
-            .sum::<f64>()
-            / 3.0;
+        let error = triangle.iter().map(|&node| f64::from(case.err_u_mm[node])).sum::<f64>() / 3.0;
         let _ = write!(
             svg,
             r#"<path color="{}" d="M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}z"/>"#,
@@ -220,9 +206,7 @@ impl ColourScale {
     fn of(cases: &[SurfaceCase]) -> Option<Self> {
         let errors = cases.iter().flat_map(|case| &case.err_u_mm);
         let largest = errors.copied().fold(0.0, f32::max);
-        (!cases.is_empty()).then(|| Self {
-            largest: f64::from(largest).max(f64::MIN_POSITIVE),
-        })
+        (!cases.is_empty()).then(|| Self { largest: f64::from(largest).max(f64::MIN_POSITIVE) })
     }
 
     fn colour(&self, error: f64) -> String {
@@ -276,12 +260,7 @@ fn viridis(position: f64) -> [f64; 3] {
 }
 
 fn hex([red, green, blue]: [f64; 3]) -> String {
-    format!(
-        "#{:02x}{:02x}{:02x}",
-        red.round() as u8,
-        green.round() as u8,
-        blue.round() as u8
-    )
+    format!("#{:02x}{:02x}{:02x}", red.round() as u8, green.round() as u8, blue.round() as u8)
 }
 
 /// Edges of one triangle only, and edges where faces meet at an angle.
@@ -312,33 +291,23 @@ fn unit_normal(corners: [[f64; 3]; 3]) -> [f64; 3] {
 
 fn normal([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     let [u, v] = [b, c].map(|p| [p[0] - a[0], p[1] - a[1], p[2] - a[2]]);
-    [
-        u[1] * v[2] - u[2] * v[1],
-        u[2] * v[0] - u[0] * v[2],
-        u[0] * v[1] - u[1] * v[0],
-    ]
+    [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]]
 }
 
 /// 1 if all normals of a closed surface point outward, −1 if all point inward, `None`
 /// if the surface is open or its triangles disagree.
 fn outward_sign(triangles: &[[usize; 3]], points: &[[f32; 3]]) -> Option<f64> {
-    let mut edges: Vec<[usize; 2]> = triangles
-        .iter()
-        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
-        .collect();
+    let mut edges: Vec<[usize; 2]> =
+        triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
     edges.sort_unstable();
     let twice = edges.windows(2).any(|pair| pair[0] == pair[1]);
-    let closed = edges
-        .iter()
-        .all(|&[a, b]| edges.binary_search(&[b, a]).is_ok());
+    let closed = edges.iter().all(|&[a, b]| edges.binary_search(&[b, a]).is_ok());
     let volume: f64 = triangles
         .iter()
         .map(|triangle| {
             let corners = triangle.map(|node| points[node].map(f64::from));
             let normal = normal(corners);
-            (0..3)
-                .map(|axis| corners[0][axis] * normal[axis])
-                .sum::<f64>()
+            (0..3).map(|axis| corners[0][axis] * normal[axis]).sum::<f64>()
         })
         .sum();
     (closed && !twice).then(|| volume.signum())
@@ -350,21 +319,12 @@ mod tests {
 
     #[test]
     fn a_cube_is_outlined_by_its_twelve_edges() {
-        let points: Vec<[f32; 3]> = (0..8)
-            .map(|i| [i & 1, i >> 1 & 1, i >> 2].map(|bit| bit as f32))
-            .collect();
-        let faces = [
-            [0, 1, 3, 2],
-            [4, 5, 7, 6],
-            [0, 1, 5, 4],
-            [2, 3, 7, 6],
-            [0, 2, 6, 4],
-            [1, 3, 7, 5],
-        ];
-        let triangles: Vec<[usize; 3]> = faces
-            .iter()
-            .flat_map(|&[a, b, c, d]| [[a, b, c], [c, d, a]])
-            .collect();
+        let points: Vec<[f32; 3]> =
+            (0..8).map(|i| [i & 1, i >> 1 & 1, i >> 2].map(|bit| bit as f32)).collect();
+        let faces =
+            [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]];
+        let triangles: Vec<[usize; 3]> =
+            faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [c, d, a]]).collect();
         assert_eq!(outline(&triangles, &points).len(), 12);
     }
 
@@ -374,10 +334,7 @@ mod tests {
         let mut faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
         assert_eq!(outward_sign(&faces, &points), Some(1.0));
         assert_eq!(outward_sign(&faces[1..], &points), None);
-        assert_eq!(
-            outward_sign(&faces.map(|[a, b, c]| [a, c, b]), &points),
-            Some(-1.0)
-        );
+        assert_eq!(outward_sign(&faces.map(|[a, b, c]| [a, c, b]), &points), Some(-1.0));
         faces[0].swap(0, 1);
         assert_eq!(outward_sign(&faces, &points), None);
     }

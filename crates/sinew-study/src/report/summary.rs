@@ -103,14 +103,8 @@ fn comparisons(scene: &SceneReport) -> Vec<Comparison> {
 /// One sentence over all scenes; empty if nothing is compared with the thesis.
 pub(super) fn headline(report: &Report) -> String {
     let all: Vec<Comparison> = report.scenes.iter().flat_map(comparisons).collect();
-    let reached = all
-        .iter()
-        .filter(|c| c.verdict() != Verdict::Missed)
-        .count();
-    let better = all
-        .iter()
-        .filter(|c| c.verdict() == Verdict::Better)
-        .count();
+    let reached = all.iter().filter(|c| c.verdict() != Verdict::Missed).count();
+    let better = all.iter().filter(|c| c.verdict() == Verdict::Better).count();
     let total = all.len();
     let factor = REACHED_FACTOR;
     match total {
@@ -128,15 +122,10 @@ pub(super) fn headline(report: &Report) -> String {
 
 /// Paragraphs on one scene: who is most accurate, the thesis, speed, when it pays.
 pub(super) fn scene(scene: &SceneReport) -> Vec<String> {
-    [
-        accuracy(scene),
-        against_thesis(scene),
-        speed(scene),
-        payback(scene),
-    ]
-    .into_iter()
-    .flatten()
-    .collect()
+    [accuracy(scene), against_thesis(scene), speed(scene), payback(scene)]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 fn accuracy(scene: &SceneReport) -> Option<String> {
@@ -161,10 +150,7 @@ fn accuracy(scene: &SceneReport) -> Option<String> {
             )
         })
         .collect();
-    Some(format!(
-        "<b>Most accurate by median:</b> {}.",
-        parts.join(", ")
-    ))
+    Some(format!("<b>Most accurate by median:</b> {}.", parts.join(", ")))
 }
 
 /// `3.1× as much`, for the second in rank.
@@ -211,14 +197,8 @@ pub(super) fn thesis_table(scene: &SceneReport) -> String {
     }
     html.push_str("</tr></thead><tbody>");
     for method in Method::ALL {
-        let of_method = |metric| {
-            all.iter()
-                .find(|c| c.method == method && c.metric == metric)
-        };
-        if Metric::ALL
-            .iter()
-            .all(|&metric| of_method(metric).is_none())
-        {
+        let of_method = |metric| all.iter().find(|c| c.method == method && c.metric == metric);
+        if Metric::ALL.iter().all(|&metric| of_method(metric).is_none()) {
             continue;
         }
         html.push_str(&format!("<tr><th scope=\"row\">{}</th>", method.label()));
@@ -236,13 +216,7 @@ fn speed(scene: &SceneReport) -> Option<String> {
     let fem: Vec<String> = [cold, warm]
         .into_iter()
         .flatten()
-        .map(|row| {
-            format!(
-                "{} {}",
-                row.method().label(),
-                seconds(row.times().predict_decoder_s)
-            )
-        })
+        .map(|row| format!("{} {}", row.method().label(), seconds(row.times().predict_decoder_s)))
         .collect();
     let baseline = warm.or(cold);
     let ours: Vec<String> = emulators(scene)
@@ -265,20 +239,15 @@ fn speed(scene: &SceneReport) -> Option<String> {
     if ours.is_empty() {
         return None;
     }
-    let against = baseline.map_or(String::new(), |row| {
-        format!(", compared with {}", row.method().label())
-    });
+    let against =
+        baseline.map_or(String::new(), |row| format!(", compared with {}", row.method().label()));
     let all = fem.into_iter().chain(ours).collect::<Vec<_>>().join(", ");
-    Some(format!(
-        "<b>One prediction on this geometry{against}:</b> {all}."
-    ))
+    Some(format!("<b>One prediction on this geometry{against}:</b> {all}."))
 }
 
 /// After how many predictions preparation and training have paid off.
 fn payback(scene: &SceneReport) -> Option<String> {
-    let fem = scene
-        .row(Method::FemWarm)
-        .or_else(|| scene.row(Method::FemCold))?;
+    let fem = scene.row(Method::FemWarm).or_else(|| scene.row(Method::FemCold))?;
     let parts: Vec<String> = emulators(scene)
         .into_iter()
         .map(|row| {

@@ -138,11 +138,7 @@ fn single(point: [f64; 3]) -> [f32; 3] {
 fn check_triangles(triangles: &[[usize; 3]], nodes: usize) -> Result<(), ReportError> {
     for (triangle, corners) in triangles.iter().enumerate() {
         if let Some(&node) = corners.iter().find(|&&node| node >= nodes) {
-            return Err(ReportError::TriangleNode {
-                triangle,
-                node,
-                nodes,
-            });
+            return Err(ReportError::TriangleNode { triangle, node, nodes });
         }
     }
     Ok(())
@@ -152,24 +148,14 @@ fn check_length(what: &str, found: usize, expected: usize) -> Result<(), ReportE
     if found == expected {
         return Ok(());
     }
-    Err(ReportError::Length {
-        what: what.to_owned(),
-        found,
-        expected,
-    })
+    Err(ReportError::Length { what: what.to_owned(), found, expected })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const POINTS: [[f64; 3]; 5] = [
-        [0.0; 3],
-        [9.0; 3],
-        [1.0, 0.0, 0.0],
-        [9.0; 3],
-        [0.0, 1.0, 0.0],
-    ];
+    const POINTS: [[f64; 3]; 5] = [[0.0; 3], [9.0; 3], [1.0, 0.0, 0.0], [9.0; 3], [0.0, 1.0, 0.0]];
 
     #[test]
     fn keeps_surface_nodes_only() {
@@ -186,28 +172,15 @@ mod tests {
         assert!(SurfaceCases::new(&[[0, 1, 5]], &POINTS).is_err());
         let mut cases = SurfaceCases::new(&[[4, 0, 2]], &POINTS).unwrap();
         let short = cases.push(Method::Pi, "short", &POINTS[..4], &[0.0; 4]);
-        assert!(matches!(
-            short,
-            Err(ReportError::Length {
-                found: 4,
-                expected: 5,
-                ..
-            })
-        ));
+        assert!(matches!(short, Err(ReportError::Length { found: 4, expected: 5, .. })));
         assert!(cases.push(Method::Pi, "odd", &POINTS, &[0.0; 4]).is_err());
-        assert!(
-            cases
-                .push(Method::Pi, "nan", &POINTS, &[f64::NAN; 5])
-                .is_err()
-        );
+        assert!(cases.push(Method::Pi, "nan", &POINTS, &[f64::NAN; 5]).is_err());
     }
 
     #[test]
     fn a_hostile_file_cannot_name_missing_nodes() {
         let text = r#"{"nodes":[0],"triangles":[[0,0,7]],"reference":[[0,0,0]],"cases":[]}"#;
-        let message = serde_json::from_str::<SurfaceCases>(text)
-            .unwrap_err()
-            .to_string();
+        let message = serde_json::from_str::<SurfaceCases>(text).unwrap_err().to_string();
         assert!(message.contains("names node 7"), "{message}");
     }
 }

@@ -18,12 +18,7 @@ pub(super) fn overview(scene: &SceneReport) -> String {
         r#"<div class="scroll"><table class="overview"><thead><tr><th rowspan="2">method</th><th colspan="4" class="group">median error</th><th colspan="3" class="group">once</th><th colspan="3" class="group">per prediction</th></tr><tr>"#,
     );
     for metric in Metric::ALL {
-        let _ = write!(
-            html,
-            "<th>{} <small>[{}]</small></th>",
-            symbol(metric),
-            metric.unit()
-        );
+        let _ = write!(html, "<th>{} <small>[{}]</small></th>", symbol(metric), metric.unit());
     }
     html.push_str(
         "<th>prepare</th><th>train</th><th>steps</th><th>full</th><th>decoder</th><th>in a batch</th></tr></thead><tbody>",
@@ -33,11 +28,7 @@ pub(super) fn overview(scene: &SceneReport) -> String {
     for row in scene.ordered_rows() {
         let first_solver = !row.method().is_emulator() && !solvers;
         solvers |= first_solver;
-        html.push_str(if first_solver {
-            "<tr class=\"solver\">"
-        } else {
-            "<tr>"
-        });
+        html.push_str(if first_solver { "<tr class=\"solver\">" } else { "<tr>" });
         push_overview_row(&mut html, scene, row, &best);
         html.push_str("</tr>");
     }
@@ -48,11 +39,7 @@ pub(super) fn overview(scene: &SceneReport) -> String {
 fn push_overview_row(html: &mut String, scene: &SceneReport, row: &MethodRow, best: &Best) {
     let emulator = row.method().is_emulator();
     let cell = |is_best: bool| {
-        if is_best && emulator {
-            "<td class=\"best\">"
-        } else {
-            "<td>"
-        }
+        if is_best && emulator { "<td class=\"best\">" } else { "<td>" }
     };
     let _ = write!(html, "<th scope=\"row\">{}</th>", name(row));
     for (metric, least) in Metric::ALL.into_iter().zip(best.errors) {
@@ -77,19 +64,10 @@ fn push_overview_row(html: &mut String, scene: &SceneReport, row: &MethodRow, be
     };
     let once =
         [times.prepare_s, times.train_s].map(|t| if t == 0.0 { "–".into() } else { seconds(t) });
-    let _ = write!(
-        html,
-        "<td>{}</td><td>{}</td><td>{steps}</td>",
-        once[0], once[1]
-    );
+    let _ = write!(html, "<td>{}</td><td>{}</td><td>{steps}</td>", once[0], once[1]);
     let fem = scene.row(Method::FemWarm).map(prediction_times);
     for (column, time) in prediction_times(row).into_iter().enumerate() {
-        let _ = write!(
-            html,
-            "{}{}",
-            cell(time == best.times[column]),
-            seconds(time)
-        );
+        let _ = write!(html, "{}{}", cell(time == best.times[column]), seconds(time));
         if let Some(fem) = fem.filter(|_| row.method() != Method::FemWarm) {
             let _ = write!(html, "<small>{}</small>", against(fem[column] / time));
         }
@@ -102,20 +80,13 @@ fn against(ratio: f64) -> String {
     match ratio {
         ratio if !ratio.is_finite() || ratio <= 0.0 => String::new(),
         ratio if ratio >= 1.0 => format!("{} faster", factor(ratio)),
-        ratio => format!(
-            "<span class=\"missed\">{} slower</span>",
-            factor(1.0 / ratio)
-        ),
+        ratio => format!("<span class=\"missed\">{} slower</span>", factor(1.0 / ratio)),
     }
 }
 
 fn prediction_times(row: &MethodRow) -> [f64; 3] {
     let times = row.times();
-    [
-        times.predict_full_s,
-        times.predict_decoder_s,
-        times.predict_batch_per_theta_s,
-    ]
+    [times.predict_full_s, times.predict_decoder_s, times.predict_batch_per_theta_s]
 }
 
 /// Least error and time of every column among the emulators.
@@ -128,9 +99,7 @@ impl Best {
     fn of(scene: &SceneReport) -> Self {
         let rows = emulators(scene);
         let least = |value: &dyn Fn(&MethodRow) -> f64| {
-            rows.iter()
-                .map(|row| value(row))
-                .fold(f64::INFINITY, f64::min)
+            rows.iter().map(|row| value(row)).fold(f64::INFINITY, f64::min)
         };
         Self {
             errors: Metric::ALL.map(|metric| least(&|row| row.median(metric))),
@@ -168,11 +137,7 @@ pub(super) fn references(scene: &SceneReport) -> String {
                 .filter(|row| row.reference() == *reference)
                 .map(|row| row.method().label())
                 .collect();
-            format!(
-                "for <b>{}</b> against {}",
-                methods.join(", "),
-                escape(reference)
-            )
+            format!("for <b>{}</b> against {}", methods.join(", "), escape(reference))
         })
         .collect();
     html.push_str(&parts.join("; "));
@@ -203,16 +168,10 @@ pub(super) fn all_quantiles(scene: &SceneReport) -> String {
                 );
             }
             let (class, label) = (class(row.method()), row.method().label());
-            let _ = write!(
-                html,
-                "<th scope=\"row\"><span class=\"key {class}\"></span>{label}</th>"
-            );
+            let _ =
+                write!(html, "<th scope=\"row\"><span class=\"key {class}\"></span>{label}</th>");
             for (name, value) in row.errors().get(metric).entries() {
-                let tag = if name == "q50" {
-                    "<td class=\"median\">"
-                } else {
-                    "<td>"
-                };
+                let tag = if name == "q50" { "<td class=\"median\">" } else { "<td>" };
                 let _ = write!(html, "{tag}{}</td>", digits(value, 3));
             }
             html.push_str("</tr>");

@@ -14,11 +14,7 @@ const TIMES: Times = Times {
 };
 
 fn samples(scale: f64) -> ErrorSamples {
-    let spread = |centre: f64| {
-        (1..=40)
-            .map(|k| centre * scale * f64::from(k) / 20.0)
-            .collect()
-    };
+    let spread = |centre: f64| (1..=40).map(|k| centre * scale * f64::from(k) / 20.0).collect();
     PerMetric {
         err_u_mm: spread(6e-3),
         err_f_pct: spread(0.1),
@@ -28,13 +24,7 @@ fn samples(scale: f64) -> ErrorSamples {
 }
 
 fn row(method: Method, scale: f64, times: Times) -> Result<MethodRow, ReportError> {
-    MethodRow::from_samples(
-        method,
-        "what it <does>",
-        "FEM & more",
-        samples(scale),
-        times,
-    )
+    MethodRow::from_samples(method, "what it <does>", "FEM & more", samples(scale), times)
 }
 
 fn history(method: Method) -> TrainingHistory {
@@ -53,19 +43,12 @@ fn history(method: Method) -> TrainingHistory {
 }
 
 fn surfaces() -> SurfaceCases {
-    let points = [
-        [0.0; 3],
-        [10.0, 0.0, 0.0],
-        [0.0, 10.0, 0.0],
-        [0.0, 0.0, 10.0],
-    ];
+    let points = [[0.0; 3], [10.0, 0.0, 0.0], [0.0, 10.0, 0.0], [0.0, 0.0, 10.0]];
     let faces = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]];
     let mut surfaces = SurfaceCases::new(&faces, &points).unwrap();
     let deformed = points.map(|[x, y, z]| [1.1 * x, y, z - 1.0]);
     let error = [0.0, 1e-2, 2e-2, 3e-2];
-    surfaces
-        .push(Method::Dd, "median <case>", &deformed, &error)
-        .unwrap();
+    surfaces.push(Method::Dd, "median <case>", &deformed, &error).unwrap();
     surfaces
 }
 
@@ -88,11 +71,7 @@ fn report() -> Report {
             title: "Once<Clamped>Beam".into(),
             description: "a <beam> & gravity".into(),
             units: "mm, kPa".into(),
-            mesh: MeshCounts {
-                nodes: 390,
-                elements: 1440,
-                unknowns: 1080,
-            },
+            mesh: MeshCounts { nodes: 390, elements: 1440, unknowns: 1080 },
             theta: vec![ThetaRange {
                 name: "μ<".into(),
                 unit: "kPa".into(),
@@ -101,18 +80,10 @@ fn report() -> Report {
             }],
             train_samples: 200,
             test_samples: 100,
-            displacement: DisplacementScale {
-                mean_mm: 15.7,
-                max_mm: 50.1,
-            },
+            displacement: DisplacementScale { mean_mm: 15.7, max_mm: 50.1 },
             thesis: Some(ThesisReference {
-                dd: samples(1.0)
-                    .try_map(|_, s| Ok::<_, ()>(Some(s[19])))
-                    .unwrap(),
-                pi: PerMetric {
-                    err_u_mm: Some(1e-3),
-                    ..PerMetric::default()
-                },
+                dd: samples(1.0).try_map(|_, s| Ok::<_, ()>(Some(s[19]))).unwrap(),
+                pi: PerMetric { err_u_mm: Some(1e-3), ..PerMetric::default() },
                 displacement: None,
             }),
             methods: methods
@@ -127,41 +98,11 @@ fn report() -> Report {
 #[test]
 fn a_row_needs_every_time() {
     let broken = [
-        (
-            "prepare_s",
-            Times {
-                prepare_s: -1.0,
-                ..TIMES
-            },
-        ),
-        (
-            "train_s",
-            Times {
-                train_s: f64::NAN,
-                ..TIMES
-            },
-        ),
-        (
-            "predict_full_s",
-            Times {
-                predict_full_s: f64::INFINITY,
-                ..TIMES
-            },
-        ),
-        (
-            "predict_decoder_s",
-            Times {
-                predict_decoder_s: -1e-9,
-                ..TIMES
-            },
-        ),
-        (
-            "predict_batch_per_theta_s",
-            Times {
-                predict_batch_per_theta_s: f64::NAN,
-                ..TIMES
-            },
-        ),
+        ("prepare_s", Times { prepare_s: -1.0, ..TIMES }),
+        ("train_s", Times { train_s: f64::NAN, ..TIMES }),
+        ("predict_full_s", Times { predict_full_s: f64::INFINITY, ..TIMES }),
+        ("predict_decoder_s", Times { predict_decoder_s: -1e-9, ..TIMES }),
+        ("predict_batch_per_theta_s", Times { predict_batch_per_theta_s: f64::NAN, ..TIMES }),
     ];
     for (field, times) in broken {
         let message = row(Method::Pi, 1.0, times).unwrap_err().to_string();
@@ -183,24 +124,12 @@ fn a_row_needs_every_error() {
         let mut wrong = samples(1.0);
         wrong.err_f_pct[3] = value;
         let refused = MethodRow::from_samples(Method::Dd, "d", "r", wrong, TIMES);
-        assert!(matches!(
-            refused,
-            Err(ReportError::Sample {
-                field: "err_F_pct",
-                index: 3,
-                ..
-            })
-        ));
+        assert!(matches!(refused, Err(ReportError::Sample { field: "err_F_pct", index: 3, .. })));
     }
-    let empty = PerMetric {
-        err_pi_pct: Vec::new(),
-        ..samples(1.0)
-    };
+    let empty = PerMetric { err_pi_pct: Vec::new(), ..samples(1.0) };
     assert!(matches!(
         MethodRow::from_samples(Method::Dd, "d", "r", empty, TIMES),
-        Err(ReportError::NoSamples {
-            field: "err_Pi_pct"
-        })
+        Err(ReportError::NoSamples { field: "err_Pi_pct" })
     ));
     assert!(matches!(
         MethodRow::from_samples(Method::Dd, "d", " ", samples(1.0), TIMES),
@@ -214,15 +143,7 @@ fn json_round_trip_is_exact() {
     let text = to_json(&report).unwrap();
     // Not assert_eq: it would print two reports.
     assert!(json::parse(&text).unwrap() == report);
-    for name in [
-        "err_u_mm",
-        "err_F_pct",
-        "err_I1_pct",
-        "err_Pi_pct",
-        "q2_5",
-        "q97_5",
-        "q100",
-    ] {
+    for name in ["err_u_mm", "err_F_pct", "err_I1_pct", "err_Pi_pct", "q2_5", "q97_5", "q100"] {
         assert!(text.contains(&format!("\"{name}\": ")), "{name}");
     }
 }
@@ -270,10 +191,7 @@ fn json_with_a_bad_row_or_another_schema_is_refused() {
     let message = json::parse(&negative).unwrap_err().to_string();
     assert!(message.contains("times.train_s"), "{message}");
     let newer = text.replace("\"schema\": 1", "\"schema\": 2");
-    assert!(matches!(
-        json::parse(&newer),
-        Err(ReportError::Schema { found: 2, .. })
-    ));
+    assert!(matches!(json::parse(&newer), Err(ReportError::Schema { found: 2, .. })));
     assert!(matches!(json::parse("{"), Err(ReportError::Json(_))));
 }
 
@@ -281,10 +199,7 @@ fn json_with_a_bad_row_or_another_schema_is_refused() {
 fn html_names_every_method_and_escapes_text() {
     let html = render_html(&report());
     for method in Method::ALL {
-        assert!(
-            html.contains(&format!(">{}<", method.label())),
-            "{method:?}"
-        );
+        assert!(html.contains(&format!(">{}<", method.label())), "{method:?}");
     }
     for hostile in [
         "<script",

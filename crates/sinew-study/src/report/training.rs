@@ -69,11 +69,7 @@ impl TrainingHistory {
     /// Curves thinned to at most 400 points each, evenly on a logarithmic axis; the
     /// first and the last point stay.
     pub fn new(method: Method, curve: &[CurvePoint], energy: &[EnergyPoint]) -> Self {
-        Self {
-            method,
-            curve: thin(curve),
-            energy: thin(energy),
-        }
+        Self { method, curve: thin(curve), energy: thin(energy) }
     }
 }
 
@@ -106,10 +102,7 @@ mod tests {
 
     #[test]
     fn infinite_energy_becomes_null_and_stays_readable() {
-        let errors = PerMetric {
-            err_pi_pct: f64::INFINITY,
-            ..PerMetric::default()
-        };
+        let errors = PerMetric { err_pi_pct: f64::INFINITY, ..PerMetric::default() };
         let point = CurvePoint::new(3, 0.5, errors, f64::NAN);
         let text = serde_json::to_string(&point).unwrap();
         assert!(text.contains(r#""err_Pi_pct":null"#), "{text}");
