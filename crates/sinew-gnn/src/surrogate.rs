@@ -125,7 +125,7 @@ impl Surrogate {
             config.edge_features,
         )?;
         require_count("global features", scales.global.mean.len(), config.global_features)?;
-        scales.output.check(config.dimensions)?;
+        scales.output.check(config.dimensions, config.dimensions * topology.real_nodes)?;
         let graph = GraphTensors::new(&topology, device)?;
         let device = device.clone().without_autodiff();
         let mut surrogate = Self {
@@ -246,14 +246,15 @@ impl GeometryTensors {
 impl OutputMap {
     fn new(geometry: &Geometry, scales: &OutputScale, nodes: usize, device: &Device) -> Self {
         let prescribed = &geometry.dirichlet.prescribed;
-        let dimensions = scales.scale.len();
+        let entries = scales.scale.len(); // per component or per degree of freedom
         let of = |dof: usize| match &geometry.basis {
             Some(basis) => (1.0, basis.origin()[dof]),
-            None => (scales.scale[dof % dimensions], scales.mean[dof % dimensions]),
+            None => (scales.scale[dof % entries], scales.mean[dof % entries]),
         };
-        let entries = prescribed.iter().enumerate();
-        let (scale, shift): (Vec<f64>, Vec<f64>) =
-            entries.map(|(dof, fixed)| fixed.map_or_else(|| of(dof), |value| (0.0, value))).unzip();
+        let prescribed_entries = prescribed.iter().enumerate();
+        let (scale, shift): (Vec<f64>, Vec<f64>) = prescribed_entries
+            .map(|(dof, fixed)| fixed.map_or_else(|| of(dof), |value| (0.0, value)))
+            .unzip();
         let field = |values: &[f64]| matrix(values, nodes, device).unsqueeze_dim::<3>(0);
         Self {
             scale: field(&scale),

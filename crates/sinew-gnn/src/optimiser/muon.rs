@@ -35,8 +35,9 @@ impl Default for MuonConfig {
 }
 
 /// Muon (K. Jordan, 2024) with Nesterov momentum on matrices, Adam with Nesterov momentum on
-/// vectors and, if configured, on the decoders, both at the same learning rate: the arithmetic of `optax.contrib.muon`, which
-/// scales the orthogonal update of a matrix `[inputs, outputs]` by √max(1, outputs / inputs).
+/// vectors and, if configured, on the decoders, both at the same learning rate: the arithmetic of
+/// `optax.contrib.muon`, which scales the orthogonal update of a matrix `[inputs, outputs]` by
+/// √max(1, outputs / inputs).
 /// (Burn's own Muon scales by the inverse ratio, has no bias correction and takes matrices only.)
 #[derive(Debug, Clone)]
 pub struct Muon {
@@ -54,6 +55,7 @@ struct Moments {
 
 /// Added to the root of Adam's second moment.
 const EPSILON: f32 = 1e-8;
+
 impl Muon {
     /// Without history.
     pub fn new(config: MuonConfig) -> Self {
@@ -223,5 +225,54 @@ impl ModuleMapper for Mapper {
             let weights = Tensor::from_data(TensorData::new(values, dims), &device);
             Tensor::from_inner(weights).set_require_grad(requires_gradient)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Directions of `optax.contrib.muon(1, adam_b2=0.99)`, optax 0.2.8, for the gradients of [`step`].
+    const MATRIX: [[f32; 6]; 3] = [
+        [1.092_780_4, 0.050_371_867, 0.541_692_3, 0.737_810_55, 0.614_565_3, -0.588_036_8],
+        [0.972_244_6, 0.161_869_48, 0.598_933_64, 0.696_222_84, 0.696_166_04, -0.466_080_1],
+        [0.650_668_8, -0.024_569_36, 0.786_948_86, 0.398_546_3, 0.729_152_1, -0.595_892_25],
+    ];
+    const VECTOR: [[f32; 3]; 3] = [
+        [1.473_683_1, -1.473_681_6, 1.473_683_1],
+        [0.654_090_64, -0.654_089_75, 0.654_090_64],
+        [-0.175_093_68, 0.175_093_49, -0.175_093_74],
+    ];
+
+    fn gradient(values: &[f32], factor: f32, offset: f32) -> Vec<f32> {
+        values.iter().map(|value| factor * value + offset).collect()
+    }
+
+    #[test]
+    fn directions_are_those_of_optax() {
+        let mut muon = Muon::new(MuonConfig::default());
+        let update = |id: u64, shape: Vec<usize>| Update {
+            id: ParamId::from(id),
+            orthogonal: shape.len() == 2,
+            shape,
+            gradient: vec![],
+            moments: Moments::default(),
+        };
+        let mut updates = [update(0, vec![2, 3]), update(1, vec![3])];
+        for (step, (matrix, vector)) in MATRIX.iter().zip(&VECTOR).enumerate() {
+            let k = step as f32;
+            let of_matrix = [0.3, -0.2, 0.5, 0.1, 0.4, -0.6];
+            updates[0].gradient = gradient(&of_matrix, 1.0 + k, 0.1 * k * k);
+            updates[1].gradient = gradient(&[0.2, -0.01, 0.5], 1.0 - 0.8 * k, 0.0);
+            muon.steps += 1;
+            updates.iter_mut().for_each(|update| muon.accumulate(update));
+            orthogonalise(&mut updates);
+            let expected = matrix.iter().chain(vector);
+            let found = updates.iter().flat_map(|update| &update.gradient);
+            for (expected, found) in expected.zip(found) {
+                // Five iterations amplify rounding of single precision some tenfold.
+                assert!((expected - found).abs() < 1e-5, "step {step}: {found} for {expected}");
+            }
+        }
     }
 }
