@@ -73,7 +73,7 @@ impl Plan {
         };
         match method {
             Method::Dd | Method::Fdd => {
-                Self { anchoring: None, training: config(25, 1200, 3e-3, 30) }
+                Self { anchoring: None, training: config(25, 1500, 3e-3, 30) }
             }
             Method::Pi => Self {
                 anchoring: Some(config(4, 1000, 4e-3, 10)),

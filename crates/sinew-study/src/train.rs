@@ -150,7 +150,9 @@ impl Workshop<'_> {
 
     fn output_scale(&self) -> Result<OutputScale> {
         Ok(match self.fields {
-            Some(fields) => OutputScale::root_mean_square(3, fields.iter().map(Vec::as_slice))?,
+            Some(fields) => {
+                OutputScale::standardising_every_node(fields.iter().map(Vec::as_slice))?
+            }
             None => OutputScale::root_mean_square(3, [&self.body.linear_response[..]])?,
         })
     }

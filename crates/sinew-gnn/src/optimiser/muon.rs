@@ -23,14 +23,13 @@ pub struct MuonConfig {
     pub beta1: f32,
     /// Adam's decay of the second moment of vectors.
     pub beta2: f32,
-    /// Whether the decoders' matrices are updated by Adam too, as in the published training figures. An
-    /// orthogonal update never gets smaller than the learning rate, which leaves noise in the predictions.
+    /// Whether the decoders' matrices are updated by Adam too, as a stacked decoder is by optax.
     pub adam_on_decoders: bool,
 }
 
 impl Default for MuonConfig {
     fn default() -> Self {
-        Self { momentum: 0.95, beta1: 0.9, beta2: 0.99, adam_on_decoders: true }
+        Self { momentum: 0.95, beta1: 0.9, beta2: 0.99, adam_on_decoders: false }
     }
 }
 
