@@ -26,14 +26,14 @@ const ARROWS: &[(&str, &[&str])] = &[
         ],
     ),
     ("sinew-tests", &[]),
-    ("sinew-examples", &[]),
+    ("sinew-examples", &["sinew-mesh", "sinew-energy", "sinew-fem", "sinew-graph", "sinew-gnn"]),
     ("xtask", &[]),
 ];
 
 /// Heavy packages and the only crates of ours that may have them anywhere in their trees.
 const HEAVY: &[(&str, &[&str])] = &[
-    ("burn", &["sinew-burn", "sinew-gnn", "sinew-study"]),
-    ("faer", &["sinew-fem", "sinew-study"]),
+    ("burn", &["sinew-burn", "sinew-gnn", "sinew-study", "sinew-examples"]),
+    ("faer", &["sinew-fem", "sinew-study", "sinew-examples"]),
     (
         "quick-xml",
         &["sinew-mesh", "sinew-energy", "sinew-fem", "sinew-graph", "sinew-gnn", "sinew-study"],

@@ -92,6 +92,11 @@ fn begin(options: &BeamOptions) -> Result<Duration> {
         for name in ["once", "twice"] {
             let old = options.out.join(name);
             if old.exists() {
+                ensure!(
+                    config.exists(),
+                    "{} exists but is not of an earlier run; choose another --out",
+                    old.display()
+                );
                 std::fs::remove_dir_all(&old)
                     .with_context(|| format!("{} could not be emptied", old.display()))?;
             }
