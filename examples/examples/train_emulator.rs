@@ -25,7 +25,7 @@ struct Line;
 
 impl Observer for Line {
     fn progress(&mut self, progress: &Progress) -> ControlFlow<()> {
-        if progress.step % 20 == 0 || progress.step == progress.steps {
+        if progress.step.is_multiple_of(20) || progress.step == progress.steps {
             let (step, steps, left) = (progress.step, progress.steps, progress.remaining_seconds);
             eprint!("\rstep {step}/{steps}  loss {:.4e}  {left:.0} s left   ", progress.loss);
             std::io::stderr().flush().unwrap_or_default();

@@ -58,7 +58,7 @@ pub struct MeshSource {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BoxMesh {
-    /// Edge lengths [mm].
+    /// Edge lengths \[mm\].
     pub extent: [f64; 3],
     /// Cells along each edge.
     pub cells: [usize; 3],
@@ -72,7 +72,7 @@ pub struct LoadCase {
     pub body_force: [f64; 3],
 }
 
-/// Smallest and largest Lamé parameters [kPa].
+/// Smallest and largest Lamé parameters \[kPa\].
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parameters {

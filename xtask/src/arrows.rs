@@ -36,7 +36,15 @@ const HEAVY: &[(&str, &[&str])] = &[
     ("faer", &["sinew-fem", "sinew-study", "sinew-examples"]),
     (
         "quick-xml",
-        &["sinew-mesh", "sinew-energy", "sinew-fem", "sinew-graph", "sinew-gnn", "sinew-study"],
+        &[
+            "sinew-mesh",
+            "sinew-energy",
+            "sinew-fem",
+            "sinew-graph",
+            "sinew-gnn",
+            "sinew-study",
+            "sinew-examples",
+        ],
     ),
 ];
 

@@ -23,7 +23,7 @@
 //!     supports: vec![Support::clamped("x_min")],
 //! };
 //! let potential = scene.lower()?;
-//! let theta = [75.0, 75.0]; // μ, λ [kPa]
+//! let theta = [75.0, 75.0]; // μ, λ \[kPa\]
 //! potential.check_theta(&theta)?;
 //!
 //! let mut displacement = vec![0.0; 3 * potential.nodes];

@@ -9,7 +9,7 @@ use crate::output_basis::OutputBasis;
 /// Prescribed displacements, written over the network's output (hard enforcement, thesis §3.2.3).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Dirichlet {
-    /// Value of every degree of freedom, node by node, `None` where it is free [length].
+    /// Value of every degree of freedom, node by node, `None` where it is free \[length\].
     pub prescribed: Vec<Option<f64>>,
 }
 
@@ -59,7 +59,7 @@ pub struct Sample {
     pub geometry: usize,
     /// Parameters θ, in the units of their ranges.
     pub theta: Vec<f64>,
-    /// Simulated displacement, node by node [length]; empty for physics-informed training.
+    /// Simulated displacement, node by node \[length\]; empty for physics-informed training.
     pub displacement: Vec<f64>,
 }
 

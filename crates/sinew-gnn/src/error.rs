@@ -113,9 +113,14 @@ pub enum Error {
     /// A backend this build does not contain.
     #[error("this build has no `{0}` backend; build with the cargo feature of that name")]
     MissingBackend(&'static str),
-    /// Two devices disagree: trained on one, evaluated on another.
-    #[error("the objective cannot be used here: {0}")]
-    Objective(&'static str),
+    /// A sample at which the potential cannot be evaluated.
+    #[error("sample {sample} does not suit the potential: {reason}")]
+    Parameters {
+        /// Index of the sample, validation after training.
+        sample: usize,
+        /// What the potential objects to.
+        reason: String,
+    },
     /// Features do not fit the graph.
     #[error(transparent)]
     Graph(sinew_graph::GraphError),

@@ -26,7 +26,7 @@ pub struct FixedGeometry {
 /// Displacements for a batch of parameter sets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prediction {
-    /// Displacements, parameter set by set, node by node [length].
+    /// Displacements, parameter set by set, node by node \[length\].
     pub displacement: Vec<f64>,
     /// For every parameter set: whether it lies outside the trained ranges, so that the prediction extrapolates.
     pub extrapolated: Vec<bool>,
@@ -34,7 +34,7 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// Displacement of one parameter set, node by node [length].
+    /// Displacement of one parameter set, node by node \[length\].
     ///
     /// # Panics
     /// If there is no such set.

@@ -22,7 +22,7 @@ pub struct OutputBasis {
 }
 
 impl OutputBasis {
-    /// From the displacement of a zero output [length] and a symmetric matrix over all degrees of freedom, row
+    /// From the displacement of a zero output \[length\] and a symmetric matrix over all degrees of freedom, row
     /// by row [length per unit of output]. Prescribed degrees of freedom are overwritten, whatever the map says.
     ///
     /// # Errors
@@ -35,7 +35,7 @@ impl OutputBasis {
         Ok(Self { origin: origin.into(), map: map.into() })
     }
 
-    /// Displacement of a zero output [length].
+    /// Displacement of a zero output \[length\].
     pub fn origin(&self) -> &[f64] {
         &self.origin
     }

@@ -185,9 +185,9 @@ impl GlobalScaling {
 /// degree of freedom.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OutputScale {
-    /// Displacement of a zero output, for every component or, node by node, every degree of freedom [length].
+    /// Displacement of a zero output, for every component or, node by node, every degree of freedom \[length\].
     pub mean: Vec<f64>,
-    /// Displacement of a unit output, as many as means [length].
+    /// Displacement of a unit output, as many as means \[length\].
     pub scale: Vec<f64>,
 }
 
@@ -287,7 +287,7 @@ impl OutputScale {
             .try_for_each(|&scale| require_positive("the scale of a displacement component", scale))
     }
 
-    /// Length by which nodal distances are made dimensionless: root mean square of the scales [length].
+    /// Length by which nodal distances are made dimensionless: root mean square of the scales \[length\].
     pub fn length(&self) -> f64 {
         let square = self.scale.iter().map(|scale| scale * scale).sum::<f64>();
         (square / self.scale.len().max(1) as f64).sqrt()

@@ -35,6 +35,10 @@ impl Potential for Springs {
         self.pattern.len()
     }
 
+    fn objection(&self, theta: &[f64]) -> Option<String> {
+        (theta.len() != 2).then(|| format!("{} parameters", theta.len()))
+    }
+
     fn value_and_gradient(&self, displacement: &[f64], theta: &[f64], gradient: &mut [f64]) -> f64 {
         let mut energy = 0.0;
         for ((g, u), p) in gradient.iter_mut().zip(displacement).zip(&self.pattern) {
@@ -72,7 +76,8 @@ fn a_network_can_learn_a_tiny_problem_by_heart() {
     trainer.run(&mut ()).unwrap();
     for sample in &data.training {
         let geometry = &data.geometries[sample.geometry];
-        let prediction = trainer.surrogate().predict(geometry, &[sample.theta.clone()]).unwrap();
+        let prediction =
+            trainer.surrogate().predict(geometry, std::slice::from_ref(&sample.theta)).unwrap();
         let difference = relative_difference(&clamped(&data, sample), prediction.field(0));
         assert!(difference < 0.03, "{difference}");
     }
@@ -176,6 +181,9 @@ fn the_minimum_of_the_potential_is_found_without_data() {
     let exact = 0.5 * pattern.iter().map(|p| p * p).sum::<f64>();
     assert!((energy / exact - 1.0).abs() < 1e-6);
     let objective = MinimumPotential::new(vec![potential], energy).unwrap();
+    let mut longer = data.clone();
+    longer.training[3].theta.push(1.0);
+    assert!(matches!(objective.check(&longer), Err(Error::Parameters { sample: 3, .. })));
     let output = OutputScale::root_mean_square(2, [&pattern[..]]).unwrap();
     let parameters = ParameterScaling::logarithmic(&[0.5, 0.5], &[2.0, 2.0]).unwrap();
     let scales = Scales::over(&data.geometries, parameters, output).unwrap();

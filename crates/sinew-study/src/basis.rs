@@ -33,7 +33,7 @@ pub fn at_rest(body: &Body) -> Result<OutputBasis> {
     Ok(OutputBasis::new(rest, &scaled(map, scale))?)
 }
 
-/// Coordinates for the second training, about `anchor`: a displacement [mm] that the first one predicts for the
+/// Coordinates for the second training, about `anchor`: a displacement \[mm\] that the first one predicts for the
 /// centre of the parameter range. One that inverts a cell is halved until it does not.
 ///
 /// # Errors

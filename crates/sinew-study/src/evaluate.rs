@@ -14,14 +14,14 @@ pub struct TestSet {
     pub potential: TotalPotential<NeoHookean, 0, Barriers>,
     /// Parameters, case by case.
     pub thetas: Vec<Vec<f64>>,
-    /// True displacements, case by case [mm].
+    /// True displacements, case by case \[mm\].
     pub displacements: Vec<Vec<f64>>,
 }
 
 /// Errors of one case.
 #[derive(Clone, Debug)]
 struct CaseErrors {
-    /// Per free node [mm].
+    /// Per free node \[mm\].
     err_u: Vec<f64>,
     /// Per element [%].
     err_f: Vec<f64>,

@@ -9,13 +9,13 @@ use std::path::{Path, PathBuf};
 pub struct FieldCase<'a> {
     /// File name without extension, such as `pi_worst`.
     pub name: String,
-    /// True displacement [mm].
+    /// True displacement \[mm\].
     pub truth: &'a [f64],
-    /// Methods by key, with their displacements [mm].
+    /// Methods by key, with their displacements \[mm\].
     pub predictions: Vec<(&'a str, &'a [f64])>,
 }
 
-/// Writes one VTU file per case, with `u_fem`, `u_METHOD` and `error_METHOD` [mm] at the nodes, and a
+/// Writes one VTU file per case, with `u_fem`, `u_METHOD` and `error_METHOD` \[mm\] at the nodes, and a
 /// PVD file that lists them as a series.
 ///
 /// # Errors

@@ -423,7 +423,7 @@ fn scene_report(
         train_samples: simulations.training.thetas.len(),
         test_samples: test.thetas.len(),
         displacement: DisplacementScale { mean_mm: sum / count as f64, max_mm: largest },
-        thesis: Some(beam.thesis.clone()),
+        thesis: Some(beam.thesis),
         methods: outcomes.iter().map(|outcome| outcome.row.clone()).collect(),
         training: outcomes.iter().filter_map(|outcome| outcome.history.clone()).collect(),
         surfaces: Some(surfaces(beam, simulations, outcomes)?),

@@ -30,11 +30,11 @@ pub struct Beam {
 /// Files of `fixtures/beam`, made by FEniCS on the same mesh.
 #[derive(Clone, Copy, Debug)]
 pub struct Fixture {
-    /// Parameters (μ, λ) [kPa], npy.
+    /// Parameters (μ, λ) \[kPa\], npy.
     pub theta: &'static [u8],
-    /// Nodal displacements [mm], npy.
+    /// Nodal displacements \[mm\], npy.
     pub displacement: &'static [u8],
-    /// Displacements of a quadratic solution at the same nodes, μ = λ = 75 kPa [mm], npy.
+    /// Displacements of a quadratic solution at the same nodes, μ = λ = 75 kPa \[mm\], npy.
     pub quadratic: &'static [u8],
 }
 

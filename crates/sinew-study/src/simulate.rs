@@ -18,9 +18,9 @@ type Potential = TotalPotential<NeoHookean, 0>;
 pub struct Set {
     /// Parameters, sample by sample.
     pub thetas: Vec<Vec<f64>>,
-    /// Displacements, sample by sample [mm].
+    /// Displacements, sample by sample \[mm\].
     pub fields: Vec<Vec<f64>>,
-    /// Wall time of all solves on all threads [s].
+    /// Wall time of all solves on all threads \[s\].
     pub seconds: f64,
 }
 
@@ -29,11 +29,11 @@ pub struct Set {
 pub struct FixtureRuns {
     /// Parameters.
     pub thetas: Vec<Vec<f64>>,
-    /// Displacements by the independent program [mm].
+    /// Displacements by the independent program \[mm\].
     pub independent: Vec<Vec<f64>>,
-    /// Ours, each from rest [mm].
+    /// Ours, each from rest \[mm\].
     pub cold: Vec<Vec<f64>>,
-    /// Ours, in a sweep [mm].
+    /// Ours, in a sweep \[mm\].
     pub warm: Vec<Vec<f64>>,
 }
 
@@ -52,13 +52,13 @@ pub struct Simulations {
     pub fixture: FixtureRuns,
     /// Centre of the parameter range (geometric).
     pub centre: Vec<f64>,
-    /// Displacement of the linearised body at the centre [mm].
+    /// Displacement of the linearised body at the centre \[mm\].
     pub linear_response: Vec<f64>,
-    /// Wall time of that solve [s].
+    /// Wall time of that solve \[s\].
     pub linear_s: f64,
-    /// Median wall time of preparing the solver and solving from rest, one thread [s].
+    /// Median wall time of preparing the solver and solving from rest, one thread \[s\].
     pub cold_s: f64,
-    /// Median wall time of one solve in a sweep, one thread [s].
+    /// Median wall time of one solve in a sweep, one thread \[s\].
     pub warm_s: f64,
 }
 

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-/// Median wall time of `repeats` calls after one that warms up [s].
+/// Median wall time of `repeats` calls after one that warms up \[s\].
 ///
 /// # Errors
 /// The first error of a call.

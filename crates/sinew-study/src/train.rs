@@ -36,7 +36,7 @@ pub struct Body {
     pub parameters: sinew_gnn::ParameterScaling,
     /// Parameters to train with.
     pub thetas: Vec<Vec<f64>>,
-    /// Linear response to the loads at the centre of the parameter range [mm]: the scale of
+    /// Linear response to the loads at the centre of the parameter range \[mm\]: the scale of
     /// displacement and energy that training without simulations starts from.
     pub linear_response: Vec<f64>,
     /// Its parameters.
@@ -52,9 +52,9 @@ pub struct Trained {
     pub geometry: Geometry,
     /// Optimiser steps of all stages.
     pub steps: u64,
-    /// Training time of all stages [s].
+    /// Training time of all stages \[s\].
     pub seconds: f64,
-    /// Time spent on coordinates of the displacement [s].
+    /// Time spent on coordinates of the displacement \[s\].
     pub prepare_s: f64,
     /// Validation errors and energies on the way.
     pub history: TrainingHistory,

@@ -15,7 +15,7 @@ pub struct DataFit {
 
 impl DataFit {
     /// `length` makes distances dimensionless, usually
-    /// [`OutputScale::length`](crate::OutputScale::length) [length].
+    /// [`OutputScale::length`](crate::OutputScale::length) \[length\].
     ///
     /// # Errors
     /// A length that is not positive.
@@ -24,7 +24,7 @@ impl DataFit {
         Ok(Self { length })
     }
 
-    /// The characteristic length [length].
+    /// The characteristic length \[length\].
     pub fn length(&self) -> f64 {
         self.length
     }

@@ -7,13 +7,19 @@ use sinew_burn::BatchPotential;
 use sinew_energy::{Guard, Law, TotalPotential};
 
 use super::{Batch, Objective};
-use crate::data::DataSet;
+use crate::data::{DataSet, Sample};
 use crate::error::{Error, Result, require_count, require_positive};
 
 /// A total potential energy Π(u; θ) of any dimension and material.
 pub trait Potential: Send + Sync {
     /// Length of a displacement.
     fn degrees_of_freedom(&self) -> usize;
+
+    /// Why the potential cannot be evaluated at θ, if so; asked once per sample before training.
+    fn objection(&self, theta: &[f64]) -> Option<String> {
+        let _ = theta;
+        None
+    }
 
     /// Π(u; θ), and ∂Π/∂u written over `gradient`. Displacements are flattened node by node.
     fn value_and_gradient(&self, displacement: &[f64], theta: &[f64], gradient: &mut [f64]) -> f64;
@@ -74,7 +80,15 @@ impl Objective for MinimumPotential {
                 potential.degrees_of_freedom(),
                 expected,
             )
-        })
+        })?;
+        let samples = data.training.iter().chain(&data.validation).enumerate();
+        for (sample, Sample { geometry, theta, .. }) in samples {
+            let potential = self.potentials.get(*geometry);
+            if let Some(reason) = potential.and_then(|potential| potential.objection(theta)) {
+                return Err(Error::Parameters { sample, reason });
+            }
+        }
+        Ok(())
     }
 
     fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {
@@ -113,6 +127,10 @@ impl<L: Law<D> + Send + Sync, G: Guard + Send + Sync, const D: usize> Potential
 {
     fn degrees_of_freedom(&self) -> usize {
         3 * self.nodes
+    }
+
+    fn objection(&self, theta: &[f64]) -> Option<String> {
+        self.check_theta(theta).err().map(|error| error.to_string())
     }
 
     fn value_and_gradient(&self, displacement: &[f64], theta: &[f64], gradient: &mut [f64]) -> f64 {

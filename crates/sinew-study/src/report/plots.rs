@@ -33,7 +33,7 @@ pub(super) fn marker(method: Method, radius: f64) -> String {
     marker.path(radius)
 }
 
-/// `err_u [mm]` with a subscript, for SVG.
+/// `err_u \[mm\]` with a subscript, for SVG.
 fn axis_name(prefix: &str, metric: Metric) -> String {
     format!(
         r#"{prefix}err<tspan class="sub" dy="3">{}</tspan><tspan dy="-3"> [{}]</tspan>"#,
