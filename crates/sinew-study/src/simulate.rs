@@ -35,6 +35,9 @@ pub struct FixtureRuns {
     pub cold: Vec<Vec<f64>>,
     /// Ours, in a sweep \[mm\].
     pub warm: Vec<Vec<f64>>,
+    /// Median nodal distance of our linear tetrahedra from quadratic ones on the same mesh, at one of
+    /// the parameters \[mm\]: what the mesh costs, beside which an emulator's error is to be seen.
+    pub discretisation_mm: f64,
 }
 
 /// All simulations of a scene.
@@ -189,5 +192,11 @@ fn fixture_runs(beam: &Beam, potential: &Potential) -> Result<FixtureRuns> {
     }
     let swept = sweep(potential, &thetas, &Options::default(), || ())?;
     let warm = swept.solutions()?.iter().map(|solution| solution.displacement.clone()).collect();
-    Ok(FixtureRuns { thetas, independent, cold, warm })
+    let quadratic = table("p2_displacement", beam.fixture.quadratic)?.concat();
+    let centre = thetas.iter().position(|theta| theta == &[75.0, 75.0]);
+    let centre = centre.context("fixtures/beam holds no solution at mu = lambda = 75 kPa")?;
+    let mut distances = sinew_energy::metrics::displacement_error(&quadratic, &cold[centre]);
+    distances.sort_by(f64::total_cmp);
+    let discretisation_mm = distances[distances.len() / 2];
+    Ok(FixtureRuns { thetas, independent, cold, warm, discretisation_mm })
 }
