@@ -6,7 +6,7 @@
 //!
 //! Writes the emulator and a VTU file of one prediction into the case's output folder.
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use sinew_energy::Barriers;
 use sinew_examples::{Case, Method};
 use sinew_fem::{Options, Solver, sweep};
@@ -34,19 +34,24 @@ impl Observer for Line {
     }
 }
 
+const HELP: &str = concat!(
+    "usage: train_emulator [CASE.toml]\n\n",
+    "Without a case file it trains the one that comes with the examples, which explains every key:\n\n",
+    include_str!("../cases/hanging_bar.toml"),
+);
+
 fn main() -> Result<()> {
-    let usage = "usage: train_emulator CASE.toml (see examples/cases/hanging_bar.toml)";
-    let path = std::env::args().nth(1).context(usage)?;
-    if path == "--help" || path == "-h" {
-        println!("{usage}");
-        return Ok(());
+    match std::env::args_os().nth(1) {
+        Some(option) if option == "--help" || option == "-h" => print!("{HELP}"),
+        Some(path) => train(&Case::read(Path::new(&path))?)?,
+        None => train(&Case::bundled()?)?,
     }
-    train(&Case::read(Path::new(&path))?)
+    Ok(())
 }
 
 fn train(case: &Case) -> Result<()> {
     let body = case.prepare()?;
-    let (thetas, centre) = (case.thetas(case.training.samples), case.thetas(1).remove(0));
+    let (thetas, centre) = (case.thetas(0..case.training.samples), case.centre());
 
     // One solve gives the size of displacements and energies; training on data needs one for each sample.
     let solution = Solver::new(&body.potential)?.solve(&centre, &Options::default())?;
@@ -106,7 +111,7 @@ fn train(case: &Case) -> Result<()> {
     let errors = sinew_energy::metrics::displacement_error(&solution.displacement, &prediction);
     let mean = errors.iter().sum::<f64>() / errors.len() as f64;
     println!(
-        "mean nodal error at one parameter set: {mean:.3} mm after {:.1} s of training",
+        "mean nodal error at the centre of the ranges: {mean:.3} mm after {:.1} s of training",
         report.seconds
     );
     println!("emulator: {}", folder.display());

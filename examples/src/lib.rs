@@ -5,10 +5,11 @@
 use anyhow::{Context, Result, ensure};
 use serde::Deserialize;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Load, Parameter, Sampling, Scene, Support, TotalPotential, Units};
+use sinew_energy::{Load, Magnitude, Parameter, Sampling, Scene, Support, TotalPotential, Units};
 use sinew_gnn::{Dirichlet, EmulatorConfig, Geometry, ParameterScaling};
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 use sinew_mesh::{TetMesh, box_tetrahedra, read_tet_mesh};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// A case file: see `examples/cases/hanging_bar.toml` for every key with its unit.
@@ -17,7 +18,7 @@ use std::path::{Path, PathBuf};
 pub struct Case {
     /// How the emulator is trained.
     pub method: Method,
-    /// Folder for what the programs write.
+    /// Folder for what the programs write, relative to where they are started.
     pub output: PathBuf,
     /// The body.
     pub mesh: MeshSource,
@@ -64,12 +65,24 @@ pub struct BoxMesh {
     pub cells: [usize; 3],
 }
 
-/// Loads.
+/// Loads; at least one.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LoadCase {
     /// Force per reference volume [kPa/mm].
-    pub body_force: [f64; 3],
+    pub body_force: Option<[f64; 3]>,
+    /// A pressure that follows the surface.
+    pub pressure: Option<SurfacePressure>,
+}
+
+/// A pressure on a part of the surface whose rim is held.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SurfacePressure {
+    /// Facet set.
+    pub facets: String,
+    /// Pressure against the solid \[kPa\].
+    pub value: f64,
 }
 
 /// Smallest and largest Lamé parameters \[kPa\].
@@ -128,7 +141,15 @@ pub struct Prepared {
 }
 
 impl Case {
-    /// Reads a case file; paths in it are relative to its folder.
+    /// The case that comes with the examples, `examples/cases/hanging_bar.toml`.
+    ///
+    /// # Errors
+    /// A file that was changed or removed since.
+    pub fn bundled() -> Result<Self> {
+        Self::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("cases/hanging_bar.toml"))
+    }
+
+    /// Reads a case file; its mesh file is relative to its folder.
     ///
     /// # Errors
     /// A file that cannot be read, or a key that is missing, unknown or of the wrong type, by name and line.
@@ -143,8 +164,9 @@ impl Case {
         Ok(case)
     }
 
-    /// Evenly spread parameter sets in the box, log-uniform (an additive recurrence, Roberts 2018).
-    pub fn thetas(&self, count: usize) -> Vec<Vec<f64>> {
+    /// Members of an endless sequence of parameter sets that fill the ranges evenly and log-uniformly (an
+    /// additive recurrence, Roberts 2018). The first [`Training::samples`] are trained on.
+    pub fn thetas(&self, members: Range<usize>) -> Vec<Vec<f64>> {
         const STEPS: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
         let ranges = [self.parameters.mu, self.parameters.lambda];
         let value = |i: usize, axis: usize| {
@@ -152,7 +174,12 @@ impl Case {
             let [low, high] = ranges[axis];
             low * (high / low).powf(share)
         };
-        (0..count).map(|i| vec![value(i, 0), value(i, 1)]).collect()
+        members.map(|i| vec![value(i, 0), value(i, 1)]).collect()
+    }
+
+    /// The middle of the ranges, on the log scale.
+    pub fn centre(&self) -> Vec<f64> {
+        [self.parameters.mu, self.parameters.lambda].map(|[low, high]| (low * high).sqrt()).into()
     }
 
     /// Builds the body.
@@ -177,7 +204,7 @@ impl Case {
                 stiffness("mu", self.parameters.mu),
                 stiffness("lambda", self.parameters.lambda),
             ],
-            loads: vec![Load::BodyForce(self.load.body_force)],
+            loads: self.loads()?,
             supports: vec![Support::clamped("clamped")],
         };
         let potential = scene.lower()?;
@@ -199,6 +226,17 @@ impl Case {
         let ([a, b], [c, d]) = (self.parameters.mu, self.parameters.lambda);
         let scaling = ParameterScaling::logarithmic(&[a, c], &[b, d])?;
         Ok(Prepared { mesh, potential, topology, geometry, network, scaling })
+    }
+
+    fn loads(&self) -> Result<Vec<Load>> {
+        let body_force = self.load.body_force.map(Load::BodyForce);
+        let pressure = self.load.pressure.as_ref().map(|pressure| Load::Pressure {
+            facets: pressure.facets.clone(),
+            magnitude: Magnitude::Fixed(pressure.value),
+        });
+        let loads: Vec<_> = body_force.into_iter().chain(pressure).collect();
+        ensure!(!loads.is_empty(), "load needs `body_force` or `pressure`");
+        Ok(loads)
     }
 
     /// The mesh, with the held nodes as the set "clamped".
@@ -246,7 +284,7 @@ mod tests {
         let prepared = case.prepare().unwrap();
         assert_eq!(prepared.potential.nodes, 9 * 3 * 3);
         let inside = |theta: &Vec<f64>| prepared.scaling.contains(theta);
-        assert!(case.thetas(200).iter().all(inside));
+        assert!(case.thetas(0..200).iter().all(inside));
     }
 
     #[test]
@@ -259,9 +297,12 @@ mod tests {
             }
         };
         assert!(error("clamped = \"x_min\"", "clamped = \"left\"").contains("x_min"));
-        assert!(error("steps = 400", "stepps = 400").contains("stepps"));
+        assert!(error("steps = 3000", "stepps = 3000").contains("stepps"));
         assert!(error("\"pi\"", "\"magic\"").contains("magic"));
         assert!(error("mu = [8.0, 16.0]", "mu = [-8.0, 16.0]").contains("mu"));
+        assert!(error("body_force = [0.0, 0.0, -9.8e-3]", "").contains("body_force"));
+        let pressed = "pressure = { facets = \"lid\", value = 0.1 }";
+        assert!(error("body_force = [0.0, 0.0, -9.8e-3]", pressed).contains("z_max"));
         assert!(error("cells = [8, 2, 2]", "cells = [8, 0, 2]").contains("mesh.box"));
     }
 }

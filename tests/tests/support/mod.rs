@@ -11,7 +11,7 @@ use sinew_gnn::{
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
-/// Range of μ and λ [kPa]: soft enough that the beam's tip sinks by a fifth to a third of its length.
+/// Range of μ and λ [kPa]: soft enough that the beam's tip sinks by a sixth to a third of its length.
 pub const RANGE: [f64; 2] = [8.0, 16.0];
 /// Weight of a density of 1 g/cm³ at g = 9.8 m/s² [kPa/mm].
 pub const GRAVITY: f64 = 9.8e-3;
