@@ -1,6 +1,7 @@
 //! Starting cargo and the study programs.
 
 use anyhow::{Context, Result, bail};
+use cargo_metadata::MetadataCommand;
 use std::process::Command;
 
 /// Runs cargo with `arguments`, showing what is run.
@@ -18,17 +19,37 @@ pub fn cargo(arguments: &[&str], environment: &[(&str, &str)]) -> Result<()> {
 }
 
 /// Builds and runs a study of `sinew-study`, in the profile that tests use too.
+///
+/// Naming an example beside the program makes cargo resolve features as it does for the tests of the whole
+/// workspace, so that the heavy dependencies are compiled once for both.
 pub fn study(name: &str, options: &[String]) -> Result<()> {
-    let mut arguments = vec!["run", "--quiet", "--package", "sinew-study", "--bin", "sinew-study"];
+    let mut build = vec![
+        "build",
+        "--quiet",
+        "--workspace",
+        "--bin",
+        "sinew-study",
+        "--example",
+        "mesh_quality",
+    ];
     // A backend is compiled in by its feature, so that the default build stays small.
     let ndarray = options.windows(2).any(|pair| pair == ["--backend", "ndarray"])
         || options.iter().any(|option| option == "--backend=ndarray");
     if ndarray {
-        arguments.extend(["--features", "ndarray"]);
+        build.extend(["--features", "sinew-study/ndarray"]);
     }
-    arguments.extend(["--", name]);
-    arguments.extend(options.iter().map(String::as_str));
-    cargo(&arguments, &[])
+    cargo(&build, &[])?;
+    let folder = MetadataCommand::new().no_deps().exec()?.target_directory;
+    let program = folder.join("debug").join(format!("sinew-study{}", std::env::consts::EXE_SUFFIX));
+    let status = Command::new(&program)
+        .arg(name)
+        .args(options)
+        .status()
+        .with_context(|| format!("{program} could not be started"))?;
+    if !status.success() {
+        bail!("{name} failed with {status}");
+    }
+    Ok(())
 }
 
 /// Benchmarks of every crate, one after the other.
