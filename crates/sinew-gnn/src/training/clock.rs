@@ -21,14 +21,15 @@ impl Clock {
         share.min(1.0)
     }
 
-    /// Steps of the whole run; under a time budget estimated from the pace so far, and
-    /// infinite before the first step.
+    /// Steps of the whole run; under a time budget estimated from the pace so far, and at least one more.
     pub fn total_steps(&self, budget: Budget) -> f64 {
         match budget {
             Budget::Steps(steps) => steps as f64,
-            Budget::Seconds(seconds) => self.step as f64 * (seconds / self.seconds),
+            Budget::Seconds(seconds) => {
+                // Before the first step the pace is no number, and `max` gives the one step.
+                (self.step as f64 * (seconds / self.seconds)).max(self.step as f64 + 1.0)
+            }
         }
-        .max(self.step as f64 + 1.0)
     }
 
     /// Seconds until the budget is spent, at the pace so far.
@@ -54,6 +55,7 @@ mod tests {
         assert_eq!(clock.share(Budget::Seconds(20.0)), 0.1);
         assert_eq!(clock.remaining_seconds(Budget::Steps(20)), 2.0);
         assert_eq!(Clock::default().total_steps(Budget::Steps(5)), 5.0);
+        assert_eq!(clock.total_steps(Budget::Steps(10)), 10.0);
         // Before the first step the pace is unknown: the warm-up takes its longest.
         let start = Clock::default().total_steps(Budget::Seconds(1.0));
         assert!(crate::Schedule::WarmupCosine.factor(0, start) <= 1.0);
