@@ -19,6 +19,7 @@ pub mod manifest;
 pub mod options;
 pub mod plan;
 pub mod pod;
+mod present;
 pub mod progress;
 pub mod report;
 pub mod run;

@@ -1,20 +1,18 @@
 //! The whole study: scenes, simulations, emulators, rivals, report.
 
 use crate::evaluate::{Evaluation, TestSet};
-use crate::fields::FieldCase;
 use crate::manifest::Manifest;
 use crate::options::{BackendChoice, BeamOptions, Method};
 use crate::plan::{Plan, Samples};
 use crate::pod::{PodConfig, PodRegression};
 use crate::report::{
-    self, DisplacementScale, MeshCounts, MethodRow, Report, SampleRow, SceneReport, SceneSamples,
-    SurfaceCases, ThetaRange, Times, TrainingHistory,
+    self, MethodRow, Report, SampleRow, SceneReport, SceneSamples, Times, TrainingHistory,
 };
 use crate::scenes::{Beam, once_clamped, twice_clamped};
 use crate::simulate::{self, Simulations};
 use crate::timing::median_seconds;
 use crate::train::{Body, Workshop};
-use crate::{fields, graph, progress, store};
+use crate::{graph, present, progress, store};
 use anyhow::{Context, Result, ensure};
 use burn::tensor::Device;
 use serde::{Deserialize, Serialize};
@@ -30,13 +28,13 @@ const TIMING_BATCH: usize = 200;
 
 /// What one method contributes to the report; stored, so that a resumed run does not repeat it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-struct Outcome {
-    row: MethodRow,
-    samples: Vec<SampleRow>,
-    history: Option<TrainingHistory>,
-    median_and_worst: [usize; 2],
+pub(crate) struct Outcome {
+    pub(crate) row: MethodRow,
+    pub(crate) samples: Vec<SampleRow>,
+    pub(crate) history: Option<TrainingHistory>,
+    pub(crate) median_and_worst: [usize; 2],
     #[serde(skip)]
-    predictions: Vec<Vec<f64>>,
+    pub(crate) predictions: Vec<Vec<f64>>,
 }
 
 /// Runs `reproduce-beam` and writes its report; the path of `report.html`.
@@ -185,8 +183,8 @@ fn run_scene(
     outcomes.push(pod_outcome(&simulations, &test, &folder)?);
     outcomes.extend(fem_outcomes(&simulations, &guarded)?);
 
-    write_fields(&folder.join("fields"), beam, &simulations, &outcomes)?;
-    let scene = scene_report(beam, &potential, &simulations, &outcomes)?;
+    present::write_fields(&folder.join("fields"), beam, &simulations, &outcomes)?;
+    let scene = present::scene_report(beam, &potential, &simulations, &outcomes)?;
     let theta_names =
         beam.scene.parameters.iter().map(|p| format!("{}_{}", p.name, p.unit)).collect();
     let rows = outcomes.into_iter().flat_map(|outcome| outcome.samples).collect();
@@ -368,94 +366,4 @@ fn fem_outcomes(
             simulations.test.seconds / simulations.test.thetas.len() as f64,
         )?,
     ])
-}
-
-fn write_fields(
-    folder: &Path,
-    beam: &Beam,
-    simulations: &Simulations,
-    outcomes: &[Outcome],
-) -> Result<()> {
-    let emulators: Vec<&Outcome> = outcomes.iter().filter(|outcome| on_test_set(outcome)).collect();
-    let mut cases = Vec::new();
-    for outcome in &emulators {
-        for (kind, case) in ["median", "worst"].into_iter().zip(outcome.median_and_worst) {
-            cases.push(FieldCase {
-                name: format!("{}_{kind}", outcome.row.method().key()),
-                truth: &simulations.test.fields[case],
-                predictions: emulators
-                    .iter()
-                    .map(|other| (other.row.method().key(), &other.predictions[case][..]))
-                    .collect(),
-            });
-        }
-    }
-    fields::write(folder, &beam.scene.mesh, &cases)
-}
-
-fn on_test_set(outcome: &Outcome) -> bool {
-    !matches!(outcome.row.method(), report::Method::FemCold | report::Method::FemWarm)
-}
-
-fn scene_report(
-    beam: &Beam,
-    potential: &sinew_energy::TotalPotential<sinew_energy::laws::NeoHookean, 0>,
-    simulations: &Simulations,
-    outcomes: &[Outcome],
-) -> Result<SceneReport> {
-    let test = &simulations.test;
-    let norms = |field: &Vec<f64>| {
-        fields::rows(field).into_iter().map(|u| u.iter().map(|x| x * x).sum::<f64>().sqrt())
-    };
-    let (mut sum, mut count, mut largest) = (0.0, 0usize, 0.0f64);
-    for norm in test.fields.iter().flat_map(norms) {
-        (sum, count, largest) = (sum + norm, count + 1, largest.max(norm));
-    }
-    let theta = |p: &sinew_energy::Parameter| ThetaRange {
-        name: p.name.clone(),
-        unit: p.unit.clone(),
-        low: p.range[0],
-        high: p.range[1],
-    };
-    Ok(SceneReport {
-        name: beam.name.to_string(),
-        title: beam.title.to_string(),
-        description: beam.description.to_string(),
-        units: format!("{}, {}", beam.scene.units.length, beam.scene.units.stress),
-        mesh: MeshCounts {
-            nodes: potential.nodes,
-            elements: potential.cells.len(),
-            unknowns: potential.free_degrees_of_freedom().len(),
-        },
-        theta: beam.scene.parameters.iter().map(theta).collect(),
-        train_samples: simulations.training.thetas.len(),
-        test_samples: test.thetas.len(),
-        displacement: DisplacementScale { mean_mm: sum / count as f64, max_mm: largest },
-        thesis: Some(beam.thesis),
-        methods: outcomes.iter().map(|outcome| outcome.row.clone()).collect(),
-        training: outcomes.iter().filter_map(|outcome| outcome.history.clone()).collect(),
-        surfaces: Some(surfaces(beam, simulations, outcomes)?),
-    })
-}
-
-fn surfaces(beam: &Beam, simulations: &Simulations, outcomes: &[Outcome]) -> Result<SurfaceCases> {
-    let mesh = &beam.scene.mesh;
-    let facets = sinew_mesh::boundary_facets(mesh);
-    let triangles: Vec<[usize; 3]> = facets.iter().map(|&facet| mesh.facet_nodes(facet)).collect();
-    let mut surfaces = SurfaceCases::new(&triangles, &mesh.points)?;
-    for outcome in outcomes.iter().filter(|outcome| on_test_set(outcome)) {
-        for (kind, case) in ["median", "worst"].into_iter().zip(outcome.median_and_worst) {
-            let (truth, guess) = (&simulations.test.fields[case], &outcome.predictions[case]);
-            let deformed: Vec<[f64; 3]> = fields::rows(guess)
-                .iter()
-                .zip(&mesh.points)
-                .map(|(u, x)| std::array::from_fn(|i| u[i] + x[i]))
-                .collect();
-            let theta = &simulations.test.thetas[case];
-            let title = format!("{kind} case, μ = {:.0} kPa, λ = {:.0} kPa", theta[0], theta[1]);
-            let error = sinew_energy::metrics::displacement_error(truth, guess);
-            surfaces.push(outcome.row.method(), title, &deformed, &error)?;
-        }
-    }
-    Ok(surfaces)
 }
