@@ -1,6 +1,6 @@
 //! Structured meshes of boxes and rectangles.
 
-use crate::{Facet, SimplexMesh, TetMesh, TriangleMesh, boundary_facets, repair_orientation};
+use crate::{Facet, HexMesh, Mesh, TetMesh, TriangleMesh, boundary_facets, repair_orientation};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -39,13 +39,57 @@ pub fn rectangle_triangles(extent: [f64; 2], cells: [usize; 2]) -> TriangleMesh 
     kuhn_grid(extent, cells, &[[0, 1], [1, 0]])
 }
 
+/// A box `[0, extent]` of `cells` hexahedra per axis; order and names as in [`box_tetrahedra`].
+///
+/// # Panics
+/// When an extent is not positive and finite or a cell count is zero.
+///
+/// ```
+/// let beam = sinew_mesh::box_hexahedra([10.0, 1.0, 1.0], [12, 4, 5]);
+/// assert_eq!((beam.points.len(), beam.cells.len()), (390, 240));
+/// assert_eq!(beam.facet_sets["x_max"].len(), 20);
+/// ```
+pub fn box_hexahedra(extent: [f64; 3], cells: [usize; 3]) -> HexMesh {
+    let (mut mesh, stride) = grid_points(extent, cells);
+    let [x, y, z] = stride;
+    for at in grid(cells) {
+        let lowest: usize = (0..3).map(|axis| at[axis] * stride[axis]).sum();
+        let bottom = [lowest, lowest + x, lowest + x + y, lowest + y];
+        let [a, b, c, d] = bottom;
+        mesh.cells.push([a, b, c, d, a + z, b + z, c + z, d + z]);
+    }
+    name_sides(&mut mesh, cells, stride);
+    mesh
+}
+
 /// The grid in `D` dimensions; each order of the axes is one simplex, whose vertices are met
 /// on the walk along the grid cell's edges from its lowest corner to the opposite one.
-fn kuhn_grid<const D: usize, const V: usize>(
+fn kuhn_grid<const D: usize, const N: usize>(
     extent: [f64; D],
     cells: [usize; D],
     axis_orders: &[[usize; D]],
-) -> SimplexMesh<V> {
+) -> Mesh<N> {
+    let (mut mesh, stride) = grid_points(extent, cells);
+    for at in grid(cells) {
+        let lowest: usize = (0..D).map(|axis| at[axis] * stride[axis]).sum();
+        for order in axis_orders {
+            let mut walk = [lowest; N];
+            for (step, &axis) in order.iter().enumerate() {
+                walk[step + 1] = walk[step] + stride[axis];
+            }
+            mesh.cells.push(walk);
+        }
+    }
+    repair_orientation(&mut mesh);
+    name_sides(&mut mesh, cells, stride);
+    mesh
+}
+
+/// The nodes of a grid as a mesh without cells, and the steps between neighbours.
+fn grid_points<const D: usize, const N: usize>(
+    extent: [f64; D],
+    cells: [usize; D],
+) -> (Mesh<N>, [usize; D]) {
     assert!(
         extent.iter().all(|e| e.is_finite() && *e > 0.0) && cells.iter().all(|&n| n > 0),
         "extents must be positive and cell counts at least 1, not {extent:?} and {cells:?}"
@@ -60,20 +104,7 @@ fn kuhn_grid<const D: usize, const V: usize>(
         point
     };
     let points = grid(nodes).map(position).collect();
-    let mut mesh = SimplexMesh::<V> { points, ..SimplexMesh::default() };
-    for at in grid(cells) {
-        let lowest: usize = (0..D).map(|axis| at[axis] * stride[axis]).sum();
-        for order in axis_orders {
-            let mut walk = [lowest; V];
-            for (step, &axis) in order.iter().enumerate() {
-                walk[step + 1] = walk[step] + stride[axis];
-            }
-            mesh.cells.push(walk);
-        }
-    }
-    repair_orientation(&mut mesh);
-    name_sides(&mut mesh, cells, stride);
-    mesh
+    (Mesh { points, ..Mesh::default() }, stride)
 }
 
 /// All indices of a grid, the first axis fastest.
@@ -92,8 +123,8 @@ fn grid_coordinate(index: usize, cells: usize, extent: f64) -> f64 {
     if index == cells { extent } else { index as f64 * (extent / cells as f64) }
 }
 
-fn name_sides<const D: usize, const V: usize>(
-    mesh: &mut SimplexMesh<V>,
+fn name_sides<const D: usize, const N: usize>(
+    mesh: &mut Mesh<N>,
     cells: [usize; D],
     stride: [usize; D],
 ) {
@@ -103,10 +134,7 @@ fn name_sides<const D: usize, const V: usize>(
             let name = format!("{}_{end}", AXES[axis]);
             let on_side = |node: usize| node / stride[axis] % (cells[axis] + 1) == level;
             let nodes = (0..mesh.points.len()).filter(|&n| on_side(n)).collect();
-            let touches = |f: &Facet| {
-                let corners = mesh.cells[f.cell].iter().enumerate();
-                corners.filter(|&(local, _)| local != f.opposite).all(|(_, &node)| on_side(node))
-            };
+            let touches = |&facet: &Facet| mesh.nodes_of_facet(facet).all(on_side);
             let facets = boundary.iter().copied().filter(touches).collect();
             mesh.node_sets.insert(name.clone(), nodes);
             mesh.facet_sets.insert(name, facets);

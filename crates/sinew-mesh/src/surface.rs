@@ -47,7 +47,7 @@ pub fn extract_surface(mesh: &TetMesh, facets: &[Facet]) -> Surface {
     Surface { mesh: surface, nodes }
 }
 
-/// The volume that facets enclose, by the divergence theorem V = ⅓ ∮ x·n dA [length unit
+/// The volume that facets enclose, by the divergence theorem N = ⅓ ∮ x·n dA [length unit
 /// cubed]: positive when they face away from it, as the whole boundary does, and negative when
 /// they face into it, as the wall of a cavity does.
 ///

@@ -6,8 +6,8 @@ use std::path::Path;
 use proptest::collection::{btree_map, btree_set, vec};
 use proptest::prelude::*;
 use sinew_mesh::{
-    AnyMesh, Facet, Field, FieldValues, SimplexMesh, TetMesh, TriangleMesh, VtkEncoding,
-    box_tetrahedra, parse_npy, parse_tet_mesh, parse_triangle_mesh, read, read_npy, read_tet_mesh,
+    AnyMesh, Facet, Field, FieldValues, Mesh, TetMesh, TriangleMesh, VtkEncoding, box_tetrahedra,
+    parse_npy, parse_tet_mesh, parse_triangle_mesh, read, read_npy, read_tet_mesh,
     read_triangle_mesh, rectangle_triangles, to_npy, to_vtk, to_vtu, write_npy, write_pvd,
     write_vtk, write_vtu,
 };
@@ -34,9 +34,9 @@ fn name() -> impl Strategy<Value = String> {
     "[a-zA-Z0-9 _:%\"'<>&;äλ𝛼/\\\\-]{1,12}"
 }
 
-fn decorated<const V: usize>(mesh: SimplexMesh<V>) -> impl Strategy<Value = SimplexMesh<V>> {
+fn decorated<const N: usize>(mesh: Mesh<N>) -> impl Strategy<Value = Mesh<N>> {
     let (nodes, cells) = (mesh.points.len(), mesh.cells.len());
-    let facet = (0..cells, 0..V).prop_map(|(cell, opposite)| Facet { cell, opposite });
+    let facet = (0..cells, 0..N).prop_map(|(cell, opposite)| Facet { cell, opposite });
     let jitter = vec(-0.1f64..0.1, nodes);
     let sets = |limit: usize| btree_map(name(), btree_set(0..limit, 0..limit), 0..3);
     let facet_sets = btree_map(name(), btree_set(facet, 0..cells), 0..3);
@@ -61,7 +61,7 @@ fn decorated<const V: usize>(mesh: SimplexMesh<V>) -> impl Strategy<Value = Simp
 }
 
 /// Bit for bit, so that the sign of zero and "not a number" count.
-fn assert_same<const V: usize>(read: &SimplexMesh<V>, written: &SimplexMesh<V>) {
+fn assert_same<const N: usize>(read: &Mesh<N>, written: &Mesh<N>) {
     let bits = |field: &Field| match &field.values {
         FieldValues::Float(values) => {
             (field.components, values.iter().map(|v| v.to_bits()).collect())
