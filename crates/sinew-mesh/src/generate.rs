@@ -1,4 +1,14 @@
-//! Structured meshes of boxes and rectangles.
+//! Structured meshes of simple bodies.
+
+mod membrane;
+mod shells;
+mod ventricle;
+mod wall;
+
+pub use membrane::{cook_membrane, cook_membrane_point, rectangle_crossed_triangles};
+pub use shells::{cylinder_quarter, sphere_octant};
+pub use ventricle::TruncatedEllipsoid;
+pub use wall::Wall;
 
 use crate::{Facet, HexMesh, Mesh, TetMesh, TriangleMesh, boundary_facets, repair_orientation};
 
@@ -131,20 +141,64 @@ fn name_sides<const D: usize, const N: usize>(
     let boundary = boundary_facets(mesh);
     for axis in 0..D {
         for (end, level) in [("min", 0), ("max", cells[axis])] {
-            let name = format!("{}_{end}", AXES[axis]);
             let on_side = |node: usize| node / stride[axis] % (cells[axis] + 1) == level;
-            let nodes = (0..mesh.points.len()).filter(|&n| on_side(n)).collect();
-            let touches = |&facet: &Facet| mesh.nodes_of_facet(facet).all(on_side);
-            let facets = boundary.iter().copied().filter(touches).collect();
-            mesh.node_sets.insert(name.clone(), nodes);
-            mesh.facet_sets.insert(name, facets);
+            name_side(mesh, &boundary, &format!("{}_{end}", AXES[axis]), on_side);
         }
     }
+}
+
+/// Names the nodes of a side, and the facets whose nodes are all on it.
+fn name_side<const N: usize>(
+    mesh: &mut Mesh<N>,
+    boundary: &[Facet],
+    name: &str,
+    on_side: impl Fn(usize) -> bool,
+) {
+    let nodes = (0..mesh.points.len()).filter(|&node| on_side(node)).collect();
+    let touches = |&facet: &Facet| mesh.nodes_of_facet(facet).all(&on_side);
+    let facets = boundary.iter().copied().filter(touches).collect();
+    mesh.node_sets.insert(name.into(), nodes);
+    mesh.facet_sets.insert(name.into(), facets);
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::enclosed_volume;
+
+    /// A solid whose cells are positive at and between their nodes, fit together (what is not shared
+    /// is on a named side) and fill what the boundary encloses. Returns its volume.
+    pub(super) fn assert_sound<const N: usize>(mesh: &Mesh<N>) -> f64 {
+        assert_eq!(mesh.check(), Ok(()));
+        let element = Mesh::<N>::ELEMENT;
+        let centre: [f64; 3] = std::array::from_fn(|axis| {
+            element.nodes.iter().map(|at| at[axis]).sum::<f64>() / N as f64
+        });
+        for cell in 0..mesh.cells.len() {
+            for node in element.nodes {
+                for way in [0.0, 0.4, 0.8, 1.0] {
+                    let at = std::array::from_fn(|i| way * node[i] + (1.0 - way) * centre[i]);
+                    assert!(mesh.jacobian(cell, at) > 0.0, "cell {cell} at {at:?}");
+                }
+            }
+        }
+        let boundary = boundary_facets(mesh);
+        let mut named: Vec<Facet> = mesh.facet_sets.values().flatten().copied().collect();
+        named.sort_unstable();
+        assert_eq!(named, boundary);
+        let volume: f64 = (0..mesh.cells.len()).map(|cell| mesh.cell_volume(cell)).sum();
+        assert!((enclosed_volume(mesh, &boundary) / volume - 1.0).abs() < 1e-12);
+        volume
+    }
+
+    #[test]
+    fn hexahedra_fill_the_box() {
+        let mesh = box_hexahedra([2.0, 3.0, 4.0], [2, 1, 3]);
+        assert!((assert_sound(&mesh) - 24.0).abs() < 1e-13);
+        assert_eq!(mesh.points, box_tetrahedra([2.0, 3.0, 4.0], [2, 1, 3]).points);
+        assert_eq!(mesh.cells[0], [0, 1, 4, 3, 6, 7, 10, 9]);
+        assert_eq!(mesh.facet_sets["z_max"], [4, 5].map(|cell| Facet { cell, opposite: 5 }));
+    }
 
     #[test]
     fn the_first_grid_cell_is_split_as_published() {

@@ -52,6 +52,7 @@
 //! error names the file, the line (in text) or byte, what was expected and what to do.
 
 mod check;
+mod distort;
 mod element;
 mod error;
 mod field;
@@ -66,7 +67,10 @@ mod topology;
 
 pub use element::Element;
 pub use error::{Defect, MeshError, Place, Problem};
-pub use generate::{box_hexahedra, box_tetrahedra, rectangle_triangles};
+pub use generate::{
+    TruncatedEllipsoid, Wall, box_hexahedra, box_tetrahedra, cook_membrane, cook_membrane_point,
+    cylinder_quarter, rectangle_crossed_triangles, rectangle_triangles, sphere_octant,
+};
 pub use geometry::repair_orientation;
 pub use io::{
     AnyMesh, NpyArray, ReadReport, VtkEncoding, parse, parse_mesh, parse_npy, parse_tet_mesh,
