@@ -15,7 +15,7 @@ const THETA: [f64; 1] = [80.1938];
 const BULK: f64 = 400_942.0;
 /// The part of the bulk modulus that stays with the displacements of mixed elements: it keeps Newton's method
 /// alive; the field of pressure bears the rest.
-const OWN_BULK: f64 = 80.0;
+const OWN_BULK: f64 = 0.0;
 /// Dead force per reference area, 100 per unit thickness.
 const SHEAR: f64 = 6.25;
 const UPPER: [f64; 3] = [48.0, 60.0, 0.0];

@@ -15,7 +15,7 @@ pub(super) struct LandBar;
 /// C \[kPa\], b_f, b_t, b_fs.
 const THETA: [f64; 4] = [2.0, 8.0, 2.0, 4.0];
 /// Bulk moduli \[kPa\] of the mixed elements, whose solution does not depend on it, and of linear ones.
-const MIXED_BULK: f64 = 100.0;
+const MIXED_BULK: f64 = 2.0;
 const BULK: f64 = 1000.0;
 const PRESSURE: f64 = 0.004;
 /// The point whose height is asked for \[mm\].
