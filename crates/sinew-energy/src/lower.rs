@@ -5,18 +5,18 @@ mod geometry;
 mod loads;
 
 use crate::balance::{ForceBalance, PressureField};
-use crate::elements::{Element, Nodes, QuadraticElement, QuadraturePoint};
+use crate::elements::{FiniteElement, Nodes, QuadraturePoint, TaylorHoodElement};
 use crate::{
     Exact, Law, Load, Magnitude, Prescribed, PressureSurface, Sampling, Scene, SceneError,
     TotalPotential,
 };
 use geometry::shape_functions;
-use sinew_mesh::{Facet, SimplexMesh};
+use sinew_mesh::{Facet, Mesh};
 use std::collections::BTreeMap;
 
 impl<L: Law<D>, const D: usize, const N: usize> Scene<L, D, N>
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     /// Checks the scene and lowers it to plain arrays.
     ///
@@ -47,7 +47,7 @@ where
     /// The first thing found wrong, with advice.
     pub fn lower_mixed(&self) -> Result<ForceBalance<L, D, N>, SceneError>
     where
-        Nodes<N>: QuadraticElement<N>,
+        Nodes<N>: TaylorHoodElement<N>,
     {
         let rule = Nodes::<N>::FINE_QUADRATURE;
         let (potential, followers) = self.lower_by(rule, true)?;
@@ -86,6 +86,7 @@ where
             shape_gradients,
             volumes,
             directions,
+            patches: Vec::new(),
             nodal_force,
             springs,
             pressures: pressures.flat,
@@ -129,7 +130,7 @@ where
 
     fn prescribed(&self) -> Result<Vec<Option<f64>>, SceneError> {
         let mut prescribed = vec![None; 3 * self.mesh.points.len()];
-        if Nodes::<N>::DIMENSION == 2 {
+        if Mesh::<N>::ELEMENT.dimension == 2 {
             prescribed.iter_mut().skip(2).step_by(3).for_each(|u| *u = Some(0.0));
         }
         for support in &self.supports {
@@ -202,7 +203,7 @@ fn prescribe(
 }
 
 fn check_loose_nodes<const N: usize>(
-    mesh: &SimplexMesh<N>,
+    mesh: &Mesh<N>,
     prescribed: &[Option<f64>],
 ) -> Result<(), SceneError> {
     let mut loose: Vec<bool> = prescribed.chunks(3).map(|u| u.contains(&None)).collect();
