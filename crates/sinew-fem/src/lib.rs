@@ -47,6 +47,7 @@ mod cell;
 mod dual;
 mod error;
 mod factor;
+pub mod fibres;
 mod history;
 mod load_steps;
 mod matrix;
