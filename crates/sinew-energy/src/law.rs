@@ -23,6 +23,11 @@ pub trait Law<const D: usize>: Clone + Debug + Send + Sync + 'static {
         f64::MIN_POSITIVE..=f64::MAX
     }
 
+    /// Names and values of the constants that the law holds itself; they must be positive and finite.
+    fn constants(&self) -> Vec<(&'static str, f64)> {
+        Vec::new()
+    }
+
     /// Energy density [stress unit of the parameters].
     ///
     /// `parameters` are in the order of [`Law::PARAMETERS`], `displacement_gradient` is

@@ -6,7 +6,7 @@ use crate::{
     SceneError, TotalPotential,
 };
 use sinew_mesh::{Facet, TetMesh};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 /// How far a unit vector's length may be from 1, and the product of perpendicular ones from 0: wide
 /// enough for directions written to files in single precision.
@@ -24,6 +24,7 @@ impl<L: Law<D>, const D: usize> Scene<L, D> {
         }
         self.check_parameters()?;
         let (shape_gradients, volumes) = shape_functions(&self.mesh)?;
+        check_overlaps(&self.mesh)?;
         let directions = self.checked_directions()?;
         let prescribed = self.prescribed()?;
         let nodal_force = self.nodal_force(&volumes)?;
@@ -43,6 +44,11 @@ impl<L: Law<D>, const D: usize> Scene<L, D> {
     }
 
     fn check_parameters(&self) -> Result<(), SceneError> {
+        // Written so that a NaN is an error as well.
+        let positive = |value: f64| value > 0.0 && value.is_finite();
+        if let Some((name, value)) = self.law.constants().into_iter().find(|c| !positive(c.1)) {
+            return Err(SceneError::Constant { name, value });
+        }
         let (first, count) = (L::PARAMETERS.len(), self.parameters.len());
         let mut loads = 0;
         for load in &self.loads {
@@ -154,6 +160,8 @@ impl<L: Law<D>, const D: usize> Scene<L, D> {
                 Load::Pressure { .. } | Load::ThesisPressure { .. } => {}
             }
         }
+        let of_node = |i: usize| move || format!("the sum of the loads on node {}", i / 3);
+        force.iter().enumerate().try_for_each(|(i, &f)| finite(f, of_node(i)))?;
         Ok(force)
     }
 
@@ -190,7 +198,15 @@ impl<L: Law<D>, const D: usize> Scene<L, D> {
                 Err(SceneError::UnknownFacetSet { name: name.into(), known })
             }
             Some([]) => Err(SceneError::EmptyFacetSet { name: name.into() }),
-            Some(facets) => Ok(facets),
+            Some(facets) => {
+                let mut seen = HashSet::with_capacity(facets.len());
+                match facets.iter().find(|&facet| !seen.insert(facet)) {
+                    None => Ok(facets),
+                    Some(&Facet { cell, opposite }) => {
+                        Err(SceneError::RepeatedFacet { name: name.into(), cell, opposite })
+                    }
+                }
+            }
         }
     }
 }
@@ -240,6 +256,27 @@ fn check_loose_nodes(mesh: &TetMesh, prescribed: &[Option<f64>]) -> Result<(), S
             let count = loose.iter().filter(|&&l| l).count();
             Err(SceneError::LooseNodes { count, first })
         }
+    }
+}
+
+/// Checks that no two cells lie on the same side of a facet: neighbours run around it in opposite senses.
+fn check_overlaps(mesh: &TetMesh) -> Result<(), SceneError> {
+    let mut sides = Vec::with_capacity(4 * mesh.cells.len());
+    for cell in 0..mesh.cells.len() {
+        for opposite in 0..4 {
+            let [a, b, c] = mesh.facet_nodes(Facet { cell, opposite });
+            // The same sense from the smallest node on.
+            let from_smallest = [[a, b, c], [b, c, a], [c, a, b]].into_iter().min();
+            sides.push((from_smallest, cell));
+        }
+    }
+    sides.sort_unstable();
+    match sides.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        Some(&[(Some(mut facet), first), (_, second)]) => {
+            facet.sort_unstable();
+            Err(SceneError::OverlappingCells { cells: [first, second], facet })
+        }
+        _ => Ok(()),
     }
 }
 

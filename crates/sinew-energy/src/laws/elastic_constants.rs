@@ -43,6 +43,10 @@ impl<L: Law<0>> Law<0> for ByYoungPoisson<L> {
         }
     }
 
+    fn constants(&self) -> Vec<(&'static str, f64)> {
+        self.0.constants()
+    }
+
     fn density<S: Scalar, G: Guard>(
         &self,
         parameters: &[S],
