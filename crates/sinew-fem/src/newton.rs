@@ -180,7 +180,13 @@ impl<L: Law<D>, const D: usize> Solver<'_, L, D> {
         search.predicted = Some(predicted);
         let last = history.iterations.last_mut()?;
         (last.step, last.shift) = (1.0, shift);
-        search.state().energy(self.potential).is_finite().then_some(())
+        if search.state().energy(self.potential).is_finite() {
+            return Some(());
+        }
+        // The state that could not be reached tells why.
+        self.assemble(search);
+        self.record(search, self.residual(), history);
+        None
     }
 
     /// Adds `−K⁻¹ forces` to the free degrees of freedom, with the last factor.
