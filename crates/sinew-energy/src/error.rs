@@ -8,7 +8,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum SceneError {
     /// The mesh has no cell.
-    #[error("the mesh has no tetrahedra; read or generate one that has")]
+    #[error("the mesh has no cells; read or generate one that has")]
     EmptyMesh,
     /// The mesh breaks its own rules.
     #[error(transparent)]
@@ -31,8 +31,8 @@ pub enum SceneError {
     OverlappingCells {
         /// Indices of the cells, ascending.
         cells: [usize; 2],
-        /// Nodes of the facet, ascending.
-        facet: [usize; 3],
+        /// Corners of the facet, ascending.
+        facet: Vec<usize>,
     },
     /// A support names a node set that the mesh lacks.
     #[error("there is no node set {name:?}; the mesh has {known:?}")]
@@ -131,9 +131,10 @@ pub enum SceneError {
         /// Its value.
         value: f64,
     },
-    /// The number of directions is not the number of cells.
+    /// The number of directions is none of those of cells, quadrature points and nodes.
     #[error(
-        "the law reads {needed} directions per cell and the mesh has {cells} cells, but {given} rows are given"
+        "the law reads {needed} directions, for each of the {cells} cells, {points} quadrature points or \
+         {nodes} nodes, but {given} rows are given"
     )]
     DirectionCount {
         /// Directions per cell.
@@ -142,6 +143,27 @@ pub enum SceneError {
         cells: usize,
         /// Rows given.
         given: usize,
+        /// Quadrature points of the mesh.
+        points: usize,
+        /// Nodes of the mesh.
+        nodes: usize,
+    },
+    /// A stiffness below zero.
+    #[error("{what} is {value}; a foundation pushes back, so give a stiffness of at least 0")]
+    NegativeStiffness {
+        /// What the number means.
+        what: String,
+        /// The number.
+        value: f64,
+    },
+    /// The thesis' pressure on an element that the thesis does not know.
+    #[error(
+        "the thesis' pressure is defined on linear tetrahedra (4 nodes), not on cells of {nodes} nodes; use \
+         Load::Pressure, the true follower load"
+    )]
+    ThesisPressure {
+        /// Nodes of a cell.
+        nodes: usize,
     },
     /// A material direction that is no unit vector.
     #[error(
@@ -206,7 +228,8 @@ pub enum SceneError {
     /// A follower pressure on a surface with a loose rim.
     #[error(
         "the pressure on {name:?} has no potential: the edge between nodes {edge:?} of its rim is neither \
-         held nor made to slide in one coordinate plane; hold the rim or close the surface"
+         held nor made to slide in one coordinate plane; hold the rim, close the \
+         surface, or lower the scene with lower_follower"
     )]
     LooseRim {
         /// The facet set.

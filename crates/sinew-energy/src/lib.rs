@@ -41,7 +41,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod balance;
 pub mod conformance;
+mod elements;
 mod error;
 mod guard;
 mod invariants;
@@ -53,7 +55,11 @@ mod potential;
 mod pressure;
 mod rim;
 mod scene;
+mod spring;
+mod surface;
 
+pub use balance::{ForceBalance, PressureField};
+pub use elements::{Element, FacetPoint, FacetRule, Nodes, QuadraticElement, QuadraturePoint};
 pub use error::{SceneError, ThetaError};
 pub use guard::{Barriers, Exact, Guard};
 pub use invariants::{InvariantLaw, Invariants};
@@ -61,3 +67,5 @@ pub use law::{Law, Response, response_by_jets, stress_by_slopes};
 pub use potential::TotalPotential;
 pub use pressure::{FacetResponse, Magnitude, PressureForm, PressureLoad};
 pub use scene::{Load, Parameter, Prescribed, Sampling, Scene, Support, Units};
+pub use spring::Spring;
+pub use surface::{PressureSurface, SurfaceResponse};

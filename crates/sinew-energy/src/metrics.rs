@@ -16,26 +16,26 @@ pub fn displacement_error(truth: &[f64], estimate: &[f64]) -> Vec<f64> {
     truth.iter().zip(estimate).map(distance).collect()
 }
 
-/// `‖F − F̂‖_F / ‖F‖_F` of each cell [%].
-pub fn deformation_gradient_error<L: Law<D>, G: Guard, const D: usize>(
-    potential: &TotalPotential<L, D, G>,
+/// `‖F − F̂‖_F / ‖F‖_F` at each quadrature point; for linear tetrahedra, of each cell [%].
+pub fn deformation_gradient_error<L: Law<D>, G: Guard, const D: usize, const N: usize>(
+    potential: &TotalPotential<L, D, G, N>,
     truth: &[f64],
     estimate: &[f64],
 ) -> Vec<f64> {
-    per_cell(potential, truth, estimate, |h, other| {
+    per_point(potential, truth, estimate, |h, other| {
         let difference = Mat3::from_fn(|i, j| h[i][j] - other[i][j]);
         let size = h.first_invariant_minus_three() + 3.0;
         100.0 * (difference.squared_norm() / size).sqrt()
     })
 }
 
-/// `|I₁ − Î₁| / I₁` of each cell [%].
-pub fn first_invariant_error<L: Law<D>, G: Guard, const D: usize>(
-    potential: &TotalPotential<L, D, G>,
+/// `|I₁ − Î₁| / I₁` at each quadrature point; for linear tetrahedra, of each cell [%].
+pub fn first_invariant_error<L: Law<D>, G: Guard, const D: usize, const N: usize>(
+    potential: &TotalPotential<L, D, G, N>,
     truth: &[f64],
     estimate: &[f64],
 ) -> Vec<f64> {
-    per_cell(potential, truth, estimate, |h, other| {
+    per_point(potential, truth, estimate, |h, other| {
         let (excess, estimate) =
             (h.first_invariant_minus_three(), other.first_invariant_minus_three());
         relative_percent(excess + 3.0, estimate + 3.0)
@@ -43,8 +43,8 @@ pub fn first_invariant_error<L: Law<D>, G: Guard, const D: usize>(
 }
 
 /// `|Π − Π̂| / |Π|` [%]; +∞ where the estimate inverts a cell.
-pub fn potential_error<L: Law<D>, const D: usize>(
-    potential: &TotalPotential<L, D, Exact>,
+pub fn potential_error<L: Law<D>, const D: usize, const N: usize>(
+    potential: &TotalPotential<L, D, Exact, N>,
     theta: &[f64],
     truth: &[f64],
     estimate: &[f64],
@@ -76,14 +76,14 @@ pub fn deformed_volume(
     facets.iter().map(six_volumes).sum::<f64>() / 6.0
 }
 
-fn per_cell<L: Law<D>, G: Guard, const D: usize>(
-    potential: &TotalPotential<L, D, G>,
+fn per_point<L: Law<D>, G: Guard, const D: usize, const N: usize>(
+    potential: &TotalPotential<L, D, G, N>,
     truth: &[f64],
     estimate: &[f64],
     error: impl Fn(&Mat3<f64>, &Mat3<f64>) -> f64,
 ) -> Vec<f64> {
-    let gradient = |cell, u| potential.displacement_gradient(cell, u);
-    (0..potential.cells.len())
-        .map(|cell| error(&gradient(cell, truth), &gradient(cell, estimate)))
+    let gradient = |point, u| potential.displacement_gradient(point, u);
+    (0..potential.volumes.len())
+        .map(|point| error(&gradient(point, truth), &gradient(point, estimate)))
         .collect()
 }

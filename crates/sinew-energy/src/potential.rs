@@ -1,60 +1,96 @@
 //! The total potential energy of a body in plain arrays.
 
-use crate::{Exact, Guard, Law, Magnitude, PressureLoad, ThetaError};
+use crate::{Exact, Guard, Law, Magnitude, PressureLoad, PressureSurface, Spring, ThetaError};
 use sinew_num::Mat3;
 
-/// Total potential energy Π(u; θ) of a tetrahedral mesh, thesis eqs. (3.15)–(3.16), with one
-/// quadrature point per tetrahedron (exact for linear tetrahedra).
+/// Total potential energy Π(u; θ) of a mesh, thesis eqs. (3.15)–(3.16), integrated by quadrature.
 ///
 /// What Newton's method and the physics-informed objective both read. Everything is lowered to plain
 /// arrays; a load that a scene does not list is an empty array. Displacements are flat,
-/// `[u_x, u_y, u_z]` node by node.
+/// `[u_x, u_y, u_z]` node by node. `N` nodes make a cell, see [`crate::Nodes`]; linear tetrahedra
+/// (`N = 4`, the default) have one quadrature point each, which is exact for them.
 #[derive(Clone, Debug)]
-pub struct TotalPotential<L, const D: usize, G = Exact> {
+pub struct TotalPotential<L, const D: usize, G = Exact, const N: usize = 4> {
     /// The strain-energy law.
     pub law: L,
     /// What keeps the energy finite: nothing for a solver, barriers for training.
     pub guard: G,
     /// Number of nodes.
     pub nodes: usize,
-    /// Nodes of each tetrahedron.
-    pub cells: Vec<[usize; 4]>,
-    /// Gradients `∂N_a/∂X_j` of the four shape functions of each tetrahedron [1/length].
-    pub shape_gradients: Vec<[[f64; 3]; 4]>,
-    /// Reference volume of each tetrahedron \[length³\].
+    /// Reference positions of the nodes \[length\].
+    pub positions: Vec<[f64; 3]>,
+    /// Nodes of each cell.
+    pub cells: Vec<[usize; N]>,
+    /// Quadrature points of a cell. The next three arrays have one entry per point, cell by cell.
+    pub points_per_cell: usize,
+    /// Gradients `∂N_a/∂X_j` of the shape functions at each point [1/length].
+    pub shape_gradients: Vec<[[f64; 3]; N]>,
+    /// Reference volume that each point stands for \[length³\].
     pub volumes: Vec<f64>,
-    /// Material directions of each tetrahedron; takes no storage for isotropic laws.
+    /// Material directions at each point; takes no storage for isotropic laws.
     pub directions: Vec<[[f64; 3]; D]>,
     /// Dead loads lumped to the nodes [stress·length²], `3 × nodes`.
     pub nodal_force: Vec<f64>,
-    /// Pressures on the surface.
+    /// Elastic supports lumped to the nodes.
+    pub springs: Vec<Spring>,
+    /// Pressures on flat triangles.
     pub pressures: Vec<PressureLoad>,
+    /// Pressures on the facets of other elements.
+    pub surfaces: Vec<PressureSurface>,
     /// Prescribed displacement of each degree of freedom \[length\], `None` where it is free; `3 × nodes`.
     pub prescribed: Vec<Option<f64>>,
 }
 
-impl<L: Law<D>, G: Guard, const D: usize> TotalPotential<L, D, G> {
-    /// Displacement gradient H = ∂u/∂X of one cell.
+impl<L: Law<D>, G: Guard, const D: usize, const N: usize> TotalPotential<L, D, G, N> {
+    /// Nodes of the cell that a quadrature point belongs to.
     #[inline]
-    pub fn displacement_gradient(&self, cell: usize, displacement: &[f64]) -> Mat3<f64> {
+    pub fn nodes_of_point(&self, point: usize) -> &[usize; N] {
+        &self.cells[if self.points_per_cell == 1 { point } else { point / self.points_per_cell }]
+    }
+
+    /// Displacement gradient H = ∂u/∂X at one quadrature point; for linear tetrahedra, of one cell.
+    #[inline]
+    pub fn displacement_gradient(&self, point: usize, displacement: &[f64]) -> Mat3<f64> {
         let (u, _) = displacement.as_chunks::<3>();
-        let [o, a, b, c] = self.cells[cell].map(|node| u[node]);
-        let [_, p, q, r] = &self.shape_gradients[cell];
+        let (nodes, shape) = (self.nodes_of_point(point), &self.shape_gradients[point]);
+        let origin = u[nodes[0]];
         // The shape functions' gradients sum to zero, so only differences of u enter.
-        Mat3::from_fn(|i, j| (a[i] - o[i]) * p[j] + (b[i] - o[i]) * q[j] + (c[i] - o[i]) * r[j])
+        let mut h = Mat3::ZERO;
+        for a in 1..N {
+            let (v, g) = (&u[nodes[a]], &shape[a]);
+            for i in 0..3 {
+                for j in 0..3 {
+                    h.0[i][j] += (v[i] - origin[i]) * g[j];
+                }
+            }
+        }
+        h
     }
 
     /// Π(u; θ) [stress·length³]; +∞ where a cell is inverted or an energy overflows.
     pub fn value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
         let parameters = Self::law_parameters(theta);
-        let mut total = -dot(&self.nodal_force, displacement);
-        for cell in 0..self.cells.len() {
-            let h = self.displacement_gradient(cell, displacement);
-            total += self.volumes[cell]
-                * self.law.energy(parameters, &h, &self.directions[cell], &self.guard);
+        let mut total = self.load_value(displacement, theta);
+        total += self.springs.iter().map(|spring| spring.value(displacement)).sum::<f64>();
+        for point in 0..self.volumes.len() {
+            let h = self.displacement_gradient(point, displacement);
+            total += self.volumes[point]
+                * self.law.energy(parameters, &h, &self.directions[point], &self.guard);
+            if total == f64::INFINITY {
+                break;
+            }
         }
+        total
+    }
+
+    /// Potential of the loads alone, dead and pressures [stress·length³].
+    pub fn load_value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
+        let mut total = -dot(&self.nodal_force, displacement);
         for pressure in &self.pressures {
             total += pressure.value(displacement, theta);
+        }
+        for surface in &self.surfaces {
+            total += surface.value(displacement, theta);
         }
         total
     }
@@ -72,14 +108,14 @@ impl<L: Law<D>, G: Guard, const D: usize> TotalPotential<L, D, G> {
         let mut total = -dot(&self.nodal_force, displacement);
         gradient.iter_mut().zip(&self.nodal_force).for_each(|(g, f)| *g = -f);
         let (rows, _) = gradient.as_chunks_mut::<3>();
-        for (cell, nodes) in self.cells.iter().enumerate() {
-            let h = self.displacement_gradient(cell, displacement);
+        for (point, &volume) in self.volumes.iter().enumerate() {
+            let nodes = self.nodes_of_point(point);
+            let h = self.displacement_gradient(point, displacement);
             let (energy, stress) =
-                self.law.stress(parameters, &h, &self.directions[cell], &self.guard);
-            let volume = self.volumes[cell];
+                self.law.stress(parameters, &h, &self.directions[point], &self.guard);
             total += volume * energy;
             let mut sum = [0.0; 3];
-            for (&node, shape) in nodes.iter().zip(&self.shape_gradients[cell]).skip(1) {
+            for (&node, shape) in nodes.iter().zip(&self.shape_gradients[point]).skip(1) {
                 for i in 0..3 {
                     let force =
                         stress[i][0] * shape[0] + stress[i][1] * shape[1] + stress[i][2] * shape[2];
@@ -89,8 +125,14 @@ impl<L: Law<D>, G: Guard, const D: usize> TotalPotential<L, D, G> {
             }
             (0..3).for_each(|i| rows[nodes[0]][i] -= sum[i]);
         }
+        for spring in &self.springs {
+            total += spring.value_and_add_gradient(displacement, gradient);
+        }
         for pressure in &self.pressures {
             total += pressure.value_and_add_gradient(displacement, theta, gradient);
+        }
+        for surface in &self.surfaces {
+            total += surface.value_and_add_gradient(displacement, theta, gradient);
         }
         total
     }
@@ -105,7 +147,9 @@ impl<L: Law<D>, G: Guard, const D: usize> TotalPotential<L, D, G> {
 
     /// Number of entries of θ that law and loads read.
     pub fn theta_len(&self) -> usize {
-        let loads = self.pressures.iter().map(|pressure| match pressure.magnitude {
+        let of_pressures = self.pressures.iter().map(|pressure| pressure.magnitude);
+        let of_surfaces = self.surfaces.iter().map(|surface| surface.magnitude);
+        let loads = of_pressures.chain(of_surfaces).map(|magnitude| match magnitude {
             Magnitude::Fixed(_) => 0,
             Magnitude::Theta(index) => index + 1,
         });
@@ -139,17 +183,21 @@ impl<L: Law<D>, G: Guard, const D: usize> TotalPotential<L, D, G> {
     }
 
     /// The same potential under another guard, such as [`crate::Barriers`] for training.
-    pub fn with_guard<H: Guard>(self, guard: H) -> TotalPotential<L, D, H> {
+    pub fn with_guard<H: Guard>(self, guard: H) -> TotalPotential<L, D, H, N> {
         TotalPotential {
             law: self.law,
             guard,
             nodes: self.nodes,
+            positions: self.positions,
             cells: self.cells,
+            points_per_cell: self.points_per_cell,
             shape_gradients: self.shape_gradients,
             volumes: self.volumes,
             directions: self.directions,
             nodal_force: self.nodal_force,
+            springs: self.springs,
             pressures: self.pressures,
+            surfaces: self.surfaces,
             prescribed: self.prescribed,
         }
     }

@@ -1,6 +1,6 @@
 //! When a follower pressure has a potential: what its surface's rim must be.
 
-use crate::SceneError;
+use crate::{FacetRule, SceneError};
 use std::collections::HashMap;
 
 /// How far apart two coordinates [relative to the size of the surface] count as the same plane.
@@ -17,23 +17,30 @@ const PLANE_TOLERANCE: f64 = 1e-9;
 /// [`SceneError::LooseRim`] and [`SceneError::RimPlanes`].
 pub(crate) fn rim_origin(
     name: &str,
-    facets: &[[usize; 3]],
+    rule: &FacetRule,
+    facets: &[Vec<usize>],
     points: &[[f64; 3]],
     prescribed: &[Option<f64>],
 ) -> Result<[f64; 3], SceneError> {
     let size = extent(facets, points);
     let mut planes = [None; 3];
-    for [a, b] in rim(facets) {
-        if [a, b].iter().all(|&node| (0..3).all(|i| prescribed[3 * node + i].is_some())) {
+    let axes = 0..rule.dimension;
+    for piece in rim(rule, facets) {
+        let is_held = |&node: &usize| axes.clone().all(|i| prescribed[3 * node + i].is_some());
+        if piece.iter().all(is_held) {
             continue;
         }
         let place = |node: usize, i: usize| prescribed[3 * node + i].map(|u| points[node][i] + u);
-        let in_plane = (0..3).find_map(|i| {
-            let (at, other) = (place(a, i)?, place(b, i)?);
-            ((at - other).abs() <= PLANE_TOLERANCE * size).then_some((i, at))
+        let in_plane = axes.clone().find_map(|i| {
+            let at = place(piece[0], i)?;
+            let near = |&node: &usize| {
+                place(node, i).is_some_and(|other| (at - other).abs() <= PLANE_TOLERANCE * size)
+            };
+            piece.iter().all(near).then_some((i, at))
         });
         let Some((axis, second)) = in_plane else {
-            return Err(SceneError::LooseRim { name: name.into(), edge: [a, b] });
+            let edge = [piece[0], piece[piece.len().min(2) - 1]];
+            return Err(SceneError::LooseRim { name: name.into(), edge });
         };
         let first = *planes[axis].get_or_insert(second);
         if (first - second).abs() > PLANE_TOLERANCE * size {
@@ -45,21 +52,28 @@ pub(crate) fn rim_origin(
     Ok(std::array::from_fn(|i| planes[i].unwrap_or(near[i])))
 }
 
-/// Edges that belong to one facet only, ascending.
-fn rim(facets: &[[usize; 3]]) -> Vec<[usize; 2]> {
+/// Pieces of the rim, ascending: what belongs to one facet only, edges of a surface (ends first, then the
+/// node between them, if any) or ends of a line.
+fn rim(rule: &FacetRule, facets: &[Vec<usize>]) -> Vec<Vec<usize>> {
     let mut owners = HashMap::new();
-    for [a, b, c] in facets {
-        for (x, y) in [(a, b), (b, c), (c, a)] {
-            *owners.entry([*x.min(y), *x.max(y)]).or_insert(0) += 1;
+    for nodes in facets {
+        for a in 0..rule.corners {
+            let mut piece = vec![nodes[a]];
+            if rule.dimension == 3 {
+                piece.push(nodes[(a + 1) % rule.corners]);
+                piece.sort_unstable();
+                piece.extend(nodes.get(rule.corners + a));
+            }
+            *owners.entry(piece).or_insert(0) += 1;
         }
     }
-    let mut edges: Vec<_> = owners.into_iter().filter(|o| o.1 == 1).map(|o| o.0).collect();
-    edges.sort_unstable();
-    edges
+    let mut pieces: Vec<_> = owners.into_iter().filter(|o| o.1 == 1).map(|o| o.0).collect();
+    pieces.sort_unstable();
+    pieces
 }
 
-fn extent(facets: &[[usize; 3]], points: &[[f64; 3]]) -> f64 {
-    let nodes = || facets.as_flattened().iter().map(|&node| points[node]);
+fn extent(facets: &[Vec<usize>], points: &[[f64; 3]]) -> f64 {
+    let nodes = || facets.iter().flatten().map(|&node| points[node]);
     let width = |i: usize| {
         let (least, most) = nodes()
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), x| (l.min(x[i]), m.max(x[i])));

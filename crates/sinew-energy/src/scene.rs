@@ -1,23 +1,27 @@
 //! A scene: what is computed, by name.
 
 use crate::Magnitude;
-use sinew_mesh::TetMesh;
+use sinew_mesh::SimplexMesh;
 
 /// A body, its material, loads and supports, named the way a person names them.
 ///
 /// [`Scene::lower`] turns it into the plain arrays of a [`crate::TotalPotential`]. θ lists the
 /// parameters of the law in the order of [`crate::Law::PARAMETERS`], then those of the loads.
+///
+/// The number `N` of nodes of a cell chooses the element, see [`crate::Nodes`]: 4 are linear tetrahedra.
+/// Triangles (3 or 6 nodes) are a slice of unit thickness in plane strain.
 #[derive(Clone, Debug)]
-pub struct Scene<L, const D: usize> {
+pub struct Scene<L, const D: usize, const N: usize = 4> {
     /// Name of the scene, for reports.
     pub name: String,
     /// Units of all numbers of the scene.
     pub units: Units,
     /// The reference configuration, with the named sets that loads and supports refer to.
-    pub mesh: TetMesh,
+    pub mesh: SimplexMesh<N>,
     /// Strain-energy law.
     pub law: L,
-    /// Unit material directions of each cell; empty for an isotropic law (`D = 0`).
+    /// Unit material directions, one row per cell, per quadrature point or per node, told apart by their
+    /// number in this order; empty for an isotropic law (`D = 0`).
     pub directions: Vec<[[f64; 3]; D]>,
     /// Names, units and ranges of θ.
     pub parameters: Vec<Parameter>,
@@ -77,6 +81,16 @@ pub enum Load {
         /// Force per reference area \[stress\].
         value: [f64; 3],
     },
+    /// An elastic foundation (Robin condition): the force per reference area `−normal (u·n)n −
+    /// tangential (u − (u·n)n)` with the outward normal n at rest.
+    Foundation {
+        /// Named facet set.
+        facets: String,
+        /// Stiffness against motion along the normal [stress/length].
+        normal: f64,
+        /// Stiffness against motion in the surface [stress/length].
+        tangential: f64,
+    },
     /// A true follower pressure, see [`crate::PressureForm::Follower`].
     ///
     /// Each edge of the surface's rim must be held, or slide in a coordinate plane.
@@ -127,9 +141,9 @@ impl Support {
     /// Nodes of the set moved by `motion(X)` \[length\], a function of the reference position.
     ///
     /// A set that the mesh lacks is reported when the scene is lowered.
-    pub fn moved(
+    pub fn moved<const N: usize>(
         nodes: impl Into<String>,
-        mesh: &TetMesh,
+        mesh: &SimplexMesh<N>,
         motion: impl Fn([f64; 3]) -> [f64; 3],
     ) -> Self {
         let nodes = nodes.into();

@@ -1,8 +1,10 @@
 //! Energy, nodal forces and stiffness of a body.
 
-use crate::cell::{Rounding, cell_stiffness, inverse, product};
+use crate::cell::{NodalBlocks, Rounding, add_pressure, add_stiffness, complete, inverse, product};
 use crate::sparsity::Sparsity;
-use sinew_energy::{Law, PressureLoad, Response, TotalPotential};
+use sinew_energy::{
+    Exact, Law, PressureLoad, PressureSurface, Response, SurfaceResponse, TotalPotential,
+};
 use sinew_num::Mat3;
 
 /// Π with its derivatives at one displacement, and what the rounding errors in them are measured by.
@@ -24,15 +26,15 @@ pub(crate) struct Assembly {
     pub least_volume_ratio: f64,
     /// The cell that has it.
     pub worst_cell: usize,
-    /// Displacement gradient, stress and tangent of each cell.
-    cells: Vec<(Mat3<f64>, Response)>,
+    /// Displacement gradient, stress and tangent at each quadrature point.
+    points: Vec<(Mat3<f64>, Response)>,
 }
 
-/// Second Piola–Kirchhoff stress of each cell as Newton's linear model foresees it.
+/// Second Piola–Kirchhoff stress at each quadrature point as Newton's linear model foresees it.
 pub(crate) type PredictedStress = Vec<Mat3<f64>>;
 
 impl Assembly {
-    pub fn new(sparsity: &Sparsity, cells: usize, degrees_of_freedom: usize) -> Self {
+    pub fn new(sparsity: &Sparsity, points: usize, degrees_of_freedom: usize) -> Self {
         Self {
             energy: 0.0,
             energy_noise: 0.0,
@@ -42,16 +44,16 @@ impl Assembly {
             matrix: vec![0.0; sparsity.entries() + 1],
             least_volume_ratio: 1.0,
             worst_cell: 0,
-            cells: vec![(Mat3::ZERO, Response::INADMISSIBLE); cells],
+            points: vec![(Mat3::ZERO, Response::INADMISSIBLE); points],
         }
     }
 
     /// Evaluates everything at `displacement`, under the fraction `load_factor` of the loads.
     ///
     /// `predicted` replaces the stress in the geometric part of the stiffness, see [`crate::newton`].
-    pub fn assemble<L: Law<D>, const D: usize>(
+    pub fn assemble<L: Law<D>, const D: usize, const N: usize>(
         &mut self,
-        potential: &TotalPotential<L, D>,
+        potential: &TotalPotential<L, D, Exact, N>,
         sparsity: &Sparsity,
         state: State,
         predicted: Option<&PredictedStress>,
@@ -72,6 +74,20 @@ impl Assembly {
             loads += self.add_pressure(pressure, sparsity, facet, state, &mut rounding);
             facet += pressure.facets.len();
         }
+        let mut facet = 0;
+        for surface in &potential.surfaces {
+            loads += self.add_surface(surface, sparsity, facet, state, &mut rounding);
+            facet += surface.facets();
+        }
+        for (index, spring) in potential.springs.iter().enumerate() {
+            let energy = spring.value_and_add_gradient(displacement, &mut self.gradient);
+            self.energy += energy;
+            rounding.energy += energy;
+            let lower = (0..3).flat_map(|row| &spring.stiffness[row][..=row]);
+            for (&slot, value) in sparsity.springs.of(index).iter().zip(lower) {
+                self.matrix[slot as usize] += value;
+            }
+        }
         self.add_cells(potential, sparsity, state, predicted, &mut rounding);
         (self.floor, self.energy_noise) = (rounding.force_noise(), rounding.energy_noise());
         let reactions =
@@ -79,41 +95,57 @@ impl Assembly {
         self.force_scale = loads.sqrt() + reactions.map(|(g, _)| g * g).sum::<f64>().sqrt();
     }
 
-    fn add_cells<L: Law<D>, const D: usize>(
+    fn add_cells<L: Law<D>, const D: usize, const N: usize>(
         &mut self,
-        potential: &TotalPotential<L, D>,
+        potential: &TotalPotential<L, D, Exact, N>,
         sparsity: &Sparsity,
-        State { displacement, theta, .. }: State,
+        State { displacement, theta, pressure, .. }: State,
         predicted: Option<&PredictedStress>,
         rounding: &mut Rounding,
     ) {
-        let parameters = TotalPotential::<L, D>::law_parameters(theta);
+        let parameters = TotalPotential::<L, D, Exact, N>::law_parameters(theta);
         self.least_volume_ratio = f64::INFINITY;
         for (cell, nodes) in potential.cells.iter().enumerate() {
-            let (shape, volume) = (&potential.shape_gradients[cell], potential.volumes[cell]);
-            let h = potential.displacement_gradient(cell, displacement);
-            let response = potential.law.response(parameters, &h, &potential.directions[cell]);
-            let ratio = 1.0 + h.volume_change();
-            if ratio < self.least_volume_ratio {
-                (self.least_volume_ratio, self.worst_cell) = (ratio, cell);
+            let motion = motion_of(nodes, displacement);
+            let mut blocks: NodalBlocks<N> = [[[[0.0; 3]; N]; 3]; N];
+            let first = cell * potential.points_per_cell;
+            for point in first..first + potential.points_per_cell {
+                let (shape, volume) = (&potential.shape_gradients[point], potential.volumes[point]);
+                let h = potential.displacement_gradient(point, displacement);
+                let mut response =
+                    potential.law.response(parameters, &h, &potential.directions[point]);
+                if let Some(&pressure) = pressure.get(point) {
+                    add_pressure(&mut response, &h, pressure);
+                }
+                let ratio = 1.0 + h.volume_change();
+                if ratio < self.least_volume_ratio {
+                    (self.least_volume_ratio, self.worst_cell) = (ratio, cell);
+                }
+                self.energy += volume * response.energy;
+                for (&node, g) in nodes.iter().zip(shape) {
+                    for i in 0..3 {
+                        let force: f64 = (0..3).map(|j| response.stress[i][j] * g[j]).sum();
+                        self.gradient[3 * node + i] += volume * force;
+                    }
+                }
+                rounding.add_cell(shape, volume, motion, &h, &response);
+                let mut tangent = response.tangent;
+                if let Some(predicted) = predicted {
+                    replace_stress(&mut tangent, &h, &response.stress, &predicted[point]);
+                }
+                add_stiffness(&tangent, shape, volume, &mut blocks);
+                self.points[point] = (h, response);
             }
-            self.energy += volume * response.energy;
-            for (&node, g) in nodes.iter().zip(shape) {
+            complete(&mut blocks);
+            let mut places = sparsity.cells.of(cell).iter();
+            for a in 0..N {
                 for i in 0..3 {
-                    let force: f64 = (0..3).map(|j| response.stress[i][j] * g[j]).sum();
-                    self.gradient[3 * node + i] += volume * force;
+                    let row = blocks[a][i].as_flattened();
+                    for (value, &place) in row[..=3 * a + i].iter().zip(&mut places) {
+                        self.matrix[place as usize] += value;
+                    }
                 }
             }
-            rounding.add_cell(shape, volume, motion_of(nodes, displacement), &h, &response);
-            let mut tangent = response.tangent;
-            if let Some(predicted) = predicted {
-                replace_stress(&mut tangent, &h, &response.stress, &predicted[cell]);
-            }
-            let stiffness = cell_stiffness(&tangent, shape, volume);
-            for (&slot, value) in sparsity.cell_slots[cell].iter().zip(stiffness) {
-                self.matrix[slot as usize] += value;
-            }
-            self.cells[cell] = (h, response);
         }
     }
 
@@ -138,17 +170,67 @@ impl Assembly {
                 squared += force * force;
             }
             let lower = (0..9).flat_map(|row| response.hessian[row][..=row].iter());
-            for (&slot, value) in sparsity.facet_slots[first_facet + facet].iter().zip(lower) {
+            for (&slot, value) in sparsity.facets.of(first_facet + facet).iter().zip(lower) {
                 self.matrix[slot as usize] += magnitude * value;
             }
         }
         squared
     }
 
+    /// Adds a pressure on a surface of any element; returns the squared norm of its nodal forces.
+    fn add_surface(
+        &mut self,
+        surface: &PressureSurface,
+        sparsity: &Sparsity,
+        first_facet: usize,
+        state: State,
+        rounding: &mut Rounding,
+    ) -> f64 {
+        let magnitude = state.load_factor * surface.magnitude.value(state.theta);
+        let mut squared = 0.0;
+        let mut response = SurfaceResponse::default();
+        for facet in 0..surface.facets() {
+            surface.facet_response(facet, state.displacement, &mut response);
+            let energy = magnitude * response.energy;
+            self.energy += energy;
+            rounding.energy += energy.abs();
+            let nodes = surface.facet_nodes(facet);
+            squared += self.add_facet(
+                nodes,
+                sparsity.surfaces.of(first_facet + facet),
+                magnitude,
+                &response,
+            );
+        }
+        squared
+    }
+
+    /// Adds forces and the lower half of their derivative on one facet; returns the forces' squared norm.
+    pub fn add_facet(
+        &mut self,
+        nodes: &[usize],
+        places: &[u32],
+        magnitude: f64,
+        response: &SurfaceResponse,
+    ) -> f64 {
+        let mut squared = 0.0;
+        for (row, g) in response.gradient.iter().enumerate() {
+            let force = magnitude * g;
+            self.gradient[3 * nodes[row / 3] + row % 3] += force;
+            squared += force * force;
+        }
+        let size = response.gradient.len();
+        let lower = (0..size).flat_map(|row| &response.hessian[row * size..][..=row]);
+        for (&place, value) in places.iter().zip(lower) {
+            self.matrix[place as usize] += magnitude * value;
+        }
+        squared
+    }
+
     /// Adds the second derivative of Π times `direction` to `forces`, in all degrees of freedom.
-    pub fn add_stiffness_times<L: Law<D>, const D: usize>(
+    pub fn add_stiffness_times<L: Law<D>, const D: usize, const N: usize>(
         &self,
-        potential: &TotalPotential<L, D>,
+        potential: &TotalPotential<L, D, Exact, N>,
         state: State,
         direction: &[f64],
         forces: &mut [f64],
@@ -157,13 +239,27 @@ impl Assembly {
             if nodes.iter().all(|&node| direction[3 * node..3 * node + 3] == [0.0; 3]) {
                 continue;
             }
-            let dh = potential.displacement_gradient(cell, direction);
-            let stress = tangent_times(&self.cells[cell].1.tangent, &dh);
-            for (&node, g) in nodes.iter().zip(&potential.shape_gradients[cell]) {
-                for i in 0..3 {
-                    let force: f64 = (0..3).map(|j| stress[i][j] * g[j]).sum();
-                    forces[3 * node + i] += potential.volumes[cell] * force;
+            let first = cell * potential.points_per_cell;
+            for point in first..first + potential.points_per_cell {
+                let dh = potential.displacement_gradient(point, direction);
+                let stress = tangent_times(&self.points[point].1.tangent, &dh);
+                for (&node, g) in nodes.iter().zip(&potential.shape_gradients[point]) {
+                    for i in 0..3 {
+                        let force: f64 = (0..3).map(|j| stress[i][j] * g[j]).sum();
+                        forces[3 * node + i] += potential.volumes[point] * force;
+                    }
                 }
+            }
+        }
+        for spring in &potential.springs {
+            spring.value_and_add_gradient(direction, forces);
+        }
+        let mut response = SurfaceResponse::default();
+        for surface in &potential.surfaces {
+            let magnitude = state.load_factor * surface.magnitude.value(state.theta);
+            for facet in 0..surface.facets() {
+                surface.facet_response(facet, state.displacement, &mut response);
+                add_product(surface.facet_nodes(facet), magnitude, &response, direction, forces);
             }
         }
         for pressure in &potential.pressures {
@@ -180,15 +276,20 @@ impl Assembly {
         }
     }
 
-    /// The stress of each cell after a step along `direction` by the linear model of the stress,
+    /// Displacement gradient at each quadrature point where the last assembly took place.
+    pub fn displacement_gradients(&self) -> impl Iterator<Item = &Mat3<f64>> {
+        self.points.iter().map(|(h, _)| h)
+    }
+
+    /// The stress at each point after a step along `direction` by the linear model of the stress,
     /// `S + C : sym(Fᵀ ∇direction)`.
-    pub fn predict_stress<L: Law<D>, const D: usize>(
+    pub fn predict_stress<L: Law<D>, const D: usize, const N: usize>(
         &self,
-        potential: &TotalPotential<L, D>,
+        potential: &TotalPotential<L, D, Exact, N>,
         direction: &[f64],
     ) -> PredictedStress {
-        let predict = |(cell, (h, response)): (usize, &(Mat3<f64>, Response))| {
-            let dh = potential.displacement_gradient(cell, direction);
+        let predict = |(point, (h, response)): (usize, &(Mat3<f64>, Response))| {
+            let dh = potential.displacement_gradient(point, direction);
             let inverse = inverse(h);
             let stress = product(&inverse, &response.stress);
             let linear = tangent_times(&response.tangent, &dh);
@@ -198,7 +299,7 @@ impl Assembly {
             });
             product(&inverse, &change)
         };
-        self.cells.iter().enumerate().map(predict).collect()
+        self.points.iter().enumerate().map(predict).collect()
     }
 }
 
@@ -211,29 +312,45 @@ pub(crate) struct State<'a> {
     pub theta: &'a [f64],
     /// Fraction of all loads.
     pub load_factor: f64,
+    /// Pressure at each quadrature point \[stress\], where it is an unknown; else empty.
+    pub pressure: &'a [f64],
 }
 
 impl State<'_> {
     /// Π \[stress·length³\]; +∞ as soon as a cell is inverted.
-    pub fn energy<L: Law<D>, const D: usize>(&self, potential: &TotalPotential<L, D>) -> f64 {
-        let parameters = TotalPotential::<L, D>::law_parameters(self.theta);
-        let work: f64 =
-            self.displacement.iter().zip(&potential.nodal_force).map(|(u, f)| u * f).sum();
-        let mut energy = -work;
-        for pressure in &potential.pressures {
-            energy += pressure.value(self.displacement, self.theta);
-        }
-        energy *= self.load_factor;
-        for cell in 0..potential.cells.len() {
-            let h = potential.displacement_gradient(cell, self.displacement);
-            let directions = &potential.directions[cell];
-            energy += potential.volumes[cell]
+    pub fn energy<L: Law<D>, const D: usize, const N: usize>(
+        &self,
+        potential: &TotalPotential<L, D, Exact, N>,
+    ) -> f64 {
+        let parameters = TotalPotential::<L, D, Exact, N>::law_parameters(self.theta);
+        let mut energy = self.load_factor * potential.load_value(self.displacement, self.theta);
+        energy += potential.springs.iter().map(|s| s.value(self.displacement)).sum::<f64>();
+        for point in 0..potential.volumes.len() {
+            let h = potential.displacement_gradient(point, self.displacement);
+            let directions = &potential.directions[point];
+            energy += potential.volumes[point]
                 * potential.law.energy(parameters, &h, directions, &potential.guard);
             if energy == f64::INFINITY {
                 break;
             }
         }
         energy
+    }
+}
+
+/// Adds the derivative of the forces on a facet times `direction` to `forces`.
+pub(crate) fn add_product(
+    nodes: &[usize],
+    magnitude: f64,
+    response: &SurfaceResponse,
+    direction: &[f64],
+    forces: &mut [f64],
+) {
+    let size = response.gradient.len();
+    let place = |local: usize| 3 * nodes[local / 3] + local % 3;
+    for (row, entries) in response.hessian.chunks(size).enumerate() {
+        let sum: f64 = entries.iter().enumerate().map(|(c, k)| k * direction[place(c)]).sum();
+        forces[place(row)] += magnitude * sum;
     }
 }
 

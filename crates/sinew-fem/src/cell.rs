@@ -1,19 +1,21 @@
-//! Kernels of one tetrahedron.
+//! Kernels of one cell.
 
-use crate::sparsity::CELL_ENTRIES;
 use sinew_energy::Response;
 use sinew_num::Mat3;
 
-/// Lower half of the 12×12 stiffness `V g_aj A_ijkl g_bl` of a tetrahedron, row by row.
-///
-/// The four shape gradients add up to zero, so the blocks of the first node follow from the others.
-pub(crate) fn cell_stiffness(
+/// A stiffness matrix in blocks: entry `[a][i][b][k]` is for components i of node a and k of node b.
+pub(crate) type NodalBlocks<const N: usize> = [[[[f64; 3]; N]; 3]; N];
+
+/// Adds the stiffness `V g_aj A_ijkl g_bl` of a quadrature point to that of its cell, without the first
+/// node, see [`complete`].
+#[inline]
+pub(crate) fn add_stiffness<const N: usize>(
     tangent: &[[f64; 9]; 9],
-    shape: &[[f64; 3]; 4],
+    shape: &[[f64; 3]; N],
     volume: f64,
-) -> [f64; CELL_ENTRIES] {
-    let mut full = [[0.0; 12]; 12];
-    for a in 1..4 {
+    blocks: &mut NodalBlocks<N>,
+) {
+    for a in 1..N {
         let g = shape[a].map(|x| volume * x);
         for i in 0..3 {
             let mut left = [0.0; 9];
@@ -22,29 +24,37 @@ pub(crate) fn cell_stiffness(
                     + g[1] * tangent[3 * i + 1][kl]
                     + g[2] * tangent[3 * i + 2][kl];
             }
-            for b in 1..4 {
+            for b in 1..=a {
                 for k in 0..3 {
-                    let entry = left[3 * k] * shape[b][0]
+                    blocks[a][i][b][k] += left[3 * k] * shape[b][0]
                         + left[3 * k + 1] * shape[b][1]
                         + left[3 * k + 2] * shape[b][2];
-                    full[3 * a + i][3 * b + k] = entry;
-                    full[3 * a + i][k] -= entry;
                 }
             }
+        }
+    }
+}
+
+/// Adds the blocks of the first node to the lower half of a cell's stiffness: all shape gradients add up to
+/// zero, so they follow from the others.
+#[inline]
+pub(crate) fn complete<const N: usize>(blocks: &mut NodalBlocks<N>) {
+    for a in 1..N {
+        for i in 0..3 {
             for k in 0..3 {
-                full[i][k] -= full[3 * a + i][k];
+                let mut sum = 0.0;
+                for b in 1..N {
+                    sum += if b <= a { blocks[a][i][b][k] } else { blocks[b][k][a][i] };
+                }
+                blocks[a][i][0][k] = -sum;
             }
         }
     }
-    let mut lower = [0.0; CELL_ENTRIES];
-    let mut at = 0;
-    for row in 0..12 {
-        for column in 0..=row {
-            lower[at] = full[row][column];
-            at += 1;
+    for i in 0..3 {
+        for k in 0..3 {
+            blocks[0][i][0][k] = -(1..N).map(|b| blocks[b][k][0][i]).sum::<f64>();
         }
     }
-    lower
 }
 
 /// `(I + H)⁻¹`.
@@ -52,6 +62,26 @@ pub(crate) fn inverse(h: &Mat3<f64>) -> Mat3<f64> {
     let f = Mat3::from_fn(|i, j| h[i][j] + if i == j { 1.0 } else { 0.0 });
     let scale = (1.0 + h.volume_change()).recip();
     Mat3::from_fn(|i, j| f.cofactor(j, i) * scale)
+}
+
+/// Adds the energy `p (J − 1)` of a pressure with its derivatives in F.
+pub(crate) fn add_pressure(response: &mut Response, h: &Mat3<f64>, pressure: f64) {
+    let f = Mat3::from_fn(|i, j| h[i][j] + if i == j { 1.0 } else { 0.0 });
+    response.energy += pressure * h.volume_change();
+    for i in 0..3 {
+        for j in 0..3 {
+            response.stress.0[i][j] += pressure * f.cofactor(i, j);
+            // ∂²J/∂F_ij∂F_kl = ε_ikm ε_jln F_mn.
+            for (k, m, first) in [((i + 1) % 3, (i + 2) % 3, 1.0), ((i + 2) % 3, (i + 1) % 3, -1.0)]
+            {
+                for (l, n, second) in
+                    [((j + 1) % 3, (j + 2) % 3, 1.0), ((j + 2) % 3, (j + 1) % 3, -1.0)]
+                {
+                    response.tangent[3 * i + j][3 * k + l] += first * second * pressure * f[m][n];
+                }
+            }
+        }
+    }
 }
 
 /// `A B`.
@@ -75,7 +105,7 @@ impl Rounding {
     /// stress those of 1 + H times the tangent.
     pub fn add_cell(
         &mut self,
-        shape: &[[f64; 3]; 4],
+        shape: &[[f64; 3]],
         volume: f64,
         motion: f64,
         h: &Mat3<f64>,

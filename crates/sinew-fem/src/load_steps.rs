@@ -11,7 +11,7 @@ const FIRST_STEP: f64 = 0.25;
 const GROWTH: f64 = 1.5;
 const CUT: f64 = 0.5;
 
-impl<L: Law<D>, const D: usize> Solver<'_, L, D> {
+impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
     /// The equilibrium for θ, starting from the reference configuration.
     ///
     /// # Errors

@@ -17,7 +17,7 @@ pub struct Stiffness {
     pub values: Vec<f64>,
 }
 
-impl<L: Law<D>, const D: usize> Solver<'_, L, D> {
+impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
     /// Second derivative of the potential at a solution.
     ///
     /// # Errors
@@ -25,7 +25,7 @@ impl<L: Law<D>, const D: usize> Solver<'_, L, D> {
     pub fn stiffness(&mut self, solution: &Solution) -> Result<Stiffness, SolveError> {
         self.check_solution(solution)?;
         let Solution { displacement, theta, .. } = solution;
-        let state = State { displacement, theta, load_factor: 1.0 };
+        let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
         self.assembly.assemble(self.potential, &self.sparsity, state, None);
         Ok(Stiffness {
             degree_of_freedom: self.sparsity.degree_of_freedom.clone(),

@@ -64,7 +64,7 @@ struct Search<'a> {
 impl Search<'_> {
     fn state(&self) -> State<'_> {
         let Self { theta, load_factor, .. } = *self;
-        State { displacement: &self.displacement, theta, load_factor }
+        State { displacement: &self.displacement, theta, load_factor, pressure: &[] }
     }
 
     /// Moves on to `trial`, which has the energy `reached`, from a state with `energy`.
@@ -80,7 +80,7 @@ impl Search<'_> {
     }
 }
 
-impl<L: Law<D>, const D: usize> Solver<'_, L, D> {
+impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
     /// Searches the equilibrium under a fraction of all loads and prescribed motion.
     ///
     /// `None` when there is no progress; `history` tells.
@@ -282,12 +282,12 @@ impl<L: Law<D>, const D: usize> Solver<'_, L, D> {
 
     /// Largest rotation \[rad\] of a cell along `direction`, to first order.
     fn largest_rotation(&self, direction: &[f64]) -> f64 {
-        let rotation = |cell| {
-            let h = self.potential.displacement_gradient(cell, direction);
+        let rotation = |point| {
+            let h = self.potential.displacement_gradient(point, direction);
             let twice = [h[0][1] - h[1][0], h[0][2] - h[2][0], h[1][2] - h[2][1]];
             0.5 * twice.iter().map(|w| w * w).sum::<f64>().sqrt()
         };
-        (0..self.potential.cells.len()).map(rotation).fold(0.0, f64::max)
+        (0..self.potential.volumes.len()).map(rotation).fold(0.0, f64::max)
     }
 
     /// Takes the plain Newton step where the stiffness is indefinite, if that converges.

@@ -1,8 +1,9 @@
 //! Supports that leave a body free to move.
 
 use crate::SolveError;
-use nalgebra::{Matrix3, Matrix6, SymmetricEigen, Vector3, Vector6};
-use sinew_energy::{Guard, Law, TotalPotential};
+use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
+use sinew_energy::{Guard, Law, Spring, TotalPotential};
+use std::collections::HashMap;
 use std::fmt;
 
 /// A motion counts as free when the supports resist it by less than this, relative to what they
@@ -53,11 +54,11 @@ impl fmt::Display for Axis<'_> {
 }
 
 /// Checks that each connected part of the body is held against all rigid motions.
-pub(crate) fn check_supports<L: Law<D>, G: Guard, const D: usize>(
-    potential: &TotalPotential<L, D, G>,
+pub(crate) fn check_supports<L: Law<D>, G: Guard, const D: usize, const N: usize>(
+    potential: &TotalPotential<L, D, G, N>,
 ) -> Result<(), SolveError> {
     for part in parts(potential)? {
-        let modes = free_modes(&part, &potential.prescribed);
+        let modes = free_modes(&part, &potential.prescribed, &potential.springs);
         if !modes.is_empty() {
             let (node, nodes) = (part[0].0, part.len());
             return Err(SolveError::FreeToMove { node, nodes, modes });
@@ -69,14 +70,15 @@ pub(crate) fn check_supports<L: Law<D>, G: Guard, const D: usize>(
 /// A connected part: its nodes with their positions relative to the first of them.
 type Part = Vec<(usize, Vector3<f64>)>;
 
-/// Connected parts; the positions follow from the shape gradients, whose inverse holds the edges.
-fn parts<L: Law<D>, G: Guard, const D: usize>(
-    potential: &TotalPotential<L, D, G>,
+/// Connected parts.
+fn parts<L: Law<D>, G: Guard, const D: usize, const N: usize>(
+    potential: &TotalPotential<L, D, G, N>,
 ) -> Result<Vec<Part>, SolveError> {
     let mut cells_of = vec![Vec::new(); potential.nodes];
     for (cell, nodes) in potential.cells.iter().enumerate() {
         nodes.iter().for_each(|&node| cells_of[node].push(cell));
     }
+    let position = |node: usize| Vector3::from(potential.positions[node]);
     let mut seen = vec![false; potential.nodes];
     let mut parts = Vec::new();
     for start in 0..potential.nodes {
@@ -93,16 +95,11 @@ fn parts<L: Law<D>, G: Guard, const D: usize>(
         let mut part: Part = vec![(start, Vector3::zeros())];
         let mut next = 0;
         while next < part.len() {
-            let (node, position) = part[next];
+            let node = part[next].0;
             next += 1;
-            for &cell in &cells_of[node] {
-                let corners = corner_positions(&potential.shape_gradients[cell])?;
-                let nodes = potential.cells[cell];
-                let own = nodes.iter().position(|&n| n == node).unwrap_or(0);
-                for (corner, &other) in nodes.iter().enumerate() {
-                    if !std::mem::replace(&mut seen[other], true) {
-                        part.push((other, position + corners[corner] - corners[own]));
-                    }
+            for &other in cells_of[node].iter().flat_map(|&cell| &potential.cells[cell]) {
+                if !std::mem::replace(&mut seen[other], true) {
+                    part.push((other, position(other) - position(start)));
                 }
             }
         }
@@ -111,17 +108,13 @@ fn parts<L: Law<D>, G: Guard, const D: usize>(
     Ok(parts)
 }
 
-/// Corners of a tetrahedron relative to its first one: `g_a · x_b = δ_ab`.
-fn corner_positions(shape: &[[f64; 3]; 4]) -> Result<[Vector3<f64>; 4], SolveError> {
-    let gradients = Matrix3::from_fn(|a, i| shape[a + 1][i]);
-    let edges = gradients.try_inverse().filter(|edges| edges.iter().all(|x| x.is_finite())).ok_or(
-        SolveError::Malformed { what: "shape gradients", problem: "belong to a flat cell" },
-    )?;
-    Ok([Vector3::zeros(), edges.column(0).into(), edges.column(1).into(), edges.column(2).into()])
-}
-
-fn free_modes(part: &Part, prescribed: &[Option<f64>]) -> Vec<RigidMode> {
-    let held = || part.iter().filter(|(n, _)| (0..3).any(|i| prescribed[3 * n + i].is_some()));
+/// Rigid motions of a part that neither prescribed displacements nor springs resist.
+fn free_modes(part: &Part, prescribed: &[Option<f64>], springs: &[Spring]) -> Vec<RigidMode> {
+    let sprung: HashMap<_, _> = springs.iter().map(|s| (s.node, &s.stiffness)).collect();
+    let stiffest = springs.iter().flat_map(|s| s.stiffness.as_flattened());
+    let stiffest = stiffest.fold(f64::MIN_POSITIVE, |m: f64, k| m.max(k.abs()));
+    let fixed = |n: &usize| (0..3).any(|i| prescribed[3 * n + i].is_some());
+    let held = || part.iter().filter(|(n, _)| fixed(n) || sprung.contains_key(n));
     let (count, sum) = held().fold((0, Vector3::zeros()), |(n, sum), (_, x)| (n + 1, sum + x));
     let all: Vector3<f64> = part.iter().map(|(_, x)| x).sum();
     let centre = if count > 0 { sum / count as f64 } else { all / part.len() as f64 };
@@ -131,11 +124,19 @@ fn free_modes(part: &Part, prescribed: &[Option<f64>]) -> Vec<RigidMode> {
     let mut resistance = Matrix6::zeros();
     for (node, position) in held() {
         let arm = (position - centre) / size;
-        for i in (0..3).filter(|i| prescribed[3 * node + i].is_some()) {
+        let rows: [Vector6<f64>; 3] = std::array::from_fn(|i| {
             let axis = Vector3::ith(i, 1.0);
             let turn = arm.cross(&axis);
-            let row = Vector6::new(axis.x, axis.y, axis.z, turn.x, turn.y, turn.z);
-            resistance += row * row.transpose();
+            Vector6::new(axis.x, axis.y, axis.z, turn.x, turn.y, turn.z)
+        });
+        for i in (0..3).filter(|i| prescribed[3 * node + i].is_some()) {
+            resistance += rows[i] * rows[i].transpose();
+        }
+        let Some(stiffness) = sprung.get(node) else { continue };
+        for i in 0..3 {
+            for j in 0..3 {
+                resistance += rows[i] * rows[j].transpose() * (stiffness[i][j] / stiffest);
+            }
         }
     }
     let eigen = SymmetricEigen::new(resistance);

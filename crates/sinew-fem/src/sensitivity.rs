@@ -6,7 +6,7 @@ use crate::{Solution, SolveError, Solver};
 use sinew_energy::{Exact, Law, Magnitude, TotalPotential};
 use sinew_num::Slope;
 
-impl<L: Law<D>, const D: usize> Solver<'_, L, D> {
+impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
     /// Derivative of the displacement in each entry of θ: one vector like the displacement per entry.
     ///
     /// The implicit function theorem `K ∂u/∂θ = −∂²Π/∂u∂θ`, with exact derivatives throughout and one
@@ -17,7 +17,7 @@ impl<L: Law<D>, const D: usize> Solver<'_, L, D> {
     pub fn sensitivity(&mut self, solution: &Solution) -> Result<Vec<Vec<f64>>, SolveError> {
         self.check_solution(solution)?;
         let Solution { displacement, theta, .. } = solution;
-        let state = State { displacement, theta, load_factor: 1.0 };
+        let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
         self.assembly.assemble(self.potential, &self.sparsity, state, None);
         if !self.factor.positive_definite(&self.sparsity, &self.assembly.matrix) {
             let pivots = self.factor.indefinite(&self.sparsity, &self.assembly.matrix);
@@ -35,8 +35,8 @@ impl<L: Law<D>, const D: usize> Solver<'_, L, D> {
 }
 
 /// Change of the gradient of Π with θ along `direction`: `∂²Π/∂u∂θ · direction`.
-fn force_change<L: Law<D>, const D: usize>(
-    potential: &TotalPotential<L, D>,
+fn force_change<L: Law<D>, const D: usize, const N: usize>(
+    potential: &TotalPotential<L, D, Exact, N>,
     displacement: &[f64],
     theta: &[f64],
     direction: &[f64],
@@ -50,19 +50,25 @@ fn force_change<L: Law<D>, const D: usize>(
     let parameters: Vec<_> =
         theta.iter().zip(direction).map(moving).take(L::PARAMETERS.len()).collect();
     let mut forces = vec![0.0; displacement.len()];
-    for (cell, nodes) in potential.cells.iter().enumerate() {
-        let h = potential.displacement_gradient(cell, displacement).seeded(|value, index| Dual {
+    for point in 0..potential.volumes.len() {
+        let h = potential.displacement_gradient(point, displacement).seeded(|value, index| Dual {
             value: Slope::variable(value, index),
             derivative: Slope::constant(0.0),
         });
-        let directions = potential.directions[cell].map(|d| d.map(constant));
+        let directions = potential.directions[point].map(|d| d.map(constant));
         let stress =
             potential.law.density(&parameters, &h, &directions, &Exact).derivative.gradient;
-        for (&node, g) in nodes.iter().zip(&potential.shape_gradients[cell]) {
+        let nodes = potential.nodes_of_point(point);
+        for (&node, g) in nodes.iter().zip(&potential.shape_gradients[point]) {
             for i in 0..3 {
                 let force: f64 = (0..3).map(|j| stress[3 * i + j] * g[j]).sum();
-                forces[3 * node + i] += potential.volumes[cell] * force;
+                forces[3 * node + i] += potential.volumes[point] * force;
             }
+        }
+    }
+    for surface in &potential.surfaces {
+        if let Magnitude::Theta(_) = surface.magnitude {
+            surface.value_and_add_gradient(displacement, direction, &mut forces);
         }
     }
     for pressure in &potential.pressures {

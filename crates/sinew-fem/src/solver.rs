@@ -5,28 +5,28 @@ use crate::factor::Factor;
 use crate::rigid::check_supports;
 use crate::sparsity::Sparsity;
 use crate::{Solution, SolveError};
-use sinew_energy::{Law, TotalPotential};
+use sinew_energy::{Exact, Law, TotalPotential};
 use std::sync::Arc;
 
 /// Finds equilibria of one body for any θ.
 ///
 /// Sparsity, ordering and symbolic factorisation are prepared once; the memory of the numbers is reused.
-pub struct Solver<'p, L, const D: usize> {
-    pub(crate) potential: &'p TotalPotential<L, D>,
+pub struct Solver<'p, L, const D: usize, const N: usize = 4> {
+    pub(crate) potential: &'p TotalPotential<L, D, Exact, N>,
     pub(crate) sparsity: Arc<Sparsity>,
     pub(crate) factor: Factor,
     pub(crate) assembly: Assembly,
 }
 
-impl<'p, L: Law<D>, const D: usize> Solver<'p, L, D> {
+impl<'p, L: Law<D>, const D: usize, const N: usize> Solver<'p, L, D, N> {
     /// Prepares the solver.
     ///
     /// # Errors
     /// A potential that is malformed or whose supports leave a part of the body free to move.
-    pub fn new(potential: &'p TotalPotential<L, D>) -> Result<Self, SolveError> {
+    pub fn new(potential: &'p TotalPotential<L, D, Exact, N>) -> Result<Self, SolveError> {
         check_arrays(potential)?;
         check_supports(potential)?;
-        let sparsity = Arc::new(Sparsity::new(potential)?);
+        let sparsity = Arc::new(Sparsity::new(potential, &[])?);
         let factor = Factor::new(&sparsity)?;
         Ok(Self::assembled(potential, sparsity, factor))
     }
@@ -40,16 +40,17 @@ impl<'p, L: Law<D>, const D: usize> Solver<'p, L, D> {
     }
 
     fn assembled(
-        potential: &'p TotalPotential<L, D>,
+        potential: &'p TotalPotential<L, D, Exact, N>,
         sparsity: Arc<Sparsity>,
         factor: Factor,
     ) -> Self {
-        let assembly = Assembly::new(&sparsity, potential.cells.len(), potential.prescribed.len());
+        let assembly =
+            Assembly::new(&sparsity, potential.volumes.len(), potential.prescribed.len());
         Self { potential, sparsity, factor, assembly }
     }
 
     /// The body that is solved.
-    pub fn potential(&self) -> &'p TotalPotential<L, D> {
+    pub fn potential(&self) -> &'p TotalPotential<L, D, Exact, N> {
         self.potential
     }
 
@@ -79,8 +80,8 @@ impl<'p, L: Law<D>, const D: usize> Solver<'p, L, D> {
 }
 
 /// The fields of a potential are public: checks that they fit each other.
-fn check_arrays<L: Law<D>, const D: usize>(
-    potential: &TotalPotential<L, D>,
+fn check_arrays<L: Law<D>, const D: usize, const N: usize>(
+    potential: &TotalPotential<L, D, Exact, N>,
 ) -> Result<(), SolveError> {
     let (cells, nodes) = (potential.cells.len(), potential.nodes);
     if cells == 0 {
@@ -89,13 +90,20 @@ fn check_arrays<L: Law<D>, const D: usize>(
     let known = |nodes_of: &[usize]| nodes_of.iter().all(|&node| node < nodes);
     let finite = |values: &[f64]| values.iter().all(|x| x.is_finite());
     let facets = || potential.pressures.iter().flat_map(|p| p.facets.as_flattened());
+    let surfaces = || potential.surfaces.iter().flat_map(|s| &s.nodes);
+    let springs = || potential.springs.iter();
+    let points = cells * potential.points_per_cell;
     let held = || potential.prescribed.iter().flatten();
     let checks = [
         ("cells", "name nodes that do not exist", known(potential.cells.as_flattened())),
         ("pressures", "name nodes that do not exist", facets().all(|&node| node < nodes)),
-        ("shape gradients", "are not one per cell", potential.shape_gradients.len() == cells),
-        ("volumes", "are not one per cell", potential.volumes.len() == cells),
-        ("directions", "are not one row per cell", potential.directions.len() == cells),
+        ("surfaces", "name nodes that do not exist", surfaces().all(|&node| node < nodes)),
+        ("springs", "name nodes that do not exist", springs().all(|s| s.node < nodes)),
+        ("positions", "are not one per node", potential.positions.len() == nodes),
+        ("positions", "are not finite", finite(potential.positions.as_flattened())),
+        ("shape gradients", "are not one per point", potential.shape_gradients.len() == points),
+        ("volumes", "are not one per point", potential.volumes.len() == points),
+        ("directions", "are not one row per point", potential.directions.len() == points),
         ("nodal forces", "are not three per node", potential.nodal_force.len() == 3 * nodes),
         ("supports", "are not three per node", potential.prescribed.len() == 3 * nodes),
         (

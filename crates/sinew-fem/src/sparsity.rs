@@ -4,15 +4,10 @@ use crate::SolveError;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMat;
 use faer::sparse::linalg::amd;
-use sinew_energy::{Guard, Law, TotalPotential};
+use sinew_energy::{Guard, Law, PressureSurface, TotalPotential};
 
 /// Marks a degree of freedom that is prescribed, so no unknown.
 const PRESCRIBED: u32 = u32::MAX;
-
-/// Entries of the lower half of a cell's 12×12 matrix: four diagonal blocks of six, six blocks of nine.
-pub(crate) const CELL_ENTRIES: usize = 78;
-/// Entries of the lower half of a facet's 9×9 matrix.
-pub(crate) const FACET_ENTRIES: usize = 45;
 
 /// The sparsity of the stiffness matrix, ordered for little fill.
 ///
@@ -25,16 +20,39 @@ pub(crate) struct Sparsity {
     pub degree_of_freedom: Vec<usize>,
     /// The lower half, compressed by columns.
     pub pattern: SymbolicSparseColMat<usize>,
-    /// Place in the values of each entry of each cell's matrix, row by row of its lower half.
-    /// Entries of prescribed degrees of freedom go to one slot behind the last value.
-    pub cell_slots: Vec<[u32; CELL_ENTRIES]>,
-    /// The same for the facets of all pressure loads, one after the other.
-    pub facet_slots: Vec<[u32; FACET_ENTRIES]>,
+    /// Where the matrices of the cells go.
+    pub cells: Slots,
+    /// The same for the facets of all pressures on flat triangles, one after the other.
+    pub facets: Slots,
+    /// The same for the facets of all other pressures.
+    pub surfaces: Slots,
+    /// The same for the springs.
+    pub springs: Slots,
+}
+
+/// Where small matrices of one size go in the values of the stiffness matrix.
+#[derive(Debug, Default)]
+pub(crate) struct Slots {
+    /// Entries of the lower half of one matrix.
+    entries: usize,
+    /// Place in the values of each entry, row by row of the lower half, matrix by matrix. Entries of
+    /// prescribed degrees of freedom go to one slot behind the last value.
+    places: Vec<u32>,
+}
+
+impl Slots {
+    /// The places of one matrix.
+    #[inline]
+    pub fn of(&self, matrix: usize) -> &[u32] {
+        &self.places[matrix * self.entries..(matrix + 1) * self.entries]
+    }
 }
 
 impl Sparsity {
-    pub fn new<L: Law<D>, G: Guard, const D: usize>(
-        potential: &TotalPotential<L, D, G>,
+    /// The sparsity of a potential; `followers` are pressures beside it.
+    pub fn new<L: Law<D>, G: Guard, const D: usize, const N: usize>(
+        potential: &TotalPotential<L, D, G, N>,
+        followers: &[PressureSurface],
     ) -> Result<Self, SolveError> {
         let neighbours = neighbours(potential.nodes, &potential.cells);
         let free =
@@ -54,14 +72,22 @@ impl Sparsity {
         for &node in &order {
             columns.push_node(node, &neighbours[node]);
         }
-        let cell_slots = potential.cells.iter().map(|nodes| columns.slots(nodes)).collect();
-        let facets = potential.pressures.iter().flat_map(|pressure| &pressure.facets);
-        let facet_slots = facets.map(|nodes| columns.slots(nodes)).collect();
+        let cells = columns.slots(potential.cells.iter().map(|nodes| &nodes[..]));
+        let triangles = potential.pressures.iter().flat_map(|pressure| &pressure.facets);
+        let facets = columns.slots(triangles.map(|nodes| &nodes[..]));
+        let of_surface = |s: &'_ PressureSurface| {
+            (0..s.facets()).map(|f| s.facet_nodes(f).to_vec()).collect::<Vec<_>>()
+        };
+        let surface_nodes: Vec<_> =
+            potential.surfaces.iter().chain(followers).flat_map(of_surface).collect();
+        let surfaces = columns.slots(surface_nodes.iter().map(|nodes| &nodes[..]));
+        let springs = columns
+            .slots(potential.springs.iter().map(|spring| std::slice::from_ref(&spring.node)));
 
         let size = degree_of_freedom.len();
         let pattern =
             SymbolicSparseColMat::new_checked(size, size, columns.starts, None, columns.rows);
-        Ok(Self { degree_of_freedom, pattern, cell_slots, facet_slots })
+        Ok(Self { degree_of_freedom, pattern, cells, facets, surfaces, springs })
     }
 
     /// Number of unknowns.
@@ -93,7 +119,7 @@ impl Sparsity {
 }
 
 /// Nodes that share a cell with each node, ascending, without the node itself.
-fn neighbours(nodes: usize, cells: &[[usize; 4]]) -> Vec<Vec<usize>> {
+fn neighbours<const N: usize>(nodes: usize, cells: &[[usize; N]]) -> Vec<Vec<usize>> {
     let mut neighbours = vec![Vec::new(); nodes];
     for cell in cells {
         for &a in cell {
@@ -162,18 +188,25 @@ impl Columns {
         }
     }
 
-    /// Places in the values of the lower half of a small matrix, row by row, whose rows are the three
-    /// components of each of `nodes`.
-    fn slots<const ENTRIES: usize>(&self, nodes: &[usize]) -> [u32; ENTRIES] {
-        let mut slots = [self.rows.len() as u32; ENTRIES];
-        for (a, &first) in nodes.iter().enumerate() {
-            for (b, &second) in nodes[..=a].iter().enumerate() {
-                self.block_slots(first, second, |i, k, slot| {
-                    let (row, column) = (3 * a + i, 3 * b + k);
-                    if column <= row {
-                        slots[row * (row + 1) / 2 + column] = slot;
-                    }
-                });
+    /// Places in the values of small matrices of equal size, whose rows are the three components of each of
+    /// the nodes listed for them.
+    fn slots<'n>(&self, matrices: impl Iterator<Item = &'n [usize]>) -> Slots {
+        let mut slots = Slots::default();
+        for nodes in matrices {
+            let size = 3 * nodes.len();
+            slots.entries = size * (size + 1) / 2;
+            let first_place = slots.places.len();
+            slots.places.resize(first_place + slots.entries, self.rows.len() as u32);
+            let places = &mut slots.places[first_place..];
+            for (a, &first) in nodes.iter().enumerate() {
+                for (b, &second) in nodes[..=a].iter().enumerate() {
+                    self.block_slots(first, second, |i, k, slot| {
+                        let (row, column) = (3 * a + i, 3 * b + k);
+                        if column <= row {
+                            places[row * (row + 1) / 2 + column] = slot;
+                        }
+                    });
+                }
             }
         }
         slots

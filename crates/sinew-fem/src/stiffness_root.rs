@@ -14,7 +14,7 @@ const MOST_UNKNOWNS: usize = 6000;
 /// Smallest eigenvalue that is used, relative to the largest: rounding makes up what is below.
 const SMALLEST_EIGENVALUE: f64 = 1e-9;
 
-impl<L: Law<D>, const D: usize> Solver<'_, L, D> {
+impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
     /// `|K|^(−power)` with the stiffness `K = ∂²Π/∂u²` at `displacement`: a symmetric matrix over all degrees
     /// of freedom, row by row, zero in the rows and columns of prescribed ones.
     ///
@@ -37,7 +37,7 @@ impl<L: Law<D>, const D: usize> Solver<'_, L, D> {
         if unknowns > MOST_UNKNOWNS {
             return Err(SolveError::TooLargeForDense { unknowns, most: MOST_UNKNOWNS });
         }
-        let state = State { displacement, theta, load_factor: 1.0 };
+        let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
         self.assembly.assemble(self.potential, &self.sparsity, state, None);
         if !self.assembly.energy.is_finite() {
             return Err(SolveError::Inadmissible { cell: self.assembly.worst_cell });

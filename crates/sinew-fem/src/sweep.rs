@@ -3,7 +3,7 @@
 use crate::order::{log_coordinates, nearest_neighbour_path};
 use crate::{Options, Solution, SolveError, Solver};
 use rayon::prelude::*;
-use sinew_energy::{Law, TotalPotential};
+use sinew_energy::{Exact, Law, TotalPotential};
 use thiserror::Error;
 
 /// Samples that are solved one after the other, each from its predecessor. The partition depends on nothing
@@ -70,8 +70,8 @@ impl Sweep {
 ///
 /// # Errors
 /// A body that cannot be solved for any θ, see [`Solver::new`]; failures of single samples are in the results.
-pub fn sweep<L: Law<D>, const D: usize>(
-    potential: &TotalPotential<L, D>,
+pub fn sweep<L: Law<D>, const D: usize, const N: usize>(
+    potential: &TotalPotential<L, D, Exact, N>,
     thetas: &[Vec<f64>],
     options: &Options,
     progress: impl Fn() + Sync,
@@ -101,7 +101,7 @@ pub fn sweep<L: Law<D>, const D: usize>(
     Ok(Sweep { thetas: thetas.to_vec(), results })
 }
 
-impl<L: Law<D>, const D: usize> Solver<'_, L, D> {
+impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
     /// The equilibrium for θ from the one this solver found last, moved along its derivative in θ.
     fn solve_near(
         &mut self,

@@ -131,7 +131,7 @@ fn a_cell_folded_over_its_neighbour_is_refused() {
     mesh.points.push([0.2, 0.1, 0.5]);
     mesh.cells.push([0, 1, 2, 4]);
     mesh.node_sets.insert("x_min".into(), vec![0, 2, 3]);
-    let expected = SceneError::OverlappingCells { cells: [0, 1], facet: [0, 1, 2] };
+    let expected = SceneError::OverlappingCells { cells: [0, 1], facet: vec![0, 1, 2] };
     assert_eq!(refused(mesh), expected);
 }
 

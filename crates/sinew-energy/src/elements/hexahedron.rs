@@ -1,0 +1,56 @@
+//! Trilinear hexahedra on \[−1, 1\]³.
+
+use super::{Element, FacetRule, Nodes, QuadraturePoint, point};
+
+/// Corners in the order of VTK.
+const CORNERS: [[f64; 3]; 8] = [
+    [-1.0, -1.0, -1.0],
+    [1.0, -1.0, -1.0],
+    [1.0, 1.0, -1.0],
+    [-1.0, 1.0, -1.0],
+    [-1.0, -1.0, 1.0],
+    [1.0, -1.0, 1.0],
+    [1.0, 1.0, 1.0],
+    [-1.0, 1.0, 1.0],
+];
+
+const G: f64 = 0.577_350_269_189_625_8;
+/// Gauss' rule of degree 3 along each axis.
+const EIGHT_POINTS: &[QuadraturePoint] = &[
+    point([-G, -G, -G], 1.0),
+    point([G, -G, -G], 1.0),
+    point([G, G, -G], 1.0),
+    point([-G, G, -G], 1.0),
+    point([-G, -G, G], 1.0),
+    point([G, -G, G], 1.0),
+    point([G, G, G], 1.0),
+    point([-G, G, G], 1.0),
+];
+
+impl Element<8> for Nodes<8> {
+    const NAME: &'static str = "trilinear hexahedra";
+    const DIMENSION: usize = 3;
+    const FACETS: &'static [&'static [usize]] =
+        &[&[0, 4, 7, 3], &[1, 2, 6, 5], &[0, 1, 5, 4], &[3, 7, 6, 2], &[0, 3, 2, 1], &[4, 5, 6, 7]];
+    const QUADRATURE: &'static [QuadraturePoint] = EIGHT_POINTS;
+    const FINE_QUADRATURE: &'static [QuadraturePoint] = EIGHT_POINTS;
+
+    fn shape(at: [f64; 3]) -> [f64; 8] {
+        CORNERS.map(|corner| (0..3).map(|i| 0.5 * (1.0 + corner[i] * at[i])).product())
+    }
+
+    fn shape_derivatives(at: [f64; 3]) -> [[f64; 3]; 8] {
+        CORNERS.map(|corner| {
+            let factor = |i: usize| 0.5 * (1.0 + corner[i] * at[i]);
+            std::array::from_fn(|i| 0.5 * corner[i] * factor((i + 1) % 3) * factor((i + 2) % 3))
+        })
+    }
+
+    fn facet_rule() -> FacetRule {
+        FacetRule::quadrilateral()
+    }
+
+    fn corner_shape(at: [f64; 3]) -> Vec<f64> {
+        Self::shape(at).to_vec()
+    }
+}

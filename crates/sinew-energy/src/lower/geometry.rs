@@ -1,0 +1,81 @@
+//! Shape functions at the quadrature points of a mesh.
+
+use crate::SceneError;
+use crate::elements::{Element, Nodes, QuadraturePoint};
+use sinew_mesh::SimplexMesh;
+
+/// Gradients of the shape functions at each quadrature point, and the volumes that the points stand for.
+#[expect(clippy::type_complexity, reason = "the two arrays of TotalPotential")]
+pub(super) fn shape_functions<const N: usize>(
+    mesh: &SimplexMesh<N>,
+    rule: &[QuadraturePoint],
+) -> Result<(Vec<[[f64; 3]; N]>, Vec<f64>), SceneError>
+where
+    Nodes<N>: Element<N>,
+{
+    let derivatives: Vec<_> = rule.iter().map(|p| Nodes::<N>::shape_derivatives(p.at)).collect();
+    let mut gradients = Vec::with_capacity(mesh.cells.len() * rule.len());
+    let mut volumes = Vec::with_capacity(mesh.cells.len() * rule.len());
+    for (cell, nodes) in mesh.cells.iter().enumerate() {
+        let corners = nodes.map(|node| mesh.points[node]);
+        for (point, derivatives) in rule.iter().zip(&derivatives) {
+            let (gradient, determinant) = gradients_at(&corners, derivatives);
+            // Written so that a NaN is an error as well.
+            let positive = determinant > 0.0 && determinant.is_finite();
+            if !positive {
+                return Err(SceneError::InvertedCell { cell, volume: determinant * point.weight });
+            }
+            gradients.push(gradient);
+            volumes.push(point.weight * determinant);
+        }
+    }
+    Ok((gradients, volumes))
+}
+
+/// Gradients in the reference configuration, and the determinant of the map from the reference element.
+fn gradients_at<const N: usize>(
+    nodes: &[[f64; 3]; N],
+    derivatives: &[[f64; 3]; N],
+) -> ([[f64; 3]; N], f64)
+where
+    Nodes<N>: Element<N>,
+{
+    // Columns of the Jacobian; differences first, so that nothing cancels far from the origin.
+    let mut columns = [[0.0; 3]; 3];
+    for (x, slope) in nodes.iter().zip(derivatives).skip(1) {
+        for (column, s) in columns.iter_mut().zip(slope) {
+            for i in 0..3 {
+                column[i] += (x[i] - nodes[0][i]) * s;
+            }
+        }
+    }
+    if Nodes::<N>::DIMENSION == 2 {
+        columns[2] = [0.0, 0.0, 1.0];
+    }
+    let [a, b, c] = columns;
+    let determinant = dot(&a, &cross(&b, &c));
+    let inverse =
+        [cross(&b, &c), cross(&c, &a), cross(&a, &b)].map(|row| row.map(|x| x / determinant));
+    let mut gradients = [[0.0; 3]; N];
+    for (gradient, slope) in gradients.iter_mut().zip(derivatives).skip(1) {
+        *gradient = std::array::from_fn(|i| (0..3).map(|k| slope[k] * inverse[k][i]).sum());
+    }
+    gradients[0] =
+        std::array::from_fn(|i| -gradients[1..].iter().map(|gradient| gradient[i]).sum::<f64>());
+    (gradients, determinant)
+}
+
+pub(super) fn sub(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| a[i] - b[i])
+}
+
+pub(super) fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(super) fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        a[j] * b[k] - a[k] * b[j]
+    })
+}

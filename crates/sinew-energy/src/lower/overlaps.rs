@@ -1,0 +1,41 @@
+//! Cells that lie over each other.
+
+use crate::SceneError;
+use crate::elements::{Element, Nodes};
+use sinew_mesh::SimplexMesh;
+
+/// The most corners that a facet has.
+const MOST_CORNERS: usize = 4;
+
+/// Checks that no two cells lie on the same side of a facet: neighbours run around it in opposite senses.
+///
+/// Finds cells that are listed twice and cells that are folded over a neighbour.
+pub(super) fn check_overlaps<const N: usize>(mesh: &SimplexMesh<N>) -> Result<(), SceneError>
+where
+    Nodes<N>: Element<N>,
+{
+    let corners = Nodes::<N>::facet_rule().corners;
+    let facets = Nodes::<N>::FACETS;
+    let mut sides = Vec::with_capacity(facets.len() * mesh.cells.len());
+    for (cell, nodes) in mesh.cells.iter().enumerate() {
+        for facet in facets {
+            let mut side = [usize::MAX; MOST_CORNERS];
+            side.iter_mut().zip(&facet[..corners]).for_each(|(at, &local)| *at = nodes[local]);
+            // The same sense from the smallest node on; the ends of an edge are in order as they are.
+            if corners > 2 {
+                let smallest = (0..corners).min_by_key(|&corner| side[corner]).unwrap_or(0);
+                side[..corners].rotate_left(smallest);
+            }
+            sides.push((side, cell));
+        }
+    }
+    sides.sort_unstable();
+    match sides.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        None => Ok(()),
+        Some(pair) => {
+            let mut facet = pair[0].0[..corners].to_vec();
+            facet.sort_unstable();
+            Err(SceneError::OverlappingCells { cells: [pair[0].1, pair[1].1], facet })
+        }
+    }
+}

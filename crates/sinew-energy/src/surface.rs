@@ -1,0 +1,244 @@
+//! Pressure on surfaces of any element, curved ones included.
+
+use crate::{FacetRule, Magnitude};
+
+/// A true follower pressure on a surface, integrated by quadrature. Positive pressure pushes against the
+/// solid.
+///
+/// As a potential it is `p (V(u) − V(0))` with the volume `V = 1/d ∫ x·n da` in `d` dimensions: the sum
+/// is that of a follower load where the rim is held, and its second derivative is symmetric. As a force
+/// it is `p ∫ N_a n da` wherever the rim goes, and its tangent is not symmetric.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PressureSurface {
+    /// Pressure \[stress\].
+    pub magnitude: Magnitude,
+    /// Shape functions and quadrature of a facet.
+    pub rule: FacetRule,
+    /// Nodes of the facets, one facet after the other.
+    pub nodes: Vec<usize>,
+    /// Their reference positions \[length\], from an origin in the planes that the rim slides in.
+    pub positions: Vec<[f64; 3]>,
+}
+
+/// What unit pressure on one facet does; the derivatives are in the displacement components of its nodes,
+/// component `i` of node `a` at `3a + i`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SurfaceResponse {
+    /// Energy per pressure \[length³\].
+    pub energy: f64,
+    /// Nodal forces against the solid with the sign of a derivative \[length²\].
+    pub gradient: Vec<f64>,
+    /// Their derivatives \[length\], row by row; symmetric for the potential.
+    pub hessian: Vec<f64>,
+}
+
+impl PressureSurface {
+    /// Number of facets.
+    pub fn facets(&self) -> usize {
+        self.nodes.len() / self.rule.nodes
+    }
+
+    /// Nodes of one facet.
+    pub fn facet_nodes(&self, facet: usize) -> &[usize] {
+        &self.nodes[facet * self.rule.nodes..(facet + 1) * self.rule.nodes]
+    }
+
+    /// Change of the enclosed volume `V(u) − V(0)` \[length³\], of unit thickness in two dimensions.
+    pub fn volume_change(&self, displacement: &[f64]) -> f64 {
+        (0..self.facets()).map(|facet| self.facet_volume(facet, displacement)).sum()
+    }
+
+    /// The enclosed volume at rest \[length³\], negative where the surface's outside is the solid's inside.
+    pub fn reference_volume(&self) -> f64 {
+        let rest = vec![0.0; 3 * self.nodes.iter().max().map_or(0, |&node| node + 1)];
+        let facets = 0..self.facets();
+        facets.map(|facet| self.sum(facet, &rest, |at| dot(&at.x, &at.normal()))).sum()
+    }
+
+    /// Potential of the load [stress·length³].
+    pub fn value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
+        self.magnitude.value(theta) * self.volume_change(displacement)
+    }
+
+    /// Potential of the load [stress·length³]; its gradient is added to `gradient` [stress·length²].
+    pub fn value_and_add_gradient(
+        &self,
+        displacement: &[f64],
+        theta: &[f64],
+        gradient: &mut [f64],
+    ) -> f64 {
+        let pressure = self.magnitude.value(theta);
+        let mut volume = 0.0;
+        let mut response = SurfaceResponse::default();
+        for facet in 0..self.facets() {
+            self.facet_response(facet, displacement, &mut response);
+            volume += response.energy;
+            for (slot, derivative) in response.gradient.iter().enumerate() {
+                gradient[3 * self.facet_nodes(facet)[slot / 3] + slot % 3] += pressure * derivative;
+            }
+        }
+        pressure * volume
+    }
+
+    /// Energy, gradient and symmetric Hessian of one facet under unit pressure.
+    pub fn facet_response(
+        &self,
+        facet: usize,
+        displacement: &[f64],
+        response: &mut SurfaceResponse,
+    ) {
+        let scale = 1.0 / self.rule.dimension as f64;
+        response.clear(self.rule.nodes);
+        response.energy = self.facet_volume(facet, displacement);
+        self.for_points(facet, displacement, |at, n, [ns, nt], weight| {
+            let weight = weight * scale;
+            let normal = at.normal();
+            let [across, along] = [cross(&at.t, &at.x), cross(&at.x, &at.s)];
+            for a in 0..n.len() {
+                for i in 0..3 {
+                    response.gradient[3 * a + i] +=
+                        weight * (n[a] * normal[i] + ns[a] * across[i] + nt[a] * along[i]);
+                }
+                for b in 0..n.len() {
+                    let t = ns[a] * n[b] - n[a] * ns[b];
+                    let s = n[a] * nt[b] - nt[a] * n[b];
+                    let x = nt[a] * ns[b] - ns[a] * nt[b];
+                    let axis = |i: usize| weight * (t * at.t[i] + s * at.s[i] + x * at.x[i]);
+                    response.add_cross(a, b, [axis(0), axis(1), axis(2)]);
+                }
+            }
+        });
+    }
+
+    /// Nodal forces of one facet under unit pressure with their tangent, whatever the rim does.
+    pub fn facet_force(&self, facet: usize, displacement: &[f64], response: &mut SurfaceResponse) {
+        response.clear(self.rule.nodes);
+        self.for_points(facet, displacement, |at, n, [ns, nt], weight| {
+            let normal = at.normal();
+            for a in 0..n.len() {
+                for i in 0..3 {
+                    response.gradient[3 * a + i] += weight * n[a] * normal[i];
+                }
+                for b in 0..n.len() {
+                    let axis = |i: usize| weight * n[a] * (nt[b] * at.s[i] - ns[b] * at.t[i]);
+                    response.add_cross(a, b, [axis(0), axis(1), axis(2)]);
+                }
+            }
+        });
+    }
+
+    /// `V(u) − V(0)` of one facet, expanded in u, so nothing cancels at small displacement.
+    fn facet_volume(&self, facet: usize, displacement: &[f64]) -> f64 {
+        let reference = |nodal: &[f64]| self.interpolate(facet, nodal, |row| self.positions[row]);
+        let moved = |nodal: &[f64]| {
+            self.interpolate(facet, nodal, |row| {
+                let node = self.nodes[row];
+                std::array::from_fn(|i| displacement[3 * node + i])
+            })
+        };
+        let mut volume = 0.0;
+        for point in &self.rule.points {
+            let [n, s, t] = [&point.shape, &point.slope[0], &point.slope[1]];
+            let (x, u) = (reference(n), moved(n));
+            let (xs, us, ut) = (reference(s), moved(s), moved(t));
+            let mut xt = reference(t);
+            if self.rule.dimension == 2 {
+                xt[2] = 1.0;
+            }
+            let current = [add(&xs, &us), add(&xt, &ut)];
+            let change = add(&cross(&us, &current[1]), &cross(&xs, &ut));
+            volume += point.weight * (dot(&u, &cross(&current[0], &current[1])) + dot(&x, &change));
+        }
+        volume / self.rule.dimension as f64
+    }
+
+    fn sum(&self, facet: usize, displacement: &[f64], term: impl Fn(&Place) -> f64) -> f64 {
+        let mut sum = 0.0;
+        self.for_points(facet, displacement, |at, _, _, weight| sum += weight * term(at));
+        sum / self.rule.dimension as f64
+    }
+
+    fn for_points(
+        &self,
+        facet: usize,
+        displacement: &[f64],
+        mut visit: impl FnMut(&Place, &[f64], [&[f64]; 2], f64),
+    ) {
+        let current = |row: usize| {
+            let node = self.nodes[row];
+            std::array::from_fn(|i| self.positions[row][i] + displacement[3 * node + i])
+        };
+        for point in &self.rule.points {
+            let [s, t] = [&point.slope[0], &point.slope[1]];
+            let at = |nodal: &[f64]| self.interpolate(facet, nodal, current);
+            let mut place = Place { x: at(&point.shape), s: at(s), t: at(t) };
+            if self.rule.dimension == 2 {
+                place.t[2] = 1.0;
+            }
+            visit(&place, &point.shape, [s, t], point.weight);
+        }
+    }
+
+    fn interpolate(
+        &self,
+        facet: usize,
+        nodal: &[f64],
+        value: impl Fn(usize) -> [f64; 3],
+    ) -> [f64; 3] {
+        let first = facet * self.rule.nodes;
+        nodal.iter().enumerate().fold([0.0; 3], |sum, (a, n)| {
+            let value = value(first + a);
+            std::array::from_fn(|i| sum[i] + n * value[i])
+        })
+    }
+}
+
+/// Deformed position and tangents of a facet.
+struct Place {
+    x: [f64; 3],
+    s: [f64; 3],
+    t: [f64; 3],
+}
+
+impl Place {
+    fn normal(&self) -> [f64; 3] {
+        cross(&self.s, &self.t)
+    }
+}
+
+impl SurfaceResponse {
+    fn clear(&mut self, nodes: usize) {
+        self.energy = 0.0;
+        for (values, size) in
+            [(&mut self.gradient, 3 * nodes), (&mut self.hessian, 9 * nodes * nodes)]
+        {
+            values.clear();
+            values.resize(size, 0.0);
+        }
+    }
+
+    /// Adds the matrix of `axis ×` to the block of nodes `a` and `b`.
+    fn add_cross(&mut self, a: usize, b: usize, axis: [f64; 3]) {
+        let size = self.gradient.len();
+        for i in 0..3 {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            self.hessian[(3 * a + i) * size + 3 * b + k] += axis[j];
+            self.hessian[(3 * a + i) * size + 3 * b + j] -= axis[k];
+        }
+    }
+}
+
+fn add(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| a[i] + b[i])
+}
+
+fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        a[j] * b[k] - a[k] * b[j]
+    })
+}
