@@ -62,7 +62,7 @@ pub trait InvariantLaw<const D: usize>: Clone + Debug + Send + Sync + 'static {
 
     /// See [`Law::bounds`].
     fn bounds(_index: usize) -> RangeInclusive<f64> {
-        f64::MIN_POSITIVE..=f64::MAX
+        crate::law::POSITIVE
     }
 
     /// See [`Law::constants`].
