@@ -44,6 +44,7 @@ mod cell;
 mod dual;
 mod error;
 mod factor;
+mod hinges;
 mod history;
 mod load_steps;
 mod matrix;
