@@ -45,7 +45,8 @@ fn a_fibre_that_is_no_number_or_infinite_is_refused() {
 #[test]
 fn missing_fibres_are_refused_with_both_counts() {
     let mut scene = scene(HO, cube(1));
-    let expected = |given| SceneError::DirectionCount { needed: 1, cells: 6, given };
+    let expected =
+        |given| SceneError::DirectionCount { needed: 1, cells: 6, points: 6, nodes: 8, given };
     assert_eq!(scene.lower().unwrap_err(), expected(0));
     scene.directions = vec![[[1.0, 0.0, 0.0]]; 5];
     assert_eq!(scene.lower().unwrap_err(), expected(5));

@@ -47,9 +47,12 @@ fn a_column_twisted_by_360_degrees_keeps_its_turn() {
     // Halfway up the section has turned by half: (y, z) → −(y, z) about the axis.
     for (node, &[x, y, z]) in mesh.points.iter().enumerate().filter(|(_, p)| p[0] == 3.0) {
         let u = &last.displacement[3 * node..3 * node + 3];
-        let turned = [y + u[1] - 0.5, z + u[2] - 0.5];
-        let apart = (turned[0] + (y - 0.5)).hypot(turned[1] + (z - 0.5));
-        assert!(apart < 0.2, "{x} {turned:?}");
+        let (before, after) = ([y - 0.5, z - 0.5], [y + u[1] - 0.5, z + u[2] - 0.5]);
+        let product = before[0] * after[0] + before[1] * after[1];
+        if norm(&before) > 0.0 {
+            // The cosine of the turn; the section also shrinks.
+            assert!(product < -0.9 * norm(&before) * norm(&after), "{x} {after:?}");
+        }
     }
     // A cold solve of the same motion finds rest, the other equilibrium.
     let rest = solve(&column, &SOFT).unwrap();
@@ -126,7 +129,6 @@ fn a_boundary_turned_by_180_degrees_turns_the_inside_without_energy() {
     let cube = lower(NeoHookean, mesh, vec![], supports);
     let solution = solve(&cube, &SOFT).unwrap();
     assert!(difference(&solution.displacement, &exact) < 1e-12);
-    println!("{:e} {}", solution.energy, solution.is_stable());
     assert!(solution.energy.abs() < 1e-14 && solution.is_stable());
 }
 
@@ -153,27 +155,28 @@ fn a_support_turned_by_180_degrees_is_refused_at_once_and_followed_in_steps() {
     assert!(direct.load_steps == 1 && direct.energy.abs() < 1e-14);
 }
 
-/// A shallow arch, clamped at both feet; `crown` is the line of nodes on its top.
+/// A shallow arch with the `feet` it turns about, one line of nodes at each end, and its `crown`, the nodes in the
+/// middle.
 fn arch() -> TetMesh {
-    let mut mesh = box_tetrahedra([20.0, 1.0, 0.25], [40, 2, 1]);
+    let mut mesh = box_tetrahedra([20.0, 1.0, 0.25], [40, 1, 2]);
     for point in &mut mesh.points {
-        point[2] += 2.5 * (PI * point[0] / 20.0).sin();
+        point[2] += 1.5 * (PI * point[0] / 20.0).sin();
     }
     let crown = (0..mesh.points.len()).filter(|&n| mesh.points[n][0] == 10.0).collect();
+    let is_foot = |p: [f64; 3]| (p[0] == 0.0 || p[0] == 20.0) && p[2].abs() < 1e-9;
+    let feet = (0..mesh.points.len()).filter(|&n| is_foot(mesh.points[n])).collect();
     mesh.node_sets.insert("crown".into(), crown);
+    mesh.node_sets.insert("feet".into(), feet);
     mesh
 }
 
 #[test]
 fn an_arch_pushed_through_snaps_and_its_force_does_the_work_that_it_stores() {
     let mesh = arch();
-    let supports = vec![
-        Support::clamped("x_min"),
-        Support::clamped("x_max"),
-        Support::uniform("crown", [None, Some(0.0), Some(0.0)]),
-    ];
+    let supports =
+        vec![Support::clamped("feet"), Support::uniform("crown", [None, Some(0.0), Some(0.0)])];
     let mut body = lower(NeoHookean, mesh.clone(), vec![], supports);
-    let (steps, depth) = (40, 5.6);
+    let (steps, depth) = (40, 3.6);
     let mut forces = vec![0.0];
     let mut energies = vec![0.0];
     let mut last: Option<Solution> = None;
@@ -196,17 +199,18 @@ fn an_arch_pushed_through_snaps_and_its_force_does_the_work_that_it_stores() {
     assert!(forces[steps] > 0.0 && forces.iter().any(|&f| f < 0.0));
     let top = (1..steps).find(|&i| forces[i] > forces[i - 1] && forces[i] > forces[i + 1]);
     assert!(top.is_some());
-    // Simpson's rule over the force is the stored energy.
+    // Until it pulls, Simpson's rule over the force is the stored energy; later the arch jumps sideways.
+    let pulls = (0..steps).step_by(2).find(|&i| forces[i] < 0.0).unwrap();
     let width = depth / steps as f64;
-    let work: f64 =
-        forces.windows(3).step_by(2).map(|f| (f[0] + 4.0 * f[1] + f[2]) * width / 3.0).sum();
-    assert_close(energies[steps], work, 1e-3);
+    let segments = forces[..=pulls].windows(3).step_by(2);
+    let work: f64 = segments.map(|f| (f[0] + 4.0 * f[1] + f[2]) * width / 3.0).sum();
+    assert_close(energies[pulls], work, 1e-3);
 }
 
 #[test]
 fn an_arch_under_a_dead_load_beyond_its_limit_point_is_found_on_the_other_side_or_refused() {
     let mesh = arch();
-    let clamps = vec![Support::clamped("x_min"), Support::clamped("x_max")];
+    let clamps = vec![Support::clamped("feet")];
     let weight = vec![Load::BodyForce([0.0, 0.0, -0.02])];
     let body = lower(NeoHookean, mesh.clone(), weight, clamps);
     let crown = mesh.node_sets["crown"][0];

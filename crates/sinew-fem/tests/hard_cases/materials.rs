@@ -87,7 +87,7 @@ fn bending_at_poisson_ratio_0_4999_softens_with_every_refinement() {
         println!("locking {:.2}", compressible.energy / nearly_incompressible.energy);
         energies.push(nearly_incompressible.energy);
     }
-    assert!(energies[1] < 1.2 * energies[0], "{energies:?}");
+    assert!(energies[1] < energies[0], "{energies:?}");
 }
 
 #[test]
@@ -233,15 +233,15 @@ fn moduli_that_are_no_positive_numbers_are_refused_with_name_and_bounds() {
 fn moduli_at_the_ends_of_floating_point_are_solved_or_refused() {
     let bar = lower(NeoHookean, cube(2), vec![], pulled(0.5));
     let reference = solve(&bar, &[1.0, 1.0]).unwrap();
-    for scale in [1e-300, 1e-150, 1e150, 1e300, f64::MAX, f64::MIN_POSITIVE] {
-        match solve(&bar, &[scale, scale]) {
-            Ok(solution) => {
-                let off = difference(&solution.displacement, &reference.displacement);
-                assert!(off < 1e-9, "{scale:e}: {off:e}");
-            }
-            Err(SolveError::NotConverged(_)) => println!("{scale:e}: not converged"),
-            Err(other) => panic!("{other}"),
-        }
+    for scale in [1e-100, 1e-50, 1e50, 1e100] {
+        let solution = solve(&bar, &[scale, scale]).unwrap();
+        let off = difference(&solution.displacement, &reference.displacement);
+        assert!(off < 1e-9, "{scale:e}: {off:e}");
+    }
+    // Beyond, squares of forces vanish or overflow.
+    for scale in [f64::MIN_POSITIVE, 1e-300, 1e-150, 1e150, f64::MAX] {
+        let error = solve(&bar, &[scale, scale]).unwrap_err();
+        assert!(matches!(error, SolveError::Theta(ThetaError::OutOfBounds { index: 0, .. })));
     }
 }
 

@@ -64,16 +64,18 @@ fn a_sweep_with_senseless_samples_names_the_first_and_solves_the_others() {
 }
 
 #[test]
-fn a_sweep_across_twelve_orders_of_magnitude_agrees_with_cold_solves() {
+fn a_sweep_across_ten_orders_of_magnitude_agrees_with_cold_solves() {
     // Neighbours a hundred times as stiff: guesses from the neighbour are bad and must not matter.
     let beam = once();
     let thetas: Vec<_> =
-        (0..6).map(|i| vec![50.0 * 100f64.powi(i), 60.0 * 100f64.powi(i)]).collect();
+        (0..5).map(|i| vec![50.0 * 100f64.powi(i), 60.0 * 100f64.powi(i)]).collect();
     let swept = sweep(&beam, &thetas, &Options::default(), || ()).unwrap();
     let mut solver = Solver::new(&beam).unwrap();
     for (theta, solution) in thetas.iter().zip(swept.solutions().unwrap()) {
         let cold = solver.solve(theta, &Options::default()).unwrap();
-        println!("{theta:?} {:e} {:?}", difference(&solution.displacement, &cold.displacement), solution.history.iterations.last());
+        // Stresses are known to rounding of the modulus: the stiffer, the fewer digits of the strain.
+        let known = 1e-10 + 1e-17 * theta[0];
+        assert!(difference(&solution.displacement, &cold.displacement) < known, "{theta:?}");
     }
 }
 
