@@ -1,7 +1,8 @@
 //! Equilibrium where there is no potential to minimise.
 
 use crate::elements::{Element, Nodes, QuadraturePoint};
-use crate::{Exact, PressureSurface, TotalPotential};
+use crate::potential::{check_theta, theta_len};
+use crate::{Exact, Law, PressureSurface, ThetaError, TotalPotential};
 use sinew_mesh::SimplexMesh;
 
 /// A balance of forces that is not the minimum of a potential: pressures on surfaces with a loose rim,
@@ -16,7 +17,18 @@ pub struct ForceBalance<L, const D: usize, const N: usize> {
     pub pressure_field: Option<PressureField>,
 }
 
-/// A continuous linear pressure `p`: adds `∫ p (J − 1) dV` to the potential, stationary in p.
+impl<L: Law<D>, const D: usize, const N: usize> ForceBalance<L, D, N> {
+    /// Checks that θ has the right length, is finite and gives every parameter a value that makes sense.
+    ///
+    /// # Errors
+    /// The first entry that does not.
+    pub fn check_theta(&self, theta: &[f64]) -> Result<(), ThetaError> {
+        let followers = self.followers.iter().map(|surface| surface.magnitude);
+        check_theta::<L, D>(theta, theta_len::<L, D>(followers).max(self.potential.theta_len()))
+    }
+}
+
+/// A continuous linear pressure `p`: adds `∫ p (J − 1) − ½ p²/κ dV` to the potential, stationary in p.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PressureField {
     /// Number of pressure unknowns.
@@ -27,6 +39,8 @@ pub struct PressureField {
     pub corners: usize,
     /// Pressure unknowns of each cell, cell by cell, `corners` each.
     pub cells: Vec<usize>,
+    /// `1/κ` \[1/stress\]: 0 for an incompressible body. The bulk modulus κ adds to the law's own.
+    pub compliance: f64,
     /// Values of their shape functions at each quadrature point of the reference element.
     pub shape: Vec<Vec<f64>>,
 }
@@ -45,6 +59,6 @@ impl PressureField {
         let mut unknown = vec![usize::MAX; mesh.points.len()];
         nodes.iter().enumerate().for_each(|(at, &node)| unknown[node] = at);
         let cells = of_cells().map(|&node| unknown[node]).collect();
-        Self { unknowns: nodes.len(), nodes, corners, cells, shape }
+        Self { unknowns: nodes.len(), nodes, corners, cells, compliance: 0.0, shape }
     }
 }

@@ -149,11 +149,7 @@ impl<L: Law<D>, G: Guard, const D: usize, const N: usize> TotalPotential<L, D, G
     pub fn theta_len(&self) -> usize {
         let of_pressures = self.pressures.iter().map(|pressure| pressure.magnitude);
         let of_surfaces = self.surfaces.iter().map(|surface| surface.magnitude);
-        let loads = of_pressures.chain(of_surfaces).map(|magnitude| match magnitude {
-            Magnitude::Fixed(_) => 0,
-            Magnitude::Theta(index) => index + 1,
-        });
-        loads.fold(L::PARAMETERS.len(), usize::max)
+        theta_len::<L, D>(of_pressures.chain(of_surfaces))
     }
 
     /// Checks that θ has the right length, is finite and gives every parameter a value that makes sense.
@@ -161,20 +157,7 @@ impl<L: Law<D>, G: Guard, const D: usize, const N: usize> TotalPotential<L, D, G
     /// # Errors
     /// The first entry that does not.
     pub fn check_theta(&self, theta: &[f64]) -> Result<(), ThetaError> {
-        let (given, needed) = (theta.len(), self.theta_len());
-        if given != needed {
-            return Err(ThetaError::Length { given, needed, names: L::PARAMETERS });
-        }
-        for (index, &value) in theta.iter().enumerate() {
-            let load = (&"a load", f64::MIN..=f64::MAX);
-            let (&name, bounds) =
-                L::PARAMETERS.get(index).map_or(load, |name| (name, L::bounds(index)));
-            if !bounds.contains(&value) {
-                let (least, most) = (*bounds.start(), *bounds.end());
-                return Err(ThetaError::OutOfBounds { index, name, value, least, most });
-            }
-        }
-        Ok(())
+        check_theta::<L, D>(theta, self.theta_len())
     }
 
     /// Indices `3 × node + component` that no support prescribes, ascending.
@@ -201,6 +184,38 @@ impl<L: Law<D>, G: Guard, const D: usize, const N: usize> TotalPotential<L, D, G
             prescribed: self.prescribed,
         }
     }
+}
+
+/// Number of entries of θ that a law and loads of these sizes read.
+pub(crate) fn theta_len<L: Law<D>, const D: usize>(
+    loads: impl Iterator<Item = Magnitude>,
+) -> usize {
+    let ends = loads.map(|magnitude| match magnitude {
+        Magnitude::Fixed(_) => 0,
+        Magnitude::Theta(index) => index + 1,
+    });
+    ends.fold(L::PARAMETERS.len(), usize::max)
+}
+
+/// Checks θ against the bounds of a law and the number of entries that are read.
+pub(crate) fn check_theta<L: Law<D>, const D: usize>(
+    theta: &[f64],
+    needed: usize,
+) -> Result<(), ThetaError> {
+    let given = theta.len();
+    if given != needed {
+        return Err(ThetaError::Length { given, needed, names: L::PARAMETERS });
+    }
+    for (index, &value) in theta.iter().enumerate() {
+        let load = (&"a load", f64::MIN..=f64::MAX);
+        let (&name, bounds) =
+            L::PARAMETERS.get(index).map_or(load, |name| (name, L::bounds(index)));
+        if !bounds.contains(&value) {
+            let (least, most) = (*bounds.start(), *bounds.end());
+            return Err(ThetaError::OutOfBounds { index, name, value, least, most });
+        }
+    }
+    Ok(())
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

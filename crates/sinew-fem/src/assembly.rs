@@ -281,6 +281,11 @@ impl Assembly {
         self.points.iter().map(|(h, _)| h)
     }
 
+    /// Displacement gradient and response at each quadrature point there.
+    pub fn responses(&self) -> impl Iterator<Item = &(Mat3<f64>, Response)> {
+        self.points.iter()
+    }
+
     /// The stress at each point after a step along `direction` by the linear model of the stress,
     /// `S + C : sym(Fᵀ ∇direction)`.
     pub fn predict_stress<L: Law<D>, const D: usize, const N: usize>(

@@ -61,6 +61,14 @@ pub enum SolveError {
         "the stiffness is singular at this equilibrium (a limit or bifurcation point); move theta a little"
     )]
     Singular,
+    /// A path that cannot be followed by its volume.
+    #[error(
+        "the volume cannot be prescribed because {problem}; follow the load instead, by BalanceSolver::solve"
+    )]
+    VolumeControl {
+        /// Why.
+        problem: &'static str,
+    },
     /// A displacement at which a cell is inverted or the energy overflows.
     #[error(
         "the energy is infinite at this displacement, worst in cell {cell}; give an admissible one"

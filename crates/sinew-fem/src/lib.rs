@@ -38,8 +38,11 @@
 //!   [`Solver::solve_from`] give a [`Solution`] with its [`History`], or a [`SolveError`] that advises.
 //! - [`sweep`] solves for many θ on all cores, each from its neighbour.
 //! - [`Solver::sensitivity`] gives ∂u/∂θ.
+//! - [`BalanceSolver`] finds equilibria that are no minima: incompressible bodies by the mixed elements of
+//!   Taylor and Hood, pressures on surfaces with a loose rim, and paths through limit points by volume.
 
 mod assembly;
+mod balance;
 mod cell;
 mod dual;
 mod error;
@@ -58,6 +61,7 @@ mod sparsity;
 mod stiffness_root;
 mod sweep;
 
+pub use balance::{BalanceSolution, BalanceSolver, VolumeStep, VolumeTrace};
 pub use error::{Advice, NotConverged, SolveError};
 pub use history::{History, Iteration};
 pub use matrix::Stiffness;

@@ -80,7 +80,7 @@ impl<'p, L: Law<D>, const D: usize, const N: usize> Solver<'p, L, D, N> {
 }
 
 /// The fields of a potential are public: checks that they fit each other.
-fn check_arrays<L: Law<D>, const D: usize, const N: usize>(
+pub(crate) fn check_arrays<L: Law<D>, const D: usize, const N: usize>(
     potential: &TotalPotential<L, D, Exact, N>,
 ) -> Result<(), SolveError> {
     let (cells, nodes) = (potential.cells.len(), potential.nodes);

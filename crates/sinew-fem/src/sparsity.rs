@@ -95,6 +95,24 @@ impl Sparsity {
         self.degree_of_freedom.len()
     }
 
+    /// The symmetric matrix with the given lower half times a vector.
+    pub fn multiply(&self, matrix: &[f64], from: &[f64], to: &mut [f64]) {
+        to.fill(0.0);
+        let starts = self.pattern.col_ptr();
+        for column in 0..self.unknowns() {
+            let (start, end) = (starts[column], starts[column + 1]);
+            let rows = &self.pattern.row_idx()[start..end];
+            // The diagonal comes first in each column.
+            let mut sum = matrix[start] * from[column];
+            let x = from[column];
+            for (&row, &value) in rows.iter().zip(&matrix[start..end]).skip(1) {
+                to[row] += value * x;
+                sum += value * from[row];
+            }
+            to[column] += sum;
+        }
+    }
+
     /// The pattern of the upper half, compressed by columns.
     pub fn upper(&self) -> SymbolicSparseColMat<usize> {
         let size = self.unknowns();

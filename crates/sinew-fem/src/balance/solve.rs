@@ -1,0 +1,161 @@
+//! Equilibria under rising load.
+
+use super::BalanceSolver;
+use super::newton::Equilibrium;
+use super::state::Unknowns;
+use crate::{Advice, History, NotConverged, Options, SolveError};
+use sinew_energy::Law;
+use std::time::Instant;
+
+/// First load step when the whole load at once fails; later ones adapt.
+const FIRST_STEP: f64 = 0.25;
+/// Factors of the load step after a success and after a failure.
+const GROWTH: f64 = 1.5;
+const CUT: f64 = 0.5;
+
+/// An equilibrium of forces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BalanceSolution {
+    /// Displacement `[u_x, u_y, u_z]` node by node \[length\].
+    pub displacement: Vec<f64>,
+    /// The field of pressure at [`sinew_energy::PressureField::nodes`] \[stress\], compression negative; empty
+    /// without one.
+    pub pressure: Vec<f64>,
+    /// Parameters of law and loads.
+    pub theta: Vec<f64>,
+    /// Fraction of all loads.
+    pub load_factor: f64,
+    /// Norm of the unbalanced nodal forces \[stress·length²\].
+    pub residual: f64,
+    /// Norm of the changes of volume that the pressures should prevent \[length³\].
+    pub volume_residual: f64,
+    /// Norm of the loads and reactions \[stress·length²\], to compare the residual with.
+    pub force_scale: f64,
+    /// Least volume ratio J of all quadrature points.
+    pub least_volume_ratio: f64,
+    /// Negative pivots of the symmetric part of the stiffness of the displacements.
+    pub negative_pivots: usize,
+    /// Number of load steps, 1 when the whole load was taken at once.
+    pub load_steps: usize,
+    /// Iterations of all linear systems.
+    pub linear_iterations: usize,
+    /// All iterations.
+    pub history: History,
+    /// Wall-clock time of the solve \[s\].
+    pub seconds: f64,
+}
+
+impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
+    /// The equilibrium for θ, reached from the reference configuration: at once if that works, else under
+    /// loads and prescribed motions that rise step by step.
+    ///
+    /// # Errors
+    /// θ that makes no sense, or [`SolveError::NotConverged`].
+    pub fn solve(
+        &mut self,
+        theta: &[f64],
+        options: &Options,
+    ) -> Result<BalanceSolution, SolveError> {
+        let start = Instant::now();
+        self.system.body.check_theta(theta)?;
+        let mut history = History::default();
+        let rest = self.rest();
+        let (found, load_steps) = match self.equilibrium(&rest, theta, 1.0, options, &mut history) {
+            Some(found) => (found, 1),
+            None => self.follow_load(theta, options, &mut history).map_err(|reached| {
+                let advice = Advice::from_history(&history);
+                let (load_factor, displacement) = (reached.0, reached.1.displacement);
+                let history = std::mem::take(&mut history);
+                let failure = NotConverged { load_factor, displacement, history, advice };
+                SolveError::NotConverged(Box::new(failure))
+            })?,
+        };
+        let mut solution = self.solution(found, theta, 1.0);
+        (solution.load_steps, solution.history) = (load_steps, history);
+        solution.seconds = start.elapsed().as_secs_f64();
+        Ok(solution)
+    }
+
+    pub(super) fn rest(&self) -> Unknowns {
+        let [_, pressures] = self.unknowns();
+        let displacement = vec![0.0; self.system.body.potential.prescribed.len()];
+        Unknowns { displacement, pressure: vec![0.0; pressures] }
+    }
+
+    pub(super) fn solution(
+        &self,
+        found: Equilibrium,
+        theta: &[f64],
+        load_factor: f64,
+    ) -> BalanceSolution {
+        BalanceSolution {
+            displacement: found.unknowns.displacement,
+            pressure: found.unknowns.pressure,
+            theta: theta.to_vec(),
+            load_factor,
+            residual: found.residual.force,
+            volume_residual: found.residual.volume,
+            force_scale: self.system.assembly.force_scale,
+            least_volume_ratio: self.system.assembly.least_volume_ratio,
+            negative_pivots: found.negative_pivots,
+            load_steps: 1,
+            linear_iterations: found.linear_iterations,
+            history: History::default(),
+            seconds: 0.0,
+        }
+    }
+
+    /// Follows the equilibrium from rest to the whole load, extrapolating from step to step.
+    fn follow_load(
+        &mut self,
+        theta: &[f64],
+        options: &Options,
+        history: &mut History,
+    ) -> Result<(Equilibrium, usize), (f64, Unknowns)> {
+        let mut reached = (0.0, self.rest());
+        let mut before: Option<(f64, Unknowns)> = None;
+        let (mut step, mut steps, mut linear_iterations) = (FIRST_STEP, 0, 0);
+        while step >= options.least_load_step && history.iterations.len() < options.iterations {
+            let target = f64::min(reached.0 + step, 1.0);
+            let guess = extrapolate(before.as_ref(), &reached, target);
+            let found = self.equilibrium(&guess, theta, target, options, history);
+            // A secant that leads astray is no reason for a smaller step yet.
+            let found = match found {
+                None if before.is_some() => {
+                    self.equilibrium(&reached.1, theta, target, options, history)
+                }
+                found => found,
+            };
+            let Some(mut found) = found else {
+                step *= CUT;
+                continue;
+            };
+            steps += 1;
+            linear_iterations += found.linear_iterations;
+            if target >= 1.0 {
+                found.linear_iterations = linear_iterations;
+                return Ok((found, steps));
+            }
+            before = Some(std::mem::replace(&mut reached, (target, found.unknowns)));
+            step *= GROWTH;
+        }
+        Err(reached)
+    }
+}
+
+/// The unknowns on the line through the last two equilibria.
+fn extrapolate(
+    before: Option<&(f64, Unknowns)>,
+    (load, last): &(f64, Unknowns),
+    target: f64,
+) -> Unknowns {
+    let Some((earlier, previous)) = before else { return last.clone() };
+    let ratio = (target - load) / (load - earlier);
+    let line = |now: &[f64], then: &[f64]| {
+        now.iter().zip(then).map(|(u, v)| u + ratio * (u - v)).collect()
+    };
+    Unknowns {
+        displacement: line(&last.displacement, &previous.displacement),
+        pressure: line(&last.pressure, &previous.pressure),
+    }
+}
