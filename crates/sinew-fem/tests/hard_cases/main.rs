@@ -13,6 +13,7 @@ mod checks;
 mod fibres;
 mod large_deformations;
 mod loads;
+mod loose_rims;
 mod materials;
 mod meshes;
 mod refused_input;

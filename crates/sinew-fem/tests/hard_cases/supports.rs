@@ -83,6 +83,38 @@ fn three_points_on_a_slanted_line_leave_the_turn_about_it() {
     assert!((x - y).abs() < 1e-9 && (y - z).abs() < 1e-9 && x.abs() > 0.5);
 }
 
+/// Two cubes that share the edge along y at (x, z) = (1, 1), as a door and its frame.
+fn cubes_on_an_edge() -> TetMesh {
+    let mut mesh = cube(1);
+    let mut index = Vec::new();
+    for [x, y, z] in cube(1).points {
+        let place = [x + 1.0, y, z + 1.0];
+        index.push(mesh.points.iter().position(|&p| p == place).unwrap_or(mesh.points.len()));
+        if index.last() == Some(&mesh.points.len()) {
+            mesh.points.push(place);
+        }
+    }
+    mesh.cells.extend(cube(1).cells.iter().map(|cell| cell.map(|node| index[node])));
+    let top = (0..mesh.points.len()).filter(|&n| mesh.points[n][2] == 2.0).collect();
+    mesh.node_sets.insert("top".into(), top);
+    mesh
+}
+
+#[test]
+fn a_part_on_a_shared_edge_turns_about_it_unless_it_is_held() {
+    let scene = scene(NeoHookean, cubes_on_an_edge());
+    let door = scene.lower().unwrap();
+    let modes = free_modes(&door);
+    assert_eq!(modes.iter().map(ToString::to_string).collect::<Vec<_>>(), ["rotation about y"]);
+
+    // Held along x at its top it is hinged and yet fixed.
+    let latch = Support::uniform("top", [Some(0.1), None, None]);
+    let held = Scene { supports: vec![Support::clamped("x_min"), latch], ..scene };
+    let held = held.lower().unwrap();
+    let solution = solve(&held, &[1.0, 1.0]).unwrap();
+    assert_sound(&held, &solution);
+}
+
 #[test]
 fn three_pins_that_just_suffice_hold_a_body_under_its_weight() {
     let mut mesh = box_tetrahedra([10.0; 3], [2; 3]);
