@@ -89,6 +89,7 @@ where
             shape_gradients,
             volumes,
             directions,
+            patches: Vec::new(),
             nodal_force,
             springs,
             pressures: pressures.flat,

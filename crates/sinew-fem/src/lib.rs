@@ -53,6 +53,7 @@ mod load_steps;
 mod matrix;
 mod newton;
 mod order;
+mod patch;
 mod rigid;
 mod sensitivity;
 mod solution;

@@ -35,7 +35,7 @@
 //! volume are repaired and counted in the [`ReadReport`]. Triangles among tetrahedra become
 //! facet sets: named by gmsh's physical groups, or by the values of integer cell fields
 //! (`region:1`), or `facets`. A field that marks nodes becomes a set with
-//! [`SimplexMesh::nodes_where_nonzero`]. Curved, higher-order and other cells are refused with
+//! [`Mesh::nodes_where_nonzero`]. Curved, higher-order and other cells are refused with
 //! advice.
 //!
 //! ## Sets in VTK files
@@ -52,25 +52,35 @@
 //! error names the file, the line (in text) or byte, what was expected and what to do.
 
 mod check;
+mod distort;
+mod element;
 mod error;
 mod field;
 mod generate;
 mod geometry;
 mod io;
 mod mesh;
+mod quadratic;
 mod quality;
 mod surface;
 mod topology;
 
+pub use element::Element;
 pub use error::{Defect, MeshError, Place, Problem};
-pub use generate::{box_tetrahedra, rectangle_triangles};
+pub use generate::{
+    TruncatedEllipsoid, Wall, box_hexahedra, box_tetrahedra, cook_membrane, cook_membrane_point,
+    cylinder_quarter, rectangle_crossed_triangles, rectangle_triangles, sphere_octant,
+};
 pub use geometry::repair_orientation;
 pub use io::{
-    AnyMesh, NpyArray, ReadReport, VtkEncoding, parse, parse_npy, parse_tet_mesh,
-    parse_triangle_mesh, read, read_npy, read_tet_mesh, read_triangle_mesh, to_npy, to_pvd, to_vtk,
-    to_vtu, write_npy, write_pvd, write_vtk, write_vtu,
+    AnyMesh, NpyArray, ReadReport, VtkEncoding, parse, parse_mesh, parse_npy, parse_tet_mesh,
+    parse_triangle_mesh, read, read_mesh, read_npy, read_tet_mesh, read_triangle_mesh, to_npy,
+    to_pvd, to_vtk, to_vtu, write_npy, write_pvd, write_vtk, write_vtu,
 };
-pub use mesh::{Facet, Field, FieldValues, SimplexMesh, TetMesh, TriangleMesh};
+pub use mesh::{
+    Facet, Field, FieldValues, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, SimplexMesh,
+    TetMesh, TriangleMesh,
+};
 pub use quality::{
     QualitySummary, SLIVER_ANGLE, Spread, min_dihedral_angle, quality, slivers, volume_ratio,
 };
