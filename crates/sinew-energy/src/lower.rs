@@ -6,19 +6,19 @@ mod loads;
 mod overlaps;
 
 use crate::balance::{ForceBalance, PressureField};
-use crate::elements::{Element, Nodes, QuadraticElement, QuadraturePoint};
+use crate::elements::{FiniteElement, Nodes, QuadraturePoint, TaylorHoodElement};
 use crate::{
     Exact, Law, Load, Magnitude, Prescribed, PressureSurface, Sampling, Scene, SceneError,
     TotalPotential,
 };
 use geometry::shape_functions;
 use overlaps::check_overlaps;
-use sinew_mesh::{Facet, SimplexMesh};
+use sinew_mesh::{Facet, Mesh};
 use std::collections::{BTreeMap, HashSet};
 
 impl<L: Law<D>, const D: usize, const N: usize> Scene<L, D, N>
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     /// Checks the scene and lowers it to plain arrays.
     ///
@@ -49,7 +49,7 @@ where
     /// The first thing found wrong, with advice.
     pub fn lower_mixed(&self) -> Result<ForceBalance<L, D, N>, SceneError>
     where
-        Nodes<N>: QuadraticElement<N>,
+        Nodes<N>: TaylorHoodElement<N>,
     {
         let rule = Nodes::<N>::FINE_QUADRATURE;
         let (potential, followers) = self.lower_by(rule, true)?;
@@ -138,7 +138,7 @@ where
 
     fn prescribed(&self) -> Result<Vec<Option<f64>>, SceneError> {
         let mut prescribed = vec![None; 3 * self.mesh.points.len()];
-        if Nodes::<N>::DIMENSION == 2 {
+        if Mesh::<N>::ELEMENT.dimension == 2 {
             prescribed.iter_mut().skip(2).step_by(3).for_each(|u| *u = Some(0.0));
         }
         for support in &self.supports {
@@ -219,7 +219,7 @@ fn prescribe(
 }
 
 fn check_loose_nodes<const N: usize>(
-    mesh: &SimplexMesh<N>,
+    mesh: &Mesh<N>,
     prescribed: &[Option<f64>],
 ) -> Result<(), SceneError> {
     let mut loose: Vec<bool> = prescribed.chunks(3).map(|u| u.contains(&None)).collect();

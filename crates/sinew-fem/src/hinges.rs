@@ -3,6 +3,7 @@
 use crate::RigidMode;
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 use sinew_energy::{Guard, Law, TotalPotential};
+use sinew_mesh::Mesh;
 
 /// More hinged pieces than this are not analysed: the dense eigenvalues would take longer than a solve.
 const MOST_PIECES: usize = 100;
@@ -163,7 +164,7 @@ fn pieces<L: Law<D>, G: Guard, const D: usize, const N: usize>(
 /// Whether nodes that do not move fix a cell: in space three off a line, in a plane two.
 fn fixes<const N: usize>(mut places: impl Iterator<Item = Vector3<f64>>) -> bool {
     let (Some(first), Some(second)) = (places.next(), places.next()) else { return false };
-    let plane = N == 3 || N == 6;
+    let plane = Mesh::<N>::ELEMENT.dimension == 2;
     let along = second - first;
     // Nodes of a cell are not nearly on a line unless they are on an edge.
     plane

@@ -1,8 +1,7 @@
 //! Cells that lie over each other.
 
 use crate::SceneError;
-use crate::elements::{Element, Nodes};
-use sinew_mesh::SimplexMesh;
+use sinew_mesh::{Facet, Mesh};
 
 /// The most corners that a facet has.
 const MOST_CORNERS: usize = 4;
@@ -10,17 +9,14 @@ const MOST_CORNERS: usize = 4;
 /// Checks that no two cells lie on the same side of a facet: neighbours run around it in opposite senses.
 ///
 /// Finds cells that are listed twice and cells that are folded over a neighbour.
-pub(super) fn check_overlaps<const N: usize>(mesh: &SimplexMesh<N>) -> Result<(), SceneError>
-where
-    Nodes<N>: Element<N>,
-{
-    let corners = Nodes::<N>::facet_rule().corners;
-    let facets = Nodes::<N>::FACETS;
-    let mut sides = Vec::with_capacity(facets.len() * mesh.cells.len());
-    for (cell, nodes) in mesh.cells.iter().enumerate() {
-        for facet in facets {
+pub(super) fn check_overlaps<const N: usize>(mesh: &Mesh<N>) -> Result<(), SceneError> {
+    let (corners, facets) = (Mesh::<N>::ELEMENT.facet_corners, Mesh::<N>::ELEMENT.facets.len());
+    let mut sides = Vec::with_capacity(facets * mesh.cells.len());
+    for cell in 0..mesh.cells.len() {
+        for opposite in 0..facets {
             let mut side = [usize::MAX; MOST_CORNERS];
-            side.iter_mut().zip(&facet[..corners]).for_each(|(at, &local)| *at = nodes[local]);
+            let nodes = mesh.nodes_of_facet(Facet { cell, opposite });
+            side.iter_mut().zip(nodes.take(corners)).for_each(|(at, node)| *at = node);
             // The same sense from the smallest node on; the ends of an edge are in order as they are.
             if corners > 2 {
                 let smallest = (0..corners).min_by_key(|&corner| side[corner]).unwrap_or(0);
