@@ -123,18 +123,18 @@ pub(crate) struct Rounding {
 
 impl Rounding {
     /// Adds one cell whose nodes move by `motion`: H carries the rounding errors of its terms `u g`, the
-    /// stress those of 1 + H times the tangent.
+    /// stress those of 1 + H times the tangent, to which `common` adds a stiffness shared with other points.
     pub fn add_cell(
         &mut self,
         shape: &[[f64; 3]],
         volume: f64,
         motion: f64,
-        h: &Mat3<f64>,
-        response: &Response,
+        (h, response): (&Mat3<f64>, &Response),
+        common: f64,
     ) {
         let largest = |values: &[f64]| values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let (slope, strain) = (largest(shape.as_flattened()), largest(h.0.as_flattened()));
-        let stiffness = (0..9).map(|i| response.tangent[i][i].abs()).fold(0.0, f64::max);
+        let stiffness = (0..9).map(|i| response.tangent[i][i].abs()).fold(common, f64::max);
         let force = volume * slope * stiffness * (1.0 + slope * motion);
         self.squared_force += force * force;
         self.energy += volume * stiffness * strain * (1.0 + strain);
