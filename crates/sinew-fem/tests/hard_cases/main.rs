@@ -10,6 +10,7 @@ mod support;
 mod bodies;
 mod checks;
 
+mod elements;
 mod fibres;
 mod large_deformations;
 mod loads;
