@@ -48,6 +48,7 @@ mod dual;
 mod error;
 mod factor;
 pub mod fibres;
+mod hinges;
 mod history;
 mod load_steps;
 mod matrix;
