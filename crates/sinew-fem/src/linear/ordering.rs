@@ -9,9 +9,7 @@ use faer::sparse::linalg::amd;
 /// Graphs up to this many vertices are ordered by minimum degree: ...
 const MOST_BY_DEGREE: usize = 3_000;
 /// Parts up to this many vertices are not cut further.
-const LEAF: usize = 200;
-/// Separators are sought this often, the lightest is taken.
-const TRIES: usize = 1;
+const LEAF: usize = 50;
 /// Parts from this size on are ordered on two threads.
 const PARALLEL: usize = 4_000;
 
@@ -48,8 +46,7 @@ fn dissect(graph: &Graph, names: &[u32], seed: u64, order: &mut [u32]) {
         return by_degree(order);
     }
     let mut random = Random(seed);
-    let tries = (0..TRIES).map(|_| Separation::find(graph, &mut random));
-    let Some(separation) = tries.min_by_key(Separation::cost) else { return by_degree(order) };
+    let separation = Separation::find(graph, &mut random);
     if separation.cost().0 {
         // Nothing separates the graph: it is complete, or nearly so.
         return by_degree(order);

@@ -10,10 +10,13 @@ const COARSEST: usize = 120;
 const GROWN: usize = 8;
 /// A side may weigh this part of the whole.
 const MOST_BALANCED: f64 = 0.6;
-/// Refinement passes per level; most end by themselves before.
-const PASSES: usize = 8;
+/// A separator with all vertices on one side is as good as one heavier by one part of this many.
+const UNEVEN: u64 = 4;
+/// Refinement passes per level; most end by themselves before. Measured on the beams: 12 passes to one side in
+/// turn give 6 % fewer operations than passes to both.
+const PASSES: usize = 12;
 /// Moves without improvement that end a pass.
-const MOST_MOVES: usize = 150;
+const MOST_MOVES: usize = 300;
 
 /// Where a vertex lies: on one of two sides, or in between.
 pub(super) const BETWEEN: u8 = 2;
@@ -30,29 +33,22 @@ impl Separation {
     /// Finds a light separator: the graph is coarsened, the coarsest one is cut, and the cut is refined on
     /// the way back.
     pub fn find(graph: &Graph, random: &mut Random) -> Self {
-        let total = graph.total_weight();
-        let most_weight = (1.5 * total as f64 / COARSEST as f64).max(1.0) as u32;
+        let most_weight = (1.5 * graph.total_weight() as f64 / COARSEST as f64).max(1.0) as u32;
         let mut levels: Vec<(Graph, Vec<u32>)> = Vec::new();
         loop {
-            let finest = levels.last().map_or(graph, |(coarse, _)| coarse);
-            if finest.len() <= COARSEST {
+            let last = levels.last().map_or(graph, |(coarse, _)| coarse);
+            if last.len() <= COARSEST {
                 break;
             }
-            let next = finest.coarsened(most_weight, random);
+            let next = last.coarsened(most_weight, random);
             // A graph that hardly shrinks (a star, say) is cut as it is.
-            if next.0.len() as f64 > 0.95 * finest.len() as f64 {
+            if next.0.len() as f64 > 0.95 * last.len() as f64 {
                 break;
             }
             levels.push(next);
         }
         let coarsest = levels.last().map_or(graph, |(coarse, _)| coarse);
-        let grown = (0..GROWN).map(|_| {
-            let mut separation = Self::grow(coarsest, random.below(coarsest.len()));
-            separation.refine(coarsest);
-            separation
-        });
-        let best = grown.min_by_key(Self::cost);
-        let mut separation = best.unwrap_or_else(|| Self::grow(coarsest, 0));
+        let mut separation = Self::best_grown(coarsest, random);
         for level in (0..levels.len()).rev() {
             let fine = if level == 0 { graph } else { &levels[level - 1].0 };
             let map = &levels[level].1;
@@ -62,10 +58,27 @@ impl Separation {
         separation
     }
 
+    fn best_grown(graph: &Graph, random: &mut Random) -> Self {
+        let mut grown = || {
+            let mut separation = Self::grow(graph, random.below(graph.len()));
+            separation.refine(graph);
+            separation
+        };
+        let mut best = grown();
+        for _ in 1..GROWN {
+            let next = grown();
+            if next.cost() < best.cost() {
+                best = next;
+            }
+        }
+        best
+    }
+
     /// Light separators first, then even sides. A side that is empty separates nothing.
-    pub fn cost(&self) -> (bool, u64, u64) {
+    pub fn cost(&self) -> (bool, u64) {
         let [a, b, between] = self.weights;
-        (a == 0 || b == 0, between, a.abs_diff(b))
+        let total = a + b + between;
+        (a == 0 || b == 0, between * (UNEVEN * total + a.abs_diff(b)))
     }
 
     /// Grows side 0 from a vertex, nearest vertices first, to half the weight; what it touches is between.
@@ -116,47 +129,58 @@ impl Separation {
     fn refine(&mut self, graph: &Graph) {
         let most = (MOST_BALANCED * graph.total_weight() as f64) as u64;
         let mut pass = Pass::new(graph);
+        let mut side = usize::from(self.weights[1] < self.weights[0]);
+        let mut fruitless = 0;
         for _ in 0..PASSES {
             let before = self.cost();
-            pass.run(self, most);
-            if self.cost() >= before {
+            pass.run(self, side, most);
+            fruitless = if self.cost() < before { 0 } else { fruitless + 1 };
+            if fruitless == 2 {
                 return;
             }
+            side = 1 - side;
         }
     }
 }
 
-/// What a pass of refinement keeps.
+/// What a pass of refinement keeps. Each moves vertices out of the separator to one side, so the separator
+/// sweeps over the other: it gets over hills that moves to and fro do not.
 struct Pass<'g> {
     graph: &'g Graph,
-    /// By how much the separator gets lighter when a vertex of it goes to either side.
-    gain: Vec<[i64; 2]>,
+    /// By how much the separator gets lighter when a vertex of it goes to the side.
+    gain: Vec<i64>,
     moved: Vec<bool>,
-    /// Vertices of the separator by gain for each side; an entry whose gain is no longer true is void.
-    queues: [BinaryHeap<(i64, Reverse<u32>)>; 2],
+    /// Vertices of the separator by gain; an entry whose gain is no longer true is void.
+    queue: BinaryHeap<(i64, Reverse<u32>)>,
     /// Vertices that changed, with the part they came from.
     log: Vec<(u32, u8)>,
 }
 
 impl<'g> Pass<'g> {
     fn new(graph: &'g Graph) -> Self {
-        let queues = [BinaryHeap::new(), BinaryHeap::new()];
-        let (gain, moved) = (vec![[0; 2]; graph.len()], vec![false; graph.len()]);
-        Self { graph, gain, moved, queues, log: Vec::new() }
+        let (gain, moved) = (vec![0; graph.len()], vec![false; graph.len()]);
+        Self { graph, gain, moved, queue: BinaryHeap::new(), log: Vec::new() }
     }
 
-    fn run(&mut self, separation: &mut Separation, most: u64) {
-        self.queues.iter_mut().for_each(BinaryHeap::clear);
+    fn run(&mut self, separation: &mut Separation, side: usize, most: u64) {
+        self.queue.clear();
         self.log.clear();
         self.moved.fill(false);
         for vertex in 0..self.graph.len() {
             if separation.part[vertex] == BETWEEN {
-                self.enter(separation, vertex);
+                self.enter(separation, vertex, side);
             }
         }
         let (mut best, mut best_log, mut since) = (separation.cost(), 0, 0);
         while since < MOST_MOVES {
-            let Some((vertex, side)) = self.choose(separation, most) else { break };
+            let Some((gain, Reverse(vertex))) = self.queue.pop() else { break };
+            let vertex = vertex as usize;
+            if self.moved[vertex] || self.gain[vertex] != gain {
+                continue;
+            }
+            if separation.weights[side] + u64::from(self.graph.weights[vertex]) > most {
+                continue;
+            }
             self.transfer(separation, vertex, side);
             since += 1;
             if separation.cost() < best {
@@ -168,77 +192,39 @@ impl<'g> Pass<'g> {
         }
     }
 
-    /// Computes the gains of a vertex that is in the separator, and queues it.
-    fn enter(&mut self, separation: &Separation, vertex: usize) {
-        let mut gain = [i64::from(self.graph.weights[vertex]); 2];
+    /// Computes the gain of a vertex that is in the separator, and queues it.
+    fn enter(&mut self, separation: &Separation, vertex: usize, side: usize) {
+        let mut gain = i64::from(self.graph.weights[vertex]);
         for &neighbour in self.graph.neighbours(vertex) {
-            let part = separation.part[neighbour as usize];
-            if part != BETWEEN {
-                gain[1 - part as usize] -= i64::from(self.graph.weights[neighbour as usize]);
+            if separation.part[neighbour as usize] == 1 - side as u8 {
+                gain -= i64::from(self.graph.weights[neighbour as usize]);
             }
         }
         self.gain[vertex] = gain;
-        self.queues[0].push((gain[0], Reverse(vertex as u32)));
-        self.queues[1].push((gain[1], Reverse(vertex as u32)));
-    }
-
-    /// The best move that keeps the balance; of equals, to the lighter side.
-    fn choose(&mut self, separation: &Separation, most: u64) -> Option<(usize, usize)> {
-        let mut best: Option<(i64, u64, usize, usize)> = None;
-        for side in 0..2 {
-            while let Some(&(gain, Reverse(vertex))) = self.queues[side].peek() {
-                let vertex = vertex as usize;
-                let stale = self.moved[vertex]
-                    || separation.part[vertex] != BETWEEN
-                    || self.gain[vertex][side] != gain;
-                if stale {
-                    self.queues[side].pop();
-                    continue;
-                }
-                let weight = separation.weights[side] + u64::from(self.graph.weights[vertex]);
-                let better = best.is_none_or(|(g, w, ..)| gain > g || (gain == g && weight < w));
-                if weight <= most && better {
-                    best = Some((gain, weight, vertex, side));
-                }
-                break;
-            }
-        }
-        best.map(|(_, _, vertex, side)| (vertex, side))
+        self.queue.push((gain, Reverse(vertex as u32)));
     }
 
     /// Moves a vertex to a side; its neighbours on the other side take its place between.
     fn transfer(&mut self, separation: &mut Separation, vertex: usize, side: usize) {
         let graph = self.graph;
-        let other = 1 - side;
+        let other = 1 - side as u8;
         self.moved[vertex] = true;
         self.log.push((vertex as u32, BETWEEN));
         separation.put(graph, vertex, side as u8);
-        for &neighbour in graph.neighbours(vertex) {
-            let neighbour = neighbour as usize;
-            if separation.part[neighbour] == BETWEEN {
-                self.change(neighbour, other, -i64::from(graph.weights[vertex]));
-            }
-        }
-        for &neighbour in graph.neighbours(vertex) {
-            let pulled = neighbour as usize;
-            if separation.part[pulled] != other as u8 {
+        for &pulled in graph.neighbours(vertex) {
+            if separation.part[pulled as usize] != other {
                 continue;
             }
-            self.log.push((neighbour, other as u8));
-            separation.put(graph, pulled, BETWEEN);
-            for &near in graph.neighbours(pulled) {
-                if separation.part[near as usize] == BETWEEN {
-                    self.change(near as usize, side, i64::from(graph.weights[pulled]));
+            self.log.push((pulled, other));
+            separation.put(graph, pulled as usize, BETWEEN);
+            for &near in graph.neighbours(pulled as usize) {
+                let near = near as usize;
+                if separation.part[near] == BETWEEN && !self.moved[near] {
+                    self.gain[near] += i64::from(graph.weights[pulled as usize]);
+                    self.queue.push((self.gain[near], Reverse(near as u32)));
                 }
             }
-            self.enter(separation, pulled);
-        }
-    }
-
-    fn change(&mut self, vertex: usize, side: usize, by: i64) {
-        self.gain[vertex][side] += by;
-        if !self.moved[vertex] {
-            self.queues[side].push((self.gain[vertex][side], Reverse(vertex as u32)));
+            self.enter(separation, pulled as usize, side);
         }
     }
 }
