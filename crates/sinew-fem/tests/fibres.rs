@@ -89,7 +89,6 @@ fn experiment() {
     for (l, a, r) in [(3, 16, 24), (6, 32, 48)] {
         let mesh = ellipsoid(l, a, r);
         for variant in [Depth::Potential, Depth::Thickness] {
-            
             let start = std::time::Instant::now();
             let field = VentricleCoordinates::new(&mesh, &SURFACES).unwrap();
             let seconds = start.elapsed().as_secs_f64();
@@ -101,9 +100,20 @@ fn experiment() {
                 let x = centre(&mesh, cell);
                 let exact = EllipsoidWall::LAND.frame(x.into(), &FibreRule::SIXTY, 0.1).unwrap();
                 let e = between(frames[cell][0], exact[0]);
-                if x.x.hypot(x.y) > 2.0 { err.push(e); errnormal.push(between(frames[cell][1], exact[1])); } else { errapex.push(e) }
+                if x.x.hypot(x.y) > 2.0 {
+                    err.push(e);
+                    errnormal.push(between(frames[cell][1], exact[1]));
+                } else {
+                    errapex.push(e)
+                }
             }
-            println!("{l} {a} {r} cells {} variant {variant:?}: {:.2?} apex {:.2?} sheet {:.2?} {seconds:.3} s", mesh.cells.len(), quantiles(err), quantiles(errapex), quantiles(errnormal));
+            println!(
+                "{l} {a} {r} cells {} variant {variant:?}: {:.2?} apex {:.2?} sheet {:.2?} {seconds:.3} s",
+                mesh.cells.len(),
+                quantiles(err),
+                quantiles(errapex),
+                quantiles(errnormal)
+            );
             let frames = field.node_frames(&FibreRule::SIXTY, variant);
             let mut err = vec![];
             let mut errapex = vec![];

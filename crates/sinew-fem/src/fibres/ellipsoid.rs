@@ -41,7 +41,11 @@ impl EllipsoidWall {
             }
         }
         let cuts = base.abs() < long[0];
-        if cuts { Ok(Self { short, long, base }) } else { Err(FibreError::Base { base, height: long[0] }) }
+        if cuts {
+            Ok(Self { short, long, base })
+        } else {
+            Err(FibreError::Base { base, height: long[0] })
+        }
     }
 
     /// Depth of a point \[length\] in the wall: 0 on the endocardium, 1 on the epicardium.
@@ -67,7 +71,11 @@ impl EllipsoidWall {
         for _ in 0..MOST_STEPS {
             let (value, slope) = self.level(point, depth);
             // The level falls with the depth.
-            if value > 0.0 { low = depth } else { high = depth }
+            if value > 0.0 {
+                low = depth
+            } else {
+                high = depth
+            }
             let newton = depth - value / slope;
             let next =
                 if (low..=high).contains(&newton) { newton } else { f64::midpoint(low, high) };
