@@ -47,6 +47,7 @@ mod cell;
 mod dual;
 mod error;
 mod factor;
+pub mod fibres;
 mod hinges;
 mod history;
 mod load_steps;

@@ -22,6 +22,8 @@ const SUFFICIENT: f64 = 1e-4;
 /// Largest rotation \[rad\] of a cell in a step that raises the energy. Measured over the range of both beams:
 /// 0.45–0.55 need 6–7 iterations everywhere, 0.4 and 0.7 up to 14 at some θ.
 const MOST_ROTATION: f64 = 0.5;
+/// Steps in a row that may raise the energy.
+const MOST_RISES: usize = 2;
 /// A step must not squeeze a cell to this part of its volume before and after the step.
 const FLAT: f64 = 1e-3;
 /// Steps shorter than this end the line search: the direction is no descent.
@@ -60,12 +62,17 @@ struct Search<'a> {
     displacement: Vec<f64>,
     predicted: Option<PredictedStress>,
     watch: Option<Watch>,
-    /// Whether a full step may still raise the energy.
-    relaxed: bool,
+    /// Steps that have raised the energy since it was lowest.
+    rises: usize,
     negative_pivots: Option<usize>,
 }
 
 impl Search<'_> {
+    /// Whether a full step may still raise the energy.
+    fn relaxed(&self) -> bool {
+        self.rises < MOST_RISES
+    }
+
     fn state(&self) -> State<'_> {
         let Self { theta, load_factor, .. } = *self;
         State { displacement: &self.displacement, theta, load_factor, pressure: &[] }
@@ -75,10 +82,10 @@ impl Search<'_> {
     fn accept(&mut self, lowered: bool, reached: f64, energy: f64, trial: Vec<f64>) {
         let left = std::mem::replace(&mut self.displacement, trial);
         if !lowered {
-            self.relaxed = false;
-            self.watch = Some(Watch { displacement: left, energy });
+            self.rises += 1;
+            self.watch.get_or_insert(Watch { displacement: left, energy });
         } else if self.watch.as_ref().is_some_and(|watch| reached < watch.energy) {
-            self.relaxed = true;
+            self.rises = 0;
             self.watch = None;
         }
     }
@@ -102,7 +109,7 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
             displacement: initial.to_vec(),
             predicted: None,
             watch: None,
-            relaxed: true,
+            rises: 0,
             negative_pivots: None,
         };
         self.move_supports(&mut search, history)?;
@@ -278,21 +285,22 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
                 }
                 (length, reached, trial) = (2.0 * length, farther, next);
             }
-            if !lowered && search.relaxed && length == 1.0 {
+            if !lowered && search.relaxed() && length == 1.0 {
                 let rotation = self.largest_rotation(direction);
                 if rotation > MOST_ROTATION {
                     length = MOST_ROTATION / rotation;
                     continue;
                 }
             }
-            if lowered || (reached.is_finite() && search.relaxed) {
+            if lowered || (reached.is_finite() && search.relaxed()) {
                 search.accept(lowered, reached, energy, trial);
                 let step: Vec<_> = direction.iter().map(|d| length * d).collect();
                 search.predicted = Some(self.assembly.predict_stress(self.potential, &step));
                 return Some(length);
             }
             if let Some(watch) = search.watch.take() {
-                // The step after a rise of the energy must lower it, or the rise was a mistake.
+                // The step after the last rise of the energy must lower it, or the rises were a mistake.
+                search.rises = MOST_RISES;
                 search.displacement = watch.displacement;
                 search.predicted = None;
                 return Some(0.0);

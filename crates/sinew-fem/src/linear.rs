@@ -1,0 +1,5 @@
+//! Sparse linear algebra of symmetric stiffness matrices.
+
+mod graph;
+pub(crate) mod ordering;
+mod separator;
