@@ -12,7 +12,7 @@
 //! - A step that raises the energy turns no cell by more than [`MOST_ROTATION`].
 
 use crate::assembly::{PredictedStress, State};
-use crate::cell::volume_ratios_along;
+use crate::cell::{is_short, volume_ratios_along};
 use crate::{History, Iteration, Options, Solver};
 use sinew_energy::{Exact, Law, TotalPotential};
 use sinew_num::Mat3;
@@ -315,8 +315,11 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
     fn passes_flat(&self, theta: &[f64], direction: &[f64], length: f64) -> bool {
         let passes = |(point, h): (usize, &Mat3<f64>)| {
             let step = self.potential.displacement_gradient(point, direction);
-            let [start, least, end] = volume_ratios_along(h, &step, length);
-            least <= FLAT * start.min(end)
+            let flattens = || {
+                let [start, least, end] = volume_ratios_along(h, &step, length);
+                least <= FLAT * start.min(end)
+            };
+            !is_short(h, &step, length) && flattens()
         };
         self.assembly.displacement_gradients().enumerate().any(passes)
             && self.minds_turned_cells(theta)

@@ -168,7 +168,7 @@ fn a_pressure_beyond_what_the_volume_carries_is_refused_at_the_load_that_it_did_
 
 #[test]
 fn a_weight_a_million_times_too_large_is_solved_or_refused_with_its_history() {
-    let mesh = box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]);
+    let mesh = box_tetrahedra([100.0, 10.0, 10.0], [12, 2, 2]);
     let beam = lower(NeoHookean, mesh, gravity(1e6), vec![Support::clamped("x_min")]);
     match solve(&beam, &[75.0, 75.0]) {
         Ok(solution) => {
