@@ -116,7 +116,9 @@ pub enum FibreError {
         slack: f64,
     },
     /// The equations of a potential could not be solved.
-    #[error("no memory for the factor of {unknowns} unknowns, or cells too flat; coarsen or repair the mesh")]
+    #[error(
+        "no memory for the factor of {unknowns} unknowns, or cells too flat; coarsen or repair the mesh"
+    )]
     Factor {
         /// Number of unknowns.
         unknowns: usize,

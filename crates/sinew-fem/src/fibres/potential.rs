@@ -102,10 +102,7 @@ impl<'m> Laplacian<'m> {
 /// Overwrites `right` with the solution of a positive definite system given by its upper half.
 ///
 /// On one thread, so that the digits do not depend on how many there are.
-fn solve_upper(
-    upper: &[Triplet<usize, usize, f64>],
-    right: &mut [f64],
-) -> Result<(), FibreError> {
+fn solve_upper(upper: &[Triplet<usize, usize, f64>], right: &mut [f64]) -> Result<(), FibreError> {
     let unknowns = right.len();
     if unknowns == 0 {
         return Ok(());
@@ -153,8 +150,7 @@ mod tests {
         let on_side = |x: &[f64; 3]| {
             [2.0, 1.0, 3.0].iter().zip(x).any(|(extent, x)| *x == 0.0 || x == extent)
         };
-        let prescribed: Vec<_> =
-            mesh.points.iter().map(|x| on_side(x).then(|| exact(x))).collect();
+        let prescribed: Vec<_> = mesh.points.iter().map(|x| on_side(x).then(|| exact(x))).collect();
         assert!(prescribed.contains(&None));
         let laplacian = Laplacian::new(&mesh).unwrap();
         let values = laplacian.solve(&prescribed, 0.0, None).unwrap();

@@ -83,7 +83,8 @@ impl VentricleCoordinates {
     /// The frame at the centre of each cell.
     pub fn cell_frames(&self, rule: &FibreRule, depth: Depth) -> Vec<Frame> {
         let of_node = self.depth(depth);
-        let centre = |nodes: &[usize; 4]| nodes.iter().map(|&node| of_node[node]).sum::<f64>() / 4.0;
+        let centre =
+            |nodes: &[usize; 4]| nodes.iter().map(|&node| of_node[node]).sum::<f64>() / 4.0;
         let cells = self.cells.iter().zip(&self.layers_of_cells);
         cells.map(|(nodes, layer)| rule.frame(centre(nodes), layer)).collect()
     }
