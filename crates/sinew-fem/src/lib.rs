@@ -40,6 +40,7 @@
 //! - [`Solver::sensitivity`] gives ∂u/∂θ, [`Solver::adjoint_sensitivity`] the derivative of one quantity.
 //! - [`BalanceSolver`] finds equilibria that are no minima: incompressible bodies by the mixed elements of
 //!   Taylor and Hood, pressures on surfaces with a loose rim, and paths through limit points by volume.
+//! - [`fibres`] lays muscle fibres into ventricles by rules.
 
 mod assembly;
 mod balance;

@@ -100,7 +100,7 @@ fn check_reach(
 ) -> Result<(), FibreError> {
     let mut seen = vec![false; mesh.points.len()];
     // Marks all nodes connected with some; returns how many.
-    let mut reach = |mut part: Vec<usize>, seen: &mut [bool]| {
+    let reach = |mut part: Vec<usize>, seen: &mut [bool]| {
         part.iter().for_each(|&node| seen[node] = true);
         let mut next = 0;
         while next < part.len() {
