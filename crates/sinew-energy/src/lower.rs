@@ -58,10 +58,6 @@ where
     }
 
     /// The potential under one quadrature rule, and the pressures that have none.
-    #[expect(
-        clippy::type_complexity,
-        reason = "two things of equal rank, named where it is called"
-    )]
     fn lower_by(
         &self,
         rule: &[QuadraturePoint],
