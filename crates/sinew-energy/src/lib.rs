@@ -60,7 +60,9 @@ mod spring;
 mod surface;
 
 pub use balance::{ForceBalance, PressureField};
-pub use elements::{Element, FacetPoint, FacetRule, Nodes, QuadraticElement, QuadraturePoint};
+pub use elements::{
+    FacetPoint, FacetRule, FiniteElement, Nodes, QuadraturePoint, TaylorHoodElement,
+};
 pub use error::{SceneError, ThetaError};
 pub use guard::{Barriers, Exact, Guard};
 pub use invariants::{InvariantLaw, Invariants};

@@ -4,9 +4,9 @@
 //! E. A. de Souza Neto et al., Int. J. Solids Struct. 33 (1996) and Int. J. Numer. Meth. Engng 62 (2005).
 //! Unlike theirs this is the derivative of an energy, so the tangent is symmetric.
 
-use crate::elements::{Element, Nodes};
+use crate::elements::{FiniteElement, Nodes};
 use crate::{Guard, Law, Scene, SceneError, TotalPotential};
-use sinew_mesh::SimplexMesh;
+use sinew_mesh::Mesh;
 use sinew_num::Mat3;
 
 /// Cells of a patch of linear tetrahedra: as many as keep less than one condition on the volume per node.
@@ -14,7 +14,7 @@ const CELLS_OF_PATCH: usize = 8;
 
 impl<L: Law<D>, const D: usize, const N: usize> Scene<L, D, N>
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     /// Lowers to elements that do not lock when the material hardly changes its volume: one mean volume ratio
     /// per hexahedron, or per patch of about eight linear tetrahedra.
@@ -51,7 +51,7 @@ where
 
 /// Partition of the cells into connected groups of about `size`, each grown from the cell of least index by
 /// the neighbour that shares most nodes with it. Cells that are left over join the smallest group beside them.
-fn compact_groups<const N: usize>(mesh: &SimplexMesh<N>, size: usize) -> Vec<Vec<usize>> {
+fn compact_groups<const N: usize>(mesh: &Mesh<N>, size: usize) -> Vec<Vec<usize>> {
     let mut cells_of = vec![Vec::new(); mesh.points.len()];
     for (cell, nodes) in mesh.cells.iter().enumerate() {
         nodes.iter().for_each(|&node| cells_of[node].push(cell));
@@ -88,7 +88,7 @@ fn compact_groups<const N: usize>(mesh: &SimplexMesh<N>, size: usize) -> Vec<Vec
 
 /// Merges groups below half the size with the smallest one that shares a facet.
 fn join_small_groups<const N: usize>(
-    mesh: &SimplexMesh<N>,
+    mesh: &Mesh<N>,
     cells_of: &[Vec<usize>],
     size: usize,
     group_of: &mut [usize],

@@ -4,14 +4,14 @@ use crate::{Mesh, boundary_facets};
 
 /// A move may not shrink the Jacobian anywhere below this part of what it was.
 const LEAST_SHARE: f64 = 0.2;
-/// A move that a cell does not allow is halved this often before the node stays where it is.
-const HALVINGS: usize = 4;
+/// A move that a cell does not allow is turned around and halved this often before the node stays.
+const HALVINGS: usize = 6;
 
 impl<const N: usize> Mesh<N> {
     /// The mesh with its inner nodes moved at random, by up to `amplitude` times the shortest edge at
     /// the node along each axis (triangles within x and y); nodes on the boundary stay. The same seed
     /// gives the same mesh. No cell is turned over: at its nodes each keeps a fifth of its Jacobian, and
-    /// moves beyond that are shortened.
+    /// moves beyond that are turned around and shortened, at last to nothing.
     ///
     /// Middle nodes move as well and curve their cells; for straight cells distort the linear mesh and
     /// then make it quadratic.
@@ -44,7 +44,7 @@ impl<const N: usize> Mesh<N> {
                     break;
                 }
                 mesh.points[node] = from;
-                step *= 0.5;
+                step *= -0.5;
             }
         }
         mesh

@@ -25,7 +25,7 @@ pub struct Mesh<const N: usize> {
     pub cell_fields: BTreeMap<String, Field>,
 }
 
-/// A mesh of any kind of cell, by its first name.
+/// [`Mesh`] under its former name.
 pub type SimplexMesh<const N: usize> = Mesh<N>;
 /// Tetrahedra.
 pub type TetMesh = Mesh<4>;

@@ -1,6 +1,6 @@
 //! Quadrature over solid meshes, independent of that of the solver's potential.
 
-use sinew_energy::{Element, Nodes, QuadraturePoint};
+use sinew_energy::{FiniteElement, Nodes, QuadraturePoint};
 use sinew_mesh::Mesh;
 
 /// A quadrature point of a mesh.
@@ -38,7 +38,7 @@ pub(crate) fn points<const N: usize>(
     rule: &[QuadraturePoint],
 ) -> impl Iterator<Item = Point<N>>
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     let shapes: Vec<_> = rule
         .iter()

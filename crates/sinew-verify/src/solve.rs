@@ -3,8 +3,8 @@
 use crate::case::{Cost, Formulation};
 use anyhow::Result;
 use sinew_energy::{
-    Element, Exact, ForceBalance, Law, Load, Nodes, Parameter, QuadraticElement, Sampling, Scene,
-    SceneError, Support, TotalPotential, Units,
+    Exact, FiniteElement, ForceBalance, Law, Load, Nodes, Parameter, Sampling, Scene, SceneError,
+    Support, TaylorHoodElement, TotalPotential, Units,
 };
 use sinew_fem::{BalanceSolution, BalanceSolver, Options, Solution, Solver};
 use sinew_mesh::{Mesh, boundary_facets};
@@ -76,7 +76,7 @@ pub(crate) fn lower<L: Law<D>, const D: usize, const N: usize>(
     formulation: Formulation,
 ) -> Result<TotalPotential<L, D, Exact, N>, SceneError>
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     match formulation {
         Formulation::FBar | Formulation::Q1FBar => scene.lower_averaged(),
@@ -99,7 +99,7 @@ pub(crate) fn displaced<L: Law<D>, const D: usize, const N: usize>(
     theta: &[f64],
 ) -> Result<Found>
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     let (solution, cost) = minimum(&lower(scene, formulation)?, theta)?;
     Ok(Found { displacement: solution.displacement, cost })
@@ -113,7 +113,7 @@ pub(crate) fn mixed<L: Law<D>, const D: usize, const N: usize>(
     theta: &[f64],
 ) -> Result<Found>
 where
-    Nodes<N>: QuadraticElement<N>,
+    Nodes<N>: TaylorHoodElement<N>,
 {
     let mut body = scene.lower_mixed()?;
     body.pressure_field.iter_mut().for_each(|field| field.compliance = compliance);

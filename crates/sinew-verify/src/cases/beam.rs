@@ -6,7 +6,7 @@ use crate::reference::published;
 use crate::solve::{displaced, displacement_at, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Element, Load, Nodes, Support};
+use sinew_energy::{FiniteElement, Load, Nodes, Support};
 use sinew_mesh::{Mesh, box_hexahedra};
 
 /// The deflection of the thesis' first beam at μ = λ = 75 kPa, which its linear tetrahedra miss by a third.
@@ -78,7 +78,7 @@ fn climb<const N: usize>(
     mesh: impl Fn([usize; 3]) -> Mesh<N>,
 ) -> Result<()>
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     for &(cells, band) in ladder {
         let loads = vec![Load::BodyForce(GRAVITY)];

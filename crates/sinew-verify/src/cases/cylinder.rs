@@ -6,7 +6,7 @@ use crate::reference::ThickCylinder;
 use crate::solve::{mixed, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Nodes, QuadraticElement, Support};
+use sinew_energy::{Nodes, Support, TaylorHoodElement};
 use sinew_mesh::{Mesh, cylinder_quarter, rectangle_triangles};
 use std::f64::consts::FRAC_PI_2;
 
@@ -74,7 +74,7 @@ fn compare<const N: usize>(
     band: Band,
 ) -> Result<()>
 where
-    Nodes<N>: QuadraticElement<N>,
+    Nodes<N>: TaylorHoodElement<N>,
 {
     let closed = ThickCylinder { shear: THETA[0], inner: RADII[0], outer: RADII[1] };
     let loads = inflation(closed.pressure(INFLATED));

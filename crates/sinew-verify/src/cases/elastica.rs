@@ -5,7 +5,7 @@ use crate::reference::{Elastica, Tip};
 use crate::solve::{displaced, displacement_at, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Element, Load, Nodes, Support};
+use sinew_energy::{FiniteElement, Load, Nodes, Support};
 use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra};
 
 /// A bar of 100 × 1 × 1 without lateral contraction bends like the elastica.
@@ -67,7 +67,7 @@ fn climb<const N: usize>(
     mesh: impl Fn([usize; 3]) -> Mesh<N>,
 ) -> Result<()>
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     let Tip { along, across } = load.tip()?;
     // The unit square turns forces into forces per area, and forces per length into body forces.

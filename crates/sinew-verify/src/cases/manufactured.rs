@@ -5,7 +5,7 @@ use crate::integrate::points;
 use crate::solve::{BOUNDARY, balance, minimum, scene, with_boundary};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Element, Nodes, Support};
+use sinew_energy::{FiniteElement, Nodes, Support};
 use sinew_mesh::{Mesh, TetMesh, box_hexahedra, box_tetrahedra};
 use sinew_num::{Jet, Mat3, Scalar, Slope};
 use std::f64::consts::PI;
@@ -136,7 +136,7 @@ fn ladder<const N: usize>(
     mesh: impl Fn(usize) -> Mesh<N>,
 ) -> Result<()>
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     let names = ["displacement in L²", "displacement in H¹"];
     let mut before: Option<([f64; 2], usize)> = None;
@@ -200,7 +200,7 @@ fn push_orders(
 /// Relative errors in L² and H¹ of the compressible body.
 fn solve<const N: usize>(mesh: &Mesh<N>) -> Result<([f64; 2], Cost)>
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     let exact = |x: [f64; 3]| Compressible::displacement(x);
     let supports = vec![Support::moved(BOUNDARY, mesh, exact)];
@@ -246,7 +246,7 @@ fn pressure_error(mesh: &Mesh<10>, at_node: &[f64]) -> f64 {
 
 fn displacement_errors<E: Exact, const N: usize>(mesh: &Mesh<N>, displacement: &[f64]) -> [f64; 2]
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     let mut sums = [[0.0; 2]; 2];
     for point in points(mesh, fine_rule::<N>()) {
@@ -267,7 +267,7 @@ where
 /// A rule that is fine enough for squares of the error.
 fn fine_rule<const N: usize>() -> &'static [sinew_energy::QuadraturePoint]
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     if N == 4 { Nodes::<10>::FINE_QUADRATURE } else { Nodes::<N>::FINE_QUADRATURE }
 }
@@ -295,7 +295,7 @@ fn stress<E: Exact>(at: [f64; 3], [shear, lame]: [f64; 2]) -> [[Slope<3>; 3]; 3]
 /// Adds the nodal forces of `−Div P`.
 fn add_body_force<E: Exact, const N: usize>(mesh: &Mesh<N>, theta: [f64; 2], force: &mut [f64])
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     for point in points(mesh, fine_rule::<N>()) {
         let stress = stress::<E>(point.at, theta);
@@ -312,7 +312,7 @@ where
 fn add_traction<E: Exact>(mesh: &Mesh<10>, theta: [f64; 2], force: &mut [f64]) {
     let rule = Nodes::<10>::facet_rule();
     for facet in &mesh.facet_sets["x_max"] {
-        let nodes: Vec<_> = Nodes::<10>::FACETS[facet.opposite]
+        let nodes: Vec<_> = sinew_mesh::QuadraticTetMesh::ELEMENT.facets[facet.opposite]
             .iter()
             .map(|&a| mesh.cells[facet.cell][a])
             .collect();

@@ -4,7 +4,7 @@ use crate::case::{Band, Case, Effort, Formulation, Label, Row, Rows};
 use crate::solve::{BOUNDARY, lower, minimum, mixed, scene, with_boundary};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Element, Nodes, Scene, Support};
+use sinew_energy::{FiniteElement, Nodes, Scene, Support};
 use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
 
 /// The boundary of a cube or square follows `x = FX`: so must every inner node, on any mesh.
@@ -68,7 +68,7 @@ fn compare<const N: usize>(
     theta: [f64; 2],
 ) -> Result<()>
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     let (scene, exact) = moved(mesh.clone(), f, theta);
     let potential = lower(&scene, formulation)?;
@@ -101,9 +101,9 @@ fn compare_mixed(rows: &mut Rows<'_>, mesh: Mesh<10>, theta: [f64; 2]) -> Result
 
 fn setup<const N: usize>(theta: [f64; 2]) -> String
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
-    format!("{}, λ/μ = {}", Nodes::<N>::NAME, theta[1] / theta[0])
+    format!("{}, λ/μ = {}", sinew_mesh::Mesh::<N>::ELEMENT.plural, theta[1] / theta[0])
 }
 
 /// The body with a moved boundary, and the exact displacement.

@@ -7,7 +7,7 @@ use crate::case::{Band, Case, Effort, Formulation, Label, Row, Rows};
 use crate::solve::{BOUNDARY, lower, minimum, scene, with_boundary, with_directions};
 use anyhow::Result;
 use sinew_energy::laws::{ByYoungPoisson, LinearElastic, NeoHookean};
-use sinew_energy::{Element, Law, Nodes, Support};
+use sinew_energy::{FiniteElement, Law, Nodes, Support};
 use sinew_mesh::{HexMesh, Mesh, TetMesh, box_hexahedra, box_tetrahedra};
 
 /// Each law and element under simple shear: the shear stress, from the reactions of a distorted mesh.
@@ -113,7 +113,7 @@ fn worst<L: Law<D>, const D: usize, const N: usize>(
     law: &Sheared<'_, L, D>,
 ) -> Result<Row>
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     let mut worst: Option<Row> = None;
     for &amount in effort.levels(1, &AMOUNTS) {

@@ -6,7 +6,7 @@ use crate::reference::CompressibleSphere;
 use crate::solve::{displaced, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Element, Nodes};
+use sinew_energy::{FiniteElement, Nodes};
 use sinew_mesh::{Mesh, sphere_octant};
 
 /// The locking ladder: how elements lose their deflection as λ/μ grows.
@@ -70,7 +70,7 @@ fn climb<const N: usize>(
     mesh: impl Fn([usize; 2]) -> Mesh<N>,
 ) -> Result<()>
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     for (lame, bands) in LAMES.into_iter().zip(bands) {
         let theta = [1.0, lame];

@@ -8,7 +8,7 @@ use crate::reference::{Biaxial, equibiaxial_bar, uniaxial_bar};
 use crate::solve::{balance, displacement_at, lower, minimum, scene, with_directions};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Element, Law, Nodes, Scene, Support};
+use sinew_energy::{FiniteElement, Law, Nodes, Scene, Support};
 use sinew_mesh::{HexMesh, Mesh, TetMesh, box_hexahedra, box_tetrahedra};
 
 /// Each law and element stretched along one or two axes, the other faces free: stress and lateral stretch.
@@ -210,7 +210,7 @@ fn displaced<L: Law<D>, const D: usize, const N: usize>(
     state: &State<'_>,
 ) -> Result<()>
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     let potential = lower(scene, formulation)?;
     let (solution, cost) = minimum(&potential, theta)?;

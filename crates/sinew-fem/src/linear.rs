@@ -1,0 +1,9 @@
+//! Sparse linear algebra of symmetric stiffness matrices.
+
+pub(crate) mod cholesky;
+mod elimination;
+mod front;
+mod graph;
+pub(crate) mod ordering;
+mod separator;
+mod trapezoid;
