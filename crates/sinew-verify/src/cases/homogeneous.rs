@@ -2,7 +2,7 @@
 
 use crate::reference::Fung;
 use sinew_energy::laws::{
-    Guccione, HolzapfelOgden, HolzapfelOgden2009, HolzapfelOgdenCompressible,
+    Guccione, HolzapfelOgden, HolzapfelOgden2009, HolzapfelOgdenCompressible, IsochoricNeoHookean,
 };
 use sinew_energy::{Exact, Law, TotalPotential};
 
@@ -29,6 +29,17 @@ impl<L: Law<D>, const D: usize> Exponential<L, D> {
 
 /// Bulk modulus of the thesis' ventricle \[kPa\].
 const BULK: f64 = 25.0;
+
+/// Isochoric neo-Hookean, the law of Cook's membrane.
+pub(super) fn isochoric_neo_hookean() -> Exponential<IsochoricNeoHookean, 0> {
+    Exponential {
+        name: "isochoric neo-Hookean",
+        law: IsochoricNeoHookean { bulk_modulus: BULK },
+        theta: vec![2.0],
+        reference: Fung::NeoHookean([2.0]),
+        bulk: BULK,
+    }
+}
 
 /// Transversely isotropic Holzapfel–Ogden, factors of the thesis.
 pub(super) fn holzapfel_ogden() -> Exponential<HolzapfelOgden, 1> {

@@ -1,7 +1,8 @@
 //! Simple shear of every law.
 
 use super::homogeneous::{
-    Exponential, guccione, holzapfel_ogden, holzapfel_ogden_2009, mean_stress, thesis_code,
+    Exponential, guccione, holzapfel_ogden, holzapfel_ogden_2009, isochoric_neo_hookean,
+    mean_stress, thesis_code,
 };
 use crate::case::{Band, Case, Effort, Formulation, Label, Row, Rows};
 use crate::solve::{BOUNDARY, lower, minimum, scene, with_boundary, with_directions};
@@ -65,6 +66,7 @@ impl Case for Shear {
         let (name, theta) = ("linear elastic", &[2.0, 3.0]);
         let law = Sheared { name, law: LinearElastic, theta, directions: [], stress: &isotropic };
         meshes.shear(rows, effort, &law)?;
+        meshes.shear_exponential(rows, effort, &isochoric_neo_hookean())?;
         meshes.shear_exponential(rows, effort, &holzapfel_ogden())?;
         meshes.shear_exponential(rows, effort, &thesis_code())?;
         meshes.shear_exponential(rows, effort, &holzapfel_ogden_2009())?;
