@@ -1,9 +1,9 @@
 //! Equilibrium where there is no potential to minimise.
 
-use crate::elements::{Element, Nodes, QuadraturePoint};
+use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
 use crate::potential::{check_theta, theta_len};
 use crate::{Exact, Law, PressureSurface, ThetaError, TotalPotential};
-use sinew_mesh::SimplexMesh;
+use sinew_mesh::Mesh;
 
 /// A balance of forces that is not the minimum of a potential: pressures on surfaces with a loose rim,
 /// and incompressible bodies, whose pressure is an unknown field (a saddle point).
@@ -46,9 +46,9 @@ pub struct PressureField {
 }
 
 impl PressureField {
-    pub(crate) fn new<const N: usize>(rule: &[QuadraturePoint], mesh: &SimplexMesh<N>) -> Self
+    pub(crate) fn new<const N: usize>(rule: &[QuadraturePoint], mesh: &Mesh<N>) -> Self
     where
-        Nodes<N>: Element<N>,
+        Nodes<N>: FiniteElement<N>,
     {
         let shape: Vec<_> = rule.iter().map(|p| Nodes::<N>::corner_shape(p.at)).collect();
         let corners = shape[0].len();

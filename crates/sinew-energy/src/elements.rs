@@ -10,7 +10,7 @@ pub use facet::{FacetPoint, FacetRule};
 /// The element with `N` nodes: 4 and 10 are tetrahedra, 8 are hexahedra, 3 and 6 are triangles.
 ///
 /// ```
-/// use sinew_energy::{Element, Nodes};
+/// use sinew_energy::{FiniteElement, Nodes};
 ///
 /// let centre = [0.25; 3];
 /// assert_eq!(Nodes::<4>::shape(centre), [0.25; 4]);
@@ -29,15 +29,10 @@ pub struct QuadraturePoint {
     pub weight: f64,
 }
 
-/// A reference element with `N` nodes in the order of VTK.
-pub trait Element<const N: usize> {
-    /// Name, for messages.
-    const NAME: &'static str;
-    /// 3 for solids; 2 for plane strain, where nothing depends on the third coordinate.
-    const DIMENSION: usize;
-    /// Local nodes of each facet, counterclockwise seen from outside, corners first; facet `k` of a simplex
-    /// is opposite to corner `k`.
-    const FACETS: &'static [&'static [usize]];
+/// Shape functions and quadrature of the element with `N` nodes, in the order of [`sinew_mesh::Element`].
+///
+/// Triangles are a slice of unit thickness in plane strain: nothing depends on the third coordinate.
+pub trait FiniteElement<const N: usize> {
     /// The rule that energies are integrated with.
     const QUADRATURE: &'static [QuadraturePoint];
     /// A rule of higher degree, for terms with one more factor, such as those of a pressure field.
@@ -53,9 +48,9 @@ pub trait Element<const N: usize> {
 }
 
 /// Elements whose mid-edge nodes enrich a linear simplex: those of Taylor and Hood.
-pub trait QuadraticElement<const N: usize>: Element<N> {}
-impl QuadraticElement<10> for Nodes<10> {}
-impl QuadraticElement<6> for Nodes<6> {}
+pub trait TaylorHoodElement<const N: usize>: FiniteElement<N> {}
+impl TaylorHoodElement<10> for Nodes<10> {}
+impl TaylorHoodElement<6> for Nodes<6> {}
 
 const fn point(at: [f64; 3], weight: f64) -> QuadraturePoint {
     QuadraturePoint { at, weight }
@@ -69,7 +64,7 @@ mod tests {
     /// integrate the polynomial of the stated degree.
     fn check<const N: usize>(nodes: [[f64; 3]; N])
     where
-        Nodes<N>: Element<N>,
+        Nodes<N>: FiniteElement<N>,
     {
         for (a, &at) in nodes.iter().enumerate() {
             let shape = Nodes::<N>::shape(at);
@@ -80,7 +75,7 @@ mod tests {
         const STEP: f64 = 1e-6;
         for point in Nodes::<N>::QUADRATURE.iter().chain(Nodes::<N>::FINE_QUADRATURE) {
             let exact = Nodes::<N>::shape_derivatives(point.at);
-            for i in 0..Nodes::<N>::DIMENSION {
+            for i in 0..sinew_mesh::Mesh::<N>::ELEMENT.dimension {
                 let moved = |by: f64| {
                     let mut at = point.at;
                     at[i] += by;

@@ -5,6 +5,7 @@ mod guccione;
 mod holzapfel_ogden;
 mod holzapfel_ogden_2009;
 mod holzapfel_ogden_compressible;
+mod isochoric_neo_hookean;
 mod linear_elastic;
 mod neo_hookean;
 
@@ -17,6 +18,7 @@ pub use guccione::Guccione;
 pub use holzapfel_ogden::HolzapfelOgden;
 pub use holzapfel_ogden_2009::HolzapfelOgden2009;
 pub use holzapfel_ogden_compressible::HolzapfelOgdenCompressible;
+pub use isochoric_neo_hookean::IsochoricNeoHookean;
 pub use linear_elastic::LinearElastic;
 pub use neo_hookean::NeoHookean;
 

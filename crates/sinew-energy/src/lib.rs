@@ -51,6 +51,7 @@ mod law;
 pub mod laws;
 mod lower;
 pub mod metrics;
+mod patches;
 mod potential;
 mod pressure;
 mod rim;
@@ -59,11 +60,14 @@ mod spring;
 mod surface;
 
 pub use balance::{ForceBalance, PressureField};
-pub use elements::{Element, FacetPoint, FacetRule, Nodes, QuadraticElement, QuadraturePoint};
+pub use elements::{
+    FacetPoint, FacetRule, FiniteElement, Nodes, QuadraturePoint, TaylorHoodElement,
+};
 pub use error::{SceneError, ThetaError};
 pub use guard::{Barriers, Exact, Guard};
 pub use invariants::{InvariantLaw, Invariants};
 pub use law::{Law, Response, response_by_jets, stress_by_slopes};
+pub use patches::PatchKinematics;
 pub use potential::TotalPotential;
 pub use pressure::{FacetResponse, Magnitude, PressureForm, PressureLoad};
 pub use scene::{Load, Parameter, Prescribed, Sampling, Scene, Support, Units};

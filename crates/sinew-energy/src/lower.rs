@@ -3,20 +3,22 @@
 mod directions;
 mod geometry;
 mod loads;
+mod overlaps;
 
 use crate::balance::{ForceBalance, PressureField};
-use crate::elements::{Element, Nodes, QuadraticElement, QuadraturePoint};
+use crate::elements::{FiniteElement, Nodes, QuadraturePoint, TaylorHoodElement};
 use crate::{
     Exact, Law, Load, Magnitude, Prescribed, PressureSurface, Sampling, Scene, SceneError,
     TotalPotential,
 };
 use geometry::shape_functions;
-use sinew_mesh::{Facet, SimplexMesh};
-use std::collections::BTreeMap;
+use overlaps::check_overlaps;
+use sinew_mesh::{Facet, Mesh};
+use std::collections::{BTreeMap, HashSet};
 
 impl<L: Law<D>, const D: usize, const N: usize> Scene<L, D, N>
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     /// Checks the scene and lowers it to plain arrays.
     ///
@@ -47,7 +49,7 @@ where
     /// The first thing found wrong, with advice.
     pub fn lower_mixed(&self) -> Result<ForceBalance<L, D, N>, SceneError>
     where
-        Nodes<N>: QuadraticElement<N>,
+        Nodes<N>: TaylorHoodElement<N>,
     {
         let rule = Nodes::<N>::FINE_QUADRATURE;
         let (potential, followers) = self.lower_by(rule, true)?;
@@ -56,10 +58,6 @@ where
     }
 
     /// The potential under one quadrature rule, and the pressures that have none.
-    #[expect(
-        clippy::type_complexity,
-        reason = "two things of equal rank, named where it is called"
-    )]
     fn lower_by(
         &self,
         rule: &[QuadraturePoint],
@@ -71,6 +69,7 @@ where
         }
         self.check_parameters()?;
         let (shape_gradients, volumes) = shape_functions(&self.mesh, rule)?;
+        check_overlaps(&self.mesh)?;
         let directions = self.directions_at(rule)?;
         let prescribed = self.prescribed()?;
         let nodal_force = self.nodal_force(rule, &volumes)?;
@@ -86,6 +85,7 @@ where
             shape_gradients,
             volumes,
             directions,
+            patches: Vec::new(),
             nodal_force,
             springs,
             pressures: pressures.flat,
@@ -96,6 +96,11 @@ where
     }
 
     fn check_parameters(&self) -> Result<(), SceneError> {
+        // Written so that a NaN is an error as well.
+        let positive = |value: f64| value > 0.0 && value.is_finite();
+        if let Some((name, value)) = self.law.constants().into_iter().find(|c| !positive(c.1)) {
+            return Err(SceneError::Constant { name, value });
+        }
         let (first, count) = (L::PARAMETERS.len(), self.parameters.len());
         let mut loads = 0;
         for load in &self.loads {
@@ -129,7 +134,7 @@ where
 
     fn prescribed(&self) -> Result<Vec<Option<f64>>, SceneError> {
         let mut prescribed = vec![None; 3 * self.mesh.points.len()];
-        if Nodes::<N>::DIMENSION == 2 {
+        if Mesh::<N>::ELEMENT.dimension == 2 {
             prescribed.iter_mut().skip(2).step_by(3).for_each(|u| *u = Some(0.0));
         }
         for support in &self.supports {
@@ -169,7 +174,15 @@ where
                 Err(SceneError::UnknownFacetSet { name: name.into(), known })
             }
             Some([]) => Err(SceneError::EmptyFacetSet { name: name.into() }),
-            Some(facets) => Ok(facets),
+            Some(facets) => {
+                let mut seen = HashSet::with_capacity(facets.len());
+                match facets.iter().find(|&facet| !seen.insert(facet)) {
+                    None => Ok(facets),
+                    Some(&Facet { cell, opposite }) => {
+                        Err(SceneError::RepeatedFacet { name: name.into(), cell, opposite })
+                    }
+                }
+            }
         }
     }
 }
@@ -202,7 +215,7 @@ fn prescribe(
 }
 
 fn check_loose_nodes<const N: usize>(
-    mesh: &SimplexMesh<N>,
+    mesh: &Mesh<N>,
     prescribed: &[Option<f64>],
 ) -> Result<(), SceneError> {
     let mut loose: Vec<bool> = prescribed.chunks(3).map(|u| u.contains(&None)).collect();

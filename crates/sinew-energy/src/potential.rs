@@ -29,6 +29,9 @@ pub struct TotalPotential<L, const D: usize, G = Exact, const N: usize = 4> {
     pub volumes: Vec<f64>,
     /// Material directions at each point; takes no storage for isotropic laws.
     pub directions: Vec<[[f64; 3]; D]>,
+    /// Quadrature points that share one volume ratio, see [`crate::Scene::lower_averaged`]: all of them in
+    /// patches, or none.
+    pub patches: Vec<Vec<usize>>,
     /// Dead loads lumped to the nodes [stress·length²], `3 × nodes`.
     pub nodal_force: Vec<f64>,
     /// Elastic supports lumped to the nodes.
@@ -72,6 +75,9 @@ impl<L: Law<D>, G: Guard, const D: usize, const N: usize> TotalPotential<L, D, G
         let parameters = Self::law_parameters(theta);
         let mut total = self.load_value(displacement, theta);
         total += self.springs.iter().map(|spring| spring.value(displacement)).sum::<f64>();
+        if !self.patches.is_empty() {
+            return total + self.patches_value(displacement, theta);
+        }
         for point in 0..self.volumes.len() {
             let h = self.displacement_gradient(point, displacement);
             total += self.volumes[point]
@@ -104,9 +110,34 @@ impl<L: Law<D>, G: Guard, const D: usize, const N: usize> TotalPotential<L, D, G
         theta: &[f64],
         gradient: &mut [f64],
     ) -> f64 {
-        let parameters = Self::law_parameters(theta);
         let mut total = -dot(&self.nodal_force, displacement);
         gradient.iter_mut().zip(&self.nodal_force).for_each(|(g, f)| *g = -f);
+        total += if self.patches.is_empty() {
+            self.points_value_and_add_gradient(displacement, theta, gradient)
+        } else {
+            self.patches_value_and_add_gradient(displacement, theta, gradient)
+        };
+        for spring in &self.springs {
+            total += spring.value_and_add_gradient(displacement, gradient);
+        }
+        for pressure in &self.pressures {
+            total += pressure.value_and_add_gradient(displacement, theta, gradient);
+        }
+        for surface in &self.surfaces {
+            total += surface.value_and_add_gradient(displacement, theta, gradient);
+        }
+        total
+    }
+
+    /// Energy of all points; its derivative is added to `gradient`.
+    fn points_value_and_add_gradient(
+        &self,
+        displacement: &[f64],
+        theta: &[f64],
+        gradient: &mut [f64],
+    ) -> f64 {
+        let parameters = Self::law_parameters(theta);
+        let mut total = 0.0;
         let (rows, _) = gradient.as_chunks_mut::<3>();
         for (point, &volume) in self.volumes.iter().enumerate() {
             let nodes = self.nodes_of_point(point);
@@ -124,15 +155,6 @@ impl<L: Law<D>, G: Guard, const D: usize, const N: usize> TotalPotential<L, D, G
                 }
             }
             (0..3).for_each(|i| rows[nodes[0]][i] -= sum[i]);
-        }
-        for spring in &self.springs {
-            total += spring.value_and_add_gradient(displacement, gradient);
-        }
-        for pressure in &self.pressures {
-            total += pressure.value_and_add_gradient(displacement, theta, gradient);
-        }
-        for surface in &self.surfaces {
-            total += surface.value_and_add_gradient(displacement, theta, gradient);
         }
         total
     }
@@ -177,6 +199,7 @@ impl<L: Law<D>, G: Guard, const D: usize, const N: usize> TotalPotential<L, D, G
             shape_gradients: self.shape_gradients,
             volumes: self.volumes,
             directions: self.directions,
+            patches: self.patches,
             nodal_force: self.nodal_force,
             springs: self.springs,
             pressures: self.pressures,

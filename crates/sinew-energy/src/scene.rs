@@ -1,7 +1,7 @@
 //! A scene: what is computed, by name.
 
 use crate::Magnitude;
-use sinew_mesh::SimplexMesh;
+use sinew_mesh::Mesh;
 
 /// A body, its material, loads and supports, named the way a person names them.
 ///
@@ -17,7 +17,7 @@ pub struct Scene<L, const D: usize, const N: usize = 4> {
     /// Units of all numbers of the scene.
     pub units: Units,
     /// The reference configuration, with the named sets that loads and supports refer to.
-    pub mesh: SimplexMesh<N>,
+    pub mesh: Mesh<N>,
     /// Strain-energy law.
     pub law: L,
     /// Unit material directions, one row per cell, per quadrature point or per node, told apart by their
@@ -143,7 +143,7 @@ impl Support {
     /// A set that the mesh lacks is reported when the scene is lowered.
     pub fn moved<const N: usize>(
         nodes: impl Into<String>,
-        mesh: &SimplexMesh<N>,
+        mesh: &Mesh<N>,
         motion: impl Fn([f64; 3]) -> [f64; 3],
     ) -> Self {
         let nodes = nodes.into();

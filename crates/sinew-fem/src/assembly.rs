@@ -1,6 +1,7 @@
 //! Energy, nodal forces and stiffness of a body.
 
 use crate::cell::{NodalBlocks, Rounding, add_pressure, add_stiffness, complete, inverse, product};
+use crate::patch::PatchResponse;
 use crate::sparsity::Sparsity;
 use sinew_energy::{
     Exact, Law, PressureLoad, PressureSurface, Response, SurfaceResponse, TotalPotential,
@@ -28,6 +29,8 @@ pub(crate) struct Assembly {
     pub worst_cell: usize,
     /// Displacement gradient, stress and tangent at each quadrature point.
     points: Vec<(Mat3<f64>, Response)>,
+    /// What the points of each patch have in common, if there are patches.
+    patches: Vec<PatchResponse>,
 }
 
 /// Second Piola–Kirchhoff stress at each quadrature point as Newton's linear model foresees it.
@@ -45,6 +48,7 @@ impl Assembly {
             least_volume_ratio: 1.0,
             worst_cell: 0,
             points: vec![(Mat3::ZERO, Response::INADMISSIBLE); points],
+            patches: Vec::new(),
         }
     }
 
@@ -88,7 +92,11 @@ impl Assembly {
                 self.matrix[slot as usize] += value;
             }
         }
-        self.add_cells(potential, sparsity, state, predicted, &mut rounding);
+        if potential.patches.is_empty() {
+            self.add_cells(potential, sparsity, state, predicted, &mut rounding);
+        } else {
+            self.add_patches(potential, sparsity, state, predicted, &mut rounding);
+        }
         (self.floor, self.energy_noise) = (rounding.force_noise(), rounding.energy_noise());
         let reactions =
             self.gradient.iter().zip(&potential.prescribed).filter(|(_, p)| p.is_some());
@@ -128,7 +136,7 @@ impl Assembly {
                         self.gradient[3 * node + i] += volume * force;
                     }
                 }
-                rounding.add_cell(shape, volume, motion, &h, &response);
+                rounding.add_cell(shape, volume, motion, (&h, &response), 0.0);
                 let mut tangent = response.tangent;
                 if let Some(predicted) = predicted {
                     replace_stress(&mut tangent, &h, &response.stress, &predicted[point]);
@@ -146,6 +154,54 @@ impl Assembly {
                     }
                 }
             }
+        }
+    }
+
+    fn add_patches<L: Law<D>, const D: usize, const N: usize>(
+        &mut self,
+        potential: &TotalPotential<L, D, Exact, N>,
+        sparsity: &Sparsity,
+        State { displacement, theta, .. }: State,
+        predicted: Option<&PredictedStress>,
+        rounding: &mut Rounding,
+    ) {
+        let parameters = TotalPotential::<L, D, Exact, N>::law_parameters(theta);
+        self.least_volume_ratio = f64::INFINITY;
+        self.patches.clear();
+        for (index, points) in potential.patches.iter().enumerate() {
+            for &point in points {
+                let h = potential.displacement_gradient(point, displacement);
+                let ratio = 1.0 + h.volume_change();
+                if ratio < self.least_volume_ratio {
+                    let cell = point / potential.points_per_cell;
+                    (self.least_volume_ratio, self.worst_cell) = (ratio, cell);
+                }
+            }
+            let Some(mut patch) = PatchResponse::new(potential, points, displacement, parameters)
+            else {
+                self.energy = f64::INFINITY;
+                return;
+            };
+            self.energy += patch.energy;
+            let common = patch.common_stiffness(potential, points);
+            for (&point, (h, response)) in points.iter().zip(&patch.points) {
+                potential.add_forces(point, &response.stress, &mut self.gradient);
+                let motion = motion_of(potential.nodes_of_point(point), displacement);
+                let (shape, volume) = (&potential.shape_gradients[point], potential.volumes[point]);
+                rounding.add_cell(shape, volume, motion, (h, response), common);
+                self.points[point] = (*h, *response);
+            }
+            if let Some(predicted) = predicted {
+                for (&point, (h, response)) in points.iter().zip(&mut patch.points) {
+                    let stress = response.stress;
+                    replace_stress(&mut response.tangent, h, &stress, &predicted[point]);
+                }
+            }
+            let lower = patch.stiffness(potential, points);
+            for (&place, value) in sparsity.cells.of(index).iter().zip(lower) {
+                self.matrix[place as usize] += value;
+            }
+            self.patches.push(patch);
         }
     }
 
@@ -251,6 +307,7 @@ impl Assembly {
                 }
             }
         }
+        self.patches.iter().for_each(|patch| patch.add_common_product(direction, forces));
         for spring in &potential.springs {
             spring.value_and_add_gradient(direction, forces);
         }
@@ -293,13 +350,21 @@ impl Assembly {
         potential: &TotalPotential<L, D, Exact, N>,
         direction: &[f64],
     ) -> PredictedStress {
+        let mut common =
+            vec![Mat3::ZERO; self.points.len() * usize::from(!self.patches.is_empty())];
+        for (points, patch) in potential.patches.iter().zip(&self.patches) {
+            let at_points = points.iter().zip(patch.common_stress(direction));
+            at_points.for_each(|(&point, stress)| common[point] = stress);
+        }
         let predict = |(point, (h, response)): (usize, &(Mat3<f64>, Response))| {
             let dh = potential.displacement_gradient(point, direction);
             let inverse = inverse(h);
             let stress = product(&inverse, &response.stress);
             let linear = tangent_times(&response.tangent, &dh);
             let change = Mat3::from_fn(|i, j| {
-                response.stress[i][j] + linear[i][j]
+                response.stress[i][j]
+                    + linear[i][j]
+                    + common.get(point).map_or(0.0, |stress| stress[i][j])
                     - (0..3).map(|k| dh[i][k] * stress[k][j]).sum::<f64>()
             });
             product(&inverse, &change)
@@ -330,6 +395,9 @@ impl State<'_> {
         let parameters = TotalPotential::<L, D, Exact, N>::law_parameters(self.theta);
         let mut energy = self.load_factor * potential.load_value(self.displacement, self.theta);
         energy += potential.springs.iter().map(|s| s.value(self.displacement)).sum::<f64>();
+        if !potential.patches.is_empty() {
+            return energy + potential.patches_value(self.displacement, self.theta);
+        }
         for point in 0..potential.volumes.len() {
             let h = potential.displacement_gradient(point, self.displacement);
             let directions = &potential.directions[point];

@@ -34,4 +34,27 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
             values: self.assembly.matrix[..self.sparsity.entries()].to_vec(),
         })
     }
+
+    /// Second derivative of the potential at a displacement times a direction, over all degrees of freedom.
+    ///
+    /// # Errors
+    /// θ or vectors that do not belong to the body, or an energy that is not finite there.
+    pub fn stiffness_times(
+        &mut self,
+        displacement: &[f64],
+        theta: &[f64],
+        direction: &[f64],
+    ) -> Result<Vec<f64>, SolveError> {
+        self.potential.check_theta(theta)?;
+        self.check_displacement(displacement)?;
+        self.check_displacement(direction)?;
+        let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
+        self.assembly.assemble(self.potential, &self.sparsity, state, None);
+        if !self.assembly.energy.is_finite() {
+            return Err(SolveError::Inadmissible { cell: self.assembly.worst_cell });
+        }
+        let mut forces = vec![0.0; displacement.len()];
+        self.assembly.add_stiffness_times(self.potential, state, direction, &mut forces);
+        Ok(forces)
+    }
 }

@@ -4,7 +4,7 @@ use crate::assembly::State;
 use crate::dual::Dual;
 use crate::{Solution, SolveError, Solver};
 use sinew_energy::{Exact, Law, Magnitude, TotalPotential};
-use sinew_num::Slope;
+use sinew_num::{Mat3, Slope};
 
 impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
     /// Derivative of the displacement in each entry of θ: one vector like the displacement per entry.
@@ -15,6 +15,42 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
     /// # Errors
     /// A solution of another body, or [`SolveError::Singular`].
     pub fn sensitivity(&mut self, solution: &Solution) -> Result<Vec<Vec<f64>>, SolveError> {
+        self.factorise_at(solution)?;
+        let Solution { displacement, theta, .. } = solution;
+        let column = |index: usize| {
+            let forces = force_change(self.potential, displacement, theta, &unit(theta, index));
+            let mut change = vec![0.0; displacement.len()];
+            self.add_newton_step(&forces, &mut change);
+            change
+        };
+        Ok((0..theta.len()).map(column).collect())
+    }
+
+    /// Derivative in each entry of θ of a quantity of interest whose derivative in the displacement is
+    /// `slope`: one linear system whatever the number of parameters (the adjoint method). What the quantity
+    /// depends on θ directly is to be added.
+    ///
+    /// # Errors
+    /// A solution of another body, a slope that does not fit it, or [`SolveError::Singular`].
+    pub fn adjoint_sensitivity(
+        &mut self,
+        solution: &Solution,
+        slope: &[f64],
+    ) -> Result<Vec<f64>, SolveError> {
+        self.check_displacement(slope)?;
+        self.factorise_at(solution)?;
+        let Solution { displacement, theta, .. } = solution;
+        let mut adjoint = vec![0.0; displacement.len()];
+        self.add_newton_step(slope, &mut adjoint);
+        let entry = |index: usize| {
+            let forces = force_change(self.potential, displacement, theta, &unit(theta, index));
+            forces.iter().zip(&adjoint).map(|(f, a)| f * a).sum()
+        };
+        Ok((0..theta.len()).map(entry).collect())
+    }
+
+    /// Factorises the stiffness at a solution.
+    fn factorise_at(&mut self, solution: &Solution) -> Result<(), SolveError> {
         self.check_solution(solution)?;
         let Solution { displacement, theta, .. } = solution;
         let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
@@ -23,15 +59,13 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
             let pivots = self.factor.indefinite(&self.sparsity, &self.assembly.matrix);
             pivots.ok_or(SolveError::Singular)?;
         }
-        let column = |index: usize| {
-            let unit: Vec<_> = (0..theta.len()).map(|i| f64::from(u8::from(i == index))).collect();
-            let forces = force_change(self.potential, displacement, theta, &unit);
-            let mut change = vec![0.0; displacement.len()];
-            self.add_newton_step(&forces, &mut change);
-            change
-        };
-        Ok((0..theta.len()).map(column).collect())
+        Ok(())
     }
+}
+
+/// The direction of one entry of θ.
+fn unit(theta: &[f64], index: usize) -> Vec<f64> {
+    (0..theta.len()).map(|i| f64::from(u8::from(i == index))).collect()
 }
 
 /// Change of the gradient of Π with θ along `direction`: `∂²Π/∂u∂θ · direction`.
@@ -50,21 +84,29 @@ fn force_change<L: Law<D>, const D: usize, const N: usize>(
     let parameters: Vec<_> =
         theta.iter().zip(direction).map(moving).take(L::PARAMETERS.len()).collect();
     let mut forces = vec![0.0; displacement.len()];
-    for point in 0..potential.volumes.len() {
-        let h = potential.displacement_gradient(point, displacement).seeded(|value, index| Dual {
+    let stress_change = |point: usize, h: &Mat3<f64>| {
+        let h = h.seeded(|value, index| Dual {
             value: Slope::variable(value, index),
             derivative: Slope::constant(0.0),
         });
         let directions = potential.directions[point].map(|d| d.map(constant));
-        let stress =
+        let change =
             potential.law.density(&parameters, &h, &directions, &Exact).derivative.gradient;
-        let nodes = potential.nodes_of_point(point);
-        for (&node, g) in nodes.iter().zip(&potential.shape_gradients[point]) {
-            for i in 0..3 {
-                let force: f64 = (0..3).map(|j| stress[3 * i + j] * g[j]).sum();
-                forces[3 * node + i] += potential.volumes[point] * force;
-            }
-        }
+        Mat3::from_fn(|i, j| change[3 * i + j])
+    };
+    for points in &potential.patches {
+        let Some(kinematics) = potential.patch_kinematics(points, displacement) else { continue };
+        let volumes: Vec<_> = points.iter().map(|&point| potential.volumes[point]).collect();
+        let at_points = points.iter().zip(&kinematics.scaled);
+        let mut changes: Vec<_> = at_points.map(|(&point, h)| stress_change(point, h)).collect();
+        kinematics.work_conjugate(&volumes, &mut changes);
+        let at_points = points.iter().zip(&changes);
+        at_points.for_each(|(&point, change)| potential.add_forces(point, change, &mut forces));
+    }
+    let alone = if potential.patches.is_empty() { potential.volumes.len() } else { 0 };
+    for point in 0..alone {
+        let h = potential.displacement_gradient(point, displacement);
+        potential.add_forces(point, &stress_change(point, &h), &mut forces);
     }
     for surface in &potential.surfaces {
         if let Magnitude::Theta(_) = surface.magnitude {

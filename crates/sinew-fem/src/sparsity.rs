@@ -20,7 +20,7 @@ pub(crate) struct Sparsity {
     pub degree_of_freedom: Vec<usize>,
     /// The lower half, compressed by columns.
     pub pattern: SymbolicSparseColMat<usize>,
-    /// Where the matrices of the cells go.
+    /// Where the matrices of the cells go, or of the patches if there are any.
     pub cells: Slots,
     /// The same for the facets of all pressures on flat triangles, one after the other.
     pub facets: Slots,
@@ -30,11 +30,11 @@ pub(crate) struct Sparsity {
     pub springs: Slots,
 }
 
-/// Where small matrices of one size go in the values of the stiffness matrix.
+/// Where small matrices go in the values of the stiffness matrix.
 #[derive(Debug, Default)]
 pub(crate) struct Slots {
-    /// Entries of the lower half of one matrix.
-    entries: usize,
+    /// First place of each matrix, and the end of the last.
+    starts: Vec<usize>,
     /// Place in the values of each entry, row by row of the lower half, matrix by matrix. Entries of
     /// prescribed degrees of freedom go to one slot behind the last value.
     places: Vec<u32>,
@@ -44,7 +44,7 @@ impl Slots {
     /// The places of one matrix.
     #[inline]
     pub fn of(&self, matrix: usize) -> &[u32] {
-        &self.places[matrix * self.entries..(matrix + 1) * self.entries]
+        &self.places[self.starts[matrix]..self.starts[matrix + 1]]
     }
 }
 
@@ -54,7 +54,12 @@ impl Sparsity {
         potential: &TotalPotential<L, D, G, N>,
         followers: &[PressureSurface],
     ) -> Result<Self, SolveError> {
-        let neighbours = neighbours(potential.nodes, &potential.cells);
+        let patches = patch_nodes(potential);
+        let neighbours = if patches.is_empty() {
+            neighbours(potential.nodes, potential.cells.iter().map(|nodes| &nodes[..]))
+        } else {
+            neighbours(potential.nodes, patches.iter().map(|nodes| &nodes[..]))
+        };
         let free =
             |node: usize| (0..3).filter(move |i| potential.prescribed[3 * node + i].is_none());
         let order = minimum_degree(&neighbours, |node| free(node).next().is_some())?;
@@ -72,7 +77,11 @@ impl Sparsity {
         for &node in &order {
             columns.push_node(node, &neighbours[node]);
         }
-        let cells = columns.slots(potential.cells.iter().map(|nodes| &nodes[..]));
+        let cells = if patches.is_empty() {
+            columns.slots(potential.cells.iter().map(|nodes| &nodes[..]))
+        } else {
+            columns.slots(patches.iter().map(|nodes| &nodes[..]))
+        };
         let triangles = potential.pressures.iter().flat_map(|pressure| &pressure.facets);
         let facets = columns.slots(triangles.map(|nodes| &nodes[..]));
         let of_surface = |s: &'_ PressureSurface| {
@@ -136,8 +145,27 @@ impl Sparsity {
     }
 }
 
+/// Nodes of each patch, ascending.
+fn patch_nodes<L: Law<D>, G: Guard, const D: usize, const N: usize>(
+    potential: &TotalPotential<L, D, G, N>,
+) -> Vec<Vec<usize>> {
+    potential.patches.iter().map(|points| patch_nodes_of(potential, points)).collect()
+}
+
+/// Nodes of a patch of quadrature points, ascending.
+pub(crate) fn patch_nodes_of<L: Law<D>, G: Guard, const D: usize, const N: usize>(
+    potential: &TotalPotential<L, D, G, N>,
+    points: &[usize],
+) -> Vec<usize> {
+    let mut nodes: Vec<_> =
+        points.iter().flat_map(|&point| *potential.nodes_of_point(point)).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
+}
+
 /// Nodes that share a cell with each node, ascending, without the node itself.
-fn neighbours<const N: usize>(nodes: usize, cells: &[[usize; N]]) -> Vec<Vec<usize>> {
+fn neighbours<'n>(nodes: usize, cells: impl Iterator<Item = &'n [usize]>) -> Vec<Vec<usize>> {
     let mut neighbours = vec![Vec::new(); nodes];
     for cell in cells {
         for &a in cell {
@@ -206,15 +234,15 @@ impl Columns {
         }
     }
 
-    /// Places in the values of small matrices of equal size, whose rows are the three components of each of
+    /// Places in the values of small matrices, whose rows are the three components of each of
     /// the nodes listed for them.
     fn slots<'n>(&self, matrices: impl Iterator<Item = &'n [usize]>) -> Slots {
-        let mut slots = Slots::default();
+        let mut slots = Slots { starts: vec![0], places: Vec::new() };
         for nodes in matrices {
             let size = 3 * nodes.len();
-            slots.entries = size * (size + 1) / 2;
             let first_place = slots.places.len();
-            slots.places.resize(first_place + slots.entries, self.rows.len() as u32);
+            slots.places.resize(first_place + size * (size + 1) / 2, self.rows.len() as u32);
+            slots.starts.push(slots.places.len());
             let places = &mut slots.places[first_place..];
             for (a, &first) in nodes.iter().enumerate() {
                 for (b, &second) in nodes[..=a].iter().enumerate() {

@@ -2,21 +2,23 @@
 
 use std::collections::BTreeMap;
 
-use crate::{Defect, Field, SimplexMesh};
+use crate::{Defect, Field, Mesh};
 
-impl<const V: usize> SimplexMesh<V> {
+impl<const N: usize> Mesh<N> {
     /// A mesh without sets and fields.
     ///
     /// # Errors
-    /// The first rule of [`SimplexMesh::check`] that is broken.
-    pub fn new(points: Vec<[f64; 3]>, cells: Vec<[usize; V]>) -> Result<Self, Defect> {
-        let mesh = SimplexMesh { points, cells, ..SimplexMesh::default() };
+    /// The first rule of [`Mesh::check`] that is broken.
+    pub fn new(points: Vec<[f64; 3]>, cells: Vec<[usize; N]>) -> Result<Self, Defect> {
+        let mesh = Mesh { points, cells, ..Mesh::default() };
         mesh.check()?;
         Ok(mesh)
     }
 
     /// Checks that coordinates are finite, that cells name different nodes that exist, that
-    /// fields have one row per node or cell and that sets name what exists.
+    /// fields have one row per node or cell and that sets name what exists; of hexahedra and
+    /// quadratic cells also that the Jacobian is positive at every node. (Linear simplices may be
+    /// flat or negative: [`crate::quality`] tells.)
     ///
     /// # Errors
     /// The first rule that is broken.
@@ -26,6 +28,7 @@ impl<const V: usize> SimplexMesh<V> {
             let raw = cell.map(|node| i64::try_from(node).unwrap_or(i64::MAX));
             check_cell(index, &raw, self.points.len())?;
         }
+        self.check_shapes()?;
         check_fields(&self.point_fields, self.points.len())?;
         check_fields(&self.cell_fields, self.cells.len())?;
         check_sets(&self.node_sets, self.points.len())?;
@@ -33,7 +36,24 @@ impl<const V: usize> SimplexMesh<V> {
         for (set, facets) in &self.facet_sets {
             for facet in facets {
                 check_member(set, facet.cell, self.cells.len())?;
-                check_member(set, facet.opposite, V)?;
+                check_member(set, facet.opposite, Self::ELEMENT.facets.len())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that no cell whose Jacobian varies is folded over at a node.
+    pub(crate) fn check_shapes(&self) -> Result<(), Defect> {
+        if N == Self::ELEMENT.dimension + 1 {
+            return Ok(());
+        }
+        for cell in 0..self.cells.len() {
+            for (local, &at) in Self::ELEMENT.nodes.iter().enumerate() {
+                let jacobian = self.jacobian(cell, at);
+                // An overflow is no Jacobian either.
+                if jacobian.is_nan() || jacobian <= 0.0 {
+                    return Err(Defect::Folded { cell, node: self.cells[cell][local], jacobian });
+                }
             }
         }
         Ok(())

@@ -117,7 +117,7 @@ pub enum Problem {
         /// What to do instead.
         advice: &'static str,
     },
-    /// A cell that is no simplex with straight edges.
+    /// A cell of another kind than the mesh has.
     #[error("cell {cell} is a {kind}, but the mesh wants {wanted}; {advice}")]
     Cell {
         /// Index of the cell in the file, from 0.
@@ -174,6 +174,19 @@ pub enum Defect {
         cell: usize,
         /// The node.
         node: usize,
+    },
+    /// A curved cell or a hexahedron that is folded over at one of its nodes.
+    #[error(
+        "cell {cell} is folded over at its node {node}: its Jacobian there is {jacobian:e}, but must be \
+         positive; move the node, or number the cell in the order of VTK"
+    )]
+    Folded {
+        /// Index of the cell.
+        cell: usize,
+        /// The node.
+        node: usize,
+        /// Volume (area) of the cell over that of the reference cell, at the node.
+        jacobian: f64,
     },
     /// A coordinate that is infinite or no number.
     #[error("node {node} lies at {point:?}; give it finite coordinates")]

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use crate::{Defect, Field, FieldValues, SimplexMesh};
+use crate::{Defect, Field, FieldValues, Mesh};
 
 impl Field {
     /// A real number per row.
@@ -75,7 +75,7 @@ impl FieldValues {
     }
 }
 
-impl<const V: usize> SimplexMesh<V> {
+impl<const N: usize> Mesh<N> {
     /// The nodes at which a scalar point field is not zero, ascending: the node set behind a
     /// marker such as `clamped`.
     ///

@@ -1,6 +1,16 @@
-//! Structured meshes of boxes and rectangles.
+//! Structured meshes of simple bodies.
 
-use crate::{Facet, SimplexMesh, TetMesh, TriangleMesh, boundary_facets, repair_orientation};
+mod membrane;
+mod shells;
+mod ventricle;
+mod wall;
+
+pub use membrane::{cook_membrane, cook_membrane_point, rectangle_crossed_triangles};
+pub use shells::{cylinder_quarter, sphere_octant};
+pub use ventricle::TruncatedEllipsoid;
+pub use wall::Wall;
+
+use crate::{Facet, HexMesh, Mesh, TetMesh, TriangleMesh, boundary_facets, repair_orientation};
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -39,13 +49,57 @@ pub fn rectangle_triangles(extent: [f64; 2], cells: [usize; 2]) -> TriangleMesh 
     kuhn_grid(extent, cells, &[[0, 1], [1, 0]])
 }
 
+/// A box `[0, extent]` of `cells` hexahedra per axis; order and names as in [`box_tetrahedra`].
+///
+/// # Panics
+/// When an extent is not positive and finite or a cell count is zero.
+///
+/// ```
+/// let beam = sinew_mesh::box_hexahedra([10.0, 1.0, 1.0], [12, 4, 5]);
+/// assert_eq!((beam.points.len(), beam.cells.len()), (390, 240));
+/// assert_eq!(beam.facet_sets["x_max"].len(), 20);
+/// ```
+pub fn box_hexahedra(extent: [f64; 3], cells: [usize; 3]) -> HexMesh {
+    let (mut mesh, stride) = grid_points(extent, cells);
+    let [x, y, z] = stride;
+    for at in grid(cells) {
+        let lowest: usize = (0..3).map(|axis| at[axis] * stride[axis]).sum();
+        let bottom = [lowest, lowest + x, lowest + x + y, lowest + y];
+        let [a, b, c, d] = bottom;
+        mesh.cells.push([a, b, c, d, a + z, b + z, c + z, d + z]);
+    }
+    name_sides(&mut mesh, cells, stride);
+    mesh
+}
+
 /// The grid in `D` dimensions; each order of the axes is one simplex, whose vertices are met
 /// on the walk along the grid cell's edges from its lowest corner to the opposite one.
-fn kuhn_grid<const D: usize, const V: usize>(
+fn kuhn_grid<const D: usize, const N: usize>(
     extent: [f64; D],
     cells: [usize; D],
     axis_orders: &[[usize; D]],
-) -> SimplexMesh<V> {
+) -> Mesh<N> {
+    let (mut mesh, stride) = grid_points(extent, cells);
+    for at in grid(cells) {
+        let lowest: usize = (0..D).map(|axis| at[axis] * stride[axis]).sum();
+        for order in axis_orders {
+            let mut walk = [lowest; N];
+            for (step, &axis) in order.iter().enumerate() {
+                walk[step + 1] = walk[step] + stride[axis];
+            }
+            mesh.cells.push(walk);
+        }
+    }
+    repair_orientation(&mut mesh);
+    name_sides(&mut mesh, cells, stride);
+    mesh
+}
+
+/// The nodes of a grid as a mesh without cells, and the steps between neighbours.
+fn grid_points<const D: usize, const N: usize>(
+    extent: [f64; D],
+    cells: [usize; D],
+) -> (Mesh<N>, [usize; D]) {
     assert!(
         extent.iter().all(|e| e.is_finite() && *e > 0.0) && cells.iter().all(|&n| n > 0),
         "extents must be positive and cell counts at least 1, not {extent:?} and {cells:?}"
@@ -60,20 +114,7 @@ fn kuhn_grid<const D: usize, const V: usize>(
         point
     };
     let points = grid(nodes).map(position).collect();
-    let mut mesh = SimplexMesh::<V> { points, ..SimplexMesh::default() };
-    for at in grid(cells) {
-        let lowest: usize = (0..D).map(|axis| at[axis] * stride[axis]).sum();
-        for order in axis_orders {
-            let mut walk = [lowest; V];
-            for (step, &axis) in order.iter().enumerate() {
-                walk[step + 1] = walk[step] + stride[axis];
-            }
-            mesh.cells.push(walk);
-        }
-    }
-    repair_orientation(&mut mesh);
-    name_sides(&mut mesh, cells, stride);
-    mesh
+    (Mesh { points, ..Mesh::default() }, stride)
 }
 
 /// All indices of a grid, the first axis fastest.
@@ -92,31 +133,72 @@ fn grid_coordinate(index: usize, cells: usize, extent: f64) -> f64 {
     if index == cells { extent } else { index as f64 * (extent / cells as f64) }
 }
 
-fn name_sides<const D: usize, const V: usize>(
-    mesh: &mut SimplexMesh<V>,
+fn name_sides<const D: usize, const N: usize>(
+    mesh: &mut Mesh<N>,
     cells: [usize; D],
     stride: [usize; D],
 ) {
     let boundary = boundary_facets(mesh);
     for axis in 0..D {
         for (end, level) in [("min", 0), ("max", cells[axis])] {
-            let name = format!("{}_{end}", AXES[axis]);
             let on_side = |node: usize| node / stride[axis] % (cells[axis] + 1) == level;
-            let nodes = (0..mesh.points.len()).filter(|&n| on_side(n)).collect();
-            let touches = |f: &Facet| {
-                let corners = mesh.cells[f.cell].iter().enumerate();
-                corners.filter(|&(local, _)| local != f.opposite).all(|(_, &node)| on_side(node))
-            };
-            let facets = boundary.iter().copied().filter(touches).collect();
-            mesh.node_sets.insert(name.clone(), nodes);
-            mesh.facet_sets.insert(name, facets);
+            name_side(mesh, &boundary, &format!("{}_{end}", AXES[axis]), on_side);
         }
     }
+}
+
+/// Names the nodes of a side, and the facets whose nodes are all on it.
+fn name_side<const N: usize>(
+    mesh: &mut Mesh<N>,
+    boundary: &[Facet],
+    name: &str,
+    on_side: impl Fn(usize) -> bool,
+) {
+    let nodes = (0..mesh.points.len()).filter(|&node| on_side(node)).collect();
+    let touches = |&facet: &Facet| mesh.nodes_of_facet(facet).all(&on_side);
+    let facets = boundary.iter().copied().filter(touches).collect();
+    mesh.node_sets.insert(name.into(), nodes);
+    mesh.facet_sets.insert(name.into(), facets);
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::enclosed_volume;
+
+    /// A solid whose cells are positive at and between their nodes, fit together (what is not shared
+    /// is on a named side) and fill what the boundary encloses. Returns its volume.
+    pub(super) fn assert_sound<const N: usize>(mesh: &Mesh<N>) -> f64 {
+        assert_eq!(mesh.check(), Ok(()));
+        let element = Mesh::<N>::ELEMENT;
+        let centre: [f64; 3] = std::array::from_fn(|axis| {
+            element.nodes.iter().map(|at| at[axis]).sum::<f64>() / N as f64
+        });
+        for cell in 0..mesh.cells.len() {
+            for node in element.nodes {
+                for way in [0.0, 0.4, 0.8, 1.0] {
+                    let at = std::array::from_fn(|i| way * node[i] + (1.0 - way) * centre[i]);
+                    assert!(mesh.jacobian(cell, at) > 0.0, "cell {cell} at {at:?}");
+                }
+            }
+        }
+        let boundary = boundary_facets(mesh);
+        let mut named: Vec<Facet> = mesh.facet_sets.values().flatten().copied().collect();
+        named.sort_unstable();
+        assert_eq!(named, boundary);
+        let volume: f64 = (0..mesh.cells.len()).map(|cell| mesh.cell_volume(cell)).sum();
+        assert!((enclosed_volume(mesh, &boundary) / volume - 1.0).abs() < 1e-12);
+        volume
+    }
+
+    #[test]
+    fn hexahedra_fill_the_box() {
+        let mesh = box_hexahedra([2.0, 3.0, 4.0], [2, 1, 3]);
+        assert!((assert_sound(&mesh) - 24.0).abs() < 1e-13);
+        assert_eq!(mesh.points, box_tetrahedra([2.0, 3.0, 4.0], [2, 1, 3]).points);
+        assert_eq!(mesh.cells[0], [0, 1, 4, 3, 6, 7, 10, 9]);
+        assert_eq!(mesh.facet_sets["z_max"], [4, 5].map(|cell| Facet { cell, opposite: 5 }));
+    }
 
     #[test]
     fn the_first_grid_cell_is_split_as_published() {

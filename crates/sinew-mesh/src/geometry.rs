@@ -1,50 +1,166 @@
-//! Volumes and orientation.
+//! Volumes, Jacobians and orientation.
 
 use nalgebra::Vector3;
 
-use crate::SimplexMesh;
+use crate::Mesh;
 
-impl<const V: usize> SimplexMesh<V> {
-    /// The corners of a cell as vectors.
-    pub fn corners(&self, cell: usize) -> [Vector3<f64>; V] {
+impl<const N: usize> Mesh<N> {
+    /// The positions of a cell's nodes, its corners first.
+    pub fn corners(&self, cell: usize) -> [Vector3<f64>; N] {
         self.cells[cell].map(|node| Vector3::from(self.points[node]))
     }
 
-    /// Volume of a tetrahedron, negative when its vertices 1, 2, 3 run clockwise seen from
-    /// outside, or area of a triangle, which is never negative [length unit cubed or squared].
+    /// Volume of a solid cell, negative when it is inside out (in a tetrahedron the vertices 1, 2, 3
+    /// then run clockwise seen from outside), or area of a triangle, which is never negative [length
+    /// unit cubed or squared]. Exact for curved cells too, but for the area of a quadratic triangle
+    /// that is not plane, which comes from a rule of degree 2.
     pub fn cell_volume(&self, cell: usize) -> f64 {
-        const { assert!(V == 3 || V == 4, "cells are triangles or tetrahedra") };
         let corners = self.corners(cell);
-        let [a, b, c] = [1, 2, V - 1].map(|i| corners[i] - corners[0]);
-        if V == 4 { a.cross(&b).dot(&c) / 6.0 } else { a.cross(&b).norm() / 2.0 }
+        let [a, b, c] = [1, 2, 3 % N].map(|i| corners[i] - corners[0]);
+        match N {
+            4 => a.cross(&b).dot(&c) / 6.0,
+            3 => a.cross(&b).norm() / 2.0,
+            6 => TRIANGLE_RULE.iter().map(|&at| self.area_vector(cell, at).norm() / 6.0).sum(),
+            10 => TETRAHEDRON_RULE.iter().map(|&(at, w)| w * self.jacobian(cell, at)).sum(),
+            _ => CUBE_RULE.iter().map(|&at| self.jacobian(cell, at) / 8.0).sum(),
+        }
+    }
+
+    /// Volume (area) of a cell over that of the reference cell near the reference point `at`, see
+    /// [`crate::Element::nodes`]: the determinant of the Jacobian. Of a triangle it is measured along
+    /// the normal of its corners, so a cell is folded over where it is not positive.
+    ///
+    /// ```
+    /// let beam = sinew_mesh::box_tetrahedra([2.0, 1.0, 1.0], [1; 3]).quadratic();
+    /// assert!((beam.jacobian(0, [0.1, 0.2, 0.3]) - 2.0).abs() < 1e-14);
+    /// ```
+    pub fn jacobian(&self, cell: usize, at: [f64; 3]) -> f64 {
+        if Self::ELEMENT.dimension == 3 {
+            let [a, b, c] = self.tangents(cell, at);
+            return a.cross(&b).dot(&c);
+        }
+        let [a, b, c] = [0, 1, 2].map(|k| Vector3::from(self.points[self.cells[cell][k]]));
+        let normal = (b - a).cross(&(c - a));
+        // A triangle whose corners lie on a line has no normal and no area.
+        normal.try_normalize(0.0).map_or(0.0, |normal| self.area_vector(cell, at).dot(&normal))
+    }
+
+    fn area_vector(&self, cell: usize, at: [f64; 3]) -> Vector3<f64> {
+        let [a, b, _] = self.tangents(cell, at);
+        a.cross(&b)
+    }
+
+    /// Derivatives of the position along the reference axes.
+    fn tangents(&self, cell: usize, at: [f64; 3]) -> [Vector3<f64>; 3] {
+        let slopes = shape_derivatives::<N>(at);
+        let corners = self.corners(cell);
+        let mut tangents = [Vector3::zeros(); 3];
+        // Differences to one node, so that nothing cancels far from the origin.
+        for (corner, slope) in corners.iter().zip(&slopes).skip(1) {
+            for (tangent, s) in tangents.iter_mut().zip(slope) {
+                *tangent += (corner - corners[0]) * *s;
+            }
+        }
+        tangents
     }
 }
 
-/// Makes every tetrahedron positive by swapping the local vertices 1 and 2 of the negative
-/// ones, and returns how many it swapped. Facet sets keep naming the same facets.
+/// Derivatives of the shape functions along the reference axes.
+fn shape_derivatives<const N: usize>(at: [f64; 3]) -> [[f64; 3]; N] {
+    let element = Mesh::<N>::ELEMENT;
+    if N == 8 {
+        return std::array::from_fn(|a| {
+            let up = element.nodes[a];
+            let factor = |i: usize| if up[i] == 1.0 { at[i] } else { 1.0 - at[i] };
+            let sign = |i: usize| 2.0 * up[i] - 1.0;
+            std::array::from_fn(|i| sign(i) * factor((i + 1) % 3) * factor((i + 2) % 3))
+        });
+    }
+    let axes = 0..element.dimension;
+    let slope = |corner: usize, axis: usize| match corner {
+        0 => -1.0,
+        _ => f64::from(u8::from(corner == axis + 1)),
+    };
+    let barycentric = |corner: usize| match corner {
+        0 => 1.0 - axes.clone().map(|axis| at[axis]).sum::<f64>(),
+        _ => at[corner - 1],
+    };
+    let mut derivatives = [[0.0; 3]; N];
+    for (a, derivative) in derivatives.iter_mut().enumerate() {
+        for axis in axes.clone() {
+            derivative[axis] = match a.checked_sub(element.corners) {
+                None if element.is_quadratic() => (4.0 * barycentric(a) - 1.0) * slope(a, axis),
+                None => slope(a, axis),
+                Some(edge) => {
+                    let [b, c] = [0, 1].map(|end| element.edges[edge][end]);
+                    4.0 * (barycentric(b) * slope(c, axis) + barycentric(c) * slope(b, axis))
+                }
+            };
+        }
+    }
+    derivatives
+}
+
+const SIXTH: f64 = 1.0 / 6.0;
+
+/// Three points of equal weight, degree 2.
+const TRIANGLE_RULE: [[f64; 3]; 3] =
+    [[SIXTH, SIXTH, 0.0], [4.0 * SIXTH, SIXTH, 0.0], [SIXTH, 4.0 * SIXTH, 0.0]];
+
+/// Points with weights, degree 3: the Jacobian of a quadratic tetrahedron is a cubic.
+const TETRAHEDRON_RULE: [([f64; 3], f64); 5] = [
+    ([0.25; 3], -2.0 / 15.0),
+    ([SIXTH; 3], 0.075),
+    ([0.5, SIXTH, SIXTH], 0.075),
+    ([SIXTH, 0.5, SIXTH], 0.075),
+    ([SIXTH, SIXTH, 0.5], 0.075),
+];
+
+/// Gauss' points on the unit interval, degree 3.
+const LOW: f64 = 0.211_324_865_405_187_1;
+const HIGH: f64 = 1.0 - LOW;
+const CUBE_RULE: [[f64; 3]; 8] = [
+    [LOW, LOW, LOW],
+    [HIGH, LOW, LOW],
+    [LOW, HIGH, LOW],
+    [HIGH, HIGH, LOW],
+    [LOW, LOW, HIGH],
+    [HIGH, LOW, HIGH],
+    [LOW, HIGH, HIGH],
+    [HIGH, HIGH, HIGH],
+];
+
+/// Makes every solid cell positive by mirroring the local order of the negative ones (tetrahedra swap
+/// their vertices 1 and 2, hexahedra bottom and top), and returns how many it mirrored. Facet sets
+/// keep naming the same facets.
 ///
 /// Triangles are turned counterclockwise where the mesh lies in a plane of constant `z`; on a
 /// curved surface no side is the right one, so nothing changes.
-pub fn repair_orientation<const V: usize>(mesh: &mut SimplexMesh<V>) -> usize {
-    let plane = V == 3 && mesh.points.windows(2).all(|pair| pair[0][2] == pair[1][2]);
-    if V == 3 && !plane {
+pub fn repair_orientation<const N: usize>(mesh: &mut Mesh<N>) -> usize {
+    let element = Mesh::<N>::ELEMENT;
+    let flat = element.dimension == 2;
+    if flat && !mesh.points.windows(2).all(|pair| pair[0][2] == pair[1][2]) {
         return 0;
     }
-    let mut swapped = vec![false; mesh.cells.len()];
+    let mut mirrored = vec![false; mesh.cells.len()];
     for cell in 0..mesh.cells.len() {
         let corners = mesh.corners(cell);
         let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
-        let orientation =
-            if V == 4 { normal.dot(&(corners[V - 1] - corners[0])) } else { normal.z };
+        let orientation = match element.corners {
+            3 => normal.z,
+            4 => normal.dot(&(corners[3 % N] - corners[0])),
+            _ => mesh.jacobian(cell, [0.5; 3]),
+        };
         if orientation < 0.0 {
-            mesh.cells[cell].swap(1, 2);
-            swapped[cell] = true;
+            let nodes = mesh.cells[cell];
+            mesh.cells[cell] = std::array::from_fn(|k| nodes[element.mirrored[k]]);
+            mirrored[cell] = true;
         }
     }
-    for facet in mesh.facet_sets.values_mut().flatten().filter(|facet| swapped[facet.cell]) {
-        facet.opposite = [0, 2, 1, 3][facet.opposite];
+    for facet in mesh.facet_sets.values_mut().flatten().filter(|facet| mirrored[facet.cell]) {
+        facet.opposite = element.mirrored_facets[facet.opposite];
     }
-    swapped.iter().filter(|&&s| s).count()
+    mirrored.iter().filter(|&&m| m).count()
 }
 
 #[cfg(test)]

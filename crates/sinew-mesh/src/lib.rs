@@ -1,5 +1,5 @@
-//! Simplex meshes: tetrahedra and triangles with named sets and fields, their quality and
-//! surfaces, and the files they come from and go to.
+//! Meshes: linear and quadratic tetrahedra and triangles and hexahedra with named sets and fields,
+//! their quality and surfaces, and the files they come from and go to.
 //!
 //! ```
 //! use sinew_mesh::{box_tetrahedra, enclosed_volume, boundary_facets, Field, quality};
@@ -21,6 +21,23 @@
 //! # Ok::<(), sinew_mesh::MeshError>(())
 //! ```
 //!
+//! # Kinds of cells
+//!
+//! [`Mesh`] is one type for all of them; the number of nodes of a cell tells its kind, and
+//! [`Mesh::ELEMENT`] describes it. Quadratic meshes are made of linear ones:
+//!
+//! ```
+//! use sinew_mesh::{HexMesh, QuadraticTetMesh, TruncatedEllipsoid, box_tetrahedra};
+//!
+//! let beam: QuadraticTetMesh = box_tetrahedra([10.0, 1.0, 1.0], [12, 4, 5]).quadratic();
+//! assert_eq!(beam.points.len(), 25 * 9 * 11);
+//!
+//! // A ventricle, whose middle nodes lie on the curved surfaces.
+//! let wall = TruncatedEllipsoid::LAND.wall([2, 16, 8]);
+//! let (tets, hexes): (QuadraticTetMesh, HexMesh) = (wall.quadratic_tetrahedra(), wall.hexahedra());
+//! assert_eq!((tets.check(), hexes.check()), (Ok(()), Ok(())));
+//! ```
+//!
 //! # Files
 //!
 //! | format | read | written |
@@ -31,19 +48,19 @@
 //! | gmsh MSH, text and binary | 2.2, 4.1 | |
 //! | NumPy npy | floats, integers, booleans; both byte orders | [`write_npy`] |
 //!
-//! [`read`] and [`read_tet_mesh`] tell the format by the content. Tetrahedra with negative
-//! volume are repaired and counted in the [`ReadReport`]. Triangles among tetrahedra become
-//! facet sets: named by gmsh's physical groups, or by the values of integer cell fields
+//! [`read`] and [`read_tet_mesh`] tell the format by the content, as [`read_mesh`] does, which
+//! reads quadratic cells and hexahedra. Solid cells with negative volume are repaired and counted
+//! in the [`ReadReport`]. Triangles among tetrahedra (quadrilaterals among hexahedra) become facet
+//! sets: named by gmsh's physical groups, or by the values of integer cell fields
 //! (`region:1`), or `facets`. A field that marks nodes becomes a set with
-//! [`SimplexMesh::nodes_where_nonzero`]. Curved, higher-order and other cells are refused with
-//! advice.
+//! [`Mesh::nodes_where_nonzero`]. Other cells, and such cells folded over, are refused with advice.
 //!
 //! ## Sets in VTK files
 //!
 //! VTK has no named sets, so they are written as integer fields with one component:
 //! `node_set:NAME` is 1 at the nodes of the set, `cell_set:NAME` is 1 at its cells, and bit `i`
-//! of `facet_set:NAME` is 1 when the facet opposite to local vertex `i` of the cell belongs to
-//! the set. Reading turns them back into the same sets, ascending and without repetition.
+//! of `facet_set:NAME` is 1 when facet `i` of the cell (in simplices the one opposite to corner
+//! `i`) belongs to the set. Reading turns them back into the same sets, ascending and without repetition.
 //!
 //! ## Damaged and hostile files
 //!
@@ -52,25 +69,35 @@
 //! error names the file, the line (in text) or byte, what was expected and what to do.
 
 mod check;
+mod distort;
+mod element;
 mod error;
 mod field;
 mod generate;
 mod geometry;
 mod io;
 mod mesh;
+mod quadratic;
 mod quality;
 mod surface;
 mod topology;
 
+pub use element::Element;
 pub use error::{Defect, MeshError, Place, Problem};
-pub use generate::{box_tetrahedra, rectangle_triangles};
+pub use generate::{
+    TruncatedEllipsoid, Wall, box_hexahedra, box_tetrahedra, cook_membrane, cook_membrane_point,
+    cylinder_quarter, rectangle_crossed_triangles, rectangle_triangles, sphere_octant,
+};
 pub use geometry::repair_orientation;
 pub use io::{
-    AnyMesh, NpyArray, ReadReport, VtkEncoding, parse, parse_npy, parse_tet_mesh,
-    parse_triangle_mesh, read, read_npy, read_tet_mesh, read_triangle_mesh, to_npy, to_pvd, to_vtk,
-    to_vtu, write_npy, write_pvd, write_vtk, write_vtu,
+    AnyMesh, NpyArray, ReadReport, VtkEncoding, parse, parse_mesh, parse_npy, parse_tet_mesh,
+    parse_triangle_mesh, read, read_mesh, read_npy, read_tet_mesh, read_triangle_mesh, to_npy,
+    to_pvd, to_vtk, to_vtu, write_npy, write_pvd, write_vtk, write_vtu,
 };
-pub use mesh::{Facet, Field, FieldValues, SimplexMesh, TetMesh, TriangleMesh};
+pub use mesh::{
+    Facet, Field, FieldValues, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, SimplexMesh,
+    TetMesh, TriangleMesh,
+};
 pub use quality::{
     QualitySummary, SLIVER_ANGLE, Spread, min_dihedral_angle, quality, slivers, volume_ratio,
 };

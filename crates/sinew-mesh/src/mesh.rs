@@ -1,17 +1,18 @@
-//! The mesh itself: nodes, simplices, named sets and fields.
+//! The mesh itself: nodes, cells, named sets and fields.
 
 use std::collections::BTreeMap;
 
-/// A mesh of simplices with `V` vertices each: `V = 4` are tetrahedra, `V = 3` triangles.
+/// A mesh of cells with `N` nodes each, which tell their kind: see [`TetMesh`], [`TriangleMesh`],
+/// [`QuadraticTetMesh`], [`QuadraticTriangleMesh`], [`HexMesh`] and [`Mesh::ELEMENT`].
 ///
 /// Points always have three coordinates (a plane mesh has `z = 0`), so files, graphs and
-/// fields need one design only.
+/// fields need one design only. The nodes of a cell stand in the order of VTK.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct SimplexMesh<const V: usize> {
+pub struct Mesh<const N: usize> {
     /// Node positions, one row per node [length unit of the scene].
     pub points: Vec<[f64; 3]>,
-    /// Node indices of each cell; a tetrahedron has positive volume, see [`crate::repair_orientation`].
-    pub cells: Vec<[usize; V]>,
+    /// Node indices of each cell; a solid cell has positive volume, see [`crate::repair_orientation`].
+    pub cells: Vec<[usize; N]>,
     /// Named sets of node indices, ascending.
     pub node_sets: BTreeMap<String, Vec<usize>>,
     /// Named sets of facets.
@@ -24,17 +25,28 @@ pub struct SimplexMesh<const V: usize> {
     pub cell_fields: BTreeMap<String, Field>,
 }
 
+/// [`Mesh`] under its former name.
+pub type SimplexMesh<const N: usize> = Mesh<N>;
 /// Tetrahedra.
-pub type TetMesh = SimplexMesh<4>;
+pub type TetMesh = Mesh<4>;
 /// Triangles.
-pub type TriangleMesh = SimplexMesh<3>;
+pub type TriangleMesh = Mesh<3>;
+/// Quadratic tetrahedra: four corners, then the nodes of the edges 01, 12, 20, 03, 13, 23.
+pub type QuadraticTetMesh = Mesh<10>;
+/// Quadratic triangles: three corners, then the nodes of the edges 01, 12, 20.
+pub type QuadraticTriangleMesh = Mesh<6>;
+/// Trilinear hexahedra: four corners around the bottom, counterclockwise seen from the top, then
+/// the four above them.
+pub type HexMesh = Mesh<8>;
 
-/// One side of a cell: the facet of `cell` that does not hold the cell's local vertex `opposite`.
+/// One side of a cell. In simplices it is named by the corner that it leaves out, in hexahedra by
+/// its number among the [`crate::Element::facets`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Facet {
     /// Index of the cell.
     pub cell: usize,
-    /// Local index `0..V` of the vertex the facet leaves out.
+    /// Local index of the corner that the facet leaves out; in hexahedra the number of the facet:
+    /// 0 to 5 for the sides at the lower and upper end of the first, second and third local axis.
     pub opposite: usize,
 }
 

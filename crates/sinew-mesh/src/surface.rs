@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::{Facet, TetMesh, TriangleMesh};
+use crate::{Element, Facet, Mesh, TetMesh, TriangleMesh};
 
 /// A surface with the way back to the mesh it was taken from.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,19 +47,72 @@ pub fn extract_surface(mesh: &TetMesh, facets: &[Facet]) -> Surface {
     Surface { mesh: surface, nodes }
 }
 
-/// The volume that facets enclose, by the divergence theorem V = ⅓ ∮ x·n dA [length unit
+/// The volume that facets enclose, by the divergence theorem N = ⅓ ∮ x·n dA [length unit
 /// cubed]: positive when they face away from it, as the whole boundary does, and negative when
 /// they face into it, as the wall of a cavity does.
 ///
 /// An open surface is closed by the cone from its rim to the origin; put the origin into
-/// the plane of the rim (a ventricle's base) to get the volume below that plane.
-pub fn enclosed_volume(mesh: &TetMesh, facets: &[Facet]) -> f64 {
-    let cone = |&facet: &Facet| {
-        let [a, b, c] = mesh.facet_nodes(facet).map(|node| Vector3::from(mesh.points[node]));
-        a.cross(&b).dot(&c) / 6.0
-    };
-    facets.iter().map(cone).sum()
+/// the plane of the rim (a ventricle's base) to get the volume below that plane. The volume under
+/// curved facets is exact.
+pub fn enclosed_volume<const N: usize>(mesh: &Mesh<N>, facets: &[Facet]) -> f64 {
+    const { assert!(Element::with_nodes(N).dimension == 3, "only solids enclose a volume") };
+    facets.iter().map(|&facet| cone_volume(mesh, facet)).sum()
 }
+
+/// Signed volume between a facet and the origin.
+fn cone_volume<const N: usize>(mesh: &Mesh<N>, facet: Facet) -> f64 {
+    let nodes = mesh.nodes_of_facet(facet).map(|node| Vector3::from(mesh.points[node]));
+    let mut x = [Vector3::zeros(); 6];
+    x.iter_mut().zip(nodes).for_each(|(slot, node)| *slot = node);
+    let cone = |(at, [along_s, along_t]): (Vector3<f64>, [Vector3<f64>; 2])| {
+        along_s.cross(&along_t).dot(&at) / 3.0
+    };
+    match N {
+        4 => x[0].cross(&x[1]).dot(&x[2]) / 6.0,
+        10 => TRIANGLE_RULE.iter().map(|&(at, w)| w * cone(curved_triangle(&x, at))).sum(),
+        _ => QUADRILATERAL_RULE.iter().map(|&at| 0.25 * cone(quadrilateral(&x, at))).sum(),
+    }
+}
+
+/// Position on a quadratic triangle and its derivatives along both parameters.
+fn curved_triangle(x: &[Vector3<f64>; 6], [s, t]: [f64; 2]) -> (Vector3<f64>, [Vector3<f64>; 2]) {
+    let r = 1.0 - s - t;
+    let at = x[0] * (r * (2.0 * r - 1.0)) + x[1] * (s * (2.0 * s - 1.0));
+    let at = at
+        + x[2] * (t * (2.0 * t - 1.0))
+        + (x[3] * (r * s) + x[4] * (s * t) + x[5] * (t * r)) * 4.0;
+    let back = x[0] * (1.0 - 4.0 * r);
+    let along_s = back + x[1] * (4.0 * s - 1.0) + (x[3] * (r - s) + (x[4] - x[5]) * t) * 4.0;
+    let along_t = back + x[2] * (4.0 * t - 1.0) + (x[5] * (r - t) + (x[4] - x[3]) * s) * 4.0;
+    (at, [along_s, along_t])
+}
+
+/// Position on a bilinear quadrilateral and its derivatives along both parameters.
+fn quadrilateral(x: &[Vector3<f64>; 6], [s, t]: [f64; 2]) -> (Vector3<f64>, [Vector3<f64>; 2]) {
+    let (low, high) = (x[0].lerp(&x[1], s), x[3].lerp(&x[2], s));
+    let along_s = (x[1] - x[0]).lerp(&(x[2] - x[3]), t);
+    (low.lerp(&high, t), [along_s, high - low])
+}
+
+const C: f64 = 0.445_948_490_915_965;
+const D: f64 = 0.091_576_213_509_771;
+const WEIGHT_C: f64 = 0.5 * 0.223_381_589_678_011;
+const WEIGHT_D: f64 = 0.5 * 0.109_951_743_655_322;
+/// Degree 4, that of the cone over a quadratic triangle (D. A. Dunavant, Int. J. Numer. Meth. Engng
+/// 21, 1985).
+const TRIANGLE_RULE: [([f64; 2], f64); 6] = [
+    ([C, C], WEIGHT_C),
+    ([1.0 - 2.0 * C, C], WEIGHT_C),
+    ([C, 1.0 - 2.0 * C], WEIGHT_C),
+    ([D, D], WEIGHT_D),
+    ([1.0 - 2.0 * D, D], WEIGHT_D),
+    ([D, 1.0 - 2.0 * D], WEIGHT_D),
+];
+
+const LOW: f64 = 0.211_324_865_405_187_1;
+const HIGH: f64 = 1.0 - LOW;
+/// Gauss' rule of degree 3 along each side; the cone is of degree 2.
+const QUADRILATERAL_RULE: [[f64; 2]; 4] = [[LOW, LOW], [HIGH, LOW], [LOW, HIGH], [HIGH, HIGH]];
 
 #[cfg(test)]
 mod tests {

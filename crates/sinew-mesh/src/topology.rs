@@ -2,27 +2,31 @@
 
 use std::collections::HashMap;
 
-use crate::{Facet, SimplexMesh, TetMesh, TriangleMesh};
+use crate::{Facet, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh, TriangleMesh};
 
 /// The unique undirected edges as `[larger node, smaller node]`, ascending: the order
-/// `[sender, receiver]` of the thesis' graphs.
-pub fn edges<const V: usize>(mesh: &SimplexMesh<V>) -> Vec<[usize; 2]> {
-    let mut edges = Vec::with_capacity(mesh.cells.len() * V * (V - 1) / 2);
+/// `[sender, receiver]` of the thesis' graphs. An edge with a middle node counts as its two halves.
+pub fn edges<const N: usize>(mesh: &Mesh<N>) -> Vec<[usize; 2]> {
+    let mut edges = Vec::with_capacity(mesh.cells.len() * 2 * Mesh::<N>::ELEMENT.edges.len());
     for cell in &mesh.cells {
-        for i in 0..V {
-            for j in 0..i {
-                edges.push([cell[i].max(cell[j]), cell[i].min(cell[j])]);
+        for edge in Mesh::<N>::ELEMENT.edges {
+            match **edge {
+                [a, b, middle] => {
+                    edges.extend([[cell[a], cell[middle]], [cell[middle], cell[b]]]);
+                }
+                _ => edges.push([cell[edge[0]], cell[edge[1]]]),
             }
         }
     }
+    edges.iter_mut().for_each(|edge| edge.sort_unstable_by(|a, b| b.cmp(a)));
     edges.sort_unstable();
     edges.dedup();
     edges
 }
 
 /// The facets that belong to one cell only, ascending by cell.
-pub fn boundary_facets<const V: usize>(mesh: &SimplexMesh<V>) -> Vec<Facet> {
-    let mut owners = HashMap::with_capacity(mesh.cells.len() * V);
+pub fn boundary_facets<const N: usize>(mesh: &Mesh<N>) -> Vec<Facet> {
+    let mut owners = HashMap::with_capacity(mesh.cells.len() * N);
     for facet in facets(mesh) {
         *owners.entry(facet_key(mesh, facet)).or_insert(0usize) += 1;
     }
@@ -30,20 +34,28 @@ pub fn boundary_facets<const V: usize>(mesh: &SimplexMesh<V>) -> Vec<Facet> {
 }
 
 /// Every facet of every cell, inner ones twice.
-pub(crate) fn facets<const V: usize>(mesh: &SimplexMesh<V>) -> impl Iterator<Item = Facet> {
-    (0..mesh.cells.len()).flat_map(|cell| (0..V).map(move |opposite| Facet { cell, opposite }))
+pub(crate) fn facets<const N: usize>(mesh: &Mesh<N>) -> impl Iterator<Item = Facet> {
+    let number = Mesh::<N>::ELEMENT.facets.len();
+    (0..mesh.cells.len())
+        .flat_map(move |cell| (0..number).map(move |opposite| Facet { cell, opposite }))
 }
 
-/// Equal for the two sides of an inner facet: its nodes ascending, then a filler.
-pub(crate) fn facet_key<const V: usize>(mesh: &SimplexMesh<V>, facet: Facet) -> [usize; V] {
-    let mut key = mesh.cells[facet.cell];
-    key[facet.opposite] = usize::MAX;
+/// The corners of a facet ascending, then a filler: equal for the two sides of an inner facet.
+pub(crate) type FacetKey = [usize; 4];
+
+pub(crate) fn facet_key<const N: usize>(mesh: &Mesh<N>, facet: Facet) -> FacetKey {
+    sorted_key(mesh.nodes_of_facet(facet).take(Mesh::<N>::ELEMENT.facet_corners))
+}
+
+pub(crate) fn sorted_key(corners: impl Iterator<Item = usize>) -> FacetKey {
+    let mut key = [usize::MAX; 4];
+    key.iter_mut().zip(corners).for_each(|(slot, node)| *slot = node);
     key.sort_unstable();
     key
 }
 
 /// The nodes that belong to no cell, ascending.
-pub(crate) fn unused_nodes<const V: usize>(mesh: &SimplexMesh<V>) -> Vec<usize> {
+pub(crate) fn unused_nodes<const N: usize>(mesh: &Mesh<N>) -> Vec<usize> {
     let mut used = vec![false; mesh.points.len()];
     mesh.cells.as_flattened().iter().for_each(|&node| used[node] = true);
     (0..used.len()).filter(|&node| !used[node]).collect()
@@ -51,7 +63,7 @@ pub(crate) fn unused_nodes<const V: usize>(mesh: &SimplexMesh<V>) -> Vec<usize> 
 
 /// Removes the nodes that belong to no cell, with their rows in fields and sets, and returns
 /// how many there were. A solver would find no stiffness at such nodes.
-pub fn remove_unused_nodes<const V: usize>(mesh: &mut SimplexMesh<V>) -> usize {
+pub fn remove_unused_nodes<const N: usize>(mesh: &mut Mesh<N>) -> usize {
     let unused = unused_nodes(mesh);
     if unused.is_empty() {
         return 0;
@@ -72,43 +84,56 @@ pub fn remove_unused_nodes<const V: usize>(mesh: &mut SimplexMesh<V>) -> usize {
     unused.len()
 }
 
-impl<const V: usize> SimplexMesh<V> {
+impl<const N: usize> Mesh<N> {
     /// The nodes of a set of facets, ascending.
     pub fn nodes_of_facets(&self, facets: &[Facet]) -> Vec<usize> {
-        let corners = |facet: &Facet| {
-            let opposite = facet.opposite;
-            let of_facet = move |&(local, _): &(usize, usize)| local != opposite;
-            self.cells[facet.cell].into_iter().enumerate().filter(of_facet)
-        };
-        let mut nodes: Vec<usize> = facets.iter().flat_map(corners).map(|(_, n)| n).collect();
+        let mut nodes: Vec<usize> =
+            facets.iter().flat_map(|&facet| self.nodes_of_facet(facet)).collect();
         nodes.sort_unstable();
         nodes.dedup();
         nodes
+    }
+
+    fn facet_array<const M: usize>(&self, facet: Facet) -> [usize; M] {
+        let cell = &self.cells[facet.cell];
+        let local = Self::ELEMENT.facets[facet.opposite];
+        std::array::from_fn(|k| cell[local[k]])
     }
 }
 
 impl TetMesh {
     /// The nodes of a facet, counterclockwise seen from outside its (positive) cell.
     pub fn facet_nodes(&self, facet: Facet) -> [usize; 3] {
-        let [a, b, c, d] = self.cells[facet.cell];
-        match facet.opposite {
-            0 => [b, c, d],
-            1 => [a, d, c],
-            2 => [a, b, d],
-            _ => [a, c, b],
-        }
+        self.facet_array(facet)
     }
 }
 
 impl TriangleMesh {
     /// The nodes of an edge facet, along the triangle's own sense of rotation.
     pub fn facet_nodes(&self, facet: Facet) -> [usize; 2] {
-        let [a, b, c] = self.cells[facet.cell];
-        match facet.opposite {
-            0 => [b, c],
-            1 => [c, a],
-            _ => [a, b],
-        }
+        self.facet_array(facet)
+    }
+}
+
+impl QuadraticTetMesh {
+    /// The nodes of a facet, counterclockwise seen from outside its (positive) cell: the corners a, b,
+    /// c, then the middles of ab, bc, ca.
+    pub fn facet_nodes(&self, facet: Facet) -> [usize; 6] {
+        self.facet_array(facet)
+    }
+}
+
+impl QuadraticTriangleMesh {
+    /// The ends of an edge facet along the triangle's own sense of rotation, then its middle.
+    pub fn facet_nodes(&self, facet: Facet) -> [usize; 3] {
+        self.facet_array(facet)
+    }
+}
+
+impl HexMesh {
+    /// The nodes of a facet, counterclockwise seen from outside its (positive) cell.
+    pub fn facet_nodes(&self, facet: Facet) -> [usize; 4] {
+        self.facet_array(facet)
     }
 }
 

@@ -4,8 +4,8 @@
 use std::path::PathBuf;
 
 use sinew_mesh::{
-    AnyMesh, Field, FieldValues, MeshError, Problem, ReadReport, TetMesh, boundary_facets,
-    box_tetrahedra, read, read_npy, read_tet_mesh, read_triangle_mesh,
+    AnyMesh, Field, FieldValues, MeshError, Problem, QuadraticTetMesh, ReadReport, TetMesh,
+    boundary_facets, box_tetrahedra, read, read_mesh, read_npy, read_tet_mesh, read_triangle_mesh,
 };
 
 /// The text files of VTK, and the VTU text files of meshio, round to 11 digits.
@@ -194,4 +194,21 @@ fn npy_files_of_numpy() {
     let cube = read_npy(fixture("numpy_cube.npy")).unwrap();
     assert_eq!(cube.shape, [2, 3, 4]);
     assert_eq!(cube.values, FieldValues::Float(ramp(24, 1, 1.0)));
+}
+
+#[test]
+fn quadratic_tetrahedra_of_gmsh() {
+    let (mesh, report) = read_mesh::<10>(fixture("gmsh_quadratic.msh")).unwrap();
+    assert_eq!((report.repaired_cells, report.unmatched_facets), (0, 0));
+    assert!(!mesh.facet_sets["clamped side"].is_empty());
+    for cell in &mesh.cells {
+        for edge in QuadraticTetMesh::ELEMENT.edges {
+            let [a, b, middle] = [0, 1, 2].map(|k| mesh.points[cell[edge[k]]]);
+            for axis in 0..3 {
+                assert!((middle[axis] - 0.5 * (a[axis] + b[axis])).abs() < 1e-12);
+            }
+        }
+    }
+    let volume: f64 = (0..mesh.cells.len()).map(|cell| mesh.cell_volume(cell)).sum();
+    assert!((volume - 2.0).abs() < 1e-12);
 }

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;
-use sinew_mesh::{AnyMesh, VtkEncoding, parse, parse_npy, to_vtk, to_vtu};
+use sinew_mesh::{AnyMesh, Mesh, VtkEncoding, parse, parse_mesh, parse_npy, to_vtk, to_vtu};
 
 /// Most bytes that a single request may ask for while a file of a few kilobytes is read: a
 /// zlib array may rightly be a thousand times larger than its file.
@@ -190,6 +190,20 @@ proptest! {
     }
 
     #[test]
+    fn damaged_files_of_quadratic_tetrahedra(
+        bytes in damaged(files_of(&sinew_mesh::box_tetrahedra([1.0; 3], [1; 3]).quadratic()))
+    ) {
+        read_kind_safely::<10>(&bytes);
+    }
+
+    #[test]
+    fn damaged_files_of_hexahedra(
+        bytes in damaged(files_of(&sinew_mesh::box_hexahedra([1.0; 3], [1; 3])))
+    ) {
+        read_kind_safely::<8>(&bytes);
+    }
+
+    #[test]
     fn damaged_files_of_our_own(bytes in damaged(our_files())) {
         read_safely(&bytes);
     }
@@ -198,6 +212,20 @@ proptest! {
 fn our_files() -> Vec<Vec<u8>> {
     let mut mesh = sinew_mesh::box_tetrahedra([1.0; 3], [1; 3]);
     mesh.cell_sets.insert("some".into(), vec![1, 4]);
-    let vtk = |encoding| to_vtk(&mesh, encoding).unwrap();
-    vec![vtk(VtkEncoding::Ascii), vtk(VtkEncoding::Binary), to_vtu(&mesh).unwrap()]
+    files_of(&mesh)
+}
+
+fn files_of<const N: usize>(mesh: &Mesh<N>) -> Vec<Vec<u8>> {
+    let vtk = |encoding| to_vtk(mesh, encoding).unwrap();
+    vec![vtk(VtkEncoding::Ascii), vtk(VtkEncoding::Binary), to_vtu(mesh).unwrap()]
+}
+
+fn read_kind_safely<const N: usize>(bytes: &[u8]) {
+    LARGEST.set(0);
+    let answer = parse_mesh::<N>("damaged", bytes);
+    assert!(LARGEST.get() < LARGEST_REQUEST, "asked for {} bytes", LARGEST.get());
+    match answer {
+        Ok((mesh, _)) => assert_eq!(mesh.check(), Ok(())),
+        Err(error) => assert!(error.to_string().starts_with("damaged, "), "{error}"),
+    }
 }

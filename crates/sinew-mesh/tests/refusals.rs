@@ -5,7 +5,7 @@ use std::io::Write;
 use base64::{Engine, engine::general_purpose::STANDARD};
 use flate2::{Compression, write::ZlibEncoder};
 use sinew_mesh::{
-    AnyMesh, Facet, ReadReport, TetMesh, parse, parse_tet_mesh, parse_triangle_mesh,
+    AnyMesh, Facet, ReadReport, TetMesh, parse, parse_mesh, parse_tet_mesh, parse_triangle_mesh,
     remove_unused_nodes,
 };
 
@@ -191,4 +191,60 @@ fn broken_msh_files() {
     assert_refused(&good.replace("1 4 2", "1 99 2"), &["gmsh element type", "first-order"]);
     assert_refused(&good.replace("\n4\n", "\n9999999999\n"), &["the tag of a node", "$EndNodes"]);
     assert_refused(&good[..good.find("$Elements").unwrap()], &["an $Elements section"]);
+}
+
+/// The unit cube as one hexahedron with its bottom, two cells that the tests change.
+fn cube(nodes: &str, more: &str, types: &str) -> String {
+    let count = 1 + more.lines().count();
+    let size = format!("{nodes} {more}").split_whitespace().count();
+    format!(
+        "# vtk DataFile Version 3.0\ncube\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 double\n\
+         0 0 0 1 0 0 1 1 0 0 1 0 0 0 1 1 0 1 1 1 1 0 1 1\nCELLS {count} {size}\n{nodes}\n{more}\n\
+         CELL_TYPES {count}\n{types}\n"
+    )
+}
+
+#[test]
+fn hexahedra_of_legacy_vtk() {
+    let upright = cube("8 0 1 2 3 4 5 6 7", "4 2 1 0 3", "12 9");
+    let (mesh, report) = parse_mesh::<8>("test", upright.as_bytes()).unwrap();
+    assert_eq!((report.matched_facets, report.repaired_cells), (1, 0));
+    assert!((mesh.cell_volume(0) - 1.0).abs() < 1e-15);
+    assert_eq!(mesh.facet_sets["facets"], [Facet { cell: 0, opposite: 4 }]);
+    assert_eq!(mesh.facet_nodes(mesh.facet_sets["facets"][0]), [0, 3, 2, 1]);
+
+    let inside_out = cube("8 4 5 6 7 0 1 2 3", "4 2 1 0 3", "12 9");
+    let (repaired, report) = parse_mesh::<8>("test", inside_out.as_bytes()).unwrap();
+    assert_eq!((&repaired, report.repaired_cells), (&mesh, 1));
+
+    let twisted = cube("8 0 1 3 2 4 5 7 6", "4 2 1 0 3", "12 9");
+    let message = parse_mesh::<8>("test", twisted.as_bytes()).unwrap_err().to_string();
+    assert!(message.contains("folded over") && message.contains("order of VTK"), "{message}");
+
+    let mixed = cube("8 0 1 2 3 4 5 6 7", "4 0 1 2 4", "12 10");
+    let message = parse_mesh::<8>("test", mixed.as_bytes()).unwrap_err().to_string();
+    assert!(message.contains("cell 1 is a tetrahedron, but the mesh wants hexahedra"), "{message}");
+    let message = parse_tet_mesh("test", upright.as_bytes()).unwrap_err().to_string();
+    assert!(message.contains("HexMesh"), "{message}");
+}
+
+#[test]
+fn quadratic_cells_of_msh() {
+    // gmsh numbers the last two middle nodes the other way round than VTK.
+    let text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n10\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n\
+        5 .5 0 0\n6 .5 .5 0\n7 0 .5 0\n8 0 0 .5\n9 0 .5 .5\n10 .5 0 .5\n$EndNodes\n$Elements\n2\n\
+        1 9 2 5 1 1 3 2 7 6 5\n2 11 2 7 1 1 2 3 4 5 6 7 8 9 10\n$EndElements\n";
+    let (mesh, report) = parse_mesh::<10>("test", text.as_bytes()).unwrap();
+    assert_eq!(mesh.cells, [[0, 1, 2, 3, 4, 5, 6, 7, 9, 8]]);
+    assert_eq!(mesh.facet_sets["physical_5"], [Facet { cell: 0, opposite: 3 }]);
+    assert_eq!((report.matched_facets, report.repaired_cells), (1, 0));
+    assert!((mesh.cell_volume(0) - 1.0 / 6.0).abs() < 1e-16);
+
+    let folded = text.replace("5 .5 0 0", "5 1.5 0 0");
+    let message = parse_mesh::<10>("test", folded.as_bytes()).unwrap_err().to_string();
+    assert!(message.contains("cell 0 is folded over at its node"), "{message}");
+
+    let linear = vtk("4 0 1 2 3", "10", "");
+    let message = parse_mesh::<10>("test", linear.as_bytes()).unwrap_err().to_string();
+    assert!(message.contains("make it quadratic"), "{message}");
 }

@@ -6,10 +6,10 @@ use std::path::Path;
 use proptest::collection::{btree_map, btree_set, vec};
 use proptest::prelude::*;
 use sinew_mesh::{
-    AnyMesh, Facet, Field, FieldValues, SimplexMesh, TetMesh, TriangleMesh, VtkEncoding,
-    box_tetrahedra, parse_npy, parse_tet_mesh, parse_triangle_mesh, read, read_npy, read_tet_mesh,
-    read_triangle_mesh, rectangle_triangles, to_npy, to_vtk, to_vtu, write_npy, write_pvd,
-    write_vtk, write_vtu,
+    AnyMesh, Facet, Field, FieldValues, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh,
+    TetMesh, TriangleMesh, VtkEncoding, box_hexahedra, box_tetrahedra, parse_mesh, parse_npy,
+    parse_tet_mesh, parse_triangle_mesh, read, read_npy, read_tet_mesh, read_triangle_mesh,
+    rectangle_triangles, to_npy, to_vtk, to_vtu, write_npy, write_pvd, write_vtk, write_vtu,
 };
 
 /// Any number that text can carry: only the payload of "not a number" is lost there.
@@ -34,10 +34,12 @@ fn name() -> impl Strategy<Value = String> {
     "[a-zA-Z0-9 _:%\"'<>&;äλ𝛼/\\\\-]{1,12}"
 }
 
-fn decorated<const V: usize>(mesh: SimplexMesh<V>) -> impl Strategy<Value = SimplexMesh<V>> {
+/// With sets, fields and nodes moved by up to `shift` along x.
+fn decorated<const N: usize>(mesh: Mesh<N>, shift: f64) -> impl Strategy<Value = Mesh<N>> {
     let (nodes, cells) = (mesh.points.len(), mesh.cells.len());
-    let facet = (0..cells, 0..V).prop_map(|(cell, opposite)| Facet { cell, opposite });
-    let jitter = vec(-0.1f64..0.1, nodes);
+    let facet = (0..cells, 0..Mesh::<N>::ELEMENT.facets.len())
+        .prop_map(|(cell, opposite)| Facet { cell, opposite });
+    let jitter = vec(-shift..shift, nodes);
     let sets = |limit: usize| btree_map(name(), btree_set(0..limit, 0..limit), 0..3);
     let facet_sets = btree_map(name(), btree_set(facet, 0..cells), 0..3);
     let fields = |rows| btree_map(name(), field(rows), 0..3);
@@ -61,7 +63,7 @@ fn decorated<const V: usize>(mesh: SimplexMesh<V>) -> impl Strategy<Value = Simp
 }
 
 /// Bit for bit, so that the sign of zero and "not a number" count.
-fn assert_same<const V: usize>(read: &SimplexMesh<V>, written: &SimplexMesh<V>) {
+fn assert_same<const N: usize>(read: &Mesh<N>, written: &Mesh<N>) {
     let bits = |field: &Field| match &field.values {
         FieldValues::Float(values) => {
             (field.components, values.iter().map(|v| v.to_bits()).collect())
@@ -88,11 +90,11 @@ fn assert_same<const V: usize>(read: &SimplexMesh<V>, written: &SimplexMesh<V>) 
 }
 
 fn tetrahedra() -> impl Strategy<Value = TetMesh> {
-    decorated(box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]))
+    decorated(box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]), 0.1)
 }
 
 fn triangles() -> impl Strategy<Value = TriangleMesh> {
-    decorated(rectangle_triangles([2.0, 1.0], [2, 1]))
+    decorated(rectangle_triangles([2.0, 1.0], [2, 1]), 0.1)
 }
 
 proptest! {
@@ -168,4 +170,47 @@ fn files_on_disk() {
     assert!(series.contains("<DataSet timestep=\"0.25\" part=\"0\" file=\"a&amp;b.vtu\"/>"));
     let error = write_vtu(at("no/folder.vtu"), &mesh).unwrap_err().to_string();
     assert!(error.contains("folder.vtu") && error.contains("check the path"), "{error}");
+}
+
+fn quadratic_tetrahedra() -> impl Strategy<Value = QuadraticTetMesh> {
+    decorated(box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]).quadratic(), 0.01)
+}
+
+fn quadratic_triangles() -> impl Strategy<Value = QuadraticTriangleMesh> {
+    decorated(rectangle_triangles([2.0, 1.0], [2, 1]).quadratic(), 0.01)
+}
+
+fn hexahedra() -> impl Strategy<Value = HexMesh> {
+    decorated(box_hexahedra([2.0, 1.0, 1.0], [2, 1, 1]), 0.1)
+}
+
+fn assert_survives<const N: usize>(mesh: &Mesh<N>) {
+    for bytes in [
+        to_vtk(mesh, VtkEncoding::Ascii).unwrap(),
+        to_vtk(mesh, VtkEncoding::Binary).unwrap(),
+        to_vtu(mesh).unwrap(),
+    ] {
+        let (read, report) = parse_mesh("mesh", &bytes).unwrap();
+        assert_same(&read, mesh);
+        assert_eq!(report, Default::default());
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..Default::default() })]
+
+    #[test]
+    fn quadratic_tetrahedra_through_vtk_and_vtu(mesh in quadratic_tetrahedra()) {
+        assert_survives(&mesh);
+    }
+
+    #[test]
+    fn quadratic_triangles_through_vtk_and_vtu(mesh in quadratic_triangles()) {
+        assert_survives(&mesh);
+    }
+
+    #[test]
+    fn hexahedra_through_vtk_and_vtu(mesh in hexahedra()) {
+        assert_survives(&mesh);
+    }
 }

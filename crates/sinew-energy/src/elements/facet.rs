@@ -1,7 +1,7 @@
 //! Shape functions and quadrature on the facets of elements.
 
 use super::triangles::SIX_POINTS;
-use super::{Element, Nodes, QuadraturePoint};
+use super::{FiniteElement, Nodes, QuadraturePoint};
 
 /// Shape functions of a facet at its quadrature points.
 ///
@@ -44,7 +44,7 @@ impl FacetRule {
 
     fn triangle<const N: usize>(rule: &[QuadraturePoint]) -> Self
     where
-        Nodes<N>: Element<N>,
+        Nodes<N>: FiniteElement<N>,
     {
         let points = rule.iter().map(|point| {
             let slopes = Nodes::<N>::shape_derivatives(point.at);

@@ -1,6 +1,6 @@
 //! Trilinear hexahedra on \[−1, 1\]³.
 
-use super::{Element, FacetRule, Nodes, QuadraturePoint, point};
+use super::{FacetRule, FiniteElement, Nodes, QuadraturePoint, point};
 
 /// Corners in the order of VTK.
 const CORNERS: [[f64; 3]; 8] = [
@@ -27,11 +27,7 @@ const EIGHT_POINTS: &[QuadraturePoint] = &[
     point([-G, G, G], 1.0),
 ];
 
-impl Element<8> for Nodes<8> {
-    const NAME: &'static str = "trilinear hexahedra";
-    const DIMENSION: usize = 3;
-    const FACETS: &'static [&'static [usize]] =
-        &[&[0, 4, 7, 3], &[1, 2, 6, 5], &[0, 1, 5, 4], &[3, 7, 6, 2], &[0, 3, 2, 1], &[4, 5, 6, 7]];
+impl FiniteElement<8> for Nodes<8> {
     const QUADRATURE: &'static [QuadraturePoint] = EIGHT_POINTS;
     const FINE_QUADRATURE: &'static [QuadraturePoint] = EIGHT_POINTS;
 

@@ -1,6 +1,6 @@
 //! Linear and quadratic tetrahedra.
 
-use super::{Element, FacetRule, Nodes, QuadraturePoint, point};
+use super::{FacetRule, FiniteElement, Nodes, QuadraturePoint, point};
 
 /// Edges in the order of VTK's quadratic tetrahedron.
 const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
@@ -49,10 +49,7 @@ fn barycentric([x, y, z]: [f64; 3]) -> [f64; 4] {
     [1.0 - x - y - z, x, y, z]
 }
 
-impl Element<4> for Nodes<4> {
-    const NAME: &'static str = "linear tetrahedra";
-    const DIMENSION: usize = 3;
-    const FACETS: &'static [&'static [usize]] = &[&[1, 2, 3], &[0, 3, 2], &[0, 1, 3], &[0, 2, 1]];
+impl FiniteElement<4> for Nodes<4> {
     const QUADRATURE: &'static [QuadraturePoint] = ONE_POINT;
     const FINE_QUADRATURE: &'static [QuadraturePoint] = FOUR_POINTS;
 
@@ -73,11 +70,7 @@ impl Element<4> for Nodes<4> {
     }
 }
 
-impl Element<10> for Nodes<10> {
-    const NAME: &'static str = "quadratic tetrahedra";
-    const DIMENSION: usize = 3;
-    const FACETS: &'static [&'static [usize]] =
-        &[&[1, 2, 3, 5, 9, 8], &[0, 3, 2, 7, 9, 6], &[0, 1, 3, 4, 8, 7], &[0, 2, 1, 6, 5, 4]];
+impl FiniteElement<10> for Nodes<10> {
     const QUADRATURE: &'static [QuadraturePoint] = FOUR_POINTS;
     const FINE_QUADRATURE: &'static [QuadraturePoint] = FOURTEEN_POINTS;
 

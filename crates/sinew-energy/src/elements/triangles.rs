@@ -1,6 +1,6 @@
 //! Linear and quadratic triangles of unit thickness in plane strain.
 
-use super::{Element, FacetRule, Nodes, QuadraturePoint, point};
+use super::{FacetRule, FiniteElement, Nodes, QuadraturePoint, point};
 
 const EDGES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 const SLOPES: [[f64; 3]; 3] = [[-1.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
@@ -32,10 +32,7 @@ fn barycentric([x, y, _]: [f64; 3]) -> [f64; 3] {
     [1.0 - x - y, x, y]
 }
 
-impl Element<3> for Nodes<3> {
-    const NAME: &'static str = "linear triangles";
-    const DIMENSION: usize = 2;
-    const FACETS: &'static [&'static [usize]] = &[&[1, 2], &[2, 0], &[0, 1]];
+impl FiniteElement<3> for Nodes<3> {
     const QUADRATURE: &'static [QuadraturePoint] = ONE_POINT;
     const FINE_QUADRATURE: &'static [QuadraturePoint] = THREE_POINTS;
 
@@ -56,10 +53,7 @@ impl Element<3> for Nodes<3> {
     }
 }
 
-impl Element<6> for Nodes<6> {
-    const NAME: &'static str = "quadratic triangles";
-    const DIMENSION: usize = 2;
-    const FACETS: &'static [&'static [usize]] = &[&[1, 2, 4], &[2, 0, 5], &[0, 1, 3]];
+impl FiniteElement<6> for Nodes<6> {
     const QUADRATURE: &'static [QuadraturePoint] = THREE_POINTS;
     const FINE_QUADRATURE: &'static [QuadraturePoint] = SIX_POINTS;
 

@@ -1,7 +1,7 @@
 //! Material directions at the quadrature points.
 
 use super::geometry::dot;
-use crate::elements::{Element, Nodes, QuadraturePoint};
+use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
 use crate::{Law, Scene, SceneError};
 
 /// How far a unit vector's length may be from 1, and the product of perpendicular ones from 0: wide
@@ -10,7 +10,7 @@ const DIRECTION_TOLERANCE: f64 = 1e-5;
 
 impl<L: Law<D>, const D: usize, const N: usize> Scene<L, D, N>
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     /// Directions at each quadrature point, from one row per cell, point or node.
     pub(super) fn directions_at(

@@ -1,17 +1,17 @@
 //! Shape functions at the quadrature points of a mesh.
 
 use crate::SceneError;
-use crate::elements::{Element, Nodes, QuadraturePoint};
-use sinew_mesh::SimplexMesh;
+use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
+use sinew_mesh::Mesh;
 
 /// Gradients of the shape functions at each quadrature point, and the volumes that the points stand for.
 #[expect(clippy::type_complexity, reason = "the two arrays of TotalPotential")]
 pub(super) fn shape_functions<const N: usize>(
-    mesh: &SimplexMesh<N>,
+    mesh: &Mesh<N>,
     rule: &[QuadraturePoint],
 ) -> Result<(Vec<[[f64; 3]; N]>, Vec<f64>), SceneError>
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     let derivatives: Vec<_> = rule.iter().map(|p| Nodes::<N>::shape_derivatives(p.at)).collect();
     let mut gradients = Vec::with_capacity(mesh.cells.len() * rule.len());
@@ -38,7 +38,7 @@ fn gradients_at<const N: usize>(
     derivatives: &[[f64; 3]; N],
 ) -> ([[f64; 3]; N], f64)
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     // Columns of the Jacobian; differences first, so that nothing cancels far from the origin.
     let mut columns = [[0.0; 3]; 3];
@@ -49,7 +49,7 @@ where
             }
         }
     }
-    if Nodes::<N>::DIMENSION == 2 {
+    if Mesh::<N>::ELEMENT.dimension == 2 {
         columns[2] = [0.0, 0.0, 1.0];
     }
     let [a, b, c] = columns;

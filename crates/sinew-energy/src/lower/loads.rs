@@ -2,7 +2,7 @@
 
 use super::finite;
 use super::geometry::{cross, dot, sub};
-use crate::elements::{Element, Nodes, QuadraturePoint};
+use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
 use crate::rim::rim_origin;
 use crate::{
     FacetPoint, Law, Load, PressureForm, PressureLoad, PressureSurface, Scene, SceneError, Spring,
@@ -22,7 +22,7 @@ pub(super) struct Pressures {
 
 impl<L: Law<D>, const D: usize, const N: usize> Scene<L, D, N>
 where
-    Nodes<N>: Element<N>,
+    Nodes<N>: FiniteElement<N>,
 {
     pub(super) fn nodal_force(
         &self,
@@ -51,6 +51,9 @@ where
                 }
                 Load::Foundation { .. } | Load::Pressure { .. } | Load::ThesisPressure { .. } => {}
             }
+        }
+        for (i, &sum) in force.iter().enumerate() {
+            finite(sum, || format!("the sum of the loads on node {}", i / 3))?;
         }
         Ok(force)
     }
@@ -117,11 +120,7 @@ where
 
     fn facet_nodes(&self, name: &str) -> Result<Vec<Vec<usize>>, SceneError> {
         let facets = self.facets(name)?.iter();
-        let nodes = facets.map(|facet| {
-            let cell = &self.mesh.cells[facet.cell];
-            Nodes::<N>::FACETS[facet.opposite].iter().map(|&local| cell[local]).collect()
-        });
-        Ok(nodes.collect())
+        Ok(facets.map(|&facet| self.mesh.nodes_of_facet(facet).collect()).collect())
     }
 
     pub(super) fn pressures(

@@ -1,12 +1,12 @@
-//! From the cells of a file to a simplex mesh.
+//! From the cells of a file to a mesh.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use super::grid::{UnstructuredGrid, cell_type_name, low_dimension, vtk_type};
+use super::grid::{UnstructuredGrid, cell_type_name, vtk_type};
 use super::sets::sets_from_fields;
 use crate::check::{check_cell, check_field, check_points};
-use crate::topology::{facet_key, facets};
-use crate::{Defect, Facet, Field, MeshError, Place, Problem, SimplexMesh, repair_orientation};
+use crate::topology::{FacetKey, facet_key, facets, sorted_key};
+use crate::{Defect, Facet, Field, Mesh, MeshError, Place, Problem, repair_orientation};
 
 /// An integer cell field with more values than this on the facets of a file is taken for
 /// numbering rather than for names of facet sets.
@@ -17,7 +17,7 @@ const MOST_LABELS: usize = 64;
 pub struct ReadReport {
     /// Cells whose negative orientation was repaired by [`repair_orientation`].
     pub repaired_cells: usize,
-    /// Cells of the boundary (triangles of a tetrahedral mesh, lines of a triangle mesh) that
+    /// Cells of the boundary (such as triangles of a tetrahedral mesh, lines of a triangle mesh) that
     /// became members of facet sets.
     pub matched_facets: usize,
     /// Cells of the boundary's dimension that are no facet of any cell, and were left out.
@@ -31,11 +31,11 @@ pub struct ReadReport {
 /// Where and why a grid is no mesh.
 type Fault = (Place, Problem);
 
-/// Makes a mesh of the cells with `V` vertices.
-pub(crate) fn to_mesh<const V: usize>(
+/// Makes a mesh of the cells with `N` nodes.
+pub(crate) fn to_mesh<const N: usize>(
     file: &str,
     grid: UnstructuredGrid,
-) -> Result<(SimplexMesh<V>, ReadReport), MeshError> {
+) -> Result<(Mesh<N>, ReadReport), MeshError> {
     convert(grid).map_err(|(place, problem)| MeshError::Content {
         file: file.into(),
         place,
@@ -43,12 +43,12 @@ pub(crate) fn to_mesh<const V: usize>(
     })
 }
 
-fn convert<const V: usize>(grid: UnstructuredGrid) -> Result<(SimplexMesh<V>, ReadReport), Fault> {
+fn convert<const N: usize>(grid: UnstructuredGrid) -> Result<(Mesh<N>, ReadReport), Fault> {
     let cells_at = grid.cells_at;
     check_grid(&grid)?;
-    let sorted = sort_cells::<V>(&grid).map_err(|problem| (cells_at, problem))?;
+    let sorted = sort_cells::<N>(&grid).map_err(|problem| (cells_at, problem))?;
 
-    let mut mesh = SimplexMesh::<V> { points: grid.points, ..SimplexMesh::default() };
+    let mut mesh = Mesh::<N> { points: grid.points, ..Mesh::default() };
     mesh.cells = sorted.cells.iter().map(|&(_, nodes)| nodes).collect();
     mesh.point_fields = grid.point_fields;
     let rows: Vec<usize> = sorted.cells.iter().map(|&(row, _)| row).collect();
@@ -68,6 +68,7 @@ fn convert<const V: usize>(grid: UnstructuredGrid) -> Result<(SimplexMesh<V>, Re
     }
     sets_from_fields(&mut mesh).map_err(|defect| (cells_at, defect.into()))?;
     report.repaired_cells = repair_orientation(&mut mesh);
+    mesh.check_shapes().map_err(|defect| (cells_at, defect.into()))?;
     report.unused_nodes = crate::topology::unused_nodes(&mesh).len();
     Ok((mesh, report))
 }
@@ -86,40 +87,71 @@ fn check_grid(grid: &UnstructuredGrid) -> Result<(), Fault> {
 }
 
 /// The cells of a grid by their part in the mesh, each with its index in the grid, ascending.
-struct SortedCells<const V: usize> {
-    cells: Vec<(usize, [usize; V])>,
-    /// Facets, with sorted nodes and a filler as in [`facet_key`].
-    facets: Vec<(usize, [usize; V])>,
+struct SortedCells<const N: usize> {
+    cells: Vec<(usize, [usize; N])>,
+    facets: Vec<(usize, FacetKey)>,
     lower: Vec<(usize, Vec<usize>)>,
 }
 
-fn sort_cells<const V: usize>(grid: &UnstructuredGrid) -> Result<SortedCells<V>, Problem> {
+/// The part of a cell type in a mesh.
+enum Part {
+    Cell,
+    Facet,
+    Lower,
+}
+
+/// VTK types of lower dimension than the facets, which are left out of a mesh of linear or quadratic
+/// cells; of poly-lines and poly-vertices no facets are made.
+fn part_of<const N: usize>(kind: u8) -> Option<Part> {
+    let element = Mesh::<N>::ELEMENT;
+    let is_lower = match (element.dimension, element.is_quadratic()) {
+        (2, _) => matches!(kind, 1 | 2 | 4),
+        (_, false) => matches!(kind, 1..=4),
+        (_, true) => matches!(kind, 1..=4 | vtk_type::QUADRATIC_EDGE),
+    };
+    match kind {
+        _ if kind == element.vtk_type => Some(Part::Cell),
+        _ if kind == element.facet_vtk_type => Some(Part::Facet),
+        _ => is_lower.then_some(Part::Lower),
+    }
+}
+
+fn sort_cells<const N: usize>(grid: &UnstructuredGrid) -> Result<SortedCells<N>, Problem> {
+    let element = Mesh::<N>::ELEMENT;
     let mut sorted = SortedCells { cells: vec![], facets: vec![], lower: vec![] };
     for (index, &kind) in grid.types.iter().enumerate() {
-        let dimension = if kind == mesh_type(V) {
-            V - 1
-        } else {
-            let lower = low_dimension(kind).filter(|&dimension| dimension + 1 < V);
-            lower.ok_or_else(|| refused_cell(index, kind, V))?
-        };
-        let poly = matches!(kind, 2 | 4);
-        check_nodes(grid, index, (!poly).then_some(dimension + 1))?;
-        let nodes = grid.cell(index).iter().map(|&node| node as usize);
-        let mut simplex = [usize::MAX; V];
-        simplex.iter_mut().zip(nodes.clone()).for_each(|(slot, node)| *slot = node);
-        if dimension + 1 == V {
-            sorted.cells.push((index, simplex));
-        } else if dimension + 2 == V && !poly {
-            simplex.sort_unstable();
-            sorted.facets.push((index, simplex));
-        } else {
-            sorted.lower.push((index, nodes.collect()));
+        let part = part_of::<N>(kind).ok_or_else(|| refused_cell::<N>(index, kind))?;
+        check_nodes(grid, index, node_count(kind))?;
+        let mut nodes = grid.cell(index).iter().map(|&node| node as usize);
+        match part {
+            Part::Cell => {
+                let cell = std::array::from_fn(|_| nodes.next().unwrap_or(usize::MAX));
+                sorted.cells.push((index, cell));
+            }
+            Part::Facet => {
+                sorted.facets.push((index, sorted_key(nodes.take(element.facet_corners))));
+            }
+            Part::Lower => sorted.lower.push((index, nodes.collect())),
         }
     }
     if sorted.cells.is_empty() {
-        return Err(Defect::NoCells { wanted: wanted_name(V) }.into());
+        return Err(Defect::NoCells { wanted: element.plural }.into());
     }
     Ok(sorted)
+}
+
+/// Number of nodes of the cell types that a mesh may have; of some it is any.
+fn node_count(kind: u8) -> Option<usize> {
+    match kind {
+        1 => Some(1),
+        3 => Some(2),
+        5 | vtk_type::QUADRATIC_EDGE => Some(3),
+        9 | 10 => Some(4),
+        22 => Some(6),
+        12 => Some(8),
+        24 => Some(10),
+        _ => None,
+    }
 }
 
 /// Checks the nodes of a cell; one with any number of nodes may name a node again, as a closed
@@ -136,50 +168,52 @@ fn check_nodes(grid: &UnstructuredGrid, cell: usize, number: Option<usize>) -> R
     Ok(check_cell(cell, nodes, total)?)
 }
 
-/// VTK type of the cells of a mesh.
-pub(crate) fn mesh_type(vertices: usize) -> u8 {
-    if vertices == 4 { vtk_type::TETRAHEDRON } else { vtk_type::TRIANGLE }
-}
-
-fn wanted_name(vertices: usize) -> &'static str {
-    if vertices == 4 { "tetrahedra" } else { "triangles" }
-}
-
-fn refused_cell(cell: usize, kind: u8, vertices: usize) -> Problem {
+fn refused_cell<const N: usize>(cell: usize, kind: u8) -> Problem {
     let advice = match kind {
-        10 => "read the file as a tetrahedral mesh and extract its surface",
+        10 if N == 3 => "read the file as a tetrahedral mesh and extract its surface",
+        5 | 10 if Mesh::<N>::ELEMENT.is_quadratic() => {
+            "read the file as a mesh of linear cells and make it quadratic"
+        }
+        22 | 24 if !Mesh::<N>::ELEMENT.is_quadratic() => {
+            "read the file with `read_mesh` as a mesh of quadratic cells, or export it with linear \
+             (first-order) elements"
+        }
         21..=29 => "export the mesh with linear (first-order) elements",
+        12 if N != 8 => {
+            "read a file of hexahedra with `read_mesh` as a HexMesh, or split such cells into \
+             simplices, for example with VTK's \"Triangulate\""
+        }
         6..=9 | 11..=14 => {
             "split such cells into simplices, for example with VTK's \"Triangulate\""
         }
-        _ => "export only the simplices of the mesh",
+        _ => "export only the cells of one kind",
     };
-    let wanted = wanted_name(vertices);
+    let wanted = Mesh::<N>::ELEMENT.plural;
     Problem::Cell { cell, kind: cell_type_name(kind), wanted, advice }
 }
 
 /// The facet of the mesh behind each boundary cell of the grid, where there is one. Between
 /// two cells the first one owns it.
-fn match_facets<const V: usize>(
-    mesh: &SimplexMesh<V>,
-    boundary_cells: &[(usize, [usize; V])],
+fn match_facets<const N: usize>(
+    mesh: &Mesh<N>,
+    boundary_cells: &[(usize, FacetKey)],
 ) -> BTreeMap<usize, Facet> {
     if boundary_cells.is_empty() {
         return BTreeMap::new();
     }
-    let mut owner = HashMap::with_capacity(mesh.cells.len() * V);
+    let mut owner = HashMap::with_capacity(mesh.cells.len() * Mesh::<N>::ELEMENT.facets.len());
     for facet in facets(mesh) {
         owner.entry(facet_key(mesh, facet)).or_insert(facet);
     }
-    let find = |&(index, key): &(usize, [usize; V])| Some((index, *owner.get(&key)?));
+    let find = |&(index, key): &(usize, FacetKey)| Some((index, *owner.get(&key)?));
     boundary_cells.iter().filter_map(find).collect()
 }
 
 /// Named groups become a set of cells, facets or nodes for each dimension they cover.
-fn name_groups<const V: usize>(
-    mesh: &mut SimplexMesh<V>,
+fn name_groups<const N: usize>(
+    mesh: &mut Mesh<N>,
     groups: &BTreeMap<String, Vec<usize>>,
-    sorted: &SortedCells<V>,
+    sorted: &SortedCells<N>,
     matched: &BTreeMap<usize, Facet>,
 ) {
     let cell_at = |index: &usize| sorted.cells.binary_search_by_key(index, |cell| cell.0).ok();
@@ -202,8 +236,8 @@ fn name_groups<const V: usize>(
 
 /// Where no group names facets, each value of an integer cell field names the facets that have it, such as
 /// `region:1`; without such a field there is one set `facets`.
-fn name_labels<const V: usize>(
-    mesh: &mut SimplexMesh<V>,
+fn name_labels<const N: usize>(
+    mesh: &mut Mesh<N>,
     fields: &BTreeMap<String, Field>,
     matched: &BTreeMap<usize, Facet>,
 ) {
@@ -224,7 +258,7 @@ fn name_labels<const V: usize>(
     }
 }
 
-fn insert_facets<const V: usize>(mesh: &mut SimplexMesh<V>, name: &str, mut facets: Vec<Facet>) {
+fn insert_facets<const N: usize>(mesh: &mut Mesh<N>, name: &str, mut facets: Vec<Facet>) {
     facets.sort_unstable();
     facets.dedup();
     if !facets.is_empty() {

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use super::cursor::{Cursor, Encoding, Endian};
-use super::grid::UnstructuredGrid;
+use super::grid::{UnstructuredGrid, vtk_type};
 use super::number::NumberType;
 use crate::{Field, FieldValues, MeshError, Problem};
 
@@ -145,7 +145,7 @@ impl Gmsh<'_> {
     }
 
     /// Adds an element with the tags of its nodes and returns its index.
-    pub fn element(&mut self, vtk_type: u8, nodes: &[i64]) -> Result<usize, MeshError> {
+    pub fn element(&mut self, kind: u8, nodes: &[i64]) -> Result<usize, MeshError> {
         for tag in nodes {
             let Some(&index) = self.node_index.get(tag) else {
                 let found = tag.to_string();
@@ -153,7 +153,13 @@ impl Gmsh<'_> {
             };
             self.grid.connectivity.push(index as i64);
         }
-        self.grid.types.push(vtk_type);
+        if kind == vtk_type::QUADRATIC_TETRAHEDRON
+            && let [.., second_last, last] = self.grid.connectivity.as_mut_slice()
+        {
+            // gmsh numbers the middles of the edges 23 and 13 the other way round.
+            std::mem::swap(second_last, last);
+        }
+        self.grid.types.push(kind);
         self.grid.offsets.push(self.grid.connectivity.len());
         Ok(self.grid.types.len() - 1)
     }

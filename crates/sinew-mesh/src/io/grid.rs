@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::{Field, Place};
 
-/// The content of a mesh file before it becomes a [`crate::SimplexMesh`]. Readers only
+/// The content of a mesh file before it becomes a [`crate::Mesh`]. Readers only
 /// guarantee that `offsets` ascends within `connectivity`; the rest is checked in one place.
 pub(crate) struct UnstructuredGrid {
     pub points: Vec<[f64; 3]>,
@@ -48,6 +48,8 @@ impl UnstructuredGrid {
 pub(crate) mod vtk_type {
     pub const TRIANGLE: u8 = 5;
     pub const TETRAHEDRON: u8 = 10;
+    pub const QUADRATIC_EDGE: u8 = 21;
+    pub const QUADRATIC_TETRAHEDRON: u8 = 24;
 }
 
 /// Name of a VTK cell type (VTK User's Guide, "VTK File Formats").
@@ -78,15 +80,5 @@ pub(crate) fn cell_type_name(vtk_type: u8) -> &'static str {
         29 => "triquadratic hexahedron",
         42 => "polyhedron",
         _ => "cell of another type",
-    }
-}
-
-/// Topological dimension of the linear cell types that can be left out of a mesh.
-pub(crate) fn low_dimension(vtk_type: u8) -> Option<usize> {
-    match vtk_type {
-        1 | 2 => Some(0),
-        3 | 4 => Some(1),
-        5 => Some(2),
-        _ => None,
     }
 }

@@ -22,7 +22,7 @@ pub use npy::{NpyArray, parse_npy, to_npy};
 pub use vtk_write::{VtkEncoding, to_vtk};
 pub use vtu_write::{to_pvd, to_vtu};
 
-use crate::{MeshError, Problem, SimplexMesh, TetMesh, TriangleMesh};
+use crate::{Mesh, MeshError, Problem, TetMesh, TriangleMesh};
 use grid::{UnstructuredGrid, vtk_type};
 
 /// A mesh whose kind of cell the file decides.
@@ -35,7 +35,7 @@ pub enum AnyMesh {
 }
 
 /// Reads a mesh from a legacy VTK, VTU or gmsh MSH file, which is told by its content: a
-/// [`TetMesh`] when it has tetrahedra, otherwise a [`TriangleMesh`].
+/// [`TetMesh`] when it has tetrahedra, otherwise a [`TriangleMesh`]. Other cells are read by [`read_mesh`].
 ///
 /// # Errors
 /// [`MeshError::File`] when the file cannot be read, [`MeshError::Content`] with the place and
@@ -61,6 +61,24 @@ pub fn read_tet_mesh(path: impl AsRef<Path>) -> Result<(TetMesh, ReadReport), Me
 pub fn read_triangle_mesh(path: impl AsRef<Path>) -> Result<(TriangleMesh, ReadReport), MeshError> {
     let (name, bytes) = load(path.as_ref())?;
     parse_triangle_mesh(&name, &bytes)
+}
+
+/// Reads a mesh of a known kind of cell, such as a [`crate::QuadraticTetMesh`] or a
+/// [`crate::HexMesh`]; see [`read`].
+///
+/// # Errors
+/// As [`read`], and when the file has cells of that dimension or higher of another kind.
+///
+/// ```no_run
+/// let (ventricle, _) = sinew_mesh::read_mesh::<10>("ventricle.vtu")?;
+/// let nodes_of_first_cell: [usize; 10] = ventricle.cells[0];
+/// # Ok::<(), sinew_mesh::MeshError>(())
+/// ```
+pub fn read_mesh<const N: usize>(
+    path: impl AsRef<Path>,
+) -> Result<(Mesh<N>, ReadReport), MeshError> {
+    let (name, bytes) = load(path.as_ref())?;
+    parse_mesh(&name, &bytes)
 }
 
 /// Reads the bytes of a mesh file; `file` is its name for errors. See [`read`].
@@ -96,6 +114,17 @@ pub fn parse_triangle_mesh(
     convert::to_mesh(file, parse_grid(file, bytes)?)
 }
 
+/// Reads the bytes of a mesh file with a known kind of cell; see [`read_mesh`].
+///
+/// # Errors
+/// [`MeshError::Content`] with the place and the reason.
+pub fn parse_mesh<const N: usize>(
+    file: &str,
+    bytes: &[u8],
+) -> Result<(Mesh<N>, ReadReport), MeshError> {
+    convert::to_mesh(file, parse_grid(file, bytes)?)
+}
+
 /// Reads an npy array; see [`parse_npy`].
 ///
 /// # Errors
@@ -110,9 +139,9 @@ pub fn read_npy(path: impl AsRef<Path>) -> Result<NpyArray, MeshError> {
 ///
 /// # Errors
 /// As [`to_vtk`], and when the file cannot be written.
-pub fn write_vtk<const V: usize>(
+pub fn write_vtk<const N: usize>(
     path: impl AsRef<Path>,
-    mesh: &SimplexMesh<V>,
+    mesh: &Mesh<N>,
     encoding: VtkEncoding,
 ) -> Result<(), MeshError> {
     save(path.as_ref(), &to_vtk(mesh, encoding)?)
@@ -122,10 +151,7 @@ pub fn write_vtk<const V: usize>(
 ///
 /// # Errors
 /// As [`to_vtu`], and when the file cannot be written.
-pub fn write_vtu<const V: usize>(
-    path: impl AsRef<Path>,
-    mesh: &SimplexMesh<V>,
-) -> Result<(), MeshError> {
+pub fn write_vtu<const N: usize>(path: impl AsRef<Path>, mesh: &Mesh<N>) -> Result<(), MeshError> {
     save(path.as_ref(), &to_vtu(mesh)?)
 }
 

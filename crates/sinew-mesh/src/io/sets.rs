@@ -2,12 +2,13 @@
 //!
 //! VTK files have no named sets, so they travel as integer fields with one component:
 //! `node_set:NAME` is 1 at the nodes of the set, `cell_set:NAME` is 1 at its cells, and bit `i`
-//! of `facet_set:NAME` is 1 when the facet opposite to local vertex `i` of the cell is in the set.
+//! of `facet_set:NAME` is 1 when facet `i` of the cell is in the set, in simplices the one opposite to
+//! corner `i`.
 //! The way there and back is exact for sets that ascend without repetition.
 
 use std::collections::BTreeMap;
 
-use crate::{Defect, Facet, Field, SimplexMesh};
+use crate::{Defect, Facet, Field, Mesh};
 
 const NODE_SET: &str = "node_set:";
 const CELL_SET: &str = "cell_set:";
@@ -16,9 +17,7 @@ const FACET_SET: &str = "facet_set:";
 type Fields = BTreeMap<String, Field>;
 
 /// The point and cell fields of a mesh with its sets among them.
-pub(crate) fn fields_with_sets<const V: usize>(
-    mesh: &SimplexMesh<V>,
-) -> Result<(Fields, Fields), Defect> {
+pub(crate) fn fields_with_sets<const N: usize>(mesh: &Mesh<N>) -> Result<(Fields, Fields), Defect> {
     let (mut points, mut cells) = (mesh.point_fields.clone(), mesh.cell_fields.clone());
     let names = points.keys().chain(cells.keys());
     names.into_iter().try_for_each(|name| check_name(name))?;
@@ -38,21 +37,22 @@ pub(crate) fn fields_with_sets<const V: usize>(
 }
 
 /// Turns the fields that encode sets into sets.
-pub(crate) fn sets_from_fields<const V: usize>(mesh: &mut SimplexMesh<V>) -> Result<(), Defect> {
+pub(crate) fn sets_from_fields<const N: usize>(mesh: &mut Mesh<N>) -> Result<(), Defect> {
     for (name, marks) in take_marks(&mut mesh.point_fields, NODE_SET) {
         mesh.node_sets.insert(name, marked(&marks));
     }
     for (name, marks) in take_marks(&mut mesh.cell_fields, CELL_SET) {
         mesh.cell_sets.insert(name, marked(&marks));
     }
+    let facets_of_cell = Mesh::<N>::ELEMENT.facets.len();
     for (name, marks) in take_marks(&mut mesh.cell_fields, FACET_SET) {
         let mut facets = Vec::new();
         for (cell, &bits) in marks.iter().enumerate() {
-            if bits >> V != 0 {
+            if bits >> facets_of_cell != 0 {
                 let index = 63 - bits.leading_zeros() as usize;
-                return Err(Defect::SetMember { set: name, index, limit: V });
+                return Err(Defect::SetMember { set: name, index, limit: facets_of_cell });
             }
-            let in_set = (0..V).filter(|local| bits >> local & 1 == 1);
+            let in_set = (0..facets_of_cell).filter(|local| bits >> local & 1 == 1);
             facets.extend(in_set.map(|opposite| Facet { cell, opposite }));
         }
         mesh.facet_sets.insert(name, facets);

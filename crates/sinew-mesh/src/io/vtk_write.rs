@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::cursor::{Encoding, Endian};
 use super::sets::fields_with_sets;
 use super::vtk;
-use crate::{Field, FieldValues, MeshError, SimplexMesh};
+use crate::{Field, FieldValues, Mesh, MeshError};
 
 /// Text or binary numbers in a legacy VTK file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,11 +20,8 @@ pub enum VtkEncoding {
 /// have 64 bits on every machine. Its sets are written as fields, see the crate's page.
 ///
 /// # Errors
-/// When the mesh breaks a rule of [`SimplexMesh::check`] or a name cannot be written.
-pub fn to_vtk<const V: usize>(
-    mesh: &SimplexMesh<V>,
-    encoding: VtkEncoding,
-) -> Result<Vec<u8>, MeshError> {
+/// When the mesh breaks a rule of [`Mesh::check`] or a name cannot be written.
+pub fn to_vtk<const N: usize>(mesh: &Mesh<N>, encoding: VtkEncoding) -> Result<Vec<u8>, MeshError> {
     mesh.check()?;
     let (nodes, cells) = (mesh.points.len(), mesh.cells.len());
     let (point_fields, cell_fields) = fields_with_sets(mesh)?;
@@ -37,12 +34,12 @@ pub fn to_vtk<const V: usize>(
     file.text(&format!("{magic} 5.1\nsinew mesh\n{name}\nDATASET UNSTRUCTURED_GRID\n"));
     file.text(&format!("POINTS {nodes} double\n"));
     file.floats(mesh.points.as_flattened(), 3);
-    file.text(&format!("CELLS {} {}\nOFFSETS vtktypeint64\n", cells + 1, cells * V));
-    file.integers((0..=cells).map(|cell| (cell * V) as i64), 1);
+    file.text(&format!("CELLS {} {}\nOFFSETS vtktypeint64\n", cells + 1, cells * N));
+    file.integers((0..=cells).map(|cell| (cell * N) as i64), 1);
     file.text("CONNECTIVITY vtktypeint64\n");
-    file.integers(mesh.cells.as_flattened().iter().map(|&node| node as i64), V);
+    file.integers(mesh.cells.as_flattened().iter().map(|&node| node as i64), N);
     file.text(&format!("CELL_TYPES {cells}\n"));
-    let types = std::iter::repeat_n(i32::from(super::convert::mesh_type(V)), cells);
+    let types = std::iter::repeat_n(i32::from(Mesh::<N>::ELEMENT.vtk_type), cells);
     file.numbers(types, 1, i32::to_string, i32::to_be_bytes);
     file.fields("POINT_DATA", nodes, &point_fields);
     file.fields("CELL_DATA", cells, &cell_fields);

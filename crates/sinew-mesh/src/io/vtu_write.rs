@@ -6,16 +6,15 @@ use std::path::Path;
 use base64::{Engine, engine::general_purpose::STANDARD};
 use quick_xml::escape::escape;
 
-use super::convert::mesh_type;
 use super::sets::fields_with_sets;
-use crate::{Defect, Field, FieldValues, MeshError, SimplexMesh};
+use crate::{Defect, Field, FieldValues, Mesh, MeshError};
 
 /// The mesh as a VTU file with inline base64 arrays, bit for bit. Its sets are written as
 /// fields, see the crate's page.
 ///
 /// # Errors
-/// When the mesh breaks a rule of [`SimplexMesh::check`] or a name cannot be written.
-pub fn to_vtu<const V: usize>(mesh: &SimplexMesh<V>) -> Result<Vec<u8>, MeshError> {
+/// When the mesh breaks a rule of [`Mesh::check`] or a name cannot be written.
+pub fn to_vtu<const N: usize>(mesh: &Mesh<N>) -> Result<Vec<u8>, MeshError> {
     mesh.check()?;
     let (point_fields, cell_fields) = fields_with_sets(mesh)?;
     let (nodes, cells) = (mesh.points.len(), mesh.cells.len());
@@ -28,8 +27,8 @@ pub fn to_vtu<const V: usize>(mesh: &SimplexMesh<V>) -> Result<Vec<u8>, MeshErro
     xml += "</Points>\n<Cells>\n";
     let connectivity = mesh.cells.as_flattened().iter().map(|&node| node as i64);
     integers(&mut xml, "connectivity", 1, connectivity);
-    integers(&mut xml, "offsets", 1, (1..=cells).map(|cell| (cell * V) as i64));
-    array(&mut xml, "UInt8", "types", 1, &vec![mesh_type(V); cells]);
+    integers(&mut xml, "offsets", 1, (1..=cells).map(|cell| (cell * N) as i64));
+    array(&mut xml, "UInt8", "types", 1, &vec![Mesh::<N>::ELEMENT.vtk_type; cells]);
     xml += "</Cells>\n";
     fields(&mut xml, "PointData", &point_fields);
     fields(&mut xml, "CellData", &cell_fields);

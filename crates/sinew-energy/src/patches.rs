@@ -1,0 +1,245 @@
+//! One volume ratio for a patch of quadrature points: the cure for volumetric locking by F-bar.
+//!
+//! The energy of a point is that of `F̄ = (J̄/J)^(1/3) F` with the mean J̄ of J over its patch, after
+//! E. A. de Souza Neto et al., Int. J. Solids Struct. 33 (1996) and Int. J. Numer. Meth. Engng 62 (2005).
+//! Unlike theirs this is the derivative of an energy, so the tangent is symmetric.
+
+use crate::elements::{FiniteElement, Nodes};
+use crate::{Guard, Law, Scene, SceneError, TotalPotential};
+use sinew_mesh::Mesh;
+use sinew_num::Mat3;
+
+/// Cells of a patch of linear tetrahedra: as many as keep less than one condition on the volume per node.
+const CELLS_OF_PATCH: usize = 8;
+
+impl<L: Law<D>, const D: usize, const N: usize> Scene<L, D, N>
+where
+    Nodes<N>: FiniteElement<N>,
+{
+    /// Lowers to elements that do not lock when the material hardly changes its volume: one mean volume ratio
+    /// per hexahedron, or per patch of about eight linear tetrahedra.
+    ///
+    /// # Errors
+    /// The first thing found wrong, with advice.
+    pub fn lower_averaged(&self) -> Result<TotalPotential<L, D, crate::Exact, N>, SceneError> {
+        self.lower_with_patches(CELLS_OF_PATCH)
+    }
+
+    /// As [`Scene::lower_averaged`] with about `cells` tetrahedra per patch.
+    ///
+    /// # Errors
+    /// The first thing found wrong, with advice.
+    pub fn lower_with_patches(
+        &self,
+        cells: usize,
+    ) -> Result<TotalPotential<L, D, crate::Exact, N>, SceneError> {
+        let mut potential = self.lower()?;
+        let of_cell = |&cell: &usize| {
+            let first = cell * potential.points_per_cell;
+            first..first + potential.points_per_cell
+        };
+        let groups = if potential.points_per_cell > 1 {
+            (0..self.mesh.cells.len()).map(|cell| vec![cell]).collect()
+        } else {
+            compact_groups(&self.mesh, cells.max(1))
+        };
+        potential.patches =
+            groups.iter().map(|group| group.iter().flat_map(of_cell).collect()).collect();
+        Ok(potential)
+    }
+}
+
+/// Partition of the cells into connected groups of about `size`, each grown from the cell of least index by
+/// the neighbour that shares most nodes with it. Cells that are left over join the smallest group beside them.
+fn compact_groups<const N: usize>(mesh: &Mesh<N>, size: usize) -> Vec<Vec<usize>> {
+    let mut cells_of = vec![Vec::new(); mesh.points.len()];
+    for (cell, nodes) in mesh.cells.iter().enumerate() {
+        nodes.iter().for_each(|&node| cells_of[node].push(cell));
+    }
+    const FREE: usize = usize::MAX;
+    let mut group_of = vec![FREE; mesh.cells.len()];
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for seed in 0..mesh.cells.len() {
+        if group_of[seed] != FREE {
+            continue;
+        }
+        let mut group = vec![seed];
+        group_of[seed] = groups.len();
+        while group.len() < size {
+            let member_nodes: std::collections::BTreeSet<_> =
+                group.iter().flat_map(|&cell| mesh.cells[cell]).collect();
+            let near = member_nodes.iter().flat_map(|&node| &cells_of[node]);
+            let shared =
+                |cell: usize| mesh.cells[cell].iter().filter(|n| member_nodes.contains(n)).count();
+            let best = near.filter(|&&cell| group_of[cell] == FREE);
+            // Of equal ones the least index, so that the partition is the same everywhere.
+            let best = best.map(|&cell| (shared(cell), std::cmp::Reverse(cell))).max();
+            let Some((shared, std::cmp::Reverse(cell))) = best else { break };
+            if shared + 1 < N {
+                break;
+            }
+            group_of[cell] = groups.len();
+            group.push(cell);
+        }
+        groups.push(group);
+    }
+    join_small_groups(mesh, &cells_of, size, &mut group_of, groups)
+}
+
+/// Merges groups below half the size with the smallest one that shares a facet.
+fn join_small_groups<const N: usize>(
+    mesh: &Mesh<N>,
+    cells_of: &[Vec<usize>],
+    size: usize,
+    group_of: &mut [usize],
+    mut groups: Vec<Vec<usize>>,
+) -> Vec<Vec<usize>> {
+    for index in 0..groups.len() {
+        if 2 * groups[index].len() > size {
+            continue;
+        }
+        let across = groups[index].iter().flat_map(|&cell| {
+            let nodes = mesh.cells[cell];
+            let near = nodes.into_iter().flat_map(|node| &cells_of[node]);
+            near.filter(move |&&other| {
+                mesh.cells[other].iter().filter(|n| nodes.contains(n)).count() + 1 == N
+            })
+        });
+        let others = across.map(|&cell| group_of[cell]).filter(|&other| other != index);
+        let Some(target) = others.min_by_key(|&other| (groups[other].len(), other)) else {
+            continue;
+        };
+        let moved = std::mem::take(&mut groups[index]);
+        moved.iter().for_each(|&cell| group_of[cell] = target);
+        groups[target].extend(moved);
+    }
+    groups.retain(|group| !group.is_empty());
+    groups
+}
+
+/// The kinematics of a patch: what its points have in common, and how each one's F is scaled.
+#[derive(Clone, Debug)]
+pub struct PatchKinematics {
+    /// Reference volume \[length³\].
+    pub volume: f64,
+    /// Mean volume ratio J̄.
+    pub mean: f64,
+    /// Displacement gradient H at each point.
+    pub gradients: Vec<Mat3<f64>>,
+    /// `F̄ − I` at each point.
+    pub scaled: Vec<Mat3<f64>>,
+    /// `(J̄/J)^(1/3)` at each point.
+    pub scales: Vec<f64>,
+}
+
+impl<L: Law<D>, G: Guard, const D: usize, const N: usize> TotalPotential<L, D, G, N> {
+    /// Kinematics of a patch of points; `None` where a cell is inverted.
+    pub fn patch_kinematics(
+        &self,
+        patch: &[usize],
+        displacement: &[f64],
+    ) -> Option<PatchKinematics> {
+        let gradients: Vec<_> =
+            patch.iter().map(|&point| self.displacement_gradient(point, displacement)).collect();
+        let volume: f64 = patch.iter().map(|&point| self.volumes[point]).sum();
+        let change = |h: &Mat3<f64>| h.volume_change();
+        let weighted =
+            patch.iter().zip(&gradients).map(|(&point, h)| self.volumes[point] * change(h));
+        let mean_change = weighted.sum::<f64>() / volume;
+        // Written so that a NaN is inadmissible.
+        let admissible = gradients.iter().all(|h| change(h) > -1.0);
+        if !admissible {
+            return None;
+        }
+        let logarithm = |h: &Mat3<f64>| (mean_change.ln_1p() - change(h).ln_1p()) / 3.0;
+        let scales: Vec<f64> = gradients.iter().map(|h| logarithm(h).exp()).collect();
+        let scaled = gradients.iter().map(|h| {
+            let excess = logarithm(h).exp_m1();
+            Mat3::from_fn(|i, j| {
+                let identity = if i == j { excess } else { 0.0 };
+                h[i][j] + excess * h[i][j] + identity
+            })
+        });
+        let scaled = scaled.collect();
+        Some(PatchKinematics { volume, mean: 1.0 + mean_change, gradients, scaled, scales })
+    }
+
+    /// Energy of all patches [stress·length³]; +∞ where a cell is inverted.
+    pub fn patches_value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
+        let parameters = Self::law_parameters(theta);
+        let of_patch = |patch: &Vec<usize>| {
+            let Some(kinematics) = self.patch_kinematics(patch, displacement) else {
+                return f64::INFINITY;
+            };
+            let energies = patch.iter().zip(&kinematics.scaled).map(|(&point, h)| {
+                let energy = self.law.energy(parameters, h, &self.directions[point], &self.guard);
+                self.volumes[point] * energy
+            });
+            energies.sum()
+        };
+        self.patches.iter().map(of_patch).sum()
+    }
+
+    /// Energy of all patches [stress·length³]; its derivative is added to `gradient` [stress·length²].
+    pub(crate) fn patches_value_and_add_gradient(
+        &self,
+        displacement: &[f64],
+        theta: &[f64],
+        gradient: &mut [f64],
+    ) -> f64 {
+        let parameters = Self::law_parameters(theta);
+        let mut total = 0.0;
+        for patch in &self.patches {
+            let Some(kinematics) = self.patch_kinematics(patch, displacement) else {
+                return f64::INFINITY;
+            };
+            let mut stresses = Vec::with_capacity(patch.len());
+            for (&point, h) in patch.iter().zip(&kinematics.scaled) {
+                let directions = &self.directions[point];
+                let (energy, stress) = self.law.stress(parameters, h, directions, &self.guard);
+                total += self.volumes[point] * energy;
+                stresses.push(stress);
+            }
+            let volumes: Vec<_> = patch.iter().map(|&point| self.volumes[point]).collect();
+            kinematics.work_conjugate(&volumes, &mut stresses);
+            for (&point, stress) in patch.iter().zip(&stresses) {
+                self.add_forces(point, stress, gradient);
+            }
+        }
+        total
+    }
+
+    /// Adds the nodal forces of a first Piola–Kirchhoff stress at a point.
+    pub fn add_forces(&self, point: usize, stress: &Mat3<f64>, forces: &mut [f64]) {
+        let nodes = self.nodes_of_point(point);
+        for (&node, g) in nodes.iter().zip(&self.shape_gradients[point]) {
+            for i in 0..3 {
+                let force: f64 = (0..3).map(|j| stress[i][j] * g[j]).sum();
+                forces[3 * node + i] += self.volumes[point] * force;
+            }
+        }
+    }
+}
+
+impl PatchKinematics {
+    /// Turns the stresses at F̄ into those that are conjugate to F, point by point.
+    pub fn work_conjugate(&self, volumes: &[f64], stresses: &mut [Mat3<f64>]) {
+        let thirds: Vec<_> = stresses.iter().zip(&self.scaled).map(|(p, h)| third(p, h)).collect();
+        let mean = volumes.iter().zip(&thirds).map(|(v, t)| v * t).sum::<f64>()
+            / (self.volume * self.mean);
+        for (((stress, h), scale), own) in
+            stresses.iter_mut().zip(&self.gradients).zip(&self.scales).zip(&thirds)
+        {
+            let f = Mat3::from_fn(|i, j| h[i][j] + if i == j { 1.0 } else { 0.0 });
+            let weight = mean - own / (1.0 + h.volume_change());
+            *stress = Mat3::from_fn(|i, j| scale * stress[i][j] + weight * f.cofactor(i, j));
+        }
+    }
+}
+
+/// A third of `P : F̄`.
+fn third(stress: &Mat3<f64>, scaled: &Mat3<f64>) -> f64 {
+    let product: f64 = (0..9).map(|k| stress[k / 3][k % 3] * scaled[k / 3][k % 3]).sum();
+    let trace: f64 = (0..3).map(|i| stress[i][i]).sum();
+    (product + trace) / 3.0
+}

@@ -1,0 +1,121 @@
+//! Solves the thesis' left ventricle cold, on one core, for its softest corner and Sobol points of its
+//! parameter box, and writes a table.
+
+#[path = "../tests/support/ventricle.rs"]
+mod ventricle;
+
+use sinew_energy::metrics::deformed_volume;
+use sinew_fem::{Options, SolveError, Solver};
+use std::io::Write;
+use ventricle::{BULK_MODULUS, MMHG, mesh, scene, thetas};
+
+const USAGE: &str = "\
+Usage: ventricle_sweep [--points N] [--pressure MMHG] [--bulk KPA] [--csv FILE]
+
+  --points N       Sobol points after the softest corner   [300]
+  --pressure MMHG  cavity pressure                         [10]
+  --bulk KPA       bulk modulus P of the law               [25]
+  --csv FILE       where the table goes                    [ventricle_sweep.csv]
+
+The mesh is read from ../shared/meshes/left_ventricle.vtk beside the repository.";
+
+struct Arguments {
+    points: usize,
+    pressure: f64,
+    bulk_modulus: f64,
+    csv: String,
+}
+
+fn arguments() -> Option<Arguments> {
+    let csv = "ventricle_sweep.csv".into();
+    let mut chosen = Arguments { points: 300, pressure: 10.0, bulk_modulus: BULK_MODULUS, csv };
+    let mut given = std::env::args().skip(1);
+    while let Some(name) = given.next() {
+        let value = given.next()?;
+        match name.as_str() {
+            "--points" => chosen.points = value.parse().ok()?,
+            "--pressure" => chosen.pressure = value.parse().ok()?,
+            "--bulk" => chosen.bulk_modulus = value.parse().ok()?,
+            "--csv" => chosen.csv = value,
+            _ => return None,
+        }
+    }
+    Some(chosen)
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let Some(arguments) = arguments() else {
+        println!("{USAGE}");
+        return Ok(());
+    };
+    let Some(mesh) = mesh() else { return Ok(()) };
+    let scene = scene(mesh, arguments.bulk_modulus);
+    let potential = scene.lower()?;
+    let facets = &potential.pressures[0].facets;
+    let volume = |u: &[f64]| deformed_volume(&scene.mesh.points, u, facets, [0.0; 3]).abs() / 1e3;
+    println!(
+        "{} tetrahedra, cavity {:.2} ml",
+        potential.cells.len(),
+        volume(&vec![0.0; 3 * potential.nodes])
+    );
+
+    let mut solver = Solver::new(&potential)?;
+    println!("{} unknowns, [stiffness, factor] {:?}", solver.unknowns(), solver.stored_entries());
+    let mut csv = std::fs::File::create(&arguments.csv)?;
+    writeln!(
+        csv,
+        "a,b,a_f,b_f,p,converged,iterations,evaluations,load_steps,seconds,relative_residual,least_j,stable,largest_u_mm,cavity_ml"
+    )?;
+    let thetas = thetas(arguments.points, arguments.pressure * MMHG);
+    let (mut seconds, mut failed) = (Vec::new(), 0);
+    for (index, theta) in thetas.iter().enumerate() {
+        let [a, b, a_f, b_f, p] = theta;
+        write!(csv, "{a:.6},{b:.6},{a_f:.6},{b_f:.6},{p:.6},")?;
+        match solver.solve(theta, &Options::default()) {
+            Ok(s) => {
+                let relative = s.residual / s.force_scale;
+                let (nodes, _) = s.displacement.as_chunks::<3>();
+                let length = |u: &[f64; 3]| u.iter().map(|x| x * x).sum::<f64>().sqrt();
+                let largest = nodes.iter().map(length).fold(0.0, f64::max);
+                writeln!(
+                    csv,
+                    "1,{},{},{},{:.4},{relative:.3e},{:.5},{},{largest:.4},{:.4}",
+                    s.iterations(),
+                    s.history.iterations.len(),
+                    s.load_steps,
+                    s.seconds,
+                    s.least_volume_ratio,
+                    s.is_stable(),
+                    volume(&s.displacement)
+                )?;
+                println!(
+                    "{index:3}  {:3} iterations, {:2} load steps, {:6.2} s, residual {relative:.0e}, min J {:.3}, max |u| {largest:.2} mm, cavity {:.2} ml{}",
+                    s.iterations(),
+                    s.load_steps,
+                    s.seconds,
+                    s.least_volume_ratio,
+                    volume(&s.displacement),
+                    if s.is_stable() { "" } else { ", UNSTABLE" }
+                );
+                seconds.push(s.seconds);
+            }
+            Err(SolveError::NotConverged(failure)) => {
+                failed += 1;
+                writeln!(csv, "0,,{},,,,,,,", failure.history.iterations.len())?;
+                println!("{index:3}  FAILED at {theta:?}: {failure}");
+            }
+            Err(other) => return Err(other.into()),
+        }
+    }
+    seconds.sort_by(f64::total_cmp);
+    let at = |part: f64| seconds.get((part * (seconds.len() as f64 - 1.0)) as usize).copied();
+    println!(
+        "{failed} of {} failed; seconds: median {:.3?}, 90 % {:.3?}, most {:.3?}; table in {}",
+        thetas.len(),
+        at(0.5),
+        at(0.9),
+        at(1.0),
+        arguments.csv
+    );
+    Ok(())
+}

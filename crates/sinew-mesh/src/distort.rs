@@ -1,0 +1,133 @@
+//! Random distortion, for patch tests.
+
+use crate::{Mesh, boundary_facets};
+
+/// A move may not shrink the Jacobian anywhere below this part of what it was.
+const LEAST_SHARE: f64 = 0.2;
+/// A move that a cell does not allow is turned around and halved this often before the node stays.
+const HALVINGS: usize = 6;
+
+impl<const N: usize> Mesh<N> {
+    /// The mesh with its inner nodes moved at random, by up to `amplitude` times the shortest edge at
+    /// the node along each axis (triangles within x and y); nodes on the boundary stay. The same seed
+    /// gives the same mesh. No cell is turned over: at its nodes each keeps a fifth of its Jacobian, and
+    /// moves beyond that are turned around and shortened, at last to nothing.
+    ///
+    /// Middle nodes move as well and curve their cells; for straight cells distort the linear mesh and
+    /// then make it quadratic.
+    ///
+    /// ```
+    /// let even = sinew_mesh::box_tetrahedra([1.0; 3], [3; 3]);
+    /// let odd = even.distorted(7, 0.3);
+    /// assert_eq!(odd, even.distorted(7, 0.3));
+    /// assert_ne!(odd, even.distorted(8, 0.3));
+    /// assert!(sinew_mesh::quality(&odd).unwrap().volume.min > 0.0);
+    /// ```
+    pub fn distorted(&self, seed: u64, amplitude: f64) -> Self {
+        let mut mesh = self.clone();
+        let mut random = Random(seed);
+        let mut stays = vec![false; self.points.len()];
+        self.nodes_of_facets(&boundary_facets(self)).iter().for_each(|&node| stays[node] = true);
+        let shortest = shortest_edges(self);
+        let around = cells_around(self);
+        let least: Vec<f64> = (0..self.cells.len()).map(|c| LEAST_SHARE * self.worst(c)).collect();
+        for node in (0..stays.len()).filter(|&node| !stays[node]) {
+            let from = mesh.points[node];
+            let mut step = amplitude * shortest[node];
+            let direction = std::array::from_fn::<f64, 3, _>(|axis| {
+                let number = random.between_minus_one_and_one();
+                if axis < Self::ELEMENT.dimension { number } else { 0.0 }
+            });
+            for _ in 0..=HALVINGS {
+                mesh.points[node] = std::array::from_fn(|axis| from[axis] + step * direction[axis]);
+                if around[node].iter().all(|&cell| mesh.worst(cell) > least[cell]) {
+                    break;
+                }
+                mesh.points[node] = from;
+                step *= -0.5;
+            }
+        }
+        mesh
+    }
+
+    /// The smallest Jacobian at the nodes of a cell.
+    fn worst(&self, cell: usize) -> f64 {
+        let at_nodes = Self::ELEMENT.nodes.iter().map(|&at| self.jacobian(cell, at));
+        at_nodes.fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// The shortest edge at each node.
+fn shortest_edges<const N: usize>(mesh: &Mesh<N>) -> Vec<f64> {
+    let mut shortest = vec![f64::INFINITY; mesh.points.len()];
+    for [a, b] in crate::edges(mesh) {
+        let (p, q) = (mesh.points[a], mesh.points[b]);
+        let length = (0..3).map(|axis| (p[axis] - q[axis]).powi(2)).sum::<f64>().sqrt();
+        shortest[a] = shortest[a].min(length);
+        shortest[b] = shortest[b].min(length);
+    }
+    // A node without an edge has nowhere to go.
+    shortest.iter_mut().filter(|length| length.is_infinite()).for_each(|length| *length = 0.0);
+    shortest
+}
+
+fn cells_around<const N: usize>(mesh: &Mesh<N>) -> Vec<Vec<usize>> {
+    let mut around = vec![Vec::new(); mesh.points.len()];
+    for (index, cell) in mesh.cells.iter().enumerate() {
+        cell.iter().for_each(|&node| around[node].push(index));
+    }
+    around
+}
+
+/// SplitMix64 (G. Steele, D. Lea & C. Flood, OOPSLA 2014).
+struct Random(u64);
+
+impl Random {
+    fn between_minus_one_and_one(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut mixed = self.0;
+        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        mixed ^= mixed >> 31;
+        // The 53 bits that a number between 0 and 1 can hold.
+        (mixed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{box_hexahedra, box_tetrahedra, rectangle_triangles};
+
+    /// Inner nodes move, the boundary and the volume stay, and no cell folds.
+    fn assert_distorts<const N: usize>(mesh: &Mesh<N>) {
+        let distorted = mesh.distorted(3, 0.4);
+        assert_eq!(distorted.check(), Ok(()));
+        let boundary = mesh.nodes_of_facets(&boundary_facets(mesh));
+        for node in 0..mesh.points.len() {
+            let outside = boundary.binary_search(&node).is_ok();
+            assert_eq!(outside, mesh.points[node] == distorted.points[node], "{node}");
+        }
+        let volume = |mesh: &Mesh<N>| -> f64 {
+            let cells = 0..mesh.cells.len();
+            cells.clone().for_each(|cell| assert!(mesh.worst(cell) > 0.0));
+            cells.map(|cell| mesh.cell_volume(cell)).sum()
+        };
+        assert!((volume(&distorted) / volume(mesh) - 1.0).abs() < 1e-13);
+    }
+
+    #[test]
+    fn every_kind_of_cell_is_distorted() {
+        assert_distorts(&box_tetrahedra([2.0, 1.0, 1.0], [4, 3, 3]));
+        assert_distorts(&box_tetrahedra([2.0, 1.0, 1.0], [3, 2, 2]).quadratic());
+        assert_distorts(&box_hexahedra([2.0, 1.0, 1.0], [4, 3, 3]));
+        assert_distorts(&rectangle_triangles([2.0, 1.0], [4, 3]));
+        assert_distorts(&rectangle_triangles([2.0, 1.0], [3, 3]).quadratic());
+    }
+
+    #[test]
+    fn wild_moves_are_shortened() {
+        let mesh = box_tetrahedra([1.0; 3], [4; 3]).distorted(1, 5.0);
+        assert!((0..mesh.cells.len()).all(|cell| mesh.cell_volume(cell) > 0.0));
+    }
+}

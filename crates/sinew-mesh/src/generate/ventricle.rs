@@ -1,0 +1,275 @@
+//! Truncated ellipsoids, the idealised left ventricle.
+
+use std::f64::consts::{FRAC_PI_4, PI};
+
+use super::shells::{between, check};
+use super::wall::{InSet, Sheet, Wall};
+use super::{grid, grid_coordinate};
+
+/// The wall between two ellipsoids of revolution around the z axis with their apexes at the bottom, cut
+/// off by a plane: the idealised left ventricle of Land et al., Proc. R. Soc. A 471:20150641 (2015).
+///
+/// A surface of the wall at depth t is x = r sin u cos v, y = r sin u sin v, z = l cos u with semi-axes
+/// r and l linear in t, from the apex u = −π to the base u = −acos(z_base / l). At the apex lies a square
+/// patch of cells, so that none of them degenerates.
+///
+/// ```
+/// use sinew_mesh::TruncatedEllipsoid;
+/// // Two layers, 16 cells around and 8 from the apex to the base.
+/// let mesh = TruncatedEllipsoid::LAND.wall([2, 16, 8]).quadratic_tetrahedra();
+/// let [endo, epi] = ["apex_endo", "apex_epi"].map(|apex| mesh.points[mesh.node_sets[apex][0]]);
+/// assert_eq!((endo, epi), ([0.0, 0.0, -17.0], [0.0, 0.0, -20.0]));
+/// assert_eq!(mesh.facet_sets["endo"].len(), 2 * (4 * 4 + 16 * 6));
+/// assert!(mesh.node_sets["base"].iter().all(|&node| mesh.points[node][2] == 5.0));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TruncatedEllipsoid {
+    /// Inner and outer semi-axis across.
+    pub short: [f64; 2],
+    /// Inner and outer semi-axis along z.
+    pub long: [f64; 2],
+    /// Height z of the plane of the base.
+    pub base: f64,
+}
+
+impl TruncatedEllipsoid {
+    /// Problems 2 and 3 of Land et al. (2015), in mm.
+    pub const LAND: Self = TruncatedEllipsoid { short: [7.0, 10.0], long: [17.0, 20.0], base: 5.0 };
+
+    /// The whole wall, `cells` of which are the layers, the cells around (a multiple of 8) and those
+    /// from the apex to the base, of which an eighth of the cells around belong to the patch.
+    ///
+    /// The sides are `base`, `endo` (inner) and `epi` (outer); the node sets `apex_endo` and `apex_epi`
+    /// hold one node each.
+    ///
+    /// # Panics
+    /// When the semi-axes are not positive, finite and ascending, the base does not cut both ellipsoids,
+    /// a cell count is zero, the cells around are no multiple of 8 or not less than 8 times those along.
+    pub fn wall(&self, cells: [usize; 3]) -> Wall {
+        self.build(cells, false)
+    }
+
+    /// The quarter x, y ≥ 0 of the wall with the further sides `x_min` and `y_min`, the planes of
+    /// symmetry; `cells` are those of the whole wall.
+    ///
+    /// # Panics
+    /// As [`TruncatedEllipsoid::wall`].
+    ///
+    /// ```
+    /// let quarter = sinew_mesh::TruncatedEllipsoid::LAND.quarter_wall([1, 16, 8]).hexahedra();
+    /// assert_eq!(quarter.cells.len(), 2 * 2 + 4 * 6);
+    /// assert!(quarter.node_sets["x_min"].iter().all(|&node| quarter.points[node][0] == 0.0));
+    /// ```
+    pub fn quarter_wall(&self, cells: [usize; 3]) -> Wall {
+        self.build(cells, true)
+    }
+
+    fn build(&self, cells: [usize; 3], quarter: bool) -> Wall {
+        let TruncatedEllipsoid { short, long, base } = *self;
+        check("short semi-axes", short, &cells);
+        check("long semi-axes", long, &cells);
+        assert!(base.abs() < long[0], "the base at z = {base} does not cut the inner ellipsoid");
+        let [layers, around, along] = cells;
+        assert!(
+            around % 8 == 0 && around < 8 * along,
+            "the cells around must be a multiple of 8 and less than 8 times the {along} cells along, \
+             not {around}"
+        );
+        let disk = Disk { half: around / 8, along };
+        let ellipsoid = *self;
+        let side = |axis: usize, level: f64| -> InSet { Box::new(move |at| at[axis] == level) };
+        let apex = |depth: f64| -> InSet { Box::new(move |at| at == [0.0, 0.0, depth]) };
+        let mut sides = vec![
+            ("base", Box::new(|[a, b, _]: [f64; 3]| a.abs().max(b.abs()) == 1.0) as InSet),
+            ("endo", side(2, 0.0)),
+            ("epi", side(2, 1.0)),
+        ];
+        if quarter {
+            sides.extend([("x_min", side(0, 0.0)), ("y_min", side(1, 0.0))]);
+        }
+        Wall {
+            sheet: disk.sheet(quarter),
+            layers,
+            lift: |[a, b, _], depth| [a, b, depth],
+            depth: |[_, _, depth]| depth,
+            place: Box::new(move |[a, b, depth]| ellipsoid.place(disk.place([a, b]), depth)),
+            sides,
+            nodes: vec![("apex_endo", apex(0.0)), ("apex_epi", apex(1.0))],
+        }
+    }
+
+    /// The point over a point of the unit disk, whose centre is the apex and whose rim is the base.
+    fn place(&self, [x, y]: [f64; 2], depth: f64) -> [f64; 3] {
+        let (short, long) = (between(self.short, depth), between(self.long, depth));
+        let radius = x.hypot(y);
+        let angle = radius * (PI - (self.base / long).acos());
+        // sin u cos v with v the angle in the disk; the rim must not leave the plane by rounding.
+        let across = if radius == 0.0 { 0.0 } else { short * angle.sin() / radius };
+        let z = if radius > RIM { self.base } else { -long * angle.cos() };
+        [across * x, across * y, z]
+    }
+}
+
+/// Nodes further from the disk's centre than this are on its rim.
+const RIM: f64 = 1.0 - 1e-12;
+
+/// The unit disk as the image of a square: a patch of cells in its middle, and rings of cells around.
+#[derive(Clone, Copy)]
+struct Disk {
+    /// Cells from the centre to a side of the patch, an eighth of those around.
+    half: usize,
+    /// Cells from the centre to the rim.
+    along: usize,
+}
+
+/// Size of the patch's corners over that of a square inscribed in the same ring, and how far its sides
+/// bulge, so that the three cells which meet at a corner of the patch have about equal angles.
+const CORNER: f64 = 0.78;
+const BULGE: f64 = 0.15;
+
+impl Disk {
+    /// The square `[-1, 1]²`, or its quarter `[0, 1]²`, as a sheet in the plane.
+    fn sheet(&self, quarter: bool) -> Sheet {
+        let half = self.half as i64;
+        let start = if quarter { 0 } else { -half };
+        let side = (half - start) as usize;
+        let mut sheet = Sheet::default();
+        let mut quads = Vec::new();
+        let mut node = |i: i64, j: i64, ring: usize| {
+            sheet.node([i, j, ring as i64], || {
+                let scale = self.scale(ring);
+                [i, j, 0].map(|at| scale * (at as f64 / half as f64))
+            })
+        };
+        for [i, j] in grid([side; 2]) {
+            let (i, j) = (start + i as i64, start + j as i64);
+            quads.push([
+                node(i, j, 0),
+                node(i + 1, j, 0),
+                node(i + 1, j + 1, 0),
+                node(i, j + 1, 0),
+            ]);
+        }
+        for ring in 0..self.along - self.half {
+            for [[a, b], [c, d]] in rim(half, quarter) {
+                let (low, high) = (ring, ring + 1);
+                quads.push([node(a, b, low), node(a, b, high), node(c, d, high), node(c, d, low)]);
+            }
+        }
+        quads.into_iter().for_each(|quad| sheet.quad(quad));
+        sheet
+    }
+
+    /// Half the side of the square that is the inner side of a ring, exactly 1 behind the last.
+    fn scale(&self, ring: usize) -> f64 {
+        grid_coordinate(self.half + ring, self.along, 1.0)
+    }
+
+    fn place(&self, [a, b]: [f64; 2]) -> [f64; 2] {
+        let (size, patch) = (a.abs().max(b.abs()), self.scale(0));
+        if size <= patch {
+            return self.place_in_patch([a, b]);
+        }
+        let [p, q] = [a / size, b / size];
+        let inner = self.place_in_patch([patch * p, patch * q]);
+        let outer = if p.abs() >= q.abs() {
+            let (sin, cos) = (FRAC_PI_4 * q).sin_cos();
+            [cos.copysign(p), sin]
+        } else {
+            let (sin, cos) = (FRAC_PI_4 * p).sin_cos();
+            [sin, cos.copysign(q)]
+        };
+        let way = (size - patch) / (1.0 - patch);
+        [0, 1].map(|axis| between([inner[axis], outer[axis]], way))
+    }
+
+    fn place_in_patch(&self, [a, b]: [f64; 2]) -> [f64; 2] {
+        let patch = self.scale(0);
+        let bulge = |across: f64| CORNER * (1.0 + BULGE * (1.0 - (across / patch).powi(2)));
+        [a * bulge(b), b * bulge(a)]
+    }
+}
+
+/// The edges around the square `[-half, half]²` counterclockwise, or those in its quarter.
+fn rim(half: i64, quarter: bool) -> Vec<[[i64; 2]; 2]> {
+    let along = |k: i64| [[k, -half], [half, k], [-k, half], [-half, -k]];
+    let edges = (-half..half).flat_map(|k| (0..4).map(move |s| [along(k)[s], along(k + 1)[s]]));
+    let inside = |edge: &[[i64; 2]; 2]| !quarter || edge.as_flattened().iter().all(|&at| at >= 0);
+    edges.filter(inside).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::assert_sound;
+    use super::*;
+    use crate::{enclosed_volume, quality};
+
+    /// Volume of an ellipsoid of revolution below z = base.
+    fn below_base(short: f64, long: f64, base: f64) -> f64 {
+        let antiderivative = |z: f64| z - z.powi(3) / (3.0 * long * long);
+        PI * short * short * (antiderivative(base) - antiderivative(-long))
+    }
+
+    #[test]
+    fn the_wall_fills_the_ellipsoid() {
+        let exact = below_base(10.0, 20.0, 5.0) - below_base(7.0, 17.0, 5.0);
+        for cells in [[1, 8, 2], [2, 16, 8], [3, 32, 16]] {
+            let wall = TruncatedEllipsoid::LAND.wall(cells);
+            let step = 8.0 / cells[1] as f64;
+            for volume in [assert_sound(&wall.tetrahedra()), assert_sound(&wall.hexahedra())] {
+                assert!((volume / exact - 1.0).abs() < 0.3 * step.powi(2), "{volume} {exact}");
+            }
+            let mesh = wall.quadratic_tetrahedra();
+            let volume = assert_sound(&mesh);
+            assert!((volume / exact - 1.0).abs() < 0.02 * step.powi(4), "{volume} {exact}");
+            let quarter = TruncatedEllipsoid::LAND.quarter_wall(cells).quadratic_tetrahedra();
+            assert!((4.0 * assert_sound(&quarter) / volume - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn cells_keep_a_good_shape() {
+        let wall = TruncatedEllipsoid::LAND.wall([2, 24, 12]);
+        let summary = quality(&wall.tetrahedra()).unwrap();
+        assert!(summary.dihedral.min > 19.0, "{summary}");
+        assert!(summary.ratio.min > 0.36, "{summary}");
+    }
+
+    #[test]
+    fn nodes_lie_on_the_surfaces() {
+        let mesh = TruncatedEllipsoid::LAND.wall([2, 16, 6]).quadratic_tetrahedra();
+        for (name, short, long) in [("endo", 7.0, 17.0), ("epi", 10.0, 20.0)] {
+            for &node in &mesh.node_sets[name] {
+                let [x, y, z] = mesh.points[node];
+                let on = (x / short).powi(2) + (y / short).powi(2) + (z / long).powi(2);
+                assert!((on - 1.0).abs() < 1e-14, "{name} {node}");
+            }
+            let apex = &mesh.node_sets[&format!("apex_{name}")];
+            assert_eq!(apex.len(), 1);
+            assert_eq!(mesh.points[apex[0]], [0.0, 0.0, -long]);
+        }
+        let base = (0..mesh.points.len()).filter(|&node| mesh.points[node][2] == 5.0);
+        assert_eq!(mesh.node_sets["base"], base.collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn the_cavity_has_its_volume() {
+        let mut mesh = TruncatedEllipsoid::LAND.wall([1, 32, 16]).quadratic_tetrahedra();
+        mesh.map_points(|[x, y, z]| [x, y, z - 5.0]);
+        let cavity = -enclosed_volume(&mesh, &mesh.facet_sets["endo"]);
+        let exact = below_base(7.0, 17.0, 5.0);
+        assert!((cavity / exact - 1.0).abs() < 1e-4, "{cavity} {exact}");
+    }
+
+    #[test]
+    #[should_panic(expected = "multiple of 8")]
+    fn odd_numbers_around_are_refused() {
+        TruncatedEllipsoid::LAND.wall([1, 12, 4]);
+    }
+
+    #[test]
+    #[should_panic(expected = "does not cut the inner ellipsoid")]
+    fn a_base_above_the_ellipsoid_is_refused() {
+        TruncatedEllipsoid { base: 18.0, ..TruncatedEllipsoid::LAND }.wall([1, 8, 4]);
+    }
+}

@@ -1,0 +1,150 @@
+//! Walls: layers over a curved surface of quadrilaterals.
+
+use std::collections::HashMap;
+use std::fmt;
+
+use nalgebra::Vector3;
+
+use super::{grid_coordinate, name_side};
+use crate::{Field, HexMesh, Mesh, QuadraticTetMesh, TetMesh, boundary_facets, repair_orientation};
+
+/// Decides whether a point of the reference body is in a set.
+pub(super) type InSet = Box<dyn Fn([f64; 3]) -> bool + Send + Sync>;
+/// Puts a point of the reference body into its place.
+pub(super) type Placement = Box<dyn Fn([f64; 3]) -> [f64; 3] + Send + Sync>;
+
+/// A thick wall made of layers, ready to be meshed with any solid cell. All nodes of a mesh, the
+/// middle nodes of quadratic cells included, lie exactly on the surfaces of the body.
+///
+/// Its sides are node sets and facet sets of every mesh, and the point field `depth` goes from 0 on
+/// the inner surface to 1 on the outer one. Walls are made by [`crate::sphere_octant`],
+/// [`crate::cylinder_quarter`] and [`crate::TruncatedEllipsoid`].
+pub struct Wall {
+    pub(super) sheet: Sheet,
+    pub(super) layers: usize,
+    /// The point of the reference body, whose sides are plane, above a point of the sheet at a depth.
+    pub(super) lift: fn([f64; 3], f64) -> [f64; 3],
+    /// The depth of a point of the reference body.
+    pub(super) depth: fn([f64; 3]) -> f64,
+    pub(super) place: Placement,
+    /// Names of sides.
+    pub(super) sides: Vec<(&'static str, InSet)>,
+    /// Names of other node sets.
+    pub(super) nodes: Vec<(&'static str, InSet)>,
+}
+
+impl fmt::Debug for Wall {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names: Vec<_> = self.sides.iter().chain(&self.nodes).map(|(name, _)| *name).collect();
+        f.debug_struct("Wall")
+            .field("cells_per_layer", &self.sheet.quads.len())
+            .field("layers", &self.layers)
+            .field("sets", &names)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Quadrilaterals in a surface; neighbouring patches share nodes by their keys.
+#[derive(Default)]
+pub(super) struct Sheet {
+    points: Vec<[f64; 3]>,
+    quads: Vec<[usize; 4]>,
+    by_key: HashMap<[i64; 3], usize>,
+}
+
+impl Sheet {
+    /// The node with this key, made where it is met first.
+    pub fn node(&mut self, key: [i64; 3], point: impl FnOnce() -> [f64; 3]) -> usize {
+        *self.by_key.entry(key).or_insert_with(|| {
+            self.points.push(point());
+            self.points.len() - 1
+        })
+    }
+
+    pub fn quad(&mut self, nodes: [usize; 4]) {
+        self.quads.push(nodes);
+    }
+}
+
+impl Wall {
+    /// The wall as trilinear hexahedra; the layers follow each other from the inside.
+    pub fn hexahedra(&self) -> HexMesh {
+        let mut mesh = HexMesh { points: self.reference_points(), ..HexMesh::default() };
+        let step = self.sheet.points.len();
+        for layer in 0..self.layers {
+            for quad in &self.sheet.quads {
+                let [a, b, c, d] = quad.map(|node| node + layer * step);
+                mesh.cells.push([a, b, c, d, a + step, b + step, c + step, d + step]);
+            }
+        }
+        self.finished(mesh, |mesh| mesh)
+    }
+
+    /// The wall as linear tetrahedra: the hexahedra are cut along the shorter diagonals of the inner
+    /// surface into two prisms, and each prism into three tetrahedra.
+    pub fn tetrahedra(&self) -> TetMesh {
+        self.finished(self.reference_tetrahedra(), |mesh| mesh)
+    }
+
+    /// The wall as quadratic tetrahedra with the corners of [`Wall::tetrahedra`].
+    pub fn quadratic_tetrahedra(&self) -> QuadraticTetMesh {
+        self.finished(self.reference_tetrahedra(), |mesh| mesh.quadratic())
+    }
+
+    fn reference_points(&self) -> Vec<[f64; 3]> {
+        let depths = (0..=self.layers).map(|layer| grid_coordinate(layer, self.layers, 1.0));
+        depths.flat_map(|t| self.sheet.points.iter().map(move |&at| (self.lift)(at, t))).collect()
+    }
+
+    fn reference_tetrahedra(&self) -> TetMesh {
+        let mut mesh = TetMesh { points: self.reference_points(), ..TetMesh::default() };
+        let step = self.sheet.points.len();
+        for layer in 0..self.layers {
+            for triangle in self.sheet.quads.iter().flat_map(|&quad| self.triangles(quad)) {
+                // Neighbours agree on the diagonals between them, which all rise with the node number.
+                let mut low = triangle.map(|node| node + layer * step);
+                low.sort_unstable();
+                let ([a, b, c], [d, e, f]) = (low, low.map(|node| node + step));
+                mesh.cells.extend([[a, b, c, f], [a, b, e, f], [a, d, e, f]]);
+            }
+        }
+        mesh
+    }
+
+    /// Two triangles along the shorter diagonal, as seen on the inner surface.
+    fn triangles(&self, [a, b, c, d]: [usize; 4]) -> [[usize; 3]; 2] {
+        let place =
+            |node: usize| Vector3::from((self.place)((self.lift)(self.sheet.points[node], 0.0)));
+        let length = |a: usize, b: usize| (place(a) - place(b)).norm();
+        // Diagonals of equal length must not be told apart by their rounding.
+        if length(a, c) <= length(b, d) * (1.0 + 1e-9) {
+            [[a, b, c], [a, c, d]]
+        } else {
+            [[b, c, d], [b, d, a]]
+        }
+    }
+
+    /// Gives a mesh of the reference body its sets and its field, raises its degree and puts it into
+    /// its place.
+    fn finished<const N: usize, const M: usize>(
+        &self,
+        mut mesh: Mesh<N>,
+        raise: impl FnOnce(Mesh<N>) -> Mesh<M>,
+    ) -> Mesh<M> {
+        let boundary = boundary_facets(&mesh);
+        let points = mesh.points.clone();
+        for (name, in_set) in &self.sides {
+            name_side(&mut mesh, &boundary, name, |node| in_set(points[node]));
+        }
+        for (name, in_set) in &self.nodes {
+            let found = (0..points.len()).filter(|&node| in_set(points[node])).collect();
+            mesh.node_sets.insert((*name).into(), found);
+        }
+        let depth = points.iter().map(|&at| (self.depth)(at)).collect();
+        mesh.point_fields.insert("depth".into(), Field::scalars(depth));
+        let mut mesh = raise(mesh);
+        mesh.map_points(&self.place);
+        repair_orientation(&mut mesh);
+        mesh
+    }
+}

@@ -1,0 +1,239 @@
+//! Middle nodes on edges.
+
+use std::collections::BTreeMap;
+
+use crate::{
+    Field, FieldValues, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh, TriangleMesh,
+    boundary_facets, remove_unused_nodes,
+};
+
+impl TetMesh {
+    /// The same cells with a node in the middle of each edge; the nodes so far keep their numbers.
+    ///
+    /// Facet sets, cell sets and cell fields stay as they are. A middle node joins a node set with the
+    /// facet set of the same name, when both have the same nodes, and otherwise when both ends of its
+    /// edge belong to the set and the edge lies on the boundary, or when all corners of a cell around it
+    /// belong. Real point fields are averaged on the edges (so unit vectors lose their length), integer
+    /// ones take the smaller of the values at both ends, which keeps markers on what they mark.
+    ///
+    /// ```
+    /// let beam = sinew_mesh::box_tetrahedra([10.0, 1.0, 1.0], [2, 1, 1]).quadratic();
+    /// assert_eq!((beam.points.len(), beam.cells.len()), (5 * 3 * 3, 12));
+    /// assert_eq!(beam.node_sets["x_min"].len(), 9);
+    /// ```
+    pub fn quadratic(&self) -> QuadraticTetMesh {
+        with_middle_nodes(self)
+    }
+}
+
+impl TriangleMesh {
+    /// The same cells with a node in the middle of each edge; see [`TetMesh::quadratic`].
+    pub fn quadratic(&self) -> QuadraticTriangleMesh {
+        with_middle_nodes(self)
+    }
+}
+
+impl QuadraticTetMesh {
+    /// The tetrahedra of the corners, for [`crate::quality`] and other things that know no middle
+    /// nodes, which are left out with their rows in fields and sets.
+    ///
+    /// ```
+    /// let beam = sinew_mesh::box_tetrahedra([10.0, 1.0, 1.0], [2, 1, 1]);
+    /// assert_eq!(beam.quadratic().linear(), beam);
+    /// ```
+    pub fn linear(&self) -> TetMesh {
+        without_middle_nodes(self)
+    }
+}
+
+impl QuadraticTriangleMesh {
+    /// The triangles of the corners; see [`QuadraticTetMesh::linear`].
+    pub fn linear(&self) -> TriangleMesh {
+        without_middle_nodes(self)
+    }
+}
+
+impl<const N: usize> Mesh<N> {
+    /// Moves every node to where `place` puts it. A quadratic mesh of a simple body becomes one of its
+    /// curved image this way, with all nodes in their exact place.
+    ///
+    /// ```
+    /// // A bar bent to a quarter of a ring.
+    /// let mut ring = sinew_mesh::box_tetrahedra([1.0, 1.0, 1.0], [8, 1, 1]).quadratic();
+    /// ring.map_points(|[x, y, z]| {
+    ///     let (sin, cos) = (x * std::f64::consts::FRAC_PI_2).sin_cos();
+    ///     [(2.0 - y) * sin, (2.0 - y) * cos, -z]
+    /// });
+    /// sinew_mesh::repair_orientation(&mut ring);
+    /// assert_eq!(ring.check(), Ok(()));
+    /// let volume: f64 = (0..ring.cells.len()).map(|cell| ring.cell_volume(cell)).sum();
+    /// assert!((volume - 0.75 * std::f64::consts::PI).abs() < 1e-4);
+    /// ```
+    pub fn map_points(&mut self, place: impl Fn([f64; 3]) -> [f64; 3]) {
+        self.points.iter_mut().for_each(|point| *point = place(*point));
+    }
+}
+
+fn with_middle_nodes<const N: usize, const M: usize>(mesh: &Mesh<N>) -> Mesh<M> {
+    let ends = edge_ends(mesh);
+    let mut raised = Mesh::<M> {
+        points: mesh.points.clone(),
+        facet_sets: mesh.facet_sets.clone(),
+        cell_sets: mesh.cell_sets.clone(),
+        cell_fields: mesh.cell_fields.clone(),
+        ..Mesh::default()
+    };
+    let middle = |&[a, b]: &[usize; 2]| {
+        let (a, b) = (mesh.points[a], mesh.points[b]);
+        std::array::from_fn(|i| 0.5 * (a[i] + b[i]))
+    };
+    raised.points.extend(ends.iter().map(middle));
+    let number = |a: usize, b: usize| {
+        let at = ends.partition_point(|edge| *edge < [a.min(b), a.max(b)]);
+        mesh.points.len() + at
+    };
+    for cell in &mesh.cells {
+        raised.cells.push(std::array::from_fn(|k| match k.checked_sub(N) {
+            None => cell[k],
+            Some(edge) => {
+                let local = Mesh::<M>::ELEMENT.edges[edge];
+                number(cell[local[0]], cell[local[1]])
+            }
+        }));
+    }
+    let average = |(name, field): (&String, &Field)| (name.clone(), averaged(field, &ends));
+    raised.point_fields = mesh.point_fields.iter().map(average).collect();
+    raised.node_sets = lifted_sets(mesh, &raised);
+    raised
+}
+
+/// The unique edges as `[smaller node, larger node]`, ascending.
+fn edge_ends<const N: usize>(mesh: &Mesh<N>) -> Vec<[usize; 2]> {
+    let mut ends: Vec<[usize; 2]> = crate::edges(mesh).into_iter().map(|[b, a]| [a, b]).collect();
+    ends.sort_unstable();
+    ends
+}
+
+/// A point field with a row for each edge behind its rows.
+fn averaged(field: &Field, ends: &[[usize; 2]]) -> Field {
+    let width = field.components;
+    fn extended<T: Copy>(
+        values: &[T],
+        ends: &[[usize; 2]],
+        width: usize,
+        between: impl Fn(T, T) -> T,
+    ) -> Vec<T> {
+        let rows = ends.iter().flat_map(|&[a, b]| {
+            (0..width).map(move |i| (values[a * width + i], values[b * width + i]))
+        });
+        values.iter().copied().chain(rows.map(|(a, b)| between(a, b))).collect()
+    }
+    let values = match &field.values {
+        FieldValues::Float(v) => {
+            FieldValues::Float(extended(v, ends, width, |a, b| 0.5 * a + 0.5 * b))
+        }
+        FieldValues::Integer(v) => FieldValues::Integer(extended(v, ends, width, i64::min)),
+    };
+    Field { components: width, values }
+}
+
+fn lifted_sets<const N: usize, const M: usize>(
+    mesh: &Mesh<N>,
+    raised: &Mesh<M>,
+) -> BTreeMap<String, Vec<usize>> {
+    let on_boundary =
+        marked(raised.points.len(), &raised.nodes_of_facets(&boundary_facets(raised)));
+    let lift = |(name, set): (&String, &Vec<usize>)| {
+        let facets = mesh.facet_sets.get(name).filter(|f| mesh.nodes_of_facets(f) == *set);
+        if let Some(facets) = facets {
+            return (name.clone(), raised.nodes_of_facets(facets));
+        }
+        let mut belongs = marked(raised.points.len(), set);
+        for cell in &raised.cells {
+            let whole = cell[..N].iter().all(|&node| belongs[node]);
+            for edge in Mesh::<M>::ELEMENT.edges {
+                let [a, b, middle] = [0, 1, 2].map(|k| cell[edge[k]]);
+                belongs[middle] |= belongs[a] && belongs[b] && (whole || on_boundary[middle]);
+            }
+        }
+        (name.clone(), (0..belongs.len()).filter(|&node| belongs[node]).collect())
+    };
+    mesh.node_sets.iter().map(lift).collect()
+}
+
+fn marked(length: usize, members: &[usize]) -> Vec<bool> {
+    let mut marks = vec![false; length];
+    members.iter().for_each(|&node| marks[node] = true);
+    marks
+}
+
+fn without_middle_nodes<const M: usize, const N: usize>(mesh: &Mesh<M>) -> Mesh<N> {
+    let mut linear = Mesh::<N> {
+        points: mesh.points.clone(),
+        cells: mesh.cells.iter().map(|cell| std::array::from_fn(|k| cell[k])).collect(),
+        node_sets: mesh.node_sets.clone(),
+        facet_sets: mesh.facet_sets.clone(),
+        cell_sets: mesh.cell_sets.clone(),
+        point_fields: mesh.point_fields.clone(),
+        cell_fields: mesh.cell_fields.clone(),
+    };
+    remove_unused_nodes(&mut linear);
+    linear
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{box_tetrahedra, rectangle_triangles};
+
+    #[test]
+    fn middle_nodes_are_shared_and_in_place() {
+        let linear = box_tetrahedra([2.0, 3.0, 1.0], [2, 2, 3]);
+        let mesh = linear.quadratic();
+        assert_eq!(mesh.check(), Ok(()));
+        // The middles of Kuhn's tetrahedra are the nodes of the grid with half the step.
+        assert_eq!(mesh.points.len(), 5 * 5 * 7);
+        assert_eq!(mesh.points[..linear.points.len()], linear.points);
+        for cell in 0..mesh.cells.len() {
+            assert!((mesh.cell_volume(cell) - linear.cell_volume(cell)).abs() < 1e-14);
+        }
+        for (side, on_side) in [("x_min", 0), ("y_max", 1), ("z_min", 2)] {
+            let level = if side.ends_with("max") { 3.0 } else { 0.0 };
+            let expected = (0..mesh.points.len()).filter(|&n| mesh.points[n][on_side] == level);
+            assert_eq!(mesh.node_sets[side], expected.collect::<Vec<_>>(), "{side}");
+            assert_eq!(mesh.nodes_of_facets(&mesh.facet_sets[side]), mesh.node_sets[side]);
+        }
+    }
+
+    #[test]
+    fn sets_and_fields_are_lifted() {
+        let mut linear = rectangle_triangles([2.0, 1.0], [2, 1]);
+        // An edge along the boundary, one across the inside, and the corners of a cell.
+        linear.node_sets.insert("edge".into(), vec![0, 1]);
+        linear.node_sets.insert("across".into(), vec![1, 4]);
+        linear.node_sets.insert("cell".into(), vec![0, 1, 4]);
+        linear.point_fields.insert("x".into(), Field::scalars(vec![0.0, 1.0, 2.0, 0.0, 1.0, 2.0]));
+        linear.point_fields.insert("mark".into(), Field::labels(vec![1, 1, 0, 0, 0, 0]));
+        let mesh = linear.quadratic();
+        assert_eq!(mesh.check(), Ok(()));
+        assert_eq!(["edge", "across", "cell"].map(|set| mesh.node_sets[set].len()), [3, 2, 6]);
+        let x = mesh.point_fields["x"].to_f64();
+        assert!(x.iter().zip(&mesh.points).all(|(x, point)| *x == point[0]));
+        assert_eq!(mesh.nodes_where_nonzero("mark").unwrap(), mesh.node_sets["edge"]);
+        assert_eq!(mesh.linear(), linear);
+    }
+
+    #[test]
+    fn curved_cells_have_their_exact_volume() {
+        // x ↦ x + x²/4 on the unit square and box: area and volume 5/4.
+        let bend = |[x, y, z]: [f64; 3]| [x + 0.25 * x * x, y + 0.1 * x * x, z];
+        let mut plate = rectangle_triangles([1.0, 1.0], [2, 2]).quadratic();
+        plate.map_points(bend);
+        let area: f64 = (0..plate.cells.len()).map(|cell| plate.cell_volume(cell)).sum();
+        assert!((area - 1.25).abs() < 1e-14);
+        let mut block = box_tetrahedra([1.0; 3], [1; 3]).quadratic();
+        block.map_points(bend);
+        let volume: f64 = (0..block.cells.len()).map(|cell| block.cell_volume(cell)).sum();
+        assert!((volume - 1.25).abs() < 1e-14);
+    }
+}
