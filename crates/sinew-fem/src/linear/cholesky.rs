@@ -14,6 +14,8 @@ pub(crate) struct Cholesky {
     entries: Vec<f64>,
     workspace: [Vec<f64>; 2],
     kind: Kind,
+    /// The right-hand side in one front.
+    local: Vec<f64>,
 }
 
 impl Cholesky {
@@ -31,7 +33,14 @@ impl Cholesky {
         let [even, odd] = elimination.workspace;
         let workspace = [zeros(even)?, zeros(odd)?];
         let entries = zeros(elimination.entries)?;
-        Some(Self { elimination, entries, workspace, kind: Kind::Cholesky })
+        let tallest = elimination.fronts.iter().map(|front| front.columns().rows).max();
+        let local = vec![0.0; tallest.unwrap_or(0)];
+        Some(Self { elimination, entries, workspace, kind: Kind::Cholesky, local })
+    }
+
+    /// Number of unknowns.
+    pub fn unknowns(&self) -> usize {
+        self.elimination.size
     }
 
     /// Stored entries of the factor.
@@ -77,26 +86,22 @@ impl Cholesky {
         let elimination = &*self.elimination;
         let [even, odd] = &mut self.workspace;
         let run = Run { elimination, kind, values };
-        let mut memory = Memory {
-            entries: &mut self.entries,
-            first: 0,
-            sides: [even, odd],
-            bases: [0; 2],
-        };
+        let mut memory =
+            Memory { entries: &mut self.entries, first: 0, sides: [even, odd], bases: [0; 2] };
         // Roots have no update, so their subtrees use the same workspace one after the other.
         elimination.roots.iter().try_for_each(|&root| run.subtree(root as usize, &mut memory))
     }
 
     /// Overwrites a right-hand side with the solution of the last factorised system.
-    pub fn solve(&self, right: &mut [f64]) {
-        let widest = self.elimination.fronts.iter().map(|f| f.columns().rows).max().unwrap_or(0);
-        let mut local = vec![0.0; widest];
+    pub fn solve(&mut self, right: &mut [f64]) {
+        let mut local = std::mem::take(&mut self.local);
         for front in &self.elimination.fronts {
             self.forward(front, right, &mut local);
         }
         for front in self.elimination.fronts.iter().rev() {
             self.backward(front, right, &mut local);
         }
+        self.local = local;
     }
 
     /// Solves with the columns of a front in `L`, from the right-hand side on to what is below.
@@ -247,10 +252,8 @@ impl Run<'_> {
         let middle = &fronts[right[0] as usize];
         let bases = middle.workspace().map(|range| range.start);
         let (mut earlier, mut later) = memory.split(fronts[middle.subtree].start, bases);
-        let (first, second) = rayon::join(
-            || self.subtrees(left, &mut earlier),
-            || self.subtrees(right, &mut later),
-        );
+        let (first, second) =
+            rayon::join(|| self.subtrees(left, &mut earlier), || self.subtrees(right, &mut later));
         first.and(second)
     }
 
@@ -280,7 +283,9 @@ impl Run<'_> {
     fn add_matrix(&self, front: &Front, columns: &mut [f64]) {
         let starts = &self.elimination.starts;
         let range = starts[front.pivots.start]..starts[front.pivots.end];
-        for (&place, value) in self.elimination.scatter[range.clone()].iter().zip(&self.values[range]) {
+        for (&place, value) in
+            self.elimination.scatter[range.clone()].iter().zip(&self.values[range])
+        {
             columns[place as usize] += value;
         }
     }

@@ -346,7 +346,9 @@ impl Tree {
                 odd: false,
                 parallel: self.parallel[s],
                 split: self.parallel[s]
-                    || self.children[s].iter().any(|&c| result.fronts[number[c as usize] as usize].split),
+                    || self.children[s]
+                        .iter()
+                        .any(|&c| result.fronts[number[c as usize] as usize].split),
                 flops: operations(supernodes.pivots[s].len(), supernodes.below[s].len()),
                 parent: None,
             };
