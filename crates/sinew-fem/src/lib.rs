@@ -51,6 +51,7 @@ mod factor;
 pub mod fibres;
 mod hinges;
 mod history;
+mod linear;
 mod load_steps;
 mod matrix;
 mod newton;

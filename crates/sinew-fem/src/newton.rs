@@ -9,7 +9,8 @@
 //! - A full step may raise the energy as long as the next one lowers it again (the watchdog technique of
 //!   R. M. Chamberlain et al., Math. Programming Study 16, 1982). If it does not, the search goes back and
 //!   takes the longest of the steps 1, ½, ¼, … that lowers the energy enough.
-//! - A step that raises the energy turns no cell by more than [`MOST_ROTATION`].
+//! - A step that raises the energy turns no cell by more than [`MOST_ROTATION`], and raises it by no more than
+//!   [`MOST_RISE`].
 
 use crate::assembly::{PredictedStress, State};
 use crate::cell::{is_short, volume_ratios_along};
@@ -24,6 +25,10 @@ const SUFFICIENT: f64 = 1e-4;
 const MOST_ROTATION: f64 = 0.5;
 /// Steps in a row that may raise the energy.
 const MOST_RISES: usize = 2;
+/// How much such a step may raise the energy, as a multiple of what the slope promises to lower it by. From 20
+/// on nothing changes on beams, linear or quadratic, where less costs iterations. Without a bound a first step
+/// into the exponential of a fibre law ends at 1e113 times the energy, and most iterations lead back.
+const MOST_RISE: f64 = 20.0;
 /// A step must not squeeze a cell to this part of its volume before and after the step.
 const FLAT: f64 = 1e-3;
 /// Steps shorter than this end the line search: the direction is no descent.
@@ -292,7 +297,8 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
                     continue;
                 }
             }
-            if lowered || (reached.is_finite() && search.relaxed()) {
+            let bearable = reached.is_finite() && reached - energy <= MOST_RISE * promised;
+            if lowered || (bearable && search.relaxed()) {
                 search.accept(lowered, reached, energy, trial);
                 let step: Vec<_> = direction.iter().map(|d| length * d).collect();
                 search.predicted = Some(self.assembly.predict_stress(self.potential, &step));

@@ -14,6 +14,8 @@ pub(crate) struct Cholesky {
     entries: Vec<f64>,
     workspace: [Vec<f64>; 2],
     kind: Kind,
+    /// The right-hand side in one front.
+    local: Vec<f64>,
 }
 
 impl Cholesky {
@@ -31,7 +33,14 @@ impl Cholesky {
         let [even, odd] = elimination.workspace;
         let workspace = [zeros(even)?, zeros(odd)?];
         let entries = zeros(elimination.entries)?;
-        Some(Self { elimination, entries, workspace, kind: Kind::Cholesky })
+        let tallest = elimination.fronts.iter().map(|front| front.columns().rows).max();
+        let local = vec![0.0; tallest.unwrap_or(0)];
+        Some(Self { elimination, entries, workspace, kind: Kind::Cholesky, local })
+    }
+
+    /// Number of unknowns.
+    pub fn unknowns(&self) -> usize {
+        self.elimination.size
     }
 
     /// Stored entries of the factor.
@@ -77,32 +86,22 @@ impl Cholesky {
         let elimination = &*self.elimination;
         let [even, odd] = &mut self.workspace;
         let run = Run { elimination, kind, values };
-        // Roots have no update, so the subtrees follow each other in the same workspace.
-        let mut roots = Vec::new();
-        let mut end = elimination.fronts.len();
-        while let Some(last) = end.checked_sub(1) {
-            roots.push(last);
-            end = elimination.fronts[last].subtree;
-        }
-        for &root in roots.iter().rev() {
-            let front = &elimination.fronts[root];
-            let first = elimination.fronts[front.subtree].start;
-            let entries = &mut self.entries[first..front.start + front.columns().len()];
-            run.subtree(root, Memory { entries, sides: [&mut even[..], &mut odd[..]], bases: [0; 2] })?;
-        }
-        Ok(())
+        let mut memory =
+            Memory { entries: &mut self.entries, first: 0, sides: [even, odd], bases: [0; 2] };
+        // Roots have no update, so their subtrees use the same workspace one after the other.
+        elimination.roots.iter().try_for_each(|&root| run.subtree(root as usize, &mut memory))
     }
 
     /// Overwrites a right-hand side with the solution of the last factorised system.
-    pub fn solve(&self, right: &mut [f64]) {
-        let widest = self.elimination.fronts.iter().map(|f| f.columns().rows).max().unwrap_or(0);
-        let mut local = vec![0.0; widest];
+    pub fn solve(&mut self, right: &mut [f64]) {
+        let mut local = std::mem::take(&mut self.local);
         for front in &self.elimination.fronts {
             self.forward(front, right, &mut local);
         }
         for front in self.elimination.fronts.iter().rev() {
             self.backward(front, right, &mut local);
         }
+        self.local = local;
     }
 
     /// Solves with the columns of a front in `L`, from the right-hand side on to what is below.
@@ -203,76 +202,80 @@ struct Run<'a> {
     values: &'a [f64],
 }
 
-/// What a subtree may write to: entries of its fronts, and its parts of the workspace with where they start.
+/// What subtrees may write to: the entries of their fronts, and their parts of the workspace; with the places
+/// where these start in the whole.
 struct Memory<'m> {
     entries: &'m mut [f64],
+    first: usize,
     sides: [&'m mut [f64]; 2],
     bases: [usize; 2],
 }
 
+impl Memory<'_> {
+    /// Divides the memory before that of a front's subtree.
+    fn split(&mut self, subtree: usize, bases: [usize; 2]) -> (Memory<'_>, Memory<'_>) {
+        let [even, odd] = &mut self.sides;
+        let (entries, later_entries) = self.entries.split_at_mut(subtree - self.first);
+        let (even, later_even) = even.split_at_mut(bases[0] - self.bases[0]);
+        let (odd, later_odd) = odd.split_at_mut(bases[1] - self.bases[1]);
+        let (first, sides) = (self.first, [even, odd]);
+        let earlier = Memory { entries, first, sides, bases: self.bases };
+        let sides = [later_even, later_odd];
+        (earlier, Memory { entries: later_entries, first: subtree, sides, bases })
+    }
+}
+
 impl Run<'_> {
     /// Factorises the subtree of a front.
-    fn subtree(&self, root: usize, mut memory: Memory) -> Result<(), BadPivot> {
+    fn subtree(&self, root: usize, memory: &mut Memory) -> Result<(), BadPivot> {
         let Elimination { fronts, children, .. } = self.elimination;
-        let first = fronts[fronts[root].subtree].start;
-        if !fronts[root].parallel {
-            // No subtree of it is parallel either.
-            for front in fronts[root].subtree..=root {
-                self.front(front, first, &mut memory)?;
-            }
-            return Ok(());
+        let front = &fronts[root];
+        if !front.split {
+            return (front.subtree..=root).try_for_each(|front| self.front(front, memory));
         }
-        let children = &children[fronts[root].children.clone()];
-        let Memory { entries, sides: [even, odd], bases } = &mut memory;
-        self.subtrees(children, Memory { entries, sides: [even, odd], bases: *bases })?;
-        self.front(root, first, &mut memory)
+        let children = &children[front.children.clone()];
+        if front.parallel {
+            self.subtrees(children, memory)?;
+        } else {
+            children.iter().try_for_each(|&child| self.subtree(child as usize, memory))?;
+        }
+        self.front(root, memory)
     }
 
     /// Factorises subtrees that follow each other, in parallel.
-    fn subtrees(&self, roots: &[u32], memory: Memory) -> Result<(), BadPivot> {
-        let fronts = &self.elimination.fronts;
+    fn subtrees(&self, roots: &[u32], memory: &mut Memory) -> Result<(), BadPivot> {
         if let [root] = roots {
             return self.subtree(*root as usize, memory);
         }
+        let fronts = &self.elimination.fronts;
         let (left, right) = roots.split_at(roots.len() / 2);
-        let start = fronts[fronts[left[0] as usize].subtree].start;
         let middle = &fronts[right[0] as usize];
-        let Memory { entries, sides: [even, odd], bases } = memory;
-        let [even_at, odd_at] = middle.workspace().map(|range| range.start);
-        let (entries, right_entries) = entries.split_at_mut(fronts[middle.subtree].start - start);
-        let (even, right_even) = even.split_at_mut(even_at - bases[0]);
-        let (odd, right_odd) = odd.split_at_mut(odd_at - bases[1]);
-        let right_memory = Memory {
-            entries: right_entries,
-            sides: [right_even, right_odd],
-            bases: [even_at, odd_at],
-        };
-        let (first, second) = rayon::join(
-            || self.subtrees(left, Memory { entries, sides: [even, odd], bases }),
-            || self.subtrees(right, right_memory),
-        );
+        let bases = middle.workspace().map(|range| range.start);
+        let (mut earlier, mut later) = memory.split(fronts[middle.subtree].start, bases);
+        let (first, second) =
+            rayon::join(|| self.subtrees(left, &mut earlier), || self.subtrees(right, &mut later));
         first.and(second)
     }
 
-    /// Assembles and eliminates one front; `first` is where `memory.entries` start in the factor.
-    fn front(&self, index: usize, first: usize, memory: &mut Memory) -> Result<(), BadPivot> {
+    /// Assembles and eliminates one front.
+    fn front(&self, index: usize, memory: &mut Memory) -> Result<(), BadPivot> {
         let front = &self.elimination.fronts[index];
         let (shape, update_shape) = (front.columns(), front.update_shape());
-        let start = front.start - first;
-        let columns = &mut memory.entries[start..start + shape.len()];
-        let (own, other) = if front.odd { (1, 0) } else { (0, 1) };
-        let from = front.update - memory.bases[own];
-        let base = memory.bases[other];
+        let columns = &mut memory.entries[front.start - memory.first..][..shape.len()];
         let [even, odd] = &mut memory.sides;
-        let (mine, others) = if front.odd { (odd, &*even) } else { (even, &*odd) };
-        let update = &mut mine[from..from + update_shape.len()];
+        let [even_base, odd_base] = memory.bases;
+        let (own, own_base, other, other_base) = if front.odd {
+            (odd, odd_base, &*even, even_base)
+        } else {
+            (even, even_base, &*odd, odd_base)
+        };
+        let update = &mut own[front.update - own_base..][..update_shape.len()];
         columns.fill(0.0);
         update.fill(0.0);
         self.add_matrix(front, columns);
         for &child in &self.elimination.children[front.children.clone()] {
             let child = &self.elimination.fronts[child as usize];
-            let waiting = &others[child.update - base..];
-            self.add_update(child, waiting, front, columns, update);
+            self.add_update(child, &other[child.update - other_base..], front, columns, update);
         }
         eliminate(self.kind, shape, columns, update, front.flops)
     }
@@ -280,7 +283,9 @@ impl Run<'_> {
     fn add_matrix(&self, front: &Front, columns: &mut [f64]) {
         let starts = &self.elimination.starts;
         let range = starts[front.pivots.start]..starts[front.pivots.end];
-        for (&place, value) in self.elimination.scatter[range.clone()].iter().zip(&self.values[range]) {
+        for (&place, value) in
+            self.elimination.scatter[range.clone()].iter().zip(&self.values[range])
+        {
             columns[place as usize] += value;
         }
     }

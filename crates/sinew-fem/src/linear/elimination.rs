@@ -7,10 +7,13 @@ use std::ops::Range;
 /// entries: (most pivots, part). ...
 const RELAXATION: [(usize, f64); 4] = [(8, 1.0), (32, 0.6), (96, 0.12), (usize::MAX, 0.05)];
 
-/// Subtrees with more operations than this may be worked on by a thread of their own...
-const PARALLEL_SUBTREE: f64 = 1e7;
-/// ... if it is more than this part of all operations: more splits take more memory.
-const PARALLEL_PART: f64 = 1.0 / 64.0;
+/// Subtrees with more operations than this may be worked on by a thread of their own ...
+const PARALLEL_SUBTREE: f64 = 3e6;
+/// ... where what waits in the workspace meanwhile stays below this part of the factor. Larger fronts are
+/// parallel in themselves.
+const PARALLEL_WORKSPACE: f64 = 0.05;
+/// Fronts with more pivots than this merge with none of that kind: their blocks are large enough.
+const WIDE: usize = 256;
 
 /// The elimination of a sparse symmetric matrix by fronts (I. S. Duff, J. K. Reid, ACM Trans. Math. Softw. 9, 1983):
 /// pivots whose columns have one pattern, which are eliminated as a dense matrix.
@@ -21,6 +24,8 @@ pub(super) struct Elimination {
     pub starts: Vec<usize>,
     /// Children before their parents.
     pub fronts: Vec<Front>,
+    /// Fronts without a parent.
+    pub roots: Vec<u32>,
     /// Children of all fronts.
     pub children: Vec<u32>,
     /// Rows below the pivots of all fronts, ascending per front.
@@ -57,6 +62,8 @@ pub(super) struct Front {
     pub odd: bool,
     /// Whether its children's subtrees are worked on in parallel.
     pub parallel: bool,
+    /// Whether that holds for any front of its subtree.
+    pub split: bool,
     /// Operations of the front.
     pub flops: f64,
     parent: Option<usize>,
@@ -183,6 +190,9 @@ impl Supernodes {
                     break;
                 }
                 let (own, added) = (self.pivots[parent].len(), self.pivots[child].len());
+                if own > WIDE && added > WIDE {
+                    break;
+                }
                 let missing = own + self.below[parent].len() - self.below[child].len();
                 let stored = zeros[parent] + zeros[child] + missing * added;
                 let pivots = own + added;
@@ -243,27 +253,31 @@ impl Tree {
                 None => tree.roots.push(s as u32),
             }
         }
-        let all: f64 = tree.roots.iter().map(|&s| tree.flops[s as usize]).sum();
-        let large = PARALLEL_SUBTREE.max(PARALLEL_PART * all);
+        let columns = |s: usize| {
+            let (pivots, below) = (supernodes.pivots[s].len(), supernodes.below[s].len());
+            Trapezoid { rows: pivots + below, columns: pivots }.len()
+        };
+        let most_waiting = PARALLEL_WORKSPACE * present().map(columns).sum::<usize>() as f64;
         for s in present() {
             let mut children = std::mem::take(&mut tree.children[s]);
             let needs = |c: u32| tree.need[c as usize];
             children.sort_by_key(|&c| {
                 std::cmp::Reverse(needs(c)[0].saturating_sub(update(c as usize)))
             });
-            let worthy = children.iter().filter(|&&c| tree.flops[c as usize] > large).count();
-            tree.parallel[s] = worthy > 1;
             let (mut own, mut other, mut waiting) = (0, 0, 0);
+            let mut all = [0; 2];
             for &c in &children {
                 let [child_own, child_other] = needs(c);
-                if tree.parallel[s] {
-                    own += child_other;
-                    other += child_own;
-                } else {
-                    own = own.max(child_other);
-                    other = other.max(waiting + child_own);
-                    waiting += update(c as usize);
-                }
+                all = [all[0] + child_other, all[1] + child_own];
+                own = own.max(child_other);
+                other = other.max(waiting + child_own);
+                waiting += update(c as usize);
+            }
+            let worthy = |c: &&u32| tree.flops[**c as usize] > PARALLEL_SUBTREE;
+            let fits = (all[0] + all[1]) as f64 <= most_waiting;
+            tree.parallel[s] = fits && children.iter().filter(worthy).count() > 1;
+            if tree.parallel[s] {
+                [own, other] = all;
             }
             tree.need[s] = [own.max(update(s)), other];
             tree.children[s] = children;
@@ -277,6 +291,7 @@ impl Tree {
             size,
             starts: starts.to_vec(),
             fronts: Vec::new(),
+            roots: Vec::new(),
             children: Vec::new(),
             rows: Vec::new(),
             relative: Vec::new(),
@@ -285,7 +300,8 @@ impl Tree {
             workspace: [0; 2],
             flops: self.roots.iter().map(|&s| self.flops[s as usize]).sum(),
         };
-        self.number(supernodes, &mut result);
+        let number = self.number(supernodes, &mut result);
+        result.roots = self.roots.iter().map(|&s| number[s as usize]).collect();
         place_updates(&mut result);
         result.relative = vec![0; result.rows.len()];
         for front in 0..result.fronts.len() {
@@ -295,12 +311,12 @@ impl Tree {
         result
     }
 
-    /// Numbers the fronts, children before parents.
-    fn number(&self, supernodes: &Supernodes, result: &mut Elimination) {
+    /// Appends the fronts, children before parents; returns the front of each supernode.
+    fn number(&self, supernodes: &Supernodes, result: &mut Elimination) -> Vec<u32> {
         // Supernodes to visit, with the number of fronts when their subtree was entered.
         let mut stack: Vec<(u32, Option<usize>)> =
             self.roots.iter().rev().map(|&s| (s, None)).collect();
-        let mut number = vec![0; self.children.len()];
+        let mut number = vec![0u32; self.children.len()];
         while let Some((supernode, entered)) = stack.pop() {
             let s = supernode as usize;
             let Some(subtree) = entered else {
@@ -309,12 +325,12 @@ impl Tree {
                 continue;
             };
             let index = result.fronts.len();
-            number[s] = index;
+            number[s] = index as u32;
             let first_child = result.children.len();
             for &c in &self.children[s] {
                 let child = number[c as usize];
-                result.fronts[child].parent = Some(index);
-                result.children.push(child as u32);
+                result.fronts[child as usize].parent = Some(index);
+                result.children.push(child);
             }
             let first_row = result.rows.len();
             result.rows.extend(&supernodes.rows[supernodes.below[s].clone()]);
@@ -329,12 +345,17 @@ impl Tree {
                 need: self.need[s],
                 odd: false,
                 parallel: self.parallel[s],
+                split: self.parallel[s]
+                    || self.children[s]
+                        .iter()
+                        .any(|&c| result.fronts[number[c as usize] as usize].split),
                 flops: operations(supernodes.pivots[s].len(), supernodes.below[s].len()),
                 parent: None,
             };
             result.entries += front.columns().len();
             result.fronts.push(front);
         }
+        number
     }
 }
 

@@ -93,8 +93,14 @@ fn factorise_panel(kind: Kind, panel: MatMut<f64>, parallel: bool) -> Result<(),
     match kind {
         Kind::Cholesky => {
             let plain = Default::default();
-            llt::factor::cholesky_in_place(top.rb_mut(), plain, Par::Seq, stack, Default::default())
-                .map_err(|_| BadPivot)?;
+            llt::factor::cholesky_in_place(
+                top.rb_mut(),
+                plain,
+                Par::Seq,
+                stack,
+                Default::default(),
+            )
+            .map_err(|_| BadPivot)?;
         }
         Kind::Signed => {
             let plain = Default::default();

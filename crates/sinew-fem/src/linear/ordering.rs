@@ -59,7 +59,9 @@ fn dissect(graph: &Graph, names: &[u32], seed: u64, order: &mut [u32]) {
     }
     let side = |part: u8| {
         let vertices = &parts[part as usize];
-        let own = |(vertex, &p): (usize, &u32)| if separation.part[vertex] == part { p } else { u32::MAX };
+        let own = |(vertex, &p): (usize, &u32)| {
+            if separation.part[vertex] == part { p } else { u32::MAX }
+        };
         let place: Vec<u32> = place.iter().enumerate().map(own).collect();
         let names: Vec<u32> = vertices.iter().map(|&v| names[v as usize]).collect();
         (graph.induced(vertices, &place), names)
@@ -99,7 +101,8 @@ fn minimum_degree(graph: &Graph) -> Vec<u32> {
     let mut inverse = vec![0; size];
     let mut memory = MemBuffer::new(amd::order_scratch::<usize>(size, entries));
     let control = amd::Control::default();
-    let ordered = amd::order(&mut forward, &mut inverse, upper.as_ref(), control, MemStack::new(&mut memory));
+    let ordered =
+        amd::order(&mut forward, &mut inverse, upper.as_ref(), control, MemStack::new(&mut memory));
     match ordered {
         Ok(_) => forward.into_iter().map(|vertex| vertex as u32).collect(),
         // Only memory can run out, and any order is an order.
