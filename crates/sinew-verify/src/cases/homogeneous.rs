@@ -43,10 +43,10 @@ macro_rules! dispatch {
                 law.$method(&theta[..1], $gradient, &[] $(, $guard)?)
             }
             EveryLaw::HolzapfelOgden(law) => {
-                law.$method(&theta[..4], $gradient, &[fibre.clone()] $(, $guard)?)
+                law.$method(&theta[..4], $gradient, std::array::from_ref(fibre) $(, $guard)?)
             }
             EveryLaw::ThesisCode(law) => {
-                law.$method(&theta[..4], $gradient, &[fibre.clone()] $(, $guard)?)
+                law.$method(&theta[..4], $gradient, std::array::from_ref(fibre) $(, $guard)?)
             }
             EveryLaw::HolzapfelOgden2009(law) => {
                 law.$method(theta, $gradient, &[fibre.clone(), sheet.clone()] $(, $guard)?)
