@@ -25,6 +25,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "sinew-gnn",
         ],
     ),
+    ("sinew-verify", &["sinew-num", "sinew-mesh", "sinew-energy", "sinew-fem"]),
     ("sinew-tests", &[]),
     ("sinew-examples", &["sinew-mesh", "sinew-energy", "sinew-fem", "sinew-graph", "sinew-gnn"]),
     ("xtask", &[]),
@@ -33,7 +34,7 @@ const ARROWS: &[(&str, &[&str])] = &[
 /// Heavy packages and the only crates of ours that may have them anywhere in their trees.
 const HEAVY: &[(&str, &[&str])] = &[
     ("burn", &["sinew-burn", "sinew-gnn", "sinew-study", "sinew-examples"]),
-    ("faer", &["sinew-fem", "sinew-study", "sinew-examples"]),
+    ("faer", &["sinew-fem", "sinew-study", "sinew-verify", "sinew-examples"]),
     (
         "quick-xml",
         &[
@@ -43,6 +44,7 @@ const HEAVY: &[(&str, &[&str])] = &[
             "sinew-graph",
             "sinew-gnn",
             "sinew-study",
+            "sinew-verify",
             "sinew-examples",
         ],
     ),

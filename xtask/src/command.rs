@@ -39,15 +39,26 @@ pub fn study(name: &str, options: &[String]) -> Result<()> {
         build.extend(["--features", "sinew-study/ndarray"]);
     }
     cargo(&build, &[])?;
+    let arguments = [&[name.to_string()], options].concat();
+    start("sinew-study", name, &arguments)
+}
+
+/// Builds and runs the benchmarks of `sinew-verify`, which needs none of the heavy dependencies of the studies.
+pub fn verify(options: &[String]) -> Result<()> {
+    cargo(&["build", "--quiet", "--package", "sinew-verify", "--bin", "verify"], &[])?;
+    start("verify", "verify", options)
+}
+
+/// Runs a program that was built.
+fn start(program: &str, task: &str, arguments: &[String]) -> Result<()> {
     let folder = MetadataCommand::new().no_deps().exec()?.target_directory;
-    let program = folder.join("debug").join(format!("sinew-study{}", std::env::consts::EXE_SUFFIX));
+    let program = folder.join("debug").join(format!("{program}{}", std::env::consts::EXE_SUFFIX));
     let status = Command::new(&program)
-        .arg(name)
-        .args(options)
+        .args(arguments)
         .status()
         .with_context(|| format!("{program} could not be started"))?;
     if !status.success() {
-        bail!("{name} failed with {status}");
+        bail!("{task} failed with {status}");
     }
     Ok(())
 }

@@ -27,6 +27,13 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         options: Vec<String>,
     },
+    /// Run the benchmarks of the solver against references it shares no code with
+    #[command(disable_help_flag = true)]
+    Verify {
+        /// Options of the benchmarks; `cargo xtask verify --help` lists them
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        options: Vec<String>,
+    },
     /// Format, lints, documentation, dependency arrows and tests: what continuous integration runs
     Ci,
     /// Check the arrows between the crates
@@ -42,6 +49,7 @@ enum Task {
 fn main() -> Result<()> {
     match Arguments::parse().task {
         Task::ReproduceBeam { options } => command::study("reproduce-beam", &options),
+        Task::Verify { options } => command::verify(&options),
         Task::Ci => ci::run(),
         Task::Arrows => arrows::check(),
         Task::Bench { options } => command::benches(&options),

@@ -24,6 +24,16 @@ pub enum SceneError {
         /// Its volume \[length³\].
         volume: f64,
     },
+    /// Two cells on the same side of a facet, such as one cell listed twice: what lies there would count twice.
+    #[error(
+        "cells {cells:?} lie on the same side of the facet with nodes {facet:?}; remove the one too many"
+    )]
+    OverlappingCells {
+        /// Indices of the cells, ascending.
+        cells: [usize; 2],
+        /// Corners of the facet, ascending.
+        facet: Vec<usize>,
+    },
     /// A support names a node set that the mesh lacks.
     #[error("there is no node set {name:?}; the mesh has {known:?}")]
     UnknownNodeSet {
@@ -47,6 +57,18 @@ pub enum SceneError {
     EmptyFacetSet {
         /// The name.
         name: String,
+    },
+    /// A facet that a set lists twice: its load would count twice.
+    #[error(
+        "facet set {name:?} lists the facet of cell {cell} opposite to its vertex {opposite} twice; list it once"
+    )]
+    RepeatedFacet {
+        /// The facet set.
+        name: String,
+        /// Index of the cell.
+        cell: usize,
+        /// Local index of the vertex that the facet leaves out.
+        opposite: usize,
     },
     /// Nothing holds the body along an axis.
     #[error(
@@ -99,6 +121,14 @@ pub enum SceneError {
         /// What the number means.
         what: String,
         /// The number.
+        value: f64,
+    },
+    /// A constant of the law that is not positive and finite.
+    #[error("the law's {name} is {value}; give a positive, finite number")]
+    Constant {
+        /// Name of the constant.
+        name: &'static str,
+        /// Its value.
         value: f64,
     },
     /// The number of directions is none of those of cells, quadrature points and nodes.

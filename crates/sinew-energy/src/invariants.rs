@@ -62,7 +62,12 @@ pub trait InvariantLaw<const D: usize>: Clone + Debug + Send + Sync + 'static {
 
     /// See [`Law::bounds`].
     fn bounds(_index: usize) -> RangeInclusive<f64> {
-        f64::MIN_POSITIVE..=f64::MAX
+        crate::law::POSITIVE
+    }
+
+    /// See [`Law::constants`].
+    fn constants(&self) -> Vec<(&'static str, f64)> {
+        Vec::new()
     }
 
     /// Energy density [stress unit of the parameters] as a function of the invariants.
@@ -80,6 +85,10 @@ impl<L: InvariantLaw<D>, const D: usize> Law<D> for L {
 
     fn bounds(index: usize) -> RangeInclusive<f64> {
         L::bounds(index)
+    }
+
+    fn constants(&self) -> Vec<(&'static str, f64)> {
+        InvariantLaw::constants(self)
     }
 
     fn density<S: Scalar, G: Guard>(

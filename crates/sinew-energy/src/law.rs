@@ -5,6 +5,9 @@ use sinew_num::{Jet, Mat3, Scalar, Slope};
 use std::fmt::Debug;
 use std::ops::RangeInclusive;
 
+/// Positive numbers whose squares neither vanish nor overflow: solvers take norms of forces.
+pub(crate) const POSITIVE: RangeInclusive<f64> = 1e-100..=1e100;
+
 /// A strain-energy density Ψ per reference volume that reads `D` material directions.
 ///
 /// A law is one generic function of the displacement gradient H = ∂u/∂X. Isotropic laws
@@ -18,9 +21,15 @@ pub trait Law<const D: usize>: Clone + Debug + Send + Sync + 'static {
     /// Names of the material parameters in the order of the slices below.
     const PARAMETERS: &'static [&'static str];
 
-    /// Values of parameter number `index` that make sense; positive ones unless a law says otherwise.
+    /// Values of parameter number `index` that make sense; unless a law says otherwise, positive ones whose
+    /// squares neither vanish nor overflow, from 1e-100 to 1e100.
     fn bounds(_index: usize) -> RangeInclusive<f64> {
-        f64::MIN_POSITIVE..=f64::MAX
+        POSITIVE
+    }
+
+    /// Names and values of the constants that the law holds itself; they must be positive and finite.
+    fn constants(&self) -> Vec<(&'static str, f64)> {
+        Vec::new()
     }
 
     /// Energy density [stress unit of the parameters].

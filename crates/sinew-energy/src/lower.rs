@@ -3,6 +3,7 @@
 mod directions;
 mod geometry;
 mod loads;
+mod overlaps;
 
 use crate::balance::{ForceBalance, PressureField};
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint, TaylorHoodElement};
@@ -11,8 +12,9 @@ use crate::{
     TotalPotential,
 };
 use geometry::shape_functions;
+use overlaps::check_overlaps;
 use sinew_mesh::{Facet, Mesh};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 impl<L: Law<D>, const D: usize, const N: usize> Scene<L, D, N>
 where
@@ -56,10 +58,6 @@ where
     }
 
     /// The potential under one quadrature rule, and the pressures that have none.
-    #[expect(
-        clippy::type_complexity,
-        reason = "two things of equal rank, named where it is called"
-    )]
     fn lower_by(
         &self,
         rule: &[QuadraturePoint],
@@ -71,6 +69,7 @@ where
         }
         self.check_parameters()?;
         let (shape_gradients, volumes) = shape_functions(&self.mesh, rule)?;
+        check_overlaps(&self.mesh)?;
         let directions = self.directions_at(rule)?;
         let prescribed = self.prescribed()?;
         let nodal_force = self.nodal_force(rule, &volumes)?;
@@ -97,6 +96,11 @@ where
     }
 
     fn check_parameters(&self) -> Result<(), SceneError> {
+        // Written so that a NaN is an error as well.
+        let positive = |value: f64| value > 0.0 && value.is_finite();
+        if let Some((name, value)) = self.law.constants().into_iter().find(|c| !positive(c.1)) {
+            return Err(SceneError::Constant { name, value });
+        }
         let (first, count) = (L::PARAMETERS.len(), self.parameters.len());
         let mut loads = 0;
         for load in &self.loads {
@@ -170,7 +174,15 @@ where
                 Err(SceneError::UnknownFacetSet { name: name.into(), known })
             }
             Some([]) => Err(SceneError::EmptyFacetSet { name: name.into() }),
-            Some(facets) => Ok(facets),
+            Some(facets) => {
+                let mut seen = HashSet::with_capacity(facets.len());
+                match facets.iter().find(|&facet| !seen.insert(facet)) {
+                    None => Ok(facets),
+                    Some(&Facet { cell, opposite }) => {
+                        Err(SceneError::RepeatedFacet { name: name.into(), cell, opposite })
+                    }
+                }
+            }
         }
     }
 }

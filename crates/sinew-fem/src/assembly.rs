@@ -136,7 +136,7 @@ impl Assembly {
                         self.gradient[3 * node + i] += volume * force;
                     }
                 }
-                rounding.add_cell(shape, volume, motion, &h, &response);
+                rounding.add_cell(shape, volume, motion, (&h, &response), 0.0);
                 let mut tangent = response.tangent;
                 if let Some(predicted) = predicted {
                     replace_stress(&mut tangent, &h, &response.stress, &predicted[point]);
@@ -183,11 +183,12 @@ impl Assembly {
                 return;
             };
             self.energy += patch.energy;
+            let common = patch.common_stiffness(potential, points);
             for (&point, (h, response)) in points.iter().zip(&patch.points) {
                 potential.add_forces(point, &response.stress, &mut self.gradient);
                 let motion = motion_of(potential.nodes_of_point(point), displacement);
                 let (shape, volume) = (&potential.shape_gradients[point], potential.volumes[point]);
-                rounding.add_cell(shape, volume, motion, h, response);
+                rounding.add_cell(shape, volume, motion, (h, response), common);
                 self.points[point] = (*h, *response);
             }
             if let Some(predicted) = predicted {

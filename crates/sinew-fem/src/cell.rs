@@ -64,6 +64,38 @@ pub(crate) fn inverse(h: &Mat3<f64>) -> Mat3<f64> {
     Mat3::from_fn(|i, j| f.cofactor(j, i) * scale)
 }
 
+/// Whether a step is too short to flatten a cell: shorter than the least stretch, for which 2J/|F|² is a bound.
+pub(crate) fn is_short(h: &Mat3<f64>, step: &Mat3<f64>, length: f64) -> bool {
+    /// Leaves a thousandth of the volume when all three stretches shrink by it.
+    const SHORT: f64 = 0.9;
+    let f = Mat3::from_fn(|i, j| h[i][j] + if i == j { 1.0 } else { 0.0 });
+    let least = 2.0 * f.determinant() / f.squared_norm();
+    length * step.squared_norm().sqrt() <= SHORT * least
+}
+
+/// The volume ratio J at `h`, the least on the way to `h + length·step`, and that at the end.
+///
+/// J is a cubic in the part of the way, so it is least at an end or where its derivative vanishes.
+pub(crate) fn volume_ratios_along(h: &Mat3<f64>, step: &Mat3<f64>, length: f64) -> [f64; 3] {
+    let f = Mat3::from_fn(|i, j| h[i][j] + if i == j { 1.0 } else { 0.0 });
+    let (mut linear, mut quadratic) = (0.0, 0.0);
+    for i in 0..3 {
+        for j in 0..3 {
+            linear += f.cofactor(i, j) * step[i][j];
+            quadratic += step.cofactor(i, j) * f[i][j];
+        }
+    }
+    let (start, cubic) = (f.determinant(), step.determinant());
+    let ratio = |t: f64| start + t * (linear + t * (quadratic + t * cubic));
+    let end = ratio(length);
+    // Roots of the derivative, in the form that does not cancel; a NaN is none.
+    let root = (quadratic * quadratic - 3.0 * cubic * linear).sqrt();
+    let half = -(quadratic + root.copysign(quadratic));
+    let roots = [half / (3.0 * cubic), linear / half];
+    let inside = roots.into_iter().filter(|t| *t > 0.0 && *t < length).map(ratio);
+    [start, inside.fold(start.min(end), f64::min), end]
+}
+
 /// Adds the energy `p (J − 1)` of a pressure with its derivatives in F.
 pub(crate) fn add_pressure(response: &mut Response, h: &Mat3<f64>, pressure: f64) {
     let f = Mat3::from_fn(|i, j| h[i][j] + if i == j { 1.0 } else { 0.0 });
@@ -102,18 +134,18 @@ pub(crate) struct Rounding {
 
 impl Rounding {
     /// Adds one cell whose nodes move by `motion`: H carries the rounding errors of its terms `u g`, the
-    /// stress those of 1 + H times the tangent.
+    /// stress those of 1 + H times the tangent, to which `common` adds a stiffness shared with other points.
     pub fn add_cell(
         &mut self,
         shape: &[[f64; 3]],
         volume: f64,
         motion: f64,
-        h: &Mat3<f64>,
-        response: &Response,
+        (h, response): (&Mat3<f64>, &Response),
+        common: f64,
     ) {
         let largest = |values: &[f64]| values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
         let (slope, strain) = (largest(shape.as_flattened()), largest(h.0.as_flattened()));
-        let stiffness = (0..9).map(|i| response.tangent[i][i].abs()).fold(0.0, f64::max);
+        let stiffness = (0..9).map(|i| response.tangent[i][i].abs()).fold(common, f64::max);
         let force = volume * slope * stiffness * (1.0 + slope * motion);
         self.squared_force += force * force;
         self.energy += volume * stiffness * strain * (1.0 + strain);
@@ -127,5 +159,39 @@ impl Rounding {
     /// Bound on the error in the energy.
     pub fn energy_noise(&self) -> f64 {
         ENERGY_ROUNDINGS * f64::EPSILON * self.energy
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_least_volume_ratio_is_found_on_the_way() {
+        let diagonal = |d: [f64; 3]| Mat3::from_fn(|i, j| if i == j { d[i] } else { 0.0 });
+        let rest = diagonal([0.0; 3]);
+        // Through flat in two directions at once, to a turned state: J = (1 − 3t)².
+        let [start, least, end] = volume_ratios_along(&rest, &diagonal([0.0, -3.0, -3.0]), 1.0);
+        assert_eq!((start, end), (1.0, 4.0));
+        assert!(least.abs() < 1e-12, "{least}");
+        // J = (1 + t)(1 − t/2) is least at an end.
+        let stretch = diagonal([1.0, -0.5, 0.0]);
+        assert_eq!(volume_ratios_along(&rest, &stretch, 0.25), [1.0, 1.0, 1.09375]);
+        assert_eq!(volume_ratios_along(&rest, &stretch, 2.0), [1.0, 0.0, 0.0]);
+        assert_eq!(volume_ratios_along(&rest, &rest, 1.0), [1.0; 3]);
+        assert!(is_short(&rest, &diagonal([0.3, 0.0, -0.3]), 1.0));
+        assert!(!is_short(&rest, &diagonal([0.0, 0.0, -1.0]), 1.0));
+        // Sampled, from a state that is not rest.
+        let entry = |seed: usize| {
+            move |i: usize, j: usize| ((seed * (7 * i + 3 * j + 5)) % 11) as f64 / 9.0 - 0.55
+        };
+        for seed in 1..10 {
+            let (h, step) = (Mat3::from_fn(entry(seed)), Mat3::from_fn(entry(seed + 13)));
+            let [_, ratio, _] = volume_ratios_along(&h, &step, 2.0);
+            let at = |t: f64| 1.0 + Mat3::from_fn(|i, j| h[i][j] + t * step[i][j]).volume_change();
+            let sampled = (0..=2000).map(|k| at(k as f64 / 1000.0)).fold(f64::INFINITY, f64::min);
+            assert!(ratio > 0.0 || !is_short(&h, &step, 2.0));
+            assert!((ratio - sampled).abs() < 1e-5 && ratio <= sampled + 1e-12, "{seed}");
+        }
     }
 }

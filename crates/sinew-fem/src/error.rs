@@ -127,6 +127,12 @@ pub enum Advice {
         /// Its volume ratio J.
         volume_ratio: f64,
     },
+    /// The energy overflows although no cell is turned over.
+    #[error(
+        "the energy overflows where the search ended, though no cell is turned over: a law with an exponential is \
+         stretched too far; reduce load or prescribed motion, or the exponents' factors in theta"
+    )]
+    Overflow,
     /// The stiffness lost positive definiteness.
     #[error(
         "the stiffness is indefinite where the iteration ended: the body may snap or buckle there; \
@@ -152,6 +158,7 @@ impl Advice {
             Some(i) if i.least_volume_ratio < Self::SQUEEZED => {
                 Self::Squeezed { cell: i.worst_cell, volume_ratio: i.least_volume_ratio }
             }
+            _ if tail.clone().any(|i| i.energy == f64::INFINITY) => Self::Overflow,
             _ if tail.clone().take(3).any(|i| i.shift > 0.0) => Self::Unstable,
             _ => Self::MoreIterations,
         }

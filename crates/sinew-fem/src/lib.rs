@@ -37,9 +37,10 @@
 //! - [`Solver`] keeps sparsity, ordering and symbolic factorisation of one body; [`Solver::solve`] and
 //!   [`Solver::solve_from`] give a [`Solution`] with its [`History`], or a [`SolveError`] that advises.
 //! - [`sweep`] solves for many θ on all cores, each from its neighbour.
-//! - [`Solver::sensitivity`] gives ∂u/∂θ.
+//! - [`Solver::sensitivity`] gives ∂u/∂θ, [`Solver::adjoint_sensitivity`] the derivative of one quantity.
 //! - [`BalanceSolver`] finds equilibria that are no minima: incompressible bodies by the mixed elements of
 //!   Taylor and Hood, pressures on surfaces with a loose rim, and paths through limit points by volume.
+//! - [`fibres`] lays muscle fibres into ventricles by rules.
 
 mod assembly;
 mod balance;
@@ -47,7 +48,10 @@ mod cell;
 mod dual;
 mod error;
 mod factor;
+pub mod fibres;
+mod hinges;
 mod history;
+mod linear;
 mod load_steps;
 mod matrix;
 mod newton;

@@ -9,17 +9,28 @@
 //! - A full step may raise the energy as long as the next one lowers it again (the watchdog technique of
 //!   R. M. Chamberlain et al., Math. Programming Study 16, 1982). If it does not, the search goes back and
 //!   takes the longest of the steps 1, ½, ¼, … that lowers the energy enough.
-//! - A step that raises the energy turns no cell by more than [`MOST_ROTATION`].
+//! - A step that raises the energy turns no cell by more than [`MOST_ROTATION`], and raises it by no more than
+//!   [`MOST_RISE`].
 
 use crate::assembly::{PredictedStress, State};
+use crate::cell::{is_short, volume_ratios_along};
 use crate::{History, Iteration, Options, Solver};
-use sinew_energy::Law;
+use sinew_energy::{Exact, Law, TotalPotential};
+use sinew_num::Mat3;
 
 /// The energy must fall by this part of what the slope promises (Armijo's condition, the usual value).
 const SUFFICIENT: f64 = 1e-4;
 /// Largest rotation \[rad\] of a cell in a step that raises the energy. Measured over the range of both beams:
 /// 0.45–0.55 need 6–7 iterations everywhere, 0.4 and 0.7 up to 14 at some θ.
 const MOST_ROTATION: f64 = 0.5;
+/// Steps in a row that may raise the energy.
+const MOST_RISES: usize = 2;
+/// How much such a step may raise the energy, as a multiple of what the slope promises to lower it by. From 20
+/// on nothing changes on beams, linear or quadratic, where less costs iterations. Without a bound a first step
+/// into the exponential of a fibre law ends at 1e113 times the energy, and most iterations lead back.
+const MOST_RISE: f64 = 20.0;
+/// A step must not squeeze a cell to this part of its volume before and after the step.
+const FLAT: f64 = 1e-3;
 /// Steps shorter than this end the line search: the direction is no descent.
 const SHORTEST_STEP: f64 = 1e-8;
 /// Steps out of an indefinite stiffness are doubled up to this while the energy falls.
@@ -56,12 +67,17 @@ struct Search<'a> {
     displacement: Vec<f64>,
     predicted: Option<PredictedStress>,
     watch: Option<Watch>,
-    /// Whether a full step may still raise the energy.
-    relaxed: bool,
+    /// Steps that have raised the energy since it was lowest.
+    rises: usize,
     negative_pivots: Option<usize>,
 }
 
 impl Search<'_> {
+    /// Whether a full step may still raise the energy.
+    fn relaxed(&self) -> bool {
+        self.rises < MOST_RISES
+    }
+
     fn state(&self) -> State<'_> {
         let Self { theta, load_factor, .. } = *self;
         State { displacement: &self.displacement, theta, load_factor, pressure: &[] }
@@ -71,10 +87,10 @@ impl Search<'_> {
     fn accept(&mut self, lowered: bool, reached: f64, energy: f64, trial: Vec<f64>) {
         let left = std::mem::replace(&mut self.displacement, trial);
         if !lowered {
-            self.relaxed = false;
-            self.watch = Some(Watch { displacement: left, energy });
+            self.rises += 1;
+            self.watch.get_or_insert(Watch { displacement: left, energy });
         } else if self.watch.as_ref().is_some_and(|watch| reached < watch.energy) {
-            self.relaxed = true;
+            self.rises = 0;
             self.watch = None;
         }
     }
@@ -98,7 +114,7 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
             displacement: initial.to_vec(),
             predicted: None,
             watch: None,
-            relaxed: true,
+            rises: 0,
             negative_pivots: None,
         };
         self.move_supports(&mut search, history)?;
@@ -119,7 +135,10 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
             let floor = residual <= FLOOR_FACTOR * self.assembly.floor;
             let stalled = stalls >= MOST_STALLS && residual <= STALLED * self.assembly.force_scale;
             if (floor || stalled) && search.negative_pivots.is_some() {
-                let negative_pivots = search.negative_pivots.unwrap_or(0);
+                let negative_pivots = match search.negative_pivots {
+                    Some(0) | None => 0,
+                    Some(_) => self.negative_pivots(&search),
+                };
                 return Some(Equilibrium { displacement: search.displacement, negative_pivots });
             }
             self.step(&mut search, residual, history.iterations.last_mut()?)?;
@@ -171,6 +190,7 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         let (shift, _) = self.factorise()?;
         self.add_newton_step(&forces, &mut motion);
         let predicted = self.assembly.predict_stress(self.potential, &motion);
+        let flat_between = self.passes_flat(search.theta, &motion, 1.0);
         search.displacement.iter_mut().zip(&motion).for_each(|(u, m)| *u += m);
         for (u, prescribed) in search.displacement.iter_mut().zip(&self.potential.prescribed) {
             if let Some(target) = prescribed {
@@ -180,7 +200,13 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         search.predicted = Some(predicted);
         let last = history.iterations.last_mut()?;
         (last.step, last.shift) = (1.0, shift);
-        search.state().energy(self.potential).is_finite().then_some(())
+        if search.state().energy(self.potential).is_finite() && !flat_between {
+            return Some(());
+        }
+        // The state that could not be reached tells why.
+        self.assemble(search);
+        self.record(search, self.residual(), history);
+        None
     }
 
     /// Adds `−K⁻¹ forces` to the free degrees of freedom, with the last factor.
@@ -199,6 +225,16 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         let negative = self.factor.indefinite(&self.sparsity, &self.assembly.matrix).unwrap_or(1);
         let shift = self.factor.shifted(&self.sparsity, &mut self.assembly.matrix)?;
         Some((shift, negative.max(1)))
+    }
+
+    /// Negative pivots of the stiffness itself, without a predicted stress.
+    fn negative_pivots(&mut self, search: &Search) -> usize {
+        self.assembly.assemble(self.potential, &self.sparsity, search.state(), None);
+        if self.factor.positive_definite(&self.sparsity, &self.assembly.matrix) {
+            return 0;
+        }
+        let negative = self.factor.indefinite(&self.sparsity, &self.assembly.matrix);
+        negative.unwrap_or(1).max(1)
     }
 
     /// One Newton step from the assembled state.
@@ -236,7 +272,11 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         let reach = |search: &Search, length: f64| {
             let moved = search.displacement.iter().zip(direction).map(|(u, d)| u + length * d);
             let trial: Vec<_> = moved.collect();
-            let reached = State { displacement: &trial, ..search.state() }.energy(self.potential);
+            let mut reached =
+                State { displacement: &trial, ..search.state() }.energy(self.potential);
+            if reached.is_finite() && self.passes_flat(search.theta, direction, length) {
+                reached = f64::INFINITY;
+            }
             (reached, trial)
         };
         let mut length = 1.0;
@@ -250,21 +290,23 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
                 }
                 (length, reached, trial) = (2.0 * length, farther, next);
             }
-            if !lowered && search.relaxed && length == 1.0 {
+            if !lowered && search.relaxed() && length == 1.0 {
                 let rotation = self.largest_rotation(direction);
                 if rotation > MOST_ROTATION {
                     length = MOST_ROTATION / rotation;
                     continue;
                 }
             }
-            if lowered || (reached.is_finite() && search.relaxed) {
+            let bearable = reached.is_finite() && reached - energy <= MOST_RISE * promised;
+            if lowered || (bearable && search.relaxed()) {
                 search.accept(lowered, reached, energy, trial);
                 let step: Vec<_> = direction.iter().map(|d| length * d).collect();
                 search.predicted = Some(self.assembly.predict_stress(self.potential, &step));
                 return Some(length);
             }
             if let Some(watch) = search.watch.take() {
-                // The step after a rise of the energy must lower it, or the rise was a mistake.
+                // The step after the last rise of the energy must lower it, or the rises were a mistake.
+                search.rises = MOST_RISES;
                 search.displacement = watch.displacement;
                 search.predicted = None;
                 return Some(0.0);
@@ -272,6 +314,29 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
             length *= 0.5;
         }
         None
+    }
+
+    /// Whether a cell is as good as flat somewhere on the way from the assembled state along `direction`. A step
+    /// through flat can lead out again: a bar that is drawn thin at once may come out turned inside.
+    fn passes_flat(&self, theta: &[f64], direction: &[f64], length: f64) -> bool {
+        let passes = |(point, h): (usize, &Mat3<f64>)| {
+            let step = self.potential.displacement_gradient(point, direction);
+            let flattens = || {
+                let [start, least, end] = volume_ratios_along(h, &step, length);
+                least <= FLAT * start.min(end)
+            };
+            !is_short(h, &step, length) && flattens()
+        };
+        self.assembly.displacement_gradients().enumerate().any(passes)
+            && self.minds_turned_cells(theta)
+    }
+
+    /// Whether the law forbids cells that are turned over; linear elasticity does not.
+    fn minds_turned_cells(&self, theta: &[f64]) -> bool {
+        let TotalPotential { law, guard, directions, .. } = self.potential;
+        let parameters = TotalPotential::<L, D, Exact, N>::law_parameters(theta);
+        let mirrored = Mat3::from_fn(|i, j| if (i, j) == (0, 0) { -2.0 } else { 0.0 });
+        law.energy(parameters, &mirrored, &directions[0], guard) == f64::INFINITY
     }
 
     /// Largest rotation \[rad\] of a cell along `direction`, to first order.

@@ -98,6 +98,15 @@ impl PatchResponse {
         }
     }
 
+    /// The stiffness against changes of the mean volume \[stress\]: the bulk modulus, for small strain.
+    pub fn common_stiffness<L: Law<D>, const D: usize, const N: usize>(
+        &self,
+        potential: &TotalPotential<L, D, Exact, N>,
+        points: &[usize],
+    ) -> f64 {
+        self.square.abs() / points.iter().map(|&point| potential.volumes[point]).sum::<f64>()
+    }
+
     /// Lower half of the second derivative, row by row in the order of the patch's nodes.
     pub fn stiffness<L: Law<D>, const D: usize, const N: usize>(
         &self,

@@ -1,6 +1,7 @@
 //! Supports that leave a body free to move.
 
 use crate::SolveError;
+use crate::hinges::free_piece;
 use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
 use sinew_energy::{Guard, Law, Spring, TotalPotential};
 use std::collections::HashMap;
@@ -13,7 +14,7 @@ const FREE: f64 = 1e-12;
 const NAMED: f64 = 1e-6;
 
 /// A rigid motion to first order, `translation + rotation × (X − centre)` with the centre of the held
-/// nodes (of all nodes when none is held).
+/// nodes (of all nodes when none is held), or of the joints of a part that hangs on others by a node or edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RigidMode {
     /// Velocity of the centre.
@@ -53,18 +54,23 @@ impl fmt::Display for Axis<'_> {
     }
 }
 
-/// Checks that each connected part of the body is held against all rigid motions.
+/// Checks that each connected part of the body, and each piece of it that is only hinged to the others, is held
+/// against all rigid motions.
 pub(crate) fn check_supports<L: Law<D>, G: Guard, const D: usize, const N: usize>(
     potential: &TotalPotential<L, D, G, N>,
 ) -> Result<(), SolveError> {
-    for part in parts(potential)? {
-        let modes = free_modes(&part, &potential.prescribed, &potential.springs);
+    let parts = parts(potential)?;
+    for part in &parts {
+        let modes = free_modes(part, &potential.prescribed, &potential.springs);
         if !modes.is_empty() {
             let (node, nodes) = (part[0].0, part.len());
             return Err(SolveError::FreeToMove { node, nodes, modes });
         }
     }
-    Ok(())
+    match free_piece(potential, parts.len()) {
+        None => Ok(()),
+        Some((node, nodes, modes)) => Err(SolveError::FreeToMove { node, nodes, modes }),
+    }
 }
 
 /// A connected part: its nodes with their positions relative to the first of them.

@@ -15,6 +15,42 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
     /// # Errors
     /// A solution of another body, or [`SolveError::Singular`].
     pub fn sensitivity(&mut self, solution: &Solution) -> Result<Vec<Vec<f64>>, SolveError> {
+        self.factorise_at(solution)?;
+        let Solution { displacement, theta, .. } = solution;
+        let column = |index: usize| {
+            let forces = force_change(self.potential, displacement, theta, &unit(theta, index));
+            let mut change = vec![0.0; displacement.len()];
+            self.add_newton_step(&forces, &mut change);
+            change
+        };
+        Ok((0..theta.len()).map(column).collect())
+    }
+
+    /// Derivative in each entry of θ of a quantity of interest whose derivative in the displacement is
+    /// `slope`: one linear system whatever the number of parameters (the adjoint method). What the quantity
+    /// depends on θ directly is to be added.
+    ///
+    /// # Errors
+    /// A solution of another body, a slope that does not fit it, or [`SolveError::Singular`].
+    pub fn adjoint_sensitivity(
+        &mut self,
+        solution: &Solution,
+        slope: &[f64],
+    ) -> Result<Vec<f64>, SolveError> {
+        self.check_displacement(slope)?;
+        self.factorise_at(solution)?;
+        let Solution { displacement, theta, .. } = solution;
+        let mut adjoint = vec![0.0; displacement.len()];
+        self.add_newton_step(slope, &mut adjoint);
+        let entry = |index: usize| {
+            let forces = force_change(self.potential, displacement, theta, &unit(theta, index));
+            forces.iter().zip(&adjoint).map(|(f, a)| f * a).sum()
+        };
+        Ok((0..theta.len()).map(entry).collect())
+    }
+
+    /// Factorises the stiffness at a solution.
+    fn factorise_at(&mut self, solution: &Solution) -> Result<(), SolveError> {
         self.check_solution(solution)?;
         let Solution { displacement, theta, .. } = solution;
         let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
@@ -23,15 +59,13 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
             let pivots = self.factor.indefinite(&self.sparsity, &self.assembly.matrix);
             pivots.ok_or(SolveError::Singular)?;
         }
-        let column = |index: usize| {
-            let unit: Vec<_> = (0..theta.len()).map(|i| f64::from(u8::from(i == index))).collect();
-            let forces = force_change(self.potential, displacement, theta, &unit);
-            let mut change = vec![0.0; displacement.len()];
-            self.add_newton_step(&forces, &mut change);
-            change
-        };
-        Ok((0..theta.len()).map(column).collect())
+        Ok(())
     }
+}
+
+/// The direction of one entry of θ.
+fn unit(theta: &[f64], index: usize) -> Vec<f64> {
+    (0..theta.len()).map(|i| f64::from(u8::from(i == index))).collect()
 }
 
 /// Change of the gradient of Π with θ along `direction`: `∂²Π/∂u∂θ · direction`.

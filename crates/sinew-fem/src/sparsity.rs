@@ -1,9 +1,8 @@
 //! Numbering of the unknowns and where element matrices go in the stiffness matrix.
 
 use crate::SolveError;
-use faer::dyn_stack::{MemBuffer, MemStack};
+use crate::linear::ordering::fill_reducing_order;
 use faer::sparse::SymbolicSparseColMat;
-use faer::sparse::linalg::amd;
 use sinew_energy::{Guard, Law, PressureSurface, TotalPotential};
 
 /// Marks a degree of freedom that is prescribed, so no unknown.
@@ -11,9 +10,8 @@ const PRESCRIBED: u32 = u32::MAX;
 
 /// The sparsity of the stiffness matrix, ordered for little fill.
 ///
-/// Nodes are ordered by approximate minimum degree (P. R. Amestoy, T. A. Davis, I. S. Duff,
-/// "An approximate minimum degree ordering algorithm", 1996); the free components of a node follow
-/// each other, so dense kernels find blocks. The matrix is kept as its lower half.
+/// Nodes are ordered by [`fill_reducing_order`]; the free components of a node follow each other, so dense
+/// kernels find blocks. The matrix is kept as its lower half.
 #[derive(Debug)]
 pub(crate) struct Sparsity {
     /// Degree of freedom `3 × node + component` of each unknown.
@@ -62,7 +60,7 @@ impl Sparsity {
         };
         let free =
             |node: usize| (0..3).filter(move |i| potential.prescribed[3 * node + i].is_none());
-        let order = minimum_degree(&neighbours, |node| free(node).next().is_some())?;
+        let order = order_of_elimination(&neighbours, |node| free(node).next().is_some());
 
         let mut unknown = vec![PRESCRIBED; potential.prescribed.len()];
         let mut degree_of_freedom = Vec::new();
@@ -122,23 +120,6 @@ impl Sparsity {
         }
     }
 
-    /// The pattern of the upper half, compressed by columns.
-    pub fn upper(&self) -> SymbolicSparseColMat<usize> {
-        let size = self.unknowns();
-        let mut starts = vec![0; size + 1];
-        self.pattern.row_idx().iter().for_each(|&row| starts[row + 1] += 1);
-        (0..size).for_each(|i| starts[i + 1] += starts[i]);
-        let mut rows = vec![0; self.entries()];
-        let mut next = starts.clone();
-        for column in 0..size {
-            for &row in self.pattern.row_idx_of_col_raw(column) {
-                rows[next[row]] = column;
-                next[row] += 1;
-            }
-        }
-        SymbolicSparseColMat::new_checked(size, size, starts, None, rows)
-    }
-
     /// Number of stored entries of the lower half.
     pub fn entries(&self) -> usize {
         self.pattern.row_idx().len()
@@ -180,28 +161,17 @@ fn neighbours<'n>(nodes: usize, cells: impl Iterator<Item = &'n [usize]>) -> Vec
 }
 
 /// The nodes that `keep` keeps, ordered for little fill.
-fn minimum_degree(
-    neighbours: &[Vec<usize>],
-    keep: impl Fn(usize) -> bool,
-) -> Result<Vec<usize>, SolveError> {
+fn order_of_elimination(neighbours: &[Vec<usize>], keep: impl Fn(usize) -> bool) -> Vec<usize> {
     let kept: Vec<_> = (0..neighbours.len()).filter(|&node| keep(node)).collect();
     let mut position = vec![usize::MAX; neighbours.len()];
     kept.iter().enumerate().for_each(|(at, &node)| position[node] = at);
-    let (mut starts, mut rows) = (vec![0], Vec::new());
-    for (at, &node) in kept.iter().enumerate() {
-        rows.extend(neighbours[node].iter().map(|&n| position[n]).filter(|&row| row < at));
-        starts.push(rows.len());
+    let (mut starts, mut beside) = (vec![0], Vec::new());
+    for &node in &kept {
+        let positions = neighbours[node].iter().map(|&n| position[n]);
+        beside.extend(positions.filter(|&at| at != usize::MAX));
+        starts.push(beside.len());
     }
-    let (size, entries) = (kept.len(), rows.len());
-    let graph = SymbolicSparseColMat::new_checked(size, size, starts, None, rows);
-    let mut forward = vec![0; size];
-    let mut inverse = vec![0; size];
-    let mut memory = MemBuffer::try_new(amd::order_scratch::<usize>(size, entries))
-        .map_err(|_| SolveError::OutOfMemory { unknowns: 3 * size })?;
-    let control = amd::Control::default();
-    amd::order(&mut forward, &mut inverse, graph.as_ref(), control, MemStack::new(&mut memory))
-        .map_err(|_| SolveError::OutOfMemory { unknowns: 3 * size })?;
-    Ok(forward.into_iter().map(|at| kept[at]).collect())
+    fill_reducing_order(&starts, &beside).into_iter().map(|at| kept[at]).collect()
 }
 
 /// The lower half by columns, while it is built node by node in the order of elimination.

@@ -1,5 +1,6 @@
 //! Elastic constants of isotropic solids.
 
+use crate::law::POSITIVE;
 use crate::{Guard, Law, Response};
 use sinew_num::{Mat3, Scalar};
 use std::ops::RangeInclusive;
@@ -21,8 +22,8 @@ pub fn young_poisson_from_lame<S: Scalar>(shear: S, lame: S) -> [S; 2] {
 
 /// Bounds of (μ, λ): a shear modulus is positive, and λ may vanish.
 pub(super) fn lame_bounds(index: usize) -> RangeInclusive<f64> {
-    let least = if index == 0 { f64::MIN_POSITIVE } else { 0.0 };
-    least..=f64::MAX
+    let least = if index == 0 { *POSITIVE.start() } else { 0.0 };
+    least..=*POSITIVE.end()
 }
 
 /// An isotropic law in Young's modulus and Poisson's ratio: θ = (E \[stress\], ν).
@@ -37,10 +38,14 @@ impl<L: Law<0>> Law<0> for ByYoungPoisson<L> {
 
     fn bounds(index: usize) -> RangeInclusive<f64> {
         match index {
-            0 => f64::MIN_POSITIVE..=f64::MAX,
+            0 => POSITIVE,
             // Open ends: at ½ the solid is incompressible and λ infinite; below 0 λ is negative.
             _ => 0.0..=0.5 - f64::EPSILON,
         }
+    }
+
+    fn constants(&self) -> Vec<(&'static str, f64)> {
+        self.0.constants()
     }
 
     fn density<S: Scalar, G: Guard>(

@@ -34,6 +34,10 @@ impl InvariantLaw<3> for Guccione {
     const NAME: &'static str = "Guccione, thesis (3.6)";
     const PARAMETERS: &'static [&'static str] = &["C", "b_f", "b_t", "b_fs"];
 
+    fn constants(&self) -> Vec<(&'static str, f64)> {
+        vec![("bulk modulus", self.bulk_modulus)]
+    }
+
     #[inline]
     fn density_of<S: Scalar, G: Guard>(
         &self,

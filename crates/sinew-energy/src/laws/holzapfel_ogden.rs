@@ -20,6 +20,10 @@ impl InvariantLaw<1> for HolzapfelOgden {
     const NAME: &'static str = "Holzapfel-Ogden, transversely isotropic, thesis (3.5)";
     const PARAMETERS: &'static [&'static str] = &["a", "b", "a_f", "b_f"];
 
+    fn constants(&self) -> Vec<(&'static str, f64)> {
+        vec![("bulk modulus", self.bulk_modulus)]
+    }
+
     #[inline]
     fn density_of<S: Scalar, G: Guard>(
         &self,

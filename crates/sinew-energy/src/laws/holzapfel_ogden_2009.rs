@@ -20,6 +20,10 @@ impl InvariantLaw<2> for HolzapfelOgden2009 {
     const PARAMETERS: &'static [&'static str] =
         &["a", "b", "a_f", "b_f", "a_s", "b_s", "a_fs", "b_fs"];
 
+    fn constants(&self) -> Vec<(&'static str, f64)> {
+        vec![("bulk modulus", self.bulk_modulus)]
+    }
+
     #[inline]
     fn density_of<S: Scalar, G: Guard>(
         &self,

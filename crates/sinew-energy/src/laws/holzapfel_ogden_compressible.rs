@@ -25,6 +25,10 @@ impl InvariantLaw<1> for HolzapfelOgdenCompressible {
     const NAME: &'static str = "Holzapfel-Ogden, compressible variant of the thesis' code";
     const PARAMETERS: &'static [&'static str] = &["a", "b", "a_f", "b_f"];
 
+    fn constants(&self) -> Vec<(&'static str, f64)> {
+        vec![("bulk modulus", self.bulk_modulus)]
+    }
+
     #[inline]
     fn density_of<S: Scalar, G: Guard>(
         &self,

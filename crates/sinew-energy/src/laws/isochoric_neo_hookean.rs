@@ -18,6 +18,10 @@ impl InvariantLaw<0> for IsochoricNeoHookean {
     const NAME: &'static str = "neo-Hookean, isochoric split";
     const PARAMETERS: &'static [&'static str] = &["mu"];
 
+    fn constants(&self) -> Vec<(&'static str, f64)> {
+        vec![("bulk modulus", self.bulk_modulus)]
+    }
+
     #[inline]
     fn density_of<S: Scalar, G: Guard>(
         &self,

@@ -52,6 +52,9 @@ where
                 Load::Foundation { .. } | Load::Pressure { .. } | Load::ThesisPressure { .. } => {}
             }
         }
+        for (i, &sum) in force.iter().enumerate() {
+            finite(sum, || format!("the sum of the loads on node {}", i / 3))?;
+        }
         Ok(force)
     }
 

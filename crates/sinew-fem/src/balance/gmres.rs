@@ -3,6 +3,9 @@
 /// Krylov vectors that are kept before a restart.
 const RESTART: usize = 80;
 
+/// A new direction whose image adds less than this part of itself is rounding: the system is singular.
+const SINGULAR: f64 = 1e-14;
+
 /// How an iterative solve ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LinearOutcome {
@@ -51,6 +54,7 @@ pub(crate) fn gmres(
             let mut next = vec![0.0; size];
             apply(&scratch, &mut next);
             outcome.iterations += 1;
+            let image = norm(&next);
             let mut column = Vec::with_capacity(basis.len() + 1);
             for vector in &basis {
                 let along = dot(vector, &next);
@@ -69,7 +73,9 @@ pub(crate) fn gmres(
                 (column[k], column[k + 1]) = (c * a + s * b, c * b - s * a);
             }
             let diagonal = column[last].hypot(length);
-            if diagonal == 0.0 || !diagonal.is_finite() {
+            // Written so that a NaN ends the iteration as well.
+            let independent = diagonal > SINGULAR * image && diagonal.is_finite();
+            if !independent {
                 break;
             }
             let [c, s] = [column[last] / diagonal, length / diagonal];

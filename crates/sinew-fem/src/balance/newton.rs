@@ -49,12 +49,15 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
         let volume: f64 = self.system.body.potential.volumes.iter().sum();
         let (mut before, mut linear_iterations, mut negative_pivots) = (f64::INFINITY, 0, 0);
         for iteration in 0..MOST_ITERATIONS {
+            if history.iterations.len() >= options.iterations {
+                return None;
+            }
             let residual = self.system.assemble(&at, theta, load_factor);
             self.record(load_factor, &residual, history);
             let forces = residual.force / self.system.assembly.force_scale.max(f64::MIN_POSITIVE);
             let size = forces.max(residual.volume / volume);
             let admissible = size.is_finite() && self.system.assembly.energy.is_finite();
-            if !admissible || history.iterations.len() > options.iterations {
+            if !admissible {
                 return None;
             }
             let at_floor = residual.force <= 4.0 * self.system.assembly.floor

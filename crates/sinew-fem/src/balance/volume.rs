@@ -138,13 +138,16 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
         let (mut before, mut linear_iterations) = (f64::INFINITY, 0);
         let mut negative_pivots = 0;
         for iteration in 0..MOST_ITERATIONS {
+            if history.iterations.len() >= options.iterations {
+                return None;
+            }
             let residual = self.system.assemble(&at, theta, load_factor);
             let gap = goal - controlled.swept(&at.displacement, &mut slope);
             self.record(load_factor, &residual, history);
             let forces = residual.force / self.system.assembly.force_scale.max(f64::MIN_POSITIVE);
             let size = forces.max(residual.volume / volume).max(gap.abs() / volume);
             let admissible = size.is_finite() && self.system.assembly.energy.is_finite();
-            if !admissible || history.iterations.len() > options.iterations {
+            if !admissible {
                 return None;
             }
             let stalled = size <= STALLED && size > 0.5 * before;

@@ -3,7 +3,7 @@
 
 use sinew_energy::laws::HolzapfelOgden;
 use sinew_energy::{Load, Magnitude, Parameter, Sampling, Scene, Support, Units};
-use sinew_mesh::{TetMesh, read_tet_mesh};
+use sinew_mesh::{Facet, TetMesh, boundary_facets, read_tet_mesh};
 use std::path::Path;
 
 /// One millimetre of mercury [kPa].
@@ -16,7 +16,7 @@ pub const BULK_MODULUS: f64 = 25.0;
 pub const BOX: [(&str, [f64; 2]); 4] =
     [("a", [0.1, 0.26]), ("b", [1.0, 4.2]), ("a_f", [1.5, 5.18]), ("b_f", [1.0, 4.46])];
 
-/// The mesh with its clamped nodes as the set `base`; `None`, with a message, where it is missing.
+/// The mesh with its surfaces `region:1` (endocardium), `base` and `epicardium`; `None`, with a message, where it is missing.
 pub fn mesh() -> Option<TetMesh> {
     let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/meshes");
     let path = shared.join("left_ventricle.vtk");
@@ -26,6 +26,14 @@ pub fn mesh() -> Option<TetMesh> {
     }
     let (mut mesh, _) = read_tet_mesh(path).expect("a readable mesh");
     let held = mesh.nodes_where_nonzero("clamped").expect("a marker of the base");
+    let on_base = |facet: &Facet| {
+        mesh.facet_nodes(*facet).iter().all(|node| held.binary_search(node).is_ok())
+    };
+    let cavity = &mesh.facet_sets["region:1"];
+    let outer = boundary_facets(&mesh).into_iter().filter(|facet| !cavity.contains(facet));
+    let (base, epicardium) = outer.partition(on_base);
+    mesh.facet_sets.insert("base".into(), base);
+    mesh.facet_sets.insert("epicardium".into(), epicardium);
     mesh.node_sets.insert("base".into(), held);
     Some(mesh)
 }

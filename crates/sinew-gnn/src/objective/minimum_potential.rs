@@ -122,8 +122,8 @@ impl BatchPotential for AtParameters {
     }
 }
 
-impl<L: Law<D> + Send + Sync, G: Guard + Send + Sync, const D: usize> Potential
-    for TotalPotential<L, D, G>
+impl<L: Law<D> + Send + Sync, G: Guard + Send + Sync, const D: usize, const N: usize> Potential
+    for TotalPotential<L, D, G, N>
 {
     fn degrees_of_freedom(&self) -> usize {
         3 * self.nodes

@@ -1,0 +1,199 @@
+//! Potentials on a tetrahedral mesh: `−∇·(k ∇φ) = source` with prescribed values at some nodes.
+
+use super::FibreError;
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::linalg::cholesky::llt::factor::LltRegularization;
+use faer::sparse::linalg::cholesky::{LltRef, SymmetricOrdering, factorize_symbolic_cholesky};
+use faer::sparse::{SparseColMat, Triplet};
+use faer::{Conj, MatMut, Par, Side};
+use nalgebra::{Matrix3, Vector3};
+use sinew_mesh::TetMesh;
+
+/// The mesh as the Laplace operator sees it.
+pub(super) struct Laplacian<'m> {
+    mesh: &'m TetMesh,
+    /// Gradients of the four shape functions of each cell [1/length].
+    shape_gradients: Vec<[Vector3<f64>; 4]>,
+    /// Volume of each cell \[length³\].
+    pub volumes: Vec<f64>,
+}
+
+impl<'m> Laplacian<'m> {
+    /// # Errors
+    /// [`FibreError::FlatCell`].
+    pub fn new(mesh: &'m TetMesh) -> Result<Self, FibreError> {
+        let mut shape_gradients = Vec::with_capacity(mesh.cells.len());
+        let mut volumes = Vec::with_capacity(mesh.cells.len());
+        for cell in 0..mesh.cells.len() {
+            let volume = mesh.cell_volume(cell);
+            let [o, a, b, c] = mesh.corners(cell);
+            let edges = Matrix3::from_columns(&[a - o, b - o, c - o]);
+            let inverse = edges.try_inverse().filter(|_| volume > 0.0);
+            let inverse = inverse.ok_or(FibreError::FlatCell { cell, volume })?;
+            let [a, b, c] = [0, 1, 2].map(|i| inverse.row(i).transpose());
+            shape_gradients.push([-(a + b + c), a, b, c]);
+            volumes.push(volume);
+        }
+        Ok(Self { mesh, shape_gradients, volumes })
+    }
+
+    /// Nodal values of the potential. The conductivity, one per cell, is 1 unless given.
+    ///
+    /// # Errors
+    /// [`FibreError::Factor`]. Each connected part of the mesh needs a prescribed node.
+    pub fn solve(
+        &self,
+        prescribed: &[Option<f64>],
+        source: f64,
+        conductivity: Option<&[f64]>,
+    ) -> Result<Vec<f64>, FibreError> {
+        let free: Vec<_> = (0..prescribed.len()).filter(|&i| prescribed[i].is_none()).collect();
+        let mut unknown = vec![usize::MAX; prescribed.len()];
+        free.iter().enumerate().for_each(|(at, &node)| unknown[node] = at);
+        let mut right = vec![0.0; free.len()];
+        let mut upper = Vec::with_capacity(10 * self.mesh.cells.len());
+        for (cell, nodes) in self.mesh.cells.iter().enumerate() {
+            let (shape, volume) = (&self.shape_gradients[cell], self.volumes[cell]);
+            let weight = volume * conductivity.map_or(1.0, |k| k[cell]);
+            for (a, &first) in nodes.iter().enumerate() {
+                if prescribed[first].is_some() {
+                    continue;
+                }
+                right[unknown[first]] += source * volume / 4.0;
+                for (b, &second) in nodes.iter().enumerate() {
+                    let entry = weight * shape[a].dot(&shape[b]);
+                    match prescribed[second] {
+                        Some(value) => right[unknown[first]] -= entry * value,
+                        None if unknown[first] <= unknown[second] => {
+                            upper.push(Triplet::new(unknown[first], unknown[second], entry));
+                        }
+                        None => {}
+                    }
+                }
+            }
+        }
+        solve_upper(&upper, &mut right)?;
+        let mut values: Vec<_> = prescribed.iter().map(|value| value.unwrap_or(0.0)).collect();
+        free.iter().zip(right).for_each(|(&node, value)| values[node] = value);
+        Ok(values)
+    }
+
+    /// Gradient in each cell [1/length].
+    pub fn gradients(&self, values: &[f64]) -> Vec<Vector3<f64>> {
+        let gradient = |(nodes, shape): (&[usize; 4], &[Vector3<f64>; 4])| {
+            (0..4).map(|a| shape[a] * values[nodes[a]]).sum()
+        };
+        self.mesh.cells.iter().zip(&self.shape_gradients).map(gradient).collect()
+    }
+
+    /// Mean of a field of the cells around each node, weighted by their volumes.
+    pub fn around_nodes(&self, of_cells: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+        let mut sums = vec![(Vector3::zeros(), 0.0); self.mesh.points.len()];
+        for (cell, nodes) in self.mesh.cells.iter().enumerate() {
+            for &node in nodes {
+                sums[node].0 += of_cells[cell] * self.volumes[cell];
+                sums[node].1 += self.volumes[cell];
+            }
+        }
+        sums.into_iter().map(|(sum, volume)| sum / volume).collect()
+    }
+}
+
+/// Overwrites `right` with the solution of a positive definite system given by its upper half.
+///
+/// On one thread, so that the digits do not depend on how many there are.
+fn solve_upper(upper: &[Triplet<usize, usize, f64>], right: &mut [f64]) -> Result<(), FibreError> {
+    let unknowns = right.len();
+    if unknowns == 0 {
+        return Ok(());
+    }
+    let failed = || FibreError::Factor { unknowns };
+    let matrix =
+        SparseColMat::try_new_from_triplets(unknowns, unknowns, upper).map_err(|_| failed())?;
+    let ordering = SymmetricOrdering::Amd;
+    let symbolic =
+        factorize_symbolic_cholesky(matrix.symbolic(), Side::Upper, ordering, Default::default())
+            .map_err(|_| failed())?;
+    let par = Par::Seq;
+    let needed = StackReq::any_of(&[
+        symbolic.factorize_numeric_llt_scratch::<f64>(par, Default::default()),
+        symbolic.solve_in_place_scratch::<f64>(1, par),
+    ]);
+    let mut memory = MemBuffer::try_new(needed).map_err(|_| failed())?;
+    let mut values = vec![0.0; symbolic.len_val()];
+    symbolic
+        .factorize_numeric_llt(
+            &mut values,
+            matrix.as_ref(),
+            Side::Upper,
+            LltRegularization::default(),
+            par,
+            MemStack::new(&mut memory),
+            Default::default(),
+        )
+        .map_err(|_| failed())?;
+    let right = MatMut::from_column_major_slice_mut(right, unknowns, 1);
+    let stack = MemStack::new(&mut memory);
+    LltRef::new(&symbolic, &values).solve_in_place_with_conj(Conj::No, right, par, stack);
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew_mesh::box_tetrahedra;
+
+    #[test]
+    fn linear_potentials_are_exact() {
+        let mesh = box_tetrahedra([2.0, 1.0, 3.0], [3, 2, 4]);
+        let exact = |x: &[f64; 3]| 1.0 + 2.0 * x[0] - x[1] + 0.5 * x[2];
+        let on_side = |x: &[f64; 3]| {
+            [2.0, 1.0, 3.0].iter().zip(x).any(|(extent, x)| *x == 0.0 || x == extent)
+        };
+        let prescribed: Vec<_> = mesh.points.iter().map(|x| on_side(x).then(|| exact(x))).collect();
+        assert!(prescribed.contains(&None));
+        let laplacian = Laplacian::new(&mesh).unwrap();
+        let values = laplacian.solve(&prescribed, 0.0, None).unwrap();
+        for (value, x) in values.iter().zip(&mesh.points) {
+            assert!((value - exact(x)).abs() < 1e-13);
+        }
+        let expected = Vector3::new(2.0, -1.0, 0.5);
+        let gradients = laplacian.gradients(&values);
+        assert!(gradients.iter().all(|g| (g - expected).norm() < 1e-12));
+        assert!(laplacian.around_nodes(&gradients).iter().all(|g| (g - expected).norm() < 1e-12));
+    }
+
+    #[test]
+    fn a_source_bends_the_potential() {
+        // −φ'' = 2 with φ(0) = φ(1) = 0 is x(1 − x), which linear elements meet at their nodes.
+        let mesh = box_tetrahedra([1.0, 0.25, 0.25], [8, 1, 1]);
+        let ends = |x: &[f64; 3]| (x[0] == 0.0 || x[0] == 1.0).then_some(0.0);
+        let prescribed: Vec<_> = mesh.points.iter().map(ends).collect();
+        let values = Laplacian::new(&mesh).unwrap().solve(&prescribed, 2.0, None).unwrap();
+        for (value, x) in values.iter().zip(&mesh.points) {
+            assert!((value - x[0] * (1.0 - x[0])).abs() < 1e-3, "{value} at {x:?}");
+        }
+    }
+
+    #[test]
+    fn the_flux_of_two_conductors_in_a_row_is_the_same() {
+        let mesh = box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]);
+        let ends = |x: &[f64; 3]| (x[0] != 1.0).then_some(x[0]);
+        let prescribed: Vec<_> = mesh.points.iter().map(ends).collect();
+        let left = |cell: usize| mesh.corners(cell).iter().all(|x| x[0] <= 1.0);
+        let conductivity: Vec<_> =
+            (0..mesh.cells.len()).map(|cell| if left(cell) { 3.0 } else { 1.0 }).collect();
+        let laplacian = Laplacian::new(&mesh).unwrap();
+        let values = laplacian.solve(&prescribed, 0.0, Some(&conductivity)).unwrap();
+        let middle = mesh.points.iter().zip(&values).filter(|(x, _)| x[0] == 1.0);
+        middle.for_each(|(_, value)| assert!((value - 0.5).abs() < 1e-14));
+    }
+
+    #[test]
+    fn flat_cells_are_named() {
+        let mut mesh = box_tetrahedra([1.0; 3], [1; 3]);
+        mesh.cells[4].swap(1, 2);
+        let error = Laplacian::new(&mesh).err().unwrap();
+        assert!(matches!(error, FibreError::FlatCell { cell: 4, volume } if volume < 0.0));
+    }
+}

@@ -1,0 +1,151 @@
+//! How fibres and sheets turn across the wall.
+
+use super::FibreError;
+use nalgebra::Vector3;
+
+/// Unit fibre, sheet and normal, perpendicular to each other and right-handed: `normal = fibre × sheet`.
+pub type Frame = [[f64; 3]; 3];
+
+/// Angles \[degrees\] of fibres and sheets, linear in the depth from endocardium to epicardium.
+///
+/// - The fibre lies in the layer of equal depth. Its angle counts from the circumferential direction
+///   (counterclockwise seen from the base) towards the base, so a positive angle is a right-handed helix.
+/// - The sheet direction is the outward normal of the layer at 0°, turned about the fibre by the
+///   sheet angle, positive towards the base for a circumferential fibre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FibreRule {
+    fibre: [f64; 2],
+    sheet: [f64; 2],
+}
+
+impl FibreRule {
+    /// The rule of thesis chapter 2: +60° at the endocardium to −60° at the epicardium.
+    pub const SIXTY: Self = Self { fibre: [60.0, -60.0], sheet: [0.0; 2] };
+    /// Problem 3 of Land et al., Proc. R. Soc. A 471:20150641 (2015): +90° to −90°.
+    pub const NINETY: Self = Self { fibre: [90.0, -90.0], sheet: [0.0; 2] };
+
+    /// Fibres turn from `endocardium` to `epicardium` \[degrees\]; sheets stand across the wall.
+    ///
+    /// # Errors
+    /// [`FibreError::Angle`] when one is not finite.
+    pub fn new(endocardium: f64, epicardium: f64) -> Result<Self, FibreError> {
+        let fibre = checked("fibre", [endocardium, epicardium])?;
+        Ok(Self { fibre, sheet: [0.0; 2] })
+    }
+
+    /// The same fibres with sheets that turn from `endocardium` to `epicardium` \[degrees\].
+    ///
+    /// # Errors
+    /// [`FibreError::Angle`] when one is not finite.
+    pub fn with_sheets(self, endocardium: f64, epicardium: f64) -> Result<Self, FibreError> {
+        Ok(Self { sheet: checked("sheet", [endocardium, epicardium])?, ..self })
+    }
+
+    /// Angle \[degrees\] of the fibre at a depth: 0 is the endocardium, 1 the epicardium; beyond, the angle
+    /// is that of the surface.
+    pub fn fibre_angle(&self, depth: f64) -> f64 {
+        between(self.fibre, depth)
+    }
+
+    /// Angle \[degrees\] of the sheet at a depth.
+    pub fn sheet_angle(&self, depth: f64) -> f64 {
+        between(self.sheet, depth)
+    }
+
+    /// The frame at a depth.
+    pub(super) fn frame(&self, depth: f64, layer: &Layer) -> Frame {
+        let Layer { circumferential, longitudinal, outward } = layer;
+        let (sin, cos) = self.fibre_angle(depth).to_radians().sin_cos();
+        let fibre = circumferential * cos + longitudinal * sin;
+        let across = longitudinal * cos - circumferential * sin;
+        let (sin, cos) = self.sheet_angle(depth).to_radians().sin_cos();
+        let sheet = outward * cos + across * sin;
+        let normal = outward * sin - across * cos;
+        [fibre, sheet, normal].map(Into::into)
+    }
+}
+
+fn checked(what: &'static str, angles: [f64; 2]) -> Result<[f64; 2], FibreError> {
+    match angles.into_iter().find(|angle| !angle.is_finite()) {
+        Some(degrees) => Err(FibreError::Angle { what, degrees }),
+        None => Ok(angles),
+    }
+}
+
+fn between([start, end]: [f64; 2], depth: f64) -> f64 {
+    let depth = depth.clamp(0.0, 1.0);
+    (1.0 - depth) * start + depth * end
+}
+
+/// The local axes of the wall: orthonormal, `circumferential × longitudinal = outward`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Layer {
+    pub circumferential: Vector3<f64>,
+    pub longitudinal: Vector3<f64>,
+    pub outward: Vector3<f64>,
+}
+
+/// A direction whose part along the layer is smaller than this does not tell which way the base is.
+const ALONG: f64 = 1e-6;
+
+impl Layer {
+    /// From the outward normal and any direction towards the base, neither of unit length.
+    ///
+    /// `None` where one of them vanishes or they are parallel.
+    pub fn new(outward: Vector3<f64>, to_base: Vector3<f64>) -> Option<Self> {
+        let outward = outward.try_normalize(f64::MIN_POSITIVE)?;
+        let to_base = to_base.try_normalize(f64::MIN_POSITIVE)?;
+        let along = to_base - outward * outward.dot(&to_base);
+        let along = along.try_normalize(ALONG)?;
+        // Once more: the first difference cancels when the directions are nearly parallel.
+        let longitudinal = (along - outward * outward.dot(&along)).normalize();
+        let circumferential = longitudinal.cross(&outward);
+        Some(Self { circumferential, longitudinal, outward })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A vertical wall, seen from outside: circumferential is +y, the base is up.
+    fn wall() -> Layer {
+        Layer::new(Vector3::new(3.0, 0.0, 0.0), Vector3::new(0.5, 0.0, 2.0)).unwrap()
+    }
+
+    fn close(frame: Frame, expected: Frame) {
+        let pairs = frame.as_flattened().iter().zip(expected.as_flattened());
+        pairs.for_each(|(a, b)| assert!((a - b).abs() < 1e-15, "{frame:?}"));
+    }
+
+    #[test]
+    fn angles_count_towards_the_base() {
+        let half = 0.75_f64.sqrt();
+        let rule = FibreRule::SIXTY;
+        close(rule.frame(0.0, &wall()), [[0.0, 0.5, half], [1.0, 0.0, 0.0], [0.0, half, -0.5]]);
+        close(rule.frame(0.5, &wall()), [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]);
+        close(rule.frame(7.0, &wall()), [[0.0, 0.5, -half], [1.0, 0.0, 0.0], [0.0, -half, -0.5]]);
+    }
+
+    #[test]
+    fn sheets_turn_about_the_fibre() {
+        let rule = FibreRule::new(0.0, 0.0).unwrap().with_sheets(90.0, -90.0).unwrap();
+        close(rule.frame(0.0, &wall()), [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]);
+        assert_eq!(rule.sheet_angle(0.25), 45.0);
+    }
+
+    #[test]
+    fn angles_that_are_none_are_refused() {
+        let error = FibreRule::new(60.0, f64::INFINITY).unwrap_err();
+        assert_eq!(error, FibreError::Angle { what: "fibre", degrees: f64::INFINITY });
+        assert!(FibreRule::SIXTY.with_sheets(f64::NAN, 0.0).is_err());
+    }
+
+    #[test]
+    fn parallel_directions_make_no_layer() {
+        assert!(Layer::new(Vector3::x(), 2.0 * Vector3::x()).is_none());
+        assert!(Layer::new(Vector3::zeros(), Vector3::x()).is_none());
+        let nearly = Layer::new(Vector3::x(), Vector3::new(1.0, 1e-5, 0.0)).unwrap();
+        assert!(nearly.longitudinal.dot(&nearly.outward).abs() < 1e-15);
+    }
+}

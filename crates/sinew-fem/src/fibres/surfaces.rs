@@ -1,0 +1,126 @@
+//! The surfaces of a ventricle, and what is wrong with them.
+
+use super::FibreError;
+use sinew_mesh::{Facet, TetMesh};
+
+/// Names of the facet sets that bound a ventricle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Surfaces<'a> {
+    /// The inner surface.
+    pub endocardium: &'a str,
+    /// The outer surface.
+    pub epicardium: &'a str,
+    /// The rim at the valves.
+    pub base: &'a str,
+}
+
+/// Nodes of the surfaces.
+pub(super) struct Bounds {
+    pub endocardium: Vec<usize>,
+    pub epicardium: Vec<usize>,
+    pub base: Vec<usize>,
+    nodes: usize,
+}
+
+impl Bounds {
+    /// # Errors
+    /// Surfaces that are missing, empty or touching, and parts of the mesh that do not reach one.
+    pub fn new(mesh: &TetMesh, names: &Surfaces<'_>) -> Result<Self, FibreError> {
+        let nodes_of = |name: &str| facets(mesh, name).map(|facets| mesh.nodes_of_facets(facets));
+        let bounds = Self {
+            endocardium: nodes_of(names.endocardium)?,
+            epicardium: nodes_of(names.epicardium)?,
+            base: nodes_of(names.base)?,
+            nodes: mesh.points.len(),
+        };
+        let inner = |node: &&usize| bounds.endocardium.binary_search(node).is_ok();
+        let mut shared = bounds.epicardium.iter().filter(inner);
+        if let Some(&node) = shared.next() {
+            return Err(FibreError::Touching { node, count: 1 + shared.count() });
+        }
+        let cells_of = cells_of_nodes(mesh);
+        for (nodes, name) in [
+            (&bounds.endocardium, names.endocardium),
+            (&bounds.epicardium, names.epicardium),
+            (&bounds.base, names.base),
+        ] {
+            check_reach(mesh, &cells_of, nodes, name)?;
+        }
+        Ok(bounds)
+    }
+
+    /// Values at sets of nodes; later sets win.
+    pub fn prescribe(&self, sets: &[(&[usize], f64)]) -> Vec<Option<f64>> {
+        let mut prescribed = vec![None; self.nodes];
+        for (set, value) in sets {
+            set.iter().for_each(|&node| prescribed[node] = Some(*value));
+        }
+        prescribed
+    }
+
+    /// The nodes of endocardium and epicardium farthest from the base.
+    ///
+    /// # Errors
+    /// [`FibreError::NoApex`] when each node is on the base.
+    pub fn apexes(&self, distance: &[f64]) -> Result<[usize; 2], FibreError> {
+        let farthest = |nodes: &[usize]| {
+            let apex = nodes.iter().copied().max_by(|&a, &b| distance[a].total_cmp(&distance[b]));
+            let apex = apex.filter(|&node| distance[node] > 0.0);
+            apex.ok_or(FibreError::NoApex { nodes: nodes.len() })
+        };
+        Ok([farthest(&self.endocardium)?, farthest(&self.epicardium)?])
+    }
+}
+
+fn facets<'m>(mesh: &'m TetMesh, name: &str) -> Result<&'m [Facet], FibreError> {
+    match mesh.facet_sets.get(name).map(Vec::as_slice) {
+        None => {
+            let known = mesh.facet_sets.keys().cloned().collect();
+            Err(FibreError::UnknownSurface { name: name.into(), known })
+        }
+        Some([]) => Err(FibreError::EmptySurface { name: name.into() }),
+        Some(facets) => Ok(facets),
+    }
+}
+
+fn cells_of_nodes(mesh: &TetMesh) -> Vec<Vec<usize>> {
+    let mut cells_of = vec![Vec::new(); mesh.points.len()];
+    for (cell, nodes) in mesh.cells.iter().enumerate() {
+        nodes.iter().for_each(|&node| cells_of[node].push(cell));
+    }
+    cells_of
+}
+
+/// Checks that each connected part of the mesh has a node on a surface.
+fn check_reach(
+    mesh: &TetMesh,
+    cells_of: &[Vec<usize>],
+    surface: &[usize],
+    name: &str,
+) -> Result<(), FibreError> {
+    let mut seen = vec![false; mesh.points.len()];
+    // Marks all nodes connected with some; returns how many.
+    let reach = |mut part: Vec<usize>, seen: &mut [bool]| {
+        part.iter().for_each(|&node| seen[node] = true);
+        let mut next = 0;
+        while next < part.len() {
+            for &cell in &cells_of[part[next]] {
+                for &other in &mesh.cells[cell] {
+                    if !std::mem::replace(&mut seen[other], true) {
+                        part.push(other);
+                    }
+                }
+            }
+            next += 1;
+        }
+        part.len()
+    };
+    reach(surface.to_vec(), &mut seen);
+    match seen.iter().position(|seen| !seen) {
+        None => Ok(()),
+        Some(node) => {
+            let nodes = reach(vec![node], &mut seen);
+            Err(FibreError::Disconnected { node, nodes, surface: name.into() })
+        }
+    }
+}

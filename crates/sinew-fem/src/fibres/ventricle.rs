@@ -1,0 +1,174 @@
+//! Depth in the wall and the way to the base of any ventricle, by Laplace problems.
+
+use super::potential::Laplacian;
+use super::rule::Layer;
+use super::surfaces::{Bounds, Surfaces};
+use super::{FibreError, FibreRule, Frame};
+use nalgebra::Vector3;
+use sinew_mesh::TetMesh;
+
+/// Where the points of a ventricle's wall lie between its surfaces, and from there its fibres: the
+/// Laplace–Dirichlet rule of J. D. Bayer et al., Ann. Biomed. Eng. 40 (2012), for one ventricle.
+///
+/// With one ventricle the rule's interpolation between the frames of two surfaces is a rotation by an angle
+/// linear in the depth. It differs from the paper in what measurement against closed forms favours
+/// (the ellipsoid of Land et al., six layers of cells):
+///
+/// - Fibres lie in the layers of equal thickness exactly; the direction to the base is projected on the layer.
+///   The paper projects the other way round, which leaves sheets up to 18° off, ours 3°.
+/// - The apex, where the longitudinal potential is 0, is a pair of nodes, one on each surface: the farthest from
+///   the base in the sense of `−Δh = 1`, h = 0 on the base, which does not depend on coordinates.
+/// - There are two measures of [`Depth`].
+///
+/// # The apex
+/// Around the line between the two apexes the circumferential direction turns once, so no field is continuous
+/// there. Fibres remain unit vectors in their layers; where the way to the base vanishes to rounding, it is
+/// taken along the longest edge of a cell.
+#[derive(Clone, Debug)]
+pub struct VentricleCoordinates {
+    /// The harmonic function that is 0 on the endocardium and 1 on the epicardium, at each node.
+    pub potential: Vec<f64>,
+    /// Fraction of the wall's thickness between endocardium and node.
+    pub thickness: Vec<f64>,
+    /// The harmonic function that is 0 at the apexes and 1 on the base, at each node.
+    pub longitudinal: Vec<f64>,
+    cells: Vec<[usize; 4]>,
+    layers_of_cells: Vec<Layer>,
+    layers_of_nodes: Vec<Layer>,
+}
+
+/// What an angle is linear in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Depth {
+    /// The way through the wall: the solution of `∇·(|∇φ| ∇d) = 0`, φ the potential. Its gradient is constant
+    /// along the flux lines of φ wherever the layers are concentric.
+    Thickness,
+    /// The harmonic potential φ itself, as in the paper. It rises more steeply at the endocardium the more the
+    /// wall is curved: half-way through a sphere with radii 1 : 1.5 it is 0.6.
+    Potential,
+}
+
+impl VentricleCoordinates {
+    /// Solves for the potentials.
+    ///
+    /// # Errors
+    /// Surfaces that are missing, empty or touching, and cells or parts of the mesh that they do not bound.
+    pub fn new(mesh: &TetMesh, surfaces: &Surfaces<'_>) -> Result<Self, FibreError> {
+        mesh.check()?;
+        if mesh.cells.is_empty() {
+            return Err(FibreError::EmptyMesh);
+        }
+        let bounds = Bounds::new(mesh, surfaces)?;
+        let laplacian = Laplacian::new(mesh)?;
+
+        let walls = bounds.prescribe(&[(&bounds.endocardium, 0.0), (&bounds.epicardium, 1.0)]);
+        let potential = laplacian.solve(&walls, 0.0, None)?;
+        let gradients = laplacian.gradients(&potential);
+        let conductivity = conductivity(&gradients);
+        let thickness = laplacian.solve(&walls, 0.0, Some(&conductivity))?;
+
+        let distance = laplacian.solve(&bounds.prescribe(&[(&bounds.base, 0.0)]), 1.0, None)?;
+        let apexes = bounds.apexes(&distance)?;
+        let ends = bounds.prescribe(&[(&bounds.base, 1.0), (&apexes, 0.0)]);
+        let longitudinal = laplacian.solve(&ends, 0.0, None)?;
+
+        let outward = directions(&laplacian, &thickness);
+        let to_base = directions(&laplacian, &longitudinal);
+        let layers_of_cells = layers_of_cells(mesh, &outward, &to_base)?;
+        let layers_of_nodes = layers_of_nodes(mesh, &outward, &to_base, &layers_of_cells);
+        let cells = mesh.cells.clone();
+        Ok(Self { potential, thickness, longitudinal, cells, layers_of_cells, layers_of_nodes })
+    }
+
+    /// The frame at the centre of each cell.
+    pub fn cell_frames(&self, rule: &FibreRule, depth: Depth) -> Vec<Frame> {
+        let of_node = self.depth(depth);
+        let centre =
+            |nodes: &[usize; 4]| nodes.iter().map(|&node| of_node[node]).sum::<f64>() / 4.0;
+        let cells = self.cells.iter().zip(&self.layers_of_cells);
+        cells.map(|(nodes, layer)| rule.frame(centre(nodes), layer)).collect()
+    }
+
+    /// The frame at each node.
+    pub fn node_frames(&self, rule: &FibreRule, depth: Depth) -> Vec<Frame> {
+        let nodes = self.depth(depth).iter().zip(&self.layers_of_nodes);
+        nodes.map(|(&depth, layer)| rule.frame(depth, layer)).collect()
+    }
+
+    fn depth(&self, depth: Depth) -> &[f64] {
+        match depth {
+            Depth::Thickness => &self.thickness,
+            Depth::Potential => &self.potential,
+        }
+    }
+}
+
+/// A gradient below this, relative to the mean of all cells, has no direction.
+const NO_DIRECTION: f64 = 1e-6;
+
+fn mean_length(gradients: &[Vector3<f64>]) -> f64 {
+    gradients.iter().map(Vector3::norm).sum::<f64>() / gradients.len() as f64
+}
+
+/// |∇φ| of each cell, bounded from below for cells with all their nodes on one surface.
+fn conductivity(gradients: &[Vector3<f64>]) -> Vec<f64> {
+    let least = NO_DIRECTION * mean_length(gradients);
+    gradients.iter().map(|gradient| gradient.norm().max(least)).collect()
+}
+
+/// Gradients of a potential at the nodes, zero where they have no direction: means over the cells around,
+/// which lie closer to the truth than the gradient of any one cell (sheets to 0.2° instead of 1.7°).
+fn directions(laplacian: &Laplacian<'_>, potential: &[f64]) -> Vec<Vector3<f64>> {
+    let of_cells = laplacian.gradients(potential);
+    let least = NO_DIRECTION * mean_length(&of_cells);
+    let mut of_nodes = laplacian.around_nodes(&of_cells);
+    of_nodes.iter_mut().filter(|g| g.norm() <= least).for_each(|g| *g = Vector3::zeros());
+    of_nodes
+}
+
+/// Mean of a field over the nodes of a cell.
+fn at_centre(nodes: &[usize; 4], of_nodes: &[Vector3<f64>]) -> Vector3<f64> {
+    nodes.iter().map(|&node| of_nodes[node]).sum::<Vector3<f64>>() / 4.0
+}
+
+fn layers_of_cells(
+    mesh: &TetMesh,
+    outward: &[Vector3<f64>],
+    to_base: &[Vector3<f64>],
+) -> Result<Vec<Layer>, FibreError> {
+    let layer = |(cell, nodes): (usize, &[usize; 4])| {
+        let outward = at_centre(nodes, outward);
+        let mut ways = std::iter::once(at_centre(nodes, to_base)).chain(edges(mesh, cell));
+        ways.find_map(|way| Layer::new(outward, way)).ok_or(FibreError::NoDepth { cell })
+    };
+    mesh.cells.iter().enumerate().map(layer).collect()
+}
+
+/// Edges of a cell, the longest first. They are not all parallel to any direction.
+fn edges(mesh: &TetMesh, cell: usize) -> Vec<Vector3<f64>> {
+    let corners = mesh.corners(cell);
+    let pairs = (0..4).flat_map(|a| (0..a).map(move |b| (a, b)));
+    let mut edges: Vec<_> = pairs.map(|(a, b)| corners[a] - corners[b]).collect();
+    edges.sort_by(|a, b| b.norm_squared().total_cmp(&a.norm_squared()));
+    edges
+}
+
+/// Where a node has no direction of its own it takes that of the first cell around it.
+fn layers_of_nodes(
+    mesh: &TetMesh,
+    outward: &[Vector3<f64>],
+    to_base: &[Vector3<f64>],
+    of_cells: &[Layer],
+) -> Vec<Layer> {
+    let mut first_cell = vec![0; mesh.points.len()];
+    for (cell, nodes) in mesh.cells.iter().enumerate().rev() {
+        nodes.iter().for_each(|&node| first_cell[node] = cell);
+    }
+    let layer = |node: usize| {
+        let cell = of_cells[first_cell[node]];
+        Layer::new(outward[node], to_base[node])
+            .or_else(|| Layer::new(outward[node], cell.longitudinal))
+            .unwrap_or(cell)
+    };
+    (0..mesh.points.len()).map(layer).collect()
+}

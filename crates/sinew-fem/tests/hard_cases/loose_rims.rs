@@ -1,0 +1,192 @@
+//! Pressures on surfaces with a free rim, which no potential gives: the balance of forces in hard places.
+
+use crate::bodies::*;
+use crate::checks::*;
+use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
+use sinew_energy::{ForceBalance, Law, Load, Magnitude, Scene, Support, ThetaError};
+use sinew_fem::{BalanceSolution, BalanceSolver, NotConverged, Options, SolveError};
+use sinew_mesh::{TetMesh, box_tetrahedra};
+
+const THETA: [f64; 2] = [1.0, 1.0];
+
+/// A cantilever of length 4 pressed from above, where the rim of the pressed side is free.
+fn pressed(pressure: f64) -> Scene<NeoHookean, 0> {
+    let magnitude = Magnitude::Fixed(pressure);
+    let loads = vec![Load::Pressure { facets: "z_max".into(), magnitude }];
+    Scene { loads, ..scene(NeoHookean, mesh()) }
+}
+
+fn mesh() -> TetMesh {
+    box_tetrahedra([4.0, 1.0, 1.0], [8, 2, 2])
+}
+
+fn solved<L: Law<D>, const D: usize>(
+    body: &ForceBalance<L, D, 4>,
+    theta: &[f64],
+    options: &Options,
+) -> Result<BalanceSolution, SolveError> {
+    let result = BalanceSolver::new(body)?.solve(theta, options);
+    if let Ok(solution) = &result {
+        println!(
+            "{} iterations, {} load steps, residual {:.1e} of {:.1e}, {:.1} ms",
+            solution.history.iterations.len(),
+            solution.load_steps,
+            solution.residual,
+            solution.force_scale,
+            1e3 * solution.seconds
+        );
+        assert!(solution.displacement.iter().all(|u| u.is_finite()));
+        assert!(solution.least_volume_ratio > 0.0);
+        assert!(solution.residual <= 1e-7 * solution.force_scale);
+    }
+    result
+}
+
+#[track_caller]
+fn not_converged(result: Result<BalanceSolution, SolveError>) -> NotConverged {
+    match result {
+        Err(SolveError::NotConverged(failure)) => {
+            println!("{failure}");
+            assert!(failure.displacement.iter().all(|u| u.is_finite()));
+            assert!(!failure.to_string().contains("NaN"));
+            *failure
+        }
+        Err(other) => panic!("expected no convergence, got {other}"),
+        Ok(_) => panic!("expected no convergence"),
+    }
+}
+
+#[test]
+fn a_vanishing_pressure_on_a_free_rim_is_a_dead_traction() {
+    let body = pressed(1e-7).lower_follower().unwrap();
+    let follower = solved(&body, &THETA, &Options::default()).unwrap();
+    let loads = vec![traction("z_max", [0.0, 0.0, -1e-7])];
+    let dead = Scene { loads, ..scene(NeoHookean, mesh()) }.lower().unwrap();
+    let dead = solve(&dead, &THETA).unwrap();
+    // The direction of the load changes by the slope, about 1e-5.
+    assert!(difference(&follower.displacement, &dead.displacement) < 1e-4);
+}
+
+#[test]
+fn a_large_pressure_on_a_free_rim_balances_forces_and_moments() {
+    let pressure = 0.02;
+    let scene = pressed(pressure);
+    let body = scene.lower_follower().unwrap();
+    let solution = solved(&body, &THETA, &Options::default()).unwrap();
+    let x = |node: usize| -> [f64; 3] {
+        std::array::from_fn(|i| scene.mesh.points[node][i] + solution.displacement[3 * node + i])
+    };
+    let (internal, _) = gradient_and_energy(&body.potential, &solution.displacement, &THETA);
+    let cross = |a: [f64; 3], b: [f64; 3]| -> [f64; 3] {
+        std::array::from_fn(|i| {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            a[j] * b[k] - a[k] * b[j]
+        })
+    };
+    let minus = |a: [f64; 3], b: [f64; 3]| -> [f64; 3] { std::array::from_fn(|i| a[i] - b[i]) };
+    // Force and moment of the pressure on the deformed facets, node by node where nothing holds, and what
+    // holds the other nodes.
+    let (mut force, mut moment, mut load) = ([0.0; 3], [0.0; 3], 0.0);
+    let mut add = |node: usize, f: [f64; 3]| {
+        let m = cross(x(node), f);
+        (0..3).for_each(|i| [force[i], moment[i]] = [force[i] + f[i], moment[i] + m[i]]);
+    };
+    let held = &scene.mesh.node_sets["x_min"];
+    for &facet in &scene.mesh.facet_sets["z_max"] {
+        let nodes = scene.mesh.facet_nodes(facet);
+        let [a, b, c] = nodes.map(x);
+        let third = cross(minus(b, a), minus(c, a)).map(|n| -pressure * n / 6.0);
+        load += 3.0 * norm(&third);
+        nodes.into_iter().filter(|node| !held.contains(node)).for_each(|node| add(node, third));
+    }
+    held.iter().for_each(|&node| add(node, std::array::from_fn(|i| internal[3 * node + i])));
+    println!("{force:?} and {moment:?} of {load}");
+    assert!(load > 0.05 && norm(&force) < 1e-7 * load && norm(&moment) < 1e-6 * load);
+    let tip = scene.mesh.node_sets["x_max"][0];
+    assert!(solution.displacement[3 * tip + 2] < -0.5, "the load has turned");
+}
+
+#[test]
+fn a_held_rim_gives_the_same_by_balance_and_by_potential() {
+    let mut scene = pressed(0.3);
+    scene.supports = ["x_min", "x_max", "y_min", "y_max"].map(Support::clamped).to_vec();
+    let balance = solved(&scene.lower_follower().unwrap(), &THETA, &Options::default()).unwrap();
+    let potential = scene.lower().unwrap();
+    let minimum = solve(&potential, &THETA).unwrap();
+    assert_sound(&potential, &minimum);
+    assert!(difference(&balance.displacement, &minimum.displacement) < 1e-8);
+}
+
+#[test]
+fn a_pressure_a_million_times_too_large_on_a_free_rim_is_refused_with_its_best_state() {
+    let body = pressed(2e4).lower_follower().unwrap();
+    let failure = not_converged(solved(&body, &THETA, &Options::default()));
+    assert!(failure.load_factor < 1e-2 && !failure.history.iterations.is_empty());
+}
+
+#[test]
+fn a_balance_without_unknowns_is_what_is_prescribed() {
+    let mut scene = pressed(0.3);
+    scene.mesh.node_sets.insert("all".into(), (0..scene.mesh.points.len()).collect());
+    scene.supports = vec![Support::clamped("all")];
+    let body = scene.lower_follower().unwrap();
+    let solution = solved(&body, &THETA, &Options::default()).unwrap();
+    assert!(solution.displacement.iter().all(|&u| u == 0.0));
+}
+
+#[test]
+fn a_balance_without_loads_is_rest() {
+    let body = pressed(0.0).lower_follower().unwrap();
+    let solution = solved(&body, &THETA, &Options::default()).unwrap();
+    assert!(solution.displacement.iter().all(|&u| u == 0.0));
+}
+
+#[test]
+fn theta_that_makes_no_sense_is_refused_by_the_balance_too() {
+    let body = pressed(0.1).lower_follower().unwrap();
+    for theta in [&[f64::NAN, 1.0][..], &[1.0, -1.0], &[1.0], &[1.0, f64::INFINITY]] {
+        let error = solved(&body, theta, &Options::default()).unwrap_err();
+        assert!(matches!(error, SolveError::Theta(_)), "{error}");
+    }
+    let mut scene = pressed(0.1);
+    scene.parameters = parameters(&["mu", "lambda", "p"]);
+    scene.loads = vec![Load::Pressure { facets: "z_max".into(), magnitude: Magnitude::Theta(2) }];
+    let body = scene.lower_follower().unwrap();
+    let error = solved(&body, &THETA, &Options::default()).unwrap_err();
+    let expected = ThetaError::Length { given: 2, needed: 3, names: &["mu", "lambda"] };
+    assert_eq!(error, SolveError::Theta(expected));
+    let error = solved(&body, &[1.0, 1.0, f64::NAN], &Options::default()).unwrap_err();
+    assert!(matches!(error, SolveError::Theta(ThetaError::OutOfBounds { index: 2, .. })));
+}
+
+#[test]
+fn limits_on_iterations_are_kept_by_the_balance_too() {
+    let body = pressed(0.02).lower_follower().unwrap();
+    for iterations in [0, 1, 3] {
+        let options = Options { iterations, ..Options::default() };
+        let failure = not_converged(solved(&body, &THETA, &options));
+        assert_eq!(failure.history.iterations.len(), iterations);
+    }
+}
+
+#[test]
+fn a_free_body_is_refused_by_the_balance_too() {
+    let mut body = pressed(0.1).lower_follower().unwrap();
+    body.potential.prescribed.fill(None);
+    let error = BalanceSolver::new(&body).map(|_| ()).unwrap_err();
+    assert!(matches!(error, SolveError::FreeToMove { modes, .. } if modes.len() == 6));
+}
+
+#[test]
+fn fibres_near_overflow_under_a_loose_pressure_are_solved_or_refused() {
+    let law = HolzapfelOgden { bulk_modulus: 100.0 };
+    let loads = vec![Load::Pressure { facets: "x_max".into(), magnitude: Magnitude::Fixed(-30.0) }];
+    let scene = Scene { loads, ..with_directions(law, mesh(), [[1.0, 0.0, 0.0]]) };
+    let body = scene.lower_follower().unwrap();
+    for b_f in [1.0, 1e2, 1e4] {
+        match solved(&body, &[1.0, 1.0, 1.0, b_f], &Options::default()) {
+            Ok(solution) => assert!(solution.displacement[3 * 8] > 0.0),
+            other => drop(not_converged(other)),
+        }
+    }
+}

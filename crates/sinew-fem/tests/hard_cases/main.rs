@@ -1,0 +1,24 @@
+//! Bodies that are hard to solve, and problems that have no solution.
+//!
+//! Each case goes through the public interface and ends in a result that something independent confirms (a
+//! closed form, a twin of the body, a finer mesh, the potential's own gradient), or in the error that names
+//! what is wrong. None takes longer than seconds, none panics and none returns a number that is none.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod bodies;
+mod checks;
+
+mod elements;
+mod fibres;
+mod large_deformations;
+mod loads;
+mod loose_rims;
+mod materials;
+mod meshes;
+mod refused_input;
+mod repeated_solves;
+mod scales;
+mod slender_bodies;
+mod supports;

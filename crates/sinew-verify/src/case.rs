@@ -1,0 +1,305 @@
+//! What a benchmark is, and the rows it gives.
+
+use serde::Serialize;
+use std::time::Instant;
+
+/// A benchmark: one file in [`crate::cases`].
+pub trait Case: Sync {
+    /// Short name for `--only`, in lower case with hyphens.
+    fn name(&self) -> &'static str;
+
+    /// What is solved, in a line.
+    fn title(&self) -> &'static str;
+
+    /// Where the reference values come from.
+    fn provenance(&self) -> &'static str;
+
+    /// Solves and compares; rows given before an error count.
+    ///
+    /// # Errors
+    /// Anything that keeps a row from being made. The case then counts as failed.
+    fn run(&self, effort: Effort, rows: &mut Rows<'_>) -> anyhow::Result<()>;
+}
+
+/// How much time a run may take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Effort {
+    /// The coarse meshes of each case.
+    Quick,
+    /// Everything.
+    Full,
+}
+
+impl Effort {
+    /// The first `quick` of some rising levels, or all.
+    pub fn levels<T>(self, quick: usize, all: &[T]) -> &[T] {
+        match self {
+            Self::Quick => &all[..quick.min(all.len())],
+            Self::Full => all,
+        }
+    }
+}
+
+/// What a body is discretised with; each has its own colour and marker in plots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Formulation {
+    /// Linear simplices.
+    P1,
+    /// Quadratic simplices.
+    P2,
+    /// Quadratic displacement and continuous linear pressure (Taylor and Hood).
+    Mixed,
+    /// Linear simplices with one volume ratio per patch (F-bar).
+    FBar,
+    /// Trilinear hexahedra.
+    Q1,
+    /// Trilinear hexahedra with one volume ratio each (F-bar).
+    Q1FBar,
+}
+
+impl Formulation {
+    /// All of them, in the order of legends.
+    pub const ALL: [Self; 6] =
+        [Self::P1, Self::P2, Self::Mixed, Self::FBar, Self::Q1, Self::Q1FBar];
+
+    /// Name in tables and legends.
+    pub const fn label(self) -> &'static str {
+        match self {
+            Self::P1 => "P1",
+            Self::P2 => "P2",
+            Self::Mixed => "P2–P1",
+            Self::FBar => "F-bar",
+            Self::Q1 => "Q1",
+            Self::Q1FBar => "Q1 F-bar",
+        }
+    }
+}
+
+/// What a row is about.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Label {
+    /// The element.
+    pub formulation: Formulation,
+    /// Mesh and parameters.
+    pub setup: String,
+    /// The quantity, with its unit in brackets. Rows of one quantity on several meshes make a plot.
+    pub quantity: String,
+}
+
+impl Label {
+    /// A label.
+    pub fn new(
+        formulation: Formulation,
+        setup: impl Into<String>,
+        quantity: impl Into<String>,
+    ) -> Self {
+        Self { formulation, setup: setup.into(), quantity: quantity.into() }
+    }
+}
+
+/// Where an error must lie. A lower end larger than zero states a known weakness, such as locking: a
+/// smaller error would mean that the benchmark no longer measures it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Band {
+    /// Smallest error.
+    pub least: f64,
+    /// Largest error.
+    pub most: f64,
+}
+
+impl Band {
+    /// Errors up to `most`.
+    pub const fn below(most: f64) -> Self {
+        Self { least: 0.0, most }
+    }
+
+    /// Errors of a known weakness.
+    pub const fn between(least: f64, most: f64) -> Self {
+        Self { least, most }
+    }
+
+    /// Whether an error lies in the band; a NaN does not.
+    pub fn contains(self, error: f64) -> bool {
+        self.least <= error && error <= self.most
+    }
+}
+
+/// How an error is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Measure {
+    /// |value − reference| / |reference|.
+    Relative,
+    /// |value − reference|, in the unit of the quantity.
+    Absolute,
+}
+
+/// What a value took.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Cost {
+    /// Unknowns of the linear systems, pressures included.
+    pub unknowns: usize,
+    /// Wall-clock time of preparing and solving \[s\].
+    pub seconds: f64,
+}
+
+impl Cost {
+    /// The time since `start`.
+    pub fn since(start: Instant, unknowns: usize) -> Self {
+        Self { unknowns, seconds: start.elapsed().as_secs_f64() }
+    }
+}
+
+/// A value beside its reference. Cannot be made without error, band and cost, all finite.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Row {
+    /// What it is about.
+    #[serde(flatten)]
+    pub label: Label,
+    /// What the solver gives.
+    pub value: f64,
+    /// What it should be.
+    pub reference: f64,
+    /// How `error` is measured.
+    pub measure: Measure,
+    /// Distance of both.
+    pub error: f64,
+    /// Where the error must lie.
+    pub band: Band,
+    /// What the value took.
+    #[serde(flatten)]
+    pub cost: Cost,
+}
+
+/// A number that cannot stand in a row.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "{quantity} ({setup}): the {what} is {value}; rows need finite numbers, and references other than 0 for relative errors"
+)]
+pub struct RowError {
+    /// The quantity.
+    pub quantity: String,
+    /// Mesh and parameters.
+    pub setup: String,
+    /// The field.
+    pub what: &'static str,
+    /// Its value.
+    pub value: f64,
+}
+
+impl Row {
+    /// A row whose error is relative to the reference.
+    ///
+    /// # Errors
+    /// [`RowError`] for numbers that are not finite and a reference of zero.
+    pub fn relative(
+        label: Label,
+        [value, reference]: [f64; 2],
+        band: Band,
+        cost: Cost,
+    ) -> Result<Self, RowError> {
+        let error = ((value - reference) / reference).abs();
+        Self::checked(label, [value, reference], (Measure::Relative, error), band, cost)
+    }
+
+    /// A row whose error has the unit of the quantity.
+    ///
+    /// # Errors
+    /// [`RowError`] for numbers that are not finite.
+    pub fn absolute(
+        label: Label,
+        [value, reference]: [f64; 2],
+        band: Band,
+        cost: Cost,
+    ) -> Result<Self, RowError> {
+        let error = (value - reference).abs();
+        Self::checked(label, [value, reference], (Measure::Absolute, error), band, cost)
+    }
+
+    fn checked(
+        label: Label,
+        [value, reference]: [f64; 2],
+        (measure, error): (Measure, f64),
+        band: Band,
+        cost: Cost,
+    ) -> Result<Self, RowError> {
+        let numbers = [
+            ("value", value),
+            ("reference", reference),
+            ("error", error),
+            ("time", cost.seconds),
+            ("band's upper end", band.most),
+        ];
+        match numbers.iter().find(|(_, number)| !number.is_finite()) {
+            Some(&(what, value)) => {
+                let Label { quantity, setup, .. } = label;
+                Err(RowError { quantity, setup, what, value })
+            }
+            None => Ok(Self { label, value, reference, measure, error, band, cost }),
+        }
+    }
+
+    /// Whether the error lies in the band.
+    pub fn passes(&self) -> bool {
+        self.band.contains(self.error)
+    }
+}
+
+/// The rows of a running case, each reported as soon as it is there.
+pub struct Rows<'a> {
+    rows: Vec<Row>,
+    report: &'a mut dyn FnMut(&Row),
+}
+
+impl<'a> Rows<'a> {
+    /// No rows yet; `report` sees each that comes.
+    pub fn new(report: &'a mut dyn FnMut(&Row)) -> Self {
+        Self { rows: Vec::new(), report }
+    }
+
+    /// Adds a row.
+    pub fn push(&mut self, row: Row) {
+        (self.report)(&row);
+        self.rows.push(row);
+    }
+
+    /// All rows so far.
+    pub fn into_vec(self) -> Vec<Row> {
+        self.rows
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn label() -> Label {
+        Label::new(Formulation::P1, "2 cells", "u [mm]")
+    }
+
+    const COST: Cost = Cost { unknowns: 3, seconds: 0.1 };
+
+    #[test]
+    fn rows_judge_their_errors() {
+        let row = Row::relative(label(), [2.02, -2.0], Band::below(1e-2), COST).unwrap();
+        assert!((row.error - 2.01).abs() < 1e-12 && !row.passes());
+        let row = Row::absolute(label(), [2.02, 2.0], Band::below(0.03), COST).unwrap();
+        assert!((row.error - 0.02).abs() < 1e-12 && row.passes());
+        let locking = Band::between(0.8, 0.9);
+        let row = Row::relative(label(), [0.99, 1.0], locking, COST).unwrap();
+        assert!(!row.passes(), "a smaller error than the stated weakness is outside");
+    }
+
+    #[test]
+    fn rows_without_error_or_time_are_refused() {
+        let band = Band::below(1.0);
+        let slow = Cost { seconds: f64::NAN, ..COST };
+        assert_eq!(Row::absolute(label(), [1.0, 1.0], band, slow).unwrap_err().what, "time");
+        assert_eq!(Row::relative(label(), [1.0, 0.0], band, COST).unwrap_err().what, "error");
+        let none = Row::absolute(label(), [f64::NAN, 1.0], band, COST).unwrap_err();
+        assert!(none.to_string().contains("u [mm] (2 cells): the value is NaN"));
+    }
+}

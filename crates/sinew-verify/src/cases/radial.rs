@@ -1,0 +1,38 @@
+//! What the thick spheres and cylinders share.
+
+use sinew_energy::{Load, Magnitude, Support};
+use sinew_mesh::Mesh;
+
+/// Inner and outer radius of spheres and cylinders.
+pub(super) const RADII: [f64; 2] = [1.0, 2.0];
+
+/// A follower pressure on the inner surface.
+pub(super) fn inflation(pressure: f64) -> Vec<Load> {
+    vec![Load::Pressure { facets: "inner".into(), magnitude: Magnitude::Fixed(pressure) }]
+}
+
+/// Sides that slide in their planes.
+pub(super) fn rollers(sides: &[(&str, usize)]) -> Vec<Support> {
+    let roller = |axis: usize| std::array::from_fn(|i| (i == axis).then_some(0.0));
+    sides.iter().map(|&(side, axis)| Support::uniform(side, roller(axis))).collect()
+}
+
+/// Mean displacement of a side away from the centre; for cylinders from the z axis, along which nothing moves.
+pub(super) fn outward<const N: usize>(
+    mesh: &Mesh<N>,
+    side: &str,
+    displacement: &[f64],
+    dimension: usize,
+) -> f64 {
+    let nodes = &mesh.node_sets[side];
+    let moved = |&node: &usize| {
+        let (mut before, mut after) = (0.0, 0.0);
+        for i in 0..dimension {
+            let x = mesh.points[node][i];
+            before += x * x;
+            after += (x + displacement[3 * node + i]).powi(2);
+        }
+        f64::sqrt(after) - f64::sqrt(before)
+    };
+    nodes.iter().map(moved).sum::<f64>() / nodes.len() as f64
+}

@@ -1,0 +1,105 @@
+//! Thick sphere from compressible to nearly incompressible.
+
+use super::radial::{RADII, inflation, outward, rollers};
+use crate::case::{Band, Case, Effort, Formulation, Label, Row, Rows};
+use crate::reference::CompressibleSphere;
+use crate::solve::{displaced, scene};
+use anyhow::Result;
+use sinew_energy::laws::NeoHookean;
+use sinew_energy::{FiniteElement, Nodes};
+use sinew_mesh::{Mesh, sphere_octant};
+
+/// The locking ladder: how elements lose their deflection as λ/μ grows.
+pub(super) struct SphereLocking;
+
+const PRESSURE: f64 = 0.4;
+/// λ over μ = 1.
+const LAMES: [f64; 3] = [1.0, 49.0, 4999.0];
+/// Layers and cells along an edge of the cube.
+const MESHES: [[usize; 2]; 3] = [[2, 3], [3, 5], [4, 8]];
+
+/// Bands of one element for each λ and mesh.
+type Bands = [[Band; 3]; 3];
+
+/// Bands around known errors, a quarter to both sides: what locks must be seen to lock.
+const fn around(errors: [[f64; 3]; 3]) -> Bands {
+    let mut bands = below(errors);
+    let mut i = 0;
+    while i < 9 {
+        bands[i / 3][i % 3].least = 0.75 * errors[i / 3][i % 3];
+        i += 1;
+    }
+    bands
+}
+
+/// Bands up to a quarter above known errors.
+const fn below(errors: [[f64; 3]; 3]) -> Bands {
+    let mut bands = [[Band::below(0.0); 3]; 3];
+    let mut i = 0;
+    while i < 9 {
+        bands[i / 3][i % 3].most = 1.25 * errors[i / 3][i % 3];
+        i += 1;
+    }
+    bands
+}
+
+const LINEAR: Bands = around([[0.19, 0.10, 0.058], [0.51, 0.40, 0.35], [0.91, 0.80, 0.73]]);
+const HEXAHEDRA: Bands = around([[0.11, 0.051, 0.029], [0.70, 0.50, 0.36], [1.0, 0.99, 0.99]]);
+const QUADRATIC: Bands =
+    below([[0.0047, 0.0011, 3.5e-4], [0.016, 0.0059, 0.0029], [0.028, 0.011, 0.007]]);
+const PATCHES: Bands = below([[0.12, 0.055, 0.029], [0.13, 0.059, 0.031], [0.14, 0.059, 0.032]]);
+const HEXAHEDRA_AVERAGED: Bands =
+    below([[0.052, 0.023, 0.013], [0.054, 0.024, 0.013], [0.054, 0.024, 0.013]]);
+
+impl Case for SphereLocking {
+    fn name(&self) -> &'static str {
+        "sphere-locking"
+    }
+
+    fn title(&self) -> &'static str {
+        "Thick sphere at λ/μ = 1, 49 and 4999 under internal follower pressure: the locking ladder"
+    }
+
+    fn provenance(&self) -> &'static str {
+        "Radial equilibrium of thesis eq. (3.1) as a boundary value problem, own shooting by Dormand and Prince to \
+         1e-12. Bands of linear elements state how much they lock."
+    }
+
+    fn run(&self, effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+        let meshes = effort.levels(2, &MESHES);
+        let wall = |cells| sphere_octant(RADII, cells);
+        climb(rows, Formulation::P1, meshes, &LINEAR, |c| wall(c).tetrahedra())?;
+        climb(rows, Formulation::FBar, meshes, &PATCHES, |c| wall(c).tetrahedra())?;
+        climb(rows, Formulation::P2, meshes, &QUADRATIC, |c| wall(c).quadratic_tetrahedra())?;
+        climb(rows, Formulation::Q1, meshes, &HEXAHEDRA, |c| wall(c).hexahedra())?;
+        climb(rows, Formulation::Q1FBar, meshes, &HEXAHEDRA_AVERAGED, |c| wall(c).hexahedra())
+    }
+}
+
+fn climb<const N: usize>(
+    rows: &mut Rows<'_>,
+    formulation: Formulation,
+    meshes: &[[usize; 2]],
+    bands: &Bands,
+    mesh: impl Fn([usize; 2]) -> Mesh<N>,
+) -> Result<()>
+where
+    Nodes<N>: FiniteElement<N>,
+{
+    for (lame, bands) in LAMES.into_iter().zip(bands) {
+        let theta = [1.0, lame];
+        let [inner, outer] = RADII;
+        let exact = CompressibleSphere { shear: 1.0, lame, inner, outer }.inflate(PRESSURE)?;
+        for (&cells, &band) in meshes.iter().zip(bands) {
+            let supports = rollers(&[("x_min", 0), ("y_min", 1), ("z_min", 2)]);
+            let sphere = scene(mesh(cells), NeoHookean, &theta, inflation(PRESSURE), supports);
+            let found = displaced(&sphere, formulation, &theta)?;
+            let value = outward(&sphere.mesh, "inner", &found.displacement, 3);
+            let setup = format!("{} layers, {}² × 3 cells", cells[0], cells[1]);
+            let quantity = format!("displacement of the inner surface, λ/μ = {lame}");
+            let label = Label::new(formulation, setup, quantity);
+            rows.push(Row::relative(label, [value, exact.inner], band, found.cost)?);
+        }
+    }
+    Ok(())
+}

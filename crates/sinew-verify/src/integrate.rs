@@ -1,0 +1,94 @@
+//! Quadrature over solid meshes, independent of that of the solver's potential.
+
+use sinew_energy::{FiniteElement, Nodes, QuadraturePoint};
+use sinew_mesh::Mesh;
+
+/// A quadrature point of a mesh.
+pub(crate) struct Point<const N: usize> {
+    /// Nodes of its cell.
+    pub nodes: [usize; N],
+    /// Reference position \[length\].
+    pub at: [f64; 3],
+    /// Volume that it stands for \[length³\].
+    pub volume: f64,
+    /// Values of the shape functions.
+    pub shape: [f64; N],
+    /// Their gradients \[1/length\].
+    pub gradient: [[f64; 3]; N],
+}
+
+impl<const N: usize> Point<N> {
+    /// A nodal vector field at the point.
+    pub fn value(&self, field: &[f64]) -> [f64; 3] {
+        std::array::from_fn(|i| (0..N).map(|a| self.shape[a] * field[3 * self.nodes[a] + i]).sum())
+    }
+
+    /// Gradient of a nodal vector field, `∂u_i/∂X_j` in row i.
+    pub fn slope(&self, field: &[f64]) -> [[f64; 3]; 3] {
+        let entry = |i: usize, j: usize| -> f64 {
+            (0..N).map(|a| self.gradient[a][j] * field[3 * self.nodes[a] + i]).sum()
+        };
+        std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
+    }
+}
+
+/// All points of a mesh under a rule on the reference element.
+pub(crate) fn points<const N: usize>(
+    mesh: &Mesh<N>,
+    rule: &[QuadraturePoint],
+) -> impl Iterator<Item = Point<N>>
+where
+    Nodes<N>: FiniteElement<N>,
+{
+    let shapes: Vec<_> = rule
+        .iter()
+        .map(|p| (p.weight, Nodes::<N>::shape(p.at), Nodes::<N>::shape_derivatives(p.at)))
+        .collect();
+    mesh.cells.iter().flat_map(move |&nodes| {
+        let corners = nodes.map(|node| mesh.points[node]);
+        let at_point = |&(weight, shape, slopes): &(f64, [f64; N], [[f64; 3]; N])| {
+            let at = std::array::from_fn(|i| (0..N).map(|a| shape[a] * corners[a][i]).sum());
+            let jacobian: [[f64; 3]; 3] = std::array::from_fn(|i| {
+                std::array::from_fn(|k| (0..N).map(|a| slopes[a][k] * corners[a][i]).sum())
+            });
+            let (inverse, determinant) = inverse(&jacobian);
+            let gradient = slopes.map(|slope| {
+                std::array::from_fn(|j| (0..3).map(|k| slope[k] * inverse[k][j]).sum())
+            });
+            Point { nodes, at, volume: weight * determinant, shape, gradient }
+        };
+        shapes.iter().map(at_point).collect::<Vec<_>>()
+    })
+}
+
+/// Inverse and determinant.
+fn inverse(m: &[[f64; 3]; 3]) -> ([[f64; 3]; 3], f64) {
+    let minor = |i: usize, j: usize| {
+        let (r, s) = ((i + 1) % 3, (i + 2) % 3);
+        let (p, q) = ((j + 1) % 3, (j + 2) % 3);
+        m[r][p] * m[s][q] - m[r][q] * m[s][p]
+    };
+    let determinant = (0..3).map(|j| m[0][j] * minor(0, j)).sum();
+    (std::array::from_fn(|i| std::array::from_fn(|j| minor(j, i) / determinant)), determinant)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew_mesh::box_tetrahedra;
+
+    #[test]
+    fn linear_fields_are_integrated_exactly() {
+        let mesh = box_tetrahedra([1.0, 2.0, 3.0], [2; 3]).distorted(3, 0.2).quadratic();
+        let field: Vec<_> =
+            mesh.points.iter().flat_map(|x| [x[0] + 2.0 * x[1], x[2], 1.0]).collect();
+        let (mut volume, mut integral) = (0.0, 0.0);
+        for point in points(&mesh, Nodes::<10>::FINE_QUADRATURE) {
+            volume += point.volume;
+            integral += point.volume * point.value(&field)[0];
+            let slope = point.slope(&field);
+            assert!((slope[0][1] - 2.0).abs() < 1e-12 && (slope[1][2] - 1.0).abs() < 1e-12);
+        }
+        assert!((volume - 6.0).abs() < 1e-12 && (integral - 6.0 * 2.5).abs() < 1e-11);
+    }
+}

@@ -1,0 +1,39 @@
+//! Benchmarks of the finite-element solver against references that share no code with it.
+//!
+//! Each benchmark is a [`Case`], one file in [`cases`]. It gives [`Row`]s: a value beside its reference, with
+//! error, stated band, unknowns and seconds. References come from [`reference`]: closed forms, ordinary differential
+//! equations and scalar equations, or constants of other programs with their source.
+//!
+//! ```
+//! use sinew_verify::{Effort, Row, cases, run};
+//!
+//! let cases = cases::all();
+//! let patch = cases.iter().find(|case| case.name() == "patch").expect("a case");
+//! let outcome = run::run(patch.as_ref(), Effort::Quick, &mut |_: &Row| ());
+//! assert!(outcome.passes());
+//! assert!(outcome.rows.iter().all(|row| row.error <= row.band.most));
+//! ```
+//!
+//! `cargo xtask verify` runs them all, prints the table, writes `verify.json` and `verify.html`, and ends with an
+//! error when a value falls outside its band.
+
+mod case;
+pub mod cases;
+mod chart;
+mod format;
+mod html;
+mod integrate;
+mod laws;
+mod options;
+mod program;
+pub mod reference;
+mod report;
+pub mod run;
+mod solve;
+mod table;
+
+pub use case::{Band, Case, Cost, Effort, Formulation, Label, Measure, Row, RowError, Rows};
+pub use options::Options;
+pub use program::verify;
+pub use report::{Report, SCHEMA};
+pub use table::{summary, table};

@@ -1,0 +1,38 @@
+//! The command line.
+
+use clap::Parser;
+use std::path::PathBuf;
+
+/// Compare the solver with references that share no code with it: a table, `verify.json` and `verify.html`.
+/// Ends with an error when a value falls outside its stated band.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "cargo xtask verify", version)]
+pub struct Options {
+    /// Only the cases whose names contain this text; may be given several times
+    #[arg(long, value_name = "NAME")]
+    pub only: Vec<String>,
+    /// List the cases and end
+    #[arg(long)]
+    pub list: bool,
+    /// Coarse meshes only
+    #[arg(long)]
+    pub quick: bool,
+    /// Folder of verify.json and verify.html
+    #[arg(long, value_name = "DIR", default_value = "out/verify")]
+    pub out: PathBuf,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_sound() {
+        Options::command().debug_assert();
+        let options =
+            Options::parse_from(["verify", "--only", "cook", "--only", "beam", "--quick"]);
+        assert_eq!(options.only, ["cook", "beam"]);
+        assert!(options.quick && !options.list);
+    }
+}

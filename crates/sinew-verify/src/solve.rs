@@ -1,0 +1,151 @@
+//! From a scene to a solution with its cost.
+
+use crate::case::{Cost, Formulation};
+use anyhow::Result;
+use sinew_energy::{
+    Exact, FiniteElement, ForceBalance, Law, Load, Nodes, Parameter, Sampling, Scene, SceneError,
+    Support, TaylorHoodElement, TotalPotential, Units,
+};
+use sinew_fem::{BalanceSolution, BalanceSolver, Options, Solution, Solver};
+use sinew_mesh::{Mesh, boundary_facets};
+use std::time::Instant;
+
+/// Node set of the whole boundary, made by [`with_boundary`].
+pub(crate) const BOUNDARY: &str = "boundary";
+
+/// A scene of an isotropic law; give `directions` to others. No load reads θ.
+pub(crate) fn scene<L: Law<D>, const D: usize, const N: usize>(
+    mesh: Mesh<N>,
+    law: L,
+    theta: &[f64],
+    loads: Vec<Load>,
+    supports: Vec<Support>,
+) -> Scene<L, D, N> {
+    let parameter = |(name, &value): (&&str, &f64)| Parameter {
+        name: (*name).into(),
+        unit: "1".into(),
+        range: [value, value],
+        sampling: Sampling::Linear,
+    };
+    Scene {
+        name: "benchmark".into(),
+        units: Units::mm_kpa(),
+        mesh,
+        law,
+        directions: Vec::new(),
+        parameters: L::PARAMETERS.iter().zip(theta).map(parameter).collect(),
+        loads,
+        supports,
+    }
+}
+
+/// The same directions in every cell.
+pub(crate) fn with_directions<L: Law<D>, const D: usize, const N: usize>(
+    scene: Scene<L, D, N>,
+    directions: [[f64; 3]; D],
+) -> Scene<L, D, N> {
+    Scene { directions: vec![directions; scene.mesh.cells.len()], ..scene }
+}
+
+/// The minimum of a potential; the time covers preparation and solve.
+pub(crate) fn minimum<L: Law<D>, const D: usize, const N: usize>(
+    potential: &TotalPotential<L, D, Exact, N>,
+    theta: &[f64],
+) -> Result<(Solution, Cost)> {
+    let start = Instant::now();
+    let mut solver = Solver::new(potential)?;
+    let solution = solver.solve(theta, &Options::default())?;
+    Ok((solution, Cost::since(start, solver.unknowns())))
+}
+
+/// A balance of forces; the time covers preparation and solve.
+pub(crate) fn balance<L: Law<D>, const D: usize, const N: usize>(
+    body: &ForceBalance<L, D, N>,
+    theta: &[f64],
+) -> Result<(BalanceSolution, Cost)> {
+    let start = Instant::now();
+    let mut solver = BalanceSolver::new(body)?;
+    let solution = solver.solve(theta, &Options::default())?;
+    let unknowns = solver.unknowns().iter().sum();
+    Ok((solution, Cost::since(start, unknowns)))
+}
+
+/// The potential of displacements alone, with averaged volume ratios where the formulation has them.
+pub(crate) fn lower<L: Law<D>, const D: usize, const N: usize>(
+    scene: &Scene<L, D, N>,
+    formulation: Formulation,
+) -> Result<TotalPotential<L, D, Exact, N>, SceneError>
+where
+    Nodes<N>: FiniteElement<N>,
+{
+    match formulation {
+        Formulation::FBar | Formulation::Q1FBar => scene.lower_averaged(),
+        _ => scene.lower(),
+    }
+}
+
+/// A displacement and its cost.
+pub(crate) struct Found {
+    /// Displacement node by node.
+    pub displacement: Vec<f64>,
+    /// What it took.
+    pub cost: Cost,
+}
+
+/// The equilibrium of displacements alone.
+pub(crate) fn displaced<L: Law<D>, const D: usize, const N: usize>(
+    scene: &Scene<L, D, N>,
+    formulation: Formulation,
+    theta: &[f64],
+) -> Result<Found>
+where
+    Nodes<N>: FiniteElement<N>,
+{
+    let (solution, cost) = minimum(&lower(scene, formulation)?, theta)?;
+    Ok(Found { displacement: solution.displacement, cost })
+}
+
+/// The equilibrium of quadratic displacements and linear pressures, incompressible for `compliance` 0, else
+/// with the further bulk modulus `1/compliance`.
+pub(crate) fn mixed<L: Law<D>, const D: usize, const N: usize>(
+    scene: &Scene<L, D, N>,
+    compliance: f64,
+    theta: &[f64],
+) -> Result<Found>
+where
+    Nodes<N>: TaylorHoodElement<N>,
+{
+    let mut body = scene.lower_mixed()?;
+    body.pressure_field.iter_mut().for_each(|field| field.compliance = compliance);
+    let (solution, cost) = balance(&body, theta)?;
+    Ok(Found { displacement: solution.displacement, cost })
+}
+
+/// The mesh with the node set [`BOUNDARY`].
+pub(crate) fn with_boundary<const N: usize>(mut mesh: Mesh<N>) -> Mesh<N> {
+    let nodes = mesh.nodes_of_facets(&boundary_facets(&mesh));
+    mesh.node_sets.insert(BOUNDARY.into(), nodes);
+    mesh
+}
+
+/// Displacement at a point: the mean over the nodes that are nearest to it, which on symmetric meshes is that of
+/// the point between them.
+pub(crate) fn displacement_at<const N: usize>(
+    mesh: &Mesh<N>,
+    displacement: &[f64],
+    point: [f64; 3],
+) -> [f64; 3] {
+    let distance = |node: usize| {
+        let x = mesh.points[node];
+        (0..3).map(|i| (x[i] - point[i]).powi(2)).sum::<f64>().sqrt()
+    };
+    let nearest = (0..mesh.points.len()).map(distance).fold(f64::INFINITY, f64::min);
+    let tie = |&node: &usize| distance(node) <= nearest + TIE;
+    let nodes: Vec<_> = (0..mesh.points.len()).filter(tie).collect();
+    std::array::from_fn(|i| {
+        nodes.iter().map(|&n| displacement[3 * n + i]).sum::<f64>() / nodes.len() as f64
+    })
+}
+
+/// Distances \[length\] that count as equal.
+const TIE: f64 = 1e-9;

@@ -1,0 +1,115 @@
+//! The table on the terminal.
+
+use crate::case::Row;
+use crate::format::{count, error, seconds, significant};
+use crate::run::Outcome;
+use std::fmt::Write;
+
+const HEADINGS: [&str; 7] = ["value", "reference", "error", "band", "time", "unknowns", ""];
+
+/// The rows of one case with its verdict, for a terminal.
+pub fn table(outcome: &Outcome) -> String {
+    let verdict = if outcome.passes() { "ok" } else { "FAILED" };
+    let mut text = format!(
+        "\n{}: {} [{}, {verdict}]\n",
+        outcome.name,
+        outcome.title,
+        seconds(outcome.seconds)
+    );
+    let mut lines: Vec<(String, [String; 7])> = vec![("".into(), HEADINGS.map(String::from))];
+    lines.extend(outcome.rows.iter().map(|row| (subject(row), cells(row))));
+    if outcome.rows.is_empty() {
+        lines.clear();
+    }
+    let width = |text: &str| text.chars().count();
+    let widest = |column: usize| lines.iter().map(|l| width(&l.1[column])).max().unwrap_or(0);
+    let widths: [usize; 7] = std::array::from_fn(widest);
+    let first = lines.iter().map(|line| width(&line.0)).max().unwrap_or(0);
+    for (subject, cells) in &lines {
+        let _ = write!(text, "  {subject:<first$}");
+        for (cell, width) in cells.iter().zip(widths) {
+            let _ = write!(text, "  {cell:>width$}");
+        }
+        let kept = text.trim_end().len();
+        text.truncate(kept);
+        text.push('\n');
+    }
+    if let Some(failure) = &outcome.failure {
+        let _ = writeln!(text, "  failed: {}", failure.replace('\n', "\n    "));
+    }
+    text
+}
+
+/// What a row is about: quantity, element and mesh.
+pub(crate) fn subject(row: &Row) -> String {
+    let label = &row.label;
+    let setup = if label.setup.is_empty() { "" } else { ", " };
+    format!("{}, {}{setup}{}", label.quantity, label.formulation.label(), label.setup)
+}
+
+fn cells(row: &Row) -> [String; 7] {
+    let verdict = if row.passes() { "" } else { "OUTSIDE" };
+    [
+        significant(row.value, 8),
+        significant(row.reference, 8),
+        error(row.error, row.measure),
+        band(row),
+        seconds(row.cost.seconds),
+        count(row.cost.unknowns as u64),
+        verdict.into(),
+    ]
+}
+
+/// Where the error must lie.
+pub(crate) fn band(row: &Row) -> String {
+    let most = error(row.band.most, row.measure);
+    if row.band.least == 0.0 {
+        format!("≤ {most}")
+    } else {
+        format!("{} … {most}", error(row.band.least, row.measure))
+    }
+}
+
+/// The last line: how many rows lie in their bands.
+pub fn summary(outcomes: &[Outcome]) -> String {
+    let rows = || outcomes.iter().flat_map(|outcome| &outcome.rows);
+    let failed: Vec<_> = outcomes.iter().filter(|o| !o.passes()).map(|o| o.name.as_str()).collect();
+    let total: f64 = outcomes.iter().map(|outcome| outcome.seconds).sum();
+    let (inside, all) = (rows().filter(|row| row.passes()).count(), rows().count());
+    let verdict = match failed.as_slice() {
+        [] => "every case passes".to_string(),
+        names => format!("failed: {}", names.join(", ")),
+    };
+    format!(
+        "{inside} of {all} values within their bands, {} cases in {}; {verdict}",
+        outcomes.len(),
+        seconds(total)
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::Effort;
+    use crate::run::{run, tests::Fake};
+
+    #[test]
+    fn the_table_shows_errors_beside_times() {
+        let outcome = run(&Fake { error: 0.05, breaks: None }, Effort::Full, &mut |_| ());
+        let text = table(&outcome);
+        let lines: Vec<_> = text.lines().skip(2).collect();
+        assert!(lines[0].contains("value") && lines[0].contains("band"));
+        assert!(lines[1].contains("20 %") && lines[1].ends_with("OUTSIDE"), "{text}");
+        assert!(lines[2].contains("≤ 10 %") && lines[2].contains("0.10 s"), "{text}");
+        assert!(lines[2].ends_with("1\u{202f}000"), "{text}");
+        assert!(summary(&[outcome]).contains("1 of 2 values within their bands, 1 cases"));
+    }
+
+    #[test]
+    fn failures_are_shown_with_their_reason() {
+        let breaks: Option<fn() -> anyhow::Result<()>> = Some(|| Err(anyhow::anyhow!("why")));
+        let outcome = run(&Fake { error: 0.01, breaks }, Effort::Full, &mut |_| ());
+        assert!(table(&outcome).contains("FAILED]") && table(&outcome).contains("failed: why"));
+        assert!(summary(&[outcome]).ends_with("failed: fake"));
+    }
+}
