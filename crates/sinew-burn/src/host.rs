@@ -195,9 +195,9 @@ macro_rules! operations {
 
 operations! {
     of_one(1: a);
-    of_six(6: a, b, c, d, e, f);
     of_seven(7: a, b, c, d, e, f, g);
     of_eight(8: a, b, c, d, e, f, g, h);
     of_nine(9: a, b, c, d, e, f, g, h, i);
     of_ten(10: a, b, c, d, e, f, g, h, i, j);
+    of_eleven(11: a, b, c, d, e, f, g, h, i, j, k);
 }

@@ -2,7 +2,6 @@
 
 use rayon::prelude::*;
 
-use crate::activation::{Activation, activate_in_place};
 use crate::index::{Gather, Inverse};
 use crate::simd::{sum_of, vectorised};
 
@@ -31,26 +30,23 @@ vectorised! {
 }
 
 vectorised! {
-    /// `x = f(bias + Σ_k source_k[index_k[row]])` for consecutive rows from `start` on.
-    pub(crate) fn gather_and_activate<FUSED>(
-        activation: Activation,
+    /// `x = bias + Σ_k source_k[index_k[row]]` for consecutive rows from `start` on.
+    pub(crate) fn gather_sums<FUSED>(
         bias: &[f32],
-        gathers: &[Gather],
-        sources: &[&[f32]],
+        sources: &[(&Gather, &[f32])],
         start: usize,
         x: &mut [f32],
     ) {
         let width = bias.len();
         for (offset, x) in x.chunks_exact_mut(width).enumerate() {
             x.copy_from_slice(bias);
-            for (gather, source) in gathers.iter().zip(sources) {
+            for (gather, source) in sources {
                 let source = &source[gather.source(start + offset) * width..][..width];
                 for (x, value) in x.iter_mut().zip(source) {
                     *x += value;
                 }
             }
         }
-        activate_in_place::<FUSED>(activation, x);
     }
 }
 
