@@ -17,6 +17,8 @@ use burn::backend::{
 };
 use burn::tensor::{Shape, Tensor, TensorData};
 
+use crate::pool::keep_freed_memory;
+
 /// A contiguous single-precision tensor in host memory; clones share it.
 #[derive(Clone, Debug)]
 pub(crate) struct HostTensor(FlexTensor);
@@ -99,6 +101,7 @@ fn forward<B: Backend, O: HostOperation, const N: usize>(
     operation: &O,
     tracked: bool,
 ) -> (FloatTensor<B>, HostTensor, Option<O::Saved>) {
+    keep_freed_memory();
     let device = inputs[0].device();
     let inputs = inputs.map(HostTensor::read::<B>);
     let (output, saved) = operation.forward(&inputs, tracked);

@@ -21,7 +21,7 @@ use crate::rows::{add_gathered_rows, add_into, add_rows_into, add_up};
 /// Most groups of tiles with parameter gradients of their own.
 const GROUPS: usize = 8;
 /// Tiles from which on there are so many; fewer tiles make half the groups.
-const TILES_FOR_ALL_GROUPS: usize = 32;
+const TILES_FOR_ALL_GROUPS: usize = 64;
 
 /// Gradients of a scalar with respect to inputs and parameters, in the order of the operation.
 pub(crate) struct Gradients {

@@ -11,8 +11,9 @@ use crate::pool::Buffer;
 use crate::product::{Panels, Start, multiply};
 use crate::rows::{add_to_rows, gather_sums, single_output};
 
-/// Most rows of a tile: activations of two layers of 128 then take 120 KiB.
-const TILE_ROWS: usize = 120;
+/// Most rows of a tile: activations of two layers of 128 then take 60 KiB, and weight gradients,
+/// whose factors are read in strides, meet few conflicts in the first-level cache.
+const TILE_ROWS: usize = 60;
 /// Tiles that few rows are cut into, so that every thread has some.
 const FEWEST_TILES: usize = 8;
 /// Rows of a tile are a multiple of this, so that products run in whole blocks.

@@ -4,7 +4,7 @@ use burn::tensor::{DType, Tensor, TensorData};
 use rayon::prelude::*;
 
 use crate::pool::Buffer;
-use crate::product::{Panels, Start, add_transposed_product, multiply};
+use crate::product::{Panels, Start, gram, multiply};
 use crate::simd::vectorised;
 
 /// Iterations; five bring singular values from 10⁻² to near one.
@@ -52,15 +52,15 @@ fn iterate(values: &mut Vec<f32>, rows: usize, columns: usize) {
         *values = transposed(values, columns);
     }
     let size = rows.min(columns);
-    let (mut gram, mut square) = (Buffer::take(size * size), Buffer::take(size * size));
-    let mut previous = Buffer::take(values.len());
+    let (mut first, mut square) = (Buffer::take(size * size), Buffer::take(size * size));
+    let mut next = vec![0.0; values.len()];
     for _ in 0..ITERATIONS {
-        previous.copy_from_slice(values);
-        gram.fill(0.0);
-        add_transposed_product(&previous, size, &previous, &mut gram);
-        multiply(&gram, &Panels::new(&gram, size), Start::Zero, &mut square);
-        polynomial(size, &gram, &mut square);
-        multiply(&previous, &Panels::new(&square, size), Start::Zero, values);
+        gram(values, size, &mut first);
+        // Symmetric, hence its own Gram matrix is its square.
+        gram(&first, size, &mut square);
+        polynomial(size, &first, &mut square);
+        multiply(values, &Panels::new(&square, size), Start::Zero, &mut next);
+        std::mem::swap(values, &mut next);
     }
     if rows < columns {
         *values = transposed(values, rows);

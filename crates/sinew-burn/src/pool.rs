@@ -1,11 +1,12 @@
 //! Scratch memory reused between training steps.
 //!
 //! A step needs some tens of megabytes of activations. Fresh pages from the operating system cost
-//! a fault per 4 KiB, a tenth of the step; buffers returned here are handed out again.
+//! a fault per 4 KiB, a tenth of the step; buffers returned here are handed out again, and the
+//! allocator is brought to keep what Burn's tensors free.
 
 use std::fmt;
 use std::ops::{Deref, DerefMut};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, Once, PoisonError};
 
 /// Memory kept for reuse; beyond it, returned buffers are freed.
 const KEPT_BYTES: usize = 256 << 20;
@@ -14,6 +15,21 @@ const KEPT_BYTES: usize = 256 << 20;
 const LARGEST_MISFIT: usize = 4;
 
 static SHELF: Mutex<Vec<Vec<f32>>> = Mutex::new(Vec::new());
+
+/// The largest block whose release teaches the allocator of glibc to serve such blocks from
+/// memory that it keeps; on others a block of this size comes and goes without a page touched.
+const LESSON_BYTES: usize = (32 << 20) - (64 << 10);
+
+static LESSON: Once = Once::new();
+
+/// Lets glibc keep up to twice [`LESSON_BYTES`] of freed memory instead of returning it after
+/// every step.
+///
+/// Its allocator maps large blocks afresh, and raises the size from which it does, and the amount
+/// of free memory it trims, whenever such a block is freed (mallopt(3), `M_MMAP_THRESHOLD`).
+pub(crate) fn keep_freed_memory() {
+    LESSON.call_once(|| drop(std::hint::black_box(Vec::<u8>::with_capacity(LESSON_BYTES))));
+}
 
 /// A borrowed stretch of numbers with unspecified content, returned when dropped.
 pub(crate) struct Buffer {

@@ -23,9 +23,7 @@ impl Panels {
     pub fn new(matrix: &[f32], columns: usize) -> Self {
         let depth = matrix.len() / columns.max(1);
         Self::pack(depth, columns, |row, column, panel| {
-            let from = &matrix[row * columns + column..(row + 1) * columns];
-            let count = from.len().min(panel.len());
-            panel[..count].copy_from_slice(&from[..count]);
+            panel.copy_from_slice(&matrix[row * columns + column..][..panel.len()]);
         })
     }
 
@@ -42,11 +40,13 @@ impl Panels {
 
     /// `copy(row, column, panel)` writes the numbers of `row` from `column` on.
     fn pack(depth: usize, columns: usize, copy: impl Fn(usize, usize, &mut [f32])) -> Self {
-        let mut values = Buffer::zeros(depth * columns.next_multiple_of(LANES));
+        let mut values = Buffer::take(depth * columns.next_multiple_of(LANES));
         for Panel { start, width } in panels(columns) {
             let panel = &mut values[start * depth..(start + width) * depth];
+            let valid = width.min(columns - start);
             for (row, to) in panel.chunks_exact_mut(width).enumerate() {
-                copy(row, start, to);
+                copy(row, start, &mut to[..valid]);
+                to[valid..].fill(0.0);
             }
         }
         Self { values, depth, columns }
@@ -87,39 +87,57 @@ pub(crate) enum Start {
 
 /// `output = rows · weight`, or added to the output.
 pub(crate) fn multiply(rows: &[f32], weight: &Panels, start: Start, output: &mut [f32]) {
-    multiply_columns(rows, weight, 0..usize::MAX, start, output);
-}
-
-/// [`multiply`] for those panels only that reach into `columns`.
-pub(crate) fn multiply_columns(
-    rows: &[f32],
-    weight: &Panels,
-    columns: std::ops::Range<usize>,
-    start: Start,
-    output: &mut [f32],
-) {
-    let (depth, width) = (weight.depth, weight.columns);
-    if width == 0 || output.is_empty() {
+    let Panels { values, depth, columns } = weight;
+    if *columns == 0 || output.is_empty() {
         return;
     }
-    let count = output.len() / width;
+    let count = output.len() / columns;
     assert_eq!(rows.len(), count * depth, "factors of a product");
-    for panel in panels(width) {
-        if panel.start + panel.width <= columns.start || panel.start >= columns.end {
-            continue;
-        }
-        let values = &weight.values[panel.start * depth..(panel.start + panel.width) * depth];
+    for panel in panels(*columns) {
         let task = Task {
             count,
-            depth,
-            factor: Factor { values: rows, row_stride: depth, step: 1 },
-            panel: values,
+            depth: *depth,
+            factor: Factor { values: rows, row_stride: *depth, step: 1 },
+            panel: &values[panel.start * depth..(panel.start + panel.width) * depth],
             stride: panel.width,
-            columns: width,
+            columns: *columns,
             start: panel.start,
             kept: start == Start::Kept,
         };
         task.run(panel.width, output);
+    }
+}
+
+/// `gram = xᵀ x`, where `x` has rows of `size` numbers; only one triangle is computed. Of a
+/// symmetric `x` it is the square.
+pub(crate) fn gram(x: &[f32], size: usize, gram: &mut [f32]) {
+    if x.is_empty() {
+        gram.fill(0.0);
+        return;
+    }
+    for panel in panels(size) {
+        let packed = (panel.start + panel.width > size).then(|| pack_columns(x, size, panel));
+        let (values, stride) = match &packed {
+            Some(packed) => (&packed[..], panel.width),
+            None => (&x[panel.start..], size),
+        };
+        // Rows from the diagonal on.
+        let task = Task {
+            count: size - panel.start,
+            depth: x.len() / size,
+            factor: Factor { values: &x[panel.start..], row_stride: 1, step: size },
+            panel: values,
+            stride,
+            columns: size,
+            start: panel.start,
+            kept: false,
+        };
+        task.run(panel.width, &mut gram[panel.start * size..]);
+    }
+    for i in 0..size {
+        for j in i + 1..size {
+            gram[i * size + j] = gram[j * size + i];
+        }
     }
 }
 
@@ -299,42 +317,38 @@ impl Task<'_> {
         let valid = (V * R::LANES).min(self.columns - self.start);
         for (i, sums) in sums.into_iter().enumerate() {
             let to = &mut output[(row + i) * self.columns + self.start..][..valid];
-            // SAFETY: `to` or the array is as long as the registers together.
-            unsafe {
-                match valid == V * R::LANES {
-                    true => write(sums, self.kept, to.as_mut_ptr()),
-                    false => {
-                        let mut whole = [0.0; 4 * LANES];
-                        whole[..valid].copy_from_slice(to);
-                        write(sums, self.kept, whole.as_mut_ptr());
-                        to.copy_from_slice(&whole[..valid]);
-                    }
-                }
+            for (v, sum) in sums.into_iter().enumerate() {
+                // SAFETY: inside `to`, which is `valid` long.
+                unsafe { write(sum, self.kept, to, v * R::LANES) };
             }
         }
     }
 }
 
-/// Writes the sums, or adds them to what is there.
+/// Writes a register to `to` from `start` on as far as that goes, or adds it to what is there.
 ///
 /// # Safety
-/// All lanes can be read and written.
+/// The processor has the register's instructions.
 #[inline(always)]
-unsafe fn write<R: Register, const V: usize>(sums: [R; V], kept: bool, to: *mut f32) {
+unsafe fn write<R: Register>(sum: R, kept: bool, to: &mut [f32], start: usize) {
     let one = 1.0;
-    for (v, sum) in sums.into_iter().enumerate() {
-        // SAFETY: by the caller.
-        unsafe {
-            let to = to.add(v * R::LANES);
-            let sum = if kept { R::load(to).multiply_add(R::splat(&one), sum) } else { sum };
-            sum.store(to);
+    let count = to.len().saturating_sub(start);
+    // SAFETY: by the caller; `count` numbers are left from `start` on.
+    unsafe {
+        let add = |there: R| there.multiply_add(R::splat(&one), sum);
+        if count >= R::LANES {
+            let to = to.as_mut_ptr().add(start);
+            if kept { add(R::load(to)) } else { sum }.store(to);
+        } else if count > 0 {
+            let to = to.as_mut_ptr().add(start);
+            if kept { add(R::load_some(to, count)) } else { sum }.store_some(to, count);
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Panels, Start, add_transposed_product, multiply};
+    use super::{Panels, Start, add_transposed_product, gram, multiply};
 
     /// Small whole numbers, so that sums are exact in any order.
     fn matrix(rows: usize, columns: usize, seed: usize) -> Vec<f32> {
@@ -369,6 +383,16 @@ mod tests {
             add_transposed_product(&transposed(&a, depth), rows, &b, &mut found);
             let thrice: Vec<f32> = expected.iter().map(|x| 3.0 * x).collect();
             assert_eq!(found, thrice, "{rows}x{depth}x{columns}, added");
+        }
+    }
+
+    #[test]
+    fn gram_matrices_are_symmetric() {
+        for (rows, columns) in [(3, 1), (128, 40), (50, 128), (9, 79)] {
+            let x = matrix(rows, columns, 3);
+            let mut found = vec![f32::NAN; columns * columns];
+            gram(&x, columns, &mut found);
+            assert_eq!(found, plain(&transposed(&x, columns), &x, rows, columns));
         }
     }
 

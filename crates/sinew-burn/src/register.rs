@@ -25,6 +25,34 @@ pub(crate) trait Register: Copy {
     /// All lanes from `to` on can be written.
     unsafe fn store(self, to: *mut f32);
 
+    /// The first `count` lanes, less than all, from `from` on; zeros in the others.
+    ///
+    /// # Safety
+    /// So many numbers from `from` on can be read.
+    #[inline(always)]
+    unsafe fn load_some(from: *const f32, count: usize) -> Self {
+        let mut lanes = [0.0; 16];
+        // SAFETY: by the caller; no register is longer than the array.
+        unsafe {
+            std::ptr::copy_nonoverlapping(from, lanes.as_mut_ptr(), count);
+            Self::load(lanes.as_ptr())
+        }
+    }
+
+    /// Writes the first `count` lanes, less than all.
+    ///
+    /// # Safety
+    /// So many numbers from `to` on can be written.
+    #[inline(always)]
+    unsafe fn store_some(self, to: *mut f32, count: usize) {
+        let mut lanes = [0.0; 16];
+        // SAFETY: as above.
+        unsafe {
+            self.store(lanes.as_mut_ptr());
+            std::ptr::copy_nonoverlapping(lanes.as_ptr(), to, count);
+        }
+    }
+
     /// `self · b + c`.
     ///
     /// # Safety
@@ -34,7 +62,7 @@ pub(crate) trait Register: Copy {
 
 #[cfg(target_arch = "x86_64")]
 macro_rules! register {
-    ($name:ident, $lanes:literal, $zero:ident, $splat:ident, $load:ident, $store:ident, $fused:ident) => {
+    ($name:ident, $lanes:literal, $zero:ident, $splat:ident, $load:ident, $store:ident, $fused:ident, $($more:item)*) => {
         impl Register for std::arch::x86_64::$name {
             const LANES: usize = $lanes;
 
@@ -63,6 +91,8 @@ macro_rules! register {
             unsafe fn multiply_add(self, b: Self, c: Self) -> Self {
                 unsafe { std::arch::x86_64::$fused(self, b, c) }
             }
+
+            $($more)*
         }
     };
 }
@@ -75,7 +105,15 @@ register!(
     _mm512_set1_ps,
     _mm512_loadu_ps,
     _mm512_storeu_ps,
-    _mm512_fmadd_ps
+    _mm512_fmadd_ps,
+    #[inline(always)]
+    unsafe fn load_some(from: *const f32, count: usize) -> Self {
+        unsafe { std::arch::x86_64::_mm512_maskz_loadu_ps((1 << count) - 1, from) }
+    }
+    #[inline(always)]
+    unsafe fn store_some(self, to: *mut f32, count: usize) {
+        unsafe { std::arch::x86_64::_mm512_mask_storeu_ps(to, (1 << count) - 1, self) }
+    }
 );
 #[cfg(target_arch = "x86_64")]
 register!(
@@ -85,7 +123,7 @@ register!(
     _mm256_set1_ps,
     _mm256_loadu_ps,
     _mm256_storeu_ps,
-    _mm256_fmadd_ps
+    _mm256_fmadd_ps,
 );
 
 /// Four numbers, which the compiler puts into a register where the target has one.

@@ -39,14 +39,36 @@ vectorised! {
     ) {
         let width = bias.len();
         for (offset, x) in x.chunks_exact_mut(width).enumerate() {
-            x.copy_from_slice(bias);
-            for (gather, source) in sources {
-                let source = &source[gather.source(start + offset) * width..][..width];
-                for (x, value) in x.iter_mut().zip(source) {
-                    *x += value;
+            match sources {
+                [] => x.copy_from_slice(bias),
+                [first] => sum(x, bias, row_of(first, start + offset, width)),
+                [first, second, others @ ..] => {
+                    let row = start + offset;
+                    let (first, second) = (row_of(first, row, width), row_of(second, row, width));
+                    for j in 0..width {
+                        x[j] = bias[j] + first[j] + second[j];
+                    }
+                    for other in others {
+                        for (x, value) in x.iter_mut().zip(row_of(other, row, width)) {
+                            *x += value;
+                        }
+                    }
                 }
             }
         }
+    }
+}
+
+/// The row of a source that `row` of the result reads.
+#[inline(always)]
+fn row_of<'a>((gather, source): &(&Gather, &'a [f32]), row: usize, width: usize) -> &'a [f32] {
+    &source[gather.source(row) * width..][..width]
+}
+
+#[inline(always)]
+fn sum(x: &mut [f32], a: &[f32], b: &[f32]) {
+    for ((x, a), b) in x.iter_mut().zip(a).zip(b) {
+        *x = a + b;
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param, ParamId};
 use burn::optim::GradientsParams;
-use burn::tensor::{Device, Tensor, TensorData};
+use burn::tensor::{DType, Device, Tensor, TensorData};
 use serde::{Deserialize, Serialize};
 
 use super::Optimiser;
@@ -109,7 +109,8 @@ fn orthogonalise(updates: &mut [Update]) {
     for (update, direction) in matrices.into_iter().zip(directions) {
         let [inputs, outputs] = direction.dims();
         let scale = (outputs as f32 / inputs as f32).max(1.0).sqrt();
-        update.gradient = direction.into_data().iter::<f32>().map(|value| scale * value).collect();
+        update.gradient = numbers(direction);
+        update.gradient.iter_mut().for_each(|value| *value *= scale);
     }
 }
 
@@ -197,11 +198,22 @@ impl ModuleVisitor for Collector<'_> {
                 id: param.id,
                 shape: gradient.dims().to_vec(),
                 orthogonal: D == 2 && !(decoder && self.adam_on_decoders),
-                gradient: gradient.into_data().iter::<f32>().collect(),
+                gradient: numbers(gradient),
                 moments: self.moments.remove(&param.id.val()).unwrap_or_default(),
             });
         }
     }
+}
+
+/// The numbers of a tensor in single precision.
+fn numbers<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
+    match tensor.dtype() {
+        DType::F32 => tensor,
+        _ => tensor.cast(DType::F32),
+    }
+    .into_data()
+    .try_into_vec()
+    .expect("the precision it was cast to")
 }
 
 struct Mapper {
@@ -217,10 +229,10 @@ impl ModuleMapper for Mapper {
         param.map(|weights| {
             let requires_gradient = weights.is_require_grad();
             let (device, dims) = (weights.device().without_autodiff(), weights.dims());
-            let old = weights.without_autodiff().into_data();
-            let change = direction.into_iter().map(|change| self.learning_rate * change);
-            let values: Vec<f32> =
-                old.iter::<f32>().zip(change).map(|(old, change)| old - change).collect();
+            let mut values = numbers(weights.without_autodiff());
+            for (value, change) in values.iter_mut().zip(direction) {
+                *value -= self.learning_rate * change;
+            }
             let weights = Tensor::from_data(TensorData::new(values, dims), &device);
             Tensor::from_inner(weights).set_require_grad(requires_gradient)
         })
