@@ -23,6 +23,7 @@
 //! - [`signed_edge_sum`], [`received_edge_sum`]: messages to nodes;
 //! - [`celu`], [`activate`]: activations;
 //! - [`orthogonalise`]: the Newton–Schulz iteration of the Muon optimiser;
+//! - [`adam_direction`], [`momentum_direction`]: moments of gradients, in place;
 //! - [`Lanes`]: a tensor as the number type of a formula;
 //! - [`fused_potential`]: an energy from outside of Burn whose backward pass is its residual.
 //!
@@ -43,6 +44,7 @@ mod lanes;
 mod mlp;
 mod mlp_backward;
 mod mlp_kernel;
+mod moments;
 mod normalise;
 mod orthogonalise;
 mod pool;
@@ -62,5 +64,6 @@ pub use error::IndexError;
 pub use index::GatherPlan;
 pub use lanes::Lanes;
 pub use mlp::{Input, LayerNormalisation, PerceptronWeights, gathered_mlp};
+pub use moments::{AdamRule, adam_direction, descend, momentum_direction};
 pub use orthogonalise::orthogonalise;
 pub use potential::{BatchPotential, fused_potential};

@@ -134,9 +134,16 @@ pub(crate) fn gram(x: &[f32], size: usize, gram: &mut [f32]) {
         };
         task.run(panel.width, &mut gram[panel.start * size..]);
     }
-    for i in 0..size {
-        for j in i + 1..size {
-            gram[i * size + j] = gram[j * size + i];
+    mirror(gram, size);
+}
+
+/// Copies the lower triangle to the upper one, block by block for the cache's sake.
+fn mirror(matrix: &mut [f32], size: usize) {
+    for from in (0..size).step_by(LANES) {
+        for i in from..size {
+            for j in from..(from + LANES).min(i) {
+                matrix[j * size + i] = matrix[i * size + j];
+            }
         }
     }
 }

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::index::{Gather, Inverse};
-use crate::simd::{sum_of, vectorised};
+use crate::simd::{dot, vectorised};
 
 /// Target rows that one task of the scatter adds up.
 const ROWS_PER_TASK: usize = 64;
@@ -88,7 +88,7 @@ vectorised! {
     /// Products of the rows of `hidden` with the one column of a last layer.
     pub(crate) fn single_output<FUSED>(weight: &[f32], hidden: &[f32], output: &mut [f32]) {
         for (row, output) in hidden.chunks_exact(weight.len()).zip(output) {
-            *output = sum_of::<32>(weight.len(), |j| row[j] * weight[j]);
+            *output = dot::<FUSED>(row, weight);
         }
     }
 }
