@@ -14,7 +14,7 @@ use crate::mlp_kernel::{
 };
 use crate::normalise::{Normalisation, pull_back_normalisation};
 use crate::orthogonalise::transposed;
-use crate::pool::Buffer;
+use crate::pool::{Buffer, LINE};
 use crate::product::{Panels, Start, add_transposed_product, multiply};
 use crate::rows::{add_gathered_rows, add_into, add_rows_into, add_up};
 
@@ -50,7 +50,7 @@ pub(crate) fn backward(
         .collect::<Vec<_>>()
         .into_par_iter()
         .map(|(rows, row_gradients)| {
-            let mut sums = Buffer::zeros(sizes.iter().sum());
+            let mut sums = Buffer::zeros(sizes.iter().map(|size| size.next_multiple_of(LINE)).sum());
             pass.group(rows, &mut split(&mut sums, &sizes), row_gradients);
             sums
         })
@@ -134,9 +134,11 @@ fn take<'a>(rest: &mut &'a mut [f32], count: usize) -> &'a mut [f32] {
     head
 }
 
+/// Parts of these sizes, each from the start of a cache line on.
 fn split<'a>(values: &'a mut [f32], sizes: &[usize]) -> Vec<&'a mut [f32]> {
     let mut rest = values;
-    sizes.iter().map(|&size| take(&mut rest, size)).collect()
+    let part = |&size: &usize| &mut take(&mut rest, size.next_multiple_of(LINE))[..size];
+    sizes.iter().map(part).collect()
 }
 
 /// Sums over the groups, in their order.
@@ -145,8 +147,9 @@ fn total(partial: &[Buffer], sizes: &[usize]) -> Vec<Vec<f32>> {
     let ranges: Vec<Range<usize>> = sizes
         .iter()
         .map(|size| {
-            start += size;
-            start - size..start
+            let range = start..start + size;
+            start += size.next_multiple_of(LINE);
+            range
         })
         .collect();
     let sum = |range: &Range<usize>| match partial.split_first() {
