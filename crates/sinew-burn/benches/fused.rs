@@ -156,8 +156,10 @@ impl Decoder {
 
     fn forward(&self, kernels: Kernels) -> Tensor<2> {
         let head = |k: usize| {
-            let inputs =
-                vec![features(self.nodes[k].clone(), LATENT), features(self.parameters[k].clone(), 0)];
+            let inputs = vec![
+                features(self.nodes[k].clone(), LATENT),
+                features(self.parameters[k].clone(), 0),
+            ];
             (kernels.perceptron)(inputs, &self.plan, self.heads[k].clone())
         };
         Tensor::cat((0..HEADS).map(head).collect(), 1)

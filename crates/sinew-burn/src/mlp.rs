@@ -262,14 +262,13 @@ impl HostOperation for GatheredMlp {
         };
         let (output, activations) = forward(&self.plan, &sources, &parameters, keep);
         let output = HostTensor::new(output, [self.plan.rows(), parameters.third_bias.len()]);
-        let saved = tracked
-            .then(|| Saved { tensors: inputs.to_vec(), activations: Arc::new(activations) });
+        let saved =
+            tracked.then(|| Saved { tensors: inputs.to_vec(), activations: Arc::new(activations) });
         (output, saved)
     }
 
     fn backward(&self, saved: Saved, cotangent: &[f32], needed: &[bool]) -> Vec<Option<Vec<f32>>> {
-        let (sources, parameters) =
-            (self.sources(&saved.tensors), self.parameters(&saved.tensors));
+        let (sources, parameters) = (self.sources(&saved.tensors), self.parameters(&saved.tensors));
         let needed = &needed[..sources.len()];
         let gradients =
             backward(&self.plan, &sources, &parameters, &saved.activations, cotangent, needed);
@@ -450,7 +449,8 @@ mod tests {
                 let all: Vec<_> =
                     inputs(&plan, [32, 32, 8]).into_iter().map(Tensor::require_grad).collect();
                 let (sources, weights) = assemble(&all, &plan, Activation::Celu, true);
-                let gradients = gathered_mlp(sources, &plan, weights).powi_scalar(2).sum().backward();
+                let gradients =
+                    gathered_mlp(sources, &plan, weights).powi_scalar(2).sum().backward();
                 let gradient = |x: &Tensor<2>| {
                     x.grad(&gradients).unwrap().into_data().try_to_vec::<f32>().unwrap()
                 };

@@ -50,7 +50,8 @@ pub(crate) fn backward(
         .collect::<Vec<_>>()
         .into_par_iter()
         .map(|(rows, row_gradients)| {
-            let mut sums = Buffer::zeros(sizes.iter().map(|size| size.next_multiple_of(LINE)).sum());
+            let mut sums =
+                Buffer::zeros(sizes.iter().map(|size| size.next_multiple_of(LINE)).sum());
             pass.group(rows, &mut split(&mut sums, &sizes), row_gradients);
             sums
         })
@@ -367,13 +368,7 @@ impl<'a> Pass<'a> {
                 }
                 Gather::Cyclic { .. } | Gather::Repeated { .. } => {
                     if !sums[number].is_empty() {
-                        add_gathered_rows(
-                            source.gather,
-                            rows.start,
-                            hidden,
-                            d_first,
-                            sums[number],
-                        );
+                        add_gathered_rows(source.gather, rows.start, hidden, d_first, sums[number]);
                     }
                 }
                 Gather::Indexed { .. } => {}
@@ -394,7 +389,8 @@ impl<'a> Pass<'a> {
         let RowGradients { first, inputs: row_by_row } = rows;
         for (number, (sum, row_by_row)) in of_sources.into_iter().zip(row_by_row).enumerate() {
             let (source, needed) = (&self.sources[number], self.needed[number]);
-            let weight_rows = source.first_row.map(|row| row * hidden..(row + source.width) * hidden);
+            let weight_rows =
+                source.first_row.map(|row| row * hidden..(row + source.width) * hidden);
             if let Gather::Identity = source.gather {
                 if let Some(range) = weight_rows {
                     add_into(&mut first_weight[range], &sum);
@@ -412,12 +408,7 @@ impl<'a> Pass<'a> {
                 inputs.push(needed.then_some(product));
                 continue;
             };
-            add_transposed_product(
-                source.values,
-                source.width,
-                &product,
-                &mut first_weight[range],
-            );
+            add_transposed_product(source.values, source.width, &product, &mut first_weight[range]);
             inputs.push(needed.then(|| {
                 let mut input = vec![0.0; source.values.len()];
                 let weight = Panels::transposed(source.weight(self.parameters), hidden);

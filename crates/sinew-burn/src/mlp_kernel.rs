@@ -63,9 +63,8 @@ impl Source<'_> {
     /// The rows of the first weight it meets; none for products.
     pub fn weight<'w>(&self, parameters: &Parameters<'w>) -> &'w [f32] {
         let hidden = parameters.first_bias.len();
-        self.first_row.map_or(&[], |row| {
-            &parameters.first_weight[row * hidden..(row + self.width) * hidden]
-        })
+        self.first_row
+            .map_or(&[], |row| &parameters.first_weight[row * hidden..(row + self.width) * hidden])
     }
 
     /// Products with the weight once per row; empty where that is left to the tiles or done.
@@ -207,12 +206,8 @@ pub(crate) fn forward(
         Panels::new(parameters.second_weight, second),
         Panels::new(parameters.third_weight, outputs),
     ];
-    let mut rest = (
-        &mut all.first[..],
-        &mut all.second[..],
-        &mut all.normal[..],
-        &mut all.inverse[..],
-    );
+    let mut rest =
+        (&mut all.first[..], &mut all.second[..], &mut all.normal[..], &mut all.inverse[..]);
     let tile = tile_rows(rows);
     let mut tiles = Vec::with_capacity(rows.div_ceil(tile));
     for output in output.chunks_mut(tile * outputs) {

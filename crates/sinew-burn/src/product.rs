@@ -265,7 +265,7 @@ impl Task<'_> {
     /// See [`Task::run`].
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma")]
-    unsafe fn avx2(&self, _width: usize, output: &mut [f32]) {
+    unsafe fn avx2(&self, _one_width: usize, output: &mut [f32]) {
         // SAFETY: by the caller.
         unsafe { self.blocks::<std::arch::x86_64::__m256, 6, 2>(output) }
     }
@@ -355,7 +355,8 @@ unsafe fn write<R: Register>(sum: R, kept: bool, to: &mut [f32], start: usize) {
 
 #[cfg(test)]
 mod tests {
-    use super::{Panels, Start, add_transposed_product, gram, multiply};
+    use super::{Factor, LANES, Panels, Start, Task, add_transposed_product, gram, multiply};
+    use crate::register::{Portable, Register};
 
     /// Small whole numbers, so that sums are exact in any order.
     fn matrix(rows: usize, columns: usize, seed: usize) -> Vec<f32> {
@@ -370,14 +371,23 @@ mod tests {
     fn plain(a: &[f32], b: &[f32], depth: usize, columns: usize) -> Vec<f32> {
         let row = |i: usize| &a[i * depth..][..depth];
         let entry = |i: usize, j: usize| (0..depth).map(|p| row(i)[p] * b[p * columns + j]).sum();
-        (0..a.len() / depth).flat_map(|i| (0..columns).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect()
+        (0..a.len() / depth)
+            .flat_map(|i| (0..columns).map(move |j| (i, j)))
+            .map(|(i, j)| entry(i, j))
+            .collect()
     }
 
     #[test]
     fn products_of_all_shapes() {
-        for (rows, depth, columns) in
-            [(1, 1, 1), (7, 3, 40), (13, 128, 128), (6, 40, 64), (11, 5, 79), (25, 17, 97), (4, 2, 33)]
-        {
+        for (rows, depth, columns) in [
+            (1, 1, 1),
+            (7, 3, 40),
+            (13, 128, 128),
+            (6, 40, 64),
+            (11, 5, 79),
+            (25, 17, 97),
+            (4, 2, 33),
+        ] {
             let (a, b) = (matrix(rows, depth, 1), matrix(depth, columns, 2));
             let expected = plain(&a, &b, depth, columns);
             let mut found = vec![f32::NAN; rows * columns];
@@ -390,6 +400,45 @@ mod tests {
             add_transposed_product(&transposed(&a, depth), rows, &b, &mut found);
             let thrice: Vec<f32> = expected.iter().map(|x| 3.0 * x).collect();
             assert_eq!(found, thrice, "{rows}x{depth}x{columns}, added");
+        }
+    }
+
+    #[test]
+    fn every_instruction_set_multiplies() {
+        let (rows, depth, columns) = (13, 7, 11);
+        let (a, b) = (matrix(rows, depth, 1), matrix(depth, columns, 2));
+        let mut panel = vec![0.0; depth * LANES];
+        for (to, from) in panel.chunks_exact_mut(LANES).zip(b.chunks_exact(columns)) {
+            to[..columns].copy_from_slice(from);
+        }
+        let task = Task {
+            count: rows,
+            depth,
+            factor: Factor { values: &a, row_stride: depth, step: 1 },
+            panel: &panel,
+            stride: LANES,
+            columns,
+            start: 0,
+            kept: true,
+        };
+        let twice: Vec<f32> = plain(&a, &b, depth, columns).iter().map(|x| 2.0 * x).collect();
+        let run = |block: &dyn Fn(&mut [f32])| {
+            let mut found = vec![0.0; rows * columns];
+            block(&mut found);
+            block(&mut found);
+            assert_eq!(found, twice);
+        };
+        // SAFETY: the task fits its slices, and the processor has the instructions.
+        run(&|to| unsafe { task.blocks::<Portable, 2, { LANES / Portable::LANES }>(to) });
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+            // SAFETY: as above.
+            run(&|to| unsafe { task.avx2(LANES, to) });
+        }
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx512f") {
+            // SAFETY: as above.
+            run(&|to| unsafe { task.avx512(LANES, to) });
         }
     }
 

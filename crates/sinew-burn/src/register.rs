@@ -62,7 +62,7 @@ pub(crate) trait Register: Copy {
 
 #[cfg(target_arch = "x86_64")]
 macro_rules! register {
-    ($name:ident, $lanes:literal, $zero:ident, $splat:ident, $load:ident, $store:ident, $fused:ident, $($more:item)*) => {
+    ($name:ident, $lanes:literal, $zero:ident, $splat:ident, $load:ident, $store:ident, $fused:ident, { $($more:item)* }) => {
         impl Register for std::arch::x86_64::$name {
             const LANES: usize = $lanes;
 
@@ -106,13 +106,16 @@ register!(
     _mm512_loadu_ps,
     _mm512_storeu_ps,
     _mm512_fmadd_ps,
-    #[inline(always)]
-    unsafe fn load_some(from: *const f32, count: usize) -> Self {
-        unsafe { std::arch::x86_64::_mm512_maskz_loadu_ps((1 << count) - 1, from) }
-    }
-    #[inline(always)]
-    unsafe fn store_some(self, to: *mut f32, count: usize) {
-        unsafe { std::arch::x86_64::_mm512_mask_storeu_ps(to, (1 << count) - 1, self) }
+    {
+        #[inline(always)]
+        unsafe fn load_some(from: *const f32, count: usize) -> Self {
+            unsafe { std::arch::x86_64::_mm512_maskz_loadu_ps((1 << count) - 1, from) }
+        }
+
+        #[inline(always)]
+        unsafe fn store_some(self, to: *mut f32, count: usize) {
+            unsafe { std::arch::x86_64::_mm512_mask_storeu_ps(to, (1 << count) - 1, self) }
+        }
     }
 );
 #[cfg(target_arch = "x86_64")]
@@ -124,6 +127,7 @@ register!(
     _mm256_loadu_ps,
     _mm256_storeu_ps,
     _mm256_fmadd_ps,
+    {}
 );
 
 /// Four numbers, which the compiler puts into a register where the target has one.

@@ -25,8 +25,8 @@ const ROUNDS: usize = 2;
 const REPETITIONS: usize = 15;
 
 fn main() {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../../../shared/bench/jax_gnn_baseline.py");
+    let script =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/bench/jax_gnn_baseline.py");
     if !script.exists() {
         eprintln!("skipped: no JAX baseline at {}", script.display());
         return;

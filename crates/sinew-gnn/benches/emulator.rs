@@ -15,6 +15,8 @@ use sinew_gnn::*;
 
 use crate::beam::{beam, distance, energy, thetas, trainer};
 
+type MakeObjective = fn(&DataSet) -> Box<dyn Objective>;
+
 /// Largest difference between fused and reference path, relative to the largest displacement.
 fn fused_error(surrogate: &Surrogate, thetas: &[Vec<f64>]) -> f64 {
     let predict = |choice| {
@@ -68,8 +70,7 @@ fn main() {
         );
     }
     for batch in [1, 8, 32, 200] {
-        let objectives: [(&str, fn(&DataSet) -> Box<dyn Objective>); 2] =
-            [("energy", energy), ("simulations", distance)];
+        let objectives = [("energy", energy as MakeObjective), ("simulations", distance)];
         for (name, objective) in objectives {
             println!("step/{name}/{batch}: error {:.1e}", step_error(&data, batch, objective));
             for (rule, optimiser) in [("Adam", OptimiserConfig::adam()), ("Muon", muon())] {
@@ -85,11 +86,7 @@ fn main() {
 
 /// Relative differences between fused and reference path in the loss and the norm of its gradient,
 /// at the second step, when outputs are no longer zero.
-fn step_error(
-    data: &DataSet,
-    batch: usize,
-    objective: fn(&DataSet) -> Box<dyn Objective>,
-) -> f64 {
+fn step_error(data: &DataSet, batch: usize, objective: MakeObjective) -> f64 {
     let run = |choice| {
         let mut trainer = trainer(data, batch, objective(data), OptimiserConfig::adam())
             .with_learning_rate(1e-4)
@@ -99,6 +96,5 @@ fn step_error(
     };
     let (fused, reference) = (run(KernelChoice::Fused), run(KernelChoice::Reference));
     let relative = |a: f64, b: f64| (a / b - 1.0).abs();
-    relative(fused.loss, reference.loss)
-        .max(relative(fused.gradient_norm, reference.gradient_norm))
+    relative(fused.loss, reference.loss).max(relative(fused.gradient_norm, reference.gradient_norm))
 }

@@ -93,10 +93,8 @@ mod tests {
         let mut config = EmulatorConfig::new(2, 1, 3, 2);
         (config.latent, config.width, config.steps) = (4, 8, 1);
         let (decay, rate) = (0.1, 0.01);
-        let mut theirs: ModuleOptimizer = AdamWConfig::new()
-            .with_epsilon(ADAM_EPSILON)
-            .with_weight_decay(decay)
-            .init();
+        let mut theirs: ModuleOptimizer =
+            AdamWConfig::new().with_epsilon(ADAM_EPSILON).with_weight_decay(decay).init();
         let mut ours = Adam::new(0.9, 0.999, decay);
         let start = Emulator::new(&config, 5, &Device::flex()).unwrap().train();
         let (mut a, mut b) = (start.clone(), start);

@@ -122,7 +122,12 @@ impl Optimiser for Muon {
         let mut updates = collect(&emulator, gradients, &mut self.moments);
         updates.iter_mut().for_each(|update| self.accumulate(update));
         orthogonalise(updates.iter_mut().filter(|update| self.is_orthogonal(update)).collect());
-        apply(emulator, updates, &mut self.moments, Descent { kept: 1.0, step: learning_rate as f32 })
+        apply(
+            emulator,
+            updates,
+            &mut self.moments,
+            Descent { kept: 1.0, step: learning_rate as f32 },
+        )
     }
 
     fn save(&self, path: &Path) -> Result<()> {
