@@ -151,5 +151,8 @@ impl FixedGeometry {
 /// Values of a tensor on the host.
 pub(crate) fn values<const D: usize>(tensor: Tensor<D>) -> Result<Vec<f64>> {
     let data: TensorData = tensor.into_data();
-    Ok(data.iter::<f64>().collect())
+    Ok(match data.as_slice::<f32>() {
+        Ok(values) => values.iter().map(|&value| f64::from(value)).collect(),
+        Err(_) => data.iter::<f64>().collect(),
+    })
 }
