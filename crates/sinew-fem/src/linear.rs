@@ -1,9 +1,13 @@
 //! Sparse linear algebra of symmetric stiffness matrices.
 
+mod aggregates;
+mod blocks;
 pub(crate) mod cholesky;
+pub(crate) mod conjugate_gradients;
 mod elimination;
 mod front;
 mod graph;
+mod multigrid;
 pub(crate) mod ordering;
 #[cfg(test)]
 mod samples;
