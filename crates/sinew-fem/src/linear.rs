@@ -7,6 +7,7 @@ pub(crate) mod conjugate_gradients;
 mod elimination;
 mod front;
 mod graph;
+pub(crate) mod iterative;
 mod multigrid;
 pub(crate) mod ordering;
 #[cfg(test)]

@@ -7,7 +7,7 @@ pub(super) const MODES: usize = 6;
 
 /// Nodes are strongly coupled when the squared norm of their block is above this part of the product of
 /// their diagonal blocks' norms.
-const STRONG: f64 = 0.0;
+const STRONG: f64 = 0.15;
 /// A coarse function that the others on its group describe up to this part is left out.
 const DEPENDENT: f64 = 1e-8;
 
