@@ -48,16 +48,6 @@ impl Cholesky {
         self.entries.len()
     }
 
-    /// Stored entries besides those of the factor.
-    pub fn workspace(&self) -> usize {
-        self.workspace.iter().map(Vec::len).sum()
-    }
-
-    /// Operations of a factorisation.
-    pub fn flops(&self) -> f64 {
-        self.elimination.flops
-    }
-
     /// Factorises `L Lᵀ`; false where the matrix is not positive definite.
     pub fn factorise(&mut self, values: &[f64]) -> bool {
         self.run(Kind::Cholesky, values).is_ok()
