@@ -5,18 +5,23 @@ use super::blocks::{Block, BlockMatrix};
 /// Rigid motions of a body.
 pub(super) const MODES: usize = 6;
 
-/// Nodes are strongly coupled when the squared norm of their block is above this part of the product of
-/// their diagonal blocks' norms.
-const STRONG: f64 = 0.15;
 /// A coarse function that the others on its group describe up to this part is left out.
 const DEPENDENT: f64 = 1e-8;
 
 /// Groups each node with its strong neighbours: the group of each node, and the number of groups
 /// (P. Vaněk, J. Mandel, M. Brezina, Computing 56, 1996, Algorithm 5.1).
-pub(super) fn aggregates<const B: usize>(matrix: &BlockMatrix<f64, B, B>) -> (Vec<u32>, usize) {
+///
+/// Nodes are strongly coupled when the norm of their block is above `strong` times the geometric mean of their diagonal
+/// blocks' norms.
+pub(super) fn aggregates<const B: usize>(
+    matrix: &BlockMatrix<f64, B, B>,
+    strong: f64,
+) -> (Vec<u32>, usize) {
+    let strength = strong * strong;
     const NONE: u32 = u32::MAX;
     let size = matrix.height();
-    let squared = |block: &Block<f64, B, B>| block.as_flattened().iter().map(|x| x * x).sum::<f64>();
+    let squared =
+        |block: &Block<f64, B, B>| block.as_flattened().iter().map(|x| x * x).sum::<f64>();
     let diagonal: Vec<f64> = (0..size)
         .map(|row| matrix.row(row).find(|&(c, _)| c == row).map_or(0.0, |(_, b)| squared(b)))
         .collect();
@@ -24,7 +29,7 @@ pub(super) fn aggregates<const B: usize>(matrix: &BlockMatrix<f64, B, B>) -> (Ve
         let diagonal = &diagonal;
         matrix.row(row).filter_map(move |(column, block)| {
             let coupling = squared(block);
-            let scale = STRONG * STRONG * (diagonal[row] * diagonal[column]).sqrt();
+            let scale = strength * (diagonal[row] * diagonal[column]).sqrt();
             (column != row && coupling > scale).then_some((column, coupling))
         })
     };
@@ -106,4 +111,60 @@ fn orthonormalise<const B: usize>(
         }
     }
     triangle
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::blocks::tests::elastic_grid;
+    use super::*;
+
+    #[test]
+    fn groups_cover_all_nodes_and_are_about_as_large_as_neighbourhoods() {
+        let (matrix, _) = elastic_grid([12, 12, 12]);
+        let (group, count) = aggregates(&matrix, 0.0);
+        let mut sizes = vec![0; count];
+        group.iter().for_each(|&g| sizes[g as usize] += 1);
+        assert!(sizes.iter().all(|&size| size > 0));
+        let mean = group.len() as f64 / count as f64;
+        assert!((12.0..60.0).contains(&mean), "{mean} nodes per group; a neighbourhood has 27");
+    }
+
+    #[test]
+    fn tentative_functions_are_orthonormal_and_give_the_modes() {
+        let (matrix, modes) = elastic_grid([5, 4, 3]);
+        let (group, count) = aggregates(&matrix, 0.0);
+        let (prolongation, coarse) = tentative(&group, count, &modes);
+        for (node, mode) in modes.iter().enumerate() {
+            let (function, triangle) = (&prolongation.blocks[node], &coarse[group[node] as usize]);
+            for i in 0..3 {
+                for j in 0..MODES {
+                    let value: f64 = (0..MODES).map(|k| function[i][k] * triangle[k][j]).sum();
+                    assert!((value - mode[i][j]).abs() < 1e-13);
+                }
+            }
+        }
+        let gram = prolongation.transposed().product(&prolongation);
+        for row in 0..count {
+            for (i, values) in gram.row(row).next().unwrap().1.iter().enumerate() {
+                for (j, &value) in values.iter().enumerate() {
+                    // A node alone has three motions: the other functions are zero.
+                    let unit = (value - f64::from(u8::from(i == j))).abs() < 1e-13;
+                    assert!(unit || value.abs() < 1e-13, "{i} {j}: {value}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_single_node_has_only_translations() {
+        let modes = [[
+            [1.0, 0.0, 0.0, 0.0, 0.5, -2.0],
+            [0.0, 1.0, 0.0, -0.5, 0.0, 1.0],
+            [0.0, 0.0, 1.0, 2.0, -1.0, 0.0],
+        ]];
+        let (prolongation, _) = tentative(&[0], 1, &modes);
+        for row in prolongation.blocks[0] {
+            assert_eq!(row[3..], [0.0; 3]);
+        }
+    }
 }

@@ -82,9 +82,8 @@ impl<S: Copy + Sync + Into<f64>, const R: usize, const C: usize> BlockMatrix<S, 
             }
         }
         let columns = source.iter().map(|&(row, _)| row).collect();
-        let turn = |block: &Block<S, R, C>| {
-            std::array::from_fn(|i| std::array::from_fn(|j| block[j][i]))
-        };
+        let turn =
+            |block: &Block<S, R, C>| std::array::from_fn(|i| std::array::from_fn(|j| block[j][i]));
         let blocks = source.iter().map(|&(_, at)| turn(&self.blocks[at])).collect();
         BlockMatrix { width: self.height(), starts, columns, blocks }
     }
@@ -92,7 +91,10 @@ impl<S: Copy + Sync + Into<f64>, const R: usize, const C: usize> BlockMatrix<S, 
 
 impl<const R: usize, const C: usize> BlockMatrix<f64, R, C> {
     /// `self · right`. Sums are taken in the order of the columns, on any number of threads.
-    pub fn product<const E: usize>(&self, right: &BlockMatrix<f64, C, E>) -> BlockMatrix<f64, R, E> {
+    pub fn product<const E: usize>(
+        &self,
+        right: &BlockMatrix<f64, C, E>,
+    ) -> BlockMatrix<f64, R, E> {
         const ABSENT: u32 = u32::MAX;
         type Rows<const R: usize, const E: usize> = (Vec<u32>, Vec<u32>, Vec<Block<f64, R, E>>);
         let chunks: Vec<Rows<R, E>> = (0..self.height().div_ceil(ROWS))
@@ -178,7 +180,9 @@ fn add_product<const R: usize, const C: usize, const E: usize>(
 }
 
 /// The inverse of a symmetric positive definite block; `None` where it is not definite.
-pub(super) fn definite_inverse<const B: usize>(block: &Block<f64, B, B>) -> Option<Block<f64, B, B>> {
+pub(super) fn definite_inverse<const B: usize>(
+    block: &Block<f64, B, B>,
+) -> Option<Block<f64, B, B>> {
     // Rounding takes as much of a pivot.
     const SINGULAR: f64 = 1e-14;
     let mut lower = *block;
@@ -214,6 +218,139 @@ pub(super) fn definite_inverse<const B: usize>(block: &Block<f64, B, B>) -> Opti
 
 /// A block times a vector.
 #[inline]
-pub(super) fn times<const R: usize, const C: usize>(block: &Block<f64, R, C>, x: &[f64; C]) -> [f64; R] {
+pub(super) fn times<const R: usize, const C: usize>(
+    block: &Block<f64, R, C>,
+    x: &[f64; C],
+) -> [f64; R] {
     block.map(|row| row.iter().zip(x).map(|(a, x)| a * x).sum())
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::super::aggregates::MODES;
+    use super::super::samples::grid;
+    use super::*;
+
+    /// Spring of each node to the ground.
+    pub(in crate::linear) const HELD: f64 = 1e-3;
+
+    /// A grid of nodes with central and shear springs to those around, each held weakly; and its rigid motions.
+    #[allow(clippy::type_complexity)]
+    pub(in crate::linear) fn elastic_grid(
+        size: [usize; 3],
+    ) -> (BlockMatrix<f64, 3, 3>, Vec<Block<f64, 3, MODES>>) {
+        let at = |v: usize| {
+            [v % size[0], v / size[0] % size[1], v / size[0] / size[1]].map(|x| x as f64)
+        };
+        let spring = |a: usize, b: usize| -> Block<f64, 3, 3> {
+            let (x, y) = (at(a), at(b));
+            let d: [f64; 3] = std::array::from_fn(|i| x[i] - y[i]);
+            let square: f64 = d.iter().map(|x| x * x).sum();
+            std::array::from_fn(|i| std::array::from_fn(|j| d[i] * d[j] / square))
+        };
+        let (mut starts, mut columns, mut blocks) = (vec![0], Vec::new(), Vec::new());
+        for (node, neighbours) in grid(size).iter().enumerate() {
+            let mut row: Vec<(usize, Block<f64, 3, 3>)> = Vec::new();
+            let mut own = [[HELD, 0.0, 0.0], [0.0, HELD, 0.0], [0.0, 0.0, HELD]];
+            for &other in neighbours {
+                let block = spring(node, other);
+                own.as_flattened_mut()
+                    .iter_mut()
+                    .zip(block.as_flattened())
+                    .for_each(|(o, b)| *o += b);
+                row.push((other, block.map(|r| r.map(|x| -x))));
+            }
+            row.push((node, own));
+            row.sort_unstable_by_key(|&(column, _)| column);
+            columns.extend(row.iter().map(|&(column, _)| column as u32));
+            blocks.extend(row.iter().map(|&(_, block)| block));
+            starts.push(columns.len());
+        }
+        let width = starts.len() - 1;
+        let modes = (0..width)
+            .map(|v| {
+                let [x, y, z] = at(v);
+                [
+                    [1.0, 0.0, 0.0, 0.0, z, -y],
+                    [0.0, 1.0, 0.0, -z, 0.0, x],
+                    [0.0, 0.0, 1.0, y, -x, 0.0],
+                ]
+            })
+            .collect();
+        (BlockMatrix { width, starts, columns, blocks }, modes)
+    }
+
+    fn dense<const R: usize, const C: usize>(matrix: &BlockMatrix<f64, R, C>) -> Vec<Vec<f64>> {
+        let mut full = vec![vec![0.0; C * matrix.width]; R * matrix.height()];
+        for row in 0..matrix.height() {
+            for (column, block) in matrix.row(row) {
+                for i in 0..R {
+                    full[R * row + i][C * column..C * column + C].copy_from_slice(&block[i]);
+                }
+            }
+        }
+        full
+    }
+
+    /// A rectangular matrix without a pattern.
+    fn sample() -> BlockMatrix<f64, 2, 3> {
+        let block = |k: usize| {
+            std::array::from_fn(|i| {
+                std::array::from_fn(|j| ((7 * k + 3 * i + 5 * j) % 11) as f64 - 5.0)
+            })
+        };
+        let columns = vec![0, 3, 1, 0, 2, 3];
+        BlockMatrix {
+            width: 4,
+            starts: vec![0, 2, 2, 3, 6],
+            columns,
+            blocks: (0..6).map(block).collect(),
+        }
+    }
+
+    #[test]
+    fn products_and_transposes_are_those_of_the_dense_matrices() {
+        let a = sample();
+        let b = a.transposed();
+        let (full_a, full_b) = (dense(&a), dense(&b));
+        for (i, row) in full_a.iter().enumerate() {
+            for (j, &value) in row.iter().enumerate() {
+                assert_eq!(full_b[j][i], value);
+            }
+        }
+        let product = dense(&a.product(&b));
+        for (i, row) in full_a.iter().enumerate() {
+            for (j, other) in full_a.iter().enumerate() {
+                let expected: f64 = row.iter().zip(other).map(|(x, y)| x * y).sum();
+                assert_eq!(product[i][j], expected, "small integers have no rounding");
+            }
+        }
+        let x: Vec<[f64; 3]> = (0..4).map(|i| [i as f64, 1.0, -2.0]).collect();
+        let mut y = vec![[1.0; 2]; 4];
+        a.add_product(&x, &mut y);
+        a.subtract_product(&x, &mut y);
+        assert_eq!(y, vec![[1.0; 2]; 4]);
+        a.multiply(&x, &mut y);
+        let flat = x.as_flattened();
+        for (value, row) in y.as_flattened().iter().zip(&full_a) {
+            assert_eq!(*value, row.iter().zip(flat).map(|(a, x)| a * x).sum::<f64>());
+        }
+    }
+
+    #[test]
+    fn inverses_are_exact_or_refused() {
+        let block = [[4.0, 1.0, 0.5], [1.0, 3.0, -1.0], [0.5, -1.0, 2.0]];
+        let inverse = definite_inverse(&block).unwrap();
+        for j in 0..3 {
+            let column = times(&block, &std::array::from_fn(|i| inverse[i][j]));
+            for (i, value) in column.into_iter().enumerate() {
+                assert!((value - f64::from(u8::from(i == j))).abs() < 1e-15);
+            }
+        }
+        for bad in
+            [[[1.0, 2.0], [2.0, 1.0]], [[1.0, 1.0], [1.0, 1.0]], [[f64::NAN, 0.0], [0.0, 1.0]]]
+        {
+            assert!(definite_inverse(&bad).is_none());
+        }
+    }
 }

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 /// The Cholesky factor of a sparse symmetric matrix: the analysis, which others with the same pattern share, and
 /// the numbers.
+#[derive(Clone)]
 pub(crate) struct Cholesky {
     elimination: Arc<Elimination>,
     entries: Vec<f64>,

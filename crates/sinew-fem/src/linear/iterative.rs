@@ -5,10 +5,13 @@ use super::blocks::{Block, BlockMatrix};
 use super::conjugate_gradients::{End, Outcome, conjugate_gradients};
 use super::multigrid::Multigrid;
 
-/// A hierarchy of an earlier matrix is used until it takes this many times the iterations that it took first.
+/// A hierarchy of an earlier matrix is given up after this many times the iterations that it took on its own. Large
+/// rotations make it useless at once (30 000 unknowns of a beam: 106 iterations instead of 10), while those of the last
+/// Newton steps are as good as new.
 const WORN: usize = 2;
 
 /// Conjugate gradients with smoothed aggregation, for a stiffness matrix whose lower half is given by columns.
+#[derive(Clone)]
 pub(crate) struct Iterative {
     /// Three times the place of its node plus its component, for each unknown.
     component: Vec<u32>,
@@ -17,21 +20,20 @@ pub(crate) struct Iterative {
     /// Where the transposed block of each block is.
     mirror: Vec<u32>,
     matrix: BlockMatrix<f64, 3, 3>,
+    /// Node of each block row.
+    nodes: Vec<usize>,
     modes: Vec<Block<f64, 3, MODES>>,
     multigrid: Option<Multigrid>,
-    /// Iterations of the first solve with the hierarchy, and of the last one.
-    iterations: [usize; 2],
+    /// Whether the hierarchy is that of an earlier matrix.
+    stale: bool,
+    /// Iterations of the first solve with the hierarchy and its own matrix.
+    own_iterations: Option<usize>,
 }
 
 impl Iterative {
     /// Prepares for matrices of one pattern. Unknown `i` is degree of freedom `3 × node + component`
     /// `degrees_of_freedom[i]`; those of a node follow each other.
-    pub fn new(
-        degrees_of_freedom: &[usize],
-        starts: &[usize],
-        rows: &[usize],
-        positions: &[[f64; 3]],
-    ) -> Self {
+    pub fn new(degrees_of_freedom: &[usize], starts: &[usize], rows: &[usize]) -> Self {
         let mut nodes: Vec<usize> = Vec::new();
         let mut component = Vec::with_capacity(degrees_of_freedom.len());
         for &dof in degrees_of_freedom {
@@ -44,10 +46,12 @@ impl Iterative {
             component,
             places: Vec::new(),
             mirror: Vec::new(),
-            matrix: pattern(nodes.len()),
-            modes: rigid_modes(&nodes, positions),
+            matrix: empty(nodes.len()),
+            modes: Vec::new(),
+            nodes,
             multigrid: None,
-            iterations: [0; 2],
+            stale: false,
+            own_iterations: None,
         };
         result.find_pattern(starts, rows);
         result
@@ -73,7 +77,9 @@ impl Iterative {
         }
         columns.iter_mut().for_each(|list| list.sort_unstable());
         let mut block_starts = vec![0];
-        columns.iter().for_each(|l| block_starts.push(block_starts[block_starts.len() - 1] + l.len()));
+        columns
+            .iter()
+            .for_each(|l| block_starts.push(block_starts[block_starts.len() - 1] + l.len()));
         let find = |row: usize, column: usize| {
             block_starts[row] + columns[row].partition_point(|&c| (c as usize) < column)
         };
@@ -102,7 +108,8 @@ impl Iterative {
         self.matrix.blocks.fill([[0.0; 3]; 3]);
         for row in 0..self.matrix.height() {
             // Prescribed components of a node are decoupled.
-            let at = self.matrix.starts[row] + self.matrix.row(row).position(|(c, _)| c == row).unwrap_or(0);
+            let at = self.matrix.starts[row]
+                + self.matrix.row(row).position(|(c, _)| c == row).unwrap_or(0);
             (0..3).for_each(|i| self.matrix.blocks[at][i][i] = 1.0);
         }
         let flat = self.matrix.blocks.as_flattened_mut().as_flattened_mut();
@@ -111,16 +118,57 @@ impl Iterative {
             flat[place as usize] = value;
             flat[9 * self.mirror[block] as usize + 3 * (inside % 3) + inside / 3] = value;
         }
-        let [first, last] = self.iterations;
-        if self.multigrid.is_none() || last > WORN * first {
-            self.multigrid = Multigrid::new(&self.matrix, &self.modes).ok();
-            self.iterations = [0; 2];
+        self.stale = self.multigrid.is_some();
+        if !self.stale {
+            self.build();
         }
         self.multigrid.is_some()
     }
 
-    /// Solves with the last matrix, in place.
+    /// Takes the values of a matrix and builds its own hierarchy; false where it is found not to be positive
+    /// definite.
+    pub fn renew(&mut self, values: &[f64]) -> bool {
+        self.multigrid = None;
+        self.set(values)
+    }
+
+    /// Says where the nodes are: the rigid motions there are nearly free of energy.
+    pub fn place(&mut self, positions: impl Fn(usize) -> [f64; 3]) {
+        let positions: Vec<_> = self.nodes.iter().map(|&node| positions(node)).collect();
+        self.modes = rigid_modes(&self.component, &positions);
+    }
+
+    fn build(&mut self) {
+        self.multigrid = None;
+        self.multigrid = Multigrid::new(&self.matrix, &self.modes).ok();
+        self.own_iterations = None;
+        self.stale = false;
+    }
+
+    /// Solves with the last matrix, in place. A hierarchy of an earlier matrix that is too bad is built anew.
     pub fn solve(&mut self, right: &mut [f64], tolerance: f64, most_iterations: usize) -> Outcome {
+        if self.stale {
+            let own = self.own_iterations.unwrap_or(most_iterations);
+            let most = [own, WORN * own].map(|most| most.min(most_iterations));
+            let mut trial = right.to_vec();
+            let outcome = self.try_solve(&mut trial, tolerance, most);
+            if outcome.end != End::Exhausted {
+                right.copy_from_slice(&trial);
+                return outcome;
+            }
+            self.build();
+        }
+        let outcome = self.try_solve(right, tolerance, [most_iterations; 2]);
+        self.own_iterations.get_or_insert(outcome.iterations.max(1));
+        outcome
+    }
+
+    fn try_solve(
+        &mut self,
+        right: &mut [f64],
+        tolerance: f64,
+        most_iterations: [usize; 2],
+    ) -> Outcome {
         let Self { component, matrix, multigrid: Some(multigrid), .. } = self else {
             return Outcome { iterations: 0, relative_residual: 1.0, end: End::NegativeCurvature };
         };
@@ -136,38 +184,38 @@ impl Iterative {
             most_iterations,
         );
         component.iter().zip(right).for_each(|(&at, value)| *value = solution[at as usize]);
-        let first = if self.iterations[0] == 0 { outcome.iterations } else { self.iterations[0] };
-        self.iterations = [first.max(1), outcome.iterations];
         outcome
     }
 
     /// Stored bytes.
     pub fn bytes(&self) -> usize {
-        80 * self.mirror.len() + 4 * self.places.len() + self.multigrid.as_ref().map_or(0, Multigrid::bytes)
-    }
-
-    /// Unknowns of each level.
-    pub fn sizes(&self) -> Vec<usize> {
-        self.multigrid.as_ref().map_or(Vec::new(), Multigrid::sizes)
+        80 * self.mirror.len()
+            + 4 * self.places.len()
+            + self.multigrid.as_ref().map_or(0, Multigrid::bytes)
     }
 }
 
-fn pattern(size: usize) -> BlockMatrix<f64, 3, 3> {
+fn empty(size: usize) -> BlockMatrix<f64, 3, 3> {
     BlockMatrix { width: size, starts: vec![0; size + 1], columns: Vec::new(), blocks: Vec::new() }
 }
 
-/// Translations, and rotations about the nodes' centre in units of their distance from it.
-fn rigid_modes(nodes: &[usize], positions: &[[f64; 3]]) -> Vec<Block<f64, 3, MODES>> {
-    let count = nodes.len().max(1) as f64;
+/// Translations, and rotations about the nodes' centre in units of their distance from it; zero where a node's
+/// component is no unknown.
+fn rigid_modes(component: &[u32], positions: &[[f64; 3]]) -> Vec<Block<f64, 3, MODES>> {
+    let count = positions.len().max(1) as f64;
     let centre: [f64; 3] =
-        std::array::from_fn(|i| nodes.iter().map(|&n| positions[n][i]).sum::<f64>() / count);
-    let arm = |node: usize| -> [f64; 3] { std::array::from_fn(|i| positions[node][i] - centre[i]) };
+        std::array::from_fn(|i| positions.iter().map(|x| x[i]).sum::<f64>() / count);
+    let arm = |x: &[f64; 3]| -> [f64; 3] { std::array::from_fn(|i| x[i] - centre[i]) };
     let squared = |x: [f64; 3]| x.iter().map(|x| x * x).sum::<f64>();
-    let size = (nodes.iter().map(|&n| squared(arm(n))).sum::<f64>() / count).sqrt();
+    let size = (positions.iter().map(|x| squared(arm(x))).sum::<f64>() / count).sqrt();
     let unit = if size > 0.0 { 1.0 / size } else { 1.0 };
-    let modes = |&node: &usize| {
-        let [x, y, z] = arm(node).map(|x| x * unit);
-        [[1.0, 0.0, 0.0, 0.0, z, -y], [0.0, 1.0, 0.0, -z, 0.0, x], [0.0, 0.0, 1.0, y, -x, 0.0]]
-    };
-    nodes.iter().map(modes).collect()
+    let mut modes = vec![[[0.0; MODES]; 3]; positions.len()];
+    for &at in component {
+        let (place, i) = (at as usize / 3, at as usize % 3);
+        let [x, y, z] = arm(&positions[place]).map(|x| x * unit);
+        let rotations = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]][i];
+        modes[place][i][i] = 1.0;
+        modes[place][i][3..].copy_from_slice(&rotations);
+    }
+    modes
 }

@@ -10,6 +10,10 @@ use rayon::prelude::*;
 const COARSEST: usize = 600;
 /// Most levels: each has about a tenth of the rows of the one before.
 const MOST_LEVELS: usize = 12;
+/// Coupling that counts as strong on the finest level; half as much on each coarser one (Vaněk et al., §5).
+const STRONG: f64 = 0.08;
+/// A coarser level with more groups than this part of the rows is not worth it: any coupling is strong then.
+const SLOW: f64 = 0.4;
 /// Polynomial degree of the smoother.
 const SMOOTHING: usize = 2;
 /// Iterations for the largest eigenvalue, and how much it is raised because they come from below.
@@ -22,6 +26,7 @@ pub(super) struct Indefinite;
 
 /// A preconditioner by smoothed aggregation (P. Vaněk, J. Mandel, M. Brezina, Computing 56, 1996) with the
 /// rigid motions as near null space: a symmetric V-cycle.
+#[derive(Clone)]
 pub(super) struct Multigrid {
     finest: Level<3>,
     coarser: Vec<Level<MODES>>,
@@ -30,6 +35,7 @@ pub(super) struct Multigrid {
 
 /// A system, how it is smoothed, and how it reaches the next coarser one. Matrices are rounded to single
 /// precision: they only precondition, and reading them is what takes the time.
+#[derive(Clone)]
 struct Level<const B: usize> {
     matrix: BlockMatrix<f32, B, B>,
     inverse_diagonal: Vec<Block<f64, B, B>>,
@@ -40,6 +46,7 @@ struct Level<const B: usize> {
     step: Vec<[f64; B]>,
 }
 
+#[derive(Clone)]
 struct Coarsest {
     /// Block row of each place in the order of elimination.
     order: Vec<usize>,
@@ -59,10 +66,12 @@ impl Multigrid {
         matrix: &BlockMatrix<f64, 3, 3>,
         modes: &[Block<f64, 3, MODES>],
     ) -> Result<Self, Indefinite> {
-        let (finest, mut coarse) = Level::new(matrix, modes)?;
+        let (finest, mut coarse) = Level::new(matrix, modes, STRONG)?;
         let mut coarser = Vec::new();
+        let mut strong = STRONG;
         while coarse.matrix.height() > COARSEST && coarser.len() < MOST_LEVELS {
-            let (level, next) = Level::new(&coarse.matrix, &coarse.modes)?;
+            strong *= 0.5;
+            let (level, next) = Level::new(&coarse.matrix, &coarse.modes, strong)?;
             coarser.push(level);
             coarse = next;
         }
@@ -74,13 +83,6 @@ impl Multigrid {
     pub fn bytes(&self) -> usize {
         let coarser: usize = self.coarser.iter().map(Level::bytes).sum();
         self.finest.bytes() + coarser + 8 * self.coarsest.factor.entries()
-    }
-
-    /// Rows of each level.
-    pub fn sizes(&self) -> Vec<usize> {
-        let coarser = self.coarser.iter().map(|level| MODES * level.matrix.height());
-        let all = std::iter::once(3 * self.finest.matrix.height()).chain(coarser);
-        all.chain([MODES * self.coarsest.order.len()]).collect()
     }
 
     /// Overwrites `solution` with an approximate solution for `right`.
@@ -110,6 +112,7 @@ impl<const B: usize> Level<B> {
     fn new(
         matrix: &BlockMatrix<f64, B, B>,
         modes: &[Block<f64, B, MODES>],
+        strong: f64,
     ) -> Result<(Self, Coarse), Indefinite> {
         let diagonal = |row: usize| {
             let own = matrix.row(row).find(|&(column, _)| column == row);
@@ -118,7 +121,10 @@ impl<const B: usize> Level<B> {
         let inverse_diagonal: Vec<_> =
             (0..matrix.height()).map(diagonal).collect::<Result<_, _>>()?;
         let largest_eigenvalue = RAISE * largest_eigenvalue(matrix, &inverse_diagonal);
-        let (group, count) = aggregates(matrix);
+        let (mut group, mut count) = aggregates(matrix, strong);
+        if count as f64 > SLOW * matrix.height() as f64 {
+            (group, count) = aggregates(matrix, 0.0);
+        }
         let (tentative, coarse_modes) = tentative(&group, count, modes);
         // P = (1 − ω D⁻¹ A) P̂ with ω = 4/3 of the largest eigenvalue's inverse.
         let mut prolongation = matrix.product(&tentative);
@@ -302,5 +308,50 @@ impl Coarsest {
         self.factor.solve(&mut self.local);
         let (local, _) = self.local.as_chunks::<MODES>();
         local.iter().zip(&self.order).for_each(|(x, &row)| solution[row] = *x);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::blocks::tests::elastic_grid;
+    use super::*;
+
+    #[test]
+    fn a_cycle_is_symmetric_and_definite() {
+        let (matrix, modes) = elastic_grid([14, 14, 14]);
+        let mut multigrid = Multigrid::new(&matrix, &modes).unwrap();
+        assert!(!multigrid.coarser.is_empty() || multigrid.coarsest.order.len() < matrix.height());
+        let size = matrix.height();
+        let vector = |salt: usize| -> Vec<[f64; 3]> {
+            (0..size)
+                .map(|i| std::array::from_fn(|j| ((i * 7 + j * 5 + salt) % 13) as f64 - 6.0))
+                .collect()
+        };
+        let (a, b) = (vector(1), vector(4));
+        let (mut of_a, mut of_b) = (a.clone(), a.clone());
+        multigrid.apply(&a, &mut of_a);
+        multigrid.apply(&b, &mut of_b);
+        let dot = |x: &[[f64; 3]], y: &[[f64; 3]]| -> f64 {
+            x.as_flattened().iter().zip(y.as_flattened()).map(|(x, y)| x * y).sum()
+        };
+        // Matrices in single precision, sums in double.
+        assert!((dot(&a, &of_b) - dot(&b, &of_a)).abs() < 1e-6 * dot(&a, &of_a));
+        assert!(dot(&a, &of_a) > 0.0 && dot(&b, &of_b) > 0.0);
+    }
+
+    #[test]
+    fn an_indefinite_matrix_is_refused_on_the_coarsest_level() {
+        // Each node alone is stable; the translation of all is not.
+        let (mut matrix, modes) = elastic_grid([6, 6, 6]);
+        for row in 0..matrix.height() {
+            for at in matrix.starts[row]..matrix.starts[row + 1] {
+                if matrix.columns[at] as usize == row {
+                    (0..3).for_each(|i| {
+                        matrix.blocks[at][i][i] -= 2.0 * super::super::blocks::tests::HELD
+                    });
+                }
+            }
+        }
+        assert!(Multigrid::new(&matrix, &modes).is_err());
     }
 }
