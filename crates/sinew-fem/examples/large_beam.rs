@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let tip = scene.mesh.node_sets["x_max"][0];
     println!(
         "{} unknowns, {choice:?}: prepared in {prepared:.2} s, solved in {:.2} s ({} iterations), residual {:.1e}, \
-         tip {:.6} mm, stable {}, entries {:?}, peak memory {} MB",
+         tip {:.6} mm, stable {}, entries {:?}, linear iterations {:?}, peak memory {} MB",
         solver.unknowns(),
         solution.seconds,
         solution.iterations(),
@@ -52,6 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         solution.displacement[3 * tip + 2],
         solution.is_stable(),
         solver.stored_entries(),
+        solver.linear_iterations(),
         peak_memory(),
     );
     Ok(())

@@ -86,6 +86,14 @@ impl LinearSystem {
         }
     }
 
+    /// Iterations of a system with the last hierarchy, `None` where there is a factor.
+    pub fn iterations(&self) -> Option<usize> {
+        match self {
+            Self::Direct(_) => None,
+            Self::Iterative(iterative) => iterative.iterations(),
+        }
+    }
+
     /// Takes a matrix; false where it is found not to be positive definite. Iteration may find that only
     /// while it solves.
     pub fn positive_definite(&mut self, sparsity: &Sparsity, matrix: &[f64]) -> bool {

@@ -76,6 +76,12 @@ impl<'p, L: Law<D>, const D: usize, const N: usize> Solver<'p, L, D, N> {
         [self.sparsity.entries(), self.system.bytes() / size_of::<f64>()]
     }
 
+    /// Iterations that the linear solver's preconditioner took for its own matrix when it was last built; `None` for
+    /// a direct solver, also one that took over from an iteration.
+    pub fn linear_iterations(&self) -> Option<usize> {
+        self.system.iterations()
+    }
+
     pub(crate) fn check_solution(&self, solution: &Solution) -> Result<(), SolveError> {
         self.potential.check_theta(&solution.theta)?;
         self.check_displacement(&solution.displacement)

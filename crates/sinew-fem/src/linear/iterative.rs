@@ -187,6 +187,11 @@ impl Iterative {
         outcome
     }
 
+    /// Iterations of the first solve with the hierarchy and its own matrix.
+    pub fn iterations(&self) -> Option<usize> {
+        self.own_iterations
+    }
+
     /// Stored bytes.
     pub fn bytes(&self) -> usize {
         80 * self.mirror.len()
