@@ -1,6 +1,7 @@
 //! Energy, nodal forces and stiffness of a body.
 
 use crate::cell::{NodalBlocks, Rounding, add_pressure, add_stiffness, complete, inverse, product};
+use crate::cells::{CellValue, MOST_WORST, least, per_cell};
 use crate::patch::PatchResponse;
 use crate::sparsity::Sparsity;
 use sinew_energy::{
@@ -336,6 +337,13 @@ impl Assembly {
     /// Displacement gradient at each quadrature point where the last assembly took place.
     pub fn displacement_gradients(&self) -> impl Iterator<Item = &Mat3<f64>> {
         self.points.iter().map(|(h, _)| h)
+    }
+
+    /// The cells of least J in the assembled state.
+    pub fn worst_cells(&self, points_per_cell: usize) -> Vec<CellValue> {
+        let ratios: Vec<_> =
+            self.displacement_gradients().map(|h| 1.0 + h.volume_change()).collect();
+        least(&per_cell(&ratios, points_per_cell, f64::min), MOST_WORST)
     }
 
     /// Displacement gradient and response at each quadrature point there.

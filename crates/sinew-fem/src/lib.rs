@@ -45,6 +45,7 @@
 mod assembly;
 mod balance;
 mod cell;
+mod cells;
 mod dual;
 mod error;
 mod factor;
@@ -64,8 +65,10 @@ mod solver;
 mod sparsity;
 mod stiffness_root;
 mod sweep;
+mod watch;
 
 pub use balance::{BalanceSolution, BalanceSolver, VolumeStep, VolumeTrace};
+pub use cells::CellValue;
 pub use error::{Advice, NotConverged, SolveError};
 pub use history::{History, Iteration};
 pub use matrix::Stiffness;
@@ -73,3 +76,4 @@ pub use rigid::RigidMode;
 pub use solution::{Options, Solution};
 pub use solver::Solver;
 pub use sweep::{Sweep, SweepError, sweep};
+pub use watch::{Progress, print_progress};
