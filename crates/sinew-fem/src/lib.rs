@@ -40,6 +40,8 @@
 //! - [`Solver::sensitivity`] gives ∂u/∂θ, [`Solver::adjoint_sensitivity`] the derivative of one quantity.
 //! - [`BalanceSolver`] finds equilibria that are no minima: incompressible bodies by the mixed elements of
 //!   Taylor and Hood, pressures on surfaces with a loose rim, and paths through limit points by volume.
+//! - [`Solver::solve_watched`] hands out each iteration, [`print_progress`] prints it, [`IterationSeries`] keeps
+//!   it for ParaView; [`report()`] looks at what was found, [`locking`] at elements that are too stiff.
 //! - [`fibres`] lays muscle fibres into ventricles by rules.
 
 mod assembly;
@@ -54,12 +56,15 @@ mod hinges;
 mod history;
 mod linear;
 mod load_steps;
+mod locking;
 mod matrix;
 mod newton;
 mod order;
 mod patch;
+mod report;
 mod rigid;
 mod sensitivity;
+mod series;
 mod solution;
 mod solver;
 mod sparsity;
@@ -71,8 +76,13 @@ pub use balance::{BalanceSolution, BalanceSolver, VolumeStep, VolumeTrace};
 pub use cells::CellValue;
 pub use error::{Advice, NotConverged, SolveError};
 pub use history::{History, Iteration};
+pub use locking::{
+    Bending, FEWEST_THROUGH_THICKNESS, LARGEST_BULK_TO_SHEAR, LockingWarning, SLENDER, locking,
+};
 pub use matrix::Stiffness;
+pub use report::{Reaction, SolutionReport, Warning, report, report_balance};
 pub use rigid::RigidMode;
+pub use series::{IterationSeries, iteration_mesh};
 pub use solution::{Options, Solution};
 pub use solver::Solver;
 pub use sweep::{Sweep, SweepError, sweep};
