@@ -248,7 +248,7 @@ mod tests {
     use crate::Guard;
     use crate::laws::{
         ByYoungPoisson, Guccione, HolzapfelOgden, HolzapfelOgden2009, HolzapfelOgdenCompressible,
-        LinearElastic, NeoHookean,
+        IsochoricNeoHookean, LinearElastic, NeoHookean, PlaneStress,
     };
     use sinew_num::Scalar;
 
@@ -276,7 +276,10 @@ mod tests {
     fn every_law_conforms() {
         holds(NeoHookean, &[1.5, 2.5], SOLID);
         holds(ByYoungPoisson(NeoHookean), &[10.0, 0.3], SOLID);
+        holds(IsochoricNeoHookean { bulk_modulus: BULK }, &[1.5], SOLID);
         holds(LinearElastic, &[1.5, 2.5], SMALL_DISPLACEMENT);
+        holds(PlaneStress(LinearElastic), &[1.5, 2.5], SMALL_DISPLACEMENT);
+        holds(ByYoungPoisson(PlaneStress(LinearElastic)), &[10.0, 0.3], SMALL_DISPLACEMENT);
         holds(HolzapfelOgden { bulk_modulus: BULK }, &[0.18, 2.6, 3.34, 2.73], SOLID);
         holds(HolzapfelOgdenCompressible::THESIS_KPA, &[0.18, 2.6, 3.34, 2.73], SOLID);
         let orthotropic = [0.059, 8.023, 18.472, 16.026, 2.481, 11.12, 0.216, 11.436];

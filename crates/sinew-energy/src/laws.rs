@@ -8,6 +8,7 @@ mod holzapfel_ogden_compressible;
 mod isochoric_neo_hookean;
 mod linear_elastic;
 mod neo_hookean;
+mod plane_stress;
 
 use crate::Guard;
 use sinew_num::Scalar;
@@ -21,6 +22,7 @@ pub use holzapfel_ogden_compressible::HolzapfelOgdenCompressible;
 pub use isochoric_neo_hookean::IsochoricNeoHookean;
 pub use linear_elastic::LinearElastic;
 pub use neo_hookean::NeoHookean;
+pub use plane_stress::PlaneStress;
 
 /// `a/(2b) (e^{b x} − 1)` with a guarded exponent.
 fn fung<S: Scalar, G: Guard>(a: &S, b: &S, x: S, guard: &G) -> S {

@@ -40,7 +40,7 @@ use sinew_energy::{ForceBalance, Law, SurfaceResponse};
 ///     name: "land 1".into(),
 ///     units: Units::mm_kpa(),
 ///     mesh: box_tetrahedra([10.0, 1.0, 1.0], [10, 1, 1]).quadratic(),
-///     law: Guccione { bulk_modulus: 100.0 },
+///     law: Guccione { bulk_modulus: 3.0 }, // the field of pressure brings the rest
 ///     directions: vec![Guccione::frame([1.0, 0.0, 0.0]); 60],
 ///     parameters: vec![
 ///         parameter("C", "kPa", 2.0),
@@ -55,7 +55,7 @@ use sinew_energy::{ForceBalance, Law, SurfaceResponse};
 /// let solution = BalanceSolver::new(&body)?.solve(&[2.0, 8.0, 2.0, 4.0], &Options::default())?;
 /// let corner = scene.mesh.points.iter().position(|&x| x == [10.0, 0.0, 1.0]).unwrap();
 /// let z = 1.0 + solution.displacement[3 * corner + 2];
-/// assert!((z - 4.1).abs() < 0.1, "{z}"); // mm; 4.16 on fine meshes
+/// assert!((z - 4.05).abs() < 0.1, "{z}"); // mm; 4.16 on fine meshes
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct BalanceSolver<'p, L, const D: usize, const N: usize> {

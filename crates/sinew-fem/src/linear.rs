@@ -5,5 +5,7 @@ mod elimination;
 mod front;
 mod graph;
 pub(crate) mod ordering;
+#[cfg(test)]
+mod samples;
 mod separator;
 mod trapezoid;

@@ -120,23 +120,6 @@ impl Sparsity {
         }
     }
 
-    /// The pattern of the upper half, compressed by columns.
-    pub fn upper(&self) -> SymbolicSparseColMat<usize> {
-        let size = self.unknowns();
-        let mut starts = vec![0; size + 1];
-        self.pattern.row_idx().iter().for_each(|&row| starts[row + 1] += 1);
-        (0..size).for_each(|i| starts[i + 1] += starts[i]);
-        let mut rows = vec![0; self.entries()];
-        let mut next = starts.clone();
-        for column in 0..size {
-            for &row in self.pattern.row_idx_of_col_raw(column) {
-                rows[next[row]] = column;
-                next[row] += 1;
-            }
-        }
-        SymbolicSparseColMat::new_checked(size, size, starts, None, rows)
-    }
-
     /// Number of stored entries of the lower half.
     pub fn entries(&self) -> usize {
         self.pattern.row_idx().len()

@@ -50,7 +50,7 @@ fn push_head(html: &mut String, report: &Report) {
 
 /// One line per case: its verdict and the row that is nearest to the upper end of its band.
 fn push_overview(html: &mut String, cases: &[Outcome]) {
-    html.push_str("<section><h2>Overview</h2><div class=\"scroll\"><table><thead><tr><th>case</th><th>verdict</th><th>values</th><th>closest to its band's end</th><th>error</th><th>band</th><th>time</th></tr></thead><tbody>");
+    html.push_str("<section><h2>Overview</h2><div class=\"scroll\"><table><thead><tr><th>case</th><th>verdict</th><th>values</th><th class=\"text\">closest to its band's end</th><th>error</th><th>band</th><th>time</th></tr></thead><tbody>");
     for outcome in cases {
         let used = |row: &&Row| row.error / row.band.most;
         let closest = outcome.rows.iter().max_by(|a, b| used(a).total_cmp(&used(b)));
@@ -161,7 +161,7 @@ fn hint(row: &Row) -> String {
 }
 
 fn push_rows(html: &mut String, rows: &[Row]) {
-    html.push_str("<div class=\"scroll\"><table><thead><tr><th>quantity</th><th>element</th><th>mesh and parameters</th><th>value</th><th>reference</th><th>error</th><th>band</th><th>time</th><th>unknowns</th></tr></thead><tbody>");
+    html.push_str("<div class=\"scroll\"><table><thead><tr><th>quantity</th><th class=\"text\">element</th><th class=\"text\">mesh and parameters</th><th>value</th><th>reference</th><th>error</th><th>band</th><th>time</th><th>unknowns</th></tr></thead><tbody>");
     for row in rows {
         let label = &row.label;
         let _ = write!(

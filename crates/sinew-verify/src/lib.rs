@@ -1,7 +1,7 @@
 //! Benchmarks of the finite-element solver against references that share no code with it.
 //!
 //! Each benchmark is a [`Case`], one file in [`cases`]. It gives [`Row`]s: a value beside its reference, with
-//! error, stated band, unknowns and seconds. References come from [`reference`]: closed forms, ordinary differential
+//! error, stated band, unknowns and seconds. References come from [`mod@reference`]: closed forms, ordinary differential
 //! equations and scalar equations, or constants of other programs with their source.
 //!
 //! ```

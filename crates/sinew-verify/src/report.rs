@@ -122,9 +122,9 @@ mod tests {
         assert_eq!(row["band"]["most"], 0.1);
         assert_eq!(row["seconds"], 0.1);
         assert!(page.contains("A made-up &lt;case&gt;") && !page.contains("A made-up <case>"));
-        // Error against unknowns and error against seconds, with two markers each.
+        // Error against unknowns and error against seconds, with two markers each and one in the legend.
         assert_eq!(page.matches("<svg class=\"chart\"").count(), 2);
-        assert_eq!(page.matches("class=\"dot ").count(), 4);
+        assert_eq!(page.matches("class=\"dot ").count(), 5);
         assert!(!page.contains("<script") && !page.contains("http"));
     }
 }

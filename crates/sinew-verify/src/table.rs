@@ -101,7 +101,7 @@ mod tests {
         assert!(lines[0].contains("value") && lines[0].contains("band"));
         assert!(lines[1].contains("20 %") && lines[1].ends_with("OUTSIDE"), "{text}");
         assert!(lines[2].contains("≤ 10 %") && lines[2].contains("0.10 s"), "{text}");
-        assert!(lines[2].ends_with("1 000"), "{text}");
+        assert!(lines[2].ends_with("1\u{202f}000"), "{text}");
         assert!(summary(&[outcome]).contains("1 of 2 values within their bands, 1 cases"));
     }
 

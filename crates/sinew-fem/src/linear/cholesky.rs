@@ -48,16 +48,6 @@ impl Cholesky {
         self.entries.len()
     }
 
-    /// Stored entries besides those of the factor.
-    pub fn workspace(&self) -> usize {
-        self.workspace.iter().map(Vec::len).sum()
-    }
-
-    /// Operations of a factorisation.
-    pub fn flops(&self) -> f64 {
-        self.elimination.flops
-    }
-
     /// Factorises `L Lᵀ`; false where the matrix is not positive definite.
     pub fn factorise(&mut self, values: &[f64]) -> bool {
         self.run(Kind::Cholesky, values).is_ok()
@@ -314,5 +304,111 @@ impl Run<'_> {
                 target[place as usize - column] += value;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{Sample, compressed, grid, reordered};
+    use super::super::trapezoid::PANEL;
+    use super::*;
+    use crate::linear::ordering::fill_reducing_order;
+
+    /// Largest error of the solution relative to it: these matrices are well conditioned.
+    const ROUNDING: f64 = 1e-11;
+
+    fn error(factor: &mut Cholesky, sample: &Sample) -> f64 {
+        let expected: Vec<f64> = (0..sample.size()).map(|i| (i % 11) as f64 - 4.5).collect();
+        let mut x = sample.times(&expected);
+        factor.solve(&mut x);
+        x.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / 5.5
+    }
+
+    fn ordered_grid(size: [usize; 3]) -> Vec<Vec<usize>> {
+        let graph = grid(size);
+        let (starts, neighbours) = compressed(&graph);
+        reordered(&graph, &fill_reducing_order(&starts, &neighbours))
+    }
+
+    /// Graphs with all kinds of trees: none, a chain, several parts, a dense matrix of several panels, an order
+    /// that is no postorder, and one large enough to be worked on in parallel.
+    fn graphs() -> Vec<Vec<Vec<usize>>> {
+        let chain = |i: usize| if i == 0 { vec![1] } else { vec![i - 1, i + 1] };
+        let mut line: Vec<_> = (0..200).map(chain).collect();
+        line[199] = vec![198];
+        let evens_first: Vec<_> = (0..200).step_by(2).chain((1..200).step_by(2)).collect();
+        let size = 2 * PANEL + 30;
+        let complete = (0..size).map(|v| (0..size).filter(|&n| n != v).collect()).collect();
+        vec![
+            vec![],
+            vec![vec![]; 7],
+            reordered(&line, &evens_first),
+            line,
+            complete,
+            grid([9, 7, 5]),
+            ordered_grid([14, 14, 20]),
+        ]
+    }
+
+    #[test]
+    fn definite_systems_are_solved() {
+        for graph in graphs() {
+            let sample = Sample::of_graph(&graph, |i| graph[i].len() as f64 + 0.5);
+            let mut factor = Cholesky::new(&sample.starts, &sample.rows).unwrap();
+            assert!(factor.factorise(&sample.values));
+            let first = error(&mut factor, &sample);
+            // Again in the same memory, and with signs.
+            assert_eq!(factor.factorise_indefinite(&sample.values), Some(0));
+            let second = error(&mut factor, &sample);
+            assert!(first.max(second) < ROUNDING, "{} unknowns: {first:e} {second:e}", graph.len());
+        }
+    }
+
+    #[test]
+    fn negative_eigenvalues_are_counted() {
+        for graph in graphs() {
+            // Dominant diagonals: their signs are those of the eigenvalues (Gershgorin).
+            let negative = |i: usize| i % 5 == 2;
+            let sign = |i: usize| if negative(i) { -1.0 } else { 1.0 };
+            let sample = Sample::of_graph(&graph, |i| sign(i) * (graph[i].len() as f64 + 0.5));
+            let mut factor = Cholesky::new(&sample.starts, &sample.rows).unwrap();
+            let expected = (0..graph.len()).filter(|&i| negative(i)).count();
+            assert_eq!(factor.factorise(&sample.values), expected == 0);
+            assert_eq!(factor.factorise_indefinite(&sample.values), Some(expected));
+            let error = error(&mut factor, &sample);
+            assert!(error < ROUNDING, "{} unknowns: {error:e}", graph.len());
+        }
+    }
+
+    #[test]
+    fn what_is_singular_or_no_number_is_refused() {
+        let graph = grid([4, 3, 2]);
+        for bad in [0.0, f64::NAN] {
+            let mut sample = Sample::of_graph(&graph, |i| graph[i].len() as f64 + 0.5);
+            sample.values[0] = bad;
+            if bad == 0.0 {
+                sample.values[..sample.starts[1]].fill(0.0);
+            }
+            let mut factor = Cholesky::new(&sample.starts, &sample.rows).unwrap();
+            assert!(!factor.factorise(&sample.values));
+            assert_eq!(factor.factorise_indefinite(&sample.values), None);
+        }
+    }
+
+    #[test]
+    fn numbers_do_not_depend_on_the_number_of_threads() {
+        // Large enough for subtrees in parallel and panels in parallel.
+        let graph = ordered_grid([20, 20, 50]);
+        let sample = Sample::of_graph(&graph, |i| graph[i].len() as f64 + 0.5);
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let mut factor = Cholesky::new(&sample.starts, &sample.rows).unwrap();
+                assert!(factor.elimination.fronts.iter().any(|front| front.parallel));
+                assert!(factor.factorise(&sample.values));
+                factor.entries
+            })
+        };
+        assert!(on(1) == on(3));
     }
 }

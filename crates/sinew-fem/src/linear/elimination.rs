@@ -38,8 +38,6 @@ pub(super) struct Elimination {
     pub entries: usize,
     /// Entries of the updates that wait for their parents, on both sides of the workspace.
     pub workspace: [usize; 2],
-    /// Number of operations.
-    pub flops: f64,
 }
 
 /// A front: pivot columns, and what they change below.
@@ -298,7 +296,6 @@ impl Tree {
             scatter: vec![0; rows.len()],
             entries: 0,
             workspace: [0; 2],
-            flops: self.roots.iter().map(|&s| self.flops[s as usize]).sum(),
         };
         let number = self.number(supernodes, &mut result);
         result.roots = self.roots.iter().map(|&s| number[s as usize]).collect();

@@ -70,3 +70,27 @@ impl Panel {
         MatMut::from_column_major_slice_mut(entries, self.rows, self.columns)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn panels_follow_each_other_and_columns_lie_in_them() {
+        for (rows, columns) in
+            [(0, 0), (5, 0), (7, 7), (PANEL, PANEL), (3 * PANEL + 5, 2 * PANEL + 1)]
+        {
+            let shape = Trapezoid { rows, columns };
+            let mut end = 0;
+            for panel in shape.panels() {
+                assert_eq!(panel.start, end);
+                end = panel.range().end;
+                for column in panel.first..panel.first + panel.columns {
+                    let inside = column - panel.first;
+                    assert_eq!(shape.column(column), panel.start + inside * (panel.rows + 1));
+                }
+            }
+            assert_eq!(shape.len(), end);
+        }
+    }
+}

@@ -30,20 +30,21 @@ const QUADRATIC: &Ladder = &[
     ([12, 4, 5], Band::below(0.004)),
     ([24, 8, 10], Band::below(0.001)),
 ];
+/// Averaging the volume ratio cures no locking in bending.
 const PATCHES: &Ladder = &[
-    ([12, 4, 5], Band::below(0.5)),
-    ([24, 8, 10], Band::below(0.5)),
-    ([36, 12, 15], Band::below(0.5)),
+    ([12, 4, 5], Band::between(0.30, 0.37)),
+    ([24, 8, 10], Band::between(0.09, 0.13)),
+    ([36, 12, 15], Band::between(0.04, 0.065)),
 ];
 const HEXAHEDRA: &Ladder = &[
-    ([12, 4, 4], Band::below(0.5)),
-    ([24, 8, 8], Band::below(0.5)),
-    ([36, 12, 12], Band::below(0.5)),
+    ([12, 4, 4], Band::between(0.12, 0.17)),
+    ([24, 8, 8], Band::between(0.03, 0.05)),
+    ([36, 12, 12], Band::between(0.014, 0.023)),
 ];
 const HEXAHEDRA_AVERAGED: &Ladder = &[
-    ([12, 4, 4], Band::below(0.5)),
-    ([24, 8, 8], Band::below(0.5)),
-    ([36, 12, 12], Band::below(0.5)),
+    ([12, 4, 4], Band::between(0.11, 0.16)),
+    ([24, 8, 8], Band::between(0.028, 0.045)),
+    ([36, 12, 12], Band::between(0.012, 0.02)),
 ];
 
 impl Case for Beam {

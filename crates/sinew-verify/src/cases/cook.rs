@@ -1,10 +1,10 @@
 //! Cook's membrane at finite strain.
 
 use crate::case::{Band, Case, Effort, Formulation, Label, Row, Rows};
-use crate::laws::IsochoricNeoHookean;
 use crate::reference::published;
 use crate::solve::{Found, displaced, displacement_at, mixed, scene};
 use anyhow::Result;
+use sinew_energy::laws::IsochoricNeoHookean;
 use sinew_energy::{Load, Scene, Support};
 use sinew_mesh::{Mesh, cook_membrane};
 
@@ -13,9 +13,8 @@ pub(super) struct Cook;
 
 const THETA: [f64; 1] = [80.1938];
 const BULK: f64 = 400_942.0;
-/// The part of the bulk modulus that stays with the displacements of mixed elements: it keeps Newton's method
-/// alive; the field of pressure bears the rest.
-const OWN_BULK: f64 = 80.0;
+/// What the law of mixed elements keeps of it, next to nothing: the field of pressure bears the rest.
+const OWN_BULK: f64 = 1e-4;
 /// Dead force per reference area, 100 per unit thickness.
 const SHEAR: f64 = 6.25;
 const UPPER: [f64; 3] = [48.0, 60.0, 0.0];
@@ -24,19 +23,25 @@ const MIDDLE: [f64; 3] = [48.0, 52.0, 0.0];
 /// Squares per side, with the bands of the elements.
 type Ladder = [(usize, Band)];
 
+/// The issue asks for 0.3 %.
 const MIXED: &Ladder = &[
-    (4, Band::below(0.03)),
-    (8, Band::below(0.01)),
+    (4, Band::below(0.02)),
+    (8, Band::below(0.006)),
     (16, Band::below(0.003)),
     (32, Band::below(0.001)),
 ];
-const LINEAR: &Ladder =
-    &[(8, Band::between(0.3, 0.9)), (16, Band::between(0.3, 0.9)), (32, Band::between(0.1, 0.9))];
+const LINEAR: &Ladder = &[
+    (8, Band::between(0.2, 0.35)),
+    (16, Band::between(0.05, 0.1)),
+    (32, Band::between(0.015, 0.035)),
+];
 const QUADRATIC: &Ladder =
-    &[(8, Band::below(0.1)), (16, Band::below(0.05)), (32, Band::below(0.05))];
-const PATCHES: &Ladder = &[(8, Band::below(0.2)), (16, Band::below(0.1)), (32, Band::below(0.05))];
-/// Against the same elements on the same mesh in FEniCS, whose quadrature differs.
-const SAME_MESH: Band = Band::below(2e-4);
+    &[(8, Band::below(0.015)), (16, Band::below(0.006)), (32, Band::below(0.003))];
+/// Too soft by up to a percent, whatever the mesh so far.
+const PATCHES: &Ladder =
+    &[(8, Band::below(0.01)), (16, Band::below(0.012)), (32, Band::below(0.01))];
+/// Against the same elements on the same mesh in FEniCS: the seven digits that were printed.
+const SAME_MESH: Band = Band::below(1e-7);
 
 impl Case for Cook {
     fn name(&self) -> &'static str {
@@ -48,8 +53,7 @@ impl Case for Cook {
     }
 
     fn provenance(&self) -> &'static str {
-        "FEniCS, quadratic–linear elements on crossed meshes: 6.9192 on 16×16, 6.9271 on 32×32 squares; 6.93 ± 0.01 in \
-         the limit. Bands of linear elements state how much they lock."
+        "FEniCS, quadratic–linear elements on crossed meshes: 6.9192 on 16×16, 6.9271 on 32×32 squares; 6.93 ± 0.01 in the limit. Bands of linear elements state how much they lock."
     }
 
     fn run(&self, effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
@@ -105,6 +109,6 @@ fn push<const N: usize>(
 ) -> Result<()> {
     let value = displacement_at(mesh, &found.displacement, UPPER)[1];
     let label = Label::new(formulation, format!("{squares}² squares"), "u_y(48, 60) [mm]");
-    rows.push(Row::relative(label, [value, published::COOK], band, found.cost)?);
+    rows.push(Row::relative(label, [value, published::COOK_LIMIT], band, found.cost)?);
     Ok(())
 }

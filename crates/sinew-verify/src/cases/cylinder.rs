@@ -18,7 +18,7 @@ const INFLATED: f64 = 1.3;
 
 const PLANE: &[([usize; 2], Band)] =
     &[([2, 4], Band::below(0.01)), ([4, 8], Band::below(0.002)), ([8, 16], Band::below(0.001))];
-const SOLID: &[([usize; 2], Band)] = &[([2, 4], Band::below(0.01)), ([4, 8], Band::below(0.002))];
+const SOLID: &[([usize; 2], Band)] = &[([2, 4], Band::below(0.003)), ([4, 8], Band::below(5e-4))];
 
 impl Case for Cylinder {
     fn name(&self) -> &'static str {

@@ -3,10 +3,10 @@
 use super::homogeneous::FRAME;
 use super::radial::rollers;
 use crate::case::{Band, Case, Effort, Formulation, Label, Row, Rows};
+use crate::laws::LandGuccione;
 use crate::reference::published;
 use crate::solve::{displacement_at, mixed, scene, with_directions};
 use anyhow::Result;
-use sinew_energy::laws::Guccione;
 use sinew_energy::{Load, Magnitude, Support};
 use sinew_mesh::TruncatedEllipsoid;
 
@@ -20,11 +20,11 @@ const BULK: f64 = 200.0;
 /// \[kPa\]
 const PRESSURE: f64 = 10.0;
 
-/// Layers, cells around and along, with the bands; the issue asks for 0.5 %.
+/// Layers, cells around and along, with the bands; the issue asks for 0.5 %, better 0.3 %.
 const LADDER: &[([usize; 3], Band)] = &[
-    ([1, 16, 8], Band::below(0.03)),
-    ([1, 24, 12], Band::below(0.02)),
-    ([2, 32, 20], Band::below(0.005)),
+    ([1, 16, 8], Band::below(0.005)),
+    ([1, 24, 12], Band::below(0.003)),
+    ([2, 32, 20], Band::below(0.003)),
 ];
 
 impl Case for LandVentricle {
@@ -48,7 +48,7 @@ impl Case for LandVentricle {
             let loads = vec![Load::Pressure { facets: "endo".into(), magnitude }];
             let mut supports = rollers(&[("x_min", 0), ("y_min", 1)]);
             supports.push(Support::clamped("base"));
-            let law = Guccione { bulk_modulus: BULK };
+            let law = LandGuccione { bulk_modulus: BULK };
             let ventricle = with_directions(scene(mesh, law, &THETA, loads, supports), FRAME);
             let found = mixed(&ventricle, 0.0, &THETA)?;
             for (apex, height, exact) in [

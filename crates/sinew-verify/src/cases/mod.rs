@@ -3,6 +3,7 @@
 mod beam;
 mod beam_fixture;
 mod cook;
+mod cook_linear;
 mod cylinder;
 mod elastica;
 mod homogeneous;
@@ -31,6 +32,7 @@ pub fn all() -> Vec<Box<dyn Case>> {
         Box::new(beam::Beam),
         Box::new(elastica::SlenderCantilever),
         Box::new(cook::Cook),
+        Box::new(cook_linear::CookLinear),
         Box::new(sphere::Sphere),
         Box::new(sphere_locking::SphereLocking),
         Box::new(limit_point::SphereLimitPoint),

@@ -1,13 +1,11 @@
 //! Simple shear of every law.
 
-use super::homogeneous::{
-    Exponential, guccione, holzapfel_ogden, holzapfel_ogden_2009, mean_stress, thesis_code,
-};
+use super::homogeneous::{EveryLaw, FRAME, Material, exponentials, mean_stress};
 use crate::case::{Band, Case, Effort, Formulation, Label, Row, Rows};
 use crate::solve::{BOUNDARY, lower, minimum, scene, with_boundary, with_directions};
-use anyhow::Result;
+use anyhow::{Context, Result};
 use sinew_energy::laws::{ByYoungPoisson, LinearElastic, NeoHookean};
-use sinew_energy::{FiniteElement, Law, Nodes, Support};
+use sinew_energy::{FiniteElement, Nodes, Support};
 use sinew_mesh::{HexMesh, Mesh, TetMesh, box_hexahedra, box_tetrahedra};
 
 /// Each law and element under simple shear: the shear stress, from the reactions of a distorted mesh.
@@ -20,20 +18,8 @@ const PLANES: [(usize, usize, &str); 3] = [(0, 1, "fs"), (1, 0, "sf"), (1, 2, "s
 /// Amounts of shear.
 const AMOUNTS: [f64; 3] = [0.3, 0.1, 0.5];
 
-/// The distorted meshes.
-struct Meshes {
-    tets: TetMesh,
-    hexes: HexMesh,
-}
-
-/// A law that is sheared, and its shear stress by normal, direction and amount.
-struct Sheared<'a, L, const D: usize> {
-    name: &'a str,
-    law: L,
-    theta: &'a [f64],
-    directions: [[f64; 3]; D],
-    stress: &'a dyn Fn(usize, usize, f64) -> f64,
-}
+/// Shear stress by normal, direction and amount.
+type Stress<'a> = &'a dyn Fn(usize, usize, f64) -> f64;
 
 impl Case for Shear {
     fn name(&self) -> &'static str {
@@ -50,71 +36,64 @@ impl Case for Shear {
     }
 
     fn run(&self, effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
-        let tets = box_tetrahedra([1.0; 3], [2; 3]).distorted(5, 0.2);
-        let hexes = box_hexahedra([1.0; 3], [2; 3]).distorted(5, 0.2);
-        let meshes = Meshes { tets, hexes };
-        let isotropic = |_: usize, _: usize, amount: f64| 2.0 * amount;
-        let (name, theta) = ("neo-Hookean", &[2.0, 3.0]);
-        let law = Sheared { name, law: NeoHookean, theta, directions: [], stress: &isotropic };
-        meshes.shear(rows, effort, &law)?;
-        // μ = 2 from E = 5, ν = 1/4.
-        let (name, theta) = ("neo-Hookean by E and ν", &[5.0, 0.25]);
-        let law = ByYoungPoisson(NeoHookean);
-        let law = Sheared { name, law, theta, directions: [], stress: &isotropic };
-        meshes.shear(rows, effort, &law)?;
-        let (name, theta) = ("linear elastic", &[2.0, 3.0]);
-        let law = Sheared { name, law: LinearElastic, theta, directions: [], stress: &isotropic };
-        meshes.shear(rows, effort, &law)?;
-        meshes.shear_exponential(rows, effort, &holzapfel_ogden())?;
-        meshes.shear_exponential(rows, effort, &thesis_code())?;
-        meshes.shear_exponential(rows, effort, &holzapfel_ogden_2009())?;
-        meshes.shear_exponential(rows, effort, &guccione())
+        let meshes = Meshes {
+            tets: box_tetrahedra([1.0; 3], [2; 3]).distorted(5, 0.2),
+            hexes: box_hexahedra([1.0; 3], [2; 3]).distorted(5, 0.2),
+        };
+        // μ = 2, from E = 5 and ν = 1/4 in the second.
+        let linear_in_shear = |_: usize, _: usize, amount: f64| 2.0 * amount;
+        let young = EveryLaw::ByYoungPoisson(ByYoungPoisson(NeoHookean));
+        for material in [
+            Material::new("neo-Hookean", EveryLaw::NeoHookean(NeoHookean), &[2.0, 3.0]),
+            Material::new("neo-Hookean by E and ν", young, &[5.0, 0.25]),
+            Material::new("linear elastic", EveryLaw::LinearElastic(LinearElastic), &[2.0, 3.0]),
+        ] {
+            meshes.shear(rows, effort, &material, &linear_in_shear)?;
+        }
+        for body in exponentials() {
+            let stress = |normal, along, amount| body.reference.shear_stress(normal, along, amount);
+            meshes.shear(rows, effort, &body.material, &stress)?;
+        }
+        Ok(())
     }
 }
 
-impl Meshes {
-    fn shear_exponential<L: Law<D>, const D: usize>(
-        &self,
-        rows: &mut Rows<'_>,
-        effort: Effort,
-        body: &Exponential<L, D>,
-    ) -> Result<()> {
-        let stress = |normal, along, amount| body.reference.shear_stress(normal, along, amount);
-        let law = Sheared {
-            name: body.name,
-            law: body.law.clone(),
-            theta: &body.theta,
-            directions: body.directions(),
-            stress: &stress,
-        };
-        self.shear(rows, effort, &law)
-    }
+/// The distorted meshes.
+struct Meshes {
+    tets: TetMesh,
+    hexes: HexMesh,
+}
 
-    fn shear<L: Law<D>, const D: usize>(
+impl Meshes {
+    fn shear(
         &self,
         rows: &mut Rows<'_>,
         effort: Effort,
-        law: &Sheared<'_, L, D>,
+        material: &Material,
+        stress: Stress<'_>,
     ) -> Result<()> {
-        rows.push(worst(effort, Formulation::P1, &self.tets, law)?);
-        rows.push(worst(effort, Formulation::P2, &self.tets.quadratic(), law)?);
-        rows.push(worst(effort, Formulation::FBar, &self.tets, law)?);
-        rows.push(worst(effort, Formulation::Q1, &self.hexes, law)?);
-        rows.push(worst(effort, Formulation::Q1FBar, &self.hexes, law)?);
+        let Self { tets, hexes } = self;
+        rows.push(worst(effort, Formulation::P1, tets, material, stress)?);
+        rows.push(worst(effort, Formulation::P2, &tets.quadratic(), material, stress)?);
+        rows.push(worst(effort, Formulation::FBar, tets, material, stress)?);
+        rows.push(worst(effort, Formulation::Q1, hexes, material, stress)?);
+        rows.push(worst(effort, Formulation::Q1FBar, hexes, material, stress)?);
         Ok(())
     }
 }
 
 /// The row of the state with the largest error.
-fn worst<L: Law<D>, const D: usize, const N: usize>(
+fn worst<const N: usize>(
     effort: Effort,
     formulation: Formulation,
     mesh: &Mesh<N>,
-    law: &Sheared<'_, L, D>,
+    material: &Material,
+    stress: Stress<'_>,
 ) -> Result<Row>
 where
     Nodes<N>: FiniteElement<N>,
 {
+    let Material { name, law, theta } = material;
     let mut worst: Option<Row> = None;
     for &amount in effort.levels(1, &AMOUNTS) {
         for &(normal, along, plane) in effort.levels(1, &PLANES) {
@@ -125,20 +104,20 @@ where
             };
             let mesh = with_boundary(mesh.clone());
             let supports = vec![Support::moved(BOUNDARY, &mesh, slide)];
-            let scene = scene(mesh, law.law.clone(), law.theta, vec![], supports);
-            let potential = lower(&with_directions(scene, law.directions), formulation)?;
-            let (solution, cost) = minimum(&potential, law.theta)?;
-            let piola = mean_stress(&potential, &solution.displacement, law.theta);
+            let scene = with_directions(scene(mesh, *law, theta, vec![], supports), FRAME);
+            let potential = lower(&scene, formulation)?;
+            let (solution, cost) = minimum(&potential, theta)?;
+            let piola = mean_stress(&potential, &solution.displacement, theta);
             // σ = PFᵀ with F = I + γ e_along ⊗ e_normal, J = 1.
-            let stress = piola[normal][along] + amount * piola[normal][normal];
-            let setup = format!("{}, {plane}, γ = {amount}", law.name);
+            let found = piola[normal][along] + amount * piola[normal][normal];
+            let setup = format!("{name}, {plane}, γ = {amount}");
             let label = Label::new(formulation, setup, "shear stress [kPa]");
-            let reference = (law.stress)(normal, along, amount);
-            let row = Row::relative(label, [stress, reference], EIGHT_DIGITS, cost)?;
+            let pair = [found, stress(normal, along, amount)];
+            let row = Row::relative(label, pair, EIGHT_DIGITS, cost)?;
             if worst.as_ref().is_none_or(|worst| worst.error < row.error) {
                 worst = Some(row);
             }
         }
     }
-    worst.ok_or_else(|| anyhow::anyhow!("no state to shear"))
+    worst.context("no state to shear")
 }

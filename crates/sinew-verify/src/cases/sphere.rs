@@ -18,10 +18,10 @@ const INFLATED: f64 = 1.3;
 
 /// Layers and cells along an edge of the cube, with the bands.
 const LADDER: &[([usize; 2], Band)] = &[
-    ([1, 2], Band::below(0.1)),
-    ([2, 3], Band::below(0.02)),
-    ([3, 4], Band::below(0.005)),
-    ([4, 6], Band::below(0.002)),
+    ([1, 2], Band::below(0.09)),
+    ([2, 3], Band::below(0.01)),
+    ([3, 4], Band::below(0.003)),
+    ([4, 6], Band::below(0.001)),
 ];
 
 impl Case for Sphere {

@@ -1,14 +1,14 @@
 //! Stretched blocks with free faces, of every law.
 
 use super::homogeneous::{
-    Exponential, guccione, holzapfel_ogden, holzapfel_ogden_2009, mean_stress, thesis_code,
+    EveryLaw, Exponential, FRAME, Material, Matrix, exponentials, mean_stress,
 };
 use crate::case::{Band, Case, Cost, Effort, Formulation, Label, Row, Rows};
-use crate::reference::{Biaxial, equibiaxial_bar, uniaxial_bar};
+use crate::reference::{Biaxial, Fung, equibiaxial_bar, uniaxial_bar};
 use crate::solve::{balance, displacement_at, lower, minimum, scene, with_directions};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{FiniteElement, Law, Nodes, Scene, Support};
+use sinew_energy::{FiniteElement, Nodes, Scene, Support};
 use sinew_mesh::{HexMesh, Mesh, TetMesh, box_hexahedra, box_tetrahedra};
 
 /// Each law and element stretched along one or two axes, the other faces free: stress and lateral stretch.
@@ -17,30 +17,32 @@ pub(super) struct Stretch;
 /// Relative: eight digits.
 const EIGHT_DIGITS: Band = Band::below(1e-8);
 /// Loads and stretches of the exponential laws; compression of the fibres switches them off.
-const STATES: [(Biaxial, f64, &str); 5] = [
-    (Biaxial::Along(0), 1.2, "along fibres"),
-    (Biaxial::Along(1), 1.2, "across fibres"),
-    (Biaxial::InPlane, 1.1, "in plane"),
-    (Biaxial::Along(0), 0.9, "along fibres"),
-    (Biaxial::Along(1), 0.85, "across fibres"),
+const STATES: [(Biaxial, f64); 5] = [
+    (Biaxial::Along(0), 1.2),
+    (Biaxial::Along(1), 1.2),
+    (Biaxial::InPlane, 1.1),
+    (Biaxial::Along(0), 0.9),
+    (Biaxial::Along(1), 0.85),
 ];
+/// λ/μ and stretches of neo-Hookean bars.
+const BARS: [(f64, f64); 5] = [(1.0, 1.5), (10.0, 2.0), (1.0, 0.5), (10.0, 0.5), (1.0, 2.0)];
 
-/// A state with its reference.
+/// A stretched block with its reference.
 struct State<'a> {
-    law: &'a str,
+    material: &'a Material,
     load: Biaxial,
-    name: &'a str,
     stretch: f64,
-    /// Stretch of the first free axis and first Piola stress along the first loaded one.
+    /// Stretch along the first free axis.
     lateral: f64,
+    /// First Piola–Kirchhoff stress along the first loaded axis \[kPa\].
     stress: f64,
 }
 
 impl State<'_> {
-    fn loaded(&self) -> Vec<usize> {
+    fn loaded(&self) -> &'static [usize] {
         match self.load {
-            Biaxial::Along(axis) => vec![axis],
-            Biaxial::InPlane => vec![0, 1],
+            Biaxial::Along(axis) => &[[0], [1], [2]][axis],
+            Biaxial::InPlane => &[0, 1],
         }
     }
 
@@ -50,6 +52,14 @@ impl State<'_> {
             Biaxial::InPlane => 2,
         }
     }
+
+    fn name(&self) -> String {
+        let load = match self.load {
+            Biaxial::Along(axis) => format!("along {}", ["x", "y", "z"][axis]),
+            Biaxial::InPlane => "in plane".into(),
+        };
+        format!("{}, {load} by {}", self.material.name, self.stretch)
+    }
 }
 
 impl Case for Stretch {
@@ -58,7 +68,7 @@ impl Case for Stretch {
     }
 
     fn title(&self) -> &'static str {
-        "Uniaxial and equibiaxial stretch of every law in every element"
+        "Uniaxial and equibiaxial stretch of every law in every element, fibres along x"
     }
 
     fn provenance(&self) -> &'static str {
@@ -67,14 +77,12 @@ impl Case for Stretch {
     }
 
     fn run(&self, effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
-        let tets = box_tetrahedra([1.0; 3], [2; 3]).distorted(5, 0.2);
-        let hexes = box_hexahedra([1.0; 3], [2; 3]).distorted(5, 0.2);
-        let meshes = Meshes { tets, hexes };
+        let meshes = Meshes {
+            tets: box_tetrahedra([1.0; 3], [2; 3]).distorted(5, 0.2),
+            hexes: box_hexahedra([1.0; 3], [2; 3]).distorted(5, 0.2),
+        };
         meshes.neo_hookean(rows, effort)?;
-        meshes.exponential(rows, effort, &holzapfel_ogden())?;
-        meshes.exponential(rows, effort, &thesis_code())?;
-        meshes.exponential(rows, effort, &holzapfel_ogden_2009())?;
-        meshes.exponential(rows, effort, &guccione())
+        exponentials().iter().try_for_each(|body| meshes.exponential(rows, effort, body))
     }
 }
 
@@ -86,158 +94,113 @@ struct Meshes {
 
 impl Meshes {
     fn neo_hookean(&self, rows: &mut Rows<'_>, effort: Effort) -> Result<()> {
-        let stretches: &[(f64, f64)] =
-            &[(1.0, 1.5), (10.0, 2.0), (1.0, 0.5), (10.0, 0.5), (1.0, 2.0)];
-        for &(lame, stretch) in effort.levels(2, stretches) {
-            let bar = uniaxial_bar(1.0, lame, stretch)?;
-            let name = format!("neo-Hookean, λ/μ = {lame}");
-            let state = State {
-                law: &name,
-                load: Biaxial::Along(0),
-                name: "along x",
-                stretch,
-                lateral: bar.across,
-                stress: bar.stress,
-            };
-            self.compare(rows, &NeoHookean, &[1.0, lame], [], &state)?;
+        let body = |lame: f64| {
+            let law = EveryLaw::NeoHookean(NeoHookean);
+            Material::new(format!("neo-Hookean, λ/μ = {lame}"), law, &[1.0, lame])
+        };
+        for &(lame, stretch) in effort.levels(2, &BARS) {
+            let (bar, material, load) =
+                (uniaxial_bar(1.0, lame, stretch)?, &body(lame), Biaxial::Along(0));
+            let (lateral, stress) = (bar.across, bar.stress);
+            self.compare(rows, &State { material, load, stretch, lateral, stress })?;
         }
         for lame in [1.0, 10.0] {
-            let sheet = equibiaxial_bar(1.0, lame, 1.3)?;
-            let name = format!("neo-Hookean, λ/μ = {lame}");
+            let (stretch, material, load) = (1.3, &body(lame), Biaxial::InPlane);
+            let sheet = equibiaxial_bar(1.0, lame, stretch)?;
             let (lateral, stress) = (sheet.across, sheet.stress);
-            let state = State {
-                law: &name,
-                load: Biaxial::InPlane,
-                name: "in plane",
-                stretch: 1.3,
-                lateral,
-                stress,
-            };
-            self.compare(rows, &NeoHookean, &[1.0, lame], [], &state)?;
+            self.compare(rows, &State { material, load, stretch, lateral, stress })?;
         }
         Ok(())
     }
 
-    fn exponential<L: Law<D>, const D: usize>(
-        &self,
-        rows: &mut Rows<'_>,
-        effort: Effort,
-        body: &Exponential<L, D>,
-    ) -> Result<()> {
-        for &(load, stretch, name) in effort.levels(1, &STATES) {
-            let mut state =
-                State { law: body.name, load, name, stretch, lateral: 0.0, stress: 0.0 };
+    fn exponential(&self, rows: &mut Rows<'_>, effort: Effort, body: &Exponential) -> Result<()> {
+        for &(load, stretch) in effort.levels(1, &STATES) {
+            let is_squeezed = load == Biaxial::Along(0) && stretch < 1.0;
+            if is_squeezed && matches!(body.reference, Fung::ThesisCode(_)) {
+                // Fibres that bear compression buckle: the homogeneous state is no minimum.
+                continue;
+            }
+            let material = &body.material;
+            let mut state = State { material, load, stretch, lateral: 0.0, stress: 0.0 };
             let (loaded, free) = (state.loaded()[0], state.free());
             let block = body.reference.nearly_incompressible(body.bulk, load, stretch)?;
             let volume: f64 = block.stretches.iter().product();
             state.lateral = block.stretches[free];
             state.stress = block.stress[loaded] * volume / stretch;
-            self.compare(rows, &body.law, &body.theta, body.directions(), &state)?;
+            self.compare(rows, &state)?;
             let block = body.reference.incompressible(load, stretch)?;
             (state.lateral, state.stress) = (block.stretches[free], block.stress[loaded] / stretch);
-            self.compare_mixed(rows, &body.law, &body.theta, body.directions(), &state)?;
+            self.compare_mixed(rows, &state)?;
         }
         Ok(())
     }
 
-    fn compare<L: Law<D>, const D: usize>(
-        &self,
-        rows: &mut Rows<'_>,
-        law: &L,
-        theta: &[f64],
-        directions: [[f64; 3]; D],
-        state: &State<'_>,
-    ) -> Result<()> {
-        let tets = with_directions(block(&self.tets, law, theta, state), directions);
-        displaced(rows, Formulation::P1, &tets, theta, state)?;
-        displaced(rows, Formulation::FBar, &tets, theta, state)?;
-        let quadratic = block(&self.tets.quadratic(), law, theta, state);
-        let quadratic = with_directions(quadratic, directions);
-        displaced(rows, Formulation::P2, &quadratic, theta, state)?;
-        let hexes = with_directions(block(&self.hexes, law, theta, state), directions);
-        displaced(rows, Formulation::Q1, &hexes, theta, state)?;
-        displaced(rows, Formulation::Q1FBar, &hexes, theta, state)
+    fn compare(&self, rows: &mut Rows<'_>, state: &State<'_>) -> Result<()> {
+        displaced(rows, Formulation::P1, &self.tets, state)?;
+        displaced(rows, Formulation::FBar, &self.tets, state)?;
+        displaced(rows, Formulation::P2, &self.tets.quadratic(), state)?;
+        displaced(rows, Formulation::Q1, &self.hexes, state)?;
+        displaced(rows, Formulation::Q1FBar, &self.hexes, state)
     }
 
-    fn compare_mixed<L: Law<D>, const D: usize>(
-        &self,
-        rows: &mut Rows<'_>,
-        law: &L,
-        theta: &[f64],
-        directions: [[f64; 3]; D],
-        state: &State<'_>,
-    ) -> Result<()> {
-        let scene = with_directions(block(&self.tets.quadratic(), law, theta, state), directions);
+    fn compare_mixed(&self, rows: &mut Rows<'_>, state: &State<'_>) -> Result<()> {
+        let scene = block(&self.tets.quadratic(), state);
         let body = scene.lower_mixed()?;
+        let theta = &state.material.theta;
         let (solution, cost) = balance(&body, theta)?;
-        let lateral = lateral_stretch(&scene.mesh, &solution.displacement, state);
-        let piola = mean_stress(&body.potential, &solution.displacement, theta);
-        // The field of pressure adds p cof F, here p J/s along the load.
-        let pressure = solution.pressure[0];
+        let mut piola = mean_stress(&body.potential, &solution.displacement, theta);
+        // The field of pressure adds p cof F, here p J/s along the load with J = 1.
         let loaded = state.loaded()[0];
-        push(
-            rows,
-            Formulation::Mixed,
-            state,
-            [lateral, piola[loaded][loaded] + pressure / state.stretch],
-            cost,
-        )
+        piola[loaded][loaded] += solution.pressure[0] / state.stretch;
+        push(rows, Formulation::Mixed, (&scene.mesh, &solution.displacement), &piola, state, cost)
     }
 }
 
 /// A block on rollers, stretched.
-fn block<L: Law<D>, const D: usize, const N: usize>(
-    mesh: &Mesh<N>,
-    law: &L,
-    theta: &[f64],
-    state: &State<'_>,
-) -> Scene<L, D, N> {
+fn block<const N: usize>(mesh: &Mesh<N>, state: &State<'_>) -> Scene<EveryLaw, 3, N> {
     let along = |axis: usize, by: f64| std::array::from_fn(|i| (i == axis).then_some(by));
     let name = |axis: usize, end: &str| format!("{}_{end}", ["x", "y", "z"][axis]);
     let mut supports: Vec<_> =
         (0..3).map(|axis| Support::uniform(name(axis, "min"), along(axis, 0.0))).collect();
-    for axis in state.loaded() {
+    for &axis in state.loaded() {
         supports.push(Support::uniform(name(axis, "max"), along(axis, state.stretch - 1.0)));
     }
-    scene(mesh.clone(), law.clone(), theta, vec![], supports)
+    let Material { law, theta, .. } = state.material;
+    with_directions(scene(mesh.clone(), *law, theta, vec![], supports), FRAME)
 }
 
-fn displaced<L: Law<D>, const D: usize, const N: usize>(
+fn displaced<const N: usize>(
     rows: &mut Rows<'_>,
     formulation: Formulation,
-    scene: &Scene<L, D, N>,
-    theta: &[f64],
+    mesh: &Mesh<N>,
     state: &State<'_>,
 ) -> Result<()>
 where
     Nodes<N>: FiniteElement<N>,
 {
-    let potential = lower(scene, formulation)?;
+    let potential = lower(&block(mesh, state), formulation)?;
+    let theta = &state.material.theta;
     let (solution, cost) = minimum(&potential, theta)?;
-    let lateral = lateral_stretch(&scene.mesh, &solution.displacement, state);
-    let loaded = state.loaded()[0];
     let piola = mean_stress(&potential, &solution.displacement, theta);
-    push(rows, formulation, state, [lateral, piola[loaded][loaded]], cost)
+    push(rows, formulation, (mesh, &solution.displacement), &piola, state, cost)
 }
 
-fn lateral_stretch<const N: usize>(mesh: &Mesh<N>, displacement: &[f64], state: &State<'_>) -> f64 {
-    1.0 + displacement_at(mesh, displacement, [1.0; 3])[state.free()]
-}
-
-fn push(
+fn push<const N: usize>(
     rows: &mut Rows<'_>,
     formulation: Formulation,
+    (mesh, displacement): (&Mesh<N>, &[f64]),
+    piola: &Matrix,
     state: &State<'_>,
-    [lateral, stress]: [f64; 2],
     cost: Cost,
 ) -> Result<()> {
-    let label = |quantity: &str| {
-        let setup = format!("{}, {} by {}", state.law, state.name, state.stretch);
-        Label::new(formulation, setup, quantity)
-    };
-    let stress = [stress, state.stress];
-    rows.push(Row::relative(label("first Piola stress [kPa]"), stress, EIGHT_DIGITS, cost)?);
-    let lateral = [lateral, state.lateral];
-    rows.push(Row::relative(label("lateral stretch"), lateral, EIGHT_DIGITS, cost)?);
+    let loaded = state.loaded()[0];
+    let lateral = 1.0 + displacement_at(mesh, displacement, [1.0; 3])[state.free()];
+    for (quantity, value, exact) in [
+        ("first Piola stress [kPa]", piola[loaded][loaded], state.stress),
+        ("lateral stretch", lateral, state.lateral),
+    ] {
+        let label = Label::new(formulation, state.name(), quantity);
+        rows.push(Row::relative(label, [value, exact], EIGHT_DIGITS, cost)?);
+    }
     Ok(())
 }

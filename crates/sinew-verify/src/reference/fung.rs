@@ -15,6 +15,8 @@ pub enum Fung {
     Guccione([f64; 4]),
     /// The variant of the thesis' code: a, b, a_f, b_f; doubled, and fibres that bear compression.
     ThesisCode([f64; 4]),
+    /// The limit without exponential: isochoric neo-Hookean with shear modulus μ.
+    NeoHookean([f64; 1]),
 }
 
 /// How a block is stretched; its other faces are free.
@@ -51,6 +53,7 @@ impl Fung {
         let fibre = |a: f64, b: f64, strain: f64| 2.0 * a * strain * (b * strain * strain).exp();
         let mut s = [[0.0; 3]; 3];
         match *self {
+            Self::NeoHookean([shear]) => (0..3).for_each(|i| s[i][i] = shear),
             Self::HolzapfelOgden([a, b, a_f, b_f]) => {
                 (0..3).for_each(|i| s[i][i] = a * (b * excess).exp());
                 s[0][0] += fibre(a_f, b_f, (c[0][0] - 1.0).max(0.0));
