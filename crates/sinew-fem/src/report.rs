@@ -30,12 +30,12 @@ pub struct SolutionReport {
     pub external_work: f64,
     /// Reference and deformed volume of the body \[length³\].
     pub volume: [f64; 2],
-    /// Least and largest volume ratio J.
-    pub volume_ratio: [CellValue; 2],
+    /// The cells of least volume ratio J, worst first; five at most.
+    pub least_volume_ratios: Vec<CellValue>,
+    /// Largest volume ratio J.
+    pub largest_volume_ratio: CellValue,
     /// Largest principal stretch.
     pub largest_stretch: CellValue,
-    /// The cells of least J, worst first; five at most.
-    pub most_squeezed: Vec<CellValue>,
     /// The cells of worst shape at rest, by the mean ratio of their corners: 1 for equal edges and angles, 0
     /// for flat ones; worst first, five at most.
     pub worst_reference_shapes: Vec<CellValue>,
@@ -65,7 +65,8 @@ pub struct SolutionReport {
 /// let solution = Solver::new(&potential)?.solve(&[75.0, 75.0], &Options::default())?;
 /// let report = report(&potential, &solution)?;
 /// assert!((report.reactions[0].force[2] - 98.0).abs() < 1e-6); // the beam's weight
-/// println!("{report}");
+/// assert!(report.imbalance().iter().all(|force| force.abs() < 1e-9));
+/// println!("{report}"); // a readable block; warnings last
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -135,7 +136,6 @@ fn assess<L: Law<D>, const D: usize, const N: usize>(
     let ratios = volume_ratios(potential, displacement);
     let stretches = largest_stretches(potential, displacement);
     let deformed = potential.volumes.iter().zip(&ratios).map(|(v, j)| v * j).sum();
-    let most_squeezed = least(&per_cell(&ratios, points, f64::min), MOST_WORST);
     let rest = vec![0.0; displacement.len()];
     let worst_shapes = |u: &[f64]| least(&mean_ratios(potential, u), MOST_WORST);
     let mut report = SolutionReport {
@@ -144,9 +144,9 @@ fn assess<L: Law<D>, const D: usize, const N: usize>(
         strain_energy: forces.energy + forces.external_work,
         external_work: forces.external_work,
         volume: [potential.volumes.iter().sum(), deformed],
-        volume_ratio: [most_squeezed[0], largest(&per_cell(&ratios, points, f64::max))],
+        least_volume_ratios: least(&per_cell(&ratios, points, f64::min), MOST_WORST),
+        largest_volume_ratio: largest(&per_cell(&ratios, points, f64::max)),
         largest_stretch: largest(&per_cell(&stretches, points, f64::max)),
-        most_squeezed,
         worst_reference_shapes: worst_shapes(&rest),
         worst_deformed_shapes: worst_shapes(displacement),
         reactions: reaction::groups(potential, displacement, &forces.total),
@@ -156,6 +156,15 @@ fn assess<L: Law<D>, const D: usize, const N: usize>(
     };
     report.warnings = warning::of(&report, negative_pivots);
     report
+}
+
+impl SolutionReport {
+    /// What loads, supports and elastic supports together leave unbalanced \[stress·length²\]: rounding errors
+    /// and the residual, when the solution is an equilibrium.
+    pub fn imbalance(&self) -> [f64; 3] {
+        let reaction = |i: usize| self.reactions.iter().map(|r| r.force[i]).sum::<f64>();
+        [0, 1, 2].map(|i| self.loads[i] + self.elastic_supports[i] + reaction(i))
+    }
 }
 
 fn relative(residual: f64, scale: f64) -> f64 {

@@ -6,10 +6,8 @@ use sinew_energy::{Guard, Law, TotalPotential};
 use sinew_mesh::{Field, Mesh, MeshError, write_pvd, write_vtu};
 use std::path::{Path, PathBuf};
 
-/// The reference mesh of a body with the state of an iteration: point fields `displacement` \[length\] and
-/// `residual_force` (unbalanced at free degrees of freedom, zero at prescribed ones; \[stress·length²\]), cell
-/// field `volume_ratio` (the least J of each cell).
-pub fn iteration_mesh<L: Law<D>, G: Guard, const D: usize, const N: usize>(
+/// The reference mesh of a body with the state of an iteration.
+fn iteration_mesh<L: Law<D>, G: Guard, const D: usize, const N: usize>(
     potential: &TotalPotential<L, D, G, N>,
     progress: &Progress<'_>,
 ) -> Mesh<N> {
@@ -30,6 +28,10 @@ pub fn iteration_mesh<L: Law<D>, G: Guard, const D: usize, const N: usize>(
 }
 
 /// Writes one VTU file per iteration, and a PVD file that plays them in order.
+///
+/// They show the mesh at rest with the point fields `displacement` \[length\] and `residual_force` (unbalanced at
+/// free degrees of freedom, zero at prescribed ones; \[stress·length²\]) and the cell field `volume_ratio` (the
+/// least J of each cell). For a [`crate::BalanceSolver`], give the `potential` of its body.
 ///
 /// ```no_run
 /// # fn f(potential: &sinew_energy::TotalPotential<sinew_energy::laws::NeoHookean, 0>) -> Result<(), Box<dyn std::error::Error>> {

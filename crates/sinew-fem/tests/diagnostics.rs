@@ -5,8 +5,8 @@ mod support;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Magnitude, Scene, Support, Units};
 use sinew_fem::{
-    BalanceSolver, IterationSeries, LARGEST_BULK_TO_SHEAR, Options, SolutionReport, SolveError,
-    Solver, Warning, locking, report, report_balance,
+    Advice, BalanceSolver, IterationSeries, LARGEST_BULK_TO_SHEAR, Options, SolutionReport,
+    SolveError, Solver, Warning, locking, report, report_balance,
 };
 use sinew_mesh::{Mesh, TetMesh, box_hexahedra, box_tetrahedra, read_tet_mesh};
 use support::{gravity, once, parameters, twice};
@@ -110,8 +110,10 @@ where
     let potential = scene(mesh, loads).lower().unwrap();
     let solution = Solver::new(&potential).unwrap().solve(&THETA, &Options::default()).unwrap();
     let report = report(&potential, &solution).unwrap();
-    assert_eq!(report.energy, solution.energy);
-    assert!((report.volume_ratio[0].value - solution.least_volume_ratio).abs() < 1e-12);
+    // Summed in another order.
+    assert!((report.energy / solution.energy - 1.0).abs() < 1e-12);
+    let least = report.least_volume_ratios[0].value;
+    assert!((least - solution.least_volume_ratio).abs() < 1e-12);
     report
 }
 
@@ -128,9 +130,12 @@ fn reactions_balance_the_weight() {
     assert!(report.relative_residual < 1e-10);
     let [reference, deformed] = report.volume;
     assert!((reference - 1e4).abs() < 1e-8 && (deformed / reference - 1.0).abs() < 0.05);
-    assert!(report.largest_stretch.value > 1.0 && report.volume_ratio[1].value > 1.0);
+    assert!(report.largest_stretch.value > 1.0 && report.largest_volume_ratio.value > 1.0);
+    assert!(report.imbalance().iter().all(|force| force.abs() < BALANCED * WEIGHT));
     let text = report.to_string();
-    assert!(text.contains("reaction") && text.contains("lower_mixed"), "{text}");
+    for part in ["reaction", "9.8000e1]", "+0.042 %", "lower_mixed"] {
+        assert!(text.contains(part), "{text}");
+    }
 }
 
 #[test]
@@ -159,14 +164,15 @@ fn a_linear_body_stores_half_the_work_of_its_loads() {
 fn shapes_of_cells_are_named() {
     let mut mesh = box_tetrahedra([2.0, 2.0, 2.0], [2; 3]);
     let corner = mesh.node_sets["x_max"].iter().copied().find(|&n| mesh.points[n] == [2.0; 3]);
-    // Nearly into the plane of its neighbours.
-    mesh.points[corner.unwrap()] = [1.67, 1.67, 1.67];
+    // Nearly onto the opposite corner of its box.
+    mesh.points[corner.unwrap()] = [1.01; 3];
     let report = solve_and_report(mesh, gravity(0.1));
     let worst = report.worst_reference_shapes[0];
     assert_eq!(report.worst_reference_shapes.len(), 5);
     assert!(report.worst_reference_shapes.is_sorted_by_key(|shape| shape.value));
-    assert!(worst.value < 0.5, "{worst}");
-    assert!((report.worst_deformed_shapes[0].value - worst.value).abs() < 0.1);
+    assert!(worst.value < 0.1, "{worst}");
+    assert!(report.warnings.contains(&Warning::PoorMesh { worst }), "{report}");
+    assert!((report.worst_deformed_shapes[0].value / worst.value - 1.0).abs() < 0.1);
 }
 
 #[test]
@@ -210,15 +216,13 @@ fn locking_is_foreseen_from_material_and_mesh() {
     assert_eq!(soft.bulk_to_shear, None);
     assert!((bending.elements_through_thickness - 2.75).abs() < 0.25, "{bending:?}");
     assert!((bending.slenderness - 10.5).abs() < 0.6, "{bending:?}");
-    assert!((soft.measured_deflection().unwrap() - 36.1 / 55.6).abs() < 1e-12);
 
     let stiff = [75.0, 7.5e3];
     let warning = locking(&plain, &stiff).unwrap().unwrap();
     let ratio = warning.bulk_to_shear.unwrap();
     assert!((ratio - (100.0 + 2.0 / 3.0)).abs() < 1e-9 && ratio > LARGEST_BULK_TO_SHEAR);
-    assert!((warning.measured_deflection().unwrap() - 12.5 / 47.0).abs() < 1e-9);
     let advice = warning.to_string();
-    for cure in ["Scene::lower_averaged()", "mesh.quadratic()", "Scene::lower_mixed()", "27 %"] {
+    for cure in ["Scene::lower_averaged()", "mesh.quadratic()", "Scene::lower_mixed()", "33 %"] {
         assert!(advice.contains(cure), "{advice}");
     }
 
@@ -230,8 +234,10 @@ fn locking_is_foreseen_from_material_and_mesh() {
     let bricks = scene(box_hexahedra([10.0; 3], [4; 3]), vec![]);
     assert!(locking(&bricks.lower().unwrap(), &stiff).unwrap().is_some());
     assert_eq!(locking(&bricks.lower().unwrap(), &THETA), Ok(None));
+    let thin = scene(box_hexahedra([100.0, 10.0, 10.0], [20, 2, 2]), vec![]).lower().unwrap();
+    assert!(locking(&thin, &THETA).unwrap().is_some_and(|warning| warning.bending.is_some()));
     assert_eq!(locking(&bricks.lower_averaged().unwrap(), &stiff), Ok(None));
-    let fine = scene(box_tetrahedra([100.0, 10.0, 10.0], [24, 8, 10]), vec![]);
+    let fine = scene(box_tetrahedra([100.0, 10.0, 10.0], [40, 8, 8]), vec![]);
     assert_eq!(locking(&fine.lower().unwrap(), &THETA), Ok(None));
     assert!(locking(&plain, &[75.0]).is_err());
 }
@@ -260,15 +266,36 @@ fn doubtful_solutions_come_with_warnings() {
 }
 
 #[test]
-fn a_failed_solve_names_its_worst_cells() {
+fn a_failed_solve_returns_what_it_found() {
     let potential = once();
-    let options = Options { iterations: 3, ..Options::default() };
-    let result = Solver::new(&potential).unwrap().solve(&THETA, &options);
-    let Err(SolveError::NotConverged(failure)) = result else { panic!("{result:?}") };
-    assert_eq!(failure.worst_cells.len(), 5);
+    let short = Options { iterations: 3, ..Options::default() };
+    let failed = |error: SolveError| match error {
+        SolveError::NotConverged(failure) => failure,
+        other => panic!("{other}"),
+    };
+    let failure = failed(Solver::new(&potential).unwrap().solve(&THETA, &short).unwrap_err());
+    assert_eq!((failure.worst_cells.len(), failure.advice), (5, Advice::MoreIterations));
     assert!(failure.worst_cells.is_sorted_by_key(|cell| cell.value));
     let last = failure.history.iterations.last().unwrap();
     let worst = failure.worst_cells[0];
     assert!((worst.value - last.least_volume_ratio).abs() < 1e-12 && worst.cell == last.worst_cell);
     assert!(failure.to_string().contains(&format!("(cell {})", worst.cell)), "{failure}");
+
+    // Twenty times the weight needs load steps: some of them are done when the iterations run out.
+    let body = scene(beam(), gravity(20.0)).lower_follower().unwrap();
+    let mut solver = BalanceSolver::new(&body).unwrap();
+    let whole = solver.solve(&THETA, &Options::default()).unwrap();
+    assert!(whole.load_steps > 2);
+    let iterations = whole.history.iterations.len() - 1;
+    let short = Options { iterations, ..Options::default() };
+    let failure = failed(solver.solve(&THETA, &short).unwrap_err());
+    assert!(failure.load_factor > 0.0 && failure.load_factor < 1.0, "{failure}");
+    assert_eq!((failure.worst_cells.len(), failure.history.iterations.len()), (5, iterations));
+    // The state returned is the equilibrium at its load factor.
+    let mut forces = vec![0.0; failure.displacement.len()];
+    let part = scene(beam(), gravity(20.0 * failure.load_factor)).lower().unwrap();
+    part.value_and_gradient(&failure.displacement, &THETA, &mut forces);
+    let free = part.free_degrees_of_freedom();
+    let largest = free.iter().map(|&i| forces[i].abs()).fold(0.0, f64::max);
+    assert!(largest < BALANCED * 20.0 * WEIGHT, "{largest:e}");
 }

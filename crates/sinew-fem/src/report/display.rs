@@ -8,7 +8,6 @@ impl fmt::Display for SolutionReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [reference, deformed] = self.volume;
         let change = 100.0 * (deformed / reference - 1.0);
-        let [least, largest] = &self.volume_ratio;
         writeln!(f, "residual          {:.2e} of the forces", self.relative_residual)?;
         writeln!(
             f,
@@ -16,9 +15,9 @@ impl fmt::Display for SolutionReport {
             self.energy, self.strain_energy, self.external_work
         )?;
         writeln!(f, "volume            {reference:.6e} -> {deformed:.6e} ({change:+.3} %)")?;
-        writeln!(f, "volume ratio J    {least} to {largest}")?;
+        cells(f, "least J", &self.least_volume_ratios)?;
+        writeln!(f, "largest J         {}", self.largest_volume_ratio)?;
         writeln!(f, "largest stretch   {}", self.largest_stretch)?;
-        cells(f, "least J", &self.most_squeezed)?;
         cells(f, "mean ratio, rest", &self.worst_reference_shapes)?;
         cells(f, "… deformed", &self.worst_deformed_shapes)?;
         writeln!(f, "loads             {}", vector(&self.loads))?;
@@ -32,6 +31,7 @@ impl fmt::Display for SolutionReport {
                 "reaction          {force}, moment {moment} at {centre:.3?} ({count} nodes)"
             )?;
         }
+        writeln!(f, "unbalanced        {}", vector(&self.imbalance()))?;
         for warning in &self.warnings {
             writeln!(f, "warning: {warning}")?;
         }
@@ -45,5 +45,7 @@ fn cells(f: &mut fmt::Formatter<'_>, name: &str, cells: &[CellValue]) -> fmt::Re
 }
 
 fn vector(v: &[f64; 3]) -> String {
-    format!("[{:.4e}, {:.4e}, {:.4e}]", v[0], v[1], v[2])
+    // Adding zero turns −0 into 0.
+    let [x, y, z] = v.map(|component| component + 0.0);
+    format!("[{x:.4e}, {y:.4e}, {z:.4e}]")
 }

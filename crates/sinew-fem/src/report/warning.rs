@@ -74,13 +74,15 @@ pub enum Warning {
 pub(super) fn of(report: &SolutionReport, negative_pivots: usize) -> Vec<Warning> {
     let relative = report.relative_residual;
     let balanced = relative <= LARGEST_RESIDUAL;
-    let [squeezed, swollen] = report.volume_ratio;
+    let swollen = report.largest_volume_ratio;
+    let squeezed = report.least_volume_ratios.first().copied();
+    let squeezed = squeezed.filter(|worst| worst.value < LEAST_VOLUME_RATIO);
     let [at_rest, deformed] = [&report.worst_reference_shapes, &report.worst_deformed_shapes]
         .map(|shapes| shapes.first().copied().filter(|shape| shape.value < LEAST_SHAPE));
     let found = [
         (!balanced).then_some(Warning::Residual { relative }),
         (negative_pivots > 0).then_some(Warning::Unstable { negative_pivots }),
-        (squeezed.value < LEAST_VOLUME_RATIO).then_some(Warning::Squeezed { worst: squeezed }),
+        squeezed.map(|worst| Warning::Squeezed { worst }),
         (swollen.value > LARGEST_VOLUME_RATIO).then_some(Warning::Swollen { worst: swollen }),
         at_rest.map(|worst| Warning::PoorMesh { worst }),
         deformed.filter(|_| at_rest.is_none()).map(|worst| Warning::Distorted { worst }),
