@@ -8,7 +8,9 @@ use sinew_fem::{
     Advice, BalanceSolver, IterationSeries, LARGEST_BULK_TO_SHEAR, Options, SolutionReport,
     SolveError, Solver, Warning, locking, report, report_balance,
 };
-use sinew_mesh::{Mesh, TetMesh, box_hexahedra, box_tetrahedra, read_tet_mesh};
+use sinew_mesh::{
+    Mesh, TetMesh, box_hexahedra, box_tetrahedra, read_tet_mesh, rectangle_triangles,
+};
 use support::{gravity, once, parameters, twice};
 
 const THETA: [f64; 2] = [75.0, 75.0];
@@ -205,6 +207,31 @@ fn loose_followers_are_loads() {
     let [load, reaction] = [report.loads[0], report.reactions[0].force[0]];
     // 3 kPa on a face of 16 mm² that hardly widens.
     assert!((load + 48.0).abs() < 3.0 && (load + reaction).abs() < BALANCED * 48.0, "{load}");
+}
+
+#[test]
+fn a_state_under_part_of_the_load_balances_that_part() {
+    let mesh = || box_tetrahedra([20.0, 2.0, 2.0], [6, 1, 1]).quadratic();
+    let half = scene(mesh(), gravity(0.5)).lower_mixed().unwrap();
+    let mut solution =
+        BalanceSolver::new(&half).unwrap().solve(&THETA, &Options::default()).unwrap();
+    let whole = scene(mesh(), gravity(1.0)).lower_mixed().unwrap();
+    solution.load_factor = 0.5;
+    let report = report_balance(&whole, &solution).unwrap();
+    let weight = 0.5 * 80.0 * 9.8e-3;
+    assert!((report.loads[2] + weight).abs() < 1e-12, "{report}");
+    assert!(report.imbalance().iter().all(|force| force.abs() < BALANCED * weight), "{report}");
+    assert!((report.energy + report.external_work - report.strain_energy).abs() < 1e-12);
+}
+
+#[test]
+fn plane_strain_is_reported_per_unit_of_thickness() {
+    let pull = Load::Traction { facets: "x_max".into(), value: [2.0, 0.0, 0.0] };
+    let report = solve_and_report(rectangle_triangles([4.0, 1.0], [16, 4]), vec![pull]);
+    let [clamp] = &report.reactions[..] else { panic!("{report}") };
+    assert!((clamp.force[0] + 2.0).abs() < BALANCED * 2.0 && clamp.force[2] == 0.0, "{report}");
+    // The contraction at the clamp is hindered alike on both edges.
+    assert!(clamp.force[1].abs() < 1e-2 && (report.volume[0] - 4.0).abs() < 1e-12);
 }
 
 #[test]
