@@ -169,15 +169,16 @@ impl Assembly {
         let parameters = TotalPotential::<L, D, Exact, N>::law_parameters(theta);
         self.least_volume_ratio = f64::INFINITY;
         self.patches.clear();
-        for (index, points) in potential.patches.iter().enumerate() {
-            for &point in points {
-                let h = potential.displacement_gradient(point, displacement);
-                let ratio = 1.0 + h.volume_change();
-                if ratio < self.least_volume_ratio {
-                    let cell = point / potential.points_per_cell;
-                    (self.least_volume_ratio, self.worst_cell) = (ratio, cell);
-                }
+        // Of all points first: a patch that is turned over ends the assembly, and must be found among the worst.
+        for (point, (gradient, _)) in self.points.iter_mut().enumerate() {
+            *gradient = potential.displacement_gradient(point, displacement);
+            let ratio = 1.0 + gradient.volume_change();
+            if ratio < self.least_volume_ratio {
+                let cell = point / potential.points_per_cell;
+                (self.least_volume_ratio, self.worst_cell) = (ratio, cell);
             }
+        }
+        for (index, points) in potential.patches.iter().enumerate() {
             let Some(mut patch) = PatchResponse::new(potential, points, displacement, parameters)
             else {
                 self.energy = f64::INFINITY;

@@ -308,6 +308,16 @@ fn a_failed_solve_returns_what_it_found() {
     assert!((worst.value - last.least_volume_ratio).abs() < 1e-12 && worst.cell == last.worst_cell);
     assert!(failure.to_string().contains(&format!("(cell {})", worst.cell)), "{failure}");
 
+    // A patch that the prescribed motion turns over is named although its energy is infinite.
+    let mut turned = scene(beam(), vec![]);
+    turned.supports.push(Support::uniform("x_max", [Some(-120.0), None, None]));
+    let turned = turned.lower_averaged().unwrap();
+    let options = Options { iterations: 2, ..Options::default() };
+    let failure = failed(Solver::new(&turned).unwrap().solve(&THETA, &options).unwrap_err());
+    let last = failure.history.iterations.last().unwrap();
+    assert!(last.energy == f64::INFINITY && last.least_volume_ratio < 0.0, "{failure}");
+    assert_eq!(failure.worst_cells[0].value, last.least_volume_ratio, "{failure}");
+
     // Twenty times the weight needs load steps: some of them are done when the iterations run out.
     let body = scene(beam(), gravity(20.0)).lower_follower().unwrap();
     let mut solver = BalanceSolver::new(&body).unwrap();
