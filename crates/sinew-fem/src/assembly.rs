@@ -1,6 +1,7 @@
 //! Energy, nodal forces and stiffness of a body.
 
 use crate::cell::{NodalBlocks, Rounding, add_pressure, add_stiffness, complete, inverse, product};
+use crate::cells::{CellValue, MOST_WORST, least, per_cell};
 use crate::patch::PatchResponse;
 use crate::sparsity::Sparsity;
 use sinew_energy::{
@@ -168,15 +169,16 @@ impl Assembly {
         let parameters = TotalPotential::<L, D, Exact, N>::law_parameters(theta);
         self.least_volume_ratio = f64::INFINITY;
         self.patches.clear();
-        for (index, points) in potential.patches.iter().enumerate() {
-            for &point in points {
-                let h = potential.displacement_gradient(point, displacement);
-                let ratio = 1.0 + h.volume_change();
-                if ratio < self.least_volume_ratio {
-                    let cell = point / potential.points_per_cell;
-                    (self.least_volume_ratio, self.worst_cell) = (ratio, cell);
-                }
+        // Of all points first: a patch that is turned over ends the assembly, and must be found among the worst.
+        for (point, (gradient, _)) in self.points.iter_mut().enumerate() {
+            *gradient = potential.displacement_gradient(point, displacement);
+            let ratio = 1.0 + gradient.volume_change();
+            if ratio < self.least_volume_ratio {
+                let cell = point / potential.points_per_cell;
+                (self.least_volume_ratio, self.worst_cell) = (ratio, cell);
             }
+        }
+        for (index, points) in potential.patches.iter().enumerate() {
             let Some(mut patch) = PatchResponse::new(potential, points, displacement, parameters)
             else {
                 self.energy = f64::INFINITY;
@@ -336,6 +338,13 @@ impl Assembly {
     /// Displacement gradient at each quadrature point where the last assembly took place.
     pub fn displacement_gradients(&self) -> impl Iterator<Item = &Mat3<f64>> {
         self.points.iter().map(|(h, _)| h)
+    }
+
+    /// The cells of least J in the assembled state.
+    pub fn worst_cells(&self, points_per_cell: usize) -> Vec<CellValue> {
+        let ratios: Vec<_> =
+            self.displacement_gradients().map(|h| 1.0 + h.volume_change()).collect();
+        least(&per_cell(&ratios, points_per_cell, f64::min), MOST_WORST)
     }
 
     /// Displacement gradient and response at each quadrature point there.

@@ -15,7 +15,8 @@
 use crate::assembly::{PredictedStress, State};
 use crate::cell::{is_short, volume_ratios_along};
 use crate::linear_solver::Solved;
-use crate::{History, Iteration, Options, Solver};
+use crate::watch::Log;
+use crate::{Iteration, Options, Solver};
 use sinew_energy::{Exact, Law, TotalPotential};
 use sinew_num::Mat3;
 
@@ -110,7 +111,7 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         theta: &[f64],
         load_factor: f64,
         options: &Options,
-        history: &mut History,
+        history: &mut Log<'_>,
     ) -> Option<Equilibrium> {
         let mut search = Search {
             theta,
@@ -162,8 +163,8 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         free.map(|g| g * g).sum::<f64>().sqrt()
     }
 
-    fn record(&self, search: &Search, residual: f64, history: &mut History) {
-        history.iterations.push(Iteration {
+    fn record(&self, search: &Search, residual: f64, history: &mut Log<'_>) {
+        let iteration = Iteration {
             load_factor: search.load_factor,
             residual,
             tolerance: FLOOR_FACTOR * self.assembly.floor,
@@ -172,11 +173,12 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
             worst_cell: self.assembly.worst_cell,
             step: 0.0,
             shift: 0.0,
-        });
+        };
+        history.record(iteration, &search.displacement, &self.assembly.gradient);
     }
 
     /// Moves prescribed degrees of freedom where they belong, and the free ones along by the linear model.
-    fn move_supports(&mut self, search: &mut Search, history: &mut History) -> Option<()> {
+    fn move_supports(&mut self, search: &mut Search, history: &mut Log<'_>) -> Option<()> {
         let mut motion = vec![0.0; search.displacement.len()];
         for (i, prescribed) in self.potential.prescribed.iter().enumerate() {
             if let Some(target) = prescribed {

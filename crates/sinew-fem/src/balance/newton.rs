@@ -3,7 +3,8 @@
 use super::BalanceSolver;
 use super::state::{Residual, Unknowns};
 use crate::assembly::State;
-use crate::{History, Iteration, Options};
+use crate::watch::Log;
+use crate::{Iteration, Options};
 use sinew_energy::Law;
 
 /// Iterations of one load step; beyond, smaller load steps are cheaper.
@@ -36,7 +37,7 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
         theta: &[f64],
         load_factor: f64,
         options: &Options,
-        history: &mut History,
+        history: &mut Log<'_>,
     ) -> Option<Equilibrium> {
         let mut at = initial.clone();
         for (u, prescribed) in
@@ -53,7 +54,7 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
                 return None;
             }
             let residual = self.system.assemble(&at, theta, load_factor);
-            self.record(load_factor, &residual, history);
+            self.record(&at, load_factor, &residual, history);
             let forces = residual.force / self.system.assembly.force_scale.max(f64::MIN_POSITIVE);
             let size = forces.max(residual.volume / volume);
             let admissible = size.is_finite() && self.system.assembly.energy.is_finite();
@@ -112,8 +113,14 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
         None
     }
 
-    pub(super) fn record(&self, load_factor: f64, residual: &Residual, history: &mut History) {
-        history.iterations.push(Iteration {
+    pub(super) fn record(
+        &self,
+        at: &Unknowns,
+        load_factor: f64,
+        residual: &Residual,
+        history: &mut Log<'_>,
+    ) {
+        let iteration = Iteration {
             load_factor,
             residual: residual.force,
             tolerance: TOLERANCE * self.system.assembly.force_scale,
@@ -122,6 +129,7 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
             worst_cell: self.system.assembly.worst_cell,
             step: 0.0,
             shift: 0.0,
-        });
+        };
+        history.record(iteration, &at.displacement, &self.system.assembly.gradient);
     }
 }

@@ -2,6 +2,7 @@
 
 use super::System;
 use crate::assembly::State;
+use crate::cells::CellValue;
 use sinew_energy::{Law, SurfaceResponse};
 use sinew_num::Mat3;
 
@@ -39,6 +40,11 @@ impl<L: Law<D>, const D: usize, const N: usize> System<'_, L, D, N> {
         let volume = super::gmres::norm(&values[self.sparsity.unknowns()..]);
         self.couple();
         Residual { values, force, volume }
+    }
+
+    /// The cells of least J where assembled last.
+    pub(super) fn worst_cells(&self) -> Vec<CellValue> {
+        self.assembly.worst_cells(self.body.potential.points_per_cell)
     }
 
     /// Adds the loose followers: their forces, and the symmetric part of their tangent.
