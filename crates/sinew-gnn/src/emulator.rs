@@ -76,30 +76,6 @@ impl Emulator {
         self
     }
 
-    /// This network with the node embeddings of another one of the same sizes.
-    ///
-    /// # Errors
-    /// [`crate::Error::Count`] if the sizes differ.
-    pub(crate) fn with_embeddings_of(mut self, other: &Self) -> Result<Self> {
-        let sizes = |config: &EmulatorConfig| {
-            [config.node_features, config.edge_features, config.latent, config.width, config.steps]
-        };
-        for (own, others) in sizes(&self.config).into_iter().zip(sizes(&other.config)) {
-            crate::error::require_count(
-                "sizes of the network whose embeddings are taken",
-                others,
-                own,
-            )?;
-        }
-        let other = other.clone();
-        self.node_encoder = other.node_encoder;
-        self.edge_encoder = other.edge_encoder;
-        self.edge_updates = other.edge_updates;
-        self.node_updates = other.node_updates;
-        self.local_normalisation = other.local_normalisation;
-        Ok(self)
-    }
-
     /// Steps 1 to 3 of the algorithm: embeddings `z_local` of the real nodes, `[real nodes, 2 M]`.
     ///
     /// `nodes` and `edges` hold standardised features, one row per node (virtual ones included)

@@ -70,6 +70,9 @@ impl OutputBasis {
     pub fn principal<'a>(fields: impl IntoIterator<Item = &'a [f64]>, power: f64) -> Result<Self> {
         let fields: Vec<&[f64]> = fields.into_iter().collect();
         let (count, size) = (fields.len(), fields.first().map_or(0, |field| field.len()));
+        if count < 2 || size == 0 {
+            return Err(Error::NothingToTrain("directions need two simulations that differ"));
+        }
         for field in &fields {
             require_count("values of a simulated displacement", field.len(), size)?;
             require_finite("a simulated displacement", field)?;
@@ -83,8 +86,8 @@ impl OutputBasis {
         let decomposition = spread.try_svd(true, false, accuracy, sweeps);
         let (modes, deviations) = decomposition
             .and_then(|svd| Some((svd.u?, svd.singular_values)))
-            .filter(|(_, deviations)| deviations.len() > 1 && deviations[0] > 0.0)
-            .ok_or(Error::NothingToTrain("the simulated displacements do not differ"))?;
+            .filter(|(_, deviations)| deviations[0] > 0.0)
+            .ok_or(Error::NothingToTrain("directions need two simulations that differ"))?;
         let floor = SMALLEST_DEVIATION * deviations[0];
         let kept = deviations.iter().take_while(|&&deviation| deviation > floor).count();
         let scale = |mode: usize| deviations[0] * (deviations[mode] / deviations[0]).powf(power);

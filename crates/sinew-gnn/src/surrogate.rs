@@ -170,15 +170,6 @@ impl Surrogate {
         self
     }
 
-    /// The same surrogate with the node embeddings of a trained one: what a transfer starts from.
-    ///
-    /// # Errors
-    /// Networks of different sizes.
-    pub fn with_embeddings_of(mut self, trained: &Self) -> Result<Self> {
-        self.emulator = self.emulator.with_embeddings_of(&trained.emulator)?;
-        Ok(self)
-    }
-
     /// Prepares fast prediction on one geometry, which need not be one of those trained on.
     ///
     /// # Errors

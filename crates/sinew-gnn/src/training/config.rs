@@ -32,9 +32,8 @@ pub struct TrainingConfig {
     pub batch: usize,
     /// Largest Euclidean norm of all gradients together; larger ones are scaled down to it.
     pub gradient_norm_limit: Option<f64>,
-    /// Share of the budget after which the node embeddings keep their values and only the decoders and the parameter
-    /// encoder are trained, at a fraction of the cost: 1 trains all to the end, 0 the decoders only, as a
-    /// transfer to a new shape does (thesis §2.4.3).
+    /// Share of the budget after which the node embeddings keep their values, and only the decoders and the parameter
+    /// encoder are trained, at a fraction of the cost. 1 trains all to the end.
     pub embedding_share: f64,
     /// Seed of the order of the samples.
     pub seed: u64,
