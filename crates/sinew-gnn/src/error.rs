@@ -71,6 +71,11 @@ pub enum Error {
         /// The value.
         value: f64,
     },
+    /// The share of the budget that trains the node embeddings is none.
+    #[error(
+        "the share of the budget that trains the node embeddings is {0}; give a number from 0 to 1"
+    )]
+    EmbeddingShare(f64),
     /// A sample names a geometry the set does not have.
     #[error(
         "sample {sample} belongs to geometry {geometry}, but there are only {geometries} geometries"
@@ -164,10 +169,11 @@ pub(crate) fn require_count(what: &'static str, found: usize, expected: usize) -
 }
 
 /// Requires every value to be finite.
-pub(crate) fn require_finite(what: &'static str, values: &[f64]) -> Result<()> {
-    match values.iter().position(|value| !value.is_finite()) {
+pub(crate) fn require_finite<T: Copy + Into<f64>>(what: &'static str, values: &[T]) -> Result<()> {
+    let mut values = values.iter().map(|&value| value.into()).enumerate();
+    match values.find(|(_, value)| !value.is_finite()) {
         None => Ok(()),
-        Some(index) => Err(Error::NotFinite { what, index, value: values[index] }),
+        Some((index, value)) => Err(Error::NotFinite { what, index, value }),
     }
 }
 

@@ -259,6 +259,10 @@ impl EmulatorRun<'_> {
                     set.thetas.len()
                 )
             }
+            Method::Hybrid => format!(
+                "emulator trained on {} simulations, errors weighed by the stiffness about one of them",
+                set.thetas.len()
+            ),
             Method::Pi => {
                 "emulator trained by minimum potential energy, without simulations; one linear solve sets its scale"
                     .to_string()
