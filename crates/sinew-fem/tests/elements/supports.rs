@@ -321,6 +321,59 @@ fn a_ventricle_inflates_on_a_base_that_moves_along_its_radii() {
 }
 
 #[test]
+fn a_turned_ventricle_inflates_like_the_upright_one() {
+    let ventricle = |turn: &[[f64; 3]; 3]| {
+        let mut mesh = TruncatedEllipsoid::LAND.wall([1, 8, 4]).hexahedra();
+        mesh.points.iter_mut().for_each(|x| *x = turned(turn, *x));
+        let load = Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Fixed(0.15) };
+        let base = Support::radial("base", [0.0; 3], turned(turn, [0.0, 0.0, 2.0]));
+        scene(NeoHookean, mesh, vec![load], vec![base])
+    };
+    let upright = solved(&ventricle(&STRAIGHT).lower().unwrap()).displacement;
+    let inclined = ventricle(&TURN);
+    // The plane of its base is no coordinate plane, for which alone the potential is known.
+    assert!(matches!(inclined.lower(), Err(SceneError::LooseRim { .. })));
+    let inclined = balanced(&inclined.lower_follower().unwrap());
+    let error = distance(&turned_field(&TURN, &upright), &inclined);
+    assert!(error < 1e-7 * distance(&upright, &vec![0.0; upright.len()]), "{error:e}");
+}
+
+/// Two cubes that share an edge, so that the second turns about it: what holds one of its nodes across that
+/// motion holds nothing.
+#[test]
+fn a_hinged_part_is_held_by_a_roller_against_its_turn_only() {
+    let mut mesh = box_tetrahedra([1.0; 3], [1; 3]);
+    let first = mesh.clone();
+    let second: Vec<usize> = first
+        .points
+        .iter()
+        .map(|x| {
+            let place = [x[0] + 1.0, x[1] + 1.0, x[2]];
+            mesh.points.iter().position(|&p| p == place).unwrap_or_else(|| {
+                mesh.points.push(place);
+                mesh.points.len() - 1
+            })
+        })
+        .collect();
+    mesh.cells.extend(first.cells.iter().map(|cell| cell.map(|node| second[node])));
+    assert_eq!(mesh.points.len(), 14);
+    let corner = node_at(&mesh, [2.0, 2.0, 0.0]);
+    mesh.node_sets.insert("corner".into(), vec![corner]);
+    let outcome = |normal: [f64; 3]| {
+        let roller = Support::roller_on_plane("corner", normal);
+        let supports = vec![Support::clamped("x_min"), roller];
+        let body = scene(NeoHookean, mesh.clone(), vec![], supports).lower().unwrap();
+        Solver::new(&body).map(|_| ())
+    };
+    assert_eq!(outcome([1.0, -1.0, 0.0]), Ok(()));
+    let Err(SolveError::FreeToMove { modes, .. }) = outcome([1.0, 1.0, 0.0]) else {
+        panic!("it turns about the edge");
+    };
+    assert_eq!(modes.len(), 1);
+    assert_eq!(modes[0].to_string(), "rotation about z");
+}
+
+#[test]
 fn supports_that_hold_too_little_or_contradict_each_other_are_refused() {
     let mesh = || {
         let mut mesh = box_tetrahedra([1.5, 1.0, 1.2], [2, 2, 2]);
