@@ -58,6 +58,7 @@ pub mod fibres;
 mod hinges;
 mod history;
 mod linear;
+mod linear_solver;
 mod load_steps;
 mod locking;
 mod matrix;
@@ -80,6 +81,7 @@ pub use balance::{BalanceSolution, BalanceSolver, VolumeStep, VolumeTrace};
 pub use cells::CellValue;
 pub use error::{Advice, NotConverged, SolveError};
 pub use history::{History, Iteration};
+pub use linear_solver::LinearSolver;
 pub use locking::{LARGEST_BULK_TO_SHEAR, LockingWarning, Proportions, SLENDER, locking};
 pub use matrix::Stiffness;
 pub use report::{Reaction, SolutionReport, Warning, report, report_balance};
@@ -89,3 +91,10 @@ pub use solution::{Options, Solution};
 pub use solver::Solver;
 pub use sweep::{Sweep, SweepError, sweep};
 pub use watch::{Progress, print_progress};
+
+/// What `benches/factor.rs` measures; no interface to build on.
+#[doc(hidden)]
+pub mod measured {
+    pub use crate::linear::cholesky::Cholesky;
+    pub use crate::linear::ordering::fill_reducing_order;
+}

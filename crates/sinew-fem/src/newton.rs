@@ -14,6 +14,7 @@
 
 use crate::assembly::{PredictedStress, State};
 use crate::cell::{is_short, volume_ratios_along};
+use crate::linear_solver::Solved;
 use crate::supports::place;
 use crate::watch::Log;
 use crate::{Iteration, Options, Solver};
@@ -47,6 +48,9 @@ const STALLED: f64 = 1e-9;
 const MOST_STALLS: usize = 2;
 /// Close to an unstable equilibrium \[residual relative to the forces\] the plain Newton step is tried too.
 const NEAR_EQUILIBRIUM: f64 = 1e-6;
+/// Residual of a Newton step's linear system relative to its right-hand side, where it is solved by iteration: the last
+/// step then ends as near to the floor as an exact one.
+const STEP_ACCURACY: f64 = 1e-6;
 /// That step is taken when it lowers the residual to this part.
 const CONVERGING: f64 = 0.25;
 
@@ -138,8 +142,8 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
             let stalled = stalls >= MOST_STALLS && residual <= STALLED * self.assembly.force_scale;
             if (floor || stalled) && search.negative_pivots.is_some() {
                 let negative_pivots = match search.negative_pivots {
-                    Some(0) | None => 0,
-                    Some(_) => self.negative_pivots(&search),
+                    Some(0) | None if self.system.is_certain() => 0,
+                    _ => self.negative_pivots(&search),
                 };
                 return Some(Equilibrium { displacement: search.displacement, negative_pivots });
             }
@@ -152,6 +156,7 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         let state = search.state();
         let predicted = search.predicted.as_ref();
         self.assembly.assemble(self.potential, &self.sparsity, state, predicted);
+        self.system.place(&self.potential.positions, state.displacement, &self.sparsity.frames);
     }
 
     fn residual(&self) -> f64 {
@@ -188,7 +193,7 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         let mut forces = self.assembly.gradient.clone();
         self.assembly.add_stiffness_times(self.potential, state, &motion, &mut forces);
         let (shift, _) = self.factorise()?;
-        self.add_newton_step(&forces, &mut motion);
+        let (shift, _) = self.add_descent(&forces, &mut motion, (shift, 0))?;
         let predicted = self.assembly.predict_stress(self.potential, &motion);
         let flat_between = self.passes_flat(search.theta, &motion, 1.0);
         search.displacement.iter_mut().zip(&motion).for_each(|(u, m)| *u += m);
@@ -206,29 +211,62 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
     }
 
     /// Adds `−K⁻¹ forces` to the free degrees of freedom, with the last factor.
-    pub(crate) fn add_newton_step(&mut self, forces: &[f64], displacement: &mut [f64]) {
+    pub(crate) fn add_newton_step(
+        &mut self,
+        forces: &[f64],
+        displacement: &mut [f64],
+        accuracy: f64,
+    ) -> Solved {
         let mut right: Vec<_> = self.sparsity.gather(forces).map(|f| -f).collect();
-        self.factor.solve(&mut right);
-        self.sparsity.scatter(right, displacement);
+        let solved = self.system.solve(&mut right, accuracy);
+        if solved == Solved::Done {
+            self.sparsity.scatter(right, displacement);
+        }
+        solved
+    }
+
+    /// Adds `−K⁻¹ forces` to the free degrees of freedom, with more shift if iteration finds that the stiffness
+    /// needs it; `found` are shift and negative pivots so far.
+    fn add_descent(
+        &mut self,
+        forces: &[f64],
+        displacement: &mut [f64],
+        mut found: (f64, usize),
+    ) -> Option<(f64, usize)> {
+        loop {
+            match self.add_newton_step(forces, displacement, STEP_ACCURACY) {
+                Solved::Done => return Some(found),
+                Solved::Indefinite => {
+                    let matrix = &mut self.assembly.matrix;
+                    let shift = self.system.shifted(&self.sparsity, matrix, found.0)?;
+                    found = (shift, found.1.max(1));
+                }
+                Solved::TooSlow => {
+                    self.system.factorise_instead(&self.sparsity).ok()?;
+                    found = self.factorise()?;
+                }
+            }
+        }
     }
 
     /// Factorises the stiffness, shifted if need be: the shift and the number of negative pivots.
     fn factorise(&mut self) -> Option<(f64, usize)> {
-        if self.factor.positive_definite(&self.sparsity, &self.assembly.matrix) {
+        if self.system.positive_definite(&self.sparsity, &self.assembly.matrix) {
             return Some((0.0, 0));
         }
-        let negative = self.factor.indefinite(&self.sparsity, &self.assembly.matrix).unwrap_or(1);
-        let shift = self.factor.shifted(&self.sparsity, &mut self.assembly.matrix)?;
+        let negative = self.system.indefinite(&self.sparsity, &self.assembly.matrix).unwrap_or(1);
+        let shift = self.system.shifted(&self.sparsity, &mut self.assembly.matrix, 0.0)?;
         Some((shift, negative.max(1)))
     }
 
     /// Negative pivots of the stiffness itself, without a predicted stress.
     fn negative_pivots(&mut self, search: &Search) -> usize {
         self.assembly.assemble(self.potential, &self.sparsity, search.state(), None);
-        if self.factor.positive_definite(&self.sparsity, &self.assembly.matrix) {
+        self.system.place(&self.potential.positions, &search.displacement, &self.sparsity.frames);
+        if self.system.surely_positive_definite(&self.sparsity, &self.assembly.matrix) {
             return 0;
         }
-        let negative = self.factor.indefinite(&self.sparsity, &self.assembly.matrix);
+        let negative = self.system.indefinite(&self.sparsity, &self.assembly.matrix);
         negative.unwrap_or(1).max(1)
     }
 
@@ -236,17 +274,18 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
     fn step(&mut self, search: &mut Search, residual: f64, record: &mut Iteration) -> Option<()> {
         let (shift, negative) = self.factorise()?;
         search.negative_pivots = Some(negative);
-        record.shift = shift;
         if negative > 0
             && residual <= NEAR_EQUILIBRIUM * self.assembly.force_scale
             && self.step_to_saddle(search, residual)
         {
-            (record.step, record.shift) = (1.0, 0.0);
+            record.step = 1.0;
             return Some(());
         }
         let gradient = std::mem::take(&mut self.assembly.gradient);
         let mut direction = vec![0.0; gradient.len()];
-        self.add_newton_step(&gradient, &mut direction);
+        let (shift, negative) = self.add_descent(&gradient, &mut direction, (shift, negative))?;
+        search.negative_pivots = Some(negative);
+        record.shift = shift;
         let promised = -gradient.iter().zip(&direction).map(|(g, d)| g * d).sum::<f64>();
         self.assembly.gradient = gradient;
         record.step = self.line_search(search, &direction, promised, shift > 0.0)?;
@@ -348,12 +387,16 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
     fn step_to_saddle(&mut self, search: &mut Search, residual: f64) -> bool {
         search.predicted = None;
         self.assemble(search);
-        if self.factor.indefinite(&self.sparsity, &self.assembly.matrix).is_none() {
+        // Conjugate gradients cannot solve with an indefinite matrix.
+        if !self.system.is_certain() && self.system.factorise_instead(&self.sparsity).is_err() {
+            return false;
+        }
+        if self.system.indefinite(&self.sparsity, &self.assembly.matrix).is_none() {
             return false;
         }
         let before = search.displacement.clone();
         let gradient = std::mem::take(&mut self.assembly.gradient);
-        self.add_newton_step(&gradient, &mut search.displacement);
+        self.add_newton_step(&gradient, &mut search.displacement, STEP_ACCURACY);
         self.assembly.gradient = gradient;
         self.assemble(search);
         if self.assembly.energy.is_finite() && self.residual() <= CONVERGING * residual {
@@ -362,7 +405,7 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         search.displacement = before;
         self.assemble(search);
         // Descend instead, with the factor that the caller expects.
-        self.factor.shifted(&self.sparsity, &mut self.assembly.matrix);
+        self.system.shifted(&self.sparsity, &mut self.assembly.matrix, 0.0);
         false
     }
 }
