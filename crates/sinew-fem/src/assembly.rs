@@ -88,8 +88,13 @@ impl Assembly {
             let energy = spring.value_and_add_gradient(displacement, &mut self.gradient);
             self.energy += energy;
             rounding.energy += energy;
-            let lower = (0..3).flat_map(|row| &spring.stiffness[row][..=row]);
-            for (&slot, value) in sparsity.springs.of(index).iter().zip(lower) {
+            let (places, stiffness) = (sparsity.springs.of(index), &spring.stiffness);
+            let entry = |row: usize, column: usize| stiffness[row][column];
+            if self.add_turned(&sparsity.frames, &[spring.node], places, 1.0, entry) {
+                continue;
+            }
+            let lower = (0..3).flat_map(|row| &stiffness[row][..=row]);
+            for (&slot, value) in places.iter().zip(lower) {
                 self.matrix[slot as usize] += value;
             }
         }
@@ -99,9 +104,9 @@ impl Assembly {
             self.add_patches(potential, sparsity, state, predicted, &mut rounding);
         }
         (self.floor, self.energy_noise) = (rounding.force_noise(), rounding.energy_noise());
-        let reactions =
-            self.gradient.iter().zip(&potential.prescribed).filter(|(_, p)| p.is_some());
-        self.force_scale = loads.sqrt() + reactions.map(|(g, _)| g * g).sum::<f64>().sqrt();
+        let held = potential.prescribed.iter().enumerate().filter(|(_, p)| p.is_some());
+        let reactions = held.map(|(dof, _)| sparsity.frames.component(dof, &self.gradient));
+        self.force_scale = loads.sqrt() + reactions.map(|g| g * g).sum::<f64>().sqrt();
     }
 
     fn add_cells<L: Law<D>, const D: usize, const N: usize>(
@@ -146,7 +151,13 @@ impl Assembly {
                 self.points[point] = (h, response);
             }
             complete(&mut blocks);
-            let mut places = sparsity.cells.of(cell).iter();
+            let places = sparsity.cells.of(cell);
+            let entry =
+                |row: usize, column: usize| blocks[row / 3][row % 3][column / 3][column % 3];
+            if self.add_turned(&sparsity.frames, nodes, places, 1.0, entry) {
+                continue;
+            }
+            let mut places = places.iter();
             for a in 0..N {
                 for i in 0..3 {
                     let row = blocks[a][i].as_flattened();
@@ -199,9 +210,12 @@ impl Assembly {
                     replace_stress(&mut response.tangent, h, &stress, &predicted[point]);
                 }
             }
-            let lower = patch.stiffness(potential, points);
-            for (&place, value) in sparsity.cells.of(index).iter().zip(lower) {
-                self.matrix[place as usize] += value;
+            let (places, lower) = (sparsity.cells.of(index), patch.stiffness(potential, points));
+            let entry = |row: usize, column: usize| lower[row * (row + 1) / 2 + column];
+            if !self.add_turned(&sparsity.frames, &patch.nodes, places, 1.0, entry) {
+                for (&place, value) in places.iter().zip(&lower) {
+                    self.matrix[place as usize] += value;
+                }
             }
             self.patches.push(patch);
         }
@@ -227,8 +241,13 @@ impl Assembly {
                 self.gradient[3 * nodes[row / 3] + row % 3] += force;
                 squared += force * force;
             }
-            let lower = (0..9).flat_map(|row| response.hessian[row][..=row].iter());
-            for (&slot, value) in sparsity.facets.of(first_facet + facet).iter().zip(lower) {
+            let (places, hessian) = (sparsity.facets.of(first_facet + facet), &response.hessian);
+            let entry = |row: usize, column: usize| hessian[row][column];
+            if self.add_turned(&sparsity.frames, nodes, places, magnitude, entry) {
+                continue;
+            }
+            let lower = (0..9).flat_map(|row| &hessian[row][..=row]);
+            for (&slot, value) in places.iter().zip(lower) {
                 self.matrix[slot as usize] += magnitude * value;
             }
         }
@@ -253,21 +272,18 @@ impl Assembly {
             self.energy += energy;
             rounding.energy += energy.abs();
             let nodes = surface.facet_nodes(facet);
-            squared += self.add_facet(
-                nodes,
-                sparsity.surfaces.of(first_facet + facet),
-                magnitude,
-                &response,
-            );
+            squared += self.add_facet(nodes, sparsity, first_facet + facet, magnitude, &response);
         }
         squared
     }
 
-    /// Adds forces and the lower half of their derivative on one facet; returns the forces' squared norm.
+    /// Adds forces and the lower half of their derivative on one facet, counted over all surfaces; returns
+    /// the forces' squared norm.
     pub fn add_facet(
         &mut self,
         nodes: &[usize],
-        places: &[u32],
+        sparsity: &Sparsity,
+        facet: usize,
         magnitude: f64,
         response: &SurfaceResponse,
     ) -> f64 {
@@ -277,7 +293,11 @@ impl Assembly {
             self.gradient[3 * nodes[row / 3] + row % 3] += force;
             squared += force * force;
         }
-        let size = response.gradient.len();
+        let (size, places) = (response.gradient.len(), sparsity.surfaces.of(facet));
+        let entry = |row: usize, column: usize| response.hessian[row * size + column];
+        if self.add_turned(&sparsity.frames, nodes, places, magnitude, entry) {
+            return squared;
+        }
         let lower = (0..size).flat_map(|row| &response.hessian[row * size..][..=row]);
         for (&place, value) in places.iter().zip(lower) {
             self.matrix[place as usize] += magnitude * value;

@@ -73,6 +73,7 @@ mod solution;
 mod solver;
 mod sparsity;
 mod stiffness_root;
+mod supports;
 mod sweep;
 mod watch;
 

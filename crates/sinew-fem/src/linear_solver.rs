@@ -5,6 +5,7 @@ use crate::factor::{Factor, least_shift};
 use crate::linear::conjugate_gradients::End;
 use crate::linear::iterative::Iterative;
 use crate::sparsity::Sparsity;
+use sinew_energy::Frames;
 
 /// Unknowns from which on [`LinearSolver::Automatic`] iterates.
 const ITERATIVE_FROM: usize = 200_000;
@@ -78,11 +79,13 @@ impl LinearSystem {
         }
     }
 
-    /// Says where the nodes are when the next matrix comes.
-    pub fn place(&mut self, positions: &[[f64; 3]], displacement: &[f64]) {
+    /// Says where the nodes are when the next matrix comes, and which axes their unknowns are along.
+    pub fn place(&mut self, positions: &[[f64; 3]], displacement: &[f64], frames: &Frames) {
         if let Self::Iterative(iterative) = self {
             let moved = displacement.as_chunks::<3>().0;
-            iterative.place(|node| std::array::from_fn(|i| positions[node][i] + moved[node][i]));
+            let position =
+                |node: usize| std::array::from_fn(|i| positions[node][i] + moved[node][i]);
+            iterative.place(position, |dof| frames.axis(dof));
         }
     }
 

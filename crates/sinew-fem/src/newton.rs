@@ -15,6 +15,7 @@
 use crate::assembly::{PredictedStress, State};
 use crate::cell::{is_short, volume_ratios_along};
 use crate::linear_solver::Solved;
+use crate::supports::place;
 use crate::watch::Log;
 use crate::{Iteration, Options, Solver};
 use sinew_energy::{Exact, Law, TotalPotential};
@@ -155,11 +156,11 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         let state = search.state();
         let predicted = search.predicted.as_ref();
         self.assembly.assemble(self.potential, &self.sparsity, state, predicted);
-        self.system.place(&self.potential.positions, state.displacement);
+        self.system.place(&self.potential.positions, state.displacement, &self.sparsity.frames);
     }
 
     fn residual(&self) -> f64 {
-        let free = self.sparsity.degree_of_freedom.iter().map(|&i| self.assembly.gradient[i]);
+        let free = self.sparsity.gather(&self.assembly.gradient);
         free.map(|g| g * g).sum::<f64>().sqrt()
     }
 
@@ -179,12 +180,9 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
 
     /// Moves prescribed degrees of freedom where they belong, and the free ones along by the linear model.
     fn move_supports(&mut self, search: &mut Search, history: &mut Log<'_>) -> Option<()> {
-        let mut motion = vec![0.0; search.displacement.len()];
-        for (i, prescribed) in self.potential.prescribed.iter().enumerate() {
-            if let Some(target) = prescribed {
-                motion[i] = search.load_factor * target - search.displacement[i];
-            }
-        }
+        let mut motion = search.displacement.clone();
+        place(self.potential, search.load_factor, &mut motion);
+        motion.iter_mut().zip(&search.displacement).for_each(|(m, u)| *m -= u);
         if motion.iter().all(|&m| m == 0.0) {
             return Some(());
         }
@@ -199,11 +197,7 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         let predicted = self.assembly.predict_stress(self.potential, &motion);
         let flat_between = self.passes_flat(search.theta, &motion, 1.0);
         search.displacement.iter_mut().zip(&motion).for_each(|(u, m)| *u += m);
-        for (u, prescribed) in search.displacement.iter_mut().zip(&self.potential.prescribed) {
-            if let Some(target) = prescribed {
-                *u = search.load_factor * target;
-            }
-        }
+        place(self.potential, search.load_factor, &mut search.displacement);
         search.predicted = Some(predicted);
         let last = history.iterations.last_mut()?;
         (last.step, last.shift) = (1.0, shift);
@@ -223,11 +217,10 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         displacement: &mut [f64],
         accuracy: f64,
     ) -> Solved {
-        let free = &self.sparsity.degree_of_freedom;
-        let mut right: Vec<_> = free.iter().map(|&i| -forces[i]).collect();
+        let mut right: Vec<_> = self.sparsity.gather(forces).map(|f| -f).collect();
         let solved = self.system.solve(&mut right, accuracy);
         if solved == Solved::Done {
-            free.iter().zip(right).for_each(|(&i, step)| displacement[i] += step);
+            self.sparsity.scatter(right, displacement);
         }
         solved
     }
@@ -269,7 +262,7 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
     /// Negative pivots of the stiffness itself, without a predicted stress.
     fn negative_pivots(&mut self, search: &Search) -> usize {
         self.assembly.assemble(self.potential, &self.sparsity, search.state(), None);
-        self.system.place(&self.potential.positions, &search.displacement);
+        self.system.place(&self.potential.positions, &search.displacement, &self.sparsity.frames);
         if self.system.surely_positive_definite(&self.sparsity, &self.assembly.matrix) {
             return 0;
         }

@@ -59,7 +59,7 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         let Solution { displacement, theta, .. } = solution;
         let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
         self.assembly.assemble(self.potential, &self.sparsity, state, None);
-        self.system.place(&self.potential.positions, displacement);
+        self.system.place(&self.potential.positions, displacement, &self.sparsity.frames);
         self.factorise_assembled()
     }
 

@@ -2,6 +2,7 @@
 
 use crate::Progress;
 use crate::cells::{per_cell, volume_ratios};
+use crate::supports::part;
 use sinew_energy::{Guard, Law, TotalPotential};
 use sinew_mesh::{Field, Mesh, MeshError, write_pvd, write_vtu};
 use std::path::{Path, PathBuf};
@@ -12,8 +13,9 @@ fn iteration_mesh<L: Law<D>, G: Guard, const D: usize, const N: usize>(
     progress: &Progress<'_>,
 ) -> Mesh<N> {
     let rows = |values: &[f64]| Field::vectors(values.as_chunks::<3>().0);
-    let free = progress.forces.iter().zip(&potential.prescribed);
-    let residual: Vec<_> = free.map(|(f, u)| if u.is_some() { 0.0 } else { *f }).collect();
+    let forces = progress.forces.as_chunks::<3>().0.iter().enumerate();
+    let residual: Vec<_> =
+        forces.flat_map(|(node, force)| part(potential, node, force, false)).collect();
     let ratios = volume_ratios(potential, progress.displacement);
     let ratios = per_cell(&ratios, potential.points_per_cell, f64::min);
     let mut mesh = Mesh::<N> {

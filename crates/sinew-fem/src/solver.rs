@@ -111,6 +111,7 @@ pub(crate) fn check_arrays<L: Law<D>, const D: usize, const N: usize>(
     let surfaces = || potential.surfaces.iter().flat_map(|s| &s.nodes);
     let springs = || potential.springs.iter();
     let points = cells * potential.points_per_cell;
+    let frames = || potential.frames.nodes();
     let held = || potential.prescribed.iter().flatten();
     let checks = [
         ("cells", "name nodes that do not exist", known(potential.cells.as_flattened())),
@@ -136,6 +137,7 @@ pub(crate) fn check_arrays<L: Law<D>, const D: usize, const N: usize>(
         ),
         ("nodal forces", "are not finite", finite(&potential.nodal_force)),
         ("supports", "are not finite", held().all(|u| u.is_finite())),
+        ("frames", "name nodes that do not exist", frames().all(|node| node < nodes)),
     ];
     match checks.iter().find(|(_, _, passed)| !passed) {
         Some(&(what, problem, _)) => Err(SolveError::Malformed { what, problem }),

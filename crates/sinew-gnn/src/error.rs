@@ -76,6 +76,18 @@ pub enum Error {
         "the share of the budget that trains the node embeddings is {0}; give a number from 0 to 1"
     )]
     EmbeddingShare(f64),
+    /// Supports along other directions than the coordinate axes.
+    #[error(
+        "{nodes} nodes (first: node {first}) are held along directions of their own (Support::radial, \
+         Support::along, Support::roller_on_plane), but an emulator's supports fix Cartesian components; use \
+         Support::uniform or Support::clamped, or the solver"
+    )]
+    InclinedSupports {
+        /// Number of such nodes.
+        nodes: usize,
+        /// The first of them.
+        first: usize,
+    },
     /// A sample names a geometry the set does not have.
     #[error(
         "sample {sample} belongs to geometry {geometry}, but there are only {geometries} geometries"
@@ -162,6 +174,14 @@ pub enum Error {
 
 /// Result with this crate's [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
+
+/// Refuses supports whose prescribed degrees of freedom are not Cartesian components.
+pub(crate) fn require_cartesian(frames: &sinew_energy::Frames) -> Result<()> {
+    match frames.nodes().next() {
+        None => Ok(()),
+        Some(first) => Err(Error::InclinedSupports { nodes: frames.nodes().count(), first }),
+    }
+}
 
 /// Requires `found == expected`.
 pub(crate) fn require_count(what: &'static str, found: usize, expected: usize) -> Result<()> {

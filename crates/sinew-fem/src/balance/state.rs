@@ -33,8 +33,7 @@ impl<L: Law<D>, const D: usize, const N: usize> System<'_, L, D, N> {
         let state = State { displacement, theta, load_factor, pressure: &pressure };
         self.assembly.assemble(potential, &self.sparsity, state, None);
         self.add_followers(displacement, theta, load_factor);
-        let mut values: Vec<f64> =
-            self.sparsity.degree_of_freedom.iter().map(|&i| self.assembly.gradient[i]).collect();
+        let mut values: Vec<f64> = self.sparsity.gather(&self.assembly.gradient).collect();
         let force = super::gmres::norm(&values);
         values.extend(self.volume_residual(&at.pressure));
         let volume = super::gmres::norm(&values[self.sparsity.unknowns()..]);
@@ -66,9 +65,9 @@ impl<L: Law<D>, const D: usize, const N: usize> System<'_, L, D, N> {
                         symmetric.hessian[row * size + column] = 0.5 * (entry + mirrored);
                     }
                 }
-                let places = self.sparsity.surfaces.of(place);
                 let nodes = surface.facet_nodes(facet);
-                squared += self.assembly.add_facet(nodes, places, magnitude, &symmetric);
+                squared +=
+                    self.assembly.add_facet(nodes, &self.sparsity, place, magnitude, &symmetric);
                 for (entry, symmetric) in response.hessian.iter_mut().zip(&symmetric.hessian) {
                     *entry = magnitude * (*entry - symmetric);
                 }
@@ -111,7 +110,7 @@ impl<L: Law<D>, const D: usize, const N: usize> System<'_, L, D, N> {
                 }
             }
         }
-        let free = self.sparsity.degree_of_freedom.iter().map(|&i| forces[i]);
+        let free = self.sparsity.gather(&forces);
         let pressures = self.body.pressure_field.as_ref().map_or(0, |field| field.unknowns);
         free.chain(std::iter::repeat_n(0.0, pressures)).collect()
     }

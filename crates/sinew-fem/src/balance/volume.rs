@@ -167,8 +167,7 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
             let (own, first) = self.solve_linear(&preconditioner, &minus(&residual.values));
             let (by_load, second) = self.solve_linear(&preconditioner, &minus(&loads));
             linear_iterations += first.iterations + second.iterations;
-            let free: Vec<_> =
-                self.system.sparsity.degree_of_freedom.iter().map(|&i| slope[i]).collect();
+            let free: Vec<_> = self.system.sparsity.gather(&slope).collect();
             let along = dot(&free, &by_load[..free.len()]);
             let more = (gap - dot(&free, &own[..free.len()])) / along;
             if !more.is_finite() {

@@ -132,10 +132,16 @@ impl Iterative {
         self.set(values)
     }
 
-    /// Says where the nodes are: the rigid motions there are nearly free of energy.
-    pub fn place(&mut self, positions: impl Fn(usize) -> [f64; 3]) {
+    /// Says where the nodes are and which axis each degree of freedom is along: the rigid motions there are nearly
+    /// free of energy.
+    pub fn place(
+        &mut self,
+        positions: impl Fn(usize) -> [f64; 3],
+        axes: impl Fn(usize) -> [f64; 3],
+    ) {
         let positions: Vec<_> = self.nodes.iter().map(|&node| positions(node)).collect();
-        self.modes = rigid_modes(&self.component, &positions);
+        let axis = |at: usize| axes(3 * self.nodes[at / 3] + at % 3);
+        self.modes = rigid_modes(&self.component, &positions, axis);
     }
 
     fn build(&mut self) {
@@ -206,7 +212,11 @@ fn empty(size: usize) -> BlockMatrix<f64, 3, 3> {
 
 /// Translations, and rotations about the nodes' centre in units of their distance from it; zero where a node's
 /// component is no unknown.
-fn rigid_modes(component: &[u32], positions: &[[f64; 3]]) -> Vec<Block<f64, 3, MODES>> {
+fn rigid_modes(
+    component: &[u32],
+    positions: &[[f64; 3]],
+    axis: impl Fn(usize) -> [f64; 3],
+) -> Vec<Block<f64, 3, MODES>> {
     let count = positions.len().max(1) as f64;
     let centre: [f64; 3] =
         std::array::from_fn(|i| positions.iter().map(|x| x[i]).sum::<f64>() / count);
@@ -218,9 +228,8 @@ fn rigid_modes(component: &[u32], positions: &[[f64; 3]]) -> Vec<Block<f64, 3, M
     for &at in component {
         let (place, i) = (at as usize / 3, at as usize % 3);
         let [x, y, z] = arm(&positions[place]).map(|x| x * unit);
-        let rotations = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]][i];
-        modes[place][i][i] = 1.0;
-        modes[place][i][3..].copy_from_slice(&rotations);
+        let [a, b, c] = axis(at as usize);
+        modes[place][i] = [a, b, c, y * c - z * b, z * a - x * c, x * b - y * a];
     }
     modes
 }

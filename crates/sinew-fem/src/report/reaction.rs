@@ -1,5 +1,6 @@
 //! What the supports do to the body.
 
+use crate::supports::part;
 use nalgebra::Vector3;
 use sinew_energy::{Guard, Law, TotalPotential};
 use sinew_mesh::Mesh;
@@ -46,10 +47,8 @@ pub(super) fn groups<L: Law<D>, G: Guard, const D: usize, const N: usize>(
         let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
         for &node in &nodes {
             let dof = |i: usize| 3 * node + i;
-            let own = Vector3::from_fn(|i, _| {
-                let counts = i < axes && potential.prescribed[dof(i)].is_some();
-                if counts { forces[dof(i)] } else { 0.0 }
-            });
+            let held = part(potential, node, &[0, 1, 2].map(|i| forces[dof(i)]), true);
+            let own = Vector3::from_fn(|i, _| if i < axes { held[i] } else { 0.0 });
             let moved = Vector3::from_fn(|i, _| displacement[dof(i)]);
             force += own;
             moment += (place(node) + moved - centre).cross(&own);
