@@ -50,7 +50,7 @@ fn the_energy_norm_weighs_errors_by_its_root() {
     let (data, predicted) = prediction();
     let size = predicted.len() / 2;
     let root = root(size);
-    let objective = EnergyNormFit::new(&[root.clone()], &data).unwrap();
+    let objective = EnergyNormFit::new(std::slice::from_ref(&root), &data).unwrap();
     // By hand: mean nodal length over the root mean square of the simulations' departures from their mean.
     let fields: Vec<&[f64]> = data.training.iter().map(|s| &s.displacement[..]).collect();
     let mean: Vec<f64> =
