@@ -7,8 +7,8 @@ use burn::optim::{MuonConfig, Optimizer};
 use burn::tensor::{Device, Distribution, Tensor};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use sinew_burn::{
-    Activation, EdgeTopology, GatherPlan, LayerNormalisation, PerceptronTail, gathered_mlp,
-    orthogonalise, reference, signed_edge_sum,
+    Activation, EdgeTopology, GatherPlan, Input, LayerNormalisation, PerceptronWeights,
+    gathered_mlp, orthogonalise, reference, signed_edge_sum,
 };
 
 const NODES: usize = 511;
@@ -19,7 +19,7 @@ const LATENT: usize = 40;
 const STEPS: usize = 5;
 const HEADS: usize = 3;
 
-type Perceptron = fn(Vec<Tensor<2>>, &Arc<GatherPlan>, PerceptronTail) -> Tensor<2>;
+type Perceptron = fn(Vec<Input>, &Arc<GatherPlan>, PerceptronWeights) -> Tensor<2>;
 type EdgeSum = fn(Tensor<2>, &Arc<EdgeTopology>) -> Tensor<2>;
 
 /// The fused operations, or plain tensors.
@@ -45,10 +45,20 @@ fn matrix(rows: usize, columns: usize, device: &Device) -> Tensor<2> {
     tracked(Tensor::random([rows, columns], Distribution::Uniform(-bound, bound), device))
 }
 
-fn tail(outputs: usize, normalised: bool, device: &Device) -> PerceptronTail {
+fn features(values: Tensor<2>, first_row: usize) -> Input {
+    Input::Features { values, first_row }
+}
+
+fn perceptron(
+    inputs: usize,
+    outputs: usize,
+    normalised: bool,
+    device: &Device,
+) -> PerceptronWeights {
     let vector = |size: usize| tracked(Tensor::<1>::zeros([size], device));
-    PerceptronTail {
+    PerceptronWeights {
         activation: Activation::Celu,
+        first_weight: matrix(inputs, WIDTH, device),
         first_bias: vector(WIDTH),
         second_weight: matrix(WIDTH, WIDTH, device),
         second_bias: vector(WIDTH),
@@ -62,11 +72,10 @@ fn tail(outputs: usize, normalised: bool, device: &Device) -> PerceptronTail {
     }
 }
 
-/// First-layer weights of edge, receiver, sender; of node and sum; and the rest of both perceptrons.
+/// Of edge, receiver and sender; of node and sum.
 struct Step {
-    first: [Tensor<2>; 5],
-    edge: PerceptronTail,
-    node: PerceptronTail,
+    edge: PerceptronWeights,
+    node: PerceptronWeights,
 }
 
 struct Processor {
@@ -85,9 +94,8 @@ impl Processor {
             (0..EDGES).map(|i| (i * 7 + i / 511 + 1 + i % 60) % NODES).collect();
         let topology = EdgeTopology::new(NODES, &senders, &receivers).expect("indices in range");
         let step = || Step {
-            first: std::array::from_fn(|_| matrix(LATENT, WIDTH, device)),
-            edge: tail(LATENT, true, device),
-            node: tail(LATENT, true, device),
+            edge: perceptron(3 * LATENT, LATENT, true, device),
+            node: perceptron(2 * LATENT, LATENT, true, device),
         };
         Self {
             edges: GatherPlan::edges(&topology),
@@ -101,13 +109,16 @@ impl Processor {
 
     fn forward(&self, kernels: Kernels) -> Tensor<2> {
         let (mut v, mut e) = (self.node_features.clone(), self.edge_features.clone());
-        for Step { first: [we, wr, ws, wv, wm], edge, node } in &self.steps {
-            let product = |x: &Tensor<2>, w: &Tensor<2>| x.clone().matmul(w.clone());
-            let sources = vec![product(&e, we), product(&v, wr), product(&v, ws)];
-            let messages = (kernels.perceptron)(sources, &self.edges, edge.clone());
+        for Step { edge, node } in &self.steps {
+            let inputs = vec![
+                features(e.clone(), 0),
+                features(v.clone(), LATENT),
+                features(v.clone(), 2 * LATENT),
+            ];
+            let messages = (kernels.perceptron)(inputs, &self.edges, edge.clone());
             let sums = (kernels.edge_sum)(messages.clone(), &self.topology);
-            let sources = vec![product(&v, wv), product(&sums, wm)];
-            v = v + (kernels.perceptron)(sources, &self.nodes, node.clone());
+            let inputs = vec![features(v.clone(), 0), features(sums, LATENT)];
+            v = v + (kernels.perceptron)(inputs, &self.nodes, node.clone());
             e = e + messages;
         }
         v
@@ -126,26 +137,30 @@ struct Decoder {
     plan: Arc<GatherPlan>,
     nodes: Vec<Tensor<2>>,
     parameters: Vec<Tensor<2>>,
-    heads: Vec<PerceptronTail>,
+    heads: Vec<PerceptronWeights>,
 }
 
 impl Decoder {
     fn new(batch: usize, device: &Device) -> Self {
         let heads = || 0..HEADS;
-        let rows =
-            |rows: usize| tracked(Tensor::random([rows, WIDTH], Distribution::Default, device));
+        let rows = |rows: usize, columns: usize| {
+            tracked(Tensor::random([rows, columns], Distribution::Default, device))
+        };
         Self {
             plan: GatherPlan::outer(batch, REAL_NODES),
-            nodes: heads().map(|_| rows(REAL_NODES)).collect(),
-            parameters: heads().map(|_| rows(batch)).collect(),
-            heads: heads().map(|_| tail(1, false, device)).collect(),
+            nodes: heads().map(|_| rows(REAL_NODES, 2 * LATENT)).collect(),
+            parameters: heads().map(|_| rows(batch, LATENT)).collect(),
+            heads: heads().map(|_| perceptron(3 * LATENT, 1, false, device)).collect(),
         }
     }
 
     fn forward(&self, kernels: Kernels) -> Tensor<2> {
         let head = |k: usize| {
-            let sources = vec![self.nodes[k].clone(), self.parameters[k].clone()];
-            (kernels.perceptron)(sources, &self.plan, self.heads[k].clone())
+            let inputs = vec![
+                features(self.nodes[k].clone(), LATENT),
+                features(self.parameters[k].clone(), 0),
+            ];
+            (kernels.perceptron)(inputs, &self.plan, self.heads[k].clone())
         };
         Tensor::cat((0..HEADS).map(head).collect(), 1)
     }

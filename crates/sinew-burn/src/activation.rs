@@ -71,14 +71,15 @@ vectorised! {
     }
 }
 
-/// `x = f(x)` for every number; to be called from a vectorised function.
-#[inline(always)]
-pub(crate) fn activate_in_place<const FUSED: bool>(activation: Activation, x: &mut [f32]) {
-    for_activation!(activation, FUSED, |value, slope| {
-        for x in x {
-            *x = value(*x);
-        }
-    })
+vectorised! {
+    /// `x = f(x)` for every number.
+    pub(crate) fn activate_slice<FUSED>(activation: Activation, x: &mut [f32]) {
+        for_activation!(activation, FUSED, |value, slope| {
+            for x in x {
+                *x = value(*x);
+            }
+        })
+    }
 }
 
 vectorised! {

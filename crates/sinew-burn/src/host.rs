@@ -17,6 +17,8 @@ use burn::backend::{
 };
 use burn::tensor::{Shape, Tensor, TensorData};
 
+use crate::pool::keep_freed_memory;
+
 /// A contiguous single-precision tensor in host memory; clones share it.
 #[derive(Clone, Debug)]
 pub(crate) struct HostTensor(FlexTensor);
@@ -99,6 +101,7 @@ fn forward<B: Backend, O: HostOperation, const N: usize>(
     operation: &O,
     tracked: bool,
 ) -> (FloatTensor<B>, HostTensor, Option<O::Saved>) {
+    keep_freed_memory();
     let device = inputs[0].device();
     let inputs = inputs.map(HostTensor::read::<B>);
     let (output, saved) = operation.forward(&inputs, tracked);
@@ -195,9 +198,9 @@ macro_rules! operations {
 
 operations! {
     of_one(1: a);
-    of_six(6: a, b, c, d, e, f);
     of_seven(7: a, b, c, d, e, f, g);
     of_eight(8: a, b, c, d, e, f, g, h);
     of_nine(9: a, b, c, d, e, f, g, h, i);
     of_ten(10: a, b, c, d, e, f, g, h, i, j);
+    of_eleven(11: a, b, c, d, e, f, g, h, i, j, k);
 }

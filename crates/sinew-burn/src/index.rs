@@ -106,11 +106,28 @@ impl GatherPlan {
     /// Every pair of an outer and an inner row, the outer slower: row `b · inner + i` reads row
     /// `i` of the first source and row `b` of the second.
     pub fn outer(outer: usize, inner: usize) -> Arc<Self> {
+        let inner_gather = match outer {
+            1 => Gather::Identity,
+            _ => Gather::Cyclic { period: inner },
+        };
         Arc::new(Self {
             rows: outer * inner,
-            sources: vec![Gather::Cyclic { period: inner }, Gather::Repeated { times: inner }],
+            sources: vec![inner_gather, Gather::Repeated { times: inner }],
             source_rows: vec![inner, outer],
         })
+    }
+
+    /// The same with one more source, of a single row that every row reads.
+    ///
+    /// # Errors
+    /// More sources than an operation takes.
+    pub fn and_shared(&self) -> Result<Arc<Self>, IndexError> {
+        let mut sources = self.sources.clone();
+        sources.push(Gather::Repeated { times: self.rows.max(1) });
+        let mut plan = Self::assemble(self.rows, sources)?;
+        let source_rows = self.source_rows.iter().copied().chain([1]).collect();
+        Arc::get_mut(&mut plan).expect("not shared yet").source_rows = source_rows;
+        Ok(plan)
     }
 
     /// Row `r` reads row `indices[k][r]` of source `k`, which has `source_rows[k]` rows.

@@ -19,10 +19,11 @@
 //! # Ok::<(), sinew_burn::IndexError>(())
 //! ```
 //!
-//! - [`gathered_mlp`]: a perceptron on sums of gathered rows;
+//! - [`gathered_mlp`]: a perceptron on gathered rows;
 //! - [`signed_edge_sum`], [`received_edge_sum`]: messages to nodes;
 //! - [`celu`], [`activate`]: activations;
 //! - [`orthogonalise`]: the Newton–Schulz iteration of the Muon optimiser;
+//! - [`adam_direction`], [`momentum_direction`]: moments of gradients, in place;
 //! - [`Lanes`]: a tensor as the number type of a formula;
 //! - [`fused_potential`]: an energy from outside of Burn whose backward pass is its residual.
 //!
@@ -40,15 +41,17 @@ mod error;
 mod host;
 mod index;
 mod lanes;
-mod matrix;
 mod mlp;
 mod mlp_backward;
 mod mlp_kernel;
+mod moments;
 mod normalise;
 mod orthogonalise;
 mod pool;
 mod potential;
+mod product;
 pub mod reference;
+mod register;
 mod rows;
 mod simd;
 #[cfg(test)]
@@ -60,6 +63,7 @@ pub use edges::{EdgeTopology, received_edge_sum, signed_edge_sum};
 pub use error::IndexError;
 pub use index::GatherPlan;
 pub use lanes::Lanes;
-pub use mlp::{LayerNormalisation, PerceptronTail, gathered_mlp};
+pub use mlp::{Input, LayerNormalisation, PerceptronWeights, gathered_mlp};
+pub use moments::{AdamRule, adam_direction, descend, momentum_direction};
 pub use orthogonalise::orthogonalise;
 pub use potential::{BatchPotential, fused_potential};

@@ -8,7 +8,7 @@ use crate::activation::Activation;
 use crate::host::{HostOperation, HostTensor, apply};
 use crate::index::GatherPlan;
 use crate::mlp_backward::backward;
-use crate::mlp_kernel::{Activations, Parameters, forward};
+use crate::mlp_kernel::{Activations, Keep, Parameters, Source, forward};
 use crate::normalise::Normalisation;
 use crate::reference;
 
@@ -16,12 +16,14 @@ use crate::reference;
 /// computed again beyond it: then they would have to come back from main memory.
 const KEPT_BYTES: usize = 16 << 20;
 
-/// A perceptron with two hidden layers, after the products of its first layer:
-/// `x ↦ N(f(f(x + b₁) W₂ + b₂) W₃ + b₃)` with N the normalisation, if any.
+/// Weights of a perceptron with two hidden layers,
+/// `x ↦ N(f(f(x W₁ + b₁) W₂ + b₂) W₃ + b₃)` with N the normalisation, if any.
 #[derive(Clone, Debug)]
-pub struct PerceptronTail {
+pub struct PerceptronWeights {
     /// Activation f of both hidden layers.
     pub activation: Activation,
+    /// W₁, `[inputs, h]`.
+    pub first_weight: Tensor<2>,
     /// b₁, `[h]`.
     pub first_bias: Tensor<1>,
     /// W₂, `[h, h']`.
@@ -47,13 +49,27 @@ pub struct LayerNormalisation {
     pub epsilon: f64,
 }
 
-/// Evaluates a perceptron on sums of gathered rows as one operation:
-/// row `r` of the result, `[rows, m]`, is `tail(Σ_k sources[k][index_k(r)])` with the indices of `plan`.
+/// One part of a perceptron's input.
+#[derive(Clone, Debug)]
+pub enum Input {
+    /// Numbers that the first weight multiplies.
+    Features {
+        /// `[rows, d]`.
+        values: Tensor<2>,
+        /// They meet the rows of W₁ from this one on.
+        first_row: usize,
+    },
+    /// Products with the first weight formed before, `[rows, h]`.
+    Product(Tensor<2>),
+}
+
+/// Evaluates a perceptron on gathered rows as one operation: row `r` of the result, `[rows, m]`,
+/// is that of the input whose part `k` is row `index_k(r)` of `inputs[k]`, with the indices of
+/// `plan`.
 ///
-/// The sources, `[rows of source k, h]`, hold the products of the first layer's weight with each
-/// part of its input, computed once per source row instead of once per result row:
-/// edges ([`GatherPlan::edges`]) add their own row and those of receiver and sender, a batched
-/// decoder ([`GatherPlan::outer`]) the row of a node and that of a parameter, and
+/// A part that serves several rows meets the first weight once per row of its own: edges
+/// ([`GatherPlan::edges`]) concatenate their features with those of receiver and sender, a
+/// batched decoder ([`GatherPlan::outer`]) those of a node and of a parameter set, and
 /// [`GatherPlan::identity`] covers the rest. [`reference::gathered_mlp`] is the same in plain
 /// tensors; it is used for anything but single precision.
 ///
@@ -61,11 +77,12 @@ pub struct LayerNormalisation {
 ///
 /// ```
 /// use burn::tensor::{Device, Tensor};
-/// use sinew_burn::{Activation, GatherPlan, PerceptronTail, gathered_mlp};
+/// use sinew_burn::{Activation, GatherPlan, Input, PerceptronWeights, gathered_mlp};
 ///
 /// let device = Device::flex();
-/// let tail = PerceptronTail {
+/// let weights = PerceptronWeights {
 ///     activation: Activation::Celu,
+///     first_weight: Tensor::from_floats([[1.0, 0.0], [0.0, 1.0]], &device),
 ///     first_bias: Tensor::zeros([2], &device),
 ///     second_weight: Tensor::from_floats([[1.0, 0.0], [0.0, 1.0]], &device),
 ///     second_bias: Tensor::zeros([2], &device),
@@ -74,62 +91,97 @@ pub struct LayerNormalisation {
 ///     normalisation: None,
 /// };
 /// // Two nodes and three parameters: six rows.
-/// let nodes = Tensor::from_floats([[1.0, 0.0], [2.0, 0.0]], &device);
-/// let parameters = Tensor::from_floats([[0.0, 1.0], [0.0, 2.0], [0.0, 3.0]], &device);
-/// let y = gathered_mlp(vec![nodes, parameters], &GatherPlan::outer(3, 2), tail);
+/// let features = |values, first_row| Input::Features { values, first_row };
+/// let nodes = features(Tensor::from_floats([[1.0], [2.0]], &device), 0);
+/// let parameters = features(Tensor::from_floats([[1.0], [2.0], [3.0]], &device), 1);
+/// let y = gathered_mlp(vec![nodes, parameters], &GatherPlan::outer(3, 2), weights);
 /// assert_eq!(y.into_data().try_to_vec::<f32>().unwrap(), [2.0, 3.0, 3.0, 4.0, 4.0, 5.0]);
 /// ```
 ///
 /// # Panics
-/// When the shapes of sources, plan and parameters disagree.
+/// When the shapes of inputs, plan and weights disagree.
 pub fn gathered_mlp(
-    sources: Vec<Tensor<2>>,
+    inputs: Vec<Input>,
     plan: &Arc<GatherPlan>,
-    tail: PerceptronTail,
+    weights: PerceptronWeights,
 ) -> Tensor<2> {
-    check_shapes(&sources, plan, &tail);
+    check_shapes(&inputs, plan, &weights);
     let single = |tensor: &Tensor<2>| tensor.dtype() == DType::F32;
-    if !sources.iter().all(single) || !single(&tail.second_weight) || tail.widths().contains(&0) {
-        return reference::gathered_mlp(sources, plan, tail);
+    let all_single = inputs.iter().all(|input| single(input.tensor()));
+    if !all_single || !single(&weights.second_weight) || weights.widths().contains(&0) {
+        return reference::gathered_mlp(inputs, plan, weights);
     }
     let operation = GatheredMlp {
         plan: plan.clone(),
-        activation: tail.activation,
-        epsilon: tail.normalisation.as_ref().map(|normalisation| normalisation.epsilon as f32),
+        activation: weights.activation,
+        first_rows: inputs.iter().map(Input::first_row).collect(),
+        epsilon: weights.normalisation.as_ref().map(|normalisation| normalisation.epsilon as f32),
     };
-    let mut inputs: Vec<_> = sources.into_iter().map(Tensor::into_dispatch).collect();
-    inputs.extend([
-        tail.first_bias.into_dispatch(),
-        tail.second_weight.into_dispatch(),
-        tail.second_bias.into_dispatch(),
-        tail.third_weight.into_dispatch(),
-        tail.third_bias.into_dispatch(),
+    let mut tensors: Vec<_> =
+        inputs.into_iter().map(|input| input.into_tensor().into_dispatch()).collect();
+    tensors.extend([
+        weights.first_weight.into_dispatch(),
+        weights.first_bias.into_dispatch(),
+        weights.second_weight.into_dispatch(),
+        weights.second_bias.into_dispatch(),
+        weights.third_weight.into_dispatch(),
+        weights.third_bias.into_dispatch(),
     ]);
-    if let Some(LayerNormalisation { gain, offset, .. }) = tail.normalisation {
-        inputs.extend([gain.into_dispatch(), offset.into_dispatch()]);
+    if let Some(LayerNormalisation { gain, offset, .. }) = weights.normalisation {
+        tensors.extend([gain.into_dispatch(), offset.into_dispatch()]);
     }
-    apply(operation, inputs)
+    apply(operation, tensors)
 }
 
-impl PerceptronTail {
+impl Input {
+    /// Rows of its tensor.
+    pub fn rows(&self) -> usize {
+        self.tensor().dims()[0]
+    }
+
+    fn tensor(&self) -> &Tensor<2> {
+        match self {
+            Self::Features { values, .. } | Self::Product(values) => values,
+        }
+    }
+
+    fn into_tensor(self) -> Tensor<2> {
+        match self {
+            Self::Features { values, .. } | Self::Product(values) => values,
+        }
+    }
+
+    /// Its rows of the first weight, if it has yet to meet them.
+    pub(crate) fn first_row(&self) -> Option<usize> {
+        match self {
+            Self::Features { first_row, .. } => Some(*first_row),
+            Self::Product(_) => None,
+        }
+    }
+}
+
+impl PerceptronWeights {
     fn widths(&self) -> [usize; 3] {
         [self.first_bias.dims()[0], self.second_bias.dims()[0], self.third_bias.dims()[0]]
     }
 }
 
-fn check_shapes(sources: &[Tensor<2>], plan: &GatherPlan, tail: &PerceptronTail) {
-    let [first, second, outputs] = tail.widths();
-    assert_eq!(sources.len(), plan.source_rows().len(), "the plan's number of sources");
-    for (source, rows) in sources.iter().zip(plan.source_rows()) {
-        assert_eq!(
-            source.dims(),
-            [*rows, first],
-            "a source must be [rows of the plan, width of first bias]"
-        );
+fn check_shapes(inputs: &[Input], plan: &GatherPlan, weights: &PerceptronWeights) {
+    let [first, second, outputs] = weights.widths();
+    let [meeting, width] = weights.first_weight.dims();
+    assert_eq!(width, first, "first weight against its bias");
+    assert_eq!(inputs.len(), plan.source_rows().len(), "the plan's number of sources");
+    for (input, rows) in inputs.iter().zip(plan.source_rows()) {
+        let [found, columns] = input.tensor().dims();
+        assert_eq!(found, *rows, "rows of an input against the plan");
+        match input.first_row() {
+            Some(row) => assert!(row + columns <= meeting, "an input beyond the first weight"),
+            None => assert_eq!(columns, first, "a product against the first bias"),
+        }
     }
-    assert_eq!(tail.second_weight.dims(), [first, second], "second weight against the biases");
-    assert_eq!(tail.third_weight.dims(), [second, outputs], "third weight against the biases");
-    if let Some(LayerNormalisation { gain, offset, .. }) = &tail.normalisation {
+    assert_eq!(weights.second_weight.dims(), [first, second], "second weight against the biases");
+    assert_eq!(weights.third_weight.dims(), [second, outputs], "third weight against the biases");
+    if let Some(LayerNormalisation { gain, offset, .. }) = &weights.normalisation {
         assert_eq!(
             [gain.dims()[0], offset.dims()[0]],
             [outputs; 2],
@@ -142,33 +194,60 @@ fn check_shapes(sources: &[Tensor<2>], plan: &GatherPlan, tail: &PerceptronTail)
 struct GatheredMlp {
     plan: Arc<GatherPlan>,
     activation: Activation,
+    /// Per input, see [`Input::first_row`].
+    first_rows: Vec<Option<usize>>,
     /// Of the normalisation, if there is one.
     epsilon: Option<f32>,
 }
 
-/// What the backward pass needs: parameters, and activations or the sources to repeat them from.
+/// What the backward pass needs: inputs, parameters and activations.
 #[derive(Clone, Debug)]
 struct Saved {
-    sources: Vec<HostTensor>,
-    parameters: Vec<HostTensor>,
-    activations: Option<Arc<Activations>>,
+    tensors: Vec<HostTensor>,
+    activations: Arc<Activations>,
 }
 
 impl GatheredMlp {
+    fn sources<'a>(&'a self, tensors: &'a [HostTensor]) -> Vec<Source<'a>> {
+        let gathers = self.plan.sources().iter().zip(&self.first_rows);
+        tensors
+            .iter()
+            .zip(gathers)
+            .map(|(tensor, (gather, &first_row))| Source {
+                values: tensor.values(),
+                width: tensor.last_dimension(),
+                gather,
+                first_row,
+            })
+            .collect()
+    }
+
+    /// Of the tensors after the inputs.
     fn parameters<'a>(&self, tensors: &'a [HostTensor]) -> Parameters<'a> {
+        let tensors = &tensors[self.first_rows.len()..];
         Parameters {
             activation: self.activation,
-            first_bias: tensors[0].values(),
-            second_weight: tensors[1].values(),
-            second_bias: tensors[2].values(),
-            third_weight: tensors[3].values(),
-            third_bias: tensors[4].values(),
+            first_weight: tensors[0].values(),
+            first_bias: tensors[1].values(),
+            second_weight: tensors[2].values(),
+            second_bias: tensors[3].values(),
+            third_weight: tensors[4].values(),
+            third_bias: tensors[5].values(),
             normalisation: self.epsilon.map(|epsilon| Normalisation {
-                gain: tensors[5].values(),
-                offset: tensors[6].values(),
+                gain: tensors[6].values(),
+                offset: tensors[7].values(),
                 epsilon,
             }),
         }
+    }
+
+    /// The first layer is cheap to repeat where nothing is multiplied in tiles.
+    fn keep(&self, sources: &[Source<'_>], parameters: &Parameters<'_>) -> Keep {
+        let [first, second, _] = parameters.widths();
+        let in_tiles = sources.iter().any(Source::is_multiplied_in_tiles);
+        let width = if in_tiles { first + second } else { second };
+        let second = self.plan.rows() * width * size_of::<f32>() <= KEPT_BYTES;
+        Keep { first: second && in_tiles, second }
     }
 }
 
@@ -176,27 +255,24 @@ impl HostOperation for GatheredMlp {
     type Saved = Saved;
 
     fn forward(&self, inputs: &[HostTensor], tracked: bool) -> (HostTensor, Option<Saved>) {
-        let (sources, tensors) = inputs.split_at(self.plan.source_rows().len());
-        let parameters = self.parameters(tensors);
-        let (first, second) = (parameters.first_bias.len(), parameters.second_bias.len());
-        let keep = tracked && self.plan.rows() * (first + second) * size_of::<f32>() <= KEPT_BYTES;
-        let values: Vec<&[f32]> = sources.iter().map(HostTensor::values).collect();
-        let (output, activations) = forward(&self.plan, &values, &parameters, keep);
+        let (sources, parameters) = (self.sources(inputs), self.parameters(inputs));
+        let keep = match tracked {
+            true => self.keep(&sources, &parameters),
+            false => Keep { first: false, second: false },
+        };
+        let (output, activations) = forward(&self.plan, &sources, &parameters, keep);
         let output = HostTensor::new(output, [self.plan.rows(), parameters.third_bias.len()]);
-        let saved = tracked.then(|| Saved {
-            sources: if keep { Vec::new() } else { sources.to_vec() },
-            parameters: tensors.to_vec(),
-            activations: activations.map(Arc::new),
-        });
+        let saved =
+            tracked.then(|| Saved { tensors: inputs.to_vec(), activations: Arc::new(activations) });
         (output, saved)
     }
 
     fn backward(&self, saved: Saved, cotangent: &[f32], needed: &[bool]) -> Vec<Option<Vec<f32>>> {
-        let parameters = self.parameters(&saved.parameters);
-        let sources: Vec<&[f32]> = saved.sources.iter().map(HostTensor::values).collect();
-        let activations = saved.activations.as_deref();
-        let gradients = backward(&self.plan, &sources, &parameters, activations, cotangent, needed);
-        gradients.sources.into_iter().chain(gradients.parameters.into_iter().map(Some)).collect()
+        let (sources, parameters) = (self.sources(&saved.tensors), self.parameters(&saved.tensors));
+        let needed = &needed[..sources.len()];
+        let gradients =
+            backward(&self.plan, &sources, &parameters, &saved.activations, cotangent, needed);
+        gradients.inputs.into_iter().chain(gradients.parameters.into_iter().map(Some)).collect()
     }
 }
 
@@ -206,22 +282,30 @@ mod tests {
 
     use burn::tensor::Tensor;
 
-    use super::{LayerNormalisation, PerceptronTail, gathered_mlp};
+    use super::{Input, LayerNormalisation, PerceptronWeights, gathered_mlp};
     use crate::testing::{Comparison, device, random};
     use crate::{Activation, EdgeTopology, GatherPlan, reference};
 
-    /// Sources first, then the parameters; vectors as matrices of one row.
+    /// Width of every input that is multiplied with the first weight.
+    const FEATURES: usize = 9;
+
+    /// Inputs first, then the parameters; vectors as matrices of one row. The last input is a
+    /// product already if there are several.
     fn inputs(plan: &GatherPlan, [first, second, outputs]: [usize; 3]) -> Vec<Tensor<2>> {
         let device = device();
+        let sources = plan.source_rows().len();
+        let width = |k: usize| if k > 0 && k + 1 == sources { first } else { FEATURES };
         let mut inputs: Vec<_> = plan
             .source_rows()
             .iter()
             .enumerate()
-            .map(|(k, &rows)| random([rows, first], k as u64, &device))
+            .map(|(k, &rows)| random([rows, width(k)], k as u64, &device))
             .collect();
         let scaled =
             |shape: [usize; 2], seed| random(shape, seed, &device) / (shape[0] as f64).sqrt();
         inputs.extend([
+            // One row that no input meets.
+            scaled([sources * FEATURES + 1, first], 10),
             random([1, first], 11, &device),
             scaled([first, second], 12),
             random([1, second], 13, &device),
@@ -238,24 +322,33 @@ mod tests {
         plan: &GatherPlan,
         activation: Activation,
         normalised: bool,
-    ) -> (Vec<Tensor<2>>, PerceptronTail) {
+    ) -> (Vec<Input>, PerceptronWeights) {
         let (sources, p) = inputs.split_at(plan.source_rows().len());
         let vector = |i: usize| p[i].clone().flatten::<1>(0, 1);
         let normalisation = normalised.then(|| LayerNormalisation {
-            gain: vector(5),
-            offset: vector(6),
+            gain: vector(6),
+            offset: vector(7),
             epsilon: 1e-6,
         });
-        let tail = PerceptronTail {
+        let weights = PerceptronWeights {
             activation,
-            first_bias: vector(0),
-            second_weight: p[1].clone(),
-            second_bias: vector(2),
-            third_weight: p[3].clone(),
-            third_bias: vector(4),
+            first_weight: p[0].clone(),
+            first_bias: vector(1),
+            second_weight: p[2].clone(),
+            second_bias: vector(3),
+            third_weight: p[4].clone(),
+            third_bias: vector(5),
             normalisation,
         };
-        (sources.to_vec(), tail)
+        let input = |(k, values): (usize, &Tensor<2>)| match k > 0 && k + 1 == sources.len() {
+            true => Input::Product(values.clone()),
+            // In another order than that of the inputs.
+            false => Input::Features {
+                values: values.clone(),
+                first_row: (sources.len() - 1 - k) * FEATURES,
+            },
+        };
+        (sources.iter().enumerate().map(input).collect(), weights)
     }
 
     fn compare(
@@ -270,12 +363,12 @@ mod tests {
         }
         Comparison::of(all).assert_close(
             |x| {
-                let (sources, tail) = assemble(x, plan, activation, normalised);
-                gathered_mlp(sources, plan, tail)
+                let (sources, weights) = assemble(x, plan, activation, normalised);
+                gathered_mlp(sources, plan, weights)
             },
             |x| {
-                let (sources, tail) = assemble(x, plan, activation, normalised);
-                reference::gathered_mlp(sources, plan, tail)
+                let (sources, weights) = assemble(x, plan, activation, normalised);
+                reference::gathered_mlp(sources, plan, weights)
             },
         );
     }
@@ -311,6 +404,8 @@ mod tests {
     #[test]
     fn single_outputs_over_an_outer_plan_agree_with_plain_tensors() {
         compare(&GatherPlan::outer(5, 61), [32, 32, 1], Activation::Celu, false);
+        let shared = GatherPlan::outer(5, 61).and_shared().unwrap();
+        compare(&shared, [32, 32, 1], Activation::Celu, false);
         compare(&GatherPlan::outer(1, 7), [32, 32, 1], Activation::Tanh, false);
     }
 
@@ -325,11 +420,11 @@ mod tests {
     fn no_rows_give_no_output_and_zero_gradients() {
         let plan = GatherPlan::identity(0, 1).unwrap();
         let all: Vec<_> = inputs(&plan, [8, 8, 4]).into_iter().map(Tensor::require_grad).collect();
-        let (sources, tail) = assemble(&all, &plan, Activation::Celu, true);
-        let output = gathered_mlp(sources, &plan, tail);
+        let (sources, weights) = assemble(&all, &plan, Activation::Celu, true);
+        let output = gathered_mlp(sources, &plan, weights);
         assert_eq!(output.dims(), [0, 4]);
         let gradients = output.sum().backward();
-        let weight = all[2].grad(&gradients).unwrap().into_data().try_to_vec::<f32>().unwrap();
+        let weight = all[3].grad(&gradients).unwrap().into_data().try_to_vec::<f32>().unwrap();
         assert_eq!(weight, [0.0; 64]);
     }
 
@@ -338,8 +433,8 @@ mod tests {
         let plan = GatherPlan::indexed(&[&[0, 1, 1, 0]], &[2]).unwrap();
         let mut all = inputs(&plan, [8, 8, 4]);
         all[0] = all[0].clone().slice_fill([1..2, 3..4], f32::NAN);
-        let (sources, tail) = assemble(&all, &plan, Activation::Celu, true);
-        let output = gathered_mlp(sources, &plan, tail).into_data().try_to_vec::<f32>().unwrap();
+        let (sources, weights) = assemble(&all, &plan, Activation::Celu, true);
+        let output = gathered_mlp(sources, &plan, weights).into_data().try_to_vec::<f32>().unwrap();
         let broken: Vec<bool> =
             output.chunks(4).map(|row| row.iter().all(|x| x.is_nan())).collect();
         assert_eq!(broken, [false, true, true, false]);
@@ -353,8 +448,9 @@ mod tests {
             pool.install(|| {
                 let all: Vec<_> =
                     inputs(&plan, [32, 32, 8]).into_iter().map(Tensor::require_grad).collect();
-                let (sources, tail) = assemble(&all, &plan, Activation::Celu, true);
-                let gradients = gathered_mlp(sources, &plan, tail).powi_scalar(2).sum().backward();
+                let (sources, weights) = assemble(&all, &plan, Activation::Celu, true);
+                let gradients =
+                    gathered_mlp(sources, &plan, weights).powi_scalar(2).sum().backward();
                 let gradient = |x: &Tensor<2>| {
                     x.grad(&gradients).unwrap().into_data().try_to_vec::<f32>().unwrap()
                 };

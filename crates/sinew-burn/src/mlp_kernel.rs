@@ -4,20 +4,31 @@
 
 use rayon::prelude::*;
 
-use crate::activation::{Activation, add_bias_and_activate};
-use crate::index::GatherPlan;
-use crate::matrix::{Matrix, multiply};
+use crate::activation::{Activation, activate_slice, add_bias_and_activate};
+use crate::index::{Gather, GatherPlan};
 use crate::normalise::{Normalisation, normalise};
 use crate::pool::Buffer;
-use crate::rows::{add_to_rows, gather_and_activate, single_output};
+use crate::product::{Panels, Start, multiply};
+use crate::rows::{add_to_rows, gather_sums, single_output};
 
-/// Rows of a tile: activations of two layers of 128 then take 128 KiB.
-pub(crate) const TILE_ROWS: usize = 128;
+/// Most rows of a tile: activations of two layers of 128 then take 60 KiB, and weight gradients,
+/// whose factors are read in strides, meet few conflicts in the first-level cache.
+const TILE_ROWS: usize = 60;
+/// Tiles that few rows are cut into, so that every thread has some.
+const FEWEST_TILES: usize = 8;
+/// Rows of a tile are a multiple of this, so that products run in whole blocks.
+const ROWS_PER_BLOCK: usize = 6;
 
-/// Parameters after the products of the first layer.
+/// Rows of the tiles that `rows` rows are cut into.
+pub(crate) fn tile_rows(rows: usize) -> usize {
+    rows.div_ceil(FEWEST_TILES).next_multiple_of(ROWS_PER_BLOCK).clamp(ROWS_PER_BLOCK, TILE_ROWS)
+}
+
+/// Parameters after the first weight.
 #[derive(Clone, Copy)]
 pub(crate) struct Parameters<'a> {
     pub activation: Activation,
+    pub first_weight: &'a [f32],
     pub first_bias: &'a [f32],
     pub second_weight: &'a [f32],
     pub second_bias: &'a [f32],
@@ -32,172 +43,241 @@ impl Parameters<'_> {
     }
 }
 
-/// Activations of all rows, kept from the forward to the backward pass.
-#[derive(Debug)]
-pub(crate) struct Activations {
-    first: Buffer,
-    second: Buffer,
-    /// Normalised outputs before gain and offset.
-    normal: Buffer,
-    /// Inverse standard deviation of each row.
-    inverse: Buffer,
+/// Rows of an input, and what of the first weight they meet.
+#[derive(Clone, Copy)]
+pub(crate) struct Source<'a> {
+    pub values: &'a [f32],
+    /// Length of a row.
+    pub width: usize,
+    pub gather: &'a Gather,
+    /// First row of the weight; `None` if the rows are products already.
+    pub first_row: Option<usize>,
 }
 
-impl Activations {
-    pub fn take(rows: usize, parameters: &Parameters<'_>) -> Self {
-        let [first, second, outputs] = parameters.widths();
-        let normalised = if parameters.normalisation.is_some() { rows } else { 0 };
-        Self {
-            first: Buffer::take(rows * first),
-            second: Buffer::take(rows * second),
-            normal: Buffer::take(normalised * outputs),
-            inverse: Buffer::take(normalised),
+impl Source<'_> {
+    /// Whether its rows are multiplied tile by tile, because each serves one row of the result.
+    pub fn is_multiplied_in_tiles(&self) -> bool {
+        self.first_row.is_some() && matches!(self.gather, Gather::Identity)
+    }
+
+    /// The rows of the first weight it meets; none for products.
+    pub fn weight<'w>(&self, parameters: &Parameters<'w>) -> &'w [f32] {
+        let hidden = parameters.first_bias.len();
+        self.first_row
+            .map_or(&[], |row| &parameters.first_weight[row * hidden..(row + self.width) * hidden])
+    }
+
+    /// Products with the weight once per row; empty where that is left to the tiles or done.
+    fn product(&self, parameters: &Parameters<'_>) -> Buffer {
+        let hidden = parameters.first_bias.len();
+        if self.first_row.is_none() || self.is_multiplied_in_tiles() || self.values.is_empty() {
+            return Buffer::take(0);
         }
-    }
-
-    pub fn all(&mut self) -> TileMut<'_> {
-        TileMut {
-            first: &mut self.first,
-            second: &mut self.second,
-            normal: &mut self.normal,
-            inverse: &mut self.inverse,
-        }
-    }
-}
-
-/// Activations of some consecutive rows.
-pub(crate) struct TileMut<'a> {
-    pub first: &'a mut [f32],
-    pub second: &'a mut [f32],
-    pub normal: &'a mut [f32],
-    pub inverse: &'a mut [f32],
-}
-
-impl<'a> TileMut<'a> {
-    /// Splits after the first `rows` rows.
-    pub fn split(self, rows: usize, parameters: &Parameters<'_>) -> (Self, Self) {
-        let [first_width, second_width, outputs] = parameters.widths();
-        let normalised = if parameters.normalisation.is_some() { rows } else { 0 };
-        let (first, later_first) = self.first.split_at_mut(rows * first_width);
-        let (second, later_second) = self.second.split_at_mut(rows * second_width);
-        let (normal, later_normal) = self.normal.split_at_mut(normalised * outputs);
-        let (inverse, later_inverse) = self.inverse.split_at_mut(normalised);
-        (
-            Self { first, second, normal, inverse },
-            Self {
-                first: later_first,
-                second: later_second,
-                normal: later_normal,
-                inverse: later_inverse,
-            },
-        )
+        let rows = self.values.len() / self.width;
+        let mut product = Buffer::take(rows * hidden);
+        multiply_in_parallel(
+            self.values,
+            self.width,
+            &Panels::new(self.weight(parameters), hidden),
+            hidden,
+            &mut product,
+        );
+        product
     }
 }
 
-/// Activations of some consecutive rows, to read.
-pub(crate) struct Tile<'a> {
-    pub first: &'a [f32],
-    pub second: &'a [f32],
-    pub normal: &'a [f32],
-    pub inverse: &'a [f32],
+/// [`multiply`] spread over threads.
+pub(crate) fn multiply_in_parallel(
+    rows: &[f32],
+    depth: usize,
+    weight: &Panels,
+    columns: usize,
+    output: &mut [f32],
+) {
+    let chunk = tile_rows(output.len() / columns.max(1));
+    output
+        .par_chunks_mut((chunk * columns).max(1))
+        .zip(rows.par_chunks((chunk * depth).max(1)))
+        .for_each(|(output, rows)| multiply(rows, weight, Start::Zero, output));
 }
 
-impl<'a> Tile<'a> {
+/// The inputs of a perceptron, multiplied where each row serves several.
+pub(crate) struct FirstLayer<'a> {
+    sources: &'a [Source<'a>],
+    products: &'a [Buffer],
+    /// Of the sources multiplied in tiles.
+    weights: Vec<Option<Panels>>,
+}
+
+impl<'a> FirstLayer<'a> {
+    pub fn products(sources: &[Source<'_>], parameters: &Parameters<'_>) -> Vec<Buffer> {
+        sources.iter().map(|source| source.product(parameters)).collect()
+    }
+
     pub fn new(
-        all: &'a Activations,
-        start: usize,
-        rows: usize,
+        sources: &'a [Source<'a>],
+        products: &'a [Buffer],
         parameters: &Parameters<'_>,
     ) -> Self {
-        let [first, second, outputs] = parameters.widths();
-        let (from, to) = match parameters.normalisation {
-            Some(_) => (start, start + rows),
-            None => (0, 0),
+        let pack = |source: &Source<'_>| {
+            source
+                .is_multiplied_in_tiles()
+                .then(|| Panels::new(source.weight(parameters), parameters.first_bias.len()))
         };
-        Self {
-            first: &all.first[start * first..(start + rows) * first],
-            second: &all.second[start * second..(start + rows) * second],
-            normal: &all.normal[from * outputs..to * outputs],
-            inverse: &all.inverse[from..to],
+        Self { sources, products, weights: sources.iter().map(pack).collect() }
+    }
+
+    /// The first hidden layer of the rows from `start` on.
+    pub fn evaluate(&self, parameters: &Parameters<'_>, start: usize, first: &mut [f32]) {
+        let hidden = parameters.first_bias.len();
+        let mut gathered: Vec<(&Gather, &[f32])> = Vec::with_capacity(self.sources.len());
+        for (source, product) in self.sources.iter().zip(self.products) {
+            match source.first_row {
+                None => gathered.push((source.gather, source.values)),
+                Some(_) if !source.is_multiplied_in_tiles() => {
+                    gathered.push((source.gather, product));
+                }
+                Some(_) => {}
+            }
         }
+        gather_sums(parameters.first_bias, &gathered, start, first);
+        let rows = first.len() / hidden;
+        for (source, weight) in self.sources.iter().zip(&self.weights) {
+            if let Some(weight) = weight {
+                let values = &source.values[start * source.width..(start + rows) * source.width];
+                multiply(values, weight, Start::Kept, first);
+            }
+        }
+        activate_slice(parameters.activation, first);
     }
 }
 
-/// Outputs `[rows, outputs]`, and the activations if they are to be kept.
+/// What the forward pass leaves for the backward pass. A hidden layer not kept is empty.
+#[derive(Debug)]
+pub(crate) struct Activations {
+    /// Of the sources with the first weight, see [`Source::product`].
+    pub products: Vec<Buffer>,
+    pub first: Buffer,
+    pub second: Buffer,
+    /// Normalised outputs before gain and offset.
+    pub normal: Buffer,
+    /// Inverse standard deviation of each row.
+    pub inverse: Buffer,
+}
+
+/// Which hidden layers are kept.
+#[derive(Clone, Copy)]
+pub(crate) struct Keep {
+    pub first: bool,
+    pub second: bool,
+}
+
+/// Activations of some consecutive rows; hidden layers that are not kept are empty.
+struct Tile<'a> {
+    first: &'a mut [f32],
+    second: &'a mut [f32],
+    normal: &'a mut [f32],
+    inverse: &'a mut [f32],
+    output: &'a mut [f32],
+}
+
+/// Outputs `[rows, outputs]` and what is kept.
 pub(crate) fn forward(
     plan: &GatherPlan,
-    sources: &[&[f32]],
+    sources: &[Source<'_>],
     parameters: &Parameters<'_>,
-    keep: bool,
-) -> (Vec<f32>, Option<Activations>) {
-    let outputs = parameters.widths()[2];
-    let mut output = vec![0.0; plan.rows() * outputs];
-    let mut activations = keep.then(|| Activations::take(plan.rows(), parameters));
+    keep: Keep,
+) -> (Vec<f32>, Activations) {
+    let [first, second, outputs] = parameters.widths();
+    let rows = plan.rows();
+    let kept = |keep: bool, width: usize| Buffer::take(if keep { rows * width } else { 0 });
+    let normalised = parameters.normalisation.is_some();
+    let mut output = vec![0.0; rows * outputs];
+    let mut all = Activations {
+        products: FirstLayer::products(sources, parameters),
+        first: kept(keep.first, first),
+        second: kept(keep.second, second),
+        normal: kept(normalised, outputs),
+        inverse: kept(normalised, 1),
+    };
 
-    let mut tiles = Vec::with_capacity(plan.rows().div_ceil(TILE_ROWS));
-    let mut rest = activations.as_mut().map(Activations::all);
-    for output in output.chunks_mut(TILE_ROWS * outputs) {
-        let (tile, later) = rest.map(|rest| rest.split(output.len() / outputs, parameters)).unzip();
-        rest = later;
-        tiles.push((output, tile));
+    let layer = FirstLayer::new(sources, &all.products, parameters);
+    let weights = [
+        Panels::new(parameters.second_weight, second),
+        Panels::new(parameters.third_weight, outputs),
+    ];
+    let mut rest =
+        (&mut all.first[..], &mut all.second[..], &mut all.normal[..], &mut all.inverse[..]);
+    let tile = tile_rows(rows);
+    let mut tiles = Vec::with_capacity(rows.div_ceil(tile));
+    for output in output.chunks_mut(tile * outputs) {
+        let rows = output.len() / outputs;
+        tiles.push(Tile {
+            first: split_off(&mut rest.0, rows * first),
+            second: split_off(&mut rest.1, rows * second),
+            normal: split_off(&mut rest.2, rows * outputs),
+            inverse: split_off(&mut rest.3, rows),
+            output,
+        });
     }
-    tiles.into_par_iter().enumerate().for_each(|(number, (output, tile))| {
-        let start = number * TILE_ROWS;
-        match tile {
-            Some(mut tile) => forward_tile(plan, sources, parameters, start, &mut tile, output),
-            None => {
-                let mut scratch = Activations::take(output.len() / outputs, parameters);
-                forward_tile(plan, sources, parameters, start, &mut scratch.all(), output);
-            }
-        }
+    tiles.into_par_iter().enumerate().for_each(|(number, mut tile_of_rows)| {
+        forward_tile(&layer, &weights, parameters, number * tile, &mut tile_of_rows);
     });
-    (output, activations)
+    (output, all)
+}
+
+/// The first `count` numbers, or none of an empty slice.
+fn split_off<'a>(rest: &mut &'a mut [f32], count: usize) -> &'a mut [f32] {
+    let count = count.min(rest.len());
+    let (head, tail) = std::mem::take(rest).split_at_mut(count);
+    *rest = tail;
+    head
 }
 
 fn forward_tile(
-    plan: &GatherPlan,
-    sources: &[&[f32]],
+    layer: &FirstLayer<'_>,
+    [second_weight, third_weight]: &[Panels; 2],
     parameters: &Parameters<'_>,
     start: usize,
-    tile: &mut TileMut<'_>,
-    output: &mut [f32],
+    tile: &mut Tile<'_>,
 ) {
-    hidden_layers(plan, sources, parameters, start, tile);
-    last_layer(parameters, tile, output);
-}
-
-pub(crate) fn hidden_layers(
-    plan: &GatherPlan,
-    sources: &[&[f32]],
-    parameters: &Parameters<'_>,
-    start: usize,
-    tile: &mut TileMut<'_>,
-) {
-    let [first, second, _] = parameters.widths();
-    let activation = parameters.activation;
-    gather_and_activate(
-        activation,
-        parameters.first_bias,
-        plan.sources(),
-        sources,
-        start,
-        tile.first,
-    );
-    let weight = Matrix::new(parameters.second_weight, second);
-    multiply(tile.second, 0.0, 1.0, Matrix::new(tile.first, first), weight);
-    add_bias_and_activate(activation, parameters.second_bias, tile.second);
-}
-
-pub(crate) fn last_layer(parameters: &Parameters<'_>, tile: &mut TileMut<'_>, output: &mut [f32]) {
-    let [_, second, outputs] = parameters.widths();
+    let [first, second, outputs] = parameters.widths();
+    let rows = tile.output.len() / outputs;
+    let (mut first_scratch, mut second_scratch);
+    let first = match tile.first.is_empty() {
+        false => &mut *tile.first,
+        true => {
+            first_scratch = Buffer::take(rows * first);
+            &mut first_scratch
+        }
+    };
+    let second = match tile.second.is_empty() {
+        false => &mut *tile.second,
+        true => {
+            second_scratch = Buffer::take(rows * second);
+            &mut second_scratch
+        }
+    };
+    layer.evaluate(parameters, start, first);
+    second_layer(parameters, second_weight, first, second);
     if outputs == 1 {
-        single_output(parameters.third_weight, tile.second, output);
+        single_output(parameters.third_weight, second, tile.output);
     } else {
-        let weight = Matrix::new(parameters.third_weight, outputs);
-        multiply(output, 0.0, 1.0, Matrix::new(tile.second, second), weight);
+        multiply(second, third_weight, Start::Zero, tile.output);
     }
-    add_to_rows(parameters.third_bias, output);
+    add_to_rows(parameters.third_bias, tile.output);
     if let Some(normalisation) = parameters.normalisation {
-        normalise(normalisation, output, tile.normal, tile.inverse);
+        normalise(normalisation, tile.output, tile.normal, tile.inverse);
     }
+}
+
+/// The second hidden layer, from the first.
+pub(crate) fn second_layer(
+    parameters: &Parameters<'_>,
+    weight: &Panels,
+    first: &[f32],
+    second: &mut [f32],
+) {
+    multiply(first, weight, Start::Zero, second);
+    add_bias_and_activate(parameters.activation, parameters.second_bias, second);
 }

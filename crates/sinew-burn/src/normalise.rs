@@ -1,9 +1,6 @@
 //! Layer normalisation of the rows of a tile, and its pull-back.
 
-use crate::simd::{multiply_add, sum_of, vectorised};
-
-/// Partial sums of a row: a divisor of the usual latent width of 40.
-const LANES: usize = 8;
+use crate::simd::{dot, multiply_add, sum_of, vectorised};
 
 /// Gain and offset of a normalisation, and what is added to the variance.
 #[derive(Clone, Copy)]
@@ -28,9 +25,10 @@ vectorised! {
         for ((row, normal), inverse) in
             x.chunks_exact_mut(width).zip(normal.chunks_exact_mut(width)).zip(inverse)
         {
-            let mean = sum_of::<LANES>(width, |j| row[j]) / width as f32;
-            let variance = sum_of::<LANES>(width, |j| (row[j] - mean) * (row[j] - mean)) / width as f32;
+            let mean = sum_of(row, |x| x) / width as f32;
+            let variance = sum_of(row, |x| (x - mean) * (x - mean)) / width as f32;
             *inverse = 1.0 / (variance + epsilon).sqrt();
+            let (row, normal) = (&mut row[..width], &mut normal[..width]);
             for j in 0..width {
                 normal[j] = (row[j] - mean) * *inverse;
                 row[j] = multiply_add::<FUSED>(gain[j], normal[j], offset[j]);
@@ -52,15 +50,21 @@ vectorised! {
         offset_gradient: &mut [f32],
     ) {
         let width = gain.len();
-        let (gain_gradient, offset_gradient) = (&mut gain_gradient[..width], &mut offset_gradient[..width]);
         let rows = output.chunks_exact_mut(width).zip(normal.chunks_exact(width));
         for ((d, n), (c, inverse)) in rows.zip(cotangent.chunks_exact(width).zip(inverse)) {
-            let mean = sum_of::<LANES>(width, |j| c[j] * gain[j]) / width as f32;
-            let along = sum_of::<LANES>(width, |j| c[j] * gain[j] * n[j]) / width as f32;
-            for j in 0..width {
-                d[j] = inverse * (c[j] * gain[j] - mean - n[j] * along);
-                gain_gradient[j] = multiply_add::<FUSED>(c[j], n[j], gain_gradient[j]);
-                offset_gradient[j] += c[j];
+            for ((d, c), gain) in d.iter_mut().zip(c).zip(gain) {
+                *d = c * gain;
+            }
+            let mean = sum_of(d, |x| x) / width as f32;
+            let along = dot::<FUSED>(d, n) / width as f32;
+            for (d, n) in d.iter_mut().zip(n) {
+                *d = inverse * (*d - mean - n * along);
+            }
+            for ((sum, c), n) in gain_gradient.iter_mut().zip(c).zip(n) {
+                *sum = multiply_add::<FUSED>(*c, *n, *sum);
+            }
+            for (sum, c) in offset_gradient.iter_mut().zip(c) {
+                *sum += c;
             }
         }
     }

@@ -3,8 +3,9 @@
 use burn::tensor::{DType, Tensor, TensorData};
 use rayon::prelude::*;
 
-use crate::matrix::{Matrix, multiply};
 use crate::pool::Buffer;
+use crate::product::{Panels, Start, gram, multiply};
+use crate::simd::vectorised;
 
 /// Iterations; five bring singular values from 10⁻² to near one.
 const ITERATIONS: usize = 5;
@@ -39,32 +40,54 @@ fn orthogonalise_one(update: Tensor<2>) -> Tensor<2> {
     Tensor::from_data(TensorData::new(values, [rows, columns]), (&device, dtype))
 }
 
-/// With X wide, `A = X Xᵀ` and `X ← a X + (b A + c A²) X`; with X tall the same from the right.
-fn iterate(values: &mut [f32], rows: usize, columns: usize) {
+/// With X tall, `A = Xᵀ X` and `X ← X (a I + b A + c A²)`; a wide X is transposed before and after.
+fn iterate(values: &mut Vec<f32>, rows: usize, columns: usize) {
     let norm = values.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
     // Not `max`, which would hide a NaN.
     let scale = if norm < SMALLEST_NORM { SMALLEST_NORM } else { norm }.recip();
     for x in values.iter_mut() {
         *x = (f64::from(*x) * scale) as f32;
     }
-    let [a, b, c] = COEFFICIENTS;
+    if rows < columns {
+        *values = transposed(values, columns);
+    }
     let size = rows.min(columns);
-    let (mut gram, mut polynomial) = (Buffer::take(size * size), Buffer::take(size * size));
-    let mut previous = Buffer::take(values.len());
+    let (mut first, mut square) = (Buffer::take(size * size), Buffer::take(size * size));
+    let mut next = vec![0.0; values.len()];
     for _ in 0..ITERATIONS {
-        previous.copy_from_slice(values);
-        let x = Matrix::new(&previous, columns);
-        match rows <= columns {
-            true => multiply(&mut gram, 0.0, 1.0, x, x.transposed()),
-            false => multiply(&mut gram, 0.0, 1.0, x.transposed(), x),
+        gram(values, size, &mut first);
+        // Symmetric, hence its own Gram matrix is its square.
+        gram(&first, size, &mut square);
+        polynomial(size, &first, &mut square);
+        multiply(values, &Panels::new(&square, size), Start::Zero, &mut next);
+        std::mem::swap(values, &mut next);
+    }
+    if rows < columns {
+        *values = transposed(values, rows);
+    }
+}
+
+vectorised! {
+    /// `square = a I + b gram + c square`.
+    fn polynomial<FUSED>(size: usize, gram: &[f32], square: &mut [f32]) {
+        let [a, b, c] = COEFFICIENTS;
+        for (x, g) in square.iter_mut().zip(gram) {
+            *x = c * *x + b * g;
         }
-        polynomial.copy_from_slice(&gram);
-        multiply(&mut polynomial, b, c, Matrix::new(&gram, size), Matrix::new(&gram, size));
-        match rows <= columns {
-            true => multiply(values, a, 1.0, Matrix::new(&polynomial, size), x),
-            false => multiply(values, a, 1.0, x, Matrix::new(&polynomial, size)),
+        for x in square.iter_mut().step_by(size + 1) {
+            *x += a;
         }
     }
+}
+
+/// Transpose of a matrix with rows of `columns` numbers.
+pub(crate) fn transposed(matrix: &[f32], columns: usize) -> Vec<f32> {
+    let rows = matrix.len() / columns.max(1);
+    let mut result = Vec::with_capacity(matrix.len());
+    for column in 0..columns {
+        result.extend((0..rows).map(|row| matrix[row * columns + column]));
+    }
+    result
 }
 
 #[cfg(test)]

@@ -1,11 +1,12 @@
 //! Scratch memory reused between training steps.
 //!
 //! A step needs some tens of megabytes of activations. Fresh pages from the operating system cost
-//! a fault per 4 KiB, a tenth of the step; buffers returned here are handed out again.
+//! a fault per 4 KiB, a tenth of the step; buffers returned here are handed out again, and the
+//! allocator is brought to keep what Burn's tensors free.
 
 use std::fmt;
 use std::ops::{Deref, DerefMut};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, Once, PoisonError};
 
 /// Memory kept for reuse; beyond it, returned buffers are freed.
 const KEPT_BYTES: usize = 256 << 20;
@@ -13,22 +14,48 @@ const KEPT_BYTES: usize = 256 << 20;
 /// A buffer is not given to a request smaller than this part of it.
 const LARGEST_MISFIT: usize = 4;
 
-static SHELF: Mutex<Vec<Vec<f32>>> = Mutex::new(Vec::new());
+/// As many numbers as a cache line holds, at its place: registers are as wide at most, and loads
+/// across two lines cost twice.
+#[derive(Clone, Copy)]
+#[repr(align(64))]
+#[allow(dead_code)] // read through the slice of numbers
+struct Line([f32; LINE]);
+
+/// Numbers of a cache line.
+pub(crate) const LINE: usize = 16;
+
+static SHELF: Mutex<Vec<Vec<Line>>> = Mutex::new(Vec::new());
+
+/// The largest block whose release teaches the allocator of glibc to serve such blocks from
+/// memory that it keeps; on others a block of this size comes and goes without a page touched.
+const LESSON_BYTES: usize = (32 << 20) - (64 << 10);
+
+static LESSON: Once = Once::new();
+
+/// Lets glibc keep up to twice [`LESSON_BYTES`] of freed memory instead of returning it after
+/// every step.
+///
+/// Its allocator maps large blocks afresh, and raises the size from which it does, and the amount
+/// of free memory it trims, whenever such a block is freed (mallopt(3), `M_MMAP_THRESHOLD`).
+pub(crate) fn keep_freed_memory() {
+    LESSON.call_once(|| drop(std::hint::black_box(Vec::<u8>::with_capacity(LESSON_BYTES))));
+}
 
 /// A borrowed stretch of numbers with unspecified content, returned when dropped.
 pub(crate) struct Buffer {
-    values: Vec<f32>,
+    lines: Vec<Line>,
     len: usize,
 }
 
 impl Buffer {
     /// `len` numbers, whatever they hold.
     pub fn take(len: usize) -> Self {
-        let mut values = best_fit(len).unwrap_or_default();
-        if values.len() < len {
-            values.resize(len, 0.0);
+        let count = len.div_ceil(LINE);
+        let mut lines = best_fit(count).unwrap_or_default();
+        if lines.len() < count {
+            lines.resize(count, Line([0.0; LINE]));
         }
-        Self { values, len }
+        Self { lines, len }
     }
 
     /// `len` zeros.
@@ -39,24 +66,24 @@ impl Buffer {
     }
 }
 
-/// The smallest buffer on the shelf that holds `len` numbers.
-fn best_fit(len: usize) -> Option<Vec<f32>> {
+/// The smallest buffer on the shelf that holds `count` lines.
+fn best_fit(count: usize) -> Option<Vec<Line>> {
     let mut shelf = SHELF.lock().unwrap_or_else(PoisonError::into_inner);
     let (index, _) = shelf
         .iter()
         .enumerate()
-        .filter(|(_, values)| values.len() >= len && values.len() / LARGEST_MISFIT <= len)
-        .min_by_key(|(_, values)| values.len())?;
+        .filter(|(_, lines)| lines.len() >= count && lines.len() / LARGEST_MISFIT <= count)
+        .min_by_key(|(_, lines)| lines.len())?;
     Some(shelf.swap_remove(index))
 }
 
 impl Drop for Buffer {
     fn drop(&mut self) {
-        let values = std::mem::take(&mut self.values);
+        let lines = std::mem::take(&mut self.lines);
         let mut shelf = SHELF.lock().unwrap_or_else(PoisonError::into_inner);
         let kept: usize = shelf.iter().map(Vec::len).sum();
-        if (kept + values.len()) * size_of::<f32>() <= KEPT_BYTES {
-            shelf.push(values);
+        if (kept + lines.len()) * size_of::<Line>() <= KEPT_BYTES {
+            shelf.push(lines);
         }
     }
 }
@@ -64,13 +91,15 @@ impl Drop for Buffer {
 impl Deref for Buffer {
     type Target = [f32];
     fn deref(&self) -> &[f32] {
-        &self.values[..self.len]
+        // SAFETY: a line is nothing but its numbers, and there are at least `len` of them.
+        unsafe { std::slice::from_raw_parts(self.lines.as_ptr().cast(), self.len) }
     }
 }
 
 impl DerefMut for Buffer {
     fn deref_mut(&mut self) -> &mut [f32] {
-        &mut self.values[..self.len]
+        // SAFETY: as above, and the buffer is borrowed exclusively.
+        unsafe { std::slice::from_raw_parts_mut(self.lines.as_mut_ptr().cast(), self.len) }
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use burn::tensor::{Device, IndexingUpdateOp, Int, Tensor, TensorData};
 
-use crate::{Activation, EdgeTopology, GatherPlan, LayerNormalisation, PerceptronTail};
+use crate::{Activation, EdgeTopology, GatherPlan, Input, LayerNormalisation, PerceptronWeights};
 
 /// `activation` of every number.
 pub fn activate<const D: usize>(x: Tensor<D>, activation: Activation) -> Tensor<D> {
@@ -48,23 +48,30 @@ fn indices(values: impl Iterator<Item = i64>, device: &Device) -> Tensor<1, Int>
     Tensor::from_data(TensorData::new(values, [count]), device)
 }
 
-/// A perceptron on sums of gathered rows; see [`crate::gathered_mlp`].
+/// A perceptron on gathered rows; see [`crate::gathered_mlp`].
 pub fn gathered_mlp(
-    sources: Vec<Tensor<2>>,
+    inputs: Vec<Input>,
     plan: &Arc<GatherPlan>,
-    tail: PerceptronTail,
+    weights: PerceptronWeights,
 ) -> Tensor<2> {
-    let device = sources[0].device();
-    let mut first = tail.first_bias.unsqueeze::<2>();
-    for (number, source) in sources.into_iter().enumerate() {
+    let device = weights.first_weight.device();
+    let mut first = weights.first_bias.unsqueeze::<2>();
+    for (number, input) in inputs.into_iter().enumerate() {
+        let product = match input {
+            Input::Product(product) => product,
+            Input::Features { values, first_row } => {
+                let rows = first_row..first_row + values.dims()[1];
+                values.matmul(weights.first_weight.clone().slice_dim(0, rows))
+            }
+        };
         let index = indices(plan.index_of(number).into_iter().map(|index| index as i64), &device);
-        first = first + source.select(0, index);
+        first = first + product.select(0, index);
     }
-    let hidden = activate(first, tail.activation);
-    let hidden =
-        activate(hidden.matmul(tail.second_weight) + tail.second_bias.unsqueeze(), tail.activation);
-    let output = hidden.matmul(tail.third_weight) + tail.third_bias.unsqueeze();
-    match tail.normalisation {
+    let hidden = activate(first, weights.activation);
+    let second = hidden.matmul(weights.second_weight) + weights.second_bias.unsqueeze();
+    let hidden = activate(second, weights.activation);
+    let output = hidden.matmul(weights.third_weight) + weights.third_bias.unsqueeze();
+    match weights.normalisation {
         Some(normalisation) => normalise(output, normalisation),
         None => output,
     }

@@ -2,9 +2,8 @@
 
 use rayon::prelude::*;
 
-use crate::activation::{Activation, activate_in_place};
 use crate::index::{Gather, Inverse};
-use crate::simd::{sum_of, vectorised};
+use crate::simd::{dot, vectorised};
 
 /// Target rows that one task of the scatter adds up.
 const ROWS_PER_TASK: usize = 64;
@@ -31,26 +30,45 @@ vectorised! {
 }
 
 vectorised! {
-    /// `x = f(bias + Σ_k source_k[index_k[row]])` for consecutive rows from `start` on.
-    pub(crate) fn gather_and_activate<FUSED>(
-        activation: Activation,
+    /// `x = bias + Σ_k source_k[index_k[row]]` for consecutive rows from `start` on.
+    pub(crate) fn gather_sums<FUSED>(
         bias: &[f32],
-        gathers: &[Gather],
-        sources: &[&[f32]],
+        sources: &[(&Gather, &[f32])],
         start: usize,
         x: &mut [f32],
     ) {
         let width = bias.len();
         for (offset, x) in x.chunks_exact_mut(width).enumerate() {
-            x.copy_from_slice(bias);
-            for (gather, source) in gathers.iter().zip(sources) {
-                let source = &source[gather.source(start + offset) * width..][..width];
-                for (x, value) in x.iter_mut().zip(source) {
-                    *x += value;
+            match sources {
+                [] => x.copy_from_slice(bias),
+                [first] => sum(x, bias, row_of(first, start + offset, width)),
+                [first, second, others @ ..] => {
+                    let row = start + offset;
+                    let (first, second) = (row_of(first, row, width), row_of(second, row, width));
+                    for j in 0..width {
+                        x[j] = bias[j] + first[j] + second[j];
+                    }
+                    for other in others {
+                        for (x, value) in x.iter_mut().zip(row_of(other, row, width)) {
+                            *x += value;
+                        }
+                    }
                 }
             }
         }
-        activate_in_place::<FUSED>(activation, x);
+    }
+}
+
+/// The row of a source that `row` of the result reads.
+#[inline(always)]
+fn row_of<'a>((gather, source): &(&Gather, &'a [f32]), row: usize, width: usize) -> &'a [f32] {
+    &source[gather.source(row) * width..][..width]
+}
+
+#[inline(always)]
+fn sum(x: &mut [f32], a: &[f32], b: &[f32]) {
+    for ((x, a), b) in x.iter_mut().zip(a).zip(b) {
+        *x = a + b;
     }
 }
 
@@ -70,7 +88,7 @@ vectorised! {
     /// Products of the rows of `hidden` with the one column of a last layer.
     pub(crate) fn single_output<FUSED>(weight: &[f32], hidden: &[f32], output: &mut [f32]) {
         for (row, output) in hidden.chunks_exact(weight.len()).zip(output) {
-            *output = sum_of::<32>(weight.len(), |j| row[j] * weight[j]);
+            *output = dot::<FUSED>(row, weight);
         }
     }
 }

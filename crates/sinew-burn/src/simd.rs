@@ -101,28 +101,45 @@ pub(crate) fn exp_m1<const FUSED: bool>(x: f32) -> f32 {
     multiply_add::<FUSED>(power, q, power - 1.0)
 }
 
-/// Sum of `term(i)` for `i < n` in `LANES` interleaved partial sums, a power of two: a fixed
-/// order that vectorises.
+/// Partial sums that a sum is interleaved in.
+const LANES: usize = 8;
+
+/// `Σ a b` in a fixed order that vectorises.
 #[inline(always)]
-pub(crate) fn sum_of<const LANES: usize>(n: usize, term: impl Fn(usize) -> f32) -> f32 {
-    let mut lanes = [0.0_f32; LANES];
-    let whole = n - n % LANES;
-    for start in (0..whole).step_by(LANES) {
-        for lane in 0..LANES {
-            lanes[lane] += term(start + lane);
+pub(crate) fn dot<const FUSED: bool>(a: &[f32], b: &[f32]) -> f32 {
+    let mut lanes = [0.0; LANES];
+    let (mut chunks, mut others) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    for (a, b) in (&mut chunks).zip(&mut others) {
+        for i in 0..LANES {
+            lanes[i] = multiply_add::<FUSED>(a[i], b[i], lanes[i]);
         }
     }
-    for i in whole..n {
-        lanes[i - whole] += term(i);
+    for ((a, b), lane) in chunks.remainder().iter().zip(others.remainder()).zip(&mut lanes) {
+        *lane = multiply_add::<FUSED>(*a, *b, *lane);
     }
-    let mut half = LANES / 2;
-    while half > 0 {
-        for lane in 0..half {
-            lanes[lane] += lanes[lane + half];
+    total(lanes)
+}
+
+/// `Σ f(x)` in a fixed order that vectorises.
+#[inline(always)]
+pub(crate) fn sum_of(x: &[f32], f: impl Fn(f32) -> f32) -> f32 {
+    let mut lanes = [0.0; LANES];
+    let mut chunks = x.chunks_exact(LANES);
+    for x in &mut chunks {
+        for i in 0..LANES {
+            lanes[i] += f(x[i]);
         }
-        half /= 2;
     }
-    lanes[0]
+    for (x, lane) in chunks.remainder().iter().zip(&mut lanes) {
+        *lane += f(*x);
+    }
+    total(lanes)
+}
+
+#[inline(always)]
+fn total(lanes: [f32; LANES]) -> f32 {
+    let pairs: [f32; LANES / 2] = std::array::from_fn(|i| lanes[i] + lanes[i + LANES / 2]);
+    (pairs[0] + pairs[2]) + (pairs[1] + pairs[3])
 }
 
 #[cfg(test)]

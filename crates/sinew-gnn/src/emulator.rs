@@ -2,6 +2,7 @@
 
 use burn::module::Module;
 use burn::tensor::{Device, Tensor};
+use sinew_burn::Input;
 
 use crate::config::EmulatorConfig;
 use crate::error::Result;
@@ -92,17 +93,15 @@ impl Emulator {
         for (edge_update, node_update) in self.edge_updates.iter().zip(&self.node_updates) {
             let messages = self.messages(edge_update, graph, nodes.clone(), edges.clone());
             let sums = self.kernels.signed_sum(graph, messages.clone());
-            let first = &node_update.layers[0];
-            let products = vec![first.partial(nodes.clone(), 0), first.partial(sums, latent)];
-            nodes = nodes + node_update.continue_from(products, &Rows::Aligned, &self.kernels);
+            let inputs = vec![features(nodes.clone(), 0), features(sums, latent)];
+            nodes = nodes + node_update.evaluate(inputs, &Rows::Aligned, &self.kernels);
             edges = edges + messages;
         }
         let local = Tensor::cat(vec![nodes, self.kernels.received_sum(graph, edges)], 1);
         self.local_normalisation.forward(local.slice_dim(0, 0..graph.real_nodes))
     }
 
-    /// Messages of the stored edges (2.28). The first layer acts on `[e, v_receiver, v_sender]`;
-    /// its products with node embeddings are formed per node, not per edge.
+    /// Messages of the stored edges (2.28), functions of `[e, v_receiver, v_sender]`.
     fn messages(
         &self,
         update: &Perceptron,
@@ -110,11 +109,10 @@ impl Emulator {
         nodes: Tensor<2>,
         edges: Tensor<2>,
     ) -> Tensor<2> {
-        let (first, latent) = (&update.layers[0], self.config.latent);
-        let receivers = first.partial(nodes.clone(), latent);
-        let senders = first.partial(nodes, 2 * latent);
-        let products = vec![first.partial(edges, 0), receivers, senders];
-        update.continue_from(products, &Rows::Edges(graph), &self.kernels)
+        let latent = self.config.latent;
+        let inputs =
+            vec![features(edges, 0), features(nodes.clone(), latent), features(nodes, 2 * latent)];
+        update.evaluate(inputs, &Rows::Edges(graph), &self.kernels)
     }
 
     /// Part of every decoder's first layer that depends on the nodes only: `[real nodes, width]` each.
@@ -137,7 +135,9 @@ impl Emulator {
         global: Option<Tensor<2>>,
         parameters: Tensor<2>,
     ) -> Tensor<3> {
-        self.decode_from(&self.decoder_node_part(local), global, parameters)
+        let start = self.config.latent + self.config.global_features;
+        let nodes = vec![features(local, start); self.decoders.len()];
+        self.decode_nodes(nodes, global, parameters)
     }
 
     /// [`Emulator::decode`] with the nodes' part of the first layer already formed.
@@ -147,12 +147,24 @@ impl Emulator {
         global: Option<Tensor<2>>,
         parameters: Tensor<2>,
     ) -> Tensor<3> {
+        let nodes = node_parts.iter().cloned().map(Input::Product).collect();
+        self.decode_nodes(nodes, global, parameters)
+    }
+
+    /// [`Emulator::decode`] from one input of nodes for every decoder.
+    fn decode_nodes(
+        &self,
+        nodes: Vec<Input>,
+        global: Option<Tensor<2>>,
+        parameters: Tensor<2>,
+    ) -> Tensor<3> {
+        let (batch, latent) = (parameters.dims()[0], self.config.latent);
         let embedding = self.parameter_encoder.forward(parameters, &self.kernels);
-        let components = self.decoders.iter().zip(node_parts).map(|(decoder, node_part)| {
-            let shared = decoder_shared_part(decoder, embedding.clone(), global.clone());
-            let (batch, nodes) = (shared.dims()[0], node_part.dims()[0]);
-            let products = vec![node_part.clone(), shared];
-            decoder.continue_from(products, &Rows::EveryPair, &self.kernels).reshape([batch, nodes])
+        let components = self.decoders.iter().zip(nodes).map(|(decoder, nodes)| {
+            let count = nodes.rows();
+            let mut inputs = vec![nodes, features(embedding.clone(), 0)];
+            inputs.extend(global.clone().map(|global| features(global, latent)));
+            decoder.evaluate(inputs, &Rows::EveryPair, &self.kernels).reshape([batch, count])
         });
         Tensor::stack(components.collect(), 2)
     }
@@ -192,6 +204,11 @@ impl Emulator {
         }
         (Tensor::stack(values, 2), Tensor::stack(tangents, 3))
     }
+}
+
+/// A part of a perceptron's input that meets the rows of its first weight from `first_row` on.
+fn features(values: Tensor<2>, first_row: usize) -> Input {
+    Input::Features { values, first_row }
 }
 
 /// Part of a decoder's first layer shared by all nodes: `[batch, width]`.

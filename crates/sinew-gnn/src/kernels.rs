@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use burn::tensor::Tensor;
-use sinew_burn::GatherPlan;
+use sinew_burn::{GatherPlan, Input};
 
 use crate::config::Activation;
 use crate::graph::GraphTensors;
@@ -70,13 +70,14 @@ impl Kernels {
     }
 }
 
-/// Which rows of a perceptron's first-layer products meet in which row of its hidden layers.
+/// Which rows of a perceptron's inputs meet in which row of its hidden layers.
 pub(crate) enum Rows<'a> {
     /// Row by row.
     Aligned,
     /// A row per edge, and rows per node read at the receiver and at the sender.
     Edges(&'a GraphTensors),
-    /// Every row of the second source with every row of the first, the second slower.
+    /// Every row of the second source with every row of the first, the second slower; a third
+    /// source has one row, which all read.
     EveryPair,
 }
 
@@ -92,6 +93,7 @@ impl Rows<'_> {
             }
             Self::EveryPair => {
                 let (inner, outer) = (sources.next()?, sources.next()?);
+                let outer = sources.fold(outer, |sum, shared| sum + shared);
                 let ([rows, width], copies) = (inner.dims(), outer.dims()[0]);
                 let pairs = inner.unsqueeze_dim::<3>(0) + outer.unsqueeze_dim::<3>(1);
                 Some(pairs.reshape([copies * rows, width]))
@@ -100,12 +102,15 @@ impl Rows<'_> {
     }
 
     /// The same for the fused kernel; `None` where it has no such plan.
-    pub fn plan(&self, sources: &[Tensor<2>]) -> Option<Arc<GatherPlan>> {
-        let rows = |source: usize| sources.get(source).map(|source| source.dims()[0]);
+    pub fn plan(&self, inputs: &[Input]) -> Option<Arc<GatherPlan>> {
+        let rows = |input: usize| inputs.get(input).map(Input::rows);
         match self {
-            Self::Aligned => GatherPlan::identity(rows(0)?, sources.len()).ok(),
+            Self::Aligned => GatherPlan::identity(rows(0)?, inputs.len()).ok(),
             Self::Edges(graph) => Some(graph.plan.clone()),
-            Self::EveryPair => Some(GatherPlan::outer(rows(1)?, rows(0)?)),
+            Self::EveryPair => {
+                let plan = GatherPlan::outer(rows(1)?, rows(0)?);
+                if inputs.len() > 2 { plan.and_shared().ok() } else { Some(plan) }
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use burn::module::{Module, Param};
 use burn::tensor::Tensor;
-use sinew_burn::{LayerNormalisation, PerceptronTail};
+use sinew_burn::{Input, LayerNormalisation, PerceptronWeights};
 
 use crate::config::EmulatorConfig;
 use crate::kernels::{KernelChoice, Kernels, Rows};
@@ -102,25 +102,23 @@ impl Perceptron {
 
     /// Of whole inputs.
     pub fn forward(&self, x: Tensor<2>, kernels: &Kernels) -> Tensor<2> {
-        let product = self.layers[0].partial(x, 0);
-        self.continue_from(vec![product], &Rows::Aligned, kernels)
+        let input = Input::Features { values: x, first_row: 0 };
+        self.evaluate(vec![input], &Rows::Aligned, kernels)
     }
 
-    /// Everything after the products of the first layer's weight with the parts of its input;
-    /// `rows` tells which of their rows are added. The first bias is still to be added.
-    pub fn continue_from(
-        &self,
-        products: Vec<Tensor<2>>,
-        rows: &Rows<'_>,
-        kernels: &Kernels,
-    ) -> Tensor<2> {
-        if let (KernelChoice::Fused, Some(tail), Some(plan)) =
-            (kernels.choice, self.fused_tail(kernels), rows.plan(&products))
+    /// Of inputs whose parts are rows of `inputs`, as `rows` tells.
+    pub fn evaluate(&self, inputs: Vec<Input>, rows: &Rows<'_>, kernels: &Kernels) -> Tensor<2> {
+        if let (KernelChoice::Fused, Some(weights), Some(plan)) =
+            (kernels.choice, self.fused_weights(kernels), rows.plan(&inputs))
         {
-            return sinew_burn::gathered_mlp(products, &plan, tail);
+            return sinew_burn::gathered_mlp(inputs, &plan, weights);
         }
         let device = self.layers[0].bias.device();
-        let sum = rows.sum(products).unwrap_or_else(|| Tensor::zeros([0, 0], &device));
+        let products = inputs.into_iter().map(|input| match input {
+            Input::Features { values, first_row } => self.layers[0].partial(values, first_row),
+            Input::Product(product) => product,
+        });
+        let sum = rows.sum(products.collect()).unwrap_or_else(|| Tensor::zeros([0, 0], &device));
         let first = sum + self.layers[0].bias.val().unsqueeze();
         let hidden =
             self.layers[1..].iter().fold(first, |x, layer| layer.forward(kernels.activate(x)));
@@ -131,7 +129,7 @@ impl Perceptron {
     }
 
     /// What the fused kernel computes, for two hidden layers.
-    fn fused_tail(&self, kernels: &Kernels) -> Option<PerceptronTail> {
+    fn fused_weights(&self, kernels: &Kernels) -> Option<PerceptronWeights> {
         let [first, second, third] = &self.layers[..] else {
             return None;
         };
@@ -140,8 +138,9 @@ impl Perceptron {
             offset: normalisation.offset.val(),
             epsilon: NORMALISATION_EPSILON,
         });
-        Some(PerceptronTail {
+        Some(PerceptronWeights {
             activation: kernels.activation.into(),
+            first_weight: first.weight.val(),
             first_bias: first.bias.val(),
             second_weight: second.weight.val(),
             second_bias: second.bias.val(),

@@ -3,15 +3,17 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use burn::module::{Module, ModuleMapper, ModuleVisitor, Param, ParamId};
 use burn::optim::GradientsParams;
 use burn::tensor::{Device, Tensor, TensorData};
 use serde::{Deserialize, Serialize};
+use sinew_burn::{AdamRule, adam_direction, momentum_direction};
 
-use super::Optimiser;
+use super::update::{
+    Descent, Moments, Update, apply, collect, numbers, read_moments, write_moments,
+};
+use super::{ADAM_EPSILON, Optimiser};
 use crate::emulator::Emulator;
-use crate::error::{Error, Result};
-use crate::files::{read_arrays, write_arrays};
+use crate::error::Result;
 
 /// Settings of [`Muon`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -45,16 +47,6 @@ pub struct Muon {
     moments: BTreeMap<u64, Moments>,
 }
 
-/// First and second moment of one parameter; orthogonalised ones have no second one.
-#[derive(Debug, Clone, Default)]
-struct Moments {
-    first: Vec<f32>,
-    second: Vec<f32>,
-}
-
-/// Added to the root of Adam's second moment.
-const EPSILON: f32 = 1e-8;
-
 impl Muon {
     /// Without history.
     pub fn new(config: MuonConfig) -> Self {
@@ -63,44 +55,49 @@ impl Muon {
 
     /// Turns gradients into momenta where they are orthogonalised, into directions of change elsewhere.
     fn accumulate(&self, update: &mut Update) {
-        let Update { gradient, moments, orthogonal, .. } = update;
+        let orthogonal = self.is_orthogonal(update);
+        let Update { gradient, moments, .. } = update;
         moments.first.resize(gradient.len(), 0.0);
-        if *orthogonal {
-            nesterov(self.config.momentum, self.steps, &mut moments.first, gradient);
+        if orthogonal {
+            let (of_momentum, of_gradient) = nesterov(self.config.momentum, self.steps);
+            momentum_direction(
+                self.config.momentum,
+                of_momentum,
+                of_gradient,
+                &mut moments.first,
+                gradient,
+            );
         } else {
             moments.second.resize(gradient.len(), 0.0);
             self.adam(&mut moments.first, &mut moments.second, gradient);
         }
     }
 
+    /// Whether a parameter's direction of change is orthogonalised, as those of matrices are.
+    fn is_orthogonal(&self, update: &Update) -> bool {
+        update.shape.len() == 2 && !(update.decoder && self.config.adam_on_decoders)
+    }
+
     fn adam(&self, first: &mut [f32], second: &mut [f32], gradient: &mut [f32]) {
-        let beta2 = self.config.beta2;
-        for (v, g) in second.iter_mut().zip(gradient.iter()) {
-            *v = beta2 * *v + (1.0 - beta2) * g * g;
-        }
-        nesterov(self.config.beta1, self.steps, first, gradient);
-        let correction = 1.0 - beta2.powi(self.steps as i32);
-        for (g, v) in gradient.iter_mut().zip(second.iter()) {
-            *g /= (v / correction).sqrt() + EPSILON;
-        }
+        let MuonConfig { beta1, beta2, .. } = self.config;
+        let (of_first, of_gradient) = nesterov(beta1, self.steps);
+        let of_second = 1.0 / (1.0 - beta2.powi(self.steps as i32));
+        let rule =
+            AdamRule { beta1, beta2, of_first, of_gradient, of_second, epsilon: ADAM_EPSILON };
+        adam_direction(&rule, first, second, gradient);
     }
 }
 
-/// Replaces `gradient` by the bias-corrected Nesterov momentum after `steps` steps.
-fn nesterov(decay: f32, steps: usize, momentum: &mut [f32], gradient: &mut [f32]) {
+/// Factors of momentum and gradient in the bias-corrected Nesterov momentum after `steps` steps.
+fn nesterov(decay: f32, steps: usize) -> (f32, f32) {
     let ahead = decay / (1.0 - decay.powi(steps as i32 + 1));
-    let now = (1.0 - decay) / (1.0 - decay.powi(steps as i32));
-    for (m, g) in momentum.iter_mut().zip(gradient) {
-        *m = decay * *m + (1.0 - decay) * *g;
-        *g = ahead * *m + now * *g;
-    }
+    (ahead, (1.0 - decay) / (1.0 - decay.powi(steps as i32)))
 }
 
 /// Turns the momenta of matrices into directions of change.
-fn orthogonalise(updates: &mut [Update]) {
+fn orthogonalise(matrices: Vec<&mut Update>) {
     let device = Device::flex();
-    let mut matrices: Vec<&mut Update> =
-        updates.iter_mut().filter(|update| update.orthogonal).collect();
+    let mut matrices = matrices;
     let momenta = matrices.iter_mut().map(|update| {
         let data = TensorData::new(std::mem::take(&mut update.gradient), update.shape.clone());
         Tensor::<2>::from_data(data, &device)
@@ -109,19 +106,9 @@ fn orthogonalise(updates: &mut [Update]) {
     for (update, direction) in matrices.into_iter().zip(directions) {
         let [inputs, outputs] = direction.dims();
         let scale = (outputs as f32 / inputs as f32).max(1.0).sqrt();
-        update.gradient = direction.into_data().iter::<f32>().map(|value| scale * value).collect();
+        update.gradient = numbers(direction);
+        update.gradient.iter_mut().for_each(|value| *value *= scale);
     }
-}
-
-/// One parameter on its way through a step.
-struct Update {
-    id: ParamId,
-    shape: Vec<usize>,
-    /// Whether its direction of change is orthogonalised, as those of matrices are.
-    orthogonal: bool,
-    /// The gradient, then the direction of change.
-    gradient: Vec<f32>,
-    moments: Moments,
 }
 
 impl Optimiser for Muon {
@@ -132,103 +119,31 @@ impl Optimiser for Muon {
         gradients: GradientsParams,
     ) -> Emulator {
         self.steps += 1;
-        let mut collector = Collector {
-            gradients,
-            moments: &mut self.moments,
-            updates: Vec::new(),
-            path: Vec::new(),
-            adam_on_decoders: self.config.adam_on_decoders,
-        };
-        emulator.visit(&mut collector);
-        let mut updates = collector.updates;
+        let mut updates = collect(&emulator, gradients, &mut self.moments);
         updates.iter_mut().for_each(|update| self.accumulate(update));
-        orthogonalise(&mut updates);
-        let mut directions = BTreeMap::new();
-        for update in updates {
-            directions.insert(update.id, update.gradient);
-            self.moments.insert(update.id.val(), update.moments);
-        }
-        emulator.map(&mut Mapper { directions, learning_rate: learning_rate as f32 })
+        orthogonalise(updates.iter_mut().filter(|update| self.is_orthogonal(update)).collect());
+        apply(
+            emulator,
+            updates,
+            &mut self.moments,
+            Descent { kept: 1.0, step: learning_rate as f32 },
+        )
     }
 
     fn save(&self, path: &Path) -> Result<()> {
-        let ids = self.moments.keys().copied().collect::<Vec<_>>();
-        let arrays = self.moments.values().flat_map(|m| [&m.first[..], &m.second[..]]);
-        write_arrays(path, self.steps as u64, &ids, arrays)
+        write_moments(path, self.steps, &self.moments)
     }
 
     fn load(&mut self, path: &Path) -> Result<()> {
-        let (steps, ids, arrays) = read_arrays(path)?;
-        if arrays.len() != 2 * ids.len() {
-            let reason = format!("{} moments for {} parameters", arrays.len(), ids.len());
-            return Err(Error::Format { path: path.into(), reason });
-        }
-        self.steps = steps as usize;
-        let mut arrays = arrays.into_iter();
-        let mut next = || arrays.next().unwrap_or_default();
-        self.moments =
-            ids.into_iter().map(|id| (id, Moments { first: next(), second: next() })).collect();
+        (self.steps, self.moments) = read_moments(path)?;
         Ok(())
-    }
-}
-
-struct Collector<'a> {
-    gradients: GradientsParams,
-    moments: &'a mut BTreeMap<u64, Moments>,
-    updates: Vec<Update>,
-    /// Names of the modules around the parameter that is visited.
-    path: Vec<String>,
-    adam_on_decoders: bool,
-}
-
-impl ModuleVisitor for Collector<'_> {
-    fn enter_module(&mut self, name: &str, _container_type: &str) {
-        self.path.push(name.to_string());
-    }
-
-    fn exit_module(&mut self, _name: &str, _container_type: &str) {
-        self.path.pop();
-    }
-
-    fn visit_float<const D: usize>(&mut self, param: &Param<Tensor<D>>) {
-        let decoder = self.path.iter().any(|name| name == "decoders");
-        if let Some(gradient) = self.gradients.remove::<D>(param.id) {
-            self.updates.push(Update {
-                id: param.id,
-                shape: gradient.dims().to_vec(),
-                orthogonal: D == 2 && !(decoder && self.adam_on_decoders),
-                gradient: gradient.into_data().iter::<f32>().collect(),
-                moments: self.moments.remove(&param.id.val()).unwrap_or_default(),
-            });
-        }
-    }
-}
-
-struct Mapper {
-    directions: BTreeMap<ParamId, Vec<f32>>,
-    learning_rate: f32,
-}
-
-impl ModuleMapper for Mapper {
-    fn map_float<const D: usize>(&mut self, param: Param<Tensor<D>>) -> Param<Tensor<D>> {
-        let Some(direction) = self.directions.remove(&param.id) else {
-            return param;
-        };
-        param.map(|weights| {
-            let requires_gradient = weights.is_require_grad();
-            let (device, dims) = (weights.device().without_autodiff(), weights.dims());
-            let old = weights.without_autodiff().into_data();
-            let change = direction.into_iter().map(|change| self.learning_rate * change);
-            let values: Vec<f32> =
-                old.iter::<f32>().zip(change).map(|(old, change)| old - change).collect();
-            let weights = Tensor::from_data(TensorData::new(values, dims), &device);
-            Tensor::from_inner(weights).set_require_grad(requires_gradient)
-        })
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use burn::module::ParamId;
+
     use super::*;
 
     /// Directions of `optax.contrib.muon(1, adam_b2=0.99)`, optax 0.2.8, for the gradients of [`step`].
@@ -252,7 +167,7 @@ mod tests {
         let mut muon = Muon::new(MuonConfig::default());
         let update = |id: u64, shape: Vec<usize>| Update {
             id: ParamId::from(id),
-            orthogonal: shape.len() == 2,
+            decoder: false,
             shape,
             gradient: vec![],
             moments: Moments::default(),
@@ -265,7 +180,7 @@ mod tests {
             updates[1].gradient = gradient(&[0.2, -0.01, 0.5], 1.0 - 0.8 * k, 0.0);
             muon.steps += 1;
             updates.iter_mut().for_each(|update| muon.accumulate(update));
-            orthogonalise(&mut updates);
+            orthogonalise(updates.iter_mut().filter(|update| muon.is_orthogonal(update)).collect());
             let expected = matrix.iter().chain(vector);
             let found = updates.iter().flat_map(|update| &update.gradient);
             for (expected, found) in expected.zip(found) {

@@ -14,6 +14,7 @@ use super::sampler::Sampler;
 use crate::data::{DataSet, Sample};
 use crate::emulator::Emulator;
 use crate::error::{Error, Result};
+use crate::kernels::KernelChoice;
 use crate::objective::{Batch, Objective};
 use crate::optimiser::{Optimiser, clip_global_norm};
 use crate::surrogate::{GeometryTensors, Surrogate};
@@ -104,6 +105,13 @@ impl Trainer {
     /// Another peak of the learning rate, as after a divergence.
     pub fn with_learning_rate(mut self, learning_rate: f64) -> Self {
         self.config.learning_rate = learning_rate;
+        self
+    }
+
+    /// The same training computed with other kernels.
+    pub fn with_kernels(mut self, choice: KernelChoice) -> Self {
+        self.emulator = self.emulator.with_kernels(choice);
+        self.surrogate = self.surrogate.with_kernels(choice);
         self
     }
 
