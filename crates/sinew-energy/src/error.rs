@@ -103,6 +103,48 @@ pub enum SceneError {
         /// Displacement prescribed later.
         second: f64,
     },
+    /// Supports of a node that prescribe different displacements along one direction.
+    #[error(
+        "the support of {name:?} prescribes {second} along {direction:?} for node {node}, but it is held at {first} \
+         there by those of {others:?}; take the node out of one of the sets, or let the supports agree"
+    )]
+    Conflict {
+        /// Index of the node.
+        node: usize,
+        /// Node set of the support.
+        name: String,
+        /// Node sets of the other supports of the node.
+        others: Vec<String>,
+        /// The direction, a unit vector.
+        direction: [f64; 3],
+        /// Displacement along it that follows from the others.
+        first: f64,
+        /// Displacement along it that the support prescribes.
+        second: f64,
+    },
+    /// A direction of a support that is none.
+    #[error(
+        "the support of {name:?} has the direction {direction:?}; give finite components, one of them not 0"
+    )]
+    SupportDirection {
+        /// Node set of the support.
+        name: String,
+        /// The direction.
+        direction: [f64; 3],
+    },
+    /// A node on the axis of a radial support.
+    #[error(
+        "node {node} of {name:?} is {distance:e} away from the axis of its radial support, so it has no radius to move \
+         along; take it out of the set, and hold it with Support::clamped or Support::uniform"
+    )]
+    OnAxis {
+        /// Node set of the support.
+        name: String,
+        /// Index of the node.
+        node: usize,
+        /// Its distance from the axis \[length\].
+        distance: f64,
+    },
     /// A list of prescribed displacements that does not fit its node set.
     #[error(
         "the support of node set {name:?} lists {given} displacements for {nodes} nodes; give one per node"

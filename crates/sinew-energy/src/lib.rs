@@ -45,6 +45,7 @@ mod balance;
 pub mod conformance;
 mod elements;
 mod error;
+mod frames;
 mod guard;
 mod invariants;
 mod law;
@@ -64,6 +65,7 @@ pub use elements::{
     FacetPoint, FacetRule, FiniteElement, Nodes, QuadraturePoint, TaylorHoodElement,
 };
 pub use error::{SceneError, ThetaError};
+pub use frames::Frames;
 pub use guard::{Barriers, Exact, Guard};
 pub use invariants::{InvariantLaw, Invariants};
 pub use law::{Law, Response, response_by_jets, stress_by_slopes};

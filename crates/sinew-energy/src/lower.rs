@@ -4,17 +4,18 @@ mod directions;
 mod geometry;
 mod loads;
 mod overlaps;
+mod supports;
 
 use crate::balance::{ForceBalance, PressureField};
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint, TaylorHoodElement};
 use crate::{
-    Exact, Law, Load, Magnitude, Prescribed, PressureSurface, Sampling, Scene, SceneError,
-    TotalPotential,
+    Exact, Law, Load, Magnitude, PressureSurface, Sampling, Scene, SceneError, TotalPotential,
 };
 use geometry::shape_functions;
 use overlaps::check_overlaps;
-use sinew_mesh::{Facet, Mesh};
+use sinew_mesh::Facet;
 use std::collections::{BTreeMap, HashSet};
+pub(crate) use supports::Held;
 
 impl<L: Law<D>, const D: usize, const N: usize> Scene<L, D, N>
 where
@@ -71,10 +72,10 @@ where
         let (shape_gradients, volumes) = shape_functions(&self.mesh, rule)?;
         check_overlaps(&self.mesh)?;
         let directions = self.directions_at(rule)?;
-        let prescribed = self.prescribed()?;
+        let held = self.held()?;
         let nodal_force = self.nodal_force(rule, &volumes)?;
         let springs = self.springs()?;
-        let pressures = self.pressures(&prescribed, loose_rims)?;
+        let pressures = self.pressures(&held, loose_rims)?;
         let potential = TotalPotential {
             law: self.law.clone(),
             guard: Exact,
@@ -90,7 +91,8 @@ where
             springs,
             pressures: pressures.flat,
             surfaces: pressures.surfaces,
-            prescribed,
+            prescribed: held.prescribed,
+            frames: held.frames,
         };
         Ok((potential, pressures.followers))
     }
@@ -132,41 +134,6 @@ where
         Ok(())
     }
 
-    fn prescribed(&self) -> Result<Vec<Option<f64>>, SceneError> {
-        let mut prescribed = vec![None; 3 * self.mesh.points.len()];
-        if Mesh::<N>::ELEMENT.dimension == 2 {
-            prescribed.iter_mut().skip(2).step_by(3).for_each(|u| *u = Some(0.0));
-        }
-        for support in &self.supports {
-            let name = &support.nodes;
-            let nodes = self.mesh.node_sets.get(name).ok_or_else(|| {
-                let known = names(&self.mesh.node_sets);
-                SceneError::UnknownNodeSet { name: name.clone(), known }
-            })?;
-            let row = match &support.displacement {
-                Prescribed::PerNode(rows) if rows.len() != nodes.len() => {
-                    let (name, given) = (name.clone(), rows.len());
-                    return Err(SceneError::SupportLength { name, given, nodes: nodes.len() });
-                }
-                Prescribed::PerNode(rows) => Box::new(|i: usize| rows[i]) as Box<dyn Fn(_) -> _>,
-                Prescribed::Uniform(components) => Box::new(|_| *components),
-            };
-            for (i, &node) in nodes.iter().enumerate() {
-                prescribe(&mut prescribed, node, row(i), name)?;
-            }
-        }
-        // Springs may hold what supports do not; the solver checks the rigid motions.
-        let foundation = self.loads.iter().any(|load| matches!(load, Load::Foundation { .. }));
-        let held = |axis: usize| prescribed.iter().skip(axis).step_by(3).any(Option::is_some);
-        let free: Vec<_> = ["x", "y", "z"].into_iter().enumerate().filter(|a| !held(a.0)).collect();
-        if !free.is_empty() && !foundation {
-            let axes = free.iter().map(|a| a.1).collect::<Vec<_>>().join(", ");
-            return Err(SceneError::FreeToMove { axes });
-        }
-        check_loose_nodes(&self.mesh, &prescribed)?;
-        Ok(prescribed)
-    }
-
     fn facets(&self, name: &str) -> Result<&[Facet], SceneError> {
         match self.mesh.facet_sets.get(name).map(Vec::as_slice) {
             None => {
@@ -193,38 +160,4 @@ fn names<T>(sets: &BTreeMap<String, T>) -> Vec<String> {
 
 fn finite(value: f64, what: impl Fn() -> String) -> Result<(), SceneError> {
     if value.is_finite() { Ok(()) } else { Err(SceneError::NotFinite { what: what(), value }) }
-}
-
-fn prescribe(
-    prescribed: &mut [Option<f64>],
-    node: usize,
-    components: [Option<f64>; 3],
-    set: &str,
-) -> Result<(), SceneError> {
-    for (component, second) in components.into_iter().enumerate() {
-        let Some(second) = second else { continue };
-        finite(second, || format!("the displacement prescribed on {set:?}"))?;
-        match prescribed[3 * node + component].replace(second) {
-            Some(first) if first != second => {
-                return Err(SceneError::Contradiction { node, component, first, second });
-            }
-            _ => {}
-        }
-    }
-    Ok(())
-}
-
-fn check_loose_nodes<const N: usize>(
-    mesh: &Mesh<N>,
-    prescribed: &[Option<f64>],
-) -> Result<(), SceneError> {
-    let mut loose: Vec<bool> = prescribed.chunks(3).map(|u| u.contains(&None)).collect();
-    mesh.cells.as_flattened().iter().for_each(|&node| loose[node] = false);
-    match loose.iter().position(|&l| l) {
-        None => Ok(()),
-        Some(first) => {
-            let count = loose.iter().filter(|&&l| l).count();
-            Err(SceneError::LooseNodes { count, first })
-        }
-    }
 }

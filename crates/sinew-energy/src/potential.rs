@@ -1,6 +1,8 @@
 //! The total potential energy of a body in plain arrays.
 
-use crate::{Exact, Guard, Law, Magnitude, PressureLoad, PressureSurface, Spring, ThetaError};
+use crate::{
+    Exact, Frames, Guard, Law, Magnitude, PressureLoad, PressureSurface, Spring, ThetaError,
+};
 use sinew_num::Mat3;
 
 /// Total potential energy Π(u; θ) of a mesh, thesis eqs. (3.15)–(3.16), integrated by quadrature.
@@ -41,7 +43,10 @@ pub struct TotalPotential<L, const D: usize, G = Exact, const N: usize = 4> {
     /// Pressures on the facets of other elements.
     pub surfaces: Vec<PressureSurface>,
     /// Prescribed displacement of each degree of freedom \[length\], `None` where it is free; `3 × nodes`.
+    /// Degrees of freedom are along the coordinate axes, or the axes of the node's frame if it has one.
     pub prescribed: Vec<Option<f64>>,
+    /// Frames of the nodes that supports hold along other directions than the coordinate axes.
+    pub frames: Frames,
 }
 
 impl<L: Law<D>, G: Guard, const D: usize, const N: usize> TotalPotential<L, D, G, N> {
@@ -182,7 +187,8 @@ impl<L: Law<D>, G: Guard, const D: usize, const N: usize> TotalPotential<L, D, G
         check_theta::<L, D>(theta, self.theta_len())
     }
 
-    /// Indices `3 × node + component` that no support prescribes, ascending.
+    /// Indices `3 × node + component` that no support prescribes, ascending; components of the node's frame, if
+    /// it is in [`TotalPotential::frames`].
     pub fn free_degrees_of_freedom(&self) -> Vec<usize> {
         (0..self.prescribed.len()).filter(|&i| self.prescribed[i].is_none()).collect()
     }
@@ -205,6 +211,7 @@ impl<L: Law<D>, G: Guard, const D: usize, const N: usize> TotalPotential<L, D, G
             pressures: self.pressures,
             surfaces: self.surfaces,
             prescribed: self.prescribed,
+            frames: self.frames,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! When a follower pressure has a potential: what its surface's rim must be.
 
+use crate::lower::Held;
 use crate::{FacetRule, SceneError};
 use std::collections::HashMap;
 
@@ -20,17 +21,17 @@ pub(crate) fn rim_origin(
     rule: &FacetRule,
     facets: &[Vec<usize>],
     points: &[[f64; 3]],
-    prescribed: &[Option<f64>],
+    held: &Held,
 ) -> Result<[f64; 3], SceneError> {
     let size = extent(facets, points);
     let mut planes = [None; 3];
     let axes = 0..rule.dimension;
     for piece in rim(rule, facets) {
-        let is_held = |&node: &usize| axes.clone().all(|i| prescribed[3 * node + i].is_some());
+        let is_held = |&node: &usize| axes.clone().all(|i| held.prescribed[3 * node + i].is_some());
         if piece.iter().all(is_held) {
             continue;
         }
-        let place = |node: usize, i: usize| prescribed[3 * node + i].map(|u| points[node][i] + u);
+        let place = |node: usize, i: usize| held.along_axis(node, i).map(|u| points[node][i] + u);
         let in_plane = axes.clone().find_map(|i| {
             let at = place(piece[0], i)?;
             let near = |&node: &usize| {

@@ -118,13 +118,30 @@ pub struct Support {
     pub displacement: Prescribed,
 }
 
-/// Prescribed displacement components \[length\], `None` where the node is free.
+/// Prescribed displacements \[length\]; components are `None` where the node is free.
+///
+/// A node may be in several supports that hold it along any directions, as long as they agree where these
+/// depend on each other.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Prescribed {
     /// The same at every node.
     Uniform([Option<f64>; 3]),
     /// One row per node of the set, in its order.
     PerNode(Vec<[Option<f64>; 3]>),
+    /// Along one direction; free across it.
+    Along {
+        /// The direction, of any length but zero.
+        direction: [f64; 3],
+        /// Displacement along it \[length\].
+        displacement: f64,
+    },
+    /// Free along the radius from an axis; held along the axis and around it.
+    Radial {
+        /// A point on the axis \[length\].
+        point: [f64; 3],
+        /// Its direction, of any length but zero.
+        axis: [f64; 3],
+    },
 }
 
 impl Support {
@@ -136,6 +153,37 @@ impl Support {
     /// The same components \[length\] prescribed at all nodes of the set, `None` where they are free.
     pub fn uniform(nodes: impl Into<String>, components: [Option<f64>; 3]) -> Self {
         Self { nodes: nodes.into(), displacement: Prescribed::Uniform(components) }
+    }
+
+    /// Nodes of the set moved by a displacement \[length\] along a direction of any length, and free across it.
+    ///
+    /// A direction without length is reported when the scene is lowered.
+    pub fn along(nodes: impl Into<String>, direction: [f64; 3], displacement: f64) -> Self {
+        Self { nodes: nodes.into(), displacement: Prescribed::Along { direction, displacement } }
+    }
+
+    /// Nodes of the set that stay in their plane with this normal, of any length: rollers on an inclined plane.
+    ///
+    /// ```
+    /// use sinew_energy::Support;
+    /// let slope = Support::roller_on_plane("x_min", [1.0, 0.0, 0.2]);
+    /// assert_eq!(slope, Support::along("x_min", [1.0, 0.0, 0.2], 0.0));
+    /// ```
+    pub fn roller_on_plane(nodes: impl Into<String>, normal: [f64; 3]) -> Self {
+        Self::along(nodes, normal, 0.0)
+    }
+
+    /// Nodes of the set that move only along their radius from an axis, given by a point \[length\] and a
+    /// direction of any length: the base of a ventricle that may widen but neither lift nor turn.
+    ///
+    /// A node on the axis, which has no radius, is reported when the scene is lowered.
+    ///
+    /// ```
+    /// use sinew_energy::Support;
+    /// let base = Support::radial("base", [0.0; 3], [0.0, 0.0, 1.0]);
+    /// ```
+    pub fn radial(nodes: impl Into<String>, point: [f64; 3], axis: [f64; 3]) -> Self {
+        Self { nodes: nodes.into(), displacement: Prescribed::Radial { point, axis } }
     }
 
     /// Nodes of the set moved by `motion(X)` \[length\], a function of the reference position.

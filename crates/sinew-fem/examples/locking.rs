@@ -1,11 +1,12 @@
 //! How elements lose deflection when the material hardly changes its volume: a beam under its own weight for
-//! three bulk moduli.
+//! three bulk moduli. With `--thresholds`, what the limits of `sinew_fem::locking` rest on.
 //!
-//! `cargo run -p sinew-fem --example locking [-- --fine]`
+//! `cargo run -p sinew-fem --example locking [-- --fine | --thresholds]`
 
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{
-    Exact, Load, Parameter, Sampling, Scene, SceneError, Support, TotalPotential, Units,
+    Exact, FiniteElement, Load, Nodes, Parameter, Sampling, Scene, SceneError, Support,
+    TotalPotential, Units,
 };
 use sinew_fem::{BalanceSolver, Options, Solver};
 use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra};
@@ -78,7 +79,75 @@ fn tip<const N: usize>(mesh: &Mesh<N>, displacement: &[f64]) -> f64 {
     displacement[3 * end + 2]
 }
 
+/// Deflection of the lower edge's end of a box under a part of its weight so small that it hardly rotates.
+fn small_deflection<const N: usize>(
+    mesh: Mesh<N>,
+    lower: Lower<N>,
+    theta: &[f64],
+) -> Result<f64, Box<dyn Error>> {
+    let mut scene = beam(mesh);
+    scene.loads = vec![Load::BodyForce([0.0, 0.0, -9.8e-8])];
+    let length = scene.mesh.points.iter().map(|x| x[0]).fold(0.0, f64::max);
+    let end = scene.mesh.points.iter().position(|x| *x == [length, 0.0, 0.0]).unwrap_or(0);
+    let found = Solver::new(&lower(&scene)?)?.solve(theta, &Options::default())?;
+    Ok(found.displacement[3 * end + 2])
+}
+
+type Lower<const N: usize> =
+    fn(&Scene<NeoHookean, 0, N>) -> Result<TotalPotential<NeoHookean, 0, Exact, N>, SceneError>;
+
+/// The part of the deflection that linear elements reach: over K/mu against the same with averaged volume
+/// ratios, over slenderness and number of cubes across against quadratic tetrahedra.
+fn thresholds() -> Result<(), Box<dyn Error>> {
+    println!(
+        "K/mu, linear over averaged: tetrahedra and hexahedra, 12 x 4 x 5 and 24 x 8 x 10 boxes"
+    );
+    for ratio in [5.0 / 3.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0] {
+        let theta = [75.0, 75.0 * (ratio - 2.0 / 3.0)];
+        print!("{ratio:6.2}");
+        for boxes in [[12, 4, 5], [24, 8, 10]] {
+            print!("  {:.3}", linear_over_averaged(|| box_tetrahedra(SIZE, boxes), &theta)?);
+            print!("  {:.3}", linear_over_averaged(|| box_hexahedra(SIZE, boxes), &theta)?);
+        }
+        println!();
+    }
+    println!(
+        "length/thickness, tetrahedra and hexahedra over quadratic, 1, 2, 3, 4, 6 and 8 across"
+    );
+    for slenderness in [1_u8, 2, 3, 5, 8, 12] {
+        print!("{slenderness:6}");
+        let theta = [75.0; 2];
+        let size = [10.0 * f64::from(slenderness), 10.0, 10.0];
+        let cubes = |across| [across * usize::from(slenderness), across, across];
+        let quadratic = box_tetrahedra(size, cubes(2)).quadratic();
+        let reference = small_deflection(quadratic, |scene| scene.lower(), &theta)?;
+        for across in [1, 2, 3, 4, 6, 8] {
+            let tetrahedra = box_tetrahedra(size, cubes(across));
+            let tetrahedra = small_deflection(tetrahedra, |scene| scene.lower(), &theta)?;
+            let hexahedra = box_hexahedra(size, cubes(across));
+            let hexahedra = small_deflection(hexahedra, |scene| scene.lower(), &theta)?;
+            print!("  {:.3} {:.3}", tetrahedra / reference, hexahedra / reference);
+        }
+        println!();
+    }
+    Ok(())
+}
+
+fn linear_over_averaged<const N: usize>(
+    mesh: impl Fn() -> Mesh<N>,
+    theta: &[f64],
+) -> Result<f64, Box<dyn Error>>
+where
+    Nodes<N>: FiniteElement<N>,
+{
+    let linear = small_deflection(mesh(), |scene| scene.lower(), theta)?;
+    Ok(linear / small_deflection(mesh(), |scene| scene.lower_averaged(), theta)?)
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
+    if std::env::args().any(|argument| argument == "--thresholds") {
+        return thresholds();
+    }
     let fine = std::env::args().any(|argument| argument == "--fine");
     let boxes = if fine { [24, 8, 10] } else { [12, 4, 5] };
     for bulk in [75.0, 7.5e3, 7.5e5] {

@@ -1,6 +1,7 @@
 //! Energy, nodal forces and stiffness of a body.
 
 use crate::cell::{NodalBlocks, Rounding, add_pressure, add_stiffness, complete, inverse, product};
+use crate::cells::{CellValue, MOST_WORST, least, per_cell};
 use crate::patch::PatchResponse;
 use crate::sparsity::Sparsity;
 use sinew_energy::{
@@ -87,8 +88,13 @@ impl Assembly {
             let energy = spring.value_and_add_gradient(displacement, &mut self.gradient);
             self.energy += energy;
             rounding.energy += energy;
-            let lower = (0..3).flat_map(|row| &spring.stiffness[row][..=row]);
-            for (&slot, value) in sparsity.springs.of(index).iter().zip(lower) {
+            let (places, stiffness) = (sparsity.springs.of(index), &spring.stiffness);
+            let entry = |row: usize, column: usize| stiffness[row][column];
+            if self.add_turned(&sparsity.frames, &[spring.node], places, 1.0, entry) {
+                continue;
+            }
+            let lower = (0..3).flat_map(|row| &stiffness[row][..=row]);
+            for (&slot, value) in places.iter().zip(lower) {
                 self.matrix[slot as usize] += value;
             }
         }
@@ -98,9 +104,9 @@ impl Assembly {
             self.add_patches(potential, sparsity, state, predicted, &mut rounding);
         }
         (self.floor, self.energy_noise) = (rounding.force_noise(), rounding.energy_noise());
-        let reactions =
-            self.gradient.iter().zip(&potential.prescribed).filter(|(_, p)| p.is_some());
-        self.force_scale = loads.sqrt() + reactions.map(|(g, _)| g * g).sum::<f64>().sqrt();
+        let held = potential.prescribed.iter().enumerate().filter(|(_, p)| p.is_some());
+        let reactions = held.map(|(dof, _)| sparsity.frames.component(dof, &self.gradient));
+        self.force_scale = loads.sqrt() + reactions.map(|g| g * g).sum::<f64>().sqrt();
     }
 
     fn add_cells<L: Law<D>, const D: usize, const N: usize>(
@@ -145,7 +151,13 @@ impl Assembly {
                 self.points[point] = (h, response);
             }
             complete(&mut blocks);
-            let mut places = sparsity.cells.of(cell).iter();
+            let places = sparsity.cells.of(cell);
+            let entry =
+                |row: usize, column: usize| blocks[row / 3][row % 3][column / 3][column % 3];
+            if self.add_turned(&sparsity.frames, nodes, places, 1.0, entry) {
+                continue;
+            }
+            let mut places = places.iter();
             for a in 0..N {
                 for i in 0..3 {
                     let row = blocks[a][i].as_flattened();
@@ -168,15 +180,16 @@ impl Assembly {
         let parameters = TotalPotential::<L, D, Exact, N>::law_parameters(theta);
         self.least_volume_ratio = f64::INFINITY;
         self.patches.clear();
-        for (index, points) in potential.patches.iter().enumerate() {
-            for &point in points {
-                let h = potential.displacement_gradient(point, displacement);
-                let ratio = 1.0 + h.volume_change();
-                if ratio < self.least_volume_ratio {
-                    let cell = point / potential.points_per_cell;
-                    (self.least_volume_ratio, self.worst_cell) = (ratio, cell);
-                }
+        // Of all points first: a patch that is turned over ends the assembly, and must be found among the worst.
+        for (point, (gradient, _)) in self.points.iter_mut().enumerate() {
+            *gradient = potential.displacement_gradient(point, displacement);
+            let ratio = 1.0 + gradient.volume_change();
+            if ratio < self.least_volume_ratio {
+                let cell = point / potential.points_per_cell;
+                (self.least_volume_ratio, self.worst_cell) = (ratio, cell);
             }
+        }
+        for (index, points) in potential.patches.iter().enumerate() {
             let Some(mut patch) = PatchResponse::new(potential, points, displacement, parameters)
             else {
                 self.energy = f64::INFINITY;
@@ -197,9 +210,12 @@ impl Assembly {
                     replace_stress(&mut response.tangent, h, &stress, &predicted[point]);
                 }
             }
-            let lower = patch.stiffness(potential, points);
-            for (&place, value) in sparsity.cells.of(index).iter().zip(lower) {
-                self.matrix[place as usize] += value;
+            let (places, lower) = (sparsity.cells.of(index), patch.stiffness(potential, points));
+            let entry = |row: usize, column: usize| lower[row * (row + 1) / 2 + column];
+            if !self.add_turned(&sparsity.frames, &patch.nodes, places, 1.0, entry) {
+                for (&place, value) in places.iter().zip(&lower) {
+                    self.matrix[place as usize] += value;
+                }
             }
             self.patches.push(patch);
         }
@@ -225,8 +241,13 @@ impl Assembly {
                 self.gradient[3 * nodes[row / 3] + row % 3] += force;
                 squared += force * force;
             }
-            let lower = (0..9).flat_map(|row| response.hessian[row][..=row].iter());
-            for (&slot, value) in sparsity.facets.of(first_facet + facet).iter().zip(lower) {
+            let (places, hessian) = (sparsity.facets.of(first_facet + facet), &response.hessian);
+            let entry = |row: usize, column: usize| hessian[row][column];
+            if self.add_turned(&sparsity.frames, nodes, places, magnitude, entry) {
+                continue;
+            }
+            let lower = (0..9).flat_map(|row| &hessian[row][..=row]);
+            for (&slot, value) in places.iter().zip(lower) {
                 self.matrix[slot as usize] += magnitude * value;
             }
         }
@@ -251,21 +272,18 @@ impl Assembly {
             self.energy += energy;
             rounding.energy += energy.abs();
             let nodes = surface.facet_nodes(facet);
-            squared += self.add_facet(
-                nodes,
-                sparsity.surfaces.of(first_facet + facet),
-                magnitude,
-                &response,
-            );
+            squared += self.add_facet(nodes, sparsity, first_facet + facet, magnitude, &response);
         }
         squared
     }
 
-    /// Adds forces and the lower half of their derivative on one facet; returns the forces' squared norm.
+    /// Adds forces and the lower half of their derivative on one facet, counted over all surfaces; returns
+    /// the forces' squared norm.
     pub fn add_facet(
         &mut self,
         nodes: &[usize],
-        places: &[u32],
+        sparsity: &Sparsity,
+        facet: usize,
         magnitude: f64,
         response: &SurfaceResponse,
     ) -> f64 {
@@ -275,7 +293,11 @@ impl Assembly {
             self.gradient[3 * nodes[row / 3] + row % 3] += force;
             squared += force * force;
         }
-        let size = response.gradient.len();
+        let (size, places) = (response.gradient.len(), sparsity.surfaces.of(facet));
+        let entry = |row: usize, column: usize| response.hessian[row * size + column];
+        if self.add_turned(&sparsity.frames, nodes, places, magnitude, entry) {
+            return squared;
+        }
         let lower = (0..size).flat_map(|row| &response.hessian[row * size..][..=row]);
         for (&place, value) in places.iter().zip(lower) {
             self.matrix[place as usize] += magnitude * value;
@@ -336,6 +358,13 @@ impl Assembly {
     /// Displacement gradient at each quadrature point where the last assembly took place.
     pub fn displacement_gradients(&self) -> impl Iterator<Item = &Mat3<f64>> {
         self.points.iter().map(|(h, _)| h)
+    }
+
+    /// The cells of least J in the assembled state.
+    pub fn worst_cells(&self, points_per_cell: usize) -> Vec<CellValue> {
+        let ratios: Vec<_> =
+            self.displacement_gradients().map(|h| 1.0 + h.volume_change()).collect();
+        least(&per_cell(&ratios, points_per_cell, f64::min), MOST_WORST)
     }
 
     /// Displacement gradient and response at each quadrature point there.

@@ -1,6 +1,6 @@
 //! Why a solve failed, with numbers and advice.
 
-use crate::{History, RigidMode};
+use crate::{CellValue, History, RigidMode};
 use sinew_energy::ThetaError;
 use thiserror::Error;
 
@@ -98,8 +98,8 @@ pub enum SolveError {
 /// The best state of a failed solve and how it got there.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error(
-    "no equilibrium found after {} iterations; equilibrium was followed up to {:.4} of the load\n{history}{advice}",
-    history.iterations.len(), load_factor
+    "no equilibrium found after {} iterations; equilibrium was followed up to {:.4} of the load\n{history}{}{advice}",
+    history.iterations.len(), load_factor, list(worst_cells)
 )]
 pub struct NotConverged {
     /// Largest fraction of loads and prescribed motion whose equilibrium was found.
@@ -108,8 +108,15 @@ pub struct NotConverged {
     pub displacement: Vec<f64>,
     /// All iterations.
     pub history: History,
+    /// The cells of least volume ratio J where the iteration ended, worst first; five at most.
+    pub worst_cells: Vec<CellValue>,
     /// What to try.
     pub advice: Advice,
+}
+
+fn list(worst: &[CellValue]) -> String {
+    let cells: Vec<_> = worst.iter().map(ToString::to_string).collect();
+    format!("least J where the iteration ended: {}\n", cells.join(", "))
 }
 
 /// What to try after a failed solve.

@@ -46,27 +46,33 @@ impl Factor {
     /// Factorises the matrix plus the least multiple of its mean diagonal that was found to make it
     /// positive definite; returns the multiple. The diagonal in `matrix` is restored.
     pub fn shifted(&mut self, sparsity: &Sparsity, matrix: &mut [f64]) -> Option<f64> {
-        let diagonal = &sparsity.pattern.col_ptr()[..sparsity.unknowns()];
-        let original: Vec<_> = diagonal.iter().map(|&slot| matrix[slot]).collect();
-        let mean = original.iter().map(|d| d.abs()).sum::<f64>() / original.len() as f64;
-        let mut shift = FIRST_SHIFT;
-        let mut found = None;
-        for _ in 0..MOST_SHIFTS {
-            for (&slot, d) in diagonal.iter().zip(&original) {
-                matrix[slot] = d + shift * mean;
-            }
-            if self.positive_definite(sparsity, matrix) {
-                found = Some(shift);
-                break;
-            }
-            shift *= SHIFT_GROWTH;
-        }
-        diagonal.iter().zip(&original).for_each(|(&slot, &d)| matrix[slot] = d);
-        found
+        least_shift(sparsity, matrix, 0.0, |matrix| self.positive_definite(sparsity, matrix))
     }
 
     /// Overwrites a right-hand side with the solution of the last factorised system.
     pub fn solve(&mut self, right: &mut [f64]) {
         self.0.solve(right);
     }
+}
+
+/// Adds growing multiples, above `above`, of a matrix' mean diagonal to its diagonal until `accept` finds it
+/// positive definite; returns the multiple. The diagonal in `matrix` is restored.
+pub(crate) fn least_shift(
+    sparsity: &Sparsity,
+    matrix: &mut [f64],
+    above: f64,
+    mut accept: impl FnMut(&[f64]) -> bool,
+) -> Option<f64> {
+    let diagonal = &sparsity.pattern.col_ptr()[..sparsity.unknowns()];
+    let original: Vec<_> = diagonal.iter().map(|&slot| matrix[slot]).collect();
+    let mean = original.iter().map(|d| d.abs()).sum::<f64>() / original.len() as f64;
+    let shifts = (0..MOST_SHIFTS).map(|i| FIRST_SHIFT * SHIFT_GROWTH.powi(i as i32));
+    let found = shifts.filter(|&shift| shift > above).find(|shift| {
+        for (&slot, d) in diagonal.iter().zip(&original) {
+            matrix[slot] = d + shift * mean;
+        }
+        accept(matrix)
+    });
+    diagonal.iter().zip(&original).for_each(|(&slot, &d)| matrix[slot] = d);
+    found
 }

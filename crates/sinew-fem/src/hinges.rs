@@ -93,7 +93,7 @@ fn rows<L: Law<D>, G: Guard, const D: usize, const N: usize>(
             let axis = Vector3::ith(i, 1.0);
             others.iter().for_each(|&other| row(&[(first, 1.0), (other, -1.0)], node, &axis));
             if potential.prescribed[3 * node + i].is_some() {
-                row(&[(first, 1.0)], node, &axis);
+                row(&[(first, 1.0)], node, &potential.frames.axis(3 * node + i).into());
             }
         }
     }

@@ -4,7 +4,7 @@
 //!
 //! ```
 //! use sinew_energy::{Load, Parameter, Sampling, Scene, Support, Units, laws::NeoHookean};
-//! use sinew_fem::{Options, Solver};
+//! use sinew_fem::{Options, Solver, report};
 //! use sinew_mesh::box_tetrahedra;
 //!
 //! let stiffness = |name: &str| Parameter {
@@ -26,6 +26,7 @@
 //! let potential = scene.lower()?;
 //! let mut solver = Solver::new(&potential)?;
 //! let solution = solver.solve(&[75.0, 75.0], &Options::default())?;
+//! println!("{}", report(&potential, &solution)?); // forces, energies, reactions, poor cells, locking
 //!
 //! let tip = scene.mesh.node_sets["x_max"][0];
 //! assert!((solution.displacement[3 * tip + 2] + 36.081).abs() < 1e-3); // mm, downwards
@@ -40,11 +41,16 @@
 //! - [`Solver::sensitivity`] gives ∂u/∂θ, [`Solver::adjoint_sensitivity`] the derivative of one quantity.
 //! - [`BalanceSolver`] finds equilibria that are no minima: incompressible bodies by the mixed elements of
 //!   Taylor and Hood, pressures on surfaces with a loose rim, and paths through limit points by volume.
+//! - [`Solver::solve_watched`] hands out each iteration, [`print_progress`] prints it, [`IterationSeries`] keeps
+//!   it for ParaView; [`report()`] looks at what was found, [`locking`] at elements that are too stiff. A solve
+//!   that fails returns [`NotConverged`]: its best state, history, worst cells and advice. All of them at work:
+//!   `cargo run -p sinew-fem --example watch_iterations`.
 //! - [`fibres`] lays muscle fibres into ventricles by rules.
 
 mod assembly;
 mod balance;
 mod cell;
+mod cells;
 mod dual;
 mod error;
 mod factor;
@@ -52,24 +58,43 @@ pub mod fibres;
 mod hinges;
 mod history;
 mod linear;
+mod linear_solver;
 mod load_steps;
+mod locking;
 mod matrix;
 mod newton;
 mod order;
 mod patch;
+mod report;
 mod rigid;
 mod sensitivity;
+mod series;
 mod solution;
 mod solver;
 mod sparsity;
 mod stiffness_root;
+mod supports;
 mod sweep;
+mod watch;
 
 pub use balance::{BalanceSolution, BalanceSolver, VolumeStep, VolumeTrace};
+pub use cells::CellValue;
 pub use error::{Advice, NotConverged, SolveError};
 pub use history::{History, Iteration};
+pub use linear_solver::LinearSolver;
+pub use locking::{LARGEST_BULK_TO_SHEAR, LockingWarning, Proportions, SLENDER, locking};
 pub use matrix::Stiffness;
+pub use report::{Reaction, SolutionReport, Warning, report, report_balance};
 pub use rigid::RigidMode;
+pub use series::IterationSeries;
 pub use solution::{Options, Solution};
 pub use solver::Solver;
 pub use sweep::{Sweep, SweepError, sweep};
+pub use watch::{Progress, print_progress};
+
+/// What `benches/factor.rs` measures; no interface to build on.
+#[doc(hidden)]
+pub mod measured {
+    pub use crate::linear::cholesky::Cholesky;
+    pub use crate::linear::ordering::fill_reducing_order;
+}

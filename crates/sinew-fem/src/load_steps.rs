@@ -1,7 +1,8 @@
 //! The whole load at once, or in steps where that fails.
 
 use crate::newton::Equilibrium;
-use crate::{Advice, History, NotConverged, Options, Solution, SolveError, Solver};
+use crate::watch::{Log, Progress};
+use crate::{Options, Solution, SolveError, Solver};
 use sinew_energy::Law;
 use std::time::Instant;
 
@@ -33,19 +34,62 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         theta: &[f64],
         options: &Options,
     ) -> Result<Solution, SolveError> {
+        self.solve_logged(initial, theta, options, Log::default())
+    }
+
+    /// As [`Solver::solve`]; `watch` is called with each state that the iteration comes to.
+    ///
+    /// ```no_run
+    /// # fn f(solver: &mut sinew_fem::Solver<sinew_energy::laws::NeoHookean, 0>) -> Result<(), sinew_fem::SolveError> {
+    /// use sinew_fem::{Options, print_progress};
+    /// solver.solve_watched(&[75.0, 75.0], &Options::default(), &mut print_progress)?;
+    /// # Ok(()) }
+    /// ```
+    ///
+    /// # Errors
+    /// As for [`Solver::solve`].
+    pub fn solve_watched(
+        &mut self,
+        theta: &[f64],
+        options: &Options,
+        watch: &mut impl FnMut(&Progress<'_>),
+    ) -> Result<Solution, SolveError> {
+        let rest = vec![0.0; self.potential.prescribed.len()];
+        self.solve_from_watched(&rest, theta, options, watch)
+    }
+
+    /// As [`Solver::solve_from`]; `watch` is called with each state that the iteration comes to.
+    ///
+    /// # Errors
+    /// As for [`Solver::solve_from`].
+    pub fn solve_from_watched(
+        &mut self,
+        initial: &[f64],
+        theta: &[f64],
+        options: &Options,
+        watch: &mut impl FnMut(&Progress<'_>),
+    ) -> Result<Solution, SolveError> {
+        self.solve_logged(initial, theta, options, Log::watched(watch))
+    }
+
+    fn solve_logged(
+        &mut self,
+        initial: &[f64],
+        theta: &[f64],
+        options: &Options,
+        mut history: Log<'_>,
+    ) -> Result<Solution, SolveError> {
         let start = Instant::now();
         self.potential.check_theta(theta)?;
         self.check_displacement(initial)?;
-        let mut history = History::default();
         let (equilibrium, load_steps) =
             match self.equilibrium(initial, theta, 1.0, options, &mut history) {
                 Some(equilibrium) => (equilibrium, 1),
                 None => match self.follow_load(theta, options, &mut history) {
                     Ok(found) => found,
                     Err((load_factor, displacement)) => {
-                        let advice = Advice::from_history(&history);
-                        let failure = NotConverged { load_factor, displacement, history, advice };
-                        return Err(SolveError::NotConverged(Box::new(failure)));
+                        let worst_cells = self.assembly.worst_cells(self.potential.points_per_cell);
+                        return Err(history.failure(load_factor, displacement, worst_cells));
                     }
                 },
             };
@@ -60,7 +104,7 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
             least_volume_ratio: self.assembly.least_volume_ratio,
             negative_pivots: equilibrium.negative_pivots,
             load_steps,
-            history,
+            history: history.take(),
             seconds: start.elapsed().as_secs_f64(),
         })
     }
@@ -71,7 +115,7 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         &mut self,
         theta: &[f64],
         options: &Options,
-        history: &mut History,
+        history: &mut Log<'_>,
     ) -> Result<(Equilibrium, usize), (f64, Vec<f64>)> {
         let mut reached = (0.0, vec![0.0; self.potential.prescribed.len()]);
         let mut before: Option<(f64, Vec<f64>)> = None;

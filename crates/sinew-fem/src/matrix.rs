@@ -7,7 +7,8 @@ use sinew_energy::Law;
 /// The stiffness of the free degrees of freedom at an equilibrium, its lower half by entries.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stiffness {
-    /// Degree of freedom `3 × node + component` of each row and column.
+    /// Degree of freedom `3 × node + component` of each row and column; along the axes of the node's frame, if
+    /// [`sinew_energy::TotalPotential::frames`] has one.
     pub degree_of_freedom: Vec<usize>,
     /// Rows of the entries; column by column.
     pub rows: Vec<usize>,

@@ -14,7 +14,10 @@
 
 use crate::assembly::{PredictedStress, State};
 use crate::cell::{is_short, volume_ratios_along};
-use crate::{History, Iteration, Options, Solver};
+use crate::linear_solver::Solved;
+use crate::supports::place;
+use crate::watch::Log;
+use crate::{Iteration, Options, Solver};
 use sinew_energy::{Exact, Law, TotalPotential};
 use sinew_num::Mat3;
 
@@ -45,6 +48,9 @@ const STALLED: f64 = 1e-9;
 const MOST_STALLS: usize = 2;
 /// Close to an unstable equilibrium \[residual relative to the forces\] the plain Newton step is tried too.
 const NEAR_EQUILIBRIUM: f64 = 1e-6;
+/// Residual of a Newton step's linear system relative to its right-hand side, where it is solved by iteration: the last
+/// step then ends as near to the floor as an exact one.
+const STEP_ACCURACY: f64 = 1e-6;
 /// That step is taken when it lowers the residual to this part.
 const CONVERGING: f64 = 0.25;
 
@@ -106,7 +112,7 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         theta: &[f64],
         load_factor: f64,
         options: &Options,
-        history: &mut History,
+        history: &mut Log<'_>,
     ) -> Option<Equilibrium> {
         let mut search = Search {
             theta,
@@ -136,8 +142,8 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
             let stalled = stalls >= MOST_STALLS && residual <= STALLED * self.assembly.force_scale;
             if (floor || stalled) && search.negative_pivots.is_some() {
                 let negative_pivots = match search.negative_pivots {
-                    Some(0) | None => 0,
-                    Some(_) => self.negative_pivots(&search),
+                    Some(0) | None if self.system.is_certain() => 0,
+                    _ => self.negative_pivots(&search),
                 };
                 return Some(Equilibrium { displacement: search.displacement, negative_pivots });
             }
@@ -150,15 +156,16 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         let state = search.state();
         let predicted = search.predicted.as_ref();
         self.assembly.assemble(self.potential, &self.sparsity, state, predicted);
+        self.system.place(&self.potential.positions, state.displacement, &self.sparsity.frames);
     }
 
     fn residual(&self) -> f64 {
-        let free = self.sparsity.degree_of_freedom.iter().map(|&i| self.assembly.gradient[i]);
+        let free = self.sparsity.gather(&self.assembly.gradient);
         free.map(|g| g * g).sum::<f64>().sqrt()
     }
 
-    fn record(&self, search: &Search, residual: f64, history: &mut History) {
-        history.iterations.push(Iteration {
+    fn record(&self, search: &Search, residual: f64, history: &mut Log<'_>) {
+        let iteration = Iteration {
             load_factor: search.load_factor,
             residual,
             tolerance: FLOOR_FACTOR * self.assembly.floor,
@@ -167,17 +174,15 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
             worst_cell: self.assembly.worst_cell,
             step: 0.0,
             shift: 0.0,
-        });
+        };
+        history.record(iteration, &search.displacement, &self.assembly.gradient);
     }
 
     /// Moves prescribed degrees of freedom where they belong, and the free ones along by the linear model.
-    fn move_supports(&mut self, search: &mut Search, history: &mut History) -> Option<()> {
-        let mut motion = vec![0.0; search.displacement.len()];
-        for (i, prescribed) in self.potential.prescribed.iter().enumerate() {
-            if let Some(target) = prescribed {
-                motion[i] = search.load_factor * target - search.displacement[i];
-            }
-        }
+    fn move_supports(&mut self, search: &mut Search, history: &mut Log<'_>) -> Option<()> {
+        let mut motion = search.displacement.clone();
+        place(self.potential, search.load_factor, &mut motion);
+        motion.iter_mut().zip(&search.displacement).for_each(|(m, u)| *m -= u);
         if motion.iter().all(|&m| m == 0.0) {
             return Some(());
         }
@@ -188,15 +193,11 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         let mut forces = self.assembly.gradient.clone();
         self.assembly.add_stiffness_times(self.potential, state, &motion, &mut forces);
         let (shift, _) = self.factorise()?;
-        self.add_newton_step(&forces, &mut motion);
+        let (shift, _) = self.add_descent(&forces, &mut motion, (shift, 0))?;
         let predicted = self.assembly.predict_stress(self.potential, &motion);
         let flat_between = self.passes_flat(search.theta, &motion, 1.0);
         search.displacement.iter_mut().zip(&motion).for_each(|(u, m)| *u += m);
-        for (u, prescribed) in search.displacement.iter_mut().zip(&self.potential.prescribed) {
-            if let Some(target) = prescribed {
-                *u = search.load_factor * target;
-            }
-        }
+        place(self.potential, search.load_factor, &mut search.displacement);
         search.predicted = Some(predicted);
         let last = history.iterations.last_mut()?;
         (last.step, last.shift) = (1.0, shift);
@@ -210,30 +211,62 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
     }
 
     /// Adds `−K⁻¹ forces` to the free degrees of freedom, with the last factor.
-    pub(crate) fn add_newton_step(&mut self, forces: &[f64], displacement: &mut [f64]) {
-        let free = &self.sparsity.degree_of_freedom;
-        let mut right: Vec<_> = free.iter().map(|&i| -forces[i]).collect();
-        self.factor.solve(&mut right);
-        free.iter().zip(right).for_each(|(&i, step)| displacement[i] += step);
+    pub(crate) fn add_newton_step(
+        &mut self,
+        forces: &[f64],
+        displacement: &mut [f64],
+        accuracy: f64,
+    ) -> Solved {
+        let mut right: Vec<_> = self.sparsity.gather(forces).map(|f| -f).collect();
+        let solved = self.system.solve(&mut right, accuracy);
+        if solved == Solved::Done {
+            self.sparsity.scatter(right, displacement);
+        }
+        solved
+    }
+
+    /// Adds `−K⁻¹ forces` to the free degrees of freedom, with more shift if iteration finds that the stiffness
+    /// needs it; `found` are shift and negative pivots so far.
+    fn add_descent(
+        &mut self,
+        forces: &[f64],
+        displacement: &mut [f64],
+        mut found: (f64, usize),
+    ) -> Option<(f64, usize)> {
+        loop {
+            match self.add_newton_step(forces, displacement, STEP_ACCURACY) {
+                Solved::Done => return Some(found),
+                Solved::Indefinite => {
+                    let matrix = &mut self.assembly.matrix;
+                    let shift = self.system.shifted(&self.sparsity, matrix, found.0)?;
+                    found = (shift, found.1.max(1));
+                }
+                Solved::TooSlow => {
+                    self.system.factorise_instead(&self.sparsity).ok()?;
+                    found = self.factorise()?;
+                }
+            }
+        }
     }
 
     /// Factorises the stiffness, shifted if need be: the shift and the number of negative pivots.
     fn factorise(&mut self) -> Option<(f64, usize)> {
-        if self.factor.positive_definite(&self.sparsity, &self.assembly.matrix) {
+        if self.system.positive_definite(&self.sparsity, &self.assembly.matrix) {
             return Some((0.0, 0));
         }
-        let negative = self.factor.indefinite(&self.sparsity, &self.assembly.matrix).unwrap_or(1);
-        let shift = self.factor.shifted(&self.sparsity, &mut self.assembly.matrix)?;
+        let negative = self.system.indefinite(&self.sparsity, &self.assembly.matrix).unwrap_or(1);
+        let shift = self.system.shifted(&self.sparsity, &mut self.assembly.matrix, 0.0)?;
         Some((shift, negative.max(1)))
     }
 
     /// Negative pivots of the stiffness itself, without a predicted stress.
     fn negative_pivots(&mut self, search: &Search) -> usize {
         self.assembly.assemble(self.potential, &self.sparsity, search.state(), None);
-        if self.factor.positive_definite(&self.sparsity, &self.assembly.matrix) {
+        self.system.place(&self.potential.positions, &search.displacement, &self.sparsity.frames);
+        if self.system.surely_positive_definite(&self.sparsity, &self.assembly.matrix) {
             return 0;
         }
-        let negative = self.factor.indefinite(&self.sparsity, &self.assembly.matrix);
+        let negative = self.system.indefinite(&self.sparsity, &self.assembly.matrix);
         negative.unwrap_or(1).max(1)
     }
 
@@ -241,17 +274,18 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
     fn step(&mut self, search: &mut Search, residual: f64, record: &mut Iteration) -> Option<()> {
         let (shift, negative) = self.factorise()?;
         search.negative_pivots = Some(negative);
-        record.shift = shift;
         if negative > 0
             && residual <= NEAR_EQUILIBRIUM * self.assembly.force_scale
             && self.step_to_saddle(search, residual)
         {
-            (record.step, record.shift) = (1.0, 0.0);
+            record.step = 1.0;
             return Some(());
         }
         let gradient = std::mem::take(&mut self.assembly.gradient);
         let mut direction = vec![0.0; gradient.len()];
-        self.add_newton_step(&gradient, &mut direction);
+        let (shift, negative) = self.add_descent(&gradient, &mut direction, (shift, negative))?;
+        search.negative_pivots = Some(negative);
+        record.shift = shift;
         let promised = -gradient.iter().zip(&direction).map(|(g, d)| g * d).sum::<f64>();
         self.assembly.gradient = gradient;
         record.step = self.line_search(search, &direction, promised, shift > 0.0)?;
@@ -353,12 +387,16 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
     fn step_to_saddle(&mut self, search: &mut Search, residual: f64) -> bool {
         search.predicted = None;
         self.assemble(search);
-        if self.factor.indefinite(&self.sparsity, &self.assembly.matrix).is_none() {
+        // Conjugate gradients cannot solve with an indefinite matrix.
+        if !self.system.is_certain() && self.system.factorise_instead(&self.sparsity).is_err() {
+            return false;
+        }
+        if self.system.indefinite(&self.sparsity, &self.assembly.matrix).is_none() {
             return false;
         }
         let before = search.displacement.clone();
         let gradient = std::mem::take(&mut self.assembly.gradient);
-        self.add_newton_step(&gradient, &mut search.displacement);
+        self.add_newton_step(&gradient, &mut search.displacement, STEP_ACCURACY);
         self.assembly.gradient = gradient;
         self.assemble(search);
         if self.assembly.energy.is_finite() && self.residual() <= CONVERGING * residual {
@@ -367,7 +405,7 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         search.displacement = before;
         self.assemble(search);
         // Descend instead, with the factor that the caller expects.
-        self.factor.shifted(&self.sparsity, &mut self.assembly.matrix);
+        self.system.shifted(&self.sparsity, &mut self.assembly.matrix, 0.0);
         false
     }
 }

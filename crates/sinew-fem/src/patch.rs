@@ -16,7 +16,7 @@ pub(crate) struct PatchResponse {
     /// Displacement gradient, stress and M at each point.
     pub points: Vec<(Mat3<f64>, Response)>,
     /// Nodes of the patch, ascending.
-    nodes: Vec<usize>,
+    pub nodes: Vec<usize>,
     /// `∂ ln J̄/∂u`.
     mean: Vec<f64>,
     /// `Σ V Gᵀ m`.

@@ -3,7 +3,7 @@
 use crate::SolveError;
 use crate::hinges::free_piece;
 use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
-use sinew_energy::{Guard, Law, Spring, TotalPotential};
+use sinew_energy::{Guard, Law, TotalPotential};
 use std::collections::HashMap;
 use std::fmt;
 
@@ -61,7 +61,7 @@ pub(crate) fn check_supports<L: Law<D>, G: Guard, const D: usize, const N: usize
 ) -> Result<(), SolveError> {
     let parts = parts(potential)?;
     for part in &parts {
-        let modes = free_modes(part, &potential.prescribed, &potential.springs);
+        let modes = free_modes(part, potential);
         if !modes.is_empty() {
             let (node, nodes) = (part[0].0, part.len());
             return Err(SolveError::FreeToMove { node, nodes, modes });
@@ -115,7 +115,11 @@ fn parts<L: Law<D>, G: Guard, const D: usize, const N: usize>(
 }
 
 /// Rigid motions of a part that neither prescribed displacements nor springs resist.
-fn free_modes(part: &Part, prescribed: &[Option<f64>], springs: &[Spring]) -> Vec<RigidMode> {
+fn free_modes<L: Law<D>, G: Guard, const D: usize, const N: usize>(
+    part: &Part,
+    potential: &TotalPotential<L, D, G, N>,
+) -> Vec<RigidMode> {
+    let TotalPotential { prescribed, frames, springs, .. } = potential;
     let sprung: HashMap<_, _> = springs.iter().map(|s| (s.node, &s.stiffness)).collect();
     let stiffest = springs.iter().flat_map(|s| s.stiffness.as_flattened());
     let stiffest = stiffest.fold(f64::MIN_POSITIVE, |m: f64, k| m.max(k.abs()));
@@ -135,8 +139,10 @@ fn free_modes(part: &Part, prescribed: &[Option<f64>], springs: &[Spring]) -> Ve
             let turn = arm.cross(&axis);
             Vector6::new(axis.x, axis.y, axis.z, turn.x, turn.y, turn.z)
         });
-        for i in (0..3).filter(|i| prescribed[3 * node + i].is_some()) {
-            resistance += rows[i] * rows[i].transpose();
+        for dof in (3 * node..3 * node + 3).filter(|&dof| prescribed[dof].is_some()) {
+            let axis = frames.axis(dof);
+            let row = rows[0] * axis[0] + rows[1] * axis[1] + rows[2] * axis[2];
+            resistance += row * row.transpose();
         }
         let Some(stiffness) = sprung.get(node) else { continue };
         for i in 0..3 {

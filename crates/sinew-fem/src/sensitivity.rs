@@ -2,9 +2,13 @@
 
 use crate::assembly::State;
 use crate::dual::Dual;
+use crate::linear_solver::Solved;
 use crate::{Solution, SolveError, Solver};
 use sinew_energy::{Exact, Law, Magnitude, TotalPotential};
 use sinew_num::{Mat3, Slope};
+
+/// Residual of the linear systems relative to their right-hand sides, where they are solved by iteration.
+const ACCURACY: f64 = 1e-10;
 
 impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
     /// Derivative of the displacement in each entry of θ: one vector like the displacement per entry.
@@ -20,10 +24,10 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         let column = |index: usize| {
             let forces = force_change(self.potential, displacement, theta, &unit(theta, index));
             let mut change = vec![0.0; displacement.len()];
-            self.add_newton_step(&forces, &mut change);
-            change
+            self.add_exactly(&forces, &mut change)?;
+            Ok(change)
         };
-        Ok((0..theta.len()).map(column).collect())
+        (0..theta.len()).map(column).collect()
     }
 
     /// Derivative in each entry of θ of a quantity of interest whose derivative in the displacement is
@@ -41,7 +45,7 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         self.factorise_at(solution)?;
         let Solution { displacement, theta, .. } = solution;
         let mut adjoint = vec![0.0; displacement.len()];
-        self.add_newton_step(slope, &mut adjoint);
+        self.add_exactly(slope, &mut adjoint)?;
         let entry = |index: usize| {
             let forces = force_change(self.potential, displacement, theta, &unit(theta, index));
             forces.iter().zip(&adjoint).map(|(f, a)| f * a).sum()
@@ -55,9 +59,27 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         let Solution { displacement, theta, .. } = solution;
         let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
         self.assembly.assemble(self.potential, &self.sparsity, state, None);
-        if !self.factor.positive_definite(&self.sparsity, &self.assembly.matrix) {
-            let pivots = self.factor.indefinite(&self.sparsity, &self.assembly.matrix);
+        self.system.place(&self.potential.positions, displacement, &self.sparsity.frames);
+        self.factorise_assembled()
+    }
+
+    fn factorise_assembled(&mut self) -> Result<(), SolveError> {
+        if !self.system.positive_definite(&self.sparsity, &self.assembly.matrix) {
+            if !self.system.is_certain() {
+                self.system.factorise_instead(&self.sparsity)?;
+            }
+            let pivots = self.system.indefinite(&self.sparsity, &self.assembly.matrix);
             pivots.ok_or(SolveError::Singular)?;
+        }
+        Ok(())
+    }
+
+    /// Adds `−K⁻¹ forces` to the free degrees of freedom. Where iteration fails, the stiffness is factorised.
+    fn add_exactly(&mut self, forces: &[f64], change: &mut [f64]) -> Result<(), SolveError> {
+        if self.add_newton_step(forces, change, ACCURACY) != Solved::Done {
+            self.system.factorise_instead(&self.sparsity)?;
+            self.factorise_assembled()?;
+            self.add_newton_step(forces, change, ACCURACY);
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! The solver: what is prepared once per body.
 
 use crate::assembly::Assembly;
-use crate::factor::Factor;
+use crate::linear_solver::{LinearSolver, LinearSystem};
 use crate::rigid::check_supports;
 use crate::sparsity::Sparsity;
 use crate::{Solution, SolveError};
@@ -14,7 +14,7 @@ use std::sync::Arc;
 pub struct Solver<'p, L, const D: usize, const N: usize = 4> {
     pub(crate) potential: &'p TotalPotential<L, D, Exact, N>,
     pub(crate) sparsity: Arc<Sparsity>,
-    pub(crate) factor: Factor,
+    pub(crate) system: LinearSystem,
     pub(crate) assembly: Assembly,
 }
 
@@ -24,11 +24,22 @@ impl<'p, L: Law<D>, const D: usize, const N: usize> Solver<'p, L, D, N> {
     /// # Errors
     /// A potential that is malformed or whose supports leave a part of the body free to move.
     pub fn new(potential: &'p TotalPotential<L, D, Exact, N>) -> Result<Self, SolveError> {
+        Self::with_linear_solver(potential, LinearSolver::Automatic)
+    }
+
+    /// Prepares the solver with a linear solver of choice.
+    ///
+    /// # Errors
+    /// As for [`Solver::new`].
+    pub fn with_linear_solver(
+        potential: &'p TotalPotential<L, D, Exact, N>,
+        linear_solver: LinearSolver,
+    ) -> Result<Self, SolveError> {
         check_arrays(potential)?;
         check_supports(potential)?;
         let sparsity = Arc::new(Sparsity::new(potential, &[])?);
-        let factor = Factor::new(&sparsity)?;
-        Ok(Self::assembled(potential, sparsity, factor))
+        let system = LinearSystem::new(linear_solver, &sparsity)?;
+        Ok(Self::assembled(potential, sparsity, system))
     }
 
     /// Another solver of the same body, for another thread; it shares what is prepared.
@@ -36,17 +47,17 @@ impl<'p, L: Law<D>, const D: usize, const N: usize> Solver<'p, L, D, N> {
     /// # Errors
     /// [`SolveError::OutOfMemory`].
     pub fn fresh(&self) -> Result<Self, SolveError> {
-        Ok(Self::assembled(self.potential, self.sparsity.clone(), self.factor.fresh()?))
+        Ok(Self::assembled(self.potential, self.sparsity.clone(), self.system.fresh()?))
     }
 
     fn assembled(
         potential: &'p TotalPotential<L, D, Exact, N>,
         sparsity: Arc<Sparsity>,
-        factor: Factor,
+        system: LinearSystem,
     ) -> Self {
         let assembly =
             Assembly::new(&sparsity, potential.volumes.len(), potential.prescribed.len());
-        Self { potential, sparsity, factor, assembly }
+        Self { potential, sparsity, system, assembly }
     }
 
     /// The body that is solved.
@@ -59,9 +70,16 @@ impl<'p, L: Law<D>, const D: usize, const N: usize> Solver<'p, L, D, N> {
         self.sparsity.unknowns()
     }
 
-    /// Stored entries of the lower half of the stiffness and of its Cholesky factor.
+    /// Stored entries of the lower half of the stiffness, and of the linear solver in numbers of the same size:
+    /// those of the Cholesky factor, or of an iteration's matrices so far.
     pub fn stored_entries(&self) -> [usize; 2] {
-        [self.sparsity.entries(), self.factor.entries()]
+        [self.sparsity.entries(), self.system.bytes() / size_of::<f64>()]
+    }
+
+    /// Iterations that the linear solver's preconditioner took for its own matrix when it was last built; `None` for
+    /// a direct solver, also one that took over from an iteration.
+    pub fn linear_iterations(&self) -> Option<usize> {
+        self.system.iterations()
     }
 
     pub(crate) fn check_solution(&self, solution: &Solution) -> Result<(), SolveError> {
@@ -93,6 +111,7 @@ pub(crate) fn check_arrays<L: Law<D>, const D: usize, const N: usize>(
     let surfaces = || potential.surfaces.iter().flat_map(|s| &s.nodes);
     let springs = || potential.springs.iter();
     let points = cells * potential.points_per_cell;
+    let frames = || potential.frames.nodes();
     let held = || potential.prescribed.iter().flatten();
     let checks = [
         ("cells", "name nodes that do not exist", known(potential.cells.as_flattened())),
@@ -118,6 +137,7 @@ pub(crate) fn check_arrays<L: Law<D>, const D: usize, const N: usize>(
         ),
         ("nodal forces", "are not finite", finite(&potential.nodal_force)),
         ("supports", "are not finite", held().all(|u| u.is_finite())),
+        ("frames", "name nodes that do not exist", frames().all(|node| node < nodes)),
     ];
     match checks.iter().find(|(_, _, passed)| !passed) {
         Some(&(what, problem, _)) => Err(SolveError::Malformed { what, problem }),

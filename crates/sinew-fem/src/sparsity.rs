@@ -3,7 +3,7 @@
 use crate::SolveError;
 use crate::linear::ordering::fill_reducing_order;
 use faer::sparse::SymbolicSparseColMat;
-use sinew_energy::{Guard, Law, PressureSurface, TotalPotential};
+use sinew_energy::{Frames, Guard, Law, PressureSurface, TotalPotential};
 
 /// Marks a degree of freedom that is prescribed, so no unknown.
 const PRESCRIBED: u32 = u32::MAX;
@@ -16,6 +16,8 @@ const PRESCRIBED: u32 = u32::MAX;
 pub(crate) struct Sparsity {
     /// Degree of freedom `3 × node + component` of each unknown.
     pub degree_of_freedom: Vec<usize>,
+    /// Frames of the nodes whose degrees of freedom are not along the coordinate axes.
+    pub frames: Frames,
     /// The lower half, compressed by columns.
     pub pattern: SymbolicSparseColMat<usize>,
     /// Where the matrices of the cells go, or of the patches if there are any.
@@ -94,12 +96,24 @@ impl Sparsity {
         let size = degree_of_freedom.len();
         let pattern =
             SymbolicSparseColMat::new_checked(size, size, columns.starts, None, columns.rows);
-        Ok(Self { degree_of_freedom, pattern, cells, facets, surfaces, springs })
+        let frames = potential.frames.clone();
+        Ok(Self { degree_of_freedom, frames, pattern, cells, facets, surfaces, springs })
     }
 
     /// Number of unknowns.
     pub fn unknowns(&self) -> usize {
         self.degree_of_freedom.len()
+    }
+
+    /// The unknowns' part of a Cartesian vector over all degrees of freedom.
+    pub fn gather(&self, vector: &[f64]) -> impl Iterator<Item = f64> {
+        self.degree_of_freedom.iter().map(|&dof| self.frames.component(dof, vector))
+    }
+
+    /// Adds values of the unknowns to a Cartesian vector over all degrees of freedom.
+    pub fn scatter(&self, values: impl IntoIterator<Item = f64>, vector: &mut [f64]) {
+        let unknowns = self.degree_of_freedom.iter().zip(values);
+        unknowns.for_each(|(&dof, value)| self.frames.add(dof, value, vector));
     }
 
     /// The symmetric matrix with the given lower half times a vector.

@@ -55,12 +55,17 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
             1.0,
             Par::Seq,
         );
-        let (size, place) = (displacement.len(), &self.sparsity.degree_of_freedom);
+        // From unknowns to all degrees of freedom: each column, and then each row.
+        let size = displacement.len();
+        let spread_column = |j: usize| {
+            let mut column = vec![0.0; size];
+            self.sparsity.scatter(root.col(j).iter().copied(), &mut column);
+            column
+        };
+        let columns: Vec<_> = (0..unknowns).map(spread_column).collect();
         let mut spread = vec![0.0; size * size];
-        for j in 0..unknowns {
-            for i in 0..unknowns {
-                spread[place[i] * size + place[j]] = root[(i, j)];
-            }
+        for (i, row) in spread.chunks_mut(size).enumerate() {
+            self.sparsity.scatter(columns.iter().map(|column| column[i]), row);
         }
         Ok(spread)
     }

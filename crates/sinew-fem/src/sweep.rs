@@ -6,6 +6,8 @@ use rayon::prelude::*;
 use sinew_energy::{Exact, Law, TotalPotential};
 use thiserror::Error;
 
+/// Residual of a guess' linear system relative to its right-hand side, where it is solved by iteration.
+const GUESS_ACCURACY: f64 = 1e-3;
 /// Samples that are solved one after the other, each from its predecessor. The partition depends on nothing
 /// else, so results do not depend on the number of threads.
 const CHAIN: usize = 25;
@@ -127,7 +129,8 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         let forces: Vec<_> = up.iter().zip(&down).map(quotient).collect();
         // The last factor belongs to the iterate before the last: near enough for a guess.
         let mut guess = displacement.clone();
-        self.add_newton_step(&forces, &mut guess);
+        // A guess that cannot be had is the last equilibrium itself.
+        self.add_newton_step(&forces, &mut guess, GUESS_ACCURACY);
         self.solve_from(&guess, theta, options)
     }
 }

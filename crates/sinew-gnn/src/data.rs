@@ -1,9 +1,10 @@
 //! Geometries, samples and data sets.
 
 use serde::{Deserialize, Serialize};
+use sinew_energy::TotalPotential;
 use sinew_graph::{GraphFeatures, Topology};
 
-use crate::error::{Error, Result, require_count, require_finite};
+use crate::error::{Error, Result, require_cartesian, require_count, require_finite};
 use crate::output_basis::OutputBasis;
 
 /// Prescribed displacements, written over the network's output (hard enforcement, thesis §3.2.3).
@@ -31,6 +32,17 @@ impl Dirichlet {
             prescribed[node * dimensions..(node + 1) * dimensions].fill(Some(0.0));
         }
         Ok(Self { prescribed })
+    }
+
+    /// What the supports of a body prescribe.
+    ///
+    /// # Errors
+    /// [`Error::InclinedSupports`]: only Cartesian components can be written over an output.
+    pub fn of_body<L, G, const D: usize, const N: usize>(
+        potential: &TotalPotential<L, D, G, N>,
+    ) -> Result<Self> {
+        require_cartesian(&potential.frames)?;
+        Ok(Self { prescribed: potential.prescribed.clone() })
     }
 
     /// Whether a node has a free component.
@@ -127,5 +139,43 @@ impl Geometry {
         require_finite("node features", &self.features.nodes.values)?;
         require_finite("edge features", &self.features.edges.values)?;
         require_finite("global features", &self.global)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew_energy::laws::NeoHookean;
+    use sinew_energy::{Parameter, Sampling, Scene, Support, Units};
+    use sinew_mesh::box_tetrahedra;
+
+    #[test]
+    fn supports_along_other_directions_than_the_axes_are_refused() {
+        let parameter = |name: &str| Parameter {
+            name: name.into(),
+            unit: "kPa".into(),
+            range: [1.0, 2.0],
+            sampling: Sampling::Log,
+        };
+        let lowered = |support| {
+            let scene = Scene {
+                name: "block".into(),
+                units: Units::mm_kpa(),
+                mesh: box_tetrahedra([1.0; 3], [1; 3]),
+                law: NeoHookean,
+                directions: Vec::new(),
+                parameters: vec![parameter("mu"), parameter("lambda")],
+                loads: Vec::new(),
+                supports: vec![Support::clamped("x_min"), support],
+            };
+            scene.lower().unwrap()
+        };
+        let straight = lowered(Support::roller_on_plane("x_max", [0.0, 2.0, 0.0]));
+        let dirichlet = Dirichlet::of_body(&straight).unwrap();
+        assert_eq!(dirichlet.prescribed, straight.prescribed);
+        let inclined = lowered(Support::roller_on_plane("x_max", [1.0, 2.0, 0.0]));
+        let error = Dirichlet::of_body(&inclined).unwrap_err();
+        let Error::InclinedSupports { nodes: 4, first } = error else { panic!("{error}") };
+        assert!(inclined.positions[first][0] == 1.0);
     }
 }

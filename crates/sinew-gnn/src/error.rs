@@ -71,6 +71,23 @@ pub enum Error {
         /// The value.
         value: f64,
     },
+    /// The share of the budget that trains the node embeddings is none.
+    #[error(
+        "the share of the budget that trains the node embeddings is {0}; give a number from 0 to 1"
+    )]
+    EmbeddingShare(f64),
+    /// Supports along other directions than the coordinate axes.
+    #[error(
+        "{nodes} nodes (first: node {first}) are held along directions of their own (Support::radial, \
+         Support::along, Support::roller_on_plane), but an emulator's supports fix Cartesian components; use \
+         Support::uniform or Support::clamped, or the solver"
+    )]
+    InclinedSupports {
+        /// Number of such nodes.
+        nodes: usize,
+        /// The first of them.
+        first: usize,
+    },
     /// A sample names a geometry the set does not have.
     #[error(
         "sample {sample} belongs to geometry {geometry}, but there are only {geometries} geometries"
@@ -158,16 +175,25 @@ pub enum Error {
 /// Result with this crate's [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
+/// Refuses supports whose prescribed degrees of freedom are not Cartesian components.
+pub(crate) fn require_cartesian(frames: &sinew_energy::Frames) -> Result<()> {
+    match frames.nodes().next() {
+        None => Ok(()),
+        Some(first) => Err(Error::InclinedSupports { nodes: frames.nodes().count(), first }),
+    }
+}
+
 /// Requires `found == expected`.
 pub(crate) fn require_count(what: &'static str, found: usize, expected: usize) -> Result<()> {
     if found == expected { Ok(()) } else { Err(Error::Count { what, found, expected }) }
 }
 
 /// Requires every value to be finite.
-pub(crate) fn require_finite(what: &'static str, values: &[f64]) -> Result<()> {
-    match values.iter().position(|value| !value.is_finite()) {
+pub(crate) fn require_finite<T: Copy + Into<f64>>(what: &'static str, values: &[T]) -> Result<()> {
+    let mut values = values.iter().map(|&value| value.into()).enumerate();
+    match values.find(|(_, value)| !value.is_finite()) {
         None => Ok(()),
-        Some(index) => Err(Error::NotFinite { what, index, value: values[index] }),
+        Some((index, value)) => Err(Error::NotFinite { what, index, value }),
     }
 }
 

@@ -55,11 +55,7 @@ pub struct Sensitivity {
 impl FixedGeometry {
     pub(crate) fn new(surrogate: &Surrogate, geometry: &GeometryTensors) -> Self {
         let emulator = surrogate.inference_emulator();
-        let local = emulator.local_embedding(
-            &surrogate.graph,
-            geometry.nodes.clone(),
-            geometry.edges.clone(),
-        );
+        let local = surrogate.local_embedding(&emulator, geometry);
         Self {
             node_parts: emulator.decoder_node_part(local),
             emulator,

@@ -93,7 +93,8 @@ pub use fixed::{FixedGeometry, Prediction, Sensitivity};
 pub use graph::GraphTensors;
 pub use kernels::KernelChoice;
 pub use objective::{
-    Batch, DataFit, DataFitWithGradient, GradientOperator, MinimumPotential, Objective, Potential,
+    Batch, DataFit, DataFitWithGradient, EnergyNormFit, GradientOperator, MinimumPotential,
+    Objective, Potential, WeightedSum,
 };
 pub use optimiser::{Muon, MuonConfig, Optimiser, OptimiserConfig};
 pub use output_basis::OutputBasis;

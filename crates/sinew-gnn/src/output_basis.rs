@@ -5,21 +5,48 @@ use std::sync::Arc;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use burn::tensor::{Device, Tensor, TensorData};
+use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Result, require_count, require_finite};
+use crate::error::{Error, Result, require_count, require_finite};
 
 /// Displacements as `u = origin + map · output`, in place of one scale per component.
 ///
-/// A potential energy weighs stiff motions a million times heavier than soft ones, so plain outputs
-/// learn the soft ones last. With the map `c |K|^(−½)` of the stiffness K at the origin the energy is
-/// round in the outputs, and all motions are learned at one pace.
+/// - A potential energy weighs stiff motions a million times heavier than soft ones, so plain outputs
+///   learn the soft ones last. With the map `c |K|^(−½)` of the stiffness K at the origin the energy is
+///   round in the outputs, and all motions are learned at one pace ([`OutputBasis::new`]).
+/// - Simulated displacements vary in few directions. With a power of their covariance as the map nothing else
+///   is predicted, strains included ([`OutputBasis::principal`]).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Packed", into = "Packed")]
 pub struct OutputBasis {
     origin: Arc<[f64]>,
-    map: Arc<[f32]>,
+    /// Applied to a row of outputs one after the other, each from the right.
+    factors: Vec<Factor>,
 }
+
+/// A matrix, row by row.
+#[derive(Debug, Clone, PartialEq)]
+struct Factor {
+    columns: usize,
+    entries: Arc<[f32]>,
+}
+
+impl Factor {
+    fn new(columns: usize, entries: impl Iterator<Item = f64>) -> Self {
+        Self { columns, entries: entries.map(|entry| entry as f32).collect() }
+    }
+
+    fn rows(&self) -> usize {
+        self.entries.len() / self.columns.max(1)
+    }
+}
+
+/// Directions in which simulations vary less than this part of the largest variation are left out: single
+/// precision holds no more.
+const SMALLEST_DEVIATION: f64 = 1e-7;
+/// Accuracy and sweeps of the singular values: nalgebra's own accuracy, and more sweeps than any matrix needs.
+const DECOMPOSITION: (f64, usize) = (5.0 * f64::EPSILON, 10_000);
 
 impl OutputBasis {
     /// From the displacement of a zero output \[length\] and a symmetric matrix over all degrees of freedom, row
@@ -29,10 +56,64 @@ impl OutputBasis {
     /// A matrix that does not fit the origin, or numbers that are not finite.
     pub fn new(origin: Vec<f64>, map: &[f64]) -> Result<Self> {
         require_count("entries of the output map", map.len(), origin.len() * origin.len())?;
-        require_finite("the origin of the outputs", &origin)?;
         require_finite("the output map", map)?;
-        let map: Vec<f32> = map.iter().map(|&value| value as f32).collect();
-        Ok(Self { origin: origin.into(), map: map.into() })
+        let factor = Factor::new(origin.len(), map.iter().copied());
+        Self::from_factors(origin, vec![factor])
+    }
+
+    /// About the mean of simulated displacements, with the map `U (s/s₁)^p s₁ Uᵀ` of their principal directions U
+    /// and deviations s, the largest being s₁ \[length\]. A power p of one is the root of the covariance: outputs of size one
+    /// then spread as the simulations do. Smaller powers let the network see the small deviations larger.
+    ///
+    /// # Errors
+    /// Fewer than two fields, of different lengths, not finite, or all the same.
+    pub fn principal<'a>(fields: impl IntoIterator<Item = &'a [f64]>, power: f64) -> Result<Self> {
+        let fields: Vec<&[f64]> = fields.into_iter().collect();
+        let (count, size) = (fields.len(), fields.first().map_or(0, |field| field.len()));
+        if count < 2 || size == 0 {
+            return Err(Error::NothingToTrain("directions need two simulations that differ"));
+        }
+        for field in &fields {
+            require_count("values of a simulated displacement", field.len(), size)?;
+            require_finite("a simulated displacement", field)?;
+        }
+        let mean: Vec<f64> = (0..size)
+            .map(|i| fields.iter().map(|field| field[i]).sum::<f64>() / count as f64)
+            .collect();
+        let root = (count as f64).sqrt();
+        let spread = DMatrix::from_fn(size, count, |i, j| (fields[j][i] - mean[i]) / root);
+        let (accuracy, sweeps) = DECOMPOSITION;
+        let decomposition = spread.try_svd(true, false, accuracy, sweeps);
+        let (modes, deviations) = decomposition
+            .and_then(|svd| Some((svd.u?, svd.singular_values)))
+            .filter(|(_, deviations)| deviations[0] > 0.0)
+            .ok_or(Error::NothingToTrain("directions need two simulations that differ"))?;
+        let floor = SMALLEST_DEVIATION * deviations[0];
+        let kept = deviations.iter().take_while(|&&deviation| deviation > floor).count();
+        let scale = |mode: usize| deviations[0] * (deviations[mode] / deviations[0]).powf(power);
+        let down = (0..size).flat_map(|i| (0..kept).map(move |j| (i, j)));
+        let up = (0..kept).flat_map(|j| (0..size).map(move |i| (i, j)));
+        let factors = vec![
+            Factor::new(kept, down.map(|(i, j)| modes[(i, j)] * scale(j))),
+            Factor::new(size, up.map(|(i, j)| modes[(i, j)])),
+        ];
+        Self::from_factors(mean, factors)
+    }
+
+    fn from_factors(origin: Vec<f64>, factors: Vec<Factor>) -> Result<Self> {
+        require_finite("the origin of the outputs", &origin)?;
+        let mut size = origin.len();
+        for factor in &factors {
+            require_finite("the output map", &factor.entries)?;
+            require_count(
+                "entries of the output map",
+                factor.entries.len(),
+                size * factor.columns,
+            )?;
+            size = factor.columns;
+        }
+        require_count("columns of the output map", size, origin.len())?;
+        Ok(Self { origin: origin.into(), factors })
     }
 
     /// Displacement of a zero output \[length\].
@@ -40,31 +121,49 @@ impl OutputBasis {
         &self.origin
     }
 
-    /// The map's matrix, with the columns of prescribed degrees of freedom set to zero.
-    pub(crate) fn matrix(&self, prescribed: &[Option<f64>], device: &Device) -> Tensor<2> {
-        let size = self.origin.len();
-        let mut map = self.map.to_vec();
-        for row in map.chunks_exact_mut(size.max(1)) {
-            row.iter_mut()
-                .zip(prescribed)
-                .filter(|(_, fixed)| fixed.is_some())
-                .for_each(|(m, _)| *m = 0.0);
-        }
-        Tensor::from_data(TensorData::new(map, [size, size]), device)
+    /// Number of directions that outputs are mapped to.
+    pub fn rank(&self) -> usize {
+        self.factors.iter().map(|factor| factor.columns).min().unwrap_or(0)
+    }
+
+    /// The map's matrices, to be applied from the right one after the other; the columns of prescribed degrees of
+    /// freedom are zero.
+    pub(crate) fn matrices(&self, prescribed: &[Option<f64>], device: &Device) -> Vec<Tensor<2>> {
+        let last = self.factors.len() - 1;
+        let matrix = |(index, factor): (usize, &Factor)| {
+            let mut entries = factor.entries.to_vec();
+            if index == last {
+                for row in entries.chunks_exact_mut(factor.columns.max(1)) {
+                    let held = row.iter_mut().zip(prescribed).filter(|(_, fixed)| fixed.is_some());
+                    held.for_each(|(entry, _)| *entry = 0.0);
+                }
+            }
+            Tensor::from_data(TensorData::new(entries, [factor.rows(), factor.columns]), device)
+        };
+        self.factors.iter().enumerate().map(matrix).collect()
     }
 }
 
-/// How a basis is stored: the map's little-endian bytes in base64.
+/// How a basis is stored: little-endian bytes of the matrices in base64.
 #[derive(Serialize, Deserialize)]
 struct Packed {
     origin: Vec<f64>,
-    map: String,
+    factors: Vec<PackedFactor>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct PackedFactor {
+    columns: usize,
+    entries: String,
 }
 
 impl From<OutputBasis> for Packed {
     fn from(basis: OutputBasis) -> Self {
-        let bytes: Vec<u8> = basis.map.iter().flat_map(|value| value.to_le_bytes()).collect();
-        Self { origin: basis.origin.to_vec(), map: STANDARD.encode(bytes) }
+        let pack = |factor: &Factor| {
+            let bytes: Vec<u8> = factor.entries.iter().flat_map(|v| v.to_le_bytes()).collect();
+            PackedFactor { columns: factor.columns, entries: STANDARD.encode(bytes) }
+        };
+        Self { origin: basis.origin.to_vec(), factors: basis.factors.iter().map(pack).collect() }
     }
 }
 
@@ -72,10 +171,14 @@ impl TryFrom<Packed> for OutputBasis {
     type Error = String;
 
     fn try_from(packed: Packed) -> std::result::Result<Self, String> {
-        let bytes = STANDARD.decode(packed.map).map_err(|error| format!("output map: {error}"))?;
-        let map: Vec<f64> =
-            bytes.as_chunks().0.iter().map(|&b| f32::from_le_bytes(b).into()).collect();
-        Self::new(packed.origin, &map).map_err(|error| error.to_string())
+        let unpack = |factor: PackedFactor| {
+            let bytes = STANDARD.decode(factor.entries).map_err(|e| format!("output map: {e}"))?;
+            let entries = bytes.as_chunks().0.iter().map(|&b| f32::from_le_bytes(b)).collect();
+            Ok::<_, String>(Factor { columns: factor.columns, entries })
+        };
+        let factors =
+            packed.factors.into_iter().map(unpack).collect::<std::result::Result<_, _>>()?;
+        Self::from_factors(packed.origin, factors).map_err(|error| error.to_string())
     }
 }
 
@@ -83,13 +186,58 @@ impl TryFrom<Packed> for OutputBasis {
 mod tests {
     use super::*;
 
+    fn mapped(basis: &OutputBasis, output: &[f32]) -> Vec<f64> {
+        let device = Device::flex();
+        let free = vec![None; basis.origin.len()];
+        let row =
+            Tensor::<2>::from_data(TensorData::new(output.to_vec(), [1, output.len()]), &device);
+        let mapped = basis.matrices(&free, &device).into_iter().fold(row, |row, m| row.matmul(m));
+        let increments = mapped.into_data();
+        increments.iter::<f64>().zip(basis.origin()).map(|(du, u)| u + du).collect()
+    }
+
     #[test]
     fn a_basis_survives_storage_bit_for_bit() {
         let map: Vec<f64> = (0..9).map(|i| f64::from(1.0f32 / (i as f32 + 0.7))).collect();
         let basis = OutputBasis::new(vec![0.1, -2.0, 3e-7], &map).unwrap();
-        let text = serde_json::to_string(&basis).unwrap();
-        assert_eq!(serde_json::from_str::<OutputBasis>(&text).unwrap(), basis);
+        let fields = [vec![0.0, 1.0, 2.0], vec![0.5, 0.1, -1.0], vec![1.0, 1.0, 1.0]];
+        let principal = OutputBasis::principal(fields.iter().map(Vec::as_slice), 1.0).unwrap();
+        for basis in [basis, principal] {
+            let text = serde_json::to_string(&basis).unwrap();
+            assert_eq!(serde_json::from_str::<OutputBasis>(&text).unwrap(), basis);
+        }
         assert!(OutputBasis::new(vec![0.0; 3], &map[..8]).is_err());
         assert!(OutputBasis::new(vec![f64::NAN; 3], &map).is_err());
+    }
+
+    #[test]
+    fn principal_outputs_spread_as_the_simulations_do() {
+        // Along e = (3, 0, 4)/5 with deviation 10, along y with deviation 0.1.
+        let at = |a: f64, b: f64| vec![1.0 + 6.0 * a, 2.0 + 0.1 * b, 3.0 + 8.0 * a];
+        let fields = [at(1.0, 1.0), at(1.0, -1.0), at(-1.0, 1.0), at(-1.0, -1.0)];
+        let basis = OutputBasis::principal(fields.iter().map(Vec::as_slice), 1.0).unwrap();
+        assert_eq!(basis.rank(), 2);
+        for (found, expected) in basis.origin().iter().zip([1.0, 2.0, 3.0]) {
+            assert!((found - expected).abs() < 1e-12);
+        }
+        let found = mapped(&basis, &[0.6, 1.0, 0.8]);
+        for (found, expected) in found.iter().zip([7.0, 2.1, 11.0]) {
+            assert!((found - expected).abs() < 1e-5, "{found} {expected}");
+        }
+        // What no simulation does is not predicted.
+        let found = mapped(&basis, &[0.8, 0.0, -0.6]);
+        assert!((found[0] - 1.0).abs() < 1e-5 && (found[2] - 3.0).abs() < 1e-5);
+        // A smaller power widens the small deviations: √(0.1 / 10) · 10.
+        let wide = OutputBasis::principal(fields.iter().map(Vec::as_slice), 0.5).unwrap();
+        assert!((mapped(&wide, &[0.0, 1.0, 0.0])[1] - 3.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn simulations_that_do_not_differ_span_nothing() {
+        let same = [vec![1.0, 2.0], vec![1.0, 2.0]];
+        assert!(OutputBasis::principal(same.iter().map(Vec::as_slice), 1.0).is_err());
+        assert!(OutputBasis::principal([&[1.0, 2.0][..]], 1.0).is_err());
+        assert!(OutputBasis::principal([&[1.0, f64::NAN][..], &[1.0, 2.0]], 1.0).is_err());
+        assert!(OutputBasis::principal([], 1.0).is_err());
     }
 }

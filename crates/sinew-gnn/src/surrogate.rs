@@ -77,12 +77,12 @@ pub(crate) struct GeometryTensors {
 /// From network outputs to displacements, prescribed ones written over them.
 #[derive(Debug, Clone)]
 pub(crate) struct OutputMap {
-    /// Displacement of a unit output, zero where prescribed: `[1, real nodes, D]`. Ones with a matrix.
+    /// Displacement of a unit output, zero where prescribed: `[1, real nodes, D]`. Ones with matrices.
     scale: Tensor<3>,
     /// Displacement of a zero output, or the prescribed one: `[1, real nodes, D]`.
     shift: Tensor<3>,
     /// Applied from the right to outputs flattened over nodes and components, see [`OutputBasis`].
-    matrix: Option<Tensor<2>>,
+    matrices: Vec<Tensor<2>>,
 }
 
 impl Surrogate {
@@ -191,17 +191,13 @@ impl Surrogate {
         parameter_tensor(&self.scales.parameters, thetas, &self.device)
     }
 
-    /// Displacements `[batch, real nodes, D]`, through `emulator` (this surrogate's, or a copy of
-    /// it that records gradients).
-    pub(crate) fn displacement(
+    /// Embeddings of a geometry's nodes, through `emulator` (this surrogate's, or a copy of it that records gradients).
+    pub(crate) fn local_embedding(
         &self,
         emulator: &Emulator,
         geometry: &GeometryTensors,
-        parameters: Tensor<2>,
-    ) -> Tensor<3> {
-        let local =
-            emulator.local_embedding(&self.graph, geometry.nodes.clone(), geometry.edges.clone());
-        geometry.output.displacement(emulator.decode(local, geometry.global.clone(), parameters))
+    ) -> Tensor<2> {
+        emulator.local_embedding(&self.graph, geometry.nodes.clone(), geometry.edges.clone())
     }
 
     /// A geometry's tensors.
@@ -228,6 +224,16 @@ impl Surrogate {
 }
 
 impl GeometryTensors {
+    /// Displacements `[batch, real nodes, D]` decoded from node embeddings.
+    pub fn displacement(
+        &self,
+        emulator: &Emulator,
+        local: Tensor<2>,
+        parameters: Tensor<2>,
+    ) -> Tensor<3> {
+        self.output.displacement(emulator.decode(local, self.global.clone(), parameters))
+    }
+
     /// The same tensors ready to meet those of an automatically differentiated network.
     pub fn lifted(&self) -> Self {
         Self {
@@ -237,7 +243,7 @@ impl GeometryTensors {
             output: OutputMap {
                 scale: Tensor::from_inner(self.output.scale.clone()),
                 shift: Tensor::from_inner(self.output.shift.clone()),
-                matrix: self.output.matrix.clone().map(Tensor::from_inner),
+                matrices: self.output.matrices.iter().cloned().map(Tensor::from_inner).collect(),
             },
         }
     }
@@ -259,7 +265,11 @@ impl OutputMap {
         Self {
             scale: field(&scale),
             shift: field(&shift),
-            matrix: geometry.basis.as_ref().map(|basis| basis.matrix(prescribed, device)),
+            matrices: geometry
+                .basis
+                .as_ref()
+                .map(|basis| basis.matrices(prescribed, device))
+                .unwrap_or_default(),
         }
     }
 
@@ -270,14 +280,13 @@ impl OutputMap {
 
     /// Displacements of outputs beyond those of a zero output: the linear part.
     pub fn increment(&self, output: Tensor<3>) -> Tensor<3> {
-        match &self.matrix {
-            None => output * self.scale.clone(),
-            Some(matrix) => {
-                let [batch, nodes, dimensions] = output.dims();
-                let flat = output.reshape([batch, nodes * dimensions]);
-                flat.matmul(matrix.clone()).reshape([batch, nodes, dimensions])
-            }
+        if self.matrices.is_empty() {
+            return output * self.scale.clone();
         }
+        let [batch, nodes, dimensions] = output.dims();
+        let flat = output.reshape([batch, nodes * dimensions]);
+        let mapped = self.matrices.iter().fold(flat, |row, matrix| row.matmul(matrix.clone()));
+        mapped.reshape([batch, nodes, dimensions])
     }
 
     /// Nodes and components of a displacement.

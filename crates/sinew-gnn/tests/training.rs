@@ -8,6 +8,7 @@ use std::sync::Arc;
 use burn::tensor::{Device, Tensor, TensorData};
 use common::*;
 use sinew_gnn::*;
+use sinew_graph::FeatureMatrix;
 
 fn settings(steps: usize) -> TrainingConfig {
     TrainingConfig {
@@ -130,8 +131,14 @@ fn a_resumed_run_continues_bit_for_bit() {
     let (_, data) = plane_data();
     let folder = tempfile::tempdir().unwrap();
     for device in devices() {
-        for optimiser in [OptimiserConfig::default(), OptimiserConfig::adam()] {
-            let config = TrainingConfig { optimiser, ..settings(20) };
+        for (optimiser, embedding_share) in [
+            (OptimiserConfig::default(), 1.0),
+            (OptimiserConfig::adam(), 1.0),
+            // The embeddings rest from the eighth step on, before the kill; and from the fifteenth, after it.
+            (OptimiserConfig::default(), 0.35),
+            (OptimiserConfig::default(), 0.7),
+        ] {
+            let config = TrainingConfig { optimiser, embedding_share, ..settings(20) };
             let mut whole = StopAfter { steps: usize::MAX, losses: vec![] };
             let mut uninterrupted = trainer(&data, &device, config.clone());
             uninterrupted.run(&mut whole).unwrap();
@@ -156,6 +163,43 @@ fn a_resumed_run_continues_bit_for_bit() {
             Surrogate::load(&place, &device).unwrap();
         }
     }
+}
+
+#[test]
+fn embeddings_at_rest_keep_their_values_while_decoders_learn() {
+    let (_, data) = plane_data();
+    let device = &devices()[0];
+    let embedding = |surrogate: &Surrogate| {
+        let features =
+            surrogate.scales().features.standardise(&data.geometries[1].features).unwrap();
+        let table = |matrix: &FeatureMatrix| {
+            let values: Vec<f32> = matrix.values.iter().map(|&v| v as f32).collect();
+            Tensor::<2>::from_data(TensorData::new(values, [matrix.rows, matrix.columns]), device)
+        };
+        let graph = GraphTensors::new(&data.topology, device).unwrap();
+        let (nodes, edges) = (table(&features.nodes), table(&features.edges));
+        surrogate.emulator().local_embedding(&graph, nodes, edges).into_data()
+    };
+    let run = |embedding_share: f64, stop: usize| {
+        let config = TrainingConfig { embedding_share, ..settings(60) };
+        let mut trainer = trainer(&data, device, config);
+        let report = trainer.run(&mut StopAfter { steps: stop, losses: vec![] }).unwrap();
+        (report, trainer.current_surrogate())
+    };
+    let untrained = trainer(&data, device, settings(1)).into_surrogate();
+    let (report, never) = run(0.0, 60);
+    assert_eq!(embedding(&never), embedding(&untrained));
+    let history = &report.history;
+    let falls = history.windows(2).all(|pair| pair[1].validation < pair[0].validation);
+    assert!(falls, "the decoders learn: {history:?}");
+
+    let (_, half_way) = run(0.5, 30);
+    let (_, finished) = run(0.5, 60);
+    assert_ne!(embedding(&half_way), embedding(&untrained));
+    assert_eq!(embedding(&half_way), embedding(&finished));
+    // What is predicted with these embeddings is what was trained.
+    let (_, all) = run(1.0, 60);
+    assert_ne!(embedding(&all), embedding(&finished));
 }
 
 #[test]
@@ -339,6 +383,10 @@ fn data_that_cannot_be_trained_on_are_refused() {
         Trainer::new(surrogate.clone(), data, data_fit(&surrogate), settings(1)).err().unwrap()
     };
     assert!(matches!(attempt(&|data| data.training.clear()), Error::NothingToTrain(_)));
+    for share in [-0.1, 1.1, f64::NAN] {
+        let config = TrainingConfig { embedding_share: share, ..settings(1) };
+        assert!(matches!(config.check(), Err(Error::EmbeddingShare(_))));
+    }
     assert!(matches!(attempt(&|data| data.training[2].displacement.clear()), Error::Count { .. }));
     assert!(matches!(
         attempt(&|data| data.training[2].displacement[5] = f64::INFINITY),

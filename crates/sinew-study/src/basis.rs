@@ -1,11 +1,14 @@
-//! Coordinates of the displacement in which a potential energy is learned.
+//! Coordinates of the displacement in which an emulator is trained.
 //!
 //! A strain energy weighs stretching a million times heavier than bending, so an emulator that is
 //! trained on the energy in plain displacements learns the bending last, and bending is what
 //! moves. In coordinates `z` with `u = u₀ + c |K(u₀)|^(−½) z`, K the stiffness at `u₀`, the energy near `u₀` is
 //! `½ c² zᵀz`: all motions are learned at one pace. That needs a `u₀` near the solutions, for the stiffness of
-//! a slender body turns with it. Without simulations a first, short training finds it: its own outputs are
+//! a slender body turns with it: one simulation, or without any a first, short training, whose own outputs are
 //! scaled by the stiffness at rest to the power −¼, a compromise that large rotations tolerate.
+//!
+//! Training on simulations needs no stiffness: the directions in which they differ are few, and
+//! outputs in these directions have the strains of simulations.
 
 use crate::train::Body;
 use anyhow::Result;
@@ -50,6 +53,36 @@ pub fn at_anchor(body: &Body, anchor: &[f64]) -> Result<OutputBasis> {
     let work = dot(&body.exact.nodal_force, &anchor).abs().max(energy.abs());
     let scale = (2.0 * ENERGY_SHARE * work / solver.unknowns() as f64).sqrt();
     Ok(OutputBasis::new(anchor, &scaled(map, scale))?)
+}
+
+/// Coordinates in which simulations differ.
+///
+/// # Errors
+/// Simulations that are all the same.
+pub fn of_simulations(fields: &[Vec<f64>]) -> Result<OutputBasis> {
+    /// Between the spread of the simulations, which hides the small directions from the network, and equal sizes,
+    /// which waste it on them: measured in docs/design.md.
+    const POWER: f64 = 0.7;
+    Ok(OutputBasis::principal(fields.iter().map(Vec::as_slice), POWER)?)
+}
+
+/// The simulation whose parameters are nearest to the centre of the range, by ratio.
+pub fn nearest_to_centre<'a>(body: &Body, fields: &'a [Vec<f64>]) -> Option<&'a [f64]> {
+    let distance = |theta: &[f64]| -> f64 {
+        theta.iter().zip(&body.centre).map(|(a, b)| (a / b).ln().powi(2)).sum()
+    };
+    let pairs = body.thetas.iter().zip(fields);
+    let nearest = pairs.min_by(|a, b| distance(a.0).total_cmp(&distance(b.0)));
+    nearest.map(|(_, field)| &field[..])
+}
+
+/// The root `|K|^½` of the stiffness at `anchor` and the centre of the parameter range: what errors are weighed
+/// by in the energy norm.
+///
+/// # Errors
+/// A stiffness that cannot be formed.
+pub fn stiffness_root(body: &Body, anchor: &[f64]) -> Result<Vec<f64>> {
+    Ok(Solver::new(&body.exact)?.inverse_stiffness_power(anchor, &body.centre, -0.5)?)
 }
 
 fn scaled(mut map: Vec<f64>, factor: f64) -> Vec<f64> {

@@ -11,7 +11,7 @@ use sinew_mesh::TetMesh;
 /// on the nodes, difference and distance of positions on the edges.
 ///
 /// # Errors
-/// A mesh that has no valid graph.
+/// A mesh that has no valid graph, or supports along other directions than the coordinate axes.
 pub fn geometry(
     mesh: &TetMesh,
     potential: &TotalPotential<NeoHookean, 0>,
@@ -26,6 +26,6 @@ pub fn geometry(
         held.filter(|(_, row)| row.iter().all(Option::is_some)).map(|(node, _)| node).collect();
     let indicator = FeatureMatrix::indicator(nodes, &held)?;
     let features = graph_features(&topology, &mesh.points, &indicator, 3)?;
-    let dirichlet = Dirichlet { prescribed: potential.prescribed.clone() };
+    let dirichlet = Dirichlet::of_body(potential)?;
     Ok((topology, Geometry { features, global: Vec::new(), dirichlet, basis: None }))
 }

@@ -17,7 +17,7 @@ pub struct Options {
 /// The studies.
 #[derive(Subcommand, Debug)]
 pub enum Study {
-    /// Compare data-driven (dd) and physics-informed (pi) emulators of the thesis' two gravity beams with
+    /// Compare data-driven (dd), physics-informed (pi) and hybrid emulators of the thesis' two gravity beams with
     /// the finite-element solver and with regression on few simulations, from the mesh to the report
     ReproduceBeam(BeamOptions),
 }
@@ -29,7 +29,7 @@ pub struct BeamOptions {
     #[arg(long, value_enum, default_value_t = SceneChoice::Both)]
     pub scene: SceneChoice,
     /// Emulators to train, separated by commas
-    #[arg(long, value_enum, value_delimiter = ',', default_value = "dd,pi")]
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "dd,pi,hybrid")]
     pub method: Vec<Method>,
     /// Wall time of the whole run, such as 90s, 10m or 1h: step counts are scaled to fit
     #[arg(long, value_parser = parse_duration, conflicts_with_all = ["quick", "full"])]
@@ -92,6 +92,8 @@ pub enum Method {
     Dd,
     /// By minimum potential energy, without any simulation, thesis (3.12)
     Pi,
+    /// On simulated displacements, errors weighed by the body's stiffness
+    Hybrid,
     /// On simulated displacements and deformation gradients, thesis (B.1)
     Fdd,
 }
@@ -102,6 +104,7 @@ impl Method {
         match self {
             Method::Dd => "dd",
             Method::Pi => "pi",
+            Method::Hybrid => "hybrid",
             Method::Fdd => "fdd",
         }
     }

@@ -43,9 +43,8 @@ pub(crate) struct Outcome {
 /// Whatever keeps the report from being made: options that contradict an interrupted run, a solver or a
 /// training that fails, files that cannot be written.
 pub fn reproduce_beam(options: &BeamOptions) -> Result<PathBuf> {
-    let start = Instant::now();
     let manifest = Manifest::of_this_run(options.seed);
-    let earlier = begin(options)?;
+    let clock = begin(options)?;
     store::write_json(&options.out.join("manifest.json"), &manifest)?;
     let device = match options.backend {
         BackendChoice::Flex => Backend::Flex,
@@ -57,7 +56,7 @@ pub fn reproduce_beam(options: &BeamOptions) -> Result<PathBuf> {
     let mut notes = notes(options);
     for name in options.scene.names() {
         let beam = if *name == "once" { once_clamped() } else { twice_clamped() };
-        let (scene, rows, discretisation_mm) = run_scene(options, &beam, &device)?;
+        let (scene, rows, discretisation_mm) = run_scene(options, &beam, &device, &clock)?;
         notes.push(format!(
             "{}: at mu = lambda = 75 kPa this mesh of linear tetrahedra is {discretisation_mm:.2} mm (median over \
              the nodes) from a solution with quadratic ones. Emulators inherit that error; no row shows it.",
@@ -66,8 +65,7 @@ pub fn reproduce_beam(options: &BeamOptions) -> Result<PathBuf> {
         scenes.push(scene);
         samples.push(rows);
     }
-    let wall = earlier + start.elapsed();
-    store::write_json(&options.out.join("elapsed.json"), &wall)?;
+    let wall = clock.save()?;
     let report = Report {
         schema: report::SCHEMA,
         command: manifest.command,
@@ -89,8 +87,28 @@ pub fn reproduce_beam(options: &BeamOptions) -> Result<PathBuf> {
     Ok(options.out.join("report.html"))
 }
 
-/// Prepares the output folder; the wall time of the run that is resumed.
-fn begin(options: &BeamOptions) -> Result<Duration> {
+/// Wall time of a run, over its interruptions.
+struct WallClock {
+    earlier: Duration,
+    start: Instant,
+    file: PathBuf,
+}
+
+impl WallClock {
+    fn new(options: &BeamOptions, earlier: Duration) -> Self {
+        Self { earlier, start: Instant::now(), file: options.out.join("elapsed.json") }
+    }
+
+    /// Wall time so far, kept for a run that resumes this one.
+    fn save(&self) -> Result<Duration> {
+        let wall = self.earlier + self.start.elapsed();
+        store::write_json(&self.file, &wall)?;
+        Ok(wall)
+    }
+}
+
+/// Prepares the output folder; the clock goes on where that of the run that is resumed was last saved.
+fn begin(options: &BeamOptions) -> Result<WallClock> {
     let config = options.out.join("config.json");
     if !options.resume {
         for name in ["once", "twice"] {
@@ -106,7 +124,7 @@ fn begin(options: &BeamOptions) -> Result<Duration> {
             }
         }
         store::write_json(&config, options)?;
-        return Ok(Duration::ZERO);
+        return Ok(WallClock::new(options, Duration::ZERO));
     }
     let stored: BeamOptions = store::read_json(&config)?.with_context(|| {
         format!("there is no run to resume in {}; start it without --resume", options.out.display())
@@ -118,7 +136,8 @@ fn begin(options: &BeamOptions) -> Result<Duration> {
         options.out.display(),
         toml::to_string(&stored)?.trim().replace('\n', ", ")
     );
-    Ok(store::read_json(&options.out.join("elapsed.json"))?.unwrap_or_default())
+    let earlier = store::read_json(&options.out.join("elapsed.json"))?.unwrap_or_default();
+    Ok(WallClock::new(options, earlier))
 }
 
 fn notes(options: &BeamOptions) -> Vec<String> {
@@ -144,12 +163,14 @@ fn run_scene(
     options: &BeamOptions,
     beam: &Beam,
     device: &Device,
+    clock: &WallClock,
 ) -> Result<(SceneReport, SceneSamples, f64)> {
     eprintln!("\n{}: {}", beam.title, beam.description);
     let folder = options.out.join(beam.name);
     let counts = Samples::of(options);
     let potential = beam.scene.lower()?;
     let simulations = simulate::run(beam, &potential, counts, options.seed, &folder)?;
+    clock.save()?;
     let guarded = potential.clone().with_guard(Barriers::default());
     let test_set = |set: &simulate::Set| TestSet {
         potential: guarded.clone(),
@@ -179,6 +200,7 @@ fn run_scene(
         let run =
             EmulatorRun { options, beam, device, body: &body, simulations: &simulations, graph_s };
         outcomes.push(run.outcome(method, &validation, &test, &folder.join(method.key()))?);
+        clock.save()?;
     }
     outcomes.push(pod_outcome(&simulations, &test, &folder)?);
     outcomes.extend(fem_outcomes(&simulations, &guarded)?);
@@ -259,6 +281,10 @@ impl EmulatorRun<'_> {
                     set.thetas.len()
                 )
             }
+            Method::Hybrid => format!(
+                "emulator trained on {} simulations, errors weighed by the stiffness about one of them",
+                set.thetas.len()
+            ),
             Method::Pi => {
                 "emulator trained by minimum potential energy, without simulations; one linear solve sets its scale"
                     .to_string()

@@ -20,3 +20,11 @@ pub fn median_seconds<T, E>(
     seconds.sort_by(f64::total_cmp);
     Ok(seconds[seconds.len() / 2])
 }
+
+/// Does some work and adds its wall time to `total` \[s\].
+pub fn timed<T>(total: &mut f64, work: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let done = work();
+    *total += start.elapsed().as_secs_f64();
+    done
+}

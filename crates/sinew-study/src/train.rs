@@ -2,8 +2,9 @@
 
 use crate::evaluate::TestSet;
 use crate::options::Method;
-use crate::plan::Plan;
+use crate::plan::{Coordinates, Plan};
 use crate::report::{self, CurvePoint, EnergyPoint, PerMetric, TrainingHistory};
+use crate::timing::timed;
 use crate::{basis, progress, store};
 use anyhow::{Context, Result};
 use burn::tensor::Device;
@@ -12,14 +13,13 @@ use serde::{Deserialize, Serialize};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Barriers, TotalPotential};
 use sinew_gnn::{
-    DataFit, DataFitWithGradient, DataSet, EmulatorConfig, Geometry, GradientOperator,
-    HistoryPoint, MinimumPotential, Objective, OutputScale, Progress, Sample, Scales, Surrogate,
-    Trainer, TrainingConfig, TrainingReport,
+    DataFit, DataFitWithGradient, DataSet, EmulatorConfig, EnergyNormFit, Geometry,
+    GradientOperator, HistoryPoint, MinimumPotential, Objective, OutputScale, Progress, Sample,
+    Scales, Surrogate, Trainer, TrainingConfig, TrainingReport,
 };
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Instant;
 
 /// What all emulators of a scene share.
 #[derive(Debug)]
@@ -86,22 +86,28 @@ impl Workshop<'_> {
     /// Divergence, files that cannot be written or read.
     pub fn train(&self, plan: &Plan) -> Result<Trained> {
         let mut watch = Watch::new(self)?;
-        let preparation = Instant::now();
         let mut geometry = self.body.geometry.clone();
-        let mut prepare_s = 0.0;
-        let mut before = (0, 0.0);
-        if let Some(anchoring) = &plan.anchoring {
-            geometry.basis = Some(basis::at_rest(self.body)?);
-            prepare_s = preparation.elapsed().as_secs_f64();
-            let (surrogate, report) = self.stage("anchor", &geometry, anchoring, &mut watch)?;
-            before = (report.steps as u64, report.seconds);
-            watch.before = before;
-            let anchoring_done = Instant::now();
-            let centre = std::slice::from_ref(&self.body.centre);
-            let anchor = surrogate.predict(&geometry, centre)?.displacement;
-            geometry.basis = Some(basis::at_anchor(self.body, &anchor)?);
-            prepare_s += anchoring_done.elapsed().as_secs_f64();
-        }
+        let (mut before, mut prepare_s) = ((0, 0.0), 0.0);
+        geometry.basis = match &plan.coordinates {
+            Coordinates::Components => None,
+            Coordinates::Simulations => {
+                let fields = self.simulations()?;
+                Some(timed(&mut prepare_s, || basis::of_simulations(fields))?)
+            }
+            Coordinates::StiffnessOfSimulation => {
+                let anchor = self.anchoring_simulation()?;
+                Some(timed(&mut prepare_s, || basis::at_anchor(self.body, anchor))?)
+            }
+            Coordinates::StiffnessAfter(first) => {
+                geometry.basis = Some(timed(&mut prepare_s, || basis::at_rest(self.body))?);
+                let (surrogate, report) = self.stage("anchor", &geometry, first, &mut watch)?;
+                before = (report.steps as u64, report.seconds);
+                watch.before = before;
+                let centre = std::slice::from_ref(&self.body.centre);
+                let anchor = surrogate.predict(&geometry, centre)?.displacement;
+                Some(timed(&mut prepare_s, || basis::at_anchor(self.body, &anchor))?)
+            }
+        };
         let (surrogate, report) = self.stage("train", &geometry, &plan.training, &mut watch)?;
         progress::finish(
             &watch.bar,
@@ -127,7 +133,7 @@ impl Workshop<'_> {
     ) -> Result<(Surrogate, TrainingReport)> {
         let output = self.output_scale()?;
         let data = self.data_set(geometry);
-        let objective = self.objective(&output)?;
+        let objective = self.objective(&output, &data)?;
         let checkpoint = self.folder.join(name);
         let mut trainer = if self.resume && checkpoint.exists() {
             Trainer::resume(&checkpoint, data, objective, self.device)?
@@ -148,13 +154,21 @@ impl Workshop<'_> {
         Ok((trainer.into_surrogate(), report))
     }
 
+    /// Sizes of displacements, from simulations where there are any.
     fn output_scale(&self) -> Result<OutputScale> {
         Ok(match self.fields {
-            Some(fields) => {
-                OutputScale::standardising_every_node(fields.iter().map(Vec::as_slice))?
-            }
+            Some(fields) => OutputScale::root_mean_square(3, fields.iter().map(Vec::as_slice))?,
             None => OutputScale::root_mean_square(3, [&self.body.linear_response[..]])?,
         })
+    }
+
+    fn simulations(&self) -> Result<&[Vec<f64>]> {
+        self.fields.with_context(|| format!("{} needs simulations", self.method.key()))
+    }
+
+    fn anchoring_simulation(&self) -> Result<&[f64]> {
+        let nearest = basis::nearest_to_centre(self.body, self.simulations()?);
+        nearest.context("there is no simulation to begin from")
     }
 
     fn data_set(&self, geometry: &Geometry) -> DataSet {
@@ -172,12 +186,16 @@ impl Workshop<'_> {
     }
 
     /// The one place where the methods differ.
-    fn objective(&self, output: &OutputScale) -> Result<Box<dyn Objective>> {
+    fn objective(&self, output: &OutputScale, data: &DataSet) -> Result<Box<dyn Objective>> {
         /// Weight of the deformation gradients in (B.1): both terms are then of one size at the start.
         const GRADIENT_WEIGHT: f64 = 1.0;
         let potential = &self.body.potential;
         Ok(match self.method {
             Method::Dd => Box::new(DataFit::new(output.length())?),
+            Method::Hybrid => {
+                let root = basis::stiffness_root(self.body, self.anchoring_simulation()?)?;
+                Box::new(EnergyNormFit::new(&[root], data)?)
+            }
             Method::Fdd => {
                 let operator = GradientOperator {
                     nodes_per_cell: 4,
@@ -290,6 +308,7 @@ impl From<Method> for report::Method {
         match method {
             Method::Dd => report::Method::Dd,
             Method::Pi => report::Method::Pi,
+            Method::Hybrid => report::Method::Hybrid,
             Method::Fdd => report::Method::Fdd,
         }
     }

@@ -26,7 +26,7 @@ fn a_quick_run_reports_every_method_and_resumes_to_the_same_numbers() {
     reproduce_beam(&options(out, &[])).unwrap();
     let report = read_json(&out.join("report.json")).unwrap();
     let scene = &report.scenes[0];
-    for method in [Method::Dd, Method::Pi, Method::Pod, Method::FemCold, Method::FemWarm] {
+    for method in Method::ALL.into_iter().filter(|&method| method != Method::Fdd) {
         let row = scene.row(method).unwrap_or_else(|| panic!("no row of {}", method.key()));
         assert!(row.times().predict_full_s > 0.0);
     }
@@ -39,8 +39,8 @@ fn a_quick_run_reports_every_method_and_resumes_to_the_same_numbers() {
         assert!(out.join(file).metadata().unwrap().len() > 100, "{file}");
     }
     let cases = std::fs::read_to_string(out.join("samples.csv")).unwrap();
-    // Eight test cases of dd, pi and pod, ten fixtures of both solver rows, one head line.
-    assert_eq!(cases.lines().count(), 3 * 8 + 2 * 10 + 1);
+    // Eight test cases of dd, pi, hybrid and pod, ten fixtures of both solver rows, one head line.
+    assert_eq!(cases.lines().count(), 4 * 8 + 2 * 10 + 1);
 
     // As after a kill while pi was in its second training: dd is kept, pi goes on from its checkpoint.
     std::fs::remove_file(out.join("once/pi/result.json")).unwrap();

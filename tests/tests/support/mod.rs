@@ -55,7 +55,7 @@ impl Beam {
         let geometry = Geometry {
             features: graph_features(&topology, &scene.mesh.points, &indicator, 3).unwrap(),
             global: Vec::new(),
-            dirichlet: Dirichlet { prescribed: potential.prescribed.clone() },
+            dirichlet: Dirichlet::of_body(&potential).unwrap(),
             basis: None,
         };
         Self { potential, topology, geometry }

@@ -1,7 +1,7 @@
 //! Loads and elastic supports in plain arrays.
 
-use super::finite;
 use super::geometry::{cross, dot, sub};
+use super::{Held, finite};
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
 use crate::rim::rim_origin;
 use crate::{
@@ -123,11 +123,7 @@ where
         Ok(facets.map(|&facet| self.mesh.nodes_of_facet(facet).collect()).collect())
     }
 
-    pub(super) fn pressures(
-        &self,
-        prescribed: &[Option<f64>],
-        loose_rims: bool,
-    ) -> Result<Pressures, SceneError> {
+    pub(super) fn pressures(&self, held: &Held, loose_rims: bool) -> Result<Pressures, SceneError> {
         let mut pressures = Pressures::default();
         for load in &self.loads {
             let (form, name, magnitude) = match load {
@@ -142,7 +138,7 @@ where
             let (points, facets) = (&self.mesh.points, self.facet_nodes(name)?);
             let rule = Nodes::<N>::facet_rule();
             let potential_origin = match form {
-                PressureForm::Follower => rim_origin(name, &rule, &facets, points, prescribed),
+                PressureForm::Follower => rim_origin(name, &rule, &facets, points, held),
                 PressureForm::Thesis if N == 4 => Ok([0.0; 3]),
                 PressureForm::Thesis => Err(SceneError::ThesisPressure { nodes: N }),
             };

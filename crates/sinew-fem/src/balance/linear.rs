@@ -59,9 +59,8 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
                 pressures.iter_mut().for_each(|p| *p = -*p);
                 let mut full = vec![0.0; system.body.potential.prescribed.len()];
                 system.add_pressure_forces(pressures, &mut full);
-                for (force, &dof) in forces.iter_mut().zip(&system.sparsity.degree_of_freedom) {
-                    *force -= full[dof];
-                }
+                let gathered = system.sparsity.gather(&full);
+                forces.iter_mut().zip(gathered).for_each(|(force, more)| *force -= more);
             }
             factor.solve(forces);
         };
@@ -113,15 +112,12 @@ impl<L: Law<D>, const D: usize, const N: usize> System<'_, L, D, N> {
             return;
         }
         let mut direction = vec![0.0; self.body.potential.prescribed.len()];
-        for (u, &dof) in displacements.iter().zip(&self.sparsity.degree_of_freedom) {
-            direction[dof] = *u;
-        }
+        self.sparsity.scatter(displacements.iter().copied(), &mut direction);
         let mut full = vec![0.0; direction.len()];
         self.add_skew(&direction, &mut full);
         self.add_pressure_forces(pressures, &mut full);
-        for (force, &dof) in forces.iter_mut().zip(&self.sparsity.degree_of_freedom) {
-            *force += full[dof];
-        }
+        let gathered = self.sparsity.gather(&full);
+        forces.iter_mut().zip(gathered).for_each(|(force, more)| *force += more);
         volumes.fill(0.0);
         self.add_volume_changes(&direction, volumes);
         self.add_compliance(pressures, volumes);

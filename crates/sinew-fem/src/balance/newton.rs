@@ -3,7 +3,9 @@
 use super::BalanceSolver;
 use super::state::{Residual, Unknowns};
 use crate::assembly::State;
-use crate::{History, Iteration, Options};
+use crate::supports::place;
+use crate::watch::Log;
+use crate::{Iteration, Options};
 use sinew_energy::Law;
 
 /// Iterations of one load step; beyond, smaller load steps are cheaper.
@@ -36,16 +38,10 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
         theta: &[f64],
         load_factor: f64,
         options: &Options,
-        history: &mut History,
+        history: &mut Log<'_>,
     ) -> Option<Equilibrium> {
         let mut at = initial.clone();
-        for (u, prescribed) in
-            at.displacement.iter_mut().zip(&self.system.body.potential.prescribed)
-        {
-            if let Some(target) = prescribed {
-                *u = load_factor * target;
-            }
-        }
+        place(&self.system.body.potential, load_factor, &mut at.displacement);
         let volume: f64 = self.system.body.potential.volumes.iter().sum();
         let (mut before, mut linear_iterations, mut negative_pivots) = (f64::INFINITY, 0, 0);
         for iteration in 0..MOST_ITERATIONS {
@@ -53,7 +49,7 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
                 return None;
             }
             let residual = self.system.assemble(&at, theta, load_factor);
-            self.record(load_factor, &residual, history);
+            self.record(&at, load_factor, &residual, history);
             let forces = residual.force / self.system.assembly.force_scale.max(f64::MIN_POSITIVE);
             let size = forces.max(residual.volume / volume);
             let admissible = size.is_finite() && self.system.assembly.energy.is_finite();
@@ -89,12 +85,12 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
 
     /// Takes the longest of the steps 1, ½, ¼, … that squeezes no cell too much.
     pub(super) fn take(&self, at: &mut Unknowns, change: &[f64], theta: &[f64]) -> Option<f64> {
-        let free = &self.system.sparsity.degree_of_freedom;
+        let sparsity = &self.system.sparsity;
         let least = LEAST_VOLUME * self.system.assembly.least_volume_ratio.min(1.0);
         let mut length = 1.0;
         while length >= SHORTEST_STEP {
             let mut displacement = at.displacement.clone();
-            free.iter().zip(change).for_each(|(&dof, step)| displacement[dof] += length * step);
+            sparsity.scatter(change.iter().map(|step| length * step), &mut displacement);
             let potential = &self.system.body.potential;
             let ratios = (0..potential.volumes.len())
                 .map(|p| 1.0 + potential.displacement_gradient(p, &displacement).volume_change());
@@ -103,7 +99,7 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
                 State { displacement: &displacement, theta, load_factor: 0.0, pressure: &[] };
             if safe && state.energy(potential).is_finite() {
                 at.displacement = displacement;
-                let pressures = at.pressure.iter_mut().zip(&change[free.len()..]);
+                let pressures = at.pressure.iter_mut().zip(&change[sparsity.unknowns()..]);
                 pressures.for_each(|(p, step)| *p += length * step);
                 return Some(length);
             }
@@ -112,8 +108,14 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
         None
     }
 
-    pub(super) fn record(&self, load_factor: f64, residual: &Residual, history: &mut History) {
-        history.iterations.push(Iteration {
+    pub(super) fn record(
+        &self,
+        at: &Unknowns,
+        load_factor: f64,
+        residual: &Residual,
+        history: &mut Log<'_>,
+    ) {
+        let iteration = Iteration {
             load_factor,
             residual: residual.force,
             tolerance: TOLERANCE * self.system.assembly.force_scale,
@@ -122,6 +124,7 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
             worst_cell: self.system.assembly.worst_cell,
             step: 0.0,
             shift: 0.0,
-        });
+        };
+        history.record(iteration, &at.displacement, &self.system.assembly.gradient);
     }
 }

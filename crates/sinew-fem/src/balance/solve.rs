@@ -3,7 +3,8 @@
 use super::BalanceSolver;
 use super::newton::Equilibrium;
 use super::state::Unknowns;
-use crate::{Advice, History, NotConverged, Options, SolveError};
+use crate::watch::{Log, Progress};
+use crate::{History, Options, SolveError};
 use sinew_energy::Law;
 use std::time::Instant;
 
@@ -56,22 +57,43 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
         theta: &[f64],
         options: &Options,
     ) -> Result<BalanceSolution, SolveError> {
+        self.solve_logged(theta, options, Log::default())
+    }
+
+    /// As [`BalanceSolver::solve`]; `watch` is called with each state that the iteration comes to.
+    ///
+    /// # Errors
+    /// As for [`BalanceSolver::solve`].
+    pub fn solve_watched(
+        &mut self,
+        theta: &[f64],
+        options: &Options,
+        watch: &mut impl FnMut(&Progress<'_>),
+    ) -> Result<BalanceSolution, SolveError> {
+        self.solve_logged(theta, options, Log::watched(watch))
+    }
+
+    fn solve_logged(
+        &mut self,
+        theta: &[f64],
+        options: &Options,
+        mut history: Log<'_>,
+    ) -> Result<BalanceSolution, SolveError> {
         let start = Instant::now();
         self.system.body.check_theta(theta)?;
-        let mut history = History::default();
         let rest = self.rest();
         let (found, load_steps) = match self.equilibrium(&rest, theta, 1.0, options, &mut history) {
             Some(found) => (found, 1),
-            None => self.follow_load(theta, options, &mut history).map_err(|reached| {
-                let advice = Advice::from_history(&history);
-                let (load_factor, displacement) = (reached.0, reached.1.displacement);
-                let history = std::mem::take(&mut history);
-                let failure = NotConverged { load_factor, displacement, history, advice };
-                SolveError::NotConverged(Box::new(failure))
-            })?,
+            None => match self.follow_load(theta, options, &mut history) {
+                Ok(found) => found,
+                Err((load_factor, Unknowns { displacement, .. })) => {
+                    let worst_cells = self.system.worst_cells();
+                    return Err(history.failure(load_factor, displacement, worst_cells));
+                }
+            },
         };
         let mut solution = self.solution(found, theta, 1.0);
-        (solution.load_steps, solution.history) = (load_steps, history);
+        (solution.load_steps, solution.history) = (load_steps, history.take());
         solution.seconds = start.elapsed().as_secs_f64();
         Ok(solution)
     }
@@ -110,7 +132,7 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
         &mut self,
         theta: &[f64],
         options: &Options,
-        history: &mut History,
+        history: &mut Log<'_>,
     ) -> Result<(Equilibrium, usize), (f64, Unknowns)> {
         let mut reached = (0.0, self.rest());
         let mut before: Option<(f64, Unknowns)> = None;

@@ -2,6 +2,7 @@
 
 use super::System;
 use crate::assembly::State;
+use crate::cells::CellValue;
 use sinew_energy::{Law, SurfaceResponse};
 use sinew_num::Mat3;
 
@@ -32,13 +33,17 @@ impl<L: Law<D>, const D: usize, const N: usize> System<'_, L, D, N> {
         let state = State { displacement, theta, load_factor, pressure: &pressure };
         self.assembly.assemble(potential, &self.sparsity, state, None);
         self.add_followers(displacement, theta, load_factor);
-        let mut values: Vec<f64> =
-            self.sparsity.degree_of_freedom.iter().map(|&i| self.assembly.gradient[i]).collect();
+        let mut values: Vec<f64> = self.sparsity.gather(&self.assembly.gradient).collect();
         let force = super::gmres::norm(&values);
         values.extend(self.volume_residual(&at.pressure));
         let volume = super::gmres::norm(&values[self.sparsity.unknowns()..]);
         self.couple();
         Residual { values, force, volume }
+    }
+
+    /// The cells of least J where assembled last.
+    pub(super) fn worst_cells(&self) -> Vec<CellValue> {
+        self.assembly.worst_cells(self.body.potential.points_per_cell)
     }
 
     /// Adds the loose followers: their forces, and the symmetric part of their tangent.
@@ -60,9 +65,9 @@ impl<L: Law<D>, const D: usize, const N: usize> System<'_, L, D, N> {
                         symmetric.hessian[row * size + column] = 0.5 * (entry + mirrored);
                     }
                 }
-                let places = self.sparsity.surfaces.of(place);
                 let nodes = surface.facet_nodes(facet);
-                squared += self.assembly.add_facet(nodes, places, magnitude, &symmetric);
+                squared +=
+                    self.assembly.add_facet(nodes, &self.sparsity, place, magnitude, &symmetric);
                 for (entry, symmetric) in response.hessian.iter_mut().zip(&symmetric.hessian) {
                     *entry = magnitude * (*entry - symmetric);
                 }
@@ -105,7 +110,7 @@ impl<L: Law<D>, const D: usize, const N: usize> System<'_, L, D, N> {
                 }
             }
         }
-        let free = self.sparsity.degree_of_freedom.iter().map(|&i| forces[i]);
+        let free = self.sparsity.gather(&forces);
         let pressures = self.body.pressure_field.as_ref().map_or(0, |field| field.unknowns);
         free.chain(std::iter::repeat_n(0.0, pressures)).collect()
     }

@@ -4,7 +4,8 @@ use super::gmres::dot;
 use super::newton::Equilibrium;
 use super::state::Unknowns;
 use super::{BalanceSolution, BalanceSolver};
-use crate::{Advice, History, NotConverged, Options, SolveError};
+use crate::watch::Log;
+use crate::{Options, SolveError};
 use sinew_energy::{Law, Magnitude, PressureLoad, PressureSurface};
 use std::time::Instant;
 
@@ -67,7 +68,7 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
         let mut before: Option<Point> = None;
         for &target in volumes {
             let start = Instant::now();
-            let mut history = History::default();
+            let mut history = Log::default();
             let mut step = target - reached.swept;
             let mut steps = 0;
             while reached.swept != target {
@@ -83,11 +84,13 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
                     if step.abs() < options.least_load_step * (target - reached.swept).abs()
                         || history.iterations.len() >= options.iterations
                     {
-                        let advice = Advice::from_history(&history);
-                        let (load_factor, displacement) =
-                            (reached.load_factor, reached.unknowns.displacement);
-                        let failure = NotConverged { load_factor, displacement, history, advice };
-                        return Err(SolveError::NotConverged(Box::new(failure)));
+                        let worst_cells = self.system.worst_cells();
+                        let displacement = reached.unknowns.displacement;
+                        return Err(history.failure(
+                            reached.load_factor,
+                            displacement,
+                            worst_cells,
+                        ));
                     }
                     continue;
                 };
@@ -96,7 +99,7 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
                 before = Some(std::mem::replace(&mut reached, next));
                 if goal == target {
                     let mut solution = self.solution(found, theta, load_factor);
-                    (solution.load_steps, solution.history) = (steps, std::mem::take(&mut history));
+                    (solution.load_steps, solution.history) = (steps, history.take());
                     solution.seconds = start.elapsed().as_secs_f64();
                     trace.push(VolumeStep { swept: target, solution });
                 }
@@ -129,7 +132,7 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
         guess: Point,
         theta: &[f64],
         options: &Options,
-        history: &mut History,
+        history: &mut Log<'_>,
     ) -> Option<(f64, Equilibrium)> {
         let Point { swept: goal, mut load_factor, unknowns: mut at } = guess;
         let potential = &self.system.body.potential;
@@ -143,7 +146,7 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
             }
             let residual = self.system.assemble(&at, theta, load_factor);
             let gap = goal - controlled.swept(&at.displacement, &mut slope);
-            self.record(load_factor, &residual, history);
+            self.record(&at, load_factor, &residual, history);
             let forces = residual.force / self.system.assembly.force_scale.max(f64::MIN_POSITIVE);
             let size = forces.max(residual.volume / volume).max(gap.abs() / volume);
             let admissible = size.is_finite() && self.system.assembly.energy.is_finite();
@@ -164,8 +167,7 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
             let (own, first) = self.solve_linear(&preconditioner, &minus(&residual.values));
             let (by_load, second) = self.solve_linear(&preconditioner, &minus(&loads));
             linear_iterations += first.iterations + second.iterations;
-            let free: Vec<_> =
-                self.system.sparsity.degree_of_freedom.iter().map(|&i| slope[i]).collect();
+            let free: Vec<_> = self.system.sparsity.gather(&slope).collect();
             let along = dot(&free, &by_load[..free.len()]);
             let more = (gap - dot(&free, &own[..free.len()])) / along;
             if !more.is_finite() {

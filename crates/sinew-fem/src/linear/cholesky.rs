@@ -9,7 +9,8 @@ use std::sync::Arc;
 
 /// The Cholesky factor of a sparse symmetric matrix: the analysis, which others with the same pattern share, and
 /// the numbers.
-pub(crate) struct Cholesky {
+#[derive(Clone)]
+pub struct Cholesky {
     elimination: Arc<Elimination>,
     entries: Vec<f64>,
     workspace: [Vec<f64>; 2],
@@ -46,6 +47,11 @@ impl Cholesky {
     /// Stored entries of the factor.
     pub fn entries(&self) -> usize {
         self.entries.len()
+    }
+
+    /// Stored entries of the workspace that a factorisation needs beside the factor.
+    pub fn workspace_entries(&self) -> usize {
+        self.workspace.iter().map(Vec::len).sum()
     }
 
     /// Factorises `L Lᵀ`; false where the matrix is not positive definite.

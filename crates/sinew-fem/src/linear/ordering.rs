@@ -6,11 +6,13 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMat;
 use faer::sparse::linalg::amd;
 
-/// Graphs up to this many vertices are ordered by minimum degree: ...
-const MOST_BY_DEGREE: usize = 3_000;
-/// Parts up to this many vertices are not cut further.
+/// Graphs up to this many vertices are ordered by minimum degree. Measured on beams with three unknowns per vertex:
+/// entries of the factor by degree and by dissection are 0.41 and 0.43 million with 784 vertices, 1.21 and
+/// 1.19 with 1620, and 16.9 and 14.8 with 10 080.
+const MOST_BY_DEGREE: usize = 1_500;
+/// Parts up to this many vertices are not cut further; 200 gives 1 % more operations.
 const LEAF: usize = 50;
-/// Parts from this size on are ordered on two threads.
+/// Parts of at least this many vertices are ordered by two threads.
 const PARALLEL: usize = 4_000;
 
 /// An order of elimination for little fill in the Cholesky factor of a symmetric matrix with the given
@@ -20,7 +22,7 @@ const PARALLEL: usize = 4_000;
 /// Small graphs are ordered by approximate minimum degree (P. R. Amestoy, T. A. Davis, I. S. Duff, SIAM J. Matrix
 /// Anal. Appl. 17, 1996), large ones by nested dissection (A. George, SIAM J. Numer. Anal. 10, 1973) with separators
 /// from multilevel bisection. The same graph has the same order, on any number of threads.
-pub(crate) fn fill_reducing_order(starts: &[usize], neighbours: &[usize]) -> Vec<usize> {
+pub fn fill_reducing_order(starts: &[usize], neighbours: &[usize]) -> Vec<usize> {
     let graph = Graph::unweighted(starts, neighbours);
     let order = if graph.len() <= MOST_BY_DEGREE {
         minimum_degree(&graph)

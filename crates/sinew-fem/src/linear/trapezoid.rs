@@ -3,7 +3,7 @@
 use faer::{MatMut, MatRef};
 use std::ops::Range;
 
-/// Columns of a panel. Measured ...
+/// Columns of a panel. From 64 to 192 the time is the same within 5 %.
 pub(super) const PANEL: usize = 128;
 
 /// The first columns of a lower triangular matrix, panel by panel: a panel holds [`PANEL`] columns from its

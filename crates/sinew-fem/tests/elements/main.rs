@@ -7,3 +7,4 @@ mod patch;
 mod plane;
 mod pressure;
 mod scene;
+mod supports;

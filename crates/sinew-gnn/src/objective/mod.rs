@@ -1,12 +1,16 @@
 //! What training minimises: the only place where data-driven and physics-informed training differ.
 
 mod data_fit;
+mod energy_norm_fit;
 mod gradient_fit;
 mod minimum_potential;
+mod sum;
 
 pub use data_fit::DataFit;
+pub use energy_norm_fit::EnergyNormFit;
 pub use gradient_fit::{DataFitWithGradient, GradientOperator};
 pub use minimum_potential::{MinimumPotential, Potential};
+pub use sum::WeightedSum;
 
 use burn::tensor::{Device, Tensor, TensorData};
 

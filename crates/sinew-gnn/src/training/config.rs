@@ -32,6 +32,9 @@ pub struct TrainingConfig {
     pub batch: usize,
     /// Largest Euclidean norm of all gradients together; larger ones are scaled down to it.
     pub gradient_norm_limit: Option<f64>,
+    /// Share of the budget after which the node embeddings keep their values, and only the decoders and the parameter
+    /// encoder are trained, at a fraction of the cost. 1 trains all to the end.
+    pub embedding_share: f64,
     /// Seed of the order of the samples.
     pub seed: u64,
     /// Evaluations (validation, observer, checkpoint), evenly spread over the budget. The last one is at its end.
@@ -49,6 +52,7 @@ impl Default for TrainingConfig {
             budget: Budget::Steps(4000),
             batch: 8,
             gradient_norm_limit: Some(1.0),
+            embedding_share: 1.0,
             seed: 0,
             evaluations: 20,
             patience: None,
@@ -72,6 +76,9 @@ impl TrainingConfig {
         }
         if let Some(limit) = self.gradient_norm_limit {
             require_positive("the limit of the gradient norm", limit)?;
+        }
+        if !(0.0..=1.0).contains(&self.embedding_share) {
+            return Err(Error::EmbeddingShare(self.embedding_share));
         }
         require_positive("the learning rate", self.learning_rate)
     }

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use burn::module::Module;
 use burn::optim::GradientsParams;
+use burn::tensor::Tensor;
 
 use super::clock::Clock;
 use super::config::TrainingConfig;
@@ -34,6 +35,8 @@ pub struct Trainer {
     objective: Box<dyn Objective>,
     data: DataSet,
     lifted: Vec<GeometryTensors>,
+    /// Embeddings of the geometries' nodes that are no longer trained, on the device that records gradients.
+    frozen: Vec<Tensor<2>>,
     checkpoints: Option<PathBuf>,
 }
 
@@ -84,6 +87,7 @@ impl Trainer {
             lifted: surrogate.prepared.iter().map(GeometryTensors::lifted).collect(),
             progress: RunState::default(),
             best: None,
+            frozen: Vec::new(),
             checkpoints: None,
             surrogate,
             config,
@@ -199,12 +203,18 @@ impl Trainer {
     pub fn step(&mut self) -> Result<Progress> {
         let start = Instant::now();
         let clock = self.progress.clock;
+        if self.frozen.is_empty() && clock.share(self.config.budget) >= self.config.embedding_share
+        {
+            self.freeze_embeddings();
+        }
         let factor = self.config.schedule.factor(clock.step, clock.total_steps(self.config.budget));
         let learning_rate = self.config.learning_rate * factor;
         let samples: Vec<&Sample> =
             self.sampler.draw().iter().map(|&index| &self.data.training[index]).collect();
         let batch = Batch { geometry: samples[0].geometry, samples: &samples };
-        let loss = self.batch_loss(&self.emulator, &self.lifted[batch.geometry], &batch)?;
+        let geometry = &self.lifted[batch.geometry];
+        let local = self.frozen.get(batch.geometry).cloned();
+        let loss = self.batch_loss(&self.emulator, geometry, local, &batch)?;
         let value: f64 = loss.clone().into_scalar::<f32>().into();
         let gradients = GradientsParams::from_grads(loss.backward(), &self.emulator);
         let (gradients, gradient_norm) =
@@ -216,6 +226,14 @@ impl Trainer {
         self.emulator = self.optimiser.step(learning_rate, self.emulator.clone(), gradients);
         self.count_step(value, start.elapsed().as_secs_f64());
         Ok(self.report(value, gradient_norm, learning_rate))
+    }
+
+    /// From here on the embeddings are data.
+    fn freeze_embeddings(&mut self) {
+        let emulator = self.emulator.valid();
+        let embed =
+            |geometry| Tensor::from_inner(self.surrogate.local_embedding(&emulator, geometry));
+        self.frozen = self.surrogate.prepared.iter().map(embed).collect();
     }
 
     fn count_step(&mut self, loss: f64, seconds: f64) {
@@ -243,14 +261,16 @@ impl Trainer {
         &self,
         emulator: &Emulator,
         geometry: &GeometryTensors,
+        local: Option<Tensor<2>>,
         batch: &Batch<'_>,
-    ) -> Result<burn::tensor::Tensor<1>> {
+    ) -> Result<Tensor<1>> {
         let thetas: Vec<&[f64]> = batch.samples.iter().map(|sample| &sample.theta[..]).collect();
         let mut parameters = self.surrogate.parameter_tensor(&thetas)?;
         if geometry.nodes.is_autodiff() {
-            parameters = burn::tensor::Tensor::from_inner(parameters);
+            parameters = Tensor::from_inner(parameters);
         }
-        let displacement = self.surrogate.displacement(emulator, geometry, parameters);
+        let local = local.unwrap_or_else(|| self.surrogate.local_embedding(emulator, geometry));
+        let displacement = geometry.displacement(emulator, local, parameters);
         self.objective.loss(batch, displacement)
     }
 
@@ -262,7 +282,8 @@ impl Trainer {
             let samples: Vec<&Sample> =
                 self.data.validation.iter().filter(|sample| sample.geometry == geometry).collect();
             for samples in samples.chunks(self.config.batch) {
-                let loss = self.batch_loss(emulator, tensors, &Batch { geometry, samples })?;
+                let loss =
+                    self.batch_loss(emulator, tensors, None, &Batch { geometry, samples })?;
                 sum += f64::from(loss.into_scalar::<f32>()) * samples.len() as f64;
             }
         }

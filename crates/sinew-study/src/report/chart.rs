@@ -108,6 +108,7 @@ fn bounds(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
 pub(super) enum Marker {
     Circle,
     Triangle,
+    TriangleDown,
     Diamond,
     Square,
     Cross,
@@ -122,6 +123,10 @@ impl Marker {
             Self::Triangle => {
                 let (x, y) = (1.15 * r, 0.85 * r);
                 format!("M0 -{:.2}L{x:.2} {y:.2}L-{x:.2} {y:.2}Z", 1.2 * r)
+            }
+            Self::TriangleDown => {
+                let (x, y) = (1.15 * r, 0.85 * r);
+                format!("M0 {:.2}L{x:.2} -{y:.2}L-{x:.2} -{y:.2}Z", 1.2 * r)
             }
             Self::Diamond => {
                 let d = 1.3 * r;

@@ -171,7 +171,7 @@ fn push_densities(html: &mut String, scene: &SceneReport) {
         .iter()
         .map(|row| row.histograms().err_u_mm.share_outside())
         .fold(0.0, f64::max);
-    html.push_str("<p class=\"note\">Kernel densities of log₁₀ of all test errors. Dashed lines are medians of all samples; triangles on the axis are the thesis’ medians.");
+    html.push_str("<p class=\"note\">Kernel densities of log₁₀ of all test errors. Dashed lines are medians of all samples; triangles on the axis are the thesis’ medians (for the hybrid the better of its two methods).");
     if outside > 0.0 {
         let _ = write!(
             html,
@@ -220,7 +220,7 @@ fn push_training(html: &mut String, scene: &SceneReport) {
             plots::training_curve(scene, metric)
         );
     }
-    html.push_str("</div><p class=\"note\">Medians over the validation cases. Dotted lines are the thesis’ medians. A single marker is a method without training steps.");
+    html.push_str("</div><p class=\"note\">Medians over the validation cases. Time is that of training; the evaluations themselves are not counted. Dotted lines are the thesis’ medians. A single marker is a method without training steps.");
     push_preparation(html, scene);
     html.push_str("</p>");
     if let Some(svg) = plots::energy_traces(scene) {

@@ -119,6 +119,8 @@ pub enum Method {
     Dd,
     /// Graph emulator trained on the total potential energy (thesis 3.12).
     Pi,
+    /// Graph emulator fitted to simulated displacements in the energy norm.
+    Hybrid,
     /// Graph emulator fitted to displacements and deformation gradients (thesis B.1).
     Fdd,
     /// Proper orthogonal decomposition with regression of its coefficients.
@@ -131,14 +133,15 @@ pub enum Method {
 
 impl Method {
     /// All methods in the order of tables and legends.
-    pub const ALL: [Self; 6] =
-        [Self::Dd, Self::Pi, Self::Fdd, Self::Pod, Self::FemCold, Self::FemWarm];
+    pub const ALL: [Self; 7] =
+        [Self::Dd, Self::Pi, Self::Hybrid, Self::Fdd, Self::Pod, Self::FemCold, Self::FemWarm];
 
     /// Name in `report.json` and `samples.csv`.
     pub fn key(self) -> &'static str {
         match self {
             Self::Dd => "dd",
             Self::Pi => "pi",
+            Self::Hybrid => "hybrid",
             Self::Fdd => "fdd",
             Self::Pod => "pod",
             Self::FemCold => "fem_cold",
@@ -151,6 +154,7 @@ impl Method {
         match self {
             Self::Dd => "DD-GNN",
             Self::Pi => "PI-GNN",
+            Self::Hybrid => "hybrid GNN",
             Self::Fdd => "FDD-GNN",
             Self::Pod => "POD",
             Self::FemCold => "FEM cold",

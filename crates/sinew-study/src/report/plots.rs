@@ -25,6 +25,7 @@ pub(super) fn marker(method: Method, radius: f64) -> String {
     let marker = match method {
         Method::Dd => Marker::Circle,
         Method::Pi => Marker::Triangle,
+        Method::Hybrid => Marker::TriangleDown,
         Method::Fdd => Marker::Diamond,
         Method::Pod => Marker::Square,
         Method::FemCold => Marker::Cross,
@@ -196,7 +197,7 @@ fn histories(scene: &SceneReport) -> impl Iterator<Item = &TrainingHistory> {
     scene.training.iter().filter(|history| !history.curve.is_empty())
 }
 
-/// The thesis' median of a method, if it prints one.
+/// What the thesis reached in place of a method, if it prints it.
 pub(super) fn thesis_median(scene: &SceneReport, method: Method, metric: Metric) -> Option<f64> {
-    *scene.thesis.as_ref()?.medians(method)?.get(metric)
+    scene.thesis.as_ref()?.median(method, metric)
 }

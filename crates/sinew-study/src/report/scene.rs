@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Method, MethodRow, PerMetric, SurfaceCases, TrainingHistory};
+use super::{Method, MethodRow, Metric, PerMetric, SurfaceCases, TrainingHistory};
 
 /// Everything a study found out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -125,11 +125,13 @@ pub struct ThesisReference {
 }
 
 impl ThesisReference {
-    /// Medians of a method, if the thesis has it.
-    pub fn medians(&self, method: Method) -> Option<&PerMetric<Option<f64>>> {
+    /// Median of a method, if the thesis has it; of the better of its two methods for the hybrid, which it has not.
+    pub fn median(&self, method: Method, metric: Metric) -> Option<f64> {
+        let (dd, pi) = (*self.dd.get(metric), *self.pi.get(metric));
         match method {
-            Method::Dd => Some(&self.dd),
-            Method::Pi => Some(&self.pi),
+            Method::Dd => dd,
+            Method::Pi => pi,
+            Method::Hybrid => dd.zip(pi).map(|(dd, pi)| dd.min(pi)),
             _ => None,
         }
     }

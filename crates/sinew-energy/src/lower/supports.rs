@@ -1,0 +1,245 @@
+//! Supports as prescribed degrees of freedom.
+
+use super::geometry::{cross, dot, sub};
+use super::{finite, names};
+use crate::{Frames, Load, Prescribed, Scene, SceneError, Support};
+use sinew_mesh::Mesh;
+use sinew_num::Mat3;
+
+/// Directions of supports count as one when the sine of their angle is below this: files with six digits do
+/// not tell them apart, and what is held across them would be rounding.
+const SAME_DIRECTION: f64 = 1e-6;
+/// Nodes this close to an axis \[relative to the largest distance from its point\] have no radial direction.
+const ON_AXIS: f64 = 1e-9;
+/// A motion along a coordinate axis below this part of a unit of motion is rounding in a frame's axes.
+const ROUNDING: f64 = 1e-12;
+
+/// Prescribed degrees of freedom, and the frames of nodes that they are along.
+pub(crate) struct Held {
+    pub prescribed: Vec<Option<f64>>,
+    pub frames: Frames,
+}
+
+impl Held {
+    /// The prescribed displacement of a node along a coordinate axis, if the supports leave it none there.
+    pub fn along_axis(&self, node: usize, axis: usize) -> Option<f64> {
+        let Some(frame) = self.frames.get(node) else { return self.prescribed[3 * node + axis] };
+        let own = self.prescribed[3 * node..3 * node + 3].iter().zip(&frame.0);
+        own.filter(|(held, row)| held.is_some() || row[axis].abs() > ROUNDING)
+            .map(|(held, row)| held.map(|u| u * row[axis]))
+            .sum()
+    }
+
+    /// Holds a node along a unit vector, beside what holds it already (Gram–Schmidt).
+    ///
+    /// # Errors
+    /// The displacement that follows from what holds it already, if it is another one.
+    fn hold(&mut self, node: usize, direction: [f64; 3], displacement: f64) -> Result<(), f64> {
+        let held = &mut self.prescribed[3 * node..3 * node + 3];
+        let identity = Mat3::from_fn(|i, j| f64::from(u8::from(i == j)));
+        let mut frame = self.frames.get(node).copied().unwrap_or(identity);
+        let (mut axis, mut value) = (direction, displacement);
+        // Once more: what is left of a direction close to those held is orthogonal to them only then.
+        for _ in 0..2 {
+            let mut size = value.abs();
+            for (own, u) in frame.0.iter().zip(held.iter()).filter_map(|(a, u)| Some((a, (*u)?))) {
+                let along = dot(&axis, own);
+                (0..3).for_each(|i| axis[i] -= along * own[i]);
+                value -= along * u;
+                size += (along * u).abs();
+            }
+            let length = dot(&axis, &axis).sqrt();
+            if length <= SAME_DIRECTION {
+                let agrees = value.abs() <= SAME_DIRECTION * size;
+                return if agrees { Ok(()) } else { Err(displacement - value) };
+            }
+            axis = axis.map(|x| x / length);
+            value /= length;
+        }
+        let mut free: Vec<_> = (0..3).filter(|&i| held[i].is_none()).collect();
+        // The place of the nearest coordinate axis: supports along these need no frame.
+        free.sort_by(|&i, &j| axis[j].abs().total_cmp(&axis[i].abs()));
+        let place = free.remove(0);
+        let sign = 1f64.copysign(axis[place]);
+        held[place] = Some(sign * value);
+        frame.0[place] = axis.map(|x| sign * x);
+        complete(&mut frame, place, &free);
+        self.frames.insert(node, frame);
+        Ok(())
+    }
+}
+
+/// Makes the axes at the places `free` orthonormal to the others, of which `new` is one.
+fn complete(frame: &mut Mat3<f64>, new: usize, free: &[usize]) {
+    if let [first, _] = *free {
+        let along = frame[new][first];
+        let unit = |i: usize| f64::from(u8::from(i == first));
+        let rest: [f64; 3] = std::array::from_fn(|i| unit(i) - along * frame[new][i]);
+        let length = dot(&rest, &rest).sqrt();
+        frame.0[first] = rest.map(|x| x / length);
+    }
+    if let Some(&last) = free.last() {
+        let normal = cross(&frame[(last + 1) % 3], &frame[(last + 2) % 3]);
+        let sign = 1f64.copysign(normal[last]);
+        frame.0[last] = normal.map(|x| sign * x);
+    }
+}
+
+impl<L, const D: usize, const N: usize> Scene<L, D, N> {
+    pub(super) fn held(&self) -> Result<Held, SceneError> {
+        let prescribed = vec![None; 3 * self.mesh.points.len()];
+        let mut held = Held { prescribed, frames: Frames::default() };
+        if Mesh::<N>::ELEMENT.dimension == 2 {
+            held.prescribed.iter_mut().skip(2).step_by(3).for_each(|u| *u = Some(0.0));
+        }
+        for support in &self.supports {
+            self.hold_components(support, &mut held.prescribed)?;
+        }
+        for support in &self.supports {
+            self.hold_directions(support, &mut held)?;
+        }
+        // Springs may hold what supports do not; the solver checks the rigid motions.
+        let foundation = self.loads.iter().any(|load| matches!(load, Load::Foundation { .. }));
+        let holds = |axis: usize| {
+            let dofs = (0..held.prescribed.len()).filter(|&dof| held.prescribed[dof].is_some());
+            dofs.map(|dof| held.frames.axis(dof)).any(|along| along[axis].abs() > SAME_DIRECTION)
+        };
+        let axes = ["x", "y", "z"].into_iter().enumerate();
+        let free: Vec<_> = axes.filter(|(axis, _)| !holds(*axis)).map(|(_, name)| name).collect();
+        if !free.is_empty() && !foundation {
+            return Err(SceneError::FreeToMove { axes: free.join(", ") });
+        }
+        check_loose_nodes(&self.mesh, &held.prescribed)?;
+        Ok(held)
+    }
+
+    fn node_set(&self, name: &str) -> Result<&[usize], SceneError> {
+        self.mesh.node_sets.get(name).map(Vec::as_slice).ok_or_else(|| {
+            let known = names(&self.mesh.node_sets);
+            SceneError::UnknownNodeSet { name: name.into(), known }
+        })
+    }
+
+    /// What a support prescribes along the coordinate axes.
+    fn hold_components(
+        &self,
+        support: &Support,
+        prescribed: &mut [Option<f64>],
+    ) -> Result<(), SceneError> {
+        let name = &support.nodes;
+        let nodes = self.node_set(name)?;
+        match &support.displacement {
+            Prescribed::PerNode(rows) if rows.len() != nodes.len() => {
+                let (name, given) = (name.clone(), rows.len());
+                Err(SceneError::SupportLength { name, given, nodes: nodes.len() })
+            }
+            Prescribed::PerNode(rows) => nodes
+                .iter()
+                .zip(rows)
+                .try_for_each(|(&node, row)| prescribe(prescribed, node, *row, name)),
+            Prescribed::Uniform(row) => {
+                nodes.iter().try_for_each(|&node| prescribe(prescribed, node, *row, name))
+            }
+            Prescribed::Along { .. } | Prescribed::Radial { .. } => Ok(()),
+        }
+    }
+
+    /// What a support prescribes along other directions.
+    fn hold_directions(&self, support: &Support, held: &mut Held) -> Result<(), SceneError> {
+        let name = &support.nodes;
+        let nodes = self.node_set(name)?;
+        match support.displacement {
+            Prescribed::Uniform(_) | Prescribed::PerNode(_) => Ok(()),
+            Prescribed::Along { direction, displacement } => {
+                finite(displacement, || format!("the displacement prescribed on {name:?}"))?;
+                let direction = unit(direction, name)?;
+                nodes
+                    .iter()
+                    .try_for_each(|&node| self.hold(held, node, direction, displacement, support))
+            }
+            Prescribed::Radial { point, axis } => {
+                let place = || format!("the point on the axis of the support of {name:?}");
+                point.iter().try_for_each(|&x| finite(x, place))?;
+                let axis = unit(axis, name)?;
+                let arm = |node: usize| sub(&self.mesh.points[node], &point);
+                let reach = nodes.iter().map(|&node| dot(&arm(node), &arm(node)).sqrt());
+                let reach = reach.fold(0.0, f64::max);
+                for &node in nodes {
+                    let around = cross(&axis, &arm(node));
+                    let distance = dot(&around, &around).sqrt();
+                    if distance <= ON_AXIS * reach {
+                        return Err(SceneError::OnAxis { name: name.clone(), node, distance });
+                    }
+                    self.hold(held, node, axis, 0.0, support)?;
+                    self.hold(held, node, around.map(|x| x / distance), 0.0, support)?;
+                }
+                Ok(())
+            }
+        }
+    }
+
+    fn hold(
+        &self,
+        held: &mut Held,
+        node: usize,
+        direction: [f64; 3],
+        second: f64,
+        support: &Support,
+    ) -> Result<(), SceneError> {
+        held.hold(node, direction, second).map_err(|first| {
+            let holds = |other: &&Support| {
+                let nodes = self.mesh.node_sets.get(&other.nodes);
+                !std::ptr::eq(*other, support) && nodes.is_some_and(|set| set.contains(&node))
+            };
+            let others = self.supports.iter().filter(holds).map(|s| s.nodes.clone()).collect();
+            let name = support.nodes.clone();
+            SceneError::Conflict { node, name, others, direction, first, second }
+        })
+    }
+}
+
+/// The unit vector along a direction of a support.
+fn unit(direction: [f64; 3], name: &str) -> Result<[f64; 3], SceneError> {
+    // Scaled first, so that neither tiny nor huge vectors lose their length.
+    let largest = direction.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    let scaled = direction.map(|x| x / largest);
+    let length = dot(&scaled, &scaled).sqrt();
+    if largest > 0.0 && length.is_finite() {
+        return Ok(scaled.map(|x| x / length));
+    }
+    Err(SceneError::SupportDirection { name: name.into(), direction })
+}
+
+fn prescribe(
+    prescribed: &mut [Option<f64>],
+    node: usize,
+    components: [Option<f64>; 3],
+    set: &str,
+) -> Result<(), SceneError> {
+    for (component, second) in components.into_iter().enumerate() {
+        let Some(second) = second else { continue };
+        finite(second, || format!("the displacement prescribed on {set:?}"))?;
+        match prescribed[3 * node + component].replace(second) {
+            Some(first) if first != second => {
+                return Err(SceneError::Contradiction { node, component, first, second });
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+fn check_loose_nodes<const N: usize>(
+    mesh: &Mesh<N>,
+    prescribed: &[Option<f64>],
+) -> Result<(), SceneError> {
+    let mut loose: Vec<bool> = prescribed.chunks(3).map(|u| u.contains(&None)).collect();
+    mesh.cells.as_flattened().iter().for_each(|&node| loose[node] = false);
+    match loose.iter().position(|&l| l) {
+        None => Ok(()),
+        Some(first) => {
+            let count = loose.iter().filter(|&&l| l).count();
+            Err(SceneError::LooseNodes { count, first })
+        }
+    }
+}

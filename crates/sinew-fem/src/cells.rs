@@ -1,0 +1,160 @@
+//! Volume ratios and shapes of cells, and the worst of them.
+
+use nalgebra::{Matrix3, Vector3};
+use sinew_energy::{Guard, Law, TotalPotential};
+use sinew_mesh::Mesh;
+use std::fmt;
+
+/// So many of the worst cells are named.
+pub(crate) const MOST_WORST: usize = 5;
+
+/// A number and the cell that has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellValue {
+    /// Index of the cell.
+    pub cell: usize,
+    /// The number.
+    pub value: f64,
+}
+
+impl fmt::Display for CellValue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.4} (cell {})", self.value, self.cell)
+    }
+}
+
+/// The cells of least value, at most `count`, worst first.
+pub(crate) fn least(values: &[f64], count: usize) -> Vec<CellValue> {
+    let mut order: Vec<_> = (0..values.len()).collect();
+    let by_value = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]).then(a.cmp(b));
+    if count < order.len() {
+        order.select_nth_unstable_by(count, by_value);
+        order.truncate(count);
+    }
+    order.sort_unstable_by(by_value);
+    order.into_iter().map(|cell| CellValue { cell, value: values[cell] }).collect()
+}
+
+/// The cell of largest value.
+pub(crate) fn largest(values: &[f64]) -> CellValue {
+    let best = (0..values.len()).max_by(|&a, &b| values[a].total_cmp(&values[b])).unwrap_or(0);
+    CellValue { cell: best, value: values.get(best).copied().unwrap_or(f64::NAN) }
+}
+
+/// The least (largest) of each cell's values at its quadrature points.
+pub(crate) fn per_cell(
+    points: &[f64],
+    points_per_cell: usize,
+    pick: fn(f64, f64) -> f64,
+) -> Vec<f64> {
+    let of_cell = |values: &[f64]| values.iter().copied().reduce(pick).unwrap_or(f64::NAN);
+    points.chunks(points_per_cell).map(of_cell).collect()
+}
+
+/// J at each quadrature point.
+pub(crate) fn volume_ratios<L: Law<D>, G: Guard, const D: usize, const N: usize>(
+    potential: &TotalPotential<L, D, G, N>,
+    displacement: &[f64],
+) -> Vec<f64> {
+    let ratio = |p| 1.0 + potential.displacement_gradient(p, displacement).volume_change();
+    (0..potential.volumes.len()).map(ratio).collect()
+}
+
+/// Largest principal stretch, the root of the largest eigenvalue of C = FᵀF, at each quadrature point.
+pub(crate) fn largest_stretches<L: Law<D>, G: Guard, const D: usize, const N: usize>(
+    potential: &TotalPotential<L, D, G, N>,
+    displacement: &[f64],
+) -> Vec<f64> {
+    let stretch = |p| {
+        let h = potential.displacement_gradient(p, displacement);
+        let f = Matrix3::identity() + Matrix3::from_fn(|i, j| h[i][j]);
+        (f.transpose() * f).symmetric_eigenvalues().max().sqrt()
+    };
+    (0..potential.volumes.len()).map(stretch).collect()
+}
+
+/// The mean ratio of each cell's corners at reference positions plus `displacement`, from 1 (equal edges and
+/// angles) to 0 (flat or turned inside out), after A. Liu and B. Joe, BIT 34 (1994): `12 (3V)^(2/3) / Σ l²` of
+/// tetrahedra, `4√3 A / Σ l²` of triangles, the least of `3 det^(2/3) / Σ l²` over the corners of hexahedra.
+pub(crate) fn mean_ratios<L: Law<D>, G: Guard, const D: usize, const N: usize>(
+    potential: &TotalPotential<L, D, G, N>,
+    displacement: &[f64],
+) -> Vec<f64> {
+    let place = |node: usize| {
+        Vector3::from_fn(|i, _| potential.positions[node][i] + displacement[3 * node + i])
+    };
+    potential.cells.iter().map(|nodes| mean_ratio::<N>(&nodes.map(place))).collect()
+}
+
+/// Neighbours of each corner of a hexahedron, right-handed.
+const HEXAHEDRON: [[usize; 3]; 8] =
+    [[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]];
+
+fn mean_ratio<const N: usize>(nodes: &[Vector3<f64>; N]) -> f64 {
+    let corners = &nodes[..Mesh::<N>::ELEMENT.corners];
+    match corners {
+        [a, b, c] => {
+            let twice = (b - a).cross(&(c - a)).z.max(0.0);
+            2.0 * 3f64.sqrt() * twice / squared_edges(corners)
+        }
+        [a, b, c, d] => {
+            let six = (b - a).cross(&(c - a)).dot(&(d - a)).max(0.0);
+            12.0 * (0.5 * six).cbrt().powi(2) / squared_edges(corners)
+        }
+        _ => {
+            let at = |(corner, [i, j, k]): (usize, [usize; 3])| {
+                let [u, v, w] = [i, j, k].map(|other| corners[other] - corners[corner]);
+                let squares = u.norm_squared() + v.norm_squared() + w.norm_squared();
+                3.0 * u.cross(&v).dot(&w).max(0.0).cbrt().powi(2) / squares
+            };
+            HEXAHEDRON.into_iter().enumerate().map(at).fold(f64::INFINITY, f64::min)
+        }
+    }
+}
+
+/// Sum of the squared distances of all pairs: the edges of a simplex.
+fn squared_edges(corners: &[Vector3<f64>]) -> f64 {
+    let pairs =
+        corners.iter().enumerate().flat_map(|(i, a)| corners[..i].iter().map(move |b| a - b));
+    pairs.map(|edge| edge.norm_squared()).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A few roundings of numbers near 1.
+    const ROUNDING: f64 = 1e-14;
+
+    fn at(points: &[[f64; 3]]) -> Vec<Vector3<f64>> {
+        points.iter().map(|&p| p.into()).collect()
+    }
+
+    #[test]
+    fn regular_cells_have_mean_ratio_one_and_flat_ones_none() {
+        let tet = at(&[[1.0, 1.0, 1.0], [-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0]]);
+        let tet: [_; 4] = tet.try_into().unwrap();
+        assert!((mean_ratio(&tet) - 1.0).abs() < ROUNDING, "{}", mean_ratio(&tet));
+        assert_eq!(mean_ratio(&[tet[1], tet[0], tet[2], tet[3]]), 0.0);
+        let height = 0.75f64.sqrt();
+        let triangle = at(&[[0.0; 3], [1.0, 0.0, 0.0], [0.5, height, 0.0]]);
+        let triangle: [_; 3] = triangle.try_into().unwrap();
+        assert!((mean_ratio(&triangle) - 1.0).abs() < ROUNDING);
+        let cube = sinew_mesh::box_hexahedra([1.0; 3], [1; 3]);
+        let corners = cube.cells[0].map(|node| Vector3::from(cube.points[node]));
+        assert!((mean_ratio(&corners) - 1.0).abs() < ROUNDING);
+        // Twice as long in one direction: 3 · 2^(2/3) / 6.
+        let brick = corners.map(|x| Vector3::new(2.0 * x.x, x.y, x.z));
+        assert!((mean_ratio(&brick) - 0.5 * 2f64.powf(2.0 / 3.0)).abs() < ROUNDING);
+    }
+
+    #[test]
+    fn the_worst_come_first() {
+        let values = [0.5, 0.1, 0.9, 0.1, 0.3];
+        let cells: Vec<_> = least(&values, 3).iter().map(|c| c.cell).collect();
+        assert_eq!(cells, [1, 3, 4]);
+        assert_eq!(least(&values, 9).len(), 5);
+        assert_eq!(largest(&values), CellValue { cell: 2, value: 0.9 });
+        assert_eq!(per_cell(&[3.0, 1.0, 2.0, 5.0], 2, f64::min), [1.0, 2.0]);
+    }
+}

@@ -1,0 +1,102 @@
+//! Nodal forces and energies of a solution.
+
+use crate::BalanceSolution;
+use sinew_energy::{Exact, ForceBalance, Law, SurfaceResponse, TotalPotential};
+use sinew_num::Mat3;
+
+/// What acts on a body.
+pub(super) struct Forces {
+    /// Derivative of the energy in every degree of freedom; at prescribed ones it is the reaction.
+    pub total: Vec<f64>,
+    /// Π.
+    pub energy: f64,
+    /// Minus the potential of the loads.
+    pub external_work: f64,
+    /// Resultant of the loads on the body.
+    pub loads: [f64; 3],
+    /// Resultant of the elastic supports on the body.
+    pub elastic_supports: [f64; 3],
+}
+
+impl Forces {
+    /// Of what has a potential, under a fraction of the loads.
+    pub fn of_potential<L: Law<D>, const D: usize, const N: usize>(
+        potential: &TotalPotential<L, D, Exact, N>,
+        displacement: &[f64],
+        theta: &[f64],
+        load_factor: f64,
+    ) -> Self {
+        let mut total = vec![0.0; displacement.len()];
+        let whole = potential.value_and_gradient(displacement, theta, &mut total);
+        let mut loads: Vec<_> = potential.nodal_force.iter().map(|f| -f).collect();
+        for pressure in &potential.pressures {
+            pressure.value_and_add_gradient(displacement, theta, &mut loads);
+        }
+        for surface in &potential.surfaces {
+            surface.value_and_add_gradient(displacement, theta, &mut loads);
+        }
+        total.iter_mut().zip(&loads).for_each(|(t, l)| *t += (load_factor - 1.0) * l);
+        let mut springs = vec![0.0; displacement.len()];
+        for spring in &potential.springs {
+            spring.value_and_add_gradient(displacement, &mut springs);
+        }
+        let load_value = potential.load_value(displacement, theta);
+        Self {
+            total,
+            energy: whole + (load_factor - 1.0) * load_value,
+            external_work: -load_factor * load_value,
+            loads: resultant(&loads).map(|f| -load_factor * f),
+            elastic_supports: resultant(&springs).map(|f| -f),
+        }
+    }
+
+    /// With loose followers and the field of pressure.
+    pub fn of_balance<L: Law<D>, const D: usize, const N: usize>(
+        body: &ForceBalance<L, D, N>,
+        solution: &BalanceSolution,
+    ) -> Self {
+        let BalanceSolution { displacement, theta, load_factor, .. } = solution;
+        let mut forces = Self::of_potential(&body.potential, displacement, theta, *load_factor);
+        let mut followers = vec![0.0; displacement.len()];
+        let mut response = SurfaceResponse::default();
+        for surface in &body.followers {
+            let magnitude = load_factor * surface.magnitude.value(theta);
+            for facet in 0..surface.facets() {
+                surface.facet_force(facet, displacement, &mut response);
+                for (slot, force) in response.gradient.iter().enumerate() {
+                    let node = surface.facet_nodes(facet)[slot / 3];
+                    followers[3 * node + slot % 3] += magnitude * force;
+                }
+            }
+        }
+        let on_body = resultant(&followers);
+        (0..3).for_each(|i| forces.loads[i] -= on_body[i]);
+        forces.total.iter_mut().zip(&followers).for_each(|(t, f)| *t += f);
+        add_pressure_field(body, solution, &mut forces.total);
+        forces
+    }
+}
+
+/// Adds the nodal forces `∫ p cof F ∇N dV` of the field of pressure.
+fn add_pressure_field<L: Law<D>, const D: usize, const N: usize>(
+    body: &ForceBalance<L, D, N>,
+    solution: &BalanceSolution,
+    forces: &mut [f64],
+) {
+    let Some(field) = &body.pressure_field else { return };
+    for point in 0..body.potential.volumes.len() {
+        let (cell, local) = (point / field.shape.len(), point % field.shape.len());
+        let corners = &field.cells[cell * field.corners..][..field.corners];
+        let terms = field.shape[local].iter().zip(corners).map(|(n, &c)| n * solution.pressure[c]);
+        let pressure: f64 = terms.sum();
+        let h = body.potential.displacement_gradient(point, &solution.displacement);
+        let f = Mat3::from_fn(|i, j| h[i][j] + if i == j { 1.0 } else { 0.0 });
+        let stress = Mat3::from_fn(|i, j| pressure * f.cofactor(i, j));
+        body.potential.add_forces(point, &stress, forces);
+    }
+}
+
+fn resultant(forces: &[f64]) -> [f64; 3] {
+    let (rows, _) = forces.as_chunks::<3>();
+    rows.iter().fold([0.0; 3], |sum, row| std::array::from_fn(|i| sum[i] + row[i]))
+}

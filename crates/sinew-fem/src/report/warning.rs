@@ -1,0 +1,91 @@
+//! What makes a solution doubtful.
+
+use super::SolutionReport;
+use crate::{CellValue, LockingWarning};
+use thiserror::Error;
+
+/// Residuals \[relative to the forces\] above this leave fewer than six digits.
+const LARGEST_RESIDUAL: f64 = 1e-6;
+/// Cells below this J hardly resist what follows, and laws are seldom fitted there.
+const LEAST_VOLUME_RATIO: f64 = 0.3;
+/// Cells above this J belong to no tissue, which is mostly water.
+const LARGEST_VOLUME_RATIO: f64 = 3.0;
+/// Mean ratio below which gradients in a cell are hardly better than noise: a tetrahedron with dihedral
+/// angles of a few degrees.
+const LEAST_SHAPE: f64 = 0.1;
+
+/// Why a solution should be looked at twice; its `Display` advises.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Warning {
+    /// The forces are not balanced as well as they could be.
+    #[error(
+        "the residual is {relative:.1e} of the forces; solve again from this displacement, or scale the units so \
+         that forces are near 1"
+    )]
+    Residual {
+        /// Residual over the norm of loads and reactions.
+        relative: f64,
+    },
+    /// The equilibrium is no minimum.
+    #[error(
+        "the stiffness has {negative_pivots} negative pivots: the body would leave this equilibrium; start from \
+         another displacement with solve_from, or load it by a prescribed motion"
+    )]
+    Unstable {
+        /// Negative eigenvalues of the stiffness.
+        negative_pivots: usize,
+    },
+    /// A cell has lost most of its volume.
+    #[error("J is only {worst}: reduce the load, stiffen the volume, or refine the mesh there")]
+    Squeezed {
+        /// The cell and its volume ratio.
+        worst: CellValue,
+    },
+    /// A cell has grown to a multiple of its volume.
+    #[error("J reaches {worst}: the law resists changes of volume too little for this load")]
+    Swollen {
+        /// The cell and its volume ratio.
+        worst: CellValue,
+    },
+    /// A cell is nearly flat at rest.
+    #[error(
+        "the mesh has a cell of mean ratio {worst}: gradients there are poor; improve the mesh"
+    )]
+    PoorMesh {
+        /// The cell and its mean ratio.
+        worst: CellValue,
+    },
+    /// A cell has become nearly flat.
+    #[error(
+        "the deformation leaves a cell of mean ratio {worst}; start with cells that are stretched the other way, \
+         or refine the mesh there"
+    )]
+    Distorted {
+        /// The cell and its mean ratio.
+        worst: CellValue,
+    },
+    /// The elements are too stiff.
+    #[error("{0}")]
+    Locking(LockingWarning),
+}
+
+/// All but locking.
+pub(super) fn of(report: &SolutionReport, negative_pivots: usize) -> Vec<Warning> {
+    let relative = report.relative_residual;
+    let balanced = relative <= LARGEST_RESIDUAL;
+    let swollen = report.largest_volume_ratio;
+    let squeezed = report.least_volume_ratios.first().copied();
+    let squeezed = squeezed.filter(|worst| worst.value < LEAST_VOLUME_RATIO);
+    let [at_rest, deformed] = [&report.worst_reference_shapes, &report.worst_deformed_shapes]
+        .map(|shapes| shapes.first().copied().filter(|shape| shape.value < LEAST_SHAPE));
+    let found = [
+        (!balanced).then_some(Warning::Residual { relative }),
+        (negative_pivots > 0).then_some(Warning::Unstable { negative_pivots }),
+        squeezed.map(|worst| Warning::Squeezed { worst }),
+        (swollen.value > LARGEST_VOLUME_RATIO).then_some(Warning::Swollen { worst: swollen }),
+        at_rest.map(|worst| Warning::PoorMesh { worst }),
+        deformed.filter(|_| at_rest.is_none()).map(|worst| Warning::Distorted { worst }),
+    ];
+    found.into_iter().flatten().collect()
+}

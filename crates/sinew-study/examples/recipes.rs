@@ -1,0 +1,236 @@
+//! Tries recipes of training on a beam and prints the errors on the way: what `docs/design.md` compares.
+
+use anyhow::{Context, Result, bail};
+use clap::{Parser, ValueEnum};
+use sinew_energy::Barriers;
+use sinew_fem::{Options, Solver, sweep};
+use sinew_gnn::{
+    Backend, Budget, DataFit, DataSet, EmulatorConfig, EnergyNormFit, Geometry, HistoryPoint,
+    MinimumPotential, Objective, Observer, OutputBasis, OutputScale, ParameterScaling, Sample,
+    Scales, Surrogate, Trainer, TrainingConfig, WeightedSum,
+};
+use sinew_study::evaluate::TestSet;
+use sinew_study::train::Body;
+use sinew_study::{basis, graph, sampling, scenes};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Trains one emulator after another on a beam; the errors are over 100 test cases.
+#[derive(Parser)]
+struct Arguments {
+    /// `once` or `twice`
+    scene: String,
+    /// Coordinates of the outputs and objective, as `simulations:fit`, one per training. `prediction` is the
+    /// stiffness about what the training before it predicts for the centre of the range
+    #[arg(required = true, value_parser = parse_recipe)]
+    recipes: Vec<(Coordinates, Goal)>,
+    /// Parameter sets per step
+    #[arg(long, default_value_t = 8)]
+    batch: usize,
+    /// Steps of each training
+    #[arg(long, default_value_t = 1000)]
+    steps: usize,
+    /// Share of the steps that train the node embeddings
+    #[arg(long, default_value_t = 0.1)]
+    share: f64,
+    /// Peak of the learning rate
+    #[arg(long, default_value_t = 4e-3)]
+    learning_rate: f64,
+    /// Simulations that the coordinates are taken from
+    #[arg(long, default_value_t = 200)]
+    simulations: usize,
+    /// Power of the deviations in the coordinates of simulations
+    #[arg(long, default_value_t = 0.7)]
+    power: f64,
+    /// Seed of data, weights and batches
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Coordinates {
+    Components,
+    Nodes,
+    Simulations,
+    Rest,
+    Simulation,
+    Prediction,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Goal {
+    Fit,
+    Norm,
+    Energy,
+    EnergyFit,
+    EnergyNorm,
+}
+
+fn parse_recipe(text: &str) -> Result<(Coordinates, Goal), String> {
+    let (coordinates, goal) = text.split_once(':').ok_or("write COORDINATES:OBJECTIVE")?;
+    Ok((Coordinates::from_str(coordinates, true)?, Goal::from_str(goal, true)?))
+}
+
+fn main() -> Result<()> {
+    let arguments = Arguments::parse();
+    let (body, fields, test) = simulate(&arguments)?;
+    let mut before = None;
+    for &recipe in &arguments.recipes {
+        before = Some(train(&arguments, recipe, &body, &fields, &test, before)?);
+    }
+    Ok(())
+}
+
+fn simulate(arguments: &Arguments) -> Result<(Body, Vec<Vec<f64>>, TestSet)> {
+    let beam = match &arguments.scene[..] {
+        "once" => scenes::once_clamped(),
+        "twice" => scenes::twice_clamped(),
+        other => bail!("there is no beam `{other}`; write once or twice"),
+    };
+    let exact = beam.scene.lower()?;
+    let potential = exact.clone().with_guard(Barriers::default());
+    let ranges: Vec<[f64; 2]> = beam.scene.parameters.iter().map(|p| p.range).collect();
+    let centre: Vec<f64> = ranges.iter().map(|[low, high]| (low * high).sqrt()).collect();
+    let (lower, upper): (Vec<f64>, Vec<f64>) = ranges.iter().map(|[a, b]| (*a, *b)).unzip();
+    let solve = |thetas: &[Vec<f64>]| -> Result<Vec<Vec<f64>>> {
+        let swept = sweep(&exact, thetas, &Options::default(), || ())?;
+        let solutions = swept.solutions().context("simulations")?;
+        Ok(solutions.iter().map(|solution| solution.displacement.clone()).collect())
+    };
+    let thetas = sampling::log_latin_hypercube(200, &ranges, arguments.seed);
+    let fields = solve(&thetas)?;
+    let tests = sampling::uniform(100, &ranges, !arguments.seed);
+    let displacements = solve(&tests)?;
+    let test = TestSet { potential: potential.clone(), displacements, thetas: tests };
+
+    let (topology, geometry) = graph::geometry(&beam.scene.mesh, &exact, arguments.seed)?;
+    let mut nearly_unloaded = exact.clone();
+    nearly_unloaded.nodal_force.iter_mut().for_each(|force| *force *= 1e-6);
+    let linear = Solver::new(&nearly_unloaded)?.solve(&centre, &Options::default())?;
+    let body = Body {
+        potential,
+        topology,
+        geometry,
+        parameters: ParameterScaling::logarithmic(&lower, &upper)?,
+        thetas,
+        linear_response: linear.displacement.iter().map(|u| u * 1e6).collect(),
+        centre,
+        exact,
+    };
+    Ok((body, fields, test))
+}
+
+fn train(
+    arguments: &Arguments,
+    (coordinates, goal): (Coordinates, Goal),
+    body: &Body,
+    fields: &[Vec<f64>],
+    test: &TestSet,
+    before: Option<(Surrogate, Geometry)>,
+) -> Result<(Surrogate, Geometry)> {
+    let start = Instant::now();
+    let anchor = match (coordinates, before) {
+        (Coordinates::Prediction, Some((surrogate, geometry))) => {
+            surrogate.predict(&geometry, std::slice::from_ref(&body.centre))?.displacement
+        }
+        (Coordinates::Prediction, None) => bail!("no training before this one"),
+        _ => basis::nearest_to_centre(body, fields).context("no simulation")?.to_vec(),
+    };
+    let mut geometry = body.geometry.clone();
+    geometry.basis = match coordinates {
+        Coordinates::Components | Coordinates::Nodes => None,
+        Coordinates::Rest => Some(basis::at_rest(body)?),
+        Coordinates::Simulation | Coordinates::Prediction => Some(basis::at_anchor(body, &anchor)?),
+        Coordinates::Simulations => {
+            let some = fields.iter().take(arguments.simulations).map(Vec::as_slice);
+            Some(OutputBasis::principal(some, arguments.power)?)
+        }
+    };
+    let output = match coordinates {
+        Coordinates::Nodes => {
+            OutputScale::standardising_every_node(fields.iter().map(Vec::as_slice))?
+        }
+        _ => OutputScale::root_mean_square(3, fields.iter().map(Vec::as_slice))?,
+    };
+    let samples = body.thetas.iter().zip(fields).map(|(theta, field)| Sample {
+        geometry: 0,
+        theta: theta.clone(),
+        displacement: field.clone(),
+    });
+    let data = DataSet {
+        topology: body.topology.clone(),
+        geometries: vec![geometry.clone()],
+        training: samples.collect(),
+        validation: Vec::new(),
+    };
+    let objective = objective(goal, body, &anchor, &output, &data)?;
+    let config = TrainingConfig {
+        batch: arguments.batch,
+        budget: Budget::Steps(arguments.steps),
+        learning_rate: arguments.learning_rate,
+        embedding_share: arguments.share,
+        seed: arguments.seed,
+        evaluations: 4,
+        ..TrainingConfig::default()
+    };
+    let columns = (geometry.features.nodes.columns, geometry.features.edges.columns);
+    let network = EmulatorConfig::new(3, columns.0, columns.1, body.centre.len());
+    let scales = Scales::over(&data.geometries, body.parameters.clone(), output)?;
+    let device = Backend::Flex.device()?;
+    let surrogate = Surrogate::new(&network, &data, scales, arguments.seed, &device)?;
+    let mut trainer = Trainer::new(surrogate, data, objective, config)?;
+    println!("prepared in {:.2} s", start.elapsed().as_secs_f64());
+    trainer.run(&mut Printer { test, geometry: &geometry })?;
+    Ok((trainer.into_surrogate(), geometry))
+}
+
+fn objective(
+    goal: Goal,
+    body: &Body,
+    anchor: &[f64],
+    output: &OutputScale,
+    data: &DataSet,
+) -> Result<Box<dyn Objective>> {
+    let fit = || -> Result<Box<dyn Objective>> { Ok(Box::new(DataFit::new(output.length())?)) };
+    let norm = || -> Result<Box<dyn Objective>> {
+        Ok(Box::new(EnergyNormFit::new(&[basis::stiffness_root(body, anchor)?], data)?))
+    };
+    let energy = || -> Result<Box<dyn Objective>> {
+        let (potential, linear) = (&body.potential, &body.linear_response);
+        let unit = MinimumPotential::energy_of_linear_response(potential, linear, &body.centre)?;
+        Ok(Box::new(MinimumPotential::new(vec![Arc::new(potential.clone())], unit)?))
+    };
+    Ok(match goal {
+        Goal::Fit => fit()?,
+        Goal::Norm => norm()?,
+        Goal::Energy => energy()?,
+        Goal::EnergyFit => Box::new(WeightedSum::new(vec![(1.0, energy()?), (1.0, fit()?)])?),
+        Goal::EnergyNorm => Box::new(WeightedSum::new(vec![(1.0, energy()?), (1.0, norm()?)])?),
+    })
+}
+
+/// Prints medians over the test cases.
+struct Printer<'a> {
+    test: &'a TestSet,
+    geometry: &'a Geometry,
+}
+
+impl Observer for Printer<'_> {
+    fn evaluate(&mut self, surrogate: &Surrogate, point: &HistoryPoint) {
+        let medians = surrogate
+            .predict(self.geometry, &self.test.thetas)
+            .map_err(anyhow::Error::from)
+            .and_then(|prediction| {
+                let cases = 0..self.test.thetas.len();
+                let fields: Vec<_> = cases.map(|case| prediction.field(case).to_vec()).collect();
+                self.test.evaluate(&fields)?.medians()
+            });
+        match medians {
+            Ok(m) => println!(
+                "{:6} steps {:6.1} s: err_u {:.1e} mm, err_F {:.1e} %, err_I1 {:.1e} %, err_Pi {:.1e} %",
+                point.step, point.seconds, m.err_u_mm, m.err_f_pct, m.err_i1_pct, m.err_pi_pct
+            ),
+            Err(error) => println!("{:6} steps {:6.1} s: {error:#}", point.step, point.seconds),
+        }
+    }
+}
