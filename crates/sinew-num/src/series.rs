@@ -1,6 +1,7 @@
 //! Taylor polynomials of several variables, of any order.
 
 use crate::Scalar;
+use std::borrow::Cow;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Most variables that a [`Series`] may have.
@@ -9,9 +10,8 @@ pub const MOST_VARIABLES: usize = 10;
 /// A Taylor polynomial in several variables, cut off at a degree of its own in each of them.
 ///
 /// One evaluation of a formula over series gives all its partial derivatives up to those degrees:
-/// what a differential operator of any order needs. Where two series of different shape meet, the
-/// one with fewer variables or lower degrees counts as a polynomial in the larger shape only if it
-/// is constant; mixing others is a programming error.
+/// what a differential operator of any order needs. Series that meet in one formula have the same
+/// variables and degrees; only a constant may be of another shape.
 ///
 /// ```
 /// use sinew_num::Series;
@@ -304,23 +304,29 @@ impl Series {
 
     /// `op` coefficient by coefficient.
     fn zip(&self, right: &Self, op: impl Fn(f64, f64) -> f64) -> Self {
-        let (left, right) = (self.shaped_like(right), right.shaped_like(self));
+        let (left, right) = self.common(right);
         let coefficients =
             left.coefficients.iter().zip(&right.coefficients).map(|(l, r)| op(*l, *r)).collect();
         Self { degrees: left.degrees, coefficients }
     }
 
-    /// Itself, or where it is a constant of a smaller shape, that constant in the shape of `other`.
-    fn shaped_like<'a>(&'a self, other: &Self) -> std::borrow::Cow<'a, Self> {
-        if self.degrees == other.degrees || self.coefficients.len() > other.coefficients.len() {
-            return std::borrow::Cow::Borrowed(self);
-        }
-        assert!(self.is_constant(), "series of different shapes: {self:?} and {other:?}");
-        std::borrow::Cow::Owned(other.constant(self.value()))
+    /// Itself, or where it is the constant of two series of different shape, in that of `other`.
+    fn shaped_like<'a>(&'a self, other: &Self) -> Cow<'a, Self> {
+        let promoted = self.degrees != other.degrees
+            && self.is_constant()
+            && (!other.is_constant() || other.coefficients.len() > self.coefficients.len());
+        if promoted { Cow::Owned(other.constant(self.value())) } else { Cow::Borrowed(self) }
+    }
+
+    /// Both in one shape.
+    fn common<'a>(&'a self, right: &'a Self) -> (Cow<'a, Self>, Cow<'a, Self>) {
+        let pair = (self.shaped_like(right), right.shaped_like(self));
+        assert_eq!(pair.0.degrees, pair.1.degrees, "series of different shapes that both vary");
+        pair
     }
 
     fn product(&self, right: &Self) -> Self {
-        let (left, right) = (self.shaped_like(right), right.shaped_like(self));
+        let (left, right) = self.common(right);
         let mut coefficients = vec![0.0; left.coefficients.len()];
         let degrees = left.degrees;
         multiply_into(

@@ -1,0 +1,409 @@
+//! A prior with data: parameters, and everything that does not change with them.
+
+use crate::coefficients::{Monomial, PointCoefficients, register};
+use crate::data::{Data, Group, Noise, Role, check};
+use crate::error::GpError;
+use crate::evidence::Evidence;
+use crate::gram::PairPlan;
+use crate::kernel::Measure;
+use crate::operator::{Operator, Parameter};
+use crate::prior::Prior;
+use crate::problem::check_orders;
+
+/// One number that a fit adjusts, within bounds, from a start drawn at random.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FreeParameter {
+    /// Name: of the equation's parameter, or as `amplitude 1`, `lengthscale x 1`, `noise 2`.
+    pub name: String,
+    /// Whether it is positive and adjusted on a logarithmic scale.
+    pub logarithmic: bool,
+    /// Lower and upper bound, in its own unit.
+    pub bounds: [f64; 2],
+    /// Where restarts begin, in its own unit.
+    pub start: [f64; 2],
+}
+
+impl FreeParameter {
+    /// From its own unit to the scale that it is adjusted on.
+    pub fn to_scale(&self, value: f64) -> f64 {
+        if self.logarithmic { value.ln() } else { value }
+    }
+
+    /// Back to its own unit.
+    pub fn from_scale(&self, coordinate: f64) -> f64 {
+        if self.logarithmic { coordinate.exp() } else { coordinate }
+    }
+}
+
+/// Noise of a compiled group.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Variance {
+    /// A standard deviation, zero for exact values.
+    Known(f64),
+    /// Position of its logarithm among the parameters.
+    Learned(usize),
+}
+
+/// Observations compiled for one operator.
+#[derive(Debug)]
+pub(crate) struct Compiled<const D: usize> {
+    pub points: PointCoefficients<D>,
+    pub values: Vec<f64>,
+    pub variance: Variance,
+    /// Position of the first observation in the covariance matrix.
+    pub offset: usize,
+    pub observed: bool,
+}
+
+/// A prior and observations, ready to be fitted.
+#[derive(Debug)]
+pub struct Model<const D: usize> {
+    pub(crate) prior: Prior<D>,
+    pub(crate) parameters: Vec<FreeParameter>,
+    /// First parameter (the amplitude) of each part; kernel parameters follow.
+    pub(crate) part_offsets: Vec<usize>,
+    /// Parameters of the operators, in the order of their numbers in monomials.
+    pub(crate) theta: Vec<Parameter>,
+    pub(crate) theta_offset: usize,
+    /// Imposed groups first.
+    pub(crate) groups: Vec<Compiled<D>>,
+    /// Observations that the conditional evidence conditions on: the first ones.
+    pub(crate) imposed: usize,
+    pub(crate) size: usize,
+    pub(crate) evidence: Evidence,
+    /// For each part, plans between groups at `[first · groups + second]`.
+    pub(crate) plans: Vec<Vec<PairPlan<D>>>,
+}
+
+impl<const D: usize> Model<D> {
+    /// Puts a prior and data together.
+    ///
+    /// Noise-free observations at points where the prior leaves no freedom (of u on a Dirichlet
+    /// boundary) carry no information and are left out.
+    ///
+    /// # Errors
+    /// If there are no data, or some are not finite, contradict the boundary conditions, lie where
+    /// a feature has no derivative; if an operator's order is too high, or conditional evidence is
+    /// asked for without observations to predict.
+    pub fn new(prior: Prior<D>, data: Data<D>, evidence: Evidence) -> Result<Self, GpError> {
+        let mut groups = data.groups;
+        groups.extend(prior.boundary.iter().cloned());
+        check(&groups)?;
+        // A stable sort keeps the order given within each role.
+        let mut order: Vec<usize> = (0..groups.len()).collect();
+        order.sort_by_key(|number| groups[*number].role == Role::Observed);
+        let mut theta = Vec::new();
+        for term in prior.equation.terms() {
+            for (parameter, _) in &term.parameters {
+                register(&mut theta, parameter)?;
+            }
+        }
+        let mut compiled = Vec::new();
+        for number in order {
+            compiled.push(compile(&prior, &groups[number], number, &mut theta)?);
+        }
+        let mut offset = 0;
+        for group in &mut compiled {
+            group.offset = offset;
+            offset += group.values.len();
+        }
+        let imposed = compiled.iter().filter(|g| !g.observed).map(|g| g.values.len()).sum();
+        let size = offset;
+        if size == 0 {
+            return Err(GpError::NoData);
+        }
+        let evidence = evidence.resolve(&compiled, imposed, size)?;
+        let mut model = Self {
+            plans: plans(&prior, &compiled),
+            prior,
+            parameters: Vec::new(),
+            part_offsets: Vec::new(),
+            theta,
+            theta_offset: 0,
+            groups: compiled,
+            imposed,
+            size,
+            evidence,
+        };
+        model.lay_out_parameters();
+        Ok(model)
+    }
+
+    /// The parameters, in the order of the vectors that describe them.
+    pub fn parameters(&self) -> &[FreeParameter] {
+        &self.parameters
+    }
+
+    /// Which evidence is maximised, with `Auto` resolved.
+    pub fn evidence(&self) -> Evidence {
+        self.evidence
+    }
+
+    /// Number of observations, pseudo-observations included.
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    /// Position of a parameter by name.
+    ///
+    /// # Errors
+    /// If there is none of that name.
+    pub fn position(&self, name: &str) -> Result<usize, GpError> {
+        self.parameters.iter().position(|p| p.name == name).ok_or_else(|| {
+            let known: Vec<&str> = self.parameters.iter().map(|p| p.name.as_str()).collect();
+            GpError::UnknownParameter { name: name.into(), known: known.join(", ") }
+        })
+    }
+
+    fn lay_out_parameters(&mut self) {
+        let scale = self.amplitude_scale();
+        let extents = self.prior.domain.extents();
+        let names = self.prior.domain.names().clone();
+        let mut parameters = Vec::new();
+        for (number, part) in self.prior.parts.iter().enumerate() {
+            self.part_offsets.push(parameters.len());
+            let number = number + 1;
+            parameters.push(FreeParameter {
+                name: format!("amplitude {number}"),
+                logarithmic: true,
+                bounds: AMPLITUDE_BOUNDS.map(|bound| bound * scale),
+                start: AMPLITUDE_START.map(|bound| bound * scale),
+            });
+            for hyperparameter in part.kernel.hyperparameters() {
+                let (name, bounds, start) = match hyperparameter.measure {
+                    Measure::Length { axis } => (
+                        format!("{} {} {number}", hyperparameter.name, names[axis]),
+                        LENGTH_BOUNDS.map(|bound| bound * extents[axis]),
+                        LENGTH_START.map(|bound| bound * extents[axis]),
+                    ),
+                    Measure::Number { lower, upper } => {
+                        let middle = (lower * upper).sqrt();
+                        let name = format!("{} {number}", hyperparameter.name);
+                        (name, [lower, upper], [(lower * middle).sqrt(), (upper * middle).sqrt()])
+                    }
+                };
+                parameters.push(FreeParameter { name, logarithmic: true, bounds, start });
+            }
+        }
+        self.theta_offset = parameters.len();
+        for parameter in &self.theta {
+            let bounds = parameter.bounds();
+            let name = parameter.name().to_string();
+            parameters.push(FreeParameter {
+                name,
+                logarithmic: bounds[0] > 0.0,
+                bounds,
+                start: bounds,
+            });
+        }
+        for (number, group) in self.groups.iter_mut().enumerate() {
+            if let Variance::Learned(position) = &mut group.variance {
+                *position = parameters.len();
+                let scale = spread(&group.values);
+                parameters.push(FreeParameter {
+                    name: format!("noise {}", number + 1),
+                    logarithmic: true,
+                    bounds: NOISE_BOUNDS.map(|bound| bound * scale),
+                    start: NOISE_START.map(|bound| bound * scale),
+                });
+            }
+        }
+        self.parameters = parameters;
+    }
+
+    /// Size of u as the data suggest it: what they differ from the prior mean by, over the size of
+    /// their operator on functions that vary over the whole domain.
+    fn amplitude_scale(&self) -> f64 {
+        let middle: Vec<f64> = self
+            .theta
+            .iter()
+            .map(|parameter| match parameter.bounds() {
+                [lower, upper] if lower > 0.0 => (lower * upper).sqrt(),
+                [lower, upper] => 0.5 * (lower + upper),
+            })
+            .collect();
+        let of = |observed: bool| {
+            self.groups
+                .iter()
+                .filter(|group| group.observed == observed)
+                .map(|group| group.amplitude(&middle))
+                .fold(0.0, f64::max)
+        };
+        [of(true), of(false)].into_iter().find(|scale| *scale > 0.0).unwrap_or(1.0)
+    }
+
+    /// Values of the operators' parameters, from a vector of all parameters on their scales.
+    pub(crate) fn theta_values(&self, scaled: &[f64]) -> Vec<f64> {
+        let range = self.theta_offset..self.theta_offset + self.theta.len();
+        self.parameters[range.clone()]
+            .iter()
+            .zip(&scaled[range])
+            .map(|(p, s)| p.from_scale(*s))
+            .collect()
+    }
+}
+
+/// Bounds of amplitudes and lengths in units of the data's size and the axes' extents: wide enough
+/// for functions close to polynomials, narrow enough to keep covariances representable.
+const AMPLITUDE_BOUNDS: [f64; 2] = [1e-2, 1e3];
+const AMPLITUDE_START: [f64; 2] = [0.3, 3.0];
+const LENGTH_BOUNDS: [f64; 2] = [0.03, 30.0];
+const LENGTH_START: [f64; 2] = [0.3, 1.5];
+/// In units of the spread of the values: from far below any instrument to nothing but noise.
+const NOISE_BOUNDS: [f64; 2] = [1e-5, 2.0];
+const NOISE_START: [f64; 2] = [0.01, 0.1];
+
+/// Standard deviation of values, or their size where all are equal, or one.
+fn spread(values: &[f64]) -> f64 {
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let deviation = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt();
+    [deviation, mean.abs()].into_iter().find(|s| *s > 0.0).unwrap_or(1.0)
+}
+
+impl<const D: usize> Compiled<D> {
+    fn amplitude(&self, theta: &[f64]) -> f64 {
+        let count = self.values.len().max(1) as f64;
+        let monomials = self.points.monomials.iter().map(|m| monomial_value(m, theta));
+        let mut residual = self.values.clone();
+        for (monomial, mean) in monomials.clone().zip(&self.points.mean) {
+            residual.iter_mut().zip(mean).for_each(|(r, m)| *r -= monomial * m);
+        }
+        let size = (residual.iter().map(|r| r * r).sum::<f64>() / count).sqrt();
+        // The operator on features of size one, whose derivatives are of its own size.
+        let operator = self
+            .points
+            .parts
+            .iter()
+            .map(|part| {
+                let square: f64 = monomials
+                    .clone()
+                    .zip(&part.arrays)
+                    .flat_map(|(monomial, array)| array.iter().map(move |a| (monomial * a).powi(2)))
+                    .sum();
+                (square / count).sqrt()
+            })
+            .fold(0.0, f64::max);
+        if operator > 0.0 { size / operator } else { 0.0 }
+    }
+}
+
+/// Π θ^power.
+pub(crate) fn monomial_value(monomial: &Monomial, theta: &[f64]) -> f64 {
+    monomial.iter().map(|(position, power)| theta[*position].powi(*power)).product()
+}
+
+/// ∂/∂θ of a monomial, for the parameter at `position`.
+pub(crate) fn monomial_slope(monomial: &Monomial, theta: &[f64], position: usize) -> f64 {
+    let factor = |(other, power): &(usize, i32)| match *other == position {
+        true => f64::from(*power) * theta[*other].powi(power - 1),
+        false => theta[*other].powi(*power),
+    };
+    monomial.iter().map(factor).product()
+}
+
+/// Relative size of a residual that counts as agreement of an exact value with the boundary.
+const AGREEMENT: f64 = 1e-8;
+
+fn compile<const D: usize>(
+    prior: &Prior<D>,
+    group: &Group<D>,
+    number: usize,
+    theta: &mut Vec<Parameter>,
+) -> Result<Compiled<D>, GpError> {
+    let operator = group.operator.as_ref().unwrap_or(&prior.equation);
+    check_orders(&prior.domain, operator)?;
+    check_roughness(prior, operator)?;
+    let (mut points, mut values) = (group.points.clone(), group.values.clone());
+    let mut built = coefficients(prior, operator, &points, number, theta)?;
+    if group.noise == Noise::Exact {
+        let kept = informative(&built, &values, number)?;
+        if kept.len() < points.len() {
+            points = kept.iter().map(|index| points[*index]).collect();
+            values = kept.iter().map(|index| values[*index]).collect();
+            built = coefficients(prior, operator, &points, number, theta)?;
+        }
+    }
+    let variance = match group.noise {
+        Noise::Exact => Variance::Known(0.0),
+        Noise::Known(sigma) => Variance::Known(sigma),
+        Noise::Learned => Variance::Learned(usize::MAX),
+    };
+    let observed = group.role == Role::Observed;
+    Ok(Compiled { points: built, values, variance, offset: 0, observed })
+}
+
+fn coefficients<const D: usize>(
+    prior: &Prior<D>,
+    operator: &Operator<D>,
+    points: &[[f64; D]],
+    group: usize,
+    theta: &mut Vec<Parameter>,
+) -> Result<PointCoefficients<D>, GpError> {
+    PointCoefficients::new(prior, operator, points, theta)?.map_err(|(what, index)| {
+        GpError::Singular { what, index, group, point: points[index].to_vec() }
+    })
+}
+
+fn check_roughness<const D: usize>(
+    prior: &Prior<D>,
+    operator: &Operator<D>,
+) -> Result<(), GpError> {
+    let needs = operator.order();
+    for part in &prior.parts {
+        if let Some(has) = part.kernel.smoothness().filter(|has| *has < needs) {
+            return Err(GpError::TooRough { kernel: part.kernel.name(), has, needs });
+        }
+    }
+    Ok(())
+}
+
+/// Positions of the observations on which the prior has any freedom; the others must agree.
+fn informative<const D: usize>(
+    built: &PointCoefficients<D>,
+    values: &[f64],
+    group: usize,
+) -> Result<Vec<usize>, GpError> {
+    let mut kept = Vec::new();
+    for (index, value) in values.iter().enumerate() {
+        let free = built.parts.iter().any(|part| {
+            part.arrays
+                .iter()
+                .any(|array| array[index..].iter().step_by(built.count).any(|a| *a != 0.0))
+        });
+        if free {
+            kept.push(index);
+            continue;
+        }
+        let prescribed: f64 = match built.mean.as_slice() {
+            [mean] => mean[index],
+            // With unknown parameters in front, nothing can be said of the value.
+            _ => continue,
+        };
+        let residual = value - prescribed;
+        if residual.abs() > AGREEMENT * value.abs().max(1.0) {
+            return Err(GpError::Contradiction { index, group, residual });
+        }
+    }
+    Ok(kept)
+}
+
+fn plans<const D: usize>(prior: &Prior<D>, groups: &[Compiled<D>]) -> Vec<Vec<PairPlan<D>>> {
+    prior
+        .parts
+        .iter()
+        .enumerate()
+        .map(|(part, description)| {
+            let kernel = &*description.kernel;
+            groups
+                .iter()
+                .flat_map(|first| {
+                    groups.iter().map(move |second| {
+                        let orders = |group: &Compiled<D>| group.points.parts[part].orders.clone();
+                        PairPlan::new(kernel, &orders(first), &orders(second))
+                    })
+                })
+                .collect()
+        })
+        .collect()
+}
