@@ -19,8 +19,9 @@ use crate::model::{Compiled, Model, Variance, monomial_slope, monomial_value};
 /// What a fit maximises.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Evidence {
-    /// ln p(y_u, y_f) (4.18). Unbounded for noise-free collocation of a homogeneous equation: a
-    /// covariance K_ff → 0 makes the collocation values as likely as one likes, and u is lost.
+    /// ln p(y_u, y_f) (4.18). Unbounded where noise-free collocation is met by the prior mean
+    /// itself, be it as θ → 0: a covariance K_ff → 0 then makes the collocation values as likely
+    /// as one likes, and u is lost.
     Joint,
     /// ln p(y_u | y_f): how well what is imposed (the equation, and pseudo-observations of the
     /// boundary) predicts what is measured.
@@ -37,11 +38,7 @@ impl Evidence {
         imposed: usize,
         size: usize,
     ) -> Result<Self, GpError> {
-        let unbounded = groups.iter().any(|group| {
-            let homogeneous = group.values.iter().all(|value| *value == 0.0);
-            let noisy = matches!(group.variance, Variance::Known(sigma) if sigma > 0.0);
-            !group.observed && !group.values.is_empty() && homogeneous && !noisy
-        });
+        let unbounded = groups.iter().any(Compiled::is_trivially_satisfied);
         match self {
             Self::Conditional if imposed == size => Err(GpError::NothingConditional),
             Self::Auto if unbounded && imposed < size => Ok(Self::Conditional),

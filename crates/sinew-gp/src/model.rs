@@ -262,6 +262,25 @@ fn spread(values: &[f64]) -> f64 {
 }
 
 impl<const D: usize> Compiled<D> {
+    /// Whether imposed values without a known noise are met by the prior mean alone, once the
+    /// terms with parameters in front are left out.
+    pub fn is_trivially_satisfied(&self) -> bool {
+        let noisy = matches!(self.variance, Variance::Known(sigma) if sigma > 0.0);
+        if self.observed || self.values.is_empty() || noisy {
+            return false;
+        }
+        let terms = self.points.monomials.iter().zip(&self.points.mean);
+        let mut residual = self.values.clone();
+        let mut size = largest(&residual);
+        for (monomial, mean) in terms {
+            size = size.max(largest(mean));
+            if monomial.is_empty() {
+                residual.iter_mut().zip(mean).for_each(|(r, m)| *r -= m);
+            }
+        }
+        largest(&residual) <= AGREEMENT * size
+    }
+
     fn amplitude(&self, theta: &[f64]) -> f64 {
         let count = self.values.len().max(1) as f64;
         let monomials = self.points.monomials.iter().map(|m| monomial_value(m, theta));
@@ -286,6 +305,10 @@ impl<const D: usize> Compiled<D> {
             .fold(0.0, f64::max);
         if operator > 0.0 { size / operator } else { 0.0 }
     }
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, value| most.max(value.abs()))
 }
 
 /// Π θ^power.
