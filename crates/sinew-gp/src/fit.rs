@@ -1,4 +1,4 @@
-//! Maximisation of the evidence from several starts.
+//! The most probable parameters, searched for from several starts.
 
 use std::sync::Arc;
 
@@ -37,13 +37,15 @@ pub struct Restart {
     pub outcome: Result<Outcome, GpError>,
 }
 
-/// A local maximum of the evidence.
+/// A local maximum.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// Parameters, on their scales.
     pub parameters: Vec<f64>,
     /// Logarithm of the evidence.
     pub log_evidence: f64,
+    /// Logarithm of evidence times prior density of the parameters: what was maximised.
+    pub log_posterior: f64,
     /// Evaluations of evidence and gradient.
     pub evaluations: usize,
     /// Relative jitter at the end.
@@ -68,7 +70,7 @@ pub struct Fit<const D: usize> {
 const COLLAPSE: f64 = 0.1;
 
 impl<const D: usize> Model<D> {
-    /// Maximises the evidence from random starts, in parallel.
+    /// Maximises evidence times [`crate::Belief`]s from random starts, in parallel.
     ///
     /// The best restart that did not collapse is taken, or the best if all did.
     ///
@@ -84,7 +86,7 @@ impl<const D: usize> Model<D> {
             .map(|start| Restart { outcome: model.climb(&start, options.iterations), start })
             .collect();
         let rank = |restart: &Restart| match &restart.outcome {
-            Ok(outcome) => (!outcome.collapsed, outcome.log_evidence),
+            Ok(outcome) => (!outcome.collapsed, outcome.log_posterior),
             Err(_) => (false, f64::NEG_INFINITY),
         };
         let best = (0..restarts.len())
@@ -117,7 +119,7 @@ impl<const D: usize> Model<D> {
         let mut last = None;
         let mut trace = Vec::new();
         let found = minimise(
-            |x| match self.evaluate(x) {
+            |x| match self.evaluate_posterior(x) {
                 Ok(e) => Some((-e.value, e.gradient.iter().map(|g| -g).collect())),
                 Err(error) => {
                     last = Some(error);
@@ -135,7 +137,8 @@ impl<const D: usize> Model<D> {
         };
         let posterior = Posterior::new(self.clone(), &found.point)?;
         Ok(Outcome {
-            log_evidence: -found.value,
+            log_evidence: -found.value - self.log_belief(&found.point),
+            log_posterior: -found.value,
             evaluations: found.evaluations,
             jitter: posterior.jitter(),
             collapsed: posterior.explained().is_some_and(|share| share < COLLAPSE),

@@ -36,7 +36,7 @@ pub use kernel::{
     Periodic, Product, RationalQuadratic, Scaled, Smoothness, SquaredExponential, Sum,
     check_kernel,
 };
-pub use model::{FreeParameter, Model};
+pub use model::{Belief, FreeParameter, Model};
 pub use operator::{Derivative, MOST_DERIVATIVES, Operator, Parameter, Term};
 pub use polygon::Polygon;
 pub use posterior::{Posterior, Prediction};

@@ -3,7 +3,7 @@
 use crate::coefficients::{Monomial, PointCoefficients, register};
 use crate::data::{Data, Group, Noise, Role, check};
 use crate::error::GpError;
-use crate::evidence::Evidence;
+use crate::evidence::{Evaluation, Evidence};
 use crate::gram::PairPlan;
 use crate::kernel::Measure;
 use crate::operator::{Operator, Parameter};
@@ -21,6 +21,38 @@ pub struct FreeParameter {
     pub bounds: [f64; 2],
     /// Where restarts begin, in its own unit.
     pub start: [f64; 2],
+    /// What is believed of it before the data.
+    pub belief: Belief,
+}
+
+/// Prior density of a parameter on the scale that it is adjusted on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Belief {
+    /// The same everywhere within the bounds.
+    Flat,
+    /// Normal in the logarithm. Amplitudes and lengthscales are believed to be the size of the
+    /// data and of the domain, give or take a factor e: without that the conditional evidence has
+    /// many maxima at odd lengthscales that fit noise (on Wave-BVP-1 it more than halves the
+    /// errors of u and θ; where data abound it makes no difference).
+    LogNormal {
+        /// Median, in the parameter's own unit.
+        median: f64,
+        /// Standard deviation of the logarithm.
+        deviation: f64,
+    },
+}
+
+impl Belief {
+    /// Logarithm of the density up to a constant, and its derivative.
+    fn log_density(self, coordinate: f64) -> (f64, f64) {
+        match self {
+            Self::Flat => (0.0, 0.0),
+            Self::LogNormal { median, deviation } => {
+                let z = (coordinate - median.ln()) / deviation;
+                (-0.5 * z * z, -z / deviation)
+            }
+        }
+    }
 }
 
 impl FreeParameter {
@@ -144,6 +176,32 @@ impl<const D: usize> Model<D> {
         self.size
     }
 
+    /// The model with other beliefs, as all [`Belief::Flat`] for the bare evidence.
+    pub fn with_beliefs(mut self, belief: impl Fn(&FreeParameter) -> Belief) -> Self {
+        self.parameters.iter_mut().for_each(|parameter| parameter.belief = belief(parameter));
+        self
+    }
+
+    /// Logarithm of the prior density of all parameters, up to a constant.
+    pub fn log_belief(&self, scaled: &[f64]) -> f64 {
+        self.parameters.iter().zip(scaled).map(|(p, x)| p.belief.log_density(*x).0).sum()
+    }
+
+    /// Logarithm of evidence times prior density, with its gradient: what fits maximise, and what
+    /// NUTS and Laplace explore.
+    ///
+    /// # Errors
+    /// As [`Model::log_evidence`].
+    pub fn evaluate_posterior(&self, scaled: &[f64]) -> Result<Evaluation, GpError> {
+        let mut evaluation = self.evaluate(scaled)?;
+        let beliefs = self.parameters.iter().zip(scaled).map(|(p, x)| p.belief.log_density(*x));
+        for (slope, (density, own)) in evaluation.gradient.iter_mut().zip(beliefs) {
+            evaluation.value += density;
+            *slope += own;
+        }
+        Ok(evaluation)
+    }
+
     /// Position of a parameter by name.
     ///
     /// # Errors
@@ -168,21 +226,23 @@ impl<const D: usize> Model<D> {
                 logarithmic: true,
                 bounds: AMPLITUDE_BOUNDS.map(|bound| bound * scale),
                 start: AMPLITUDE_START.map(|bound| bound * scale),
+                belief: Belief::LogNormal { median: scale, deviation: BELIEF_DEVIATION },
             });
             for hyperparameter in part.kernel.hyperparameters() {
-                let (name, bounds, start) = match hyperparameter.measure {
+                let (name, bounds, start, belief) = match hyperparameter.measure {
                     Measure::Length { axis } => (
                         format!("{} {} {number}", hyperparameter.name, names[axis]),
                         LENGTH_BOUNDS.map(|bound| bound * extents[axis]),
                         LENGTH_START.map(|bound| bound * extents[axis]),
+                        Belief::LogNormal { median: extents[axis], deviation: BELIEF_DEVIATION },
                     ),
                     Measure::Number { lower, upper } => {
                         let middle = (lower * upper).sqrt();
                         let name = format!("{} {number}", hyperparameter.name);
-                        (name, [lower, upper], [(lower * middle).sqrt(), (upper * middle).sqrt()])
+                        (name, [lower, upper], [lower, upper].map(|end| (end * middle).sqrt()), Belief::Flat)
                     }
                 };
-                parameters.push(FreeParameter { name, logarithmic: true, bounds, start });
+                parameters.push(FreeParameter { name, logarithmic: true, bounds, start, belief });
             }
         }
         self.theta_offset = parameters.len();
@@ -194,6 +254,7 @@ impl<const D: usize> Model<D> {
                 logarithmic: bounds[0] > 0.0,
                 bounds,
                 start: bounds,
+                belief: Belief::Flat,
             });
         }
         for (number, group) in self.groups.iter_mut().enumerate() {
@@ -205,6 +266,7 @@ impl<const D: usize> Model<D> {
                     logarithmic: true,
                     bounds: NOISE_BOUNDS.map(|bound| bound * scale),
                     start: NOISE_START.map(|bound| bound * scale),
+                    belief: Belief::Flat,
                 });
             }
         }
@@ -249,6 +311,8 @@ const AMPLITUDE_BOUNDS: [f64; 2] = [1e-2, 1e3];
 const AMPLITUDE_START: [f64; 2] = [0.3, 3.0];
 const LENGTH_BOUNDS: [f64; 2] = [0.03, 30.0];
 const LENGTH_START: [f64; 2] = [0.3, 1.5];
+/// Of logarithms of amplitudes and lengths about the size of data and domain.
+const BELIEF_DEVIATION: f64 = 1.0;
 /// In units of the spread of the values: from far below any instrument to nothing but noise.
 const NOISE_BOUNDS: [f64; 2] = [1e-5, 2.0];
 const NOISE_START: [f64; 2] = [0.01, 0.1];
