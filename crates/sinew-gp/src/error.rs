@@ -86,6 +86,9 @@ pub enum GpError {
     /// One name with two meanings.
     #[error("parameter {0} is declared twice with different bounds; clone one `Parameter`")]
     ParameterClash(String),
+    /// A free parameter where only known coefficients will do.
+    #[error("parameter {0} is free; networks are trained on equations with known coefficients")]
+    FreeParameter(String),
     /// A parameter that the model does not have.
     #[error("there is no parameter {name}; the model has {known}")]
     UnknownParameter {

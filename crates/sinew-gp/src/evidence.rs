@@ -7,13 +7,13 @@ use faer::linalg::cholesky::llt::factor::{
     LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
 };
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
-use faer::linalg::triangular_inverse::invert_lower_triangular;
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
 use crate::error::GpError;
 use crate::gram::{Block, Cotangents, Scratch, Side};
+use crate::inverse::invert_lower;
 use crate::model::{Compiled, Model, Variance, monomial_slope, monomial_value};
 
 /// What a fit maximises.
@@ -336,7 +336,7 @@ impl<'a, const D: usize> State<'a, D> {
         let lower = factored.factor.view();
         let mut inverse = Mat::<f64>::zeros(rest, rest);
         let trailing = lower.submatrix(split, split, rest, rest);
-        invert_lower_triangular(inverse.as_mut(), trailing, par);
+        invert_lower(inverse.as_mut(), trailing, par);
         // W = [left | inverse] with left = −L_uu⁻¹ L_uf L_ff⁻¹.
         let mut left = Mat::<f64>::zeros(rest, split);
         if split > 0 {

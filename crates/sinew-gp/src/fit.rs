@@ -77,29 +77,36 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// If no restart has a finite evidence.
     pub fn fit(self, options: &FitOptions) -> Result<Fit<D>, GpError> {
-        let model = Arc::new(self);
         let mut random = ChaCha8Rng::seed_from_u64(options.seed);
-        let starts: Vec<Vec<f64>> =
-            (0..options.restarts.max(1)).map(|_| model.random_start(&mut random)).collect();
+        let starts = (0..options.restarts.max(1)).map(|_| self.random_start(&mut random)).collect();
+        self.fit_from(starts, options.iterations)
+    }
+
+    /// [`Model::fit`] from given starts, on the parameters' scales; they are moved into the bounds.
+    ///
+    /// # Errors
+    /// As [`Model::fit`].
+    pub fn fit_from(self, starts: Vec<Vec<f64>>, iterations: usize) -> Result<Fit<D>, GpError> {
+        let model = Arc::new(self);
+        let count = starts.len();
         let restarts: Vec<Restart> = starts
             .into_par_iter()
-            .map(|start| Restart { outcome: model.climb(&start, options.iterations), start })
+            .map(|start| Restart { outcome: model.climb(&start, iterations), start })
             .collect();
         let rank = |restart: &Restart| match &restart.outcome {
             Ok(outcome) => (!outcome.collapsed, outcome.log_posterior),
             Err(_) => (false, f64::NEG_INFINITY),
         };
+        let none = || GpError::NoFit { restarts: count, last: Box::new(GpError::NoData) };
         let best = (0..restarts.len())
             .max_by(|a, b| {
                 let (a, b) = (rank(&restarts[*a]), rank(&restarts[*b]));
                 a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
             })
-            .expect("at least one restart");
+            .ok_or_else(none)?;
         match &restarts[best].outcome {
             Ok(_) => Ok(Fit { model, restarts, best }),
-            Err(last) => {
-                Err(GpError::NoFit { restarts: options.restarts, last: Box::new(last.clone()) })
-            }
+            Err(last) => Err(GpError::NoFit { restarts: count, last: Box::new(last.clone()) }),
         }
     }
 

@@ -239,7 +239,12 @@ impl<const D: usize> Model<D> {
                     Measure::Number { lower, upper } => {
                         let middle = (lower * upper).sqrt();
                         let name = format!("{} {number}", hyperparameter.name);
-                        (name, [lower, upper], [lower, upper].map(|end| (end * middle).sqrt()), Belief::Flat)
+                        (
+                            name,
+                            [lower, upper],
+                            [lower, upper].map(|end| (end * middle).sqrt()),
+                            Belief::Flat,
+                        )
                     }
                 };
                 parameters.push(FreeParameter { name, logarithmic: true, bounds, start, belief });

@@ -97,6 +97,12 @@ impl<const D: usize> Problem<D> {
         &self.equation
     }
 
+    /// The same conditions on another equation.
+    pub(crate) fn with_equation(&self, equation: Operator<D>) -> Result<Self, GpError> {
+        check_orders(&self.domain, &equation)?;
+        Ok(Self { equation, ..self.clone() })
+    }
+
     fn free_axis(&self, name: &str) -> Result<usize, GpError> {
         let axis = self.domain.axis(name)?;
         if self.domain.cross_section().is_some() && axis < 2 {

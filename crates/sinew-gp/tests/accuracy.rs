@@ -33,7 +33,8 @@ fn observed<const D: usize>(
     let deviation =
         (size.iter().map(|u| (u - mean).powi(2)).sum::<f64>() / size.len() as f64).sqrt();
     // Sums of twelve uniform variates are near enough to normal ones.
-    let errors = must(Domain::interval("e", [0.0, 1.0]).and_then(|e| e.sample(12 * values, seed + 77)));
+    let errors =
+        must(Domain::interval("e", [0.0, 1.0]).and_then(|e| e.sample(12 * values, seed + 77)));
     let y: Vec<f64> = points
         .iter()
         .zip(errors.chunks(12))
@@ -43,7 +44,11 @@ fn observed<const D: usize>(
         })
         .collect();
     let at = must(domain.sample(collocation, seed + 1000));
-    Data::new().values(&points, &y, Noise::Learned).equation(&at, &vec![0.0; collocation], Noise::Exact)
+    Data::new().values(&points, &y, Noise::Learned).equation(
+        &at,
+        &vec![0.0; collocation],
+        Noise::Exact,
+    )
 }
 
 fn fit<const D: usize>(prior: Prior<D>, data: Data<D>, seed: u64) -> Fit<D> {
@@ -57,7 +62,11 @@ fn report<const D: usize>(label: &str, fit: &Fit<D>, err: f64, theta: &str) {
     let all: Vec<String> = fit
         .restarts
         .iter()
-        .map(|r| r.outcome.as_ref().map_or("x".into(), |o| format!("{:.3}{}", o.log_evidence, if o.collapsed { "c" } else { "" })))
+        .map(|r| {
+            r.outcome.as_ref().map_or("x".into(), |o| {
+                format!("{:.3}{}", o.log_evidence, if o.collapsed { "c" } else { "" })
+            })
+        })
         .collect();
     println!(
         "{label}: err_u {err:.2e}, θ {value:.5}, evidence {:.3}, {} evaluations, jitter {:e}, collapsed {}, all {all:?}",
@@ -71,8 +80,7 @@ fn poisson_1_needs_four_collocation_points() {
     let domain = must(Domain::interval("x", [0.0, 2.0]));
     let [dx] = domain.derivatives();
     let clamped = Condition::Cauchy { value: constant(0.0), slope: constant(0.0) };
-    let robin =
-        Condition::Robin { value_factor: -1.0, slope_factor: 1.0, data: constant(0.0) };
+    let robin = Condition::Robin { value_factor: -1.0, slope_factor: 1.0, data: constant(0.0) };
     let problem = must(
         Problem::new(domain.clone(), -(dx * dx))
             .and_then(|p| p.condition("x", Side::Lower, clamped))
@@ -141,7 +149,6 @@ fn wave_1_gives_the_speed() {
         report("Wave 1", &fit, err, "theta");
         assert!(!fit.outcome().collapsed);
         assert!(err < 3e-2, "{err:e}");
-        
     }
 }
 
