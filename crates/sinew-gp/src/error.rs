@@ -178,6 +178,9 @@ pub enum GpError {
         "conditional evidence needs observations of u beside those of the equation; use joint evidence"
     )]
     NothingConditional,
+    /// Parameters in single precision.
+    #[error("parameters must be a tensor of double precision; cast it to F64")]
+    Precision,
     /// A covariance matrix that stays indefinite.
     #[error(
         "the covariance of {size} observations is not positive definite even with a relative jitter of {jitter:e}; remove duplicate noise-free points or add noise"

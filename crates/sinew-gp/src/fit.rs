@@ -77,9 +77,14 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// If no restart has a finite evidence.
     pub fn fit(self, options: &FitOptions) -> Result<Fit<D>, GpError> {
-        let mut random = ChaCha8Rng::seed_from_u64(options.seed);
-        let starts = (0..options.restarts.max(1)).map(|_| self.random_start(&mut random)).collect();
+        let starts = self.random_starts(options);
         self.fit_from(starts, options.iterations)
+    }
+
+    /// The starts of [`Model::fit`].
+    pub(crate) fn random_starts(&self, options: &FitOptions) -> Vec<Vec<f64>> {
+        let mut random = ChaCha8Rng::seed_from_u64(options.seed);
+        (0..options.restarts.max(1)).map(|_| self.random_start(&mut random)).collect()
     }
 
     /// [`Model::fit`] from given starts, on the parameters' scales; they are moved into the bounds.

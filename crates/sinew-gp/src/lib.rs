@@ -52,6 +52,7 @@
 //! - [`Model::fit`], [`laplace`] and [`nuts`]: the most probable parameters, and ensembles of
 //!   probable ones for intervals that cover;
 //! - [`Kernel`] and [`check_kernel`]: your own kernel from its formula, and whether it is one;
+//! - `log_evidence_tensor` (feature `burn`, on by default): the evidence inside a Burn graph;
 //! - [`SemiLinear`]: equations with a nonlinear term, by Gauss and Newton.
 //!
 //! Everything is in double precision.
@@ -83,6 +84,8 @@ mod problem;
 mod semilinear;
 mod simd;
 mod structure;
+#[cfg(feature = "burn")]
+mod tensor;
 
 pub use condition::{Condition, Periodicity};
 pub use constraint::{Constraints, Feature, constraints};
@@ -111,3 +114,5 @@ pub use problem::Problem;
 pub use semilinear::{SemiLinear, Solution};
 /// The number type of formulas in the coordinates.
 pub use sinew_num::Series;
+#[cfg(feature = "burn")]
+pub use tensor::log_evidence_tensor;

@@ -45,6 +45,8 @@ pub struct Solution<const D: usize> {
 
 /// Relative change of u below which steps end: far below what collocation resolves.
 const CONVERGED: f64 = 1e-7;
+/// Relative change from which on fits start from the parameters before only.
+const NEARLY: f64 = 1e-3;
 
 impl<const D: usize, const M: usize> SemiLinear<D, M> {
     /// L u + `term`(`arguments` of u) = f, with L the equation of `problem`.
@@ -69,8 +71,8 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
 
     /// Solves by at most `steps` linearisations, starting from the mean of the constrained prior.
     ///
-    /// `data` holds f at collocation points and, for inverse problems, measured values. The first
-    /// fit has the restarts of `options`; later ones start from the parameters before.
+    /// `data` holds f at collocation points and, for inverse problems, measured values. Fits start
+    /// as in `options`, and near the end from the parameters before.
     ///
     /// # Errors
     /// If a fit fails, or there are no collocation points.
@@ -95,13 +97,13 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         let unfinished = |s: &Solution<D>| s.change >= CONVERGED && s.steps < steps;
         while solution.as_ref().is_none_or(unfinished) {
             let model = self.linearised(kernel, data, &points, &values)?;
-            let fit = match &solution {
-                None => model.fit(options)?,
-                Some(before) => {
-                    let start = before.fit.outcome().parameters.clone();
-                    model.fit_from(vec![start], options.iterations)?
-                }
-            };
+            let mut starts: Vec<Vec<f64>> =
+                solution.iter().map(|before| before.fit.outcome().parameters.clone()).collect();
+            // The first linearisations are far from the last: what fits them best may be elsewhere.
+            if solution.as_ref().is_none_or(|before| before.change > NEARLY) {
+                starts.extend(model.random_starts(options));
+            }
+            let fit = model.fit_from(starts, options.iterations)?;
             let posterior = fit.posterior()?;
             let updated =
                 self.evaluate(&points, |operator| posterior.mean_of(operator, &points))?;
