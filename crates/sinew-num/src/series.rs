@@ -428,7 +428,7 @@ macro_rules! operator_with_number {
         impl Div<$Left> for f64 {
             type Output = Series;
             fn div(self, right: $Left) -> Series {
-                right.recip() * self
+                right.recip().map(|c| c * self)
             }
         }
     };

@@ -131,7 +131,7 @@ impl<const D: usize> Checked<'_, D> {
         let scale = (0..n).map(|i| a[i][i]).fold(f64::MIN_POSITIVE, f64::max);
         for k in 0..n {
             let pivot = a[k][k] / scale;
-            if !(pivot >= -TAYLOR_TOLERANCE) {
+            if pivot.is_nan() || pivot < -TAYLOR_TOLERANCE {
                 return Err(KernelFault::Definiteness { points: n, pivot });
             }
             // A pivot of rounding size belongs to a point that the others determine.
