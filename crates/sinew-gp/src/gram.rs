@@ -154,29 +154,22 @@ impl<const D: usize> Block<'_, D> {
             scratch.table.resize(size, 0.0);
             scratch.weights.clear();
             scratch.weights.resize(size, 0.0);
-            let (table, slopes) = (scratch.table.as_mut_slice(), scratch.weights.as_mut_slice());
-            self.kernel.derivatives(self.hyperparameters, &pairs, &self.plan.entries, table);
-            for order in 0..self.first.width() {
-                let coefficients = self.first.row(order, start, count);
-                let position = order * self.first.points.count + start;
-                let cotangent = &mut cotangents.first[position..][..count];
-                let reads = &self.plan.reads[order * width..];
-                expand(
-                    table,
-                    reads,
-                    &scratch.signed,
-                    coefficients,
-                    weights,
-                    cotangent,
-                    slopes,
-                    &mut scratch.slopes,
-                );
-            }
-            self.kernel.pull_back(
+            let (signed, own) = (&scratch.signed, &mut scratch.slopes);
+            let mut weigh = |table: &[f64], slopes: &mut [f64]| {
+                for order in 0..self.first.width() {
+                    let coefficients = self.first.row(order, start, count);
+                    let position = order * self.first.points.count + start;
+                    let cotangent = &mut cotangents.first[position..][..count];
+                    let reads = &self.plan.reads[order * width..];
+                    expand(table, reads, signed, coefficients, weights, cotangent, slopes, own);
+                }
+            };
+            self.kernel.derivatives_and_pull_back(
                 self.hyperparameters,
                 &pairs,
                 &self.plan.entries,
-                slopes,
+                [&mut scratch.table, &mut scratch.weights],
+                &mut weigh,
                 cotangents.hyperparameters,
             );
         }

@@ -175,4 +175,20 @@ pub trait Kernel<const D: usize>: Debug + Send + Sync {
     ) {
         table::pull_back_by_series(self, hyperparameters, pairs, orders, weights, gradient);
     }
+
+    /// [`Kernel::derivatives`] into `table`, then [`Kernel::pull_back`] for the weights that
+    /// `weigh` makes of it, in memory of the same size; a kernel may share work between the two.
+    fn derivatives_and_pull_back(
+        &self,
+        hyperparameters: &[f64],
+        pairs: &Pairs<'_, D>,
+        orders: &[Orders<D>],
+        [table, weights]: [&mut [f64]; 2],
+        weigh: &mut dyn FnMut(&[f64], &mut [f64]),
+        gradient: &mut [f64],
+    ) {
+        self.derivatives(hyperparameters, pairs, orders, table);
+        weigh(table, weights);
+        self.pull_back(hyperparameters, pairs, orders, weights, gradient);
+    }
 }

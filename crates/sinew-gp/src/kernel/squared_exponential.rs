@@ -61,19 +61,7 @@ impl<const D: usize> Kernel<D> for SquaredExponential {
         let axes = self.axes.of::<D>();
         SCRATCH.with_borrow_mut(|scratch| {
             scratch.fill(axes, lengthscales, pairs, orders, 0);
-            let count = pairs.count();
-            for (order, row) in orders.iter().zip(table.chunks_mut(count)) {
-                if beyond(order.first, axes) {
-                    row.fill(0.0);
-                    continue;
-                }
-                row.copy_from_slice(&scratch.exponential[..count]);
-                for (axis, d) in scratch.axes.iter().zip(axes) {
-                    if order.first[*d] > 0 {
-                        multiply(row, &axis.rows[order.first[*d]]);
-                    }
-                }
-            }
+            scratch.tabulate(axes, orders, pairs.count(), table);
         });
     }
 
@@ -85,28 +73,29 @@ impl<const D: usize> Kernel<D> for SquaredExponential {
         weights: &[f64],
         gradient: &mut [f64],
     ) {
-        // λ ∂/∂λ of the γ-th derivative G_γ is −(r G_{γ+1} + γ G_γ), r the difference along the axis.
         let axes = self.axes.of::<D>();
         SCRATCH.with_borrow_mut(|scratch| {
             scratch.fill(axes, lengthscales, pairs, orders, 1);
-            let count = pairs.count();
-            let Scratch { exponential, product, axes: filled } = scratch;
-            for (order, weights) in orders.iter().zip(weights.chunks(count)) {
-                if beyond(order.first, axes) {
-                    continue;
-                }
-                for (number, slope) in gradient.iter_mut().enumerate() {
-                    product[..count].copy_from_slice(&exponential[..count]);
-                    for (other, (axis, d)) in filled.iter().zip(axes).enumerate() {
-                        if other != number && order.first[*d] > 0 {
-                            multiply(&mut product[..count], &axis.rows[order.first[*d]]);
-                        }
-                    }
-                    let (n, axis) = (order.first[axes[number]], &filled[number]);
-                    let [at, after] = [&axis.rows[n], &axis.rows[n + 1]];
-                    dilation(slope, n as f64, weights, product, &axis.differences, at, after);
-                }
-            }
+            scratch.pull_back(axes, orders, pairs.count(), weights, gradient);
+        });
+    }
+
+    /// The exponentials and polynomials serve both directions.
+    fn derivatives_and_pull_back(
+        &self,
+        lengthscales: &[f64],
+        pairs: &Pairs<'_, D>,
+        orders: &[Orders<D>],
+        [table, weights]: [&mut [f64]; 2],
+        weigh: &mut dyn FnMut(&[f64], &mut [f64]),
+        gradient: &mut [f64],
+    ) {
+        let axes = self.axes.of::<D>();
+        SCRATCH.with_borrow_mut(|scratch| {
+            scratch.fill(axes, lengthscales, pairs, orders, 1);
+            scratch.tabulate(axes, orders, pairs.count(), table);
+            weigh(table, weights);
+            scratch.pull_back(axes, orders, pairs.count(), weights, gradient);
         });
     }
 }
@@ -124,6 +113,9 @@ struct Scratch {
     axes: Vec<Hermite>,
 }
 
+/// Numbers in the widest vector; divides [`MOST_PAIRS`].
+const LANES: usize = 8;
+
 thread_local! {
     static SCRATCH: RefCell<Scratch> = const {
         RefCell::new(Scratch {
@@ -135,6 +127,55 @@ thread_local! {
 }
 
 impl Scratch {
+    fn tabulate<const D: usize>(
+        &self,
+        axes: &[usize],
+        orders: &[Orders<D>],
+        count: usize,
+        table: &mut [f64],
+    ) {
+        for (order, row) in orders.iter().zip(table.chunks_mut(count)) {
+            if beyond(order.first, axes) {
+                row.fill(0.0);
+                continue;
+            }
+            row.copy_from_slice(&self.exponential[..count]);
+            for (axis, d) in self.axes.iter().zip(axes) {
+                if order.first[*d] > 0 {
+                    multiply(row, &axis.rows[order.first[*d]]);
+                }
+            }
+        }
+    }
+
+    /// λ ∂/∂λ of the γ-th derivative G_γ is −(r G_{γ+1} + γ G_γ), r the difference along the axis.
+    fn pull_back<const D: usize>(
+        &mut self,
+        axes: &[usize],
+        orders: &[Orders<D>],
+        count: usize,
+        weights: &[f64],
+        gradient: &mut [f64],
+    ) {
+        let Self { exponential, product, axes: filled } = self;
+        for (order, weights) in orders.iter().zip(weights.chunks(count)) {
+            if beyond(order.first, axes) {
+                continue;
+            }
+            for (number, slope) in gradient.iter_mut().enumerate() {
+                product[..count].copy_from_slice(&exponential[..count]);
+                for (other, (axis, d)) in filled.iter().zip(axes).enumerate() {
+                    if other != number && order.first[*d] > 0 {
+                        multiply(&mut product[..count], &axis.rows[order.first[*d]]);
+                    }
+                }
+                let (n, axis) = (order.first[axes[number]], &filled[number]);
+                let [at, after] = [&axis.rows[n], &axis.rows[n + 1]];
+                dilation(slope, n as f64, weights, product, &axis.differences, at, after);
+            }
+        }
+    }
+
     fn fill<const D: usize>(
         &mut self,
         axes: &[usize],
@@ -149,19 +190,21 @@ impl Scratch {
             let rows = [[1.0; MOST_PAIRS]; MOST_ORDERS];
             self.axes.push(Hermite { differences: [0.0; MOST_PAIRS], rows });
         }
-        self.exponential[..count].fill(0.0);
+        // Whole vectors: what the lanes beyond the last pair hold is finite and never read.
+        let padded = count.next_multiple_of(LANES);
+        self.exponential[..padded].fill(0.0);
         for ((d, lengthscale), axis) in axes.iter().zip(lengthscales).zip(&mut self.axes) {
             let most = orders.iter().map(|o| o.first[*d]).max().unwrap_or(0) + extra;
             recurrence(
                 *lengthscale,
                 pairs.first[*d],
                 pairs.second[*d],
-                &mut axis.differences[..count],
-                &mut self.exponential[..count],
+                &mut axis.differences[..padded],
+                &mut self.exponential[..padded],
                 &mut axis.rows[..=most],
             );
         }
-        exponentials(&mut self.exponential[..count]);
+        exponentials(&mut self.exponential[..padded]);
     }
 }
 
@@ -176,9 +219,10 @@ vectorised! {
         rows: &mut [[f64; MOST_PAIRS]],
     ) {
         let inverse = lengthscale.recip();
-        for ((difference, square), x) in differences.iter_mut().zip(squares.iter_mut()).zip(first) {
-            let r = x - second;
-            *difference = r;
+        for (difference, x) in differences.iter_mut().zip(first) {
+            *difference = x - second;
+        }
+        for (r, square) in differences.iter().zip(squares.iter_mut()) {
             *square += (r * inverse) * (r * inverse);
         }
         let slope = inverse * inverse;
