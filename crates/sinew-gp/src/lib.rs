@@ -58,6 +58,7 @@
 //! Everything is in double precision.
 
 mod coefficients;
+mod compile;
 mod condition;
 mod constraint;
 mod data;
@@ -65,9 +66,11 @@ mod domain;
 mod ensemble;
 mod error;
 mod evidence;
+mod factor;
 mod field;
 mod fit;
 mod functional;
+mod gradient;
 mod gram;
 mod inverse;
 mod kernel;
@@ -77,12 +80,14 @@ mod network;
 mod nuts;
 mod operator;
 mod optimise;
+mod parameter;
 mod polygon;
 mod posterior;
 mod prior;
 mod problem;
 mod semilinear;
 mod simd;
+mod state;
 mod structure;
 #[cfg(feature = "burn")]
 mod tensor;
@@ -103,10 +108,11 @@ pub use kernel::{
     check_kernel,
 };
 pub use laplace::laplace;
-pub use model::{Belief, FreeParameter, Model};
+pub use model::Model;
 pub use network::{Network, NetworkOptions};
 pub use nuts::{NutsOptions, nuts};
 pub use operator::{Derivative, MOST_DERIVATIVES, Operator, Parameter, Term};
+pub use parameter::{Belief, FreeParameter};
 pub use polygon::Polygon;
 pub use posterior::{Posterior, Prediction};
 pub use prior::Prior;

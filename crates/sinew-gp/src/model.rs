@@ -1,71 +1,15 @@
 //! A prior with data: parameters, and everything that does not change with them.
 
 use crate::coefficients::{Monomial, PointCoefficients, register};
-use crate::data::{Data, Group, Noise, Role, check};
+use crate::compile::compile;
+use crate::data::{Data, Role, check};
 use crate::error::GpError;
 use crate::evidence::{Evaluation, Evidence};
 use crate::gram::PairPlan;
 use crate::kernel::Measure;
-use crate::operator::{Operator, Parameter};
+use crate::operator::Parameter;
+use crate::parameter::{Belief, FreeParameter};
 use crate::prior::Prior;
-use crate::problem::check_orders;
-
-/// One number that a fit adjusts, within bounds, from a start drawn at random.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FreeParameter {
-    /// Name: of the equation's parameter, or as `amplitude 1`, `lengthscale x 1`, `noise 2`.
-    pub name: String,
-    /// Whether it is positive and adjusted on a logarithmic scale.
-    pub logarithmic: bool,
-    /// Lower and upper bound, in its own unit.
-    pub bounds: [f64; 2],
-    /// Where restarts begin, in its own unit.
-    pub start: [f64; 2],
-    /// What is believed of it before the data.
-    pub belief: Belief,
-}
-
-/// Prior density of a parameter on the scale that it is adjusted on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Belief {
-    /// The same everywhere within the bounds.
-    Flat,
-    /// Normal in the logarithm. Amplitudes and lengthscales are believed to be the size of the
-    /// data and of the domain, give or take a factor e: without that the conditional evidence has
-    /// many maxima at odd lengthscales that fit noise (on Wave-BVP-1 it more than halves the
-    /// errors of u and θ; where data abound it makes no difference).
-    LogNormal {
-        /// Median, in the parameter's own unit.
-        median: f64,
-        /// Standard deviation of the logarithm.
-        deviation: f64,
-    },
-}
-
-impl Belief {
-    /// Logarithm of the density up to a constant, and its derivative.
-    fn log_density(self, coordinate: f64) -> (f64, f64) {
-        match self {
-            Self::Flat => (0.0, 0.0),
-            Self::LogNormal { median, deviation } => {
-                let z = (coordinate - median.ln()) / deviation;
-                (-0.5 * z * z, -z / deviation)
-            }
-        }
-    }
-}
-
-impl FreeParameter {
-    /// From its own unit to the scale that it is adjusted on.
-    pub fn to_scale(&self, value: f64) -> f64 {
-        if self.logarithmic { value.ln() } else { value }
-    }
-
-    /// Back to its own unit.
-    pub fn from_scale(&self, coordinate: f64) -> f64 {
-        if self.logarithmic { coordinate.exp() } else { coordinate }
-    }
-}
 
 /// Noise of a compiled group.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -330,56 +274,6 @@ fn spread(values: &[f64]) -> f64 {
     [deviation, mean.abs()].into_iter().find(|s| *s > 0.0).unwrap_or(1.0)
 }
 
-impl<const D: usize> Compiled<D> {
-    /// Whether imposed values without a known noise are met by the prior mean alone, once the
-    /// terms with parameters in front are left out.
-    pub fn is_trivially_satisfied(&self) -> bool {
-        let noisy = matches!(self.variance, Variance::Known(sigma) if sigma > 0.0);
-        if self.observed || self.values.is_empty() || noisy {
-            return false;
-        }
-        let terms = self.points.monomials.iter().zip(&self.points.mean);
-        let mut residual = self.values.clone();
-        let mut size = largest(&residual);
-        for (monomial, mean) in terms {
-            size = size.max(largest(mean));
-            if monomial.is_empty() {
-                residual.iter_mut().zip(mean).for_each(|(r, m)| *r -= m);
-            }
-        }
-        largest(&residual) <= AGREEMENT * size
-    }
-
-    fn amplitude(&self, theta: &[f64]) -> f64 {
-        let count = self.values.len().max(1) as f64;
-        let monomials = self.points.monomials.iter().map(|m| monomial_value(m, theta));
-        let mut residual = self.values.clone();
-        for (monomial, mean) in monomials.clone().zip(&self.points.mean) {
-            residual.iter_mut().zip(mean).for_each(|(r, m)| *r -= monomial * m);
-        }
-        let size = (residual.iter().map(|r| r * r).sum::<f64>() / count).sqrt();
-        // The operator on features of size one, whose derivatives are of its own size.
-        let operator = self
-            .points
-            .parts
-            .iter()
-            .map(|part| {
-                let square: f64 = monomials
-                    .clone()
-                    .zip(&part.arrays)
-                    .flat_map(|(monomial, array)| array.iter().map(move |a| (monomial * a).powi(2)))
-                    .sum();
-                (square / count).sqrt()
-            })
-            .fold(0.0, f64::max);
-        if operator > 0.0 { size / operator } else { 0.0 }
-    }
-}
-
-fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |most, value| most.max(value.abs()))
-}
-
 /// Π θ^power.
 pub(crate) fn monomial_value(monomial: &Monomial, theta: &[f64]) -> f64 {
     monomial.iter().map(|(position, power)| theta[*position].powi(*power)).product()
@@ -392,92 +286,6 @@ pub(crate) fn monomial_slope(monomial: &Monomial, theta: &[f64], position: usize
         false => theta[*other].powi(*power),
     };
     monomial.iter().map(factor).product()
-}
-
-/// Relative size of a residual that counts as agreement of an exact value with the boundary.
-const AGREEMENT: f64 = 1e-8;
-
-fn compile<const D: usize>(
-    prior: &Prior<D>,
-    group: &Group<D>,
-    number: usize,
-    theta: &mut Vec<Parameter>,
-) -> Result<Compiled<D>, GpError> {
-    let operator = group.operator.as_ref().unwrap_or(&prior.equation);
-    check_orders(&prior.domain, operator)?;
-    check_roughness(prior, operator)?;
-    let (mut points, mut values) = (group.points.clone(), group.values.clone());
-    let mut built = coefficients(prior, operator, &points, number, theta)?;
-    if group.noise == Noise::Exact {
-        let kept = informative(&built, &values, number)?;
-        if kept.len() < points.len() {
-            points = kept.iter().map(|index| points[*index]).collect();
-            values = kept.iter().map(|index| values[*index]).collect();
-            built = coefficients(prior, operator, &points, number, theta)?;
-        }
-    }
-    let variance = match group.noise {
-        Noise::Exact => Variance::Known(0.0),
-        Noise::Known(sigma) => Variance::Known(sigma),
-        Noise::Learned => Variance::Learned(usize::MAX),
-    };
-    let observed = group.role == Role::Observed;
-    Ok(Compiled { points: built, values, variance, offset: 0, observed })
-}
-
-fn coefficients<const D: usize>(
-    prior: &Prior<D>,
-    operator: &Operator<D>,
-    points: &[[f64; D]],
-    group: usize,
-    theta: &mut Vec<Parameter>,
-) -> Result<PointCoefficients<D>, GpError> {
-    PointCoefficients::new(prior, operator, points, theta)?.map_err(|(what, index)| {
-        GpError::Singular { what, index, group, point: points[index].to_vec() }
-    })
-}
-
-fn check_roughness<const D: usize>(
-    prior: &Prior<D>,
-    operator: &Operator<D>,
-) -> Result<(), GpError> {
-    let needs = operator.order();
-    for part in &prior.parts {
-        if let Some(has) = part.kernel.smoothness().filter(|has| *has < needs) {
-            return Err(GpError::TooRough { kernel: part.kernel.name(), has, needs });
-        }
-    }
-    Ok(())
-}
-
-/// Positions of the observations on which the prior has any freedom; the others must agree.
-fn informative<const D: usize>(
-    built: &PointCoefficients<D>,
-    values: &[f64],
-    group: usize,
-) -> Result<Vec<usize>, GpError> {
-    let mut kept = Vec::new();
-    for (index, value) in values.iter().enumerate() {
-        let free = built.parts.iter().any(|part| {
-            part.arrays
-                .iter()
-                .any(|array| array[index..].iter().step_by(built.count).any(|a| *a != 0.0))
-        });
-        if free {
-            kept.push(index);
-            continue;
-        }
-        let prescribed: f64 = match built.mean.as_slice() {
-            [mean] => mean[index],
-            // With unknown parameters in front, nothing can be said of the value.
-            _ => continue,
-        };
-        let residual = value - prescribed;
-        if residual.abs() > AGREEMENT * value.abs().max(1.0) {
-            return Err(GpError::Contradiction { index, group, residual });
-        }
-    }
-    Ok(kept)
 }
 
 fn plans<const D: usize>(prior: &Prior<D>, groups: &[Compiled<D>]) -> Vec<Vec<PairPlan<D>>> {

@@ -10,11 +10,11 @@ use rand_chacha::ChaCha8Rng;
 use crate::coefficients::PointCoefficients;
 use crate::data::{Data, check};
 use crate::error::GpError;
-use crate::evidence::combine;
 use crate::operator::{MOST_DERIVATIVES, Operator};
 use crate::optimise::minimise;
 use crate::posterior::standard_normal;
 use crate::prior::Prior;
+use crate::state::combine;
 
 /// How a network is trained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,11 +10,11 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::coefficients::PointCoefficients;
 use crate::error::GpError;
-use crate::evidence::{Factored, State, combine};
 use crate::functional::Functional;
 use crate::gram::{Block, PairPlan, Scratch, Side};
 use crate::model::{Model, monomial_value};
 use crate::operator::Operator;
+use crate::state::{Factored, State, combine};
 
 /// The Gaussian process conditioned on the data, at fixed parameters.
 #[derive(Debug)]
