@@ -4,6 +4,8 @@
 //! a_β = Σ_α c_α C(α, β) ∂^{α−β} φ. The parameters θ of the operator enter only through monomials,
 //! so that a_β = Σ_t μ_t(θ) A_{t,β} with constant arrays A.
 
+use std::rc::Rc;
+
 use sinew_num::Series;
 
 use crate::error::GpError;
@@ -100,7 +102,7 @@ impl<const D: usize> Builder<'_, D> {
     fn build(&self, prior: &Prior<D>) -> Result<Built<D>, Singularity> {
         let mut mean = vec![vec![0.0; self.points.len()]; self.monomials];
         if !prior.mean.is_zero() {
-            for (index, term, coefficient, value) in self.expansions(&prior.mean, "prior mean") {
+            for (index, term, coefficient, value) in self.expansions(&prior.mean) {
                 let derivative = coefficient? * value.derivative(&term.1.derivative.orders);
                 if !derivative.is_finite() {
                     return Err(("prior mean", index));
@@ -117,18 +119,16 @@ impl<const D: usize> Builder<'_, D> {
     }
 
     /// For each point and term: its coefficient there, and `field` as a series.
-    fn expansions<'s>(
-        &'s self,
-        field: &'s Field<D>,
-        _what: &'static str,
-    ) -> impl Iterator<Item = (usize, (usize, &'s Term<D>), Result<f64, Singularity>, Series)> + 's
+    fn expansions(
+        &self,
+        field: &Field<D>,
+    ) -> impl Iterator<Item = (usize, (usize, &Term<D>), Result<f64, Singularity>, Rc<Series>)>
     {
         let degrees = self.operator.orders();
         self.points.iter().enumerate().flat_map(move |(index, point)| {
-            let [zero] = Series::variables::<1>([0.0], [0]).map(|_| 0.0);
-            let at = field.at(Series::variables(*point, degrees));
-            // A formula without coordinates may come back as a constant of its own shape.
-            let value = Series::variables(*point, degrees)[0].constant(zero) + at;
+            let x = Series::variables(*point, degrees);
+            // A formula that ignores the coordinates may return a constant of a shape of its own.
+            let value = Rc::new(x[0].constant(0.0) + field.at(x));
             self.operator.terms().iter().enumerate().map(move |(number, term)| {
                 let factor = term.function.as_ref().map_or(1.0, |function| function.value(*point));
                 let coefficient = if factor.is_finite() {
@@ -145,7 +145,7 @@ impl<const D: usize> Builder<'_, D> {
         let count = self.points.len();
         let mut orders: Vec<[usize; D]> = Vec::new();
         let mut arrays: Vec<Vec<f64>> = vec![Vec::new(); self.monomials];
-        for (index, (number, term), coefficient, series) in self.expansions(factor, "feature") {
+        for (index, (number, term), coefficient, series) in self.expansions(factor) {
             let coefficient = coefficient?;
             let alpha = term.derivative.orders;
             for beta in below(alpha, axes) {

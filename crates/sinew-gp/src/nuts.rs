@@ -39,6 +39,10 @@ const MOST_DOUBLINGS: usize = 8;
 
 /// Draws parameters from their posterior, starting at the fit.
 ///
+/// For intervals that cover, fit with [`crate::Evidence::Conditional`] even where the joint
+/// evidence is bounded: the joint one believes noise-free collocation to the letter. On 30 data sets of
+/// Heat-BVP-1 its 95 % intervals held the diffusivity 21 times, those of the conditional one 28 times.
+///
 /// # Errors
 /// If the evidence cannot be evaluated at the fit.
 pub fn nuts<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensemble<D>, GpError> {
