@@ -12,6 +12,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("sinew-fem", &["sinew-num", "sinew-mesh", "sinew-energy"]),
     ("sinew-graph", &["sinew-mesh"]),
     ("sinew-burn", &["sinew-num"]),
+    ("sinew-gp", &["sinew-num", "sinew-burn"]),
     ("sinew-gnn", &["sinew-num", "sinew-mesh", "sinew-energy", "sinew-graph", "sinew-burn"]),
     (
         "sinew-study",
@@ -33,8 +34,8 @@ const ARROWS: &[(&str, &[&str])] = &[
 
 /// Heavy packages and the only crates of ours that may have them anywhere in their trees.
 const HEAVY: &[(&str, &[&str])] = &[
-    ("burn", &["sinew-burn", "sinew-gnn", "sinew-study", "sinew-examples"]),
-    ("faer", &["sinew-fem", "sinew-study", "sinew-verify", "sinew-examples"]),
+    ("burn", &["sinew-burn", "sinew-gnn", "sinew-gp", "sinew-study", "sinew-examples"]),
+    ("faer", &["sinew-fem", "sinew-gp", "sinew-study", "sinew-verify", "sinew-examples"]),
     (
         "quick-xml",
         &[

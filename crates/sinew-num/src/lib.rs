@@ -1,8 +1,8 @@
 //! Numbers that a formula of mechanics is evaluated over.
 //!
 //! A strain-energy law is written once, over the trait [`Scalar`]. Evaluated over `f64` it
-//! gives the energy, over a [`Jet`] also stress and tangent, over a tensor type of
-//! another crate the energy of many elements at once.
+//! gives the energy, over a [`Jet`] also stress and tangent, over a [`Series`] derivatives of any
+//! order, over a tensor type of another crate the energy of many elements at once.
 //!
 //! ```
 //! use sinew_num::{Jet, Scalar};
@@ -21,11 +21,13 @@
 mod jet;
 mod mat3;
 mod scalar;
+mod series;
 mod single;
 mod slope;
 
 pub use jet::Jet;
 pub use mat3::Mat3;
 pub use scalar::Scalar;
+pub use series::{MOST_VARIABLES, Series};
 pub use single::Single;
 pub use slope::Slope;

@@ -1,0 +1,207 @@
+//! Per point, what an operator makes of a prior's mean and features: O(N) work, done once.
+//!
+//! By Leibniz' rule L(φ z) = Σ_α c_α ∂^α (φ z) = Σ_β a_β ∂^β z with
+//! a_β = Σ_α c_α C(α, β) ∂^{α−β} φ. The parameters θ of the operator enter only through monomials,
+//! so that a_β = Σ_t μ_t(θ) A_{t,β} with constant arrays A.
+
+use std::rc::Rc;
+
+use sinew_num::Series;
+
+use crate::error::GpError;
+use crate::field::Field;
+use crate::kernel::choose;
+use crate::operator::{Operator, Parameter, Term};
+use crate::prior::Prior;
+
+/// A product of powers of parameters; empty for 1.
+pub(crate) type Monomial = Vec<(usize, i32)>;
+
+/// The constant arrays A of one part of the prior.
+#[derive(Clone, Debug)]
+pub(crate) struct PartCoefficients<const D: usize> {
+    /// The derivatives β of the latent function that occur.
+    pub orders: Vec<[usize; D]>,
+    /// For each monomial, A at `[order · points + point]`.
+    pub arrays: Vec<Vec<f64>>,
+}
+
+/// An operator on a prior at points.
+#[derive(Clone, Debug)]
+pub(crate) struct PointCoefficients<const D: usize> {
+    pub count: usize,
+    /// Coordinates axis by axis.
+    pub axes: [Vec<f64>; D],
+    pub monomials: Vec<Monomial>,
+    /// For each monomial, its share of the mean at each point.
+    pub mean: Vec<Vec<f64>>,
+    pub parts: Vec<PartCoefficients<D>>,
+}
+
+/// Where something without finite derivatives was met: what, and at which point.
+pub(crate) type Singularity = (&'static str, usize);
+
+/// Position of each parameter by name, added where it is new.
+pub(crate) fn register(
+    known: &mut Vec<Parameter>,
+    parameter: &Parameter,
+) -> Result<usize, GpError> {
+    match known.iter().position(|other| other.name() == parameter.name()) {
+        Some(position) if known[position] == *parameter => Ok(position),
+        Some(_) => Err(GpError::ParameterClash(parameter.name().into())),
+        None => {
+            known.push(parameter.clone());
+            Ok(known.len() - 1)
+        }
+    }
+}
+
+impl<const D: usize> PointCoefficients<D> {
+    /// Of `operator` on `prior` at `points`; `parameters` are all that occur in the model.
+    pub fn new(
+        prior: &Prior<D>,
+        operator: &Operator<D>,
+        points: &[[f64; D]],
+        parameters: &mut Vec<Parameter>,
+    ) -> Result<Result<Self, Singularity>, GpError> {
+        let mut monomials: Vec<Monomial> = Vec::new();
+        let mut of_term = Vec::new();
+        for term in operator.terms() {
+            let mut monomial = Vec::new();
+            for (parameter, power) in &term.parameters {
+                monomial.push((register(parameters, parameter)?, *power));
+            }
+            monomial.sort_unstable();
+            let position = monomials.iter().position(|m| *m == monomial).unwrap_or_else(|| {
+                monomials.push(monomial);
+                monomials.len() - 1
+            });
+            of_term.push(position);
+        }
+        let builder = Builder { operator, points, of_term: &of_term, monomials: monomials.len() };
+        Ok(builder.build(prior).map(|(mean, parts)| Self {
+            count: points.len(),
+            axes: std::array::from_fn(|d| points.iter().map(|point| point[d]).collect()),
+            monomials,
+            mean,
+            parts,
+        }))
+    }
+}
+
+struct Builder<'a, const D: usize> {
+    operator: &'a Operator<D>,
+    points: &'a [[f64; D]],
+    of_term: &'a [usize],
+    monomials: usize,
+}
+
+type Built<const D: usize> = (Vec<Vec<f64>>, Vec<PartCoefficients<D>>);
+
+impl<const D: usize> Builder<'_, D> {
+    fn build(&self, prior: &Prior<D>) -> Result<Built<D>, Singularity> {
+        let mut mean = vec![vec![0.0; self.points.len()]; self.monomials];
+        if !prior.mean.is_zero() {
+            for (index, term, coefficient, value) in self.expansions(&prior.mean) {
+                let derivative = coefficient? * value.derivative(&term.1.derivative.orders);
+                if !derivative.is_finite() {
+                    return Err(("prior mean", index));
+                }
+                mean[self.of_term[term.0]][index] += derivative;
+            }
+        }
+        let parts = prior
+            .parts
+            .iter()
+            .map(|part| self.part(&part.factor, &part.axes))
+            .collect::<Result<_, _>>()?;
+        Ok((mean, parts))
+    }
+
+    /// For each point and term: its coefficient there, and `field` as a series.
+    fn expansions(
+        &self,
+        field: &Field<D>,
+    ) -> impl Iterator<Item = (usize, (usize, &Term<D>), Result<f64, Singularity>, Rc<Series>)>
+    {
+        let degrees = self.operator.orders();
+        self.points.iter().enumerate().flat_map(move |(index, point)| {
+            let x = Series::variables(*point, degrees);
+            // A formula that ignores the coordinates may return a constant of a shape of its own.
+            let value = Rc::new(x[0].constant(0.0) + field.at(x));
+            self.operator.terms().iter().enumerate().map(move |(number, term)| {
+                let factor = term.function.as_ref().map_or(1.0, |function| function.value(*point));
+                let coefficient = if factor.is_finite() {
+                    Ok(term.scale * factor)
+                } else {
+                    Err(("coefficient of the operator", index))
+                };
+                (index, (number, term), coefficient, value.clone())
+            })
+        })
+    }
+
+    fn part(&self, factor: &Field<D>, axes: &[usize]) -> Result<PartCoefficients<D>, Singularity> {
+        let count = self.points.len();
+        let mut orders: Vec<[usize; D]> = Vec::new();
+        let mut arrays: Vec<Vec<f64>> = vec![Vec::new(); self.monomials];
+        for (index, (number, term), coefficient, series) in self.expansions(factor) {
+            let coefficient = coefficient?;
+            let alpha = term.derivative.orders;
+            for beta in below(alpha, axes) {
+                let rest: [usize; D] = std::array::from_fn(|d| alpha[d] - beta[d]);
+                let binomial: f64 = (0..D).map(|d| choose(alpha[d], beta[d])).product();
+                let value = coefficient * binomial * series.derivative(&rest);
+                if !value.is_finite() {
+                    return Err(("feature", index));
+                }
+                let position = orders.iter().position(|o| *o == beta).unwrap_or_else(|| {
+                    orders.push(beta);
+                    arrays.iter_mut().for_each(|array| array.resize(orders.len() * count, 0.0));
+                    orders.len() - 1
+                });
+                arrays[self.of_term[number]][position * count + index] += value;
+            }
+        }
+        Ok(without_zeros(orders, arrays, count))
+    }
+}
+
+/// All β ≤ α whose derivatives act on `axes` only: the latent function depends on no others.
+fn below<const D: usize>(alpha: [usize; D], axes: &[usize]) -> Vec<[usize; D]> {
+    let mut all = vec![[0; D]];
+    for d in axes {
+        all = all
+            .iter()
+            .flat_map(|beta| {
+                (0..=alpha[*d]).map(move |n| {
+                    let mut raised = *beta;
+                    raised[*d] = n;
+                    raised
+                })
+            })
+            .collect();
+    }
+    all
+}
+
+/// Drops derivatives that nowhere occur.
+fn without_zeros<const D: usize>(
+    orders: Vec<[usize; D]>,
+    arrays: Vec<Vec<f64>>,
+    count: usize,
+) -> PartCoefficients<D> {
+    let row = |position: usize| position * count..(position + 1) * count;
+    let kept: Vec<usize> = (0..orders.len())
+        .filter(|position| {
+            arrays.iter().any(|array| array[row(*position)].iter().any(|a| *a != 0.0))
+        })
+        .collect();
+    PartCoefficients {
+        orders: kept.iter().map(|position| orders[*position]).collect(),
+        arrays: arrays
+            .iter()
+            .map(|array| kept.iter().flat_map(|position| array[row(*position)].to_vec()).collect())
+            .collect(),
+    }
+}

@@ -1,0 +1,147 @@
+//! Observations in numbers: what does not change with the parameters.
+
+use crate::coefficients::PointCoefficients;
+use crate::data::{Group, Noise, Role};
+use crate::error::GpError;
+use crate::model::{Compiled, Variance, monomial_value};
+use crate::operator::{Operator, Parameter};
+use crate::prior::Prior;
+use crate::problem::check_orders;
+
+/// Relative size of a residual that counts as agreement of an exact value with the boundary.
+const AGREEMENT: f64 = 1e-8;
+
+impl<const D: usize> Compiled<D> {
+    /// Whether imposed values without a known noise are met by the prior mean alone, once the
+    /// terms with parameters in front are left out.
+    pub fn is_trivially_satisfied(&self) -> bool {
+        let noisy = matches!(self.variance, Variance::Known(sigma) if sigma > 0.0);
+        if self.observed || self.values.is_empty() || noisy {
+            return false;
+        }
+        let terms = self.points.monomials.iter().zip(&self.points.mean);
+        let mut residual = self.values.clone();
+        let mut size = largest(&residual);
+        for (monomial, mean) in terms {
+            size = size.max(largest(mean));
+            if monomial.is_empty() {
+                residual.iter_mut().zip(mean).for_each(|(r, m)| *r -= m);
+            }
+        }
+        largest(&residual) <= AGREEMENT * size
+    }
+
+    /// Size of u that the values suggest.
+    pub fn amplitude(&self, theta: &[f64]) -> f64 {
+        let count = self.values.len().max(1) as f64;
+        let monomials = self.points.monomials.iter().map(|m| monomial_value(m, theta));
+        let mut residual = self.values.clone();
+        for (monomial, mean) in monomials.clone().zip(&self.points.mean) {
+            residual.iter_mut().zip(mean).for_each(|(r, m)| *r -= monomial * m);
+        }
+        let size = (residual.iter().map(|r| r * r).sum::<f64>() / count).sqrt();
+        // The operator on features of size one, whose derivatives are of its own size.
+        let operator = self
+            .points
+            .parts
+            .iter()
+            .map(|part| {
+                let square: f64 = monomials
+                    .clone()
+                    .zip(&part.arrays)
+                    .flat_map(|(monomial, array)| array.iter().map(move |a| (monomial * a).powi(2)))
+                    .sum();
+                (square / count).sqrt()
+            })
+            .fold(0.0, f64::max);
+        if operator > 0.0 { size / operator } else { 0.0 }
+    }
+}
+
+fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |most, value| most.max(value.abs()))
+}
+
+/// Puts a group of observations into numbers.
+pub(crate) fn compile<const D: usize>(
+    prior: &Prior<D>,
+    group: &Group<D>,
+    number: usize,
+    theta: &mut Vec<Parameter>,
+) -> Result<Compiled<D>, GpError> {
+    let operator = group.operator.as_ref().unwrap_or(&prior.equation);
+    check_orders(&prior.domain, operator)?;
+    check_roughness(prior, operator)?;
+    let (mut points, mut values) = (group.points.clone(), group.values.clone());
+    let mut built = coefficients(prior, operator, &points, number, theta)?;
+    if group.noise == Noise::Exact {
+        let kept = informative(&built, &values, number)?;
+        if kept.len() < points.len() {
+            points = kept.iter().map(|index| points[*index]).collect();
+            values = kept.iter().map(|index| values[*index]).collect();
+            built = coefficients(prior, operator, &points, number, theta)?;
+        }
+    }
+    let variance = match group.noise {
+        Noise::Exact => Variance::Known(0.0),
+        Noise::Known(sigma) => Variance::Known(sigma),
+        Noise::Learned => Variance::Learned(usize::MAX),
+    };
+    let observed = group.role == Role::Observed;
+    Ok(Compiled { points: built, values, variance, offset: 0, observed })
+}
+
+fn coefficients<const D: usize>(
+    prior: &Prior<D>,
+    operator: &Operator<D>,
+    points: &[[f64; D]],
+    group: usize,
+    theta: &mut Vec<Parameter>,
+) -> Result<PointCoefficients<D>, GpError> {
+    PointCoefficients::new(prior, operator, points, theta)?.map_err(|(what, index)| {
+        GpError::Singular { what, index, group, point: points[index].to_vec() }
+    })
+}
+
+fn check_roughness<const D: usize>(
+    prior: &Prior<D>,
+    operator: &Operator<D>,
+) -> Result<(), GpError> {
+    let needs = operator.order();
+    for part in &prior.parts {
+        if let Some(has) = part.kernel.smoothness().filter(|has| *has < needs) {
+            return Err(GpError::TooRough { kernel: part.kernel.name(), has, needs });
+        }
+    }
+    Ok(())
+}
+
+/// Positions of the observations on which the prior has any freedom; the others must agree.
+fn informative<const D: usize>(
+    built: &PointCoefficients<D>,
+    values: &[f64],
+    group: usize,
+) -> Result<Vec<usize>, GpError> {
+    let mut kept = Vec::new();
+    for (index, value) in values.iter().enumerate() {
+        let free = built.parts.iter().any(|part| {
+            part.arrays
+                .iter()
+                .any(|array| array[index..].iter().step_by(built.count).any(|a| *a != 0.0))
+        });
+        if free {
+            kept.push(index);
+            continue;
+        }
+        let prescribed: f64 = match built.mean.as_slice() {
+            [mean] => mean[index],
+            // With unknown parameters in front, nothing can be said of the value.
+            _ => continue,
+        };
+        let residual = value - prescribed;
+        if residual.abs() > AGREEMENT * value.abs().max(1.0) {
+            return Err(GpError::Contradiction { index, group, residual });
+        }
+    }
+    Ok(kept)
+}

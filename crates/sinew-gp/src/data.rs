@@ -1,0 +1,128 @@
+//! What is observed.
+
+use crate::error::GpError;
+use crate::operator::Operator;
+
+/// Standard deviation of the error of observations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Noise {
+    /// None: the values are exact.
+    Exact,
+    /// Known, in the unit of the values.
+    Known(f64),
+    /// Inferred along with the other parameters.
+    Learned,
+}
+
+/// Part that a group of observations has in the evidence.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Role {
+    /// Measured: the evidence says how well it is predicted.
+    Observed,
+    /// Part of the model: what the conditional evidence conditions on.
+    Imposed,
+}
+
+/// Values of one linear functional of u at several points.
+#[derive(Clone, Debug)]
+pub(crate) struct Group<const D: usize> {
+    /// Nothing for the operator of the problem's equation.
+    pub operator: Option<Operator<D>>,
+    pub points: Vec<[f64; D]>,
+    pub values: Vec<f64>,
+    pub noise: Noise,
+    pub role: Role,
+}
+
+/// Observations of u, of the equation's right-hand side, and of other linear functionals of u.
+///
+/// ```
+/// use sinew_gp::{Data, Noise};
+///
+/// let data = Data::new()
+///     .values(&[[0.1, 0.2], [0.5, 0.9]], &[1.2, 0.3], Noise::Learned)
+///     .equation(&[[0.5, 0.5]], &[0.0], Noise::Exact);
+/// assert_eq!(data.count(), 3);
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Data<const D: usize> {
+    pub(crate) groups: Vec<Group<D>>,
+}
+
+impl<const D: usize> Data<D> {
+    /// None yet.
+    pub fn new() -> Self {
+        Self { groups: Vec::new() }
+    }
+
+    /// Number of observations.
+    pub fn count(&self) -> usize {
+        self.groups.iter().map(|group| group.points.len()).sum()
+    }
+
+    /// Adds values of u, one for each point.
+    pub fn values(self, points: &[[f64; D]], values: &[f64], noise: Noise) -> Self {
+        self.functional(Operator::identity(), points, values, noise)
+    }
+
+    /// Adds values of the right-hand side f of the problem's equation at collocation points.
+    pub fn equation(mut self, points: &[[f64; D]], values: &[f64], noise: Noise) -> Self {
+        self.groups.push(Group {
+            operator: None,
+            points: points.to_vec(),
+            values: values.to_vec(),
+            noise,
+            role: Role::Imposed,
+        });
+        self
+    }
+
+    /// Adds measured values of any linear functional of u, as a flux on a boundary.
+    pub fn functional(
+        mut self,
+        operator: impl Into<Operator<D>>,
+        points: &[[f64; D]],
+        values: &[f64],
+        noise: Noise,
+    ) -> Self {
+        self.groups.push(Group {
+            operator: Some(operator.into()),
+            points: points.to_vec(),
+            values: values.to_vec(),
+            noise,
+            role: Role::Observed,
+        });
+        self
+    }
+}
+
+/// Refuses data that are not numbers, before anything is computed with them.
+pub(crate) fn check<const D: usize>(groups: &[Group<D>]) -> Result<(), GpError> {
+    for (number, group) in groups.iter().enumerate() {
+        if group.points.len() != group.values.len() {
+            return Err(GpError::Lengths {
+                points: group.points.len(),
+                values: group.values.len(),
+            });
+        }
+        let not_finite =
+            |what, index, value| GpError::NotFinite { what, index, group: number, value };
+        for (index, (point, value)) in group.points.iter().zip(&group.values).enumerate() {
+            if let Some(coordinate) = point.iter().find(|c| !c.is_finite()) {
+                return Err(not_finite("point", index, *coordinate));
+            }
+            if !value.is_finite() {
+                return Err(not_finite("value", index, *value));
+            }
+        }
+        if let Noise::Known(sigma) = group.noise
+            && !(sigma.is_finite() && sigma > 0.0)
+        {
+            return Err(GpError::Noise(sigma));
+        }
+    }
+    if groups.iter().all(|group| group.points.is_empty()) {
+        return Err(GpError::NoData);
+    }
+    Ok(())
+}

@@ -1,0 +1,228 @@
+//! Where a problem is posed.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::error::GpError;
+use crate::operator::Derivative;
+use crate::polygon::Polygon;
+
+/// One end of an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// Where the coordinate is least; the start of a time axis.
+    Lower,
+    /// Where the coordinate is largest.
+    Upper,
+}
+
+impl Side {
+    /// Both, lower first.
+    pub const BOTH: [Self; 2] = [Self::Lower, Self::Upper];
+
+    /// 0 for lower, 1 for upper.
+    pub(crate) fn index(self) -> usize {
+        match self {
+            Self::Lower => 0,
+            Self::Upper => 1,
+        }
+    }
+}
+
+/// A box with named axes, of which the first two may be restricted to a polygon.
+///
+/// An extrusion in time, or along a third direction, is one more axis.
+#[derive(Clone, Debug)]
+pub struct Domain<const D: usize> {
+    names: [String; D],
+    lower: [f64; D],
+    upper: [f64; D],
+    polygon: Option<Polygon>,
+}
+
+impl Domain<1> {
+    /// An interval.
+    ///
+    /// # Errors
+    /// If its ends are not in ascending order.
+    pub fn interval(name: &str, ends: [f64; 2]) -> Result<Self, GpError> {
+        Self::cuboid([(name, ends)])
+    }
+}
+
+impl Domain<2> {
+    /// A simple polygon, convex or not, with its corners in order along the boundary.
+    ///
+    /// # Errors
+    /// If it has fewer than three corners, repeated corners, crossing edges or no area.
+    pub fn polygon(names: [&str; 2], corners: &[[f64; 2]]) -> Result<Self, GpError> {
+        let polygon = Polygon::new(corners)?;
+        let [x, y] = polygon.extents();
+        Ok(Self { polygon: Some(polygon), ..Self::cuboid([(names[0], x), (names[1], y)])? })
+    }
+}
+
+impl Domain<3> {
+    /// A simple polygon times an interval: an extrusion, or a plane problem in time.
+    ///
+    /// # Errors
+    /// As [`Domain::polygon`] and [`Domain::interval`].
+    pub fn prism(
+        names: [&str; 2],
+        corners: &[[f64; 2]],
+        along: (&str, [f64; 2]),
+    ) -> Result<Self, GpError> {
+        let polygon = Polygon::new(corners)?;
+        let [x, y] = polygon.extents();
+        Ok(Self { polygon: Some(polygon), ..Self::cuboid([(names[0], x), (names[1], y), along])? })
+    }
+}
+
+impl<const D: usize> Domain<D> {
+    /// A box, from a name and the two ends for each axis.
+    ///
+    /// # Errors
+    /// If the ends of an axis are not in ascending order, or a name repeats.
+    pub fn cuboid(axes: [(&str, [f64; 2]); D]) -> Result<Self, GpError> {
+        for (d, (name, [lower, upper])) in axes.iter().enumerate() {
+            if !(lower.is_finite() && upper.is_finite() && lower < upper) {
+                return Err(GpError::EmptyAxis {
+                    axis: (*name).into(),
+                    lower: *lower,
+                    upper: *upper,
+                });
+            }
+            if axes[..d].iter().any(|(earlier, _)| earlier == name) {
+                return Err(GpError::RepeatedAxis((*name).into()));
+            }
+        }
+        Ok(Self {
+            names: axes.map(|(name, _)| name.to_string()),
+            lower: axes.map(|(_, ends)| ends[0]),
+            upper: axes.map(|(_, ends)| ends[1]),
+            polygon: None,
+        })
+    }
+
+    /// The operators ∂/∂x of all axes.
+    pub fn derivatives(&self) -> [Derivative<D>; D] {
+        std::array::from_fn(Derivative::along)
+    }
+
+    /// Names of the axes.
+    pub fn names(&self) -> &[String; D] {
+        &self.names
+    }
+
+    /// Lower end of each axis, of the bounding box for a polygon.
+    pub fn lower(&self) -> [f64; D] {
+        self.lower
+    }
+
+    /// Upper end of each axis.
+    pub fn upper(&self) -> [f64; D] {
+        self.upper
+    }
+
+    /// Length of each axis.
+    pub fn extents(&self) -> [f64; D] {
+        std::array::from_fn(|d| self.upper[d] - self.lower[d])
+    }
+
+    /// The polygon that restricts the first two axes, if any.
+    pub fn cross_section(&self) -> Option<&Polygon> {
+        self.polygon.as_ref()
+    }
+
+    /// Position of an axis.
+    ///
+    /// # Errors
+    /// If there is none of that name.
+    pub fn axis(&self, name: &str) -> Result<usize, GpError> {
+        self.names
+            .iter()
+            .position(|n| n == name)
+            .ok_or_else(|| GpError::UnknownAxis { name: name.into(), axes: self.names.join(", ") })
+    }
+
+    /// Coordinate of one end of an axis.
+    pub fn end(&self, axis: usize, side: Side) -> f64 {
+        match side {
+            Side::Lower => self.lower[axis],
+            Side::Upper => self.upper[axis],
+        }
+    }
+
+    /// A face in words, as `x = 0`.
+    pub(crate) fn face(&self, axis: usize, side: Side) -> String {
+        format!("{} = {}", self.names[axis], self.end(axis, side))
+    }
+
+    /// Whether a point lies in the domain or on its boundary.
+    pub fn contains(&self, point: [f64; D]) -> bool {
+        (0..D).all(|d| (self.lower[d]..=self.upper[d]).contains(&point[d]))
+            && self.polygon.as_ref().is_none_or(|polygon| polygon.contains([point[0], point[1]]))
+    }
+
+    /// Points drawn uniformly.
+    ///
+    /// # Errors
+    /// If a polygon fills less than about a thousandth of its bounding box.
+    pub fn sample(&self, count: usize, seed: u64) -> Result<Vec<[f64; D]>, GpError> {
+        const TRIES_PER_POINT: usize = 1000;
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let draw = |_| std::array::from_fn(|d| random.random_range(self.lower[d]..self.upper[d]));
+        let points: Vec<_> = (0..TRIES_PER_POINT * (count + 1))
+            .map(draw)
+            .filter(|point| self.contains(*point))
+            .take(count)
+            .collect();
+        if points.len() < count { Err(GpError::Sampling) } else { Ok(points) }
+    }
+
+    /// The points of a regular grid, `count` along each axis including the ends, that lie in the
+    /// domain; the last axis runs fastest.
+    pub fn grid(&self, count: usize) -> Vec<[f64; D]> {
+        let steps = count.saturating_sub(1).max(1) as f64;
+        (0..count.pow(D as u32))
+            .map(|number| {
+                let mut rest = number;
+                let mut point = [0.0; D];
+                for d in (0..D).rev() {
+                    let fraction = (rest % count) as f64 / steps;
+                    point[d] = self.lower[d] + fraction * (self.upper[d] - self.lower[d]);
+                    rest /= count;
+                }
+                point
+            })
+            .filter(|point| self.contains(*point))
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bad_axes_are_named() {
+        let empty = Domain::interval("x", [1.0, 1.0]).unwrap_err();
+        assert!(empty.to_string().contains("axis x runs from 1 to 1"));
+        let twice = Domain::cuboid([("x", [0.0, 1.0]), ("x", [0.0, 1.0])]).unwrap_err();
+        assert_eq!(twice, GpError::RepeatedAxis("x".into()));
+        let unknown = Domain::interval("x", [0.0, 1.0]).unwrap().axis("y").unwrap_err();
+        assert!(unknown.to_string().contains("no axis y"));
+    }
+
+    #[test]
+    fn samples_and_grids_lie_inside() {
+        let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [1.0, 0.5], [0.0, 2.0]];
+        let domain = Domain::prism(["x", "y"], &corners, ("t", [0.0, 3.0])).unwrap();
+        assert_eq!(domain.extents(), [2.0, 2.0, 3.0]);
+        let points = domain.sample(200, 1).unwrap();
+        assert_eq!(points.len(), 200);
+        assert!(points.iter().all(|p| domain.contains(*p)));
+        assert!(!domain.contains([1.0, 1.5, 1.0]), "the notch is outside");
+        assert_eq!(Domain::interval("x", [0.0, 1.0]).unwrap().grid(3), [[0.0], [0.5], [1.0]]);
+    }
+}

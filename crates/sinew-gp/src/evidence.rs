@@ -1,0 +1,85 @@
+//! The evidence of a model: which one, and its value.
+
+use crate::error::GpError;
+use crate::model::{Compiled, Model};
+use crate::state::State;
+
+/// What a fit maximises.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Evidence {
+    /// ln p(y_u, y_f) (4.18). Unbounded where noise-free collocation is met by the prior mean
+    /// itself, be it as θ → 0: a covariance K_ff → 0 then makes the collocation values as likely
+    /// as one likes, and u is lost.
+    Joint,
+    /// ln p(y_u | y_f): how well what is imposed (the equation, and pseudo-observations of the
+    /// boundary) predicts what is measured.
+    Conditional,
+    /// Conditional where the joint evidence is unbounded, and joint elsewhere.
+    #[default]
+    Auto,
+}
+
+impl Evidence {
+    pub(crate) fn resolve<const D: usize>(
+        self,
+        groups: &[Compiled<D>],
+        imposed: usize,
+        size: usize,
+    ) -> Result<Self, GpError> {
+        let unbounded = groups.iter().any(Compiled::is_trivially_satisfied);
+        match self {
+            Self::Conditional if imposed == size => Err(GpError::NothingConditional),
+            Self::Auto if unbounded && imposed < size => Ok(Self::Conditional),
+            Self::Auto => Ok(Self::Joint),
+            chosen => Ok(chosen),
+        }
+    }
+}
+
+/// An evidence with its gradient.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Evaluation {
+    /// Logarithm of the evidence.
+    pub value: f64,
+    /// Its derivatives in the parameters, each on the scale that it is adjusted on.
+    pub gradient: Vec<f64>,
+    /// Relative jitter that the factorisation needed.
+    pub jitter: f64,
+}
+
+impl<const D: usize> Model<D> {
+    /// The prior covariance of all observed functionals, without noise, row by row: imposed
+    /// groups (equation, pseudo-observations) first, then the measured ones in their order.
+    ///
+    /// # Errors
+    /// If the number of parameters is wrong.
+    pub fn prior_covariance(&self, parameters: &[f64]) -> Result<Vec<Vec<f64>>, GpError> {
+        let lower = State::new(self, parameters)?.covariance();
+        let entry =
+            |row: usize, column: usize| lower[row.min(column) * self.size + row.max(column)];
+        Ok((0..self.size).map(|row| (0..self.size).map(|c| entry(row, c)).collect()).collect())
+    }
+
+    /// Logarithm of the evidence at parameters on their scales (see [`crate::FreeParameter`]).
+    ///
+    /// # Errors
+    /// If their number is wrong, or the covariance is not positive definite with any jitter.
+    pub fn log_evidence(&self, parameters: &[f64]) -> Result<f64, GpError> {
+        let state = State::new(self, parameters)?;
+        Ok(state.value(&state.factored()?))
+    }
+
+    /// [`Model::log_evidence`] with its gradient.
+    ///
+    /// # Errors
+    /// As [`Model::log_evidence`].
+    pub fn evaluate(&self, parameters: &[f64]) -> Result<Evaluation, GpError> {
+        let state = State::new(self, parameters)?;
+        let factored = state.factored()?;
+        Ok(Evaluation {
+            value: state.value(&factored),
+            gradient: state.gradient(&factored),
+            jitter: factored.jitter,
+        })
+    }
+}

@@ -1,0 +1,64 @@
+//! Functions on a domain, written once for values and derivatives.
+
+use std::fmt;
+use std::sync::Arc;
+
+use sinew_num::Series;
+
+type Function<const D: usize> = dyn Fn([Series; D]) -> Series + Send + Sync;
+
+/// A function of the coordinates, given as one formula over [`Series`], from which its values
+/// and derivatives of any order follow.
+#[derive(Clone)]
+pub struct Field<const D: usize> {
+    /// Nothing for the zero function, which needs no work.
+    function: Option<Arc<Function<D>>>,
+}
+
+/// The function with the formula `formula` in the coordinates.
+///
+/// ```
+/// let bump = sinew_gp::field(|[x, t]| x.sin() * (-t).exp());
+/// assert_eq!(bump.value([0.5, 0.0]), 0.5_f64.sin());
+/// ```
+pub fn field<const D: usize>(
+    formula: impl Fn([Series; D]) -> Series + Send + Sync + 'static,
+) -> Field<D> {
+    Field { function: Some(Arc::new(formula)) }
+}
+
+/// The function that is `value` everywhere.
+pub fn constant<const D: usize>(value: f64) -> Field<D> {
+    if value == 0.0 { Field::zero() } else { field(move |x: [Series; D]| x[0].constant(value)) }
+}
+
+impl<const D: usize> Field<D> {
+    /// The zero function.
+    pub fn zero() -> Self {
+        Self { function: None }
+    }
+
+    /// Whether it is known to vanish everywhere.
+    pub fn is_zero(&self) -> bool {
+        self.function.is_none()
+    }
+
+    /// The formula at `x`.
+    pub fn at(&self, x: [Series; D]) -> Series {
+        match &self.function {
+            Some(function) => function(x),
+            None => x[0].constant(0.0),
+        }
+    }
+
+    /// Value at `x`.
+    pub fn value(&self, x: [f64; D]) -> f64 {
+        self.at(Series::plain(x)).value()
+    }
+}
+
+impl<const D: usize> fmt::Debug for Field<D> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(if self.is_zero() { "Field(0)" } else { "Field(..)" })
+    }
+}

@@ -1,0 +1,190 @@
+//! The most probable parameters, searched for from several starts.
+
+use std::sync::Arc;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use crate::error::GpError;
+use crate::model::Model;
+use crate::optimise::minimise;
+use crate::posterior::Posterior;
+
+/// How a fit is searched for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FitOptions {
+    /// Number of random starts.
+    pub restarts: usize,
+    /// Iterations of each at most.
+    pub iterations: usize,
+    /// Seed of the starts.
+    pub seed: u64,
+}
+
+impl Default for FitOptions {
+    fn default() -> Self {
+        Self { restarts: 4, iterations: 300, seed: 0 }
+    }
+}
+
+/// One start and where it led.
+#[derive(Clone, Debug)]
+pub struct Restart {
+    /// Parameters it began at, on their scales.
+    pub start: Vec<f64>,
+    /// What came of it.
+    pub outcome: Result<Outcome, GpError>,
+}
+
+/// A local maximum.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Parameters, on their scales.
+    pub parameters: Vec<f64>,
+    /// Logarithm of the evidence.
+    pub log_evidence: f64,
+    /// Logarithm of evidence times prior density of the parameters: what was maximised.
+    pub log_posterior: f64,
+    /// Evaluations of evidence and gradient.
+    pub evaluations: usize,
+    /// Relative jitter at the end.
+    pub jitter: f64,
+    /// Whether the posterior explains next to nothing of what measured values differ from the
+    /// prior mean by: the "trivial solution" that takes all of it for noise.
+    pub collapsed: bool,
+    /// The equation's parameters in their own unit after each iteration.
+    pub trace: Vec<Vec<f64>>,
+}
+
+/// A fitted model.
+#[derive(Clone, Debug)]
+pub struct Fit<const D: usize> {
+    model: Arc<Model<D>>,
+    /// All restarts, in the order of their starts.
+    pub restarts: Vec<Restart>,
+    best: usize,
+}
+
+/// Share of the measured variation about the prior mean below which a fit counts as collapsed.
+const COLLAPSE: f64 = 0.1;
+
+impl<const D: usize> Model<D> {
+    /// Maximises evidence times [`crate::Belief`]s from random starts, in parallel.
+    ///
+    /// The best restart that did not collapse is taken, or the best if all did.
+    ///
+    /// # Errors
+    /// If no restart has a finite evidence.
+    pub fn fit(self, options: &FitOptions) -> Result<Fit<D>, GpError> {
+        let starts = self.random_starts(options);
+        self.fit_from(starts, options.iterations)
+    }
+
+    /// The starts of [`Model::fit`].
+    pub(crate) fn random_starts(&self, options: &FitOptions) -> Vec<Vec<f64>> {
+        let mut random = ChaCha8Rng::seed_from_u64(options.seed);
+        (0..options.restarts.max(1)).map(|_| self.random_start(&mut random)).collect()
+    }
+
+    /// [`Model::fit`] from given starts, on the parameters' scales; they are moved into the bounds.
+    ///
+    /// # Errors
+    /// As [`Model::fit`].
+    pub fn fit_from(self, starts: Vec<Vec<f64>>, iterations: usize) -> Result<Fit<D>, GpError> {
+        let model = Arc::new(self);
+        let count = starts.len();
+        let restarts: Vec<Restart> = starts
+            .into_par_iter()
+            .map(|start| Restart { outcome: model.climb(&start, iterations), start })
+            .collect();
+        let rank = |restart: &Restart| match &restart.outcome {
+            Ok(outcome) => (!outcome.collapsed, outcome.log_posterior),
+            Err(_) => (false, f64::NEG_INFINITY),
+        };
+        let none = || GpError::NoFit { restarts: count, last: Box::new(GpError::NoData) };
+        let best = (0..restarts.len())
+            .max_by(|a, b| {
+                let (a, b) = (rank(&restarts[*a]), rank(&restarts[*b]));
+                a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
+            })
+            .ok_or_else(none)?;
+        match &restarts[best].outcome {
+            Ok(_) => Ok(Fit { model, restarts, best }),
+            Err(last) => Err(GpError::NoFit { restarts: count, last: Box::new(last.clone()) }),
+        }
+    }
+
+    fn random_start(&self, random: &mut ChaCha8Rng) -> Vec<f64> {
+        self.parameters
+            .iter()
+            .map(|parameter| {
+                let [lower, upper] = parameter.start.map(|end| parameter.to_scale(end));
+                random.random_range(lower..=upper)
+            })
+            .collect()
+    }
+
+    fn climb(self: &Arc<Self>, start: &[f64], iterations: usize) -> Result<Outcome, GpError> {
+        let bounds: Vec<[f64; 2]> =
+            self.parameters.iter().map(|p| p.bounds.map(|bound| p.to_scale(bound))).collect();
+        let mut last = None;
+        let mut trace = Vec::new();
+        let found = minimise(
+            |x| match self.evaluate_posterior(x) {
+                Ok(e) => Some((-e.value, e.gradient.iter().map(|g| -g).collect())),
+                Err(error) => {
+                    last = Some(error);
+                    None
+                }
+            },
+            start,
+            &bounds,
+            iterations,
+            |x, _| trace.push(self.theta_values(x)),
+        );
+        let Some(found) = found else {
+            let jitter = f64::NAN;
+            return Err(last.unwrap_or(GpError::NotPositiveDefinite { size: self.size, jitter }));
+        };
+        let posterior = Posterior::new(self.clone(), &found.point)?;
+        Ok(Outcome {
+            log_evidence: -found.value - self.log_belief(&found.point),
+            log_posterior: -found.value,
+            evaluations: found.evaluations,
+            jitter: posterior.jitter(),
+            collapsed: posterior.explained().is_some_and(|share| share < COLLAPSE),
+            parameters: found.point,
+            trace,
+        })
+    }
+}
+
+impl<const D: usize> Fit<D> {
+    /// The restart that was taken.
+    pub fn outcome(&self) -> &Outcome {
+        self.restarts[self.best].outcome.as_ref().expect("the best restart succeeded")
+    }
+
+    /// The model that was fitted.
+    pub fn model(&self) -> &Arc<Model<D>> {
+        &self.model
+    }
+
+    /// Value of a parameter by name, in its own unit.
+    ///
+    /// # Errors
+    /// If there is none of that name.
+    pub fn parameter(&self, name: &str) -> Result<f64, GpError> {
+        let position = self.model.position(name)?;
+        Ok(self.model.parameters()[position].from_scale(self.outcome().parameters[position]))
+    }
+
+    /// The posterior at the fitted parameters.
+    ///
+    /// # Errors
+    /// If the covariance cannot be factorised, which fitting has done before.
+    pub fn posterior(&self) -> Result<Posterior<D>, GpError> {
+        Posterior::new(self.model.clone(), &self.outcome().parameters)
+    }
+}

@@ -1,0 +1,222 @@
+//! The gradient of the evidence, from the cotangents of covariance and residual.
+
+use faer::linalg::matmul::triangular::{BlockStructure, matmul};
+use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
+use faer::{Accum, Mat};
+use rayon::prelude::*;
+
+use crate::gram::{Cotangents, Scratch};
+use crate::inverse::invert_lower;
+use crate::model::{Variance, monomial_slope};
+use crate::state::{Factored, State};
+
+/// Columns are shared out in this many lots, whatever the number of threads, so that sums do not
+/// depend on it.
+const LOTS: usize = 32;
+
+impl<const D: usize> State<'_, D> {
+    /// Cotangents of −ln evidence: of the covariance (lower triangle, as if its entries were
+    /// independent and each off-diagonal one counted twice) and of the residual.
+    ///
+    /// With W the rows from `split` on of L⁻¹, z = L⁻¹ r, w = Wᵀ z_u and a = L_ff⁻ᵀ z_f, they are
+    /// ½(WᵀW − wwᵀ − waᵀ − awᵀ) and w.
+    fn cotangents(&self, factored: &Factored) -> (Mat<f64>, Vec<f64>) {
+        let (size, split, par) = (self.model.size, self.first_row(), self.threads());
+        let rest = size - split;
+        let lower = factored.factor.view();
+        let mut inverse = Mat::<f64>::zeros(rest, rest);
+        let trailing = lower.submatrix(split, split, rest, rest);
+        invert_lower(inverse.as_mut(), trailing, par);
+        // W = [left | inverse] with left = −L_uu⁻¹ L_uf L_ff⁻¹.
+        let mut left = Mat::<f64>::zeros(rest, split);
+        if split > 0 {
+            let below = lower.submatrix(split, 0, rest, split);
+            matmul(
+                left.as_mut(),
+                BlockStructure::Rectangular,
+                Accum::Replace,
+                inverse.as_ref(),
+                BlockStructure::TriangularLower,
+                below,
+                BlockStructure::Rectangular,
+                -1.0,
+                par,
+            );
+            let leading = lower.submatrix(0, 0, split, split);
+            solve_upper_triangular_in_place(
+                leading.transpose(),
+                left.as_mut().transpose_mut(),
+                par,
+            );
+        }
+        let mut cotangent = Mat::<f64>::zeros(size, size);
+        let (left, inverse) = (left.as_ref(), inverse.as_ref());
+        let full = BlockStructure::Rectangular;
+        let (low, high) = (BlockStructure::TriangularLower, BlockStructure::TriangularUpper);
+        if split > 0 {
+            let corner = cotangent.as_mut().submatrix_mut(0, 0, split, split);
+            matmul(corner, low, Accum::Replace, left.transpose(), full, left, full, 1.0, par);
+            let below = cotangent.as_mut().submatrix_mut(split, 0, rest, split);
+            matmul(below, full, Accum::Replace, inverse.transpose(), high, left, full, 1.0, par);
+        }
+        let corner = cotangent.as_mut().submatrix_mut(split, split, rest, rest);
+        matmul(corner, low, Accum::Replace, inverse.transpose(), high, inverse, low, 1.0, par);
+
+        let (head, tail) = factored.whitened.split_at(split);
+        let mut w = vec![0.0; size];
+        for column in 0..size {
+            w[column] = match column.checked_sub(split) {
+                None => left.col(column).iter().zip(tail).map(|(l, z)| l * z).sum(),
+                Some(c) => inverse.col(c).iter().zip(tail).skip(c).map(|(l, z)| l * z).sum(),
+            };
+        }
+        let mut a = vec![0.0; size];
+        a[..split].copy_from_slice(head);
+        factored.factor.backward(&mut a[..split]);
+        for column in 0..size {
+            let (w_column, a_column) = (w[column], a[column]);
+            let rows = cotangent.col_as_slice_mut(column);
+            for row in column..size {
+                rows[row] -= w[row] * (w_column + a_column) + a[row] * w_column;
+            }
+            // Half of it on the diagonal, twice the half for the pair off it.
+            rows[column] *= 0.5;
+        }
+        (cotangent, w)
+    }
+
+    /// Of ln evidence in all parameters, on their scales.
+    pub fn gradient(&self, factored: &Factored) -> Vec<f64> {
+        let (mut cotangent, w) = self.cotangents(factored);
+        let mut gradient = vec![0.0; self.model.parameters.len()];
+        for (number, group) in self.model.groups.iter().enumerate() {
+            let mut trace = 0.0;
+            for row in group.offset..group.offset + group.values.len() {
+                trace += cotangent[(row, row)];
+                cotangent[(row, row)] *= 1.0 + factored.jitter;
+            }
+            if let Variance::Learned(position) = group.variance {
+                gradient[position] += 2.0 * self.noise(number).powi(2) * trace;
+            }
+        }
+        let mut pulled = self.pull_back(&cotangent);
+        let mut theta = vec![0.0; self.theta().len()];
+        for (number, group) in self.model.groups.iter().enumerate() {
+            let mut slopes = vec![0.0; group.points.monomials.len()];
+            for part in 0..self.kernels.len() {
+                let slot = &mut pulled.coefficients[part][number];
+                let amplitude = self.kernels[part].0;
+                let own: f64 =
+                    slot.iter().zip(&self.coefficients[part][number]).map(|(s, a)| s * a).sum();
+                gradient[self.model.part_offsets[part]] += own;
+                for (slope, array) in slopes.iter_mut().zip(&group.points.parts[part].arrays) {
+                    *slope += amplitude * slot.iter().zip(array).map(|(s, a)| s * a).sum::<f64>();
+                }
+            }
+            let rows = &w[group.offset..group.offset + group.values.len()];
+            for (slope, mean) in slopes.iter_mut().zip(&group.points.mean) {
+                *slope -= rows.iter().zip(mean).map(|(w, m)| w * m).sum::<f64>();
+            }
+            for (slope, monomial) in slopes.iter().zip(&group.points.monomials) {
+                for (position, _) in monomial {
+                    theta[*position] += slope * monomial_slope(monomial, self.theta(), *position);
+                }
+            }
+        }
+        for (position, slope) in theta.into_iter().enumerate() {
+            let parameter = &self.model.parameters[self.model.theta_offset + position];
+            let scale = if parameter.logarithmic { self.theta()[position] } else { 1.0 };
+            gradient[self.model.theta_offset + position] = slope * scale;
+        }
+        for (offset, slopes) in self.model.part_offsets.iter().zip(&pulled.hyperparameters) {
+            gradient[offset + 1..offset + 1 + slopes.len()].copy_from_slice(slopes);
+        }
+        gradient.iter_mut().for_each(|g| *g = -*g);
+        gradient
+    }
+
+    fn pull_back(&self, cotangent: &Mat<f64>) -> Pulled {
+        let size = self.model.size;
+        let lots = if self.parallel() { LOTS } else { 1 };
+        let lot = |lot: usize| {
+            let mut pulled = Pulled::zeros(self);
+            let mut scratch = Scratch::default();
+            // Interleaved, because early columns are longer.
+            for column in (lot..size).step_by(lots) {
+                self.pull_column(column, cotangent.col_as_slice(column), &mut pulled, &mut scratch);
+            }
+            pulled
+        };
+        if lots == 1 {
+            return lot(0);
+        }
+        let parts: Vec<Pulled> = (0..lots).into_par_iter().map(lot).collect();
+        let mut sum = Pulled::zeros(self);
+        parts.iter().for_each(|part| sum.add(part));
+        sum
+    }
+
+    fn pull_column(
+        &self,
+        column: usize,
+        weights: &[f64],
+        pulled: &mut Pulled,
+        scratch: &mut Scratch,
+    ) {
+        let second = self.group_of(column);
+        let own = column - self.model.groups[second].offset;
+        for part in 0..self.kernels.len() {
+            for first in second..self.model.groups.len() {
+                let (start, rows) = self.rows(first, column);
+                let block = self.block(part, first, second);
+                let orders = self.model.groups[second].points.parts[part].orders.len();
+                // The cotangents of the column's own point come back apart, for it may lie in the same group as the rows.
+                pulled.own.clear();
+                pulled.own.resize(orders, 0.0);
+                let mut cotangents = Cotangents {
+                    first: &mut pulled.coefficients[part][first],
+                    second: &mut pulled.own,
+                    hyperparameters: &mut pulled.hyperparameters[part],
+                };
+                block.pull_column(start, own, &weights[rows], &mut cotangents, scratch);
+                let count = self.model.groups[second].points.count;
+                let slots = pulled.coefficients[part][second].iter_mut().skip(own).step_by(count);
+                slots.zip(&pulled.own).for_each(|(slot, value)| *slot += value);
+            }
+        }
+    }
+}
+
+/// Cotangents of coefficients and kernel parameters.
+struct Pulled {
+    coefficients: Vec<Vec<Vec<f64>>>,
+    hyperparameters: Vec<Vec<f64>>,
+    own: Vec<f64>,
+}
+
+impl Pulled {
+    fn zeros<const D: usize>(state: &State<'_, D>) -> Self {
+        let zeros = |v: &Vec<f64>| vec![0.0; v.len()];
+        Self {
+            coefficients: state
+                .coefficients
+                .iter()
+                .map(|groups| groups.iter().map(zeros).collect())
+                .collect(),
+            hyperparameters: state.kernels.iter().map(|(_, h)| zeros(h)).collect(),
+            own: Vec::new(),
+        }
+    }
+
+    fn add(&mut self, other: &Self) {
+        let add = |to: &mut Vec<f64>, from: &Vec<f64>| {
+            to.iter_mut().zip(from).for_each(|(t, f)| *t += f);
+        };
+        for (to, from) in self.coefficients.iter_mut().zip(&other.coefficients) {
+            to.iter_mut().zip(from).for_each(|(t, f)| add(t, f));
+        }
+        for (to, from) in self.hyperparameters.iter_mut().zip(&other.hyperparameters) {
+            add(to, from);
+        }
+    }
+}

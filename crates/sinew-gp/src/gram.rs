@@ -1,0 +1,242 @@
+//! Covariances of linear functionals: per pair only a table of kernel derivatives is computed.
+//!
+//! For two points p, q and a part of the prior, K_pq = Σ_{β, β′} a_{p,β} a_{q,β′} ∂^β ∂′^{β′} k; of a
+//! stationary kernel the last factor is (−1)^|β′| G_{β+β′} with the derivatives G in the difference.
+
+use crate::coefficients::PointCoefficients;
+use crate::kernel::{Kernel, MOST_PAIRS, Orders, Pairs};
+use crate::simd::vectorised;
+
+/// Which entry of a kernel's table each pair of orders reads.
+#[derive(Clone, Debug)]
+pub(crate) struct PairPlan<const D: usize> {
+    pub entries: Vec<Orders<D>>,
+    /// For (β, β′), at `[β · width + β′]`.
+    reads: Vec<usize>,
+    /// (−1)^|β′| for stationary kernels, else 1.
+    signs: Vec<f64>,
+}
+
+impl<const D: usize> PairPlan<D> {
+    pub fn new(kernel: &dyn Kernel<D>, first: &[[usize; D]], second: &[[usize; D]]) -> Self {
+        let stationary = kernel.is_stationary();
+        let mut entries: Vec<Orders<D>> = Vec::new();
+        let mut reads = Vec::new();
+        for beta in first {
+            for other in second {
+                let orders = Orders { first: *beta, second: *other };
+                let entry = if stationary {
+                    Orders { first: orders.sums(), second: [0; D] }
+                } else {
+                    orders
+                };
+                let position = entries.iter().position(|e| *e == entry).unwrap_or_else(|| {
+                    entries.push(entry);
+                    entries.len() - 1
+                });
+                reads.push(position);
+            }
+        }
+        let odd = |orders: &[usize; D]| stationary && orders.iter().sum::<usize>() % 2 == 1;
+        let signs = second.iter().map(|orders| if odd(orders) { -1.0 } else { 1.0 }).collect();
+        Self { entries, reads, signs }
+    }
+}
+
+/// Points with the coefficients of one part of the prior at the current parameters.
+#[derive(Clone, Copy)]
+pub(crate) struct Side<'a, const D: usize> {
+    pub points: &'a PointCoefficients<D>,
+    /// a_β at `[β · points + point]`, with the amplitude in it.
+    pub coefficients: &'a [f64],
+}
+
+impl<'a, const D: usize> Side<'a, D> {
+    fn width(&self) -> usize {
+        self.coefficients.len() / self.points.count.max(1)
+    }
+
+    fn row(&self, order: usize, start: usize, count: usize) -> &'a [f64] {
+        &self.coefficients[order * self.points.count + start..][..count]
+    }
+}
+
+/// One part of the prior between two sets of points.
+pub(crate) struct Block<'a, const D: usize> {
+    pub kernel: &'a dyn Kernel<D>,
+    pub hyperparameters: &'a [f64],
+    pub plan: &'a PairPlan<D>,
+    pub first: Side<'a, D>,
+    pub second: Side<'a, D>,
+}
+
+/// Where a column's cotangents are added up.
+pub(crate) struct Cotangents<'a> {
+    /// Of the first points' coefficients, in their layout.
+    pub first: &'a mut [f64],
+    /// Of the coefficients of the column's own point, one for each order.
+    pub second: &'a mut [f64],
+    /// Of the logarithms of the kernel's hyperparameters.
+    pub hyperparameters: &'a mut [f64],
+}
+
+/// Memory reused from column to column.
+#[derive(Default)]
+pub(crate) struct Scratch {
+    table: Vec<f64>,
+    weights: Vec<f64>,
+    signed: Vec<f64>,
+    slopes: Vec<f64>,
+}
+
+impl<const D: usize> Block<'_, D> {
+    fn pairs(&self, start: usize, count: usize, column: usize) -> Pairs<'_, D> {
+        Pairs {
+            first: self.first.points.axes.each_ref().map(|axis| &axis[start..start + count]),
+            second: std::array::from_fn(|d| self.second.points.axes[d][column]),
+        }
+    }
+
+    /// Signed coefficients of the second point.
+    fn signed(&self, column: usize, signed: &mut Vec<f64>) {
+        let count = self.second.points.count;
+        signed.clear();
+        signed.extend(
+            self.plan
+                .signs
+                .iter()
+                .enumerate()
+                .map(|(order, sign)| sign * self.second.coefficients[order * count + column]),
+        );
+    }
+
+    /// Adds the covariances of the first points from `start` on with second point `column`.
+    pub fn add_column(&self, start: usize, column: usize, out: &mut [f64], scratch: &mut Scratch) {
+        if self.plan.entries.is_empty() {
+            return;
+        }
+        self.signed(column, &mut scratch.signed);
+        for (number, out) in out.chunks_mut(MOST_PAIRS).enumerate() {
+            let (start, count) = (start + number * MOST_PAIRS, out.len());
+            let pairs = self.pairs(start, count, column);
+            scratch.table.resize(self.plan.entries.len() * count, 0.0);
+            let table = scratch.table.as_mut_slice();
+            self.kernel.derivatives(self.hyperparameters, &pairs, &self.plan.entries, table);
+            for order in 0..self.first.width() {
+                let coefficients = self.first.row(order, start, count);
+                let reads = &self.plan.reads[order * scratch.signed.len()..];
+                contract(table, reads, &scratch.signed, coefficients, out);
+            }
+        }
+    }
+
+    /// Adds the cotangents of everything that the column depends on, for the cotangents `weights`
+    /// of its covariances.
+    pub fn pull_column(
+        &self,
+        start: usize,
+        column: usize,
+        weights: &[f64],
+        cotangents: &mut Cotangents<'_>,
+        scratch: &mut Scratch,
+    ) {
+        if self.plan.entries.is_empty() {
+            return;
+        }
+        self.signed(column, &mut scratch.signed);
+        let width = scratch.signed.len();
+        scratch.slopes.clear();
+        scratch.slopes.resize(width, 0.0);
+        for (number, weights) in weights.chunks(MOST_PAIRS).enumerate() {
+            let (start, count) = (start + number * MOST_PAIRS, weights.len());
+            let pairs = self.pairs(start, count, column);
+            let size = self.plan.entries.len() * count;
+            scratch.table.resize(size, 0.0);
+            scratch.weights.clear();
+            scratch.weights.resize(size, 0.0);
+            let (signed, own) = (&scratch.signed, &mut scratch.slopes);
+            let mut weigh = |table: &[f64], slopes: &mut [f64]| {
+                for order in 0..self.first.width() {
+                    let coefficients = self.first.row(order, start, count);
+                    let position = order * self.first.points.count + start;
+                    let cotangent = &mut cotangents.first[position..][..count];
+                    let reads = &self.plan.reads[order * width..];
+                    expand(table, reads, signed, coefficients, weights, cotangent, slopes, own);
+                }
+            };
+            self.kernel.derivatives_and_pull_back(
+                self.hyperparameters,
+                &pairs,
+                &self.plan.entries,
+                [&mut scratch.table, &mut scratch.weights],
+                &mut weigh,
+                cotangents.hyperparameters,
+            );
+        }
+        for ((own, slope), sign) in
+            cotangents.second.iter_mut().zip(&scratch.slopes).zip(&self.plan.signs)
+        {
+            *own += sign * slope;
+        }
+    }
+}
+
+vectorised! {
+    /// out += a_β · Σ_β′ s_β′ G for one β.
+    fn contract(table: &[f64], reads: &[usize], signed: &[f64], coefficients: &[f64], out: &mut [f64]) {
+        let count = out.len();
+        let mut sums = [0.0; MOST_PAIRS];
+        for (factor, read) in signed.iter().zip(reads) {
+            for (sum, entry) in sums[..count].iter_mut().zip(&table[read * count..(read + 1) * count]) {
+                *sum += factor * entry;
+            }
+        }
+        for ((out, a), sum) in out.iter_mut().zip(coefficients).zip(&sums) {
+            *out += a * sum;
+        }
+    }
+}
+
+vectorised! {
+    /// The reverse of [`contract`] for the cotangents `weights` of its result.
+    fn expand(
+        table: &[f64],
+        reads: &[usize],
+        signed: &[f64],
+        coefficients: &[f64],
+        weights: &[f64],
+        cotangent: &mut [f64],
+        table_cotangent: &mut [f64],
+        signed_cotangent: &mut [f64],
+    ) {
+        let count = weights.len();
+        let mut scaled = [0.0; MOST_PAIRS];
+        for ((s, w), a) in scaled.iter_mut().zip(weights).zip(coefficients) {
+            *s = w * a;
+        }
+        let mut sums = [0.0; MOST_PAIRS];
+        for ((factor, read), slope) in signed.iter().zip(reads).zip(signed_cotangent) {
+            let entries = &table[read * count..(read + 1) * count];
+            let slopes = &mut table_cotangent[read * count..(read + 1) * count];
+            let mut partial = [0.0; 8];
+            let whole = count / 8 * 8;
+            for start in (0..whole).step_by(8) {
+                for (k, partial) in partial.iter_mut().enumerate() {
+                    let lane = start + k;
+                    sums[lane] += factor * entries[lane];
+                    slopes[lane] += factor * scaled[lane];
+                    *partial += scaled[lane] * entries[lane];
+                }
+            }
+            for lane in whole..count {
+                sums[lane] += factor * entries[lane];
+                slopes[lane] += factor * scaled[lane];
+                partial[0] += scaled[lane] * entries[lane];
+            }
+            *slope += partial.iter().sum::<f64>();
+        }
+        for ((c, w), sum) in cotangent.iter_mut().zip(weights).zip(&sums) {
+            *c += w * sum;
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! The inverse of a triangular matrix, by halves.
+
+use faer::linalg::matmul::triangular::{BlockStructure, matmul};
+use faer::reborrow::{Reborrow, ReborrowMut};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
+
+use crate::simd::vectorised;
+
+/// Order up to which columns are substituted one by one.
+const LEAF: usize = 48;
+
+/// Writes L⁻¹ into the lower triangle of `out`; `lower` and `out` are stored by columns.
+///
+/// [A 0; B C]⁻¹ = [A⁻¹ 0; −C⁻¹ B A⁻¹ C⁻¹] puts nearly all of the work into products, which
+/// measured two to three times as fast as the substitution of the linear-algebra library.
+pub(crate) fn invert_lower(mut out: MatMut<'_, f64>, lower: MatRef<'_, f64>, par: Par) {
+    let size = lower.nrows();
+    if size <= LEAF {
+        return invert_leaf(out, lower);
+    }
+    let half = (size / 2).next_multiple_of(8);
+    let (mut first, _, mut below, mut second) = out.rb_mut().split_at_mut(half, half);
+    let (a, _, b, c) = lower.split_at(half, half);
+    invert_lower(first.rb_mut(), a, par);
+    invert_lower(second.rb_mut(), c, par);
+    let mut product = Mat::<f64>::zeros(size - half, half);
+    let (full, low) = (BlockStructure::Rectangular, BlockStructure::TriangularLower);
+    matmul(product.as_mut(), full, Accum::Replace, second.rb(), low, b, full, -1.0, par);
+    matmul(below.rb_mut(), full, Accum::Replace, product.as_ref(), full, first.rb(), low, 1.0, par);
+}
+
+fn invert_leaf(mut out: MatMut<'_, f64>, lower: MatRef<'_, f64>) {
+    let size = lower.nrows();
+    let column = |k: usize| lower.col(k).try_as_col_major().expect("stored by columns").as_slice();
+    for j in 0..size {
+        let mut x = [0.0; LEAF];
+        x[j] = 1.0;
+        for k in j..size {
+            let below = column(k);
+            x[k] /= below[k];
+            let value = x[k];
+            subtract(&mut x[k + 1..size], &below[k + 1..], value);
+        }
+        let column = out.rb_mut().col_mut(j).try_as_col_major_mut().expect("stored by columns");
+        column.as_slice_mut()[j..].copy_from_slice(&x[j..size]);
+    }
+}
+
+vectorised! {
+    fn subtract(x: &mut [f64], column: &[f64], factor: f64) {
+        for (x, l) in x.iter_mut().zip(column) {
+            *x -= factor * l;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_the_matrix_is_the_identity() {
+        for size in [1, 7, 48, 49, 130, 301] {
+            let lower = Mat::from_fn(size, size, |i, j| match i.cmp(&j) {
+                std::cmp::Ordering::Less => 0.0,
+                std::cmp::Ordering::Equal => 2.0 + (i as f64).sin(),
+                std::cmp::Ordering::Greater => ((3 * i + 7 * j) as f64).sin() / size as f64,
+            });
+            let mut inverse = Mat::zeros(size, size);
+            invert_lower(inverse.as_mut(), lower.as_ref(), Par::Seq);
+            let difference = &lower * &inverse - Mat::<f64>::identity(size, size);
+            assert!(difference.norm_max() < 1e-14 * size as f64, "{size}");
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! A periodic kernel along one axis.
+
+use std::f64::consts::PI;
+
+use sinew_num::Series;
+
+use super::{Hyperparameter, Kernel, Measure};
+
+/// exp(−2 sin²(π (x − x′) / period) / w²): the squared exponential of a point's position on a
+/// circle (MacKay 1998; the thesis warps inputs likewise). The width w is in units of the circle's radius.
+#[derive(Clone, Debug)]
+pub struct Periodic {
+    axis: usize,
+    period: f64,
+    /// False once restricted to axes without its own.
+    active: bool,
+}
+
+impl Periodic {
+    /// Along `axis`, with the period `period`.
+    pub fn new(axis: usize, period: f64) -> Self {
+        Self { axis, period, active: true }
+    }
+}
+
+impl<const D: usize> Kernel<D> for Periodic {
+    fn name(&self) -> String {
+        "periodic".into()
+    }
+
+    fn hyperparameters(&self) -> Vec<Hyperparameter> {
+        let width =
+            Hyperparameter { name: "width", measure: Measure::Number { lower: 0.1, upper: 30.0 } };
+        if self.active { vec![width] } else { Vec::new() }
+    }
+
+    fn on_axes(&self, axes: &[usize]) -> Box<dyn Kernel<D>> {
+        Box::new(Self { active: self.active && axes.contains(&self.axis), ..self.clone() })
+    }
+
+    fn formula(&self, width: &[Series], x: &[Series; D], y: &[Series; D]) -> Series {
+        match width.first() {
+            None => x[0].constant(1.0),
+            Some(width) => {
+                let angle = (&x[self.axis] - &y[self.axis]) * (PI / self.period);
+                ((angle.sin() / width).squared() * -2.0).exp()
+            }
+        }
+    }
+
+    fn is_stationary(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,309 @@
+//! The squared-exponential kernel, in Hermite polynomials.
+
+use std::cell::RefCell;
+
+use sinew_num::Series;
+
+use super::axes::Axes;
+use super::radial::beyond;
+use super::{Hyperparameter, Kernel, MOST_PAIRS, Measure, Orders, Pairs};
+use crate::simd::{exp_of_negative, vectorised};
+
+/// exp(−½ Σ (xᵢ − xᵢ′)² / λᵢ²) with a lengthscale per axis (4.46); infinitely smooth.
+#[derive(Clone, Debug, Default)]
+pub struct SquaredExponential {
+    axes: Axes,
+}
+
+impl SquaredExponential {
+    /// On all axes.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// On the axes with these numbers only.
+    pub fn along(axes: &[usize]) -> Self {
+        Self { axes: Axes::only(axes) }
+    }
+}
+
+/// Highest order of a derivative in x − x′, and of one more for gradients.
+const MOST_ORDERS: usize = 2 * crate::operator::MOST_DERIVATIVES + 2;
+
+impl<const D: usize> Kernel<D> for SquaredExponential {
+    fn name(&self) -> String {
+        "squared-exponential".into()
+    }
+
+    fn hyperparameters(&self) -> Vec<Hyperparameter> {
+        lengthscales(self.axes.of::<D>())
+    }
+
+    fn on_axes(&self, axes: &[usize]) -> Box<dyn Kernel<D>> {
+        Box::new(Self { axes: self.axes.among::<D>(axes) })
+    }
+
+    fn formula(&self, lengthscales: &[Series], x: &[Series; D], y: &[Series; D]) -> Series {
+        (half_square(self.axes.of::<D>(), lengthscales, x, y) * -1.0).exp()
+    }
+
+    fn is_stationary(&self) -> bool {
+        true
+    }
+
+    fn derivatives(
+        &self,
+        lengthscales: &[f64],
+        pairs: &Pairs<'_, D>,
+        orders: &[Orders<D>],
+        table: &mut [f64],
+    ) {
+        let axes = self.axes.of::<D>();
+        SCRATCH.with_borrow_mut(|scratch| {
+            scratch.fill(axes, lengthscales, pairs, orders, 0);
+            scratch.tabulate(axes, orders, pairs.count(), table);
+        });
+    }
+
+    fn pull_back(
+        &self,
+        lengthscales: &[f64],
+        pairs: &Pairs<'_, D>,
+        orders: &[Orders<D>],
+        weights: &[f64],
+        gradient: &mut [f64],
+    ) {
+        let axes = self.axes.of::<D>();
+        SCRATCH.with_borrow_mut(|scratch| {
+            scratch.fill(axes, lengthscales, pairs, orders, 1);
+            scratch.pull_back(axes, orders, pairs.count(), weights, gradient);
+        });
+    }
+
+    /// The exponentials and polynomials serve both directions.
+    fn derivatives_and_pull_back(
+        &self,
+        lengthscales: &[f64],
+        pairs: &Pairs<'_, D>,
+        orders: &[Orders<D>],
+        [table, weights]: [&mut [f64]; 2],
+        weigh: &mut dyn FnMut(&[f64], &mut [f64]),
+        gradient: &mut [f64],
+    ) {
+        let axes = self.axes.of::<D>();
+        SCRATCH.with_borrow_mut(|scratch| {
+            scratch.fill(axes, lengthscales, pairs, orders, 1);
+            scratch.tabulate(axes, orders, pairs.count(), table);
+            weigh(table, weights);
+            scratch.pull_back(axes, orders, pairs.count(), weights, gradient);
+        });
+    }
+}
+
+/// The polynomials hₙ with ∂ⁿ exp(−r²/2λ²) = hₙ exp(−r²/2λ²) along one axis.
+struct Hermite {
+    differences: [f64; MOST_PAIRS],
+    rows: [[f64; MOST_PAIRS]; MOST_ORDERS],
+}
+
+/// Polynomials of all axes and the exponential of them together, kept from call to call.
+struct Scratch {
+    exponential: [f64; MOST_PAIRS],
+    product: [f64; MOST_PAIRS],
+    axes: Vec<Hermite>,
+}
+
+/// Numbers in the widest vector; divides [`MOST_PAIRS`].
+const LANES: usize = 8;
+
+thread_local! {
+    static SCRATCH: RefCell<Scratch> = const {
+        RefCell::new(Scratch {
+            exponential: [0.0; MOST_PAIRS],
+            product: [0.0; MOST_PAIRS],
+            axes: Vec::new(),
+        })
+    };
+}
+
+impl Scratch {
+    fn tabulate<const D: usize>(
+        &self,
+        axes: &[usize],
+        orders: &[Orders<D>],
+        count: usize,
+        table: &mut [f64],
+    ) {
+        for (order, row) in orders.iter().zip(table.chunks_mut(count)) {
+            if beyond(order.first, axes) {
+                row.fill(0.0);
+                continue;
+            }
+            row.copy_from_slice(&self.exponential[..count]);
+            for (axis, d) in self.axes.iter().zip(axes) {
+                if order.first[*d] > 0 {
+                    multiply(row, &axis.rows[order.first[*d]]);
+                }
+            }
+        }
+    }
+
+    /// λ ∂/∂λ of the γ-th derivative G_γ is −(r G_{γ+1} + γ G_γ), r the difference along the axis.
+    fn pull_back<const D: usize>(
+        &mut self,
+        axes: &[usize],
+        orders: &[Orders<D>],
+        count: usize,
+        weights: &[f64],
+        gradient: &mut [f64],
+    ) {
+        let Self { exponential, product, axes: filled } = self;
+        for (order, weights) in orders.iter().zip(weights.chunks(count)) {
+            if beyond(order.first, axes) {
+                continue;
+            }
+            for (number, slope) in gradient.iter_mut().enumerate() {
+                product[..count].copy_from_slice(&exponential[..count]);
+                for (other, (axis, d)) in filled.iter().zip(axes).enumerate() {
+                    if other != number && order.first[*d] > 0 {
+                        multiply(&mut product[..count], &axis.rows[order.first[*d]]);
+                    }
+                }
+                let (n, axis) = (order.first[axes[number]], &filled[number]);
+                let [at, after] = [&axis.rows[n], &axis.rows[n + 1]];
+                dilation(slope, n as f64, weights, product, &axis.differences, at, after);
+            }
+        }
+    }
+
+    fn fill<const D: usize>(
+        &mut self,
+        axes: &[usize],
+        lengthscales: &[f64],
+        pairs: &Pairs<'_, D>,
+        orders: &[Orders<D>],
+        extra: usize,
+    ) {
+        let count = pairs.count();
+        while self.axes.len() < axes.len() {
+            // h₀ = 1 is never written again.
+            let rows = [[1.0; MOST_PAIRS]; MOST_ORDERS];
+            self.axes.push(Hermite { differences: [0.0; MOST_PAIRS], rows });
+        }
+        // Whole vectors: what the lanes beyond the last pair hold is finite and never read.
+        let padded = count.next_multiple_of(LANES);
+        self.exponential[..padded].fill(0.0);
+        for ((d, lengthscale), axis) in axes.iter().zip(lengthscales).zip(&mut self.axes) {
+            let most = orders.iter().map(|o| o.first[*d]).max().unwrap_or(0) + extra;
+            recurrence(
+                *lengthscale,
+                pairs.first[*d],
+                pairs.second[*d],
+                &mut axis.differences[..padded],
+                &mut self.exponential[..padded],
+                &mut axis.rows[..=most],
+            );
+        }
+        exponentials(&mut self.exponential[..padded]);
+    }
+}
+
+vectorised! {
+    /// Differences, their squares' sum in `squares`, and hₙ₊₁ = −(r/λ² hₙ + n/λ² hₙ₋₁).
+    fn recurrence(
+        lengthscale: f64,
+        first: &[f64],
+        second: f64,
+        differences: &mut [f64],
+        squares: &mut [f64],
+        rows: &mut [[f64; MOST_PAIRS]],
+    ) {
+        let inverse = lengthscale.recip();
+        for (difference, x) in differences.iter_mut().zip(first) {
+            *difference = x - second;
+        }
+        for (r, square) in differences.iter().zip(squares.iter_mut()) {
+            *square += (r * inverse) * (r * inverse);
+        }
+        let slope = inverse * inverse;
+        if rows.len() > 1 {
+            for (h, r) in rows[1].iter_mut().zip(differences.iter()) {
+                *h = -r * slope;
+            }
+        }
+        for n in 1..rows.len().saturating_sub(1) {
+            let [before, at, after] = &mut rows[n - 1..n + 2] else { unreachable!("three rows") };
+            let factor = n as f64 * slope;
+            for (((after, at), before), r) in
+                after.iter_mut().zip(at.iter()).zip(before.iter()).zip(differences.iter())
+            {
+                *after = -(r * slope * at + factor * before);
+            }
+        }
+    }
+}
+
+vectorised! {
+    fn exponentials(squares: &mut [f64]) {
+        for s in squares {
+            *s = exp_of_negative(-0.5 * *s);
+        }
+    }
+}
+
+vectorised! {
+    fn multiply(product: &mut [f64], factor: &[f64]) {
+        for (p, f) in product.iter_mut().zip(factor) {
+            *p *= f;
+        }
+    }
+}
+
+vectorised! {
+    /// Adds −Σ weight · product · (r hₙ₊₁ + n hₙ) to `slope`.
+    fn dilation(
+        slope: &mut f64,
+        n: f64,
+        weights: &[f64],
+        product: &[f64; MOST_PAIRS],
+        differences: &[f64],
+        at: &[f64; MOST_PAIRS],
+        after: &[f64; MOST_PAIRS],
+    ) {
+        // Eight partial sums: what vector instructions do at once.
+        let mut sums = [0.0; 8];
+        let whole = weights.len() / 8 * 8;
+        for start in (0..whole).step_by(8) {
+            for (k, sum) in sums.iter_mut().enumerate() {
+                let lane = start + k;
+                *sum += weights[lane] * product[lane] * (differences[lane] * after[lane] + n * at[lane]);
+            }
+        }
+        for lane in whole..weights.len() {
+            sums[0] += weights[lane] * product[lane] * (differences[lane] * after[lane] + n * at[lane]);
+        }
+        *slope -= sums.iter().sum::<f64>();
+    }
+}
+
+/// One lengthscale for each axis.
+pub(super) fn lengthscales(axes: &[usize]) -> Vec<Hyperparameter> {
+    axes.iter()
+        .map(|axis| Hyperparameter {
+            name: "lengthscale",
+            measure: Measure::Length { axis: *axis },
+        })
+        .collect()
+}
+
+/// ½ Σ (xᵢ − yᵢ)² / λᵢ².
+pub(super) fn half_square<const D: usize>(
+    axes: &[usize],
+    lengthscales: &[Series],
+    x: &[Series; D],
+    y: &[Series; D],
+) -> Series {
+    axes.iter().zip(lengthscales).fold(x[0].constant(0.0), |sum, (d, lengthscale)| {
+        sum + ((&x[*d] - &y[*d]) / lengthscale).squared() * 0.5
+    })
+}

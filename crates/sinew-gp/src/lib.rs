@@ -1,0 +1,124 @@
+//! Gaussian processes that satisfy boundary conditions exactly and learn PDE parameters.
+//!
+//! Describe a domain, a linear equation and its boundary conditions; a prior all of whose
+//! functions satisfy the conditions follows by itself, and from noisy data the solution and the
+//! equation's parameters, with intervals.
+//!
+//! ```
+//! use std::f64::consts::PI;
+//! use sinew_gp::{
+//!     Condition, Data, Domain, Evidence, FitOptions, Functional, Model, Noise, Parameter, Prior,
+//!     Problem, Side, SquaredExponential, constant, field,
+//! };
+//!
+//! // u_t = κ u_xx on a rod of length π, kept at zero at both ends, warm in the middle at first.
+//! let rod = Domain::cuboid([("x", [0.0, PI]), ("t", [0.0, 1.0])])?;
+//! let [dx, dt] = rod.derivatives();
+//! let diffusivity = Parameter::new("diffusivity", [0.05, 20.0])?;
+//! let problem = Problem::new(rod.clone(), dt - &diffusivity * dx * dx)?
+//!     .condition("x", Side::Lower, Condition::Dirichlet(constant(0.0)))?
+//!     .condition("x", Side::Upper, Condition::Dirichlet(constant(0.0)))?
+//!     .condition("t", Side::Lower, Condition::Dirichlet(field(|[x, _]| x.sin())))?;
+//!
+//! // A dozen measured temperatures, and the equation at two dozen points. The truth is κ = 0.7.
+//! let exact = |[x, t]: [f64; 2]| x.sin() * (-0.7 * t).exp();
+//! let places = rod.sample(12, 1)?;
+//! let measured: Vec<f64> = places.iter().enumerate()
+//!     .map(|(k, place)| exact(*place) + 0.01 * (2.4 * k as f64).sin())
+//!     .collect();
+//! let data = Data::new()
+//!     .values(&places, &measured, Noise::Learned)
+//!     .equation(&rod.sample(24, 2)?, &[0.0; 24], Noise::Exact);
+//!
+//! let prior = Prior::constrained(&problem, &SquaredExponential::new())?;
+//! let fit = Model::new(prior, data, Evidence::Auto)?.fit(&FitOptions::default())?;
+//! assert!((fit.parameter("diffusivity")? - 0.7).abs() < 0.05);
+//!
+//! let posterior = fit.posterior()?;
+//! let at_the_end = posterior.predict(&[[1.5, 1.0], [0.0, 0.5]])?;
+//! assert!((at_the_end.mean[0] - exact([1.5, 1.0])).abs() < 0.02);
+//! assert_eq!(at_the_end.deviation[1], 0.0); // on the boundary nothing is uncertain
+//!
+//! // What leaves through the right end altogether: −∫ κ u_x dt.
+//! let flux = Functional::face_integral(&rod, ("x", Side::Upper), -(&diffusivity * dx), 8)?;
+//! let (heat, deviation) = posterior.predict_functional(&flux)?;
+//! assert!((heat - (1.0 - (-0.7_f64).exp())).abs() < 0.02);
+//! # Ok::<(), sinew_gp::GpError>(())
+//! ```
+//!
+//! - [`Prior::constrained`], [`Prior::penalised`] and [`Prior::unconstrained`]: conditions built
+//!   in, as pseudo-observations, or ignored (HCGP, PCGP and UCGP in Chapter 4 of the thesis);
+//!   [`Network`]: a neural network with the conditions built in (HCNN), on the same prior;
+//! - [`Model::fit`], [`laplace`] and [`nuts`]: the most probable parameters, and ensembles of
+//!   probable ones for intervals that cover;
+//! - [`Kernel`] and [`check_kernel`]: your own kernel from its formula, and whether it is one;
+//! - `log_evidence_tensor` (feature `burn`, on by default): the evidence inside a Burn graph;
+//! - [`SemiLinear`]: equations with a nonlinear term, by Gauss and Newton.
+//!
+//! Everything is in double precision.
+
+mod coefficients;
+mod compile;
+mod condition;
+mod constraint;
+mod data;
+mod domain;
+mod ensemble;
+mod error;
+mod evidence;
+mod factor;
+mod field;
+mod fit;
+mod functional;
+mod gradient;
+mod gram;
+mod inverse;
+mod kernel;
+mod laplace;
+mod model;
+mod network;
+mod nuts;
+mod operator;
+mod optimise;
+mod parameter;
+mod polygon;
+mod posterior;
+mod prior;
+mod problem;
+mod semilinear;
+mod simd;
+mod state;
+mod structure;
+#[cfg(feature = "burn")]
+mod tensor;
+
+pub use condition::{Condition, Periodicity};
+pub use constraint::{Constraints, Feature, constraints};
+pub use data::{Data, Noise};
+pub use domain::{Domain, Side};
+pub use ensemble::Ensemble;
+pub use error::GpError;
+pub use evidence::{Evaluation, Evidence};
+pub use field::{Field, constant, field};
+pub use fit::{Fit, FitOptions, Outcome, Restart};
+pub use functional::Functional;
+pub use kernel::{
+    Hyperparameter, Kernel, KernelFault, Linear, MOST_PAIRS, Matern, Measure, Orders, Pairs,
+    Periodic, Product, RationalQuadratic, Scaled, Smoothness, SquaredExponential, Sum,
+    check_kernel,
+};
+pub use laplace::laplace;
+pub use model::Model;
+pub use network::{Network, NetworkOptions};
+pub use nuts::{NutsOptions, nuts};
+pub use operator::{Derivative, MOST_DERIVATIVES, Operator, Parameter, Term};
+pub use parameter::{Belief, FreeParameter};
+pub use polygon::Polygon;
+pub use posterior::{Posterior, Prediction};
+pub use prior::Prior;
+pub use problem::Problem;
+pub use semilinear::{SemiLinear, Solution};
+/// The number type of formulas in the coordinates.
+pub use sinew_num::Series;
+#[cfg(feature = "burn")]
+pub use tensor::log_evidence_tensor;

@@ -1,0 +1,309 @@
+//! A prior with data: parameters, and everything that does not change with them.
+
+use crate::coefficients::{Monomial, PointCoefficients, register};
+use crate::compile::compile;
+use crate::data::{Data, Role, check};
+use crate::error::GpError;
+use crate::evidence::{Evaluation, Evidence};
+use crate::gram::PairPlan;
+use crate::kernel::Measure;
+use crate::operator::Parameter;
+use crate::parameter::{Belief, FreeParameter};
+use crate::prior::Prior;
+
+/// Noise of a compiled group.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Variance {
+    /// A standard deviation, zero for exact values.
+    Known(f64),
+    /// Position of its logarithm among the parameters.
+    Learned(usize),
+}
+
+/// Observations compiled for one operator.
+#[derive(Debug)]
+pub(crate) struct Compiled<const D: usize> {
+    pub points: PointCoefficients<D>,
+    pub values: Vec<f64>,
+    pub variance: Variance,
+    /// Position of the first observation in the covariance matrix.
+    pub offset: usize,
+    pub observed: bool,
+}
+
+/// A prior and observations, ready to be fitted.
+#[derive(Debug)]
+pub struct Model<const D: usize> {
+    pub(crate) prior: Prior<D>,
+    pub(crate) parameters: Vec<FreeParameter>,
+    /// First parameter (the amplitude) of each part; kernel parameters follow.
+    pub(crate) part_offsets: Vec<usize>,
+    /// Parameters of the operators, in the order of their numbers in monomials.
+    pub(crate) theta: Vec<Parameter>,
+    pub(crate) theta_offset: usize,
+    /// Imposed groups first.
+    pub(crate) groups: Vec<Compiled<D>>,
+    /// Observations that the conditional evidence conditions on: the first ones.
+    pub(crate) imposed: usize,
+    pub(crate) size: usize,
+    pub(crate) evidence: Evidence,
+    /// For each part, plans between groups at `[first · groups + second]`.
+    pub(crate) plans: Vec<Vec<PairPlan<D>>>,
+}
+
+impl<const D: usize> Model<D> {
+    /// Puts a prior and data together.
+    ///
+    /// Noise-free observations at points where the prior leaves no freedom (of u on a Dirichlet
+    /// boundary) carry no information and are left out.
+    ///
+    /// # Errors
+    /// If there are no data, or some are not finite, contradict the boundary conditions, lie where
+    /// a feature has no derivative; if an operator's order is too high, or conditional evidence is
+    /// asked for without observations to predict.
+    pub fn new(prior: Prior<D>, data: Data<D>, evidence: Evidence) -> Result<Self, GpError> {
+        let mut groups = data.groups;
+        groups.extend(prior.boundary.iter().cloned());
+        check(&groups)?;
+        // A stable sort keeps the order given within each role.
+        let mut order: Vec<usize> = (0..groups.len()).collect();
+        order.sort_by_key(|number| groups[*number].role == Role::Observed);
+        let mut theta = Vec::new();
+        for term in prior.equation.terms() {
+            for (parameter, _) in &term.parameters {
+                register(&mut theta, parameter)?;
+            }
+        }
+        let mut compiled = Vec::new();
+        for number in order {
+            compiled.push(compile(&prior, &groups[number], number, &mut theta)?);
+        }
+        let mut offset = 0;
+        for group in &mut compiled {
+            group.offset = offset;
+            offset += group.values.len();
+        }
+        let imposed = compiled.iter().filter(|g| !g.observed).map(|g| g.values.len()).sum();
+        let size = offset;
+        if size == 0 {
+            return Err(GpError::NoData);
+        }
+        let evidence = evidence.resolve(&compiled, imposed, size)?;
+        let mut model = Self {
+            plans: plans(&prior, &compiled),
+            prior,
+            parameters: Vec::new(),
+            part_offsets: Vec::new(),
+            theta,
+            theta_offset: 0,
+            groups: compiled,
+            imposed,
+            size,
+            evidence,
+        };
+        model.lay_out_parameters();
+        Ok(model)
+    }
+
+    /// The parameters, in the order of the vectors that describe them.
+    pub fn parameters(&self) -> &[FreeParameter] {
+        &self.parameters
+    }
+
+    /// Which evidence is maximised, with `Auto` resolved.
+    pub fn evidence(&self) -> Evidence {
+        self.evidence
+    }
+
+    /// Number of observations, pseudo-observations included.
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    /// The model with other beliefs, as all [`Belief::Flat`] for the bare evidence.
+    pub fn with_beliefs(mut self, belief: impl Fn(&FreeParameter) -> Belief) -> Self {
+        self.parameters.iter_mut().for_each(|parameter| parameter.belief = belief(parameter));
+        self
+    }
+
+    /// Logarithm of the prior density of all parameters, up to a constant.
+    pub fn log_belief(&self, scaled: &[f64]) -> f64 {
+        self.parameters.iter().zip(scaled).map(|(p, x)| p.belief.log_density(*x).0).sum()
+    }
+
+    /// Logarithm of evidence times prior density, with its gradient: what fits maximise, and what
+    /// NUTS and Laplace explore.
+    ///
+    /// # Errors
+    /// As [`Model::log_evidence`].
+    pub fn evaluate_posterior(&self, scaled: &[f64]) -> Result<Evaluation, GpError> {
+        let mut evaluation = self.evaluate(scaled)?;
+        let beliefs = self.parameters.iter().zip(scaled).map(|(p, x)| p.belief.log_density(*x));
+        for (slope, (density, own)) in evaluation.gradient.iter_mut().zip(beliefs) {
+            evaluation.value += density;
+            *slope += own;
+        }
+        Ok(evaluation)
+    }
+
+    /// Position of a parameter by name.
+    ///
+    /// # Errors
+    /// If there is none of that name.
+    pub fn position(&self, name: &str) -> Result<usize, GpError> {
+        self.parameters.iter().position(|p| p.name == name).ok_or_else(|| {
+            let known: Vec<&str> = self.parameters.iter().map(|p| p.name.as_str()).collect();
+            GpError::UnknownParameter { name: name.into(), known: known.join(", ") }
+        })
+    }
+
+    fn lay_out_parameters(&mut self) {
+        let scale = self.amplitude_scale();
+        let extents = self.prior.domain.extents();
+        let names = self.prior.domain.names().clone();
+        let mut parameters = Vec::new();
+        for (number, part) in self.prior.parts.iter().enumerate() {
+            self.part_offsets.push(parameters.len());
+            let number = number + 1;
+            parameters.push(FreeParameter {
+                name: format!("amplitude {number}"),
+                logarithmic: true,
+                bounds: AMPLITUDE_BOUNDS.map(|bound| bound * scale),
+                start: AMPLITUDE_START.map(|bound| bound * scale),
+                belief: Belief::LogNormal { median: scale, deviation: BELIEF_DEVIATION },
+            });
+            for hyperparameter in part.kernel.hyperparameters() {
+                let (name, bounds, start, belief) = match hyperparameter.measure {
+                    Measure::Length { axis } => (
+                        format!("{} {} {number}", hyperparameter.name, names[axis]),
+                        LENGTH_BOUNDS.map(|bound| bound * extents[axis]),
+                        LENGTH_START.map(|bound| bound * extents[axis]),
+                        Belief::LogNormal { median: extents[axis], deviation: BELIEF_DEVIATION },
+                    ),
+                    Measure::Number { lower, upper } => {
+                        let middle = (lower * upper).sqrt();
+                        let name = format!("{} {number}", hyperparameter.name);
+                        (
+                            name,
+                            [lower, upper],
+                            [lower, upper].map(|end| (end * middle).sqrt()),
+                            Belief::Flat,
+                        )
+                    }
+                };
+                parameters.push(FreeParameter { name, logarithmic: true, bounds, start, belief });
+            }
+        }
+        self.theta_offset = parameters.len();
+        for parameter in &self.theta {
+            let bounds = parameter.bounds();
+            let name = parameter.name().to_string();
+            parameters.push(FreeParameter {
+                name,
+                logarithmic: bounds[0] > 0.0,
+                bounds,
+                start: bounds,
+                belief: Belief::Flat,
+            });
+        }
+        for (number, group) in self.groups.iter_mut().enumerate() {
+            if let Variance::Learned(position) = &mut group.variance {
+                *position = parameters.len();
+                let scale = spread(&group.values);
+                parameters.push(FreeParameter {
+                    name: format!("noise {}", number + 1),
+                    logarithmic: true,
+                    bounds: NOISE_BOUNDS.map(|bound| bound * scale),
+                    start: NOISE_START.map(|bound| bound * scale),
+                    belief: Belief::Flat,
+                });
+            }
+        }
+        self.parameters = parameters;
+    }
+
+    /// Size of u as the data suggest it: what they differ from the prior mean by, over the size of
+    /// their operator on functions that vary over the whole domain.
+    fn amplitude_scale(&self) -> f64 {
+        let middle: Vec<f64> = self
+            .theta
+            .iter()
+            .map(|parameter| match parameter.bounds() {
+                [lower, upper] if lower > 0.0 => (lower * upper).sqrt(),
+                [lower, upper] => 0.5 * (lower + upper),
+            })
+            .collect();
+        let of = |observed: bool| {
+            self.groups
+                .iter()
+                .filter(|group| group.observed == observed)
+                .map(|group| group.amplitude(&middle))
+                .fold(0.0, f64::max)
+        };
+        [of(true), of(false)].into_iter().find(|scale| *scale > 0.0).unwrap_or(1.0)
+    }
+
+    /// Values of the operators' parameters, from a vector of all parameters on their scales.
+    pub(crate) fn theta_values(&self, scaled: &[f64]) -> Vec<f64> {
+        let range = self.theta_offset..self.theta_offset + self.theta.len();
+        self.parameters[range.clone()]
+            .iter()
+            .zip(&scaled[range])
+            .map(|(p, s)| p.from_scale(*s))
+            .collect()
+    }
+}
+
+/// Bounds of amplitudes and lengths in units of the data's size and the axes' extents: wide enough
+/// for functions close to polynomials, narrow enough to keep covariances representable.
+const AMPLITUDE_BOUNDS: [f64; 2] = [1e-2, 1e3];
+const AMPLITUDE_START: [f64; 2] = [0.3, 3.0];
+const LENGTH_BOUNDS: [f64; 2] = [0.03, 30.0];
+const LENGTH_START: [f64; 2] = [0.3, 1.5];
+/// Of logarithms of amplitudes and lengths about the size of data and domain.
+const BELIEF_DEVIATION: f64 = 1.0;
+/// In units of the spread of the values: from far below any instrument to nothing but noise.
+const NOISE_BOUNDS: [f64; 2] = [1e-5, 2.0];
+const NOISE_START: [f64; 2] = [0.01, 0.1];
+
+/// Standard deviation of values, or their size where all are equal, or one.
+fn spread(values: &[f64]) -> f64 {
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let deviation = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt();
+    [deviation, mean.abs()].into_iter().find(|s| *s > 0.0).unwrap_or(1.0)
+}
+
+/// Π θ^power.
+pub(crate) fn monomial_value(monomial: &Monomial, theta: &[f64]) -> f64 {
+    monomial.iter().map(|(position, power)| theta[*position].powi(*power)).product()
+}
+
+/// ∂/∂θ of a monomial, for the parameter at `position`.
+pub(crate) fn monomial_slope(monomial: &Monomial, theta: &[f64], position: usize) -> f64 {
+    let factor = |(other, power): &(usize, i32)| match *other == position {
+        true => f64::from(*power) * theta[*other].powi(power - 1),
+        false => theta[*other].powi(*power),
+    };
+    monomial.iter().map(factor).product()
+}
+
+fn plans<const D: usize>(prior: &Prior<D>, groups: &[Compiled<D>]) -> Vec<Vec<PairPlan<D>>> {
+    prior
+        .parts
+        .iter()
+        .enumerate()
+        .map(|(part, description)| {
+            let kernel = &*description.kernel;
+            groups
+                .iter()
+                .flat_map(|first| {
+                    groups.iter().map(move |second| {
+                        let orders = |group: &Compiled<D>| group.points.parts[part].orders.clone();
+                        PairPlan::new(kernel, &orders(first), &orders(second))
+                    })
+                })
+                .collect()
+        })
+        .collect()
+}

@@ -1,0 +1,229 @@
+//! Linear differential operators, written as they are on paper.
+
+use std::ops::{Add, Mul, Neg, Sub};
+use std::sync::Arc;
+
+use crate::error::GpError;
+use crate::field::Field;
+
+/// Highest order of a derivative along one axis.
+pub const MOST_DERIVATIVES: usize = 4;
+
+/// A partial derivative of any order; products of derivatives are derivatives.
+///
+/// ```
+/// use sinew_gp::{Derivative, Domain};
+///
+/// let [dx, dy] = Domain::cuboid([("x", [0.0, 1.0]), ("y", [0.0, 1.0])])?.derivatives();
+/// assert_eq!((dx * dx * dy).orders, [2, 1]);
+/// # Ok::<(), sinew_gp::GpError>(())
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Derivative<const D: usize> {
+    /// Order along each axis.
+    pub orders: [usize; D],
+}
+
+impl<const D: usize> Derivative<D> {
+    /// No derivative at all: the function itself.
+    pub fn identity() -> Self {
+        Self { orders: [0; D] }
+    }
+
+    /// The first derivative along axis `axis`.
+    ///
+    /// # Panics
+    /// If there is no such axis.
+    pub fn along(axis: usize) -> Self {
+        let mut orders = [0; D];
+        orders[axis] = 1;
+        Self { orders }
+    }
+}
+
+/// A named unknown of an equation, within bounds.
+///
+/// With a positive lower bound it is inferred on a logarithmic scale.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    name: Arc<str>,
+    lower: f64,
+    upper: f64,
+}
+
+impl Parameter {
+    /// A parameter by name, with its lower and upper bound.
+    ///
+    /// # Errors
+    /// If the bounds are not finite and ascending.
+    pub fn new(name: &str, [lower, upper]: [f64; 2]) -> Result<Self, GpError> {
+        if lower.is_finite() && upper.is_finite() && lower < upper {
+            Ok(Self { name: name.into(), lower, upper })
+        } else {
+            Err(GpError::ParameterBounds { name: name.into(), lower, upper })
+        }
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Its lower and upper bound.
+    pub fn bounds(&self) -> [f64; 2] {
+        [self.lower, self.upper]
+    }
+}
+
+/// One summand of an operator: number × parameters × function × derivative.
+#[derive(Clone, Debug)]
+pub struct Term<const D: usize> {
+    /// Number in front.
+    pub scale: f64,
+    /// Parameters in front, each once, with their powers.
+    pub parameters: Vec<(Parameter, i32)>,
+    /// Function in front, if any.
+    pub function: Option<Field<D>>,
+    /// The derivative that is taken.
+    pub derivative: Derivative<D>,
+}
+
+impl<const D: usize> Term<D> {
+    fn times(mut self, parameter: &Parameter) -> Self {
+        match self.parameters.iter_mut().find(|(known, _)| known == parameter) {
+            Some((_, power)) => *power += 1,
+            None => self.parameters.push((parameter.clone(), 1)),
+        }
+        self
+    }
+
+    fn times_field(mut self, factor: &Field<D>) -> Self {
+        let factor = factor.clone();
+        self.function = Some(match self.function {
+            None => factor,
+            Some(function) => crate::field::field(move |x| factor.at(x.clone()) * function.at(x)),
+        });
+        self
+    }
+}
+
+/// A linear differential operator: a sum of coefficient × derivative (Definition 4.3.1).
+///
+/// Numbers, [`Parameter`]s and [`Field`]s multiply derivatives from the left.
+///
+/// ```
+/// use sinew_gp::{Domain, Operator, Parameter, field};
+///
+/// let [dx, dt] = Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.0, 1.0])])?.derivatives();
+/// let speed = Parameter::new("speed", [0.1, 10.0])?;
+/// let wave = dt * dt - &speed * (&speed * dx * dx);
+/// assert_eq!(wave.terms().len(), 2);
+/// let graded = dt - field(|[x, _]| x * 2.0 + 1.0) * dx * dx;
+/// assert_eq!(graded.order(), 2);
+/// # Ok::<(), sinew_gp::GpError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Operator<const D: usize> {
+    terms: Vec<Term<D>>,
+}
+
+impl<const D: usize> Operator<D> {
+    /// The function itself.
+    pub fn identity() -> Self {
+        Derivative::identity().into()
+    }
+
+    /// Its summands.
+    pub fn terms(&self) -> &[Term<D>] {
+        &self.terms
+    }
+
+    /// Highest total order of a derivative in it.
+    pub fn order(&self) -> usize {
+        self.terms.iter().map(|t| t.derivative.orders.iter().sum()).max().unwrap_or(0)
+    }
+
+    /// Highest order along each axis.
+    pub fn orders(&self) -> [usize; D] {
+        std::array::from_fn(|d| {
+            self.terms.iter().map(|t| t.derivative.orders[d]).max().unwrap_or(0)
+        })
+    }
+
+    fn map(self, change: impl Fn(Term<D>) -> Term<D>) -> Self {
+        Self { terms: self.terms.into_iter().map(change).collect() }
+    }
+}
+
+impl<const D: usize> From<Derivative<D>> for Operator<D> {
+    fn from(derivative: Derivative<D>) -> Self {
+        Self {
+            terms: vec![Term { scale: 1.0, parameters: Vec::new(), function: None, derivative }],
+        }
+    }
+}
+
+impl<const D: usize> Mul for Derivative<D> {
+    type Output = Self;
+    fn mul(self, right: Self) -> Self {
+        Self { orders: std::array::from_fn(|d| self.orders[d] + right.orders[d]) }
+    }
+}
+
+impl<const D: usize> Mul<Derivative<D>> for Operator<D> {
+    type Output = Self;
+    /// First the derivative on the right, then this operator.
+    fn mul(self, right: Derivative<D>) -> Self {
+        self.map(|term| Term { derivative: term.derivative * right, ..term })
+    }
+}
+
+/// Sums, and factors from the left, of operators and derivatives.
+macro_rules! algebra {
+    ($Right:ty) => {
+        impl<const D: usize> Mul<$Right> for f64 {
+            type Output = Operator<D>;
+            fn mul(self, right: $Right) -> Operator<D> {
+                Operator::from(right).map(|term| Term { scale: self * term.scale, ..term })
+            }
+        }
+        impl<const D: usize> Mul<$Right> for &Parameter {
+            type Output = Operator<D>;
+            fn mul(self, right: $Right) -> Operator<D> {
+                Operator::from(right).map(|term| term.times(self))
+            }
+        }
+        impl<const D: usize> Mul<$Right> for Field<D> {
+            type Output = Operator<D>;
+            fn mul(self, right: $Right) -> Operator<D> {
+                Operator::from(right).map(|term| term.times_field(&self))
+            }
+        }
+        impl<const D: usize> Neg for $Right {
+            type Output = Operator<D>;
+            fn neg(self) -> Operator<D> {
+                -1.0 * self
+            }
+        }
+        algebra!($Right, Operator<D>);
+        algebra!($Right, Derivative<D>);
+    };
+    ($Left:ty, $Right:ty) => {
+        impl<const D: usize> Add<$Right> for $Left {
+            type Output = Operator<D>;
+            fn add(self, right: $Right) -> Operator<D> {
+                let mut sum = Operator::from(self);
+                sum.terms.extend(Operator::from(right).terms);
+                sum
+            }
+        }
+        impl<const D: usize> Sub<$Right> for $Left {
+            type Output = Operator<D>;
+            fn sub(self, right: $Right) -> Operator<D> {
+                self + -right
+            }
+        }
+    };
+}
+algebra!(Operator<D>);
+algebra!(Derivative<D>);

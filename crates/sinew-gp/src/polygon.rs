@@ -1,0 +1,266 @@
+//! Simple polygons, and smooth functions that vanish on their edges.
+
+use sinew_num::Series;
+
+use crate::error::GpError;
+
+/// A simple polygon, with its corners in anticlockwise order.
+#[derive(Clone, Debug)]
+pub struct Polygon {
+    corners: Vec<[f64; 2]>,
+    distance: Distance,
+    /// Reciprocal of the largest distance found inside, so that features have size one.
+    scale: f64,
+}
+
+/// A smooth stand-in for the distance to the boundary, composed from those to half-planes.
+///
+/// The R0-functions a + b ∓ √(a² + b²) are positive where both, or either, of a and b are
+/// (Rvachev 1982; Shapiro 2007, *Semi-analytic geometry with R-functions*). They are smooth but at
+/// corners, where the two vanish together. On convex polygons this measured two to five times as
+/// accurate as the equivalence (4.56).
+#[derive(Clone, Debug)]
+enum Distance {
+    /// Signed distance `n·x − offset` to a line, positive on the inside.
+    HalfPlane { normal: [f64; 2], offset: f64 },
+    /// Intersection.
+    All(Vec<Distance>),
+    /// Union.
+    Any(Vec<Distance>),
+}
+
+impl Distance {
+    fn at(&self, x: &Series, y: &Series) -> Series {
+        match self {
+            Self::HalfPlane { normal, offset } => x * normal[0] + y * normal[1] - *offset,
+            Self::All(parts) => Self::combine(parts, x, y, -1.0),
+            Self::Any(parts) => Self::combine(parts, x, y, 1.0),
+        }
+    }
+
+    fn combine(parts: &[Self], x: &Series, y: &Series, sign: f64) -> Series {
+        parts
+            .iter()
+            .map(|part| part.at(x, y))
+            .reduce(|a, b| &a + &b + (a.squared() + b.squared()).sqrt() * sign)
+            .expect("a polygon has edges")
+    }
+
+    /// The region to the left of a chain of corners, by its convex hull: edges of the hull are
+    /// half-planes that all hold (or, for a pocket, of which any holds), and a stretch of the chain
+    /// between hull corners that is not an edge is a pocket of the other kind.
+    fn of_chain(chain: &[[f64; 2]], closed: bool, convex: bool) -> Self {
+        let turned = if convex { 1.0 } else { -1.0 };
+        let hull = hull_positions(chain, closed, turned);
+        let mut parts = Vec::new();
+        for pair in hull.windows(2) {
+            let (from, to) = (pair[0], pair[1]);
+            let corner = |position: usize| chain[position % chain.len()];
+            if to == from + 1 {
+                parts.push(half_plane(corner(from), corner(to)));
+            } else {
+                let pocket: Vec<_> = (from..=to).map(corner).collect();
+                parts.push(Self::of_chain(&pocket, false, !convex));
+            }
+        }
+        match (parts.len(), convex) {
+            (1, _) => parts.remove(0),
+            (_, true) => Self::All(parts),
+            (_, false) => Self::Any(parts),
+        }
+    }
+}
+
+fn half_plane([ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> Distance {
+    let length = (bx - ax).hypot(by - ay);
+    let normal = [-(by - ay) / length, (bx - ax) / length];
+    Distance::HalfPlane { normal, offset: normal[0] * ax + normal[1] * ay }
+}
+
+/// Twice the signed area of a triangle, positive if anticlockwise.
+fn turn([ax, ay]: [f64; 2], [bx, by]: [f64; 2], [cx, cy]: [f64; 2]) -> f64 {
+    (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+}
+
+/// Positions along the chain of its corners on the convex hull, in order. A closed chain starts
+/// at a hull corner and comes back to it (with its position raised by the length).
+fn hull_positions(chain: &[[f64; 2]], closed: bool, turned: f64) -> Vec<usize> {
+    let start = if closed {
+        (0..chain.len())
+            .min_by(|i, j| chain[*i].partial_cmp(&chain[*j]).expect("finite corners"))
+            .expect("a polygon has corners")
+    } else {
+        0
+    };
+    let last = if closed { start + chain.len() } else { chain.len() - 1 };
+    let corner = |position: usize| chain[position % chain.len()];
+    let mut hull = vec![start];
+    // From each hull corner, the next is the one with all others to its left; ties go to the nearest along the chain.
+    while let Some(from) = hull.last().copied().filter(|from| *from < last) {
+        let next = (from + 1..=last).reduce(|best, candidate| {
+            let side = turned * turn(corner(from), corner(best), corner(candidate));
+            if side < 0.0 { candidate } else { best }
+        });
+        hull.extend(next);
+    }
+    hull
+}
+
+impl Polygon {
+    /// From its corners, in either sense of rotation.
+    ///
+    /// # Errors
+    /// If there are fewer than three, some are not finite or coincide, edges cross, or there is
+    /// no area.
+    pub fn new(corners: &[[f64; 2]]) -> Result<Self, GpError> {
+        let fail = |problem| Err(GpError::Polygon { vertices: corners.len(), problem });
+        if corners.len() < 3 {
+            return fail("give at least three");
+        }
+        if corners.as_flattened().iter().any(|c| !c.is_finite()) {
+            return fail("give finite coordinates");
+        }
+        let count = corners.len();
+        let area: f64 =
+            (0..count).map(|i| turn([0.0; 2], corners[i], corners[(i + 1) % count])).sum();
+        let mut corners = corners.to_vec();
+        if area < 0.0 {
+            corners.reverse();
+        }
+        let edge = |i: usize| (corners[i], corners[(i + 1) % count]);
+        if (0..count).any(|i| edge(i).0 == edge(i).1) {
+            return fail("two corners in a row coincide; give each once");
+        }
+        let crossing = (0..count)
+            .any(|i| (i + 2..count).any(|j| (j + 1) % count != i && cross(edge(i), edge(j))));
+        if crossing || area == 0.0 {
+            return fail(
+                "edges cross or there is no area; give the corners in order along the boundary",
+            );
+        }
+        let distance = Distance::of_chain(&corners, true, true);
+        let mut polygon = Self { corners, distance, scale: 1.0 };
+        polygon.scale = 1.0 / polygon.largest_distance();
+        Ok(polygon)
+    }
+
+    /// Corners in anticlockwise order.
+    pub fn corners(&self) -> &[[f64; 2]] {
+        &self.corners
+    }
+
+    /// Smallest and largest coordinate along each axis.
+    pub fn extents(&self) -> [[f64; 2]; 2] {
+        std::array::from_fn(|d| {
+            let along = self.corners.iter().map(|corner| corner[d]);
+            [along.clone().fold(f64::INFINITY, f64::min), along.fold(f64::NEG_INFINITY, f64::max)]
+        })
+    }
+
+    /// Whether a point lies inside or on an edge (within rounding).
+    pub fn contains(&self, point: [f64; 2]) -> bool {
+        let [x, y] = Series::plain(point);
+        let [[left, right], _] = self.extents();
+        self.distance.at(&x, &y).value() >= -1e-12 * (right - left)
+    }
+
+    /// The feature that vanishes on all edges and is positive, at most about one, inside.
+    pub fn feature(&self, x: &Series, y: &Series) -> Series {
+        self.distance.at(x, y) * self.scale
+    }
+
+    /// The point at `fraction` of the way along edge `edge`.
+    pub(crate) fn on_edge(&self, edge: usize, fraction: f64) -> [f64; 2] {
+        let (a, b) = (self.corners[edge], self.corners[(edge + 1) % self.corners.len()]);
+        std::array::from_fn(|d| a[d] + fraction * (b[d] - a[d]))
+    }
+
+    /// Largest value on a grid over the bounding box.
+    fn largest_distance(&self) -> f64 {
+        const POINTS_PER_AXIS: usize = 40;
+        let [[left, right], [bottom, top]] = self.extents();
+        let coordinate = |low: f64, high: f64, i: usize| {
+            low + (high - low) * (i as f64 + 0.5) / POINTS_PER_AXIS as f64
+        };
+        (0..POINTS_PER_AXIS * POINTS_PER_AXIS)
+            .map(|k| {
+                let point = [
+                    coordinate(left, right, k / POINTS_PER_AXIS),
+                    coordinate(bottom, top, k % POINTS_PER_AXIS),
+                ];
+                let [x, y] = Series::plain(point);
+                self.distance.at(&x, &y).value()
+            })
+            .fold(f64::MIN_POSITIVE, f64::max)
+    }
+}
+
+/// Whether two segments without a common end have a common point.
+fn cross((a, b): ([f64; 2], [f64; 2]), (c, d): ([f64; 2], [f64; 2])) -> bool {
+    turn(a, b, c) * turn(a, b, d) <= 0.0
+        && turn(c, d, a) * turn(c, d, b) <= 0.0
+        && (0..2).all(|k| a[k].min(b[k]) <= c[k].max(d[k]) && c[k].min(d[k]) <= a[k].max(b[k]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn feature(polygon: &Polygon, point: [f64; 2]) -> f64 {
+        let [x, y] = Series::plain(point);
+        polygon.feature(&x, &y).value()
+    }
+
+    /// Winding number by angles: an independent test for lying inside.
+    fn inside(corners: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
+        let angle: f64 = (0..corners.len())
+            .map(|i| {
+                let (a, b) = (corners[i], corners[(i + 1) % corners.len()]);
+                let (a, b) = ([a[0] - x, a[1] - y], [b[0] - x, b[1] - y]);
+                (a[0] * b[1] - a[1] * b[0]).atan2(a[0] * b[0] + a[1] * b[1])
+            })
+            .sum();
+        angle.abs() > 3.0
+    }
+
+    #[test]
+    fn the_feature_is_positive_exactly_inside() {
+        let shapes: [&[[f64; 2]]; 4] = [
+            &[[0.0, 1.0], [-0.95, 0.31], [-0.59, -0.81], [0.59, -0.81], [0.95, 0.31]],
+            // An L, a notch in a notch, and clockwise.
+            &[[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]],
+            &[[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [3.0, 1.0], [2.0, 2.0], [1.0, 1.0], [0.0, 3.0]],
+            &[[0.0, 2.0], [1.0, 0.5], [2.0, 2.0], [2.0, 0.0], [0.0, 0.0]],
+        ];
+        for corners in shapes {
+            let polygon = Polygon::new(corners).unwrap();
+            let [[left, right], [bottom, top]] = polygon.extents();
+            for k in 0..900 {
+                let point = [
+                    left + (right - left) * (f64::from(k % 30) + 0.37) / 30.0,
+                    bottom + (top - bottom) * (f64::from(k / 30) + 0.41) / 30.0,
+                ];
+                let value = feature(&polygon, point);
+                assert_eq!(value > 0.0, inside(corners, point), "{point:?} {value}");
+                assert!(value < 1.1);
+            }
+            for edge in 0..corners.len() {
+                let value = feature(&polygon, polygon.on_edge(edge, 0.3));
+                assert!(value.abs() < 1e-12, "edge {edge}: {value}");
+            }
+        }
+    }
+
+    #[test]
+    fn unusable_polygons_are_refused() {
+        for corners in [
+            vec![[0.0, 0.0], [1.0, 0.0]],
+            vec![[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]],
+            vec![[0.0, 0.0], [1.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+            vec![[0.0, 0.0], [1.0, f64::NAN], [0.0, 1.0]],
+            vec![[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]],
+        ] {
+            assert!(matches!(Polygon::new(&corners), Err(GpError::Polygon { .. })), "{corners:?}");
+        }
+    }
+}

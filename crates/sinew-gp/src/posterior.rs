@@ -1,0 +1,324 @@
+//! What the data say of u and of linear functionals of it.
+
+use std::sync::Arc;
+
+use faer::linalg::solvers::SelfAdjointEigen;
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Mat, Par, Side as Triangle};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::coefficients::PointCoefficients;
+use crate::error::GpError;
+use crate::functional::Functional;
+use crate::gram::{Block, PairPlan, Scratch, Side};
+use crate::model::{Model, monomial_value};
+use crate::operator::Operator;
+use crate::state::{Factored, State, combine};
+
+/// The Gaussian process conditioned on the data, at fixed parameters.
+#[derive(Debug)]
+pub struct Posterior<const D: usize> {
+    model: Arc<Model<D>>,
+    parameters: Vec<f64>,
+    factored: Factored,
+    /// K⁻¹ (y − mean).
+    weights: Vec<f64>,
+}
+
+/// Values with their standard deviations.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prediction {
+    /// Posterior mean at each point.
+    pub mean: Vec<f64>,
+    /// Posterior standard deviation at each point.
+    pub deviation: Vec<f64>,
+}
+
+/// An operator compiled at test points.
+struct Query<const D: usize> {
+    points: PointCoefficients<D>,
+    /// For each part, a_β.
+    coefficients: Vec<Vec<f64>>,
+    mean: Vec<f64>,
+}
+
+impl<const D: usize> Query<D> {
+    fn side(&self, part: usize) -> Side<'_, D> {
+        Side { points: &self.points, coefficients: &self.coefficients[part] }
+    }
+}
+
+impl<const D: usize> Posterior<D> {
+    /// Of `model` at `parameters` on their scales.
+    ///
+    /// # Errors
+    /// If their number is wrong or the covariance is not positive definite.
+    pub fn new(model: Arc<Model<D>>, parameters: &[f64]) -> Result<Self, GpError> {
+        let factored = State::new(&model, parameters)?.factored()?;
+        let mut weights = factored.whitened.clone();
+        factored.factor.backward(&mut weights);
+        Ok(Self { parameters: parameters.to_vec(), factored, weights, model })
+    }
+
+    /// Relative jitter that the factorisation needed.
+    pub fn jitter(&self) -> f64 {
+        self.factored.jitter
+    }
+
+    /// Mean and standard deviation of u.
+    ///
+    /// # Errors
+    /// If a feature has no derivative at a point.
+    pub fn predict(&self, points: &[[f64; D]]) -> Result<Prediction, GpError> {
+        self.predict_operator(&Operator::identity(), points)
+    }
+
+    /// Mean of u only, which costs far less.
+    ///
+    /// # Errors
+    /// As [`Posterior::predict`].
+    pub fn mean(&self, points: &[[f64; D]]) -> Result<Vec<f64>, GpError> {
+        self.mean_of(&Operator::identity(), points)
+    }
+
+    /// Mean of an operator applied to u, as a flux.
+    ///
+    /// # Errors
+    /// As [`Posterior::predict`]; and if the operator has parameters that the model lacks.
+    pub fn mean_of(
+        &self,
+        operator: &Operator<D>,
+        points: &[[f64; D]],
+    ) -> Result<Vec<f64>, GpError> {
+        let state = State::new(&self.model, &self.parameters)?;
+        let query = self.query(&state, operator, points)?;
+        let mut mean = query.mean.clone();
+        self.for_columns(&state, &query, |column, covariances| {
+            let weight = self.weights[column];
+            mean.iter_mut().zip(covariances).for_each(|(m, c)| *m += weight * c);
+        });
+        Ok(mean)
+    }
+
+    /// Mean and standard deviation of an operator applied to u.
+    ///
+    /// # Errors
+    /// As [`Posterior::mean_of`].
+    pub fn predict_operator(
+        &self,
+        operator: &Operator<D>,
+        points: &[[f64; D]],
+    ) -> Result<Prediction, GpError> {
+        let state = State::new(&self.model, &self.parameters)?;
+        let query = self.query(&state, operator, points)?;
+        let (mean, whitened) = self.conditioned(&state, &query);
+        let mut scratch = Scratch::default();
+        let deviation = (0..points.len())
+            .map(|point| {
+                let mut prior = [0.0];
+                self.add_own(&state, &query, (point, point), &mut prior, &mut scratch);
+                let known: f64 = whitened.col(point).iter().map(|w| w * w).sum();
+                (prior[0] - known).max(0.0).sqrt()
+            })
+            .collect();
+        Ok(Prediction { mean, deviation })
+    }
+
+    /// Mean and standard deviation of weighted sums, as integrals.
+    ///
+    /// # Errors
+    /// As [`Posterior::mean_of`].
+    pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64), GpError> {
+        let (mean, covariance) = self.joint(&functional.operator, &functional.points)?;
+        let weights = &functional.weights;
+        let value = mean.iter().zip(weights).map(|(m, w)| m * w).sum();
+        let variance: f64 = (0..weights.len())
+            .flat_map(|i| (0..weights.len()).map(move |j| (i, j)))
+            .map(|(i, j)| weights[i] * covariance[(i, j)] * weights[j])
+            .sum();
+        Ok((value, variance.max(0.0).sqrt()))
+    }
+
+    /// Functions drawn from the posterior, each by its values at the points.
+    ///
+    /// # Errors
+    /// As [`Posterior::predict`].
+    pub fn sample(
+        &self,
+        points: &[[f64; D]],
+        count: usize,
+        seed: u64,
+    ) -> Result<Vec<Vec<f64>>, GpError> {
+        let (mean, covariance) = self.joint(&Operator::identity(), points)?;
+        let size = points.len();
+        let Ok(eigen) = SelfAdjointEigen::new(covariance.as_ref(), Triangle::Lower) else {
+            return Err(GpError::NotPositiveDefinite { size, jitter: 0.0 });
+        };
+        let (vectors, values) = (eigen.U(), eigen.S().column_vector());
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let draw = |_| {
+            let mut sample = mean.clone();
+            for mode in 0..size {
+                // Rounding makes vanishing variances slightly negative.
+                let factor = values[mode].max(0.0).sqrt() * standard_normal(&mut random);
+                sample.iter_mut().zip(vectors.col(mode).iter()).for_each(|(s, v)| *s += factor * v);
+            }
+            sample
+        };
+        Ok((0..count).map(draw).collect())
+    }
+
+    /// Share of what measured values differ from the prior mean by that the posterior mean
+    /// explains; none if they do not differ, or are known exactly.
+    pub fn explained(&self) -> Option<f64> {
+        // y − K̂: the posterior mean at an observation is y − σ² α.
+        let state = State::new(&self.model, &self.parameters).ok()?;
+        let (mut total, mut left) = (0.0, 0.0);
+        for (number, group) in self.model.groups.iter().enumerate().filter(|(_, g)| g.observed) {
+            let sigma = state.noise(number);
+            let rows = group.offset..group.offset + group.values.len();
+            for row in rows.filter(|_| sigma > 0.0) {
+                // In units of the noise, so that groups of different units count alike.
+                let scale = sigma;
+                total += (self.factored.residual[row] / scale).powi(2);
+                left += (scale * self.weights[row]).powi(2);
+            }
+        }
+        (total > 0.0).then(|| 1.0 - left / total)
+    }
+
+    fn query(
+        &self,
+        state: &State<'_, D>,
+        operator: &Operator<D>,
+        points: &[[f64; D]],
+    ) -> Result<Query<D>, GpError> {
+        crate::problem::check_orders(&self.model.prior.domain, operator)?;
+        let mut theta = self.model.theta.clone();
+        let built = PointCoefficients::new(&self.model.prior, operator, points, &mut theta)?
+            .map_err(|(what, index)| GpError::Singular {
+                what,
+                index,
+                group: self.model.groups.len(),
+                point: points[index].to_vec(),
+            })?;
+        if let Some(unknown) = theta.get(self.model.theta.len()) {
+            self.model.position(unknown.name())?;
+        }
+        let monomials: Vec<f64> =
+            built.monomials.iter().map(|m| monomial_value(m, state.theta())).collect();
+        let mut mean = vec![0.0; points.len()];
+        for (monomial, values) in monomials.iter().zip(&built.mean) {
+            mean.iter_mut().zip(values).for_each(|(m, v)| *m += monomial * v);
+        }
+        let coefficients = built
+            .parts
+            .iter()
+            .enumerate()
+            .map(|(part, p)| combine(state.kernel(part).0, &monomials, &p.arrays))
+            .collect();
+        Ok(Query { points: built, coefficients, mean })
+    }
+
+    /// Covariances of the query with one observation after the other.
+    fn for_columns(
+        &self,
+        state: &State<'_, D>,
+        query: &Query<D>,
+        mut visit: impl FnMut(usize, &[f64]),
+    ) {
+        let mut scratch = Scratch::default();
+        let mut covariances = vec![0.0; query.points.count];
+        for (number, group) in self.model.groups.iter().enumerate() {
+            let plans: Vec<PairPlan<D>> = (0..query.points.parts.len())
+                .map(|part| {
+                    let kernel = &*self.model.prior.parts[part].kernel;
+                    let second = &group.points.parts[part].orders;
+                    PairPlan::new(kernel, &query.points.parts[part].orders, second)
+                })
+                .collect();
+            for own in 0..group.values.len() {
+                covariances.fill(0.0);
+                for (part, plan) in plans.iter().enumerate() {
+                    let block = Block {
+                        kernel: &*self.model.prior.parts[part].kernel,
+                        hyperparameters: state.kernel(part).1,
+                        plan,
+                        first: query.side(part),
+                        second: state.side(part, number),
+                    };
+                    block.add_column(0, own, &mut covariances, &mut scratch);
+                }
+                visit(group.offset + own, &covariances);
+            }
+        }
+    }
+
+    /// Posterior mean, and L⁻¹ K_* with one column for each point.
+    fn conditioned(&self, state: &State<'_, D>, query: &Query<D>) -> (Vec<f64>, Mat<f64>) {
+        let mut cross = Mat::<f64>::zeros(self.model.size, query.points.count);
+        self.for_columns(state, query, |row, covariances| {
+            for (column, covariance) in covariances.iter().enumerate() {
+                cross[(row, column)] = *covariance;
+            }
+        });
+        let mut mean = query.mean.clone();
+        for (column, mean) in mean.iter_mut().enumerate() {
+            *mean += cross.col(column).iter().zip(&self.weights).map(|(c, w)| c * w).sum::<f64>();
+        }
+        solve_lower_triangular_in_place(self.factored.factor.view(), cross.as_mut(), Par::Seq);
+        (mean, cross)
+    }
+
+    /// Prior covariances of the query's points from `first` on with point `column`.
+    fn add_own(
+        &self,
+        state: &State<'_, D>,
+        query: &Query<D>,
+        (first, column): (usize, usize),
+        out: &mut [f64],
+        scratch: &mut Scratch,
+    ) {
+        for (part, description) in self.model.prior.parts.iter().enumerate() {
+            let orders = &query.points.parts[part].orders;
+            let plan = PairPlan::new(&*description.kernel, orders, orders);
+            let block = Block {
+                kernel: &*description.kernel,
+                hyperparameters: state.kernel(part).1,
+                plan: &plan,
+                first: query.side(part),
+                second: query.side(part),
+            };
+            block.add_column(first, column, out, scratch);
+        }
+    }
+
+    /// Posterior mean and covariance of an operator at points.
+    fn joint(
+        &self,
+        operator: &Operator<D>,
+        points: &[[f64; D]],
+    ) -> Result<(Vec<f64>, Mat<f64>), GpError> {
+        let state = State::new(&self.model, &self.parameters)?;
+        let query = self.query(&state, operator, points)?;
+        let (mean, whitened) = self.conditioned(&state, &query);
+        let mut covariance = whitened.transpose() * &whitened;
+        let mut scratch = Scratch::default();
+        let mut prior = vec![0.0; points.len()];
+        for column in 0..points.len() {
+            prior.fill(0.0);
+            self.add_own(&state, &query, (0, column), &mut prior, &mut scratch);
+            for (row, value) in prior.iter().enumerate() {
+                covariance[(row, column)] = value - covariance[(row, column)];
+            }
+        }
+        Ok((mean, covariance))
+    }
+}
+
+/// A standard normal variate by the method of Box and Muller.
+pub(crate) fn standard_normal(random: &mut ChaCha8Rng) -> f64 {
+    let radius = (-2.0 * (1.0 - random.random::<f64>()).ln()).sqrt();
+    radius * (2.0 * std::f64::consts::PI * random.random::<f64>()).cos()
+}

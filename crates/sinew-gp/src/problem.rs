@@ -1,0 +1,126 @@
+//! A differential equation with its boundary conditions.
+
+use crate::condition::{Condition, Periodicity};
+use crate::domain::{Domain, Side};
+use crate::error::GpError;
+use crate::field::Field;
+use crate::operator::{MOST_DERIVATIVES, Operator};
+
+/// A domain, a linear equation on it, and conditions on parts of its boundary.
+#[derive(Clone, Debug)]
+pub struct Problem<const D: usize> {
+    domain: Domain<D>,
+    equation: Operator<D>,
+    pub(crate) faces: [[Option<Condition<D>>; 2]; D],
+    pub(crate) periodic: [Option<Periodicity>; D],
+    pub(crate) boundary: Option<Field<D>>,
+}
+
+impl<const D: usize> Problem<D> {
+    /// The equation `equation` on `domain`, so far without conditions.
+    ///
+    /// # Errors
+    /// If it takes more than [`MOST_DERIVATIVES`] derivatives along an axis.
+    pub fn new(domain: Domain<D>, equation: impl Into<Operator<D>>) -> Result<Self, GpError> {
+        let equation = equation.into();
+        check_orders(&domain, &equation)?;
+        Ok(Self {
+            domain,
+            equation,
+            faces: std::array::from_fn(|_| [None, None]),
+            periodic: [None; D],
+            boundary: None,
+        })
+    }
+
+    /// Adds a condition on the face at one end of an axis.
+    ///
+    /// # Errors
+    /// If there is no such axis, it belongs to a polygon, the face has a condition already, or a
+    /// Robin condition has no slope.
+    pub fn condition(
+        mut self,
+        axis: &str,
+        side: Side,
+        condition: Condition<D>,
+    ) -> Result<Self, GpError> {
+        let axis = self.free_axis(axis)?;
+        let face = self.domain.face(axis, side);
+        let place = &mut self.faces[axis][side.index()];
+        if place.is_some() || self.periodic[axis].is_some() {
+            return Err(GpError::OverDetermined { face });
+        }
+        if let Condition::Robin { slope_factor, .. } = condition
+            && (slope_factor == 0.0 || !slope_factor.is_finite())
+        {
+            return Err(GpError::DegenerateRobin { face, slope_factor });
+        }
+        *place = Some(condition);
+        Ok(self)
+    }
+
+    /// Joins the two ends of an axis.
+    ///
+    /// # Errors
+    /// If there is no such axis, it belongs to a polygon, or one of its faces has a condition.
+    pub fn periodic(mut self, axis: &str, periodicity: Periodicity) -> Result<Self, GpError> {
+        let axis = self.free_axis(axis)?;
+        if self.faces[axis].iter().any(Option::is_some) || self.periodic[axis].is_some() {
+            return Err(GpError::OverDetermined { face: self.domain.face(axis, Side::Lower) });
+        }
+        self.periodic[axis] = Some(periodicity);
+        Ok(self)
+    }
+
+    /// Prescribes u on all edges of the polygon, as a function defined on the whole domain.
+    ///
+    /// # Errors
+    /// If the domain has no polygon, or its boundary has values already.
+    pub fn boundary(mut self, value: Field<D>) -> Result<Self, GpError> {
+        if self.domain.cross_section().is_none() {
+            return Err(GpError::NoPolygon);
+        }
+        if self.boundary.is_some() {
+            return Err(GpError::OverDetermined { face: "the polygon".into() });
+        }
+        self.boundary = Some(value);
+        Ok(self)
+    }
+
+    /// The domain.
+    pub fn domain(&self) -> &Domain<D> {
+        &self.domain
+    }
+
+    /// The differential operator of the equation.
+    pub fn equation(&self) -> &Operator<D> {
+        &self.equation
+    }
+
+    /// The same conditions on another equation.
+    pub(crate) fn with_equation(&self, equation: Operator<D>) -> Result<Self, GpError> {
+        check_orders(&self.domain, &equation)?;
+        Ok(Self { equation, ..self.clone() })
+    }
+
+    fn free_axis(&self, name: &str) -> Result<usize, GpError> {
+        let axis = self.domain.axis(name)?;
+        if self.domain.cross_section().is_some() && axis < 2 {
+            return Err(GpError::PolygonFace { face: name.into() });
+        }
+        Ok(axis)
+    }
+}
+
+/// Refuses operators of too high an order.
+pub(crate) fn check_orders<const D: usize>(
+    domain: &Domain<D>,
+    operator: &Operator<D>,
+) -> Result<(), GpError> {
+    for (order, axis) in operator.orders().into_iter().zip(domain.names()) {
+        if order > MOST_DERIVATIVES {
+            return Err(GpError::Order { axis: axis.clone(), order, most: MOST_DERIVATIVES });
+        }
+    }
+    Ok(())
+}

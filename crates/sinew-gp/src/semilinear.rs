@@ -1,0 +1,205 @@
+//! Equations with a nonlinear term, by Gauss and Newton.
+//!
+//! L u + g(D₁u, …, D_M u) = f is linearised about the posterior mean: with vᵢ = Dᵢu there,
+//! L + Σ ∂ᵢg(v) Dᵢ is a linear operator and f − g(v) + Σ ∂ᵢg(v) vᵢ its right-hand side. Each step is
+//! a fit of the linear kind, so hard conditions, noisy data and unknown parameters of L carry over
+//! (Chen, Hosseini, Owhadi & Stuart 2021 for the forward problem).
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use sinew_num::Series;
+
+use crate::data::{Data, Group};
+use crate::error::GpError;
+use crate::evidence::Evidence;
+use crate::field::{Field, field};
+use crate::fit::{Fit, FitOptions};
+use crate::kernel::Kernel;
+use crate::model::Model;
+use crate::operator::{Derivative, Operator};
+use crate::prior::Prior;
+use crate::problem::Problem;
+
+type Term<const M: usize> = dyn Fn([Series; M]) -> Series + Send + Sync;
+
+/// A problem whose equation has a nonlinear term in M derivatives of u.
+#[derive(Clone)]
+pub struct SemiLinear<const D: usize, const M: usize> {
+    problem: Problem<D>,
+    arguments: [Derivative<D>; M],
+    term: Arc<Term<M>>,
+}
+
+/// A converged solution.
+#[derive(Clone, Debug)]
+pub struct Solution<const D: usize> {
+    /// The fit of the last linearisation.
+    pub fit: Fit<D>,
+    /// Steps taken.
+    pub steps: usize,
+    /// Largest change of the term's first argument in the last step, at the collocation points and
+    /// relative to its largest magnitude.
+    pub change: f64,
+}
+
+/// Relative change of u below which steps end: far below what collocation resolves.
+const CONVERGED: f64 = 1e-7;
+/// Relative change from which on fits start from the parameters before only.
+const NEARLY: f64 = 1e-3;
+
+impl<const D: usize, const M: usize> SemiLinear<D, M> {
+    /// L u + `term`(`arguments` of u) = f, with L the equation of `problem`.
+    ///
+    /// ```
+    /// use sinew_gp::{Derivative, Domain, Problem, SemiLinear};
+    ///
+    /// // Burgers: u_t + u u_x − 0.1 u_xx = 0
+    /// let domain = Domain::cuboid([("x", [-1.0, 1.0]), ("t", [0.0, 1.0])])?;
+    /// let [dx, dt] = domain.derivatives();
+    /// let viscous = Problem::new(domain, dt - 0.1 * (dx * dx))?;
+    /// let burgers = SemiLinear::new(viscous, [Derivative::identity(), dx], |[u, slope]| u * slope);
+    /// # Ok::<(), sinew_gp::GpError>(())
+    /// ```
+    pub fn new(
+        problem: Problem<D>,
+        arguments: [Derivative<D>; M],
+        term: impl Fn([Series; M]) -> Series + Send + Sync + 'static,
+    ) -> Self {
+        Self { problem, arguments, term: Arc::new(term) }
+    }
+
+    /// Solves by at most `steps` linearisations, starting from the mean of the constrained prior.
+    ///
+    /// `data` holds f at collocation points and, for inverse problems, measured values. Fits start
+    /// as in `options`, and near the end from the parameters before.
+    ///
+    /// # Errors
+    /// If a fit fails, or there are no collocation points.
+    pub fn solve(
+        &self,
+        kernel: &dyn Kernel<D>,
+        data: &Data<D>,
+        options: &FitOptions,
+        steps: usize,
+    ) -> Result<Solution<D>, GpError> {
+        let points: Vec<[f64; D]> = data
+            .groups
+            .iter()
+            .filter(|group| group.operator.is_none())
+            .flat_map(|group| group.points.iter().copied())
+            .collect();
+        if points.is_empty() {
+            return Err(GpError::NoData);
+        }
+        let mut values = self.prior_values(kernel, &points)?;
+        let mut solution: Option<Solution<D>> = None;
+        let unfinished = |s: &Solution<D>| s.change >= CONVERGED && s.steps < steps;
+        while solution.as_ref().is_none_or(unfinished) {
+            let model = self.linearised(kernel, data, &points, &values)?;
+            let mut starts: Vec<Vec<f64>> =
+                solution.iter().map(|before| before.fit.outcome().parameters.clone()).collect();
+            // The first linearisations are far from the last: what fits them best may be elsewhere.
+            if solution.as_ref().is_none_or(|before| before.change > NEARLY) {
+                starts.extend(model.random_starts(options));
+            }
+            let fit = model.fit_from(starts, options.iterations)?;
+            let posterior = fit.posterior()?;
+            let updated =
+                self.evaluate(&points, |operator| posterior.mean_of(operator, &points))?;
+            let change = relative_change(&values, &updated);
+            values = updated;
+            let steps = solution.map_or(0, |before| before.steps) + 1;
+            solution = Some(Solution { fit, steps, change });
+        }
+        solution.ok_or(GpError::NoData)
+    }
+
+    /// The arguments of the nonlinear term at the prior mean.
+    fn prior_values(
+        &self,
+        kernel: &dyn Kernel<D>,
+        points: &[[f64; D]],
+    ) -> Result<Vec<[f64; M]>, GpError> {
+        let prior = Prior::constrained(&self.problem, kernel)?;
+        let degrees: [usize; D] =
+            std::array::from_fn(|d| self.arguments.iter().map(|a| a.orders[d]).max().unwrap_or(0));
+        Ok(points
+            .iter()
+            .map(|point| {
+                let x = Series::variables(*point, degrees);
+                let mean = x[0].constant(0.0) + prior.mean.at(x);
+                self.arguments.map(|argument| mean.derivative(&argument.orders))
+            })
+            .collect())
+    }
+
+    /// Values of all arguments at the points, argument by argument from `of`.
+    fn evaluate(
+        &self,
+        points: &[[f64; D]],
+        of: impl Fn(&Operator<D>) -> Result<Vec<f64>, GpError>,
+    ) -> Result<Vec<[f64; M]>, GpError> {
+        let mut values = vec![[0.0; M]; points.len()];
+        for (number, argument) in self.arguments.iter().enumerate() {
+            for (value, of_argument) in values.iter_mut().zip(of(&(*argument).into())?) {
+                value[number] = of_argument;
+            }
+        }
+        Ok(values)
+    }
+
+    fn linearised(
+        &self,
+        kernel: &dyn Kernel<D>,
+        data: &Data<D>,
+        points: &[[f64; D]],
+        values: &[[f64; M]],
+    ) -> Result<Model<D>, GpError> {
+        let mut coefficients: [HashMap<[u64; D], f64>; M] = std::array::from_fn(|_| HashMap::new());
+        let mut shifts = Vec::with_capacity(points.len());
+        for (point, v) in points.iter().zip(values) {
+            let variables = Series::variables(*v, [1; M]);
+            let g = variables[0].constant(0.0) + (self.term)(variables);
+            let mut shift = -g.value();
+            for (number, map) in coefficients.iter_mut().enumerate() {
+                let mut orders = [0; M];
+                orders[number] = 1;
+                let slope = g.derivative(&orders);
+                shift += slope * v[number];
+                map.insert(point.map(f64::to_bits), slope);
+            }
+            shifts.push(shift);
+        }
+        let mut equation = self.problem.equation().clone();
+        for (map, argument) in coefficients.into_iter().zip(self.arguments) {
+            equation = equation + tabulated(map) * argument;
+        }
+        let problem = self.problem.with_equation(equation)?;
+        let mut shifts = shifts.into_iter();
+        let groups = data.groups.iter().map(|group| {
+            let mut group: Group<D> = group.clone();
+            if group.operator.is_none() {
+                group.values.iter_mut().zip(&mut shifts).for_each(|(f, shift)| *f += shift);
+            }
+            group
+        });
+        let data = Data { groups: groups.collect() };
+        Model::new(Prior::constrained(&problem, kernel)?, data, Evidence::Auto)
+    }
+}
+
+/// Largest change of the first argument relative to its largest magnitude.
+fn relative_change<const M: usize>(old: &[[f64; M]], new: &[[f64; M]]) -> f64 {
+    let size = new.iter().fold(f64::MIN_POSITIVE, |most, v| most.max(v[0].abs()));
+    let change = |(old, new): (&[f64; M], &[f64; M])| (old[0] - new[0]).abs();
+    old.iter().zip(new).map(change).fold(0.0, f64::max) / size
+}
+
+/// A function known at some points only, and not a number elsewhere.
+fn tabulated<const D: usize>(values: HashMap<[u64; D], f64>) -> Field<D> {
+    field(move |x: [Series; D]| {
+        let key = x.each_ref().map(|coordinate| coordinate.value().to_bits());
+        x[0].constant(values.get(&key).copied().unwrap_or(f64::NAN))
+    })
+}

@@ -1,0 +1,238 @@
+//! A model at given parameters: its covariance, factored.
+
+use std::f64::consts::PI;
+
+use faer::Par;
+use rayon::prelude::*;
+
+use crate::error::GpError;
+use crate::evidence::Evidence;
+use crate::factor::Factor;
+use crate::gram::{Block, Scratch, Side};
+use crate::model::{Model, Variance, monomial_value};
+
+/// Jitter relative to each prior variance: first tried, and largest.
+const FIRST_JITTER: f64 = 1e-10;
+const LAST_JITTER: f64 = 1e-4;
+
+/// Observations from which on work is shared between threads.
+const PARALLEL_FROM: usize = 256;
+
+/// A factored covariance with the residuals.
+#[derive(Debug)]
+pub(crate) struct Factored {
+    /// Its Cholesky factor.
+    pub factor: Factor,
+    /// y − mean.
+    pub residual: Vec<f64>,
+    /// L⁻¹ (y − mean).
+    pub whitened: Vec<f64>,
+    pub jitter: f64,
+}
+
+/// Coefficients of all groups at given parameters.
+pub(crate) struct State<'a, const D: usize> {
+    pub model: &'a Model<D>,
+    /// Parameters of each part's kernel, and amplitudes.
+    pub kernels: Vec<(f64, Vec<f64>)>,
+    theta: Vec<f64>,
+    /// For each part and group, a_β.
+    pub coefficients: Vec<Vec<Vec<f64>>>,
+    /// For each group, values of the monomials.
+    monomials: Vec<Vec<f64>>,
+    /// For each group, the standard deviation of its noise.
+    noise: Vec<f64>,
+}
+
+/// a_β = amplitude · Σ_t μ_t A_{t,β}.
+pub(crate) fn combine(amplitude: f64, monomials: &[f64], arrays: &[Vec<f64>]) -> Vec<f64> {
+    let mut sum = vec![0.0; arrays.first().map_or(0, Vec::len)];
+    for (monomial, array) in monomials.iter().zip(arrays) {
+        let factor = amplitude * monomial;
+        sum.iter_mut().zip(array).for_each(|(s, a)| *s += factor * a);
+    }
+    sum
+}
+
+impl<'a, const D: usize> State<'a, D> {
+    pub fn new(model: &'a Model<D>, scaled: &[f64]) -> Result<Self, GpError> {
+        let (found, expected) = (scaled.len(), model.parameters.len());
+        if found != expected {
+            return Err(GpError::ParameterCount { found, expected });
+        }
+        let theta = model.theta_values(scaled);
+        let kernels: Vec<(f64, Vec<f64>)> = model
+            .part_offsets
+            .iter()
+            .enumerate()
+            .map(|(part, offset)| {
+                let count = model.prior.parts[part].kernel.hyperparameters().len();
+                let hyperparameters = &scaled[offset + 1..offset + 1 + count];
+                (scaled[*offset].exp(), hyperparameters.iter().map(|h| h.exp()).collect())
+            })
+            .collect();
+        let monomials: Vec<Vec<f64>> = model
+            .groups
+            .iter()
+            .map(|g| g.points.monomials.iter().map(|m| monomial_value(m, &theta)).collect())
+            .collect();
+        let coefficients = kernels
+            .iter()
+            .enumerate()
+            .map(|(part, (amplitude, _))| {
+                let groups = model.groups.iter().zip(&monomials);
+                groups
+                    .map(|(g, monomials)| {
+                        combine(*amplitude, monomials, &g.points.parts[part].arrays)
+                    })
+                    .collect()
+            })
+            .collect();
+        let noise = model
+            .groups
+            .iter()
+            .map(|group| match group.variance {
+                Variance::Known(sigma) => sigma,
+                Variance::Learned(position) => scaled[position].exp(),
+            })
+            .collect();
+        Ok(Self { model, kernels, theta, coefficients, monomials, noise })
+    }
+
+    pub fn noise(&self, group: usize) -> f64 {
+        self.noise[group]
+    }
+
+    pub fn theta(&self) -> &[f64] {
+        &self.theta
+    }
+
+    pub fn kernel(&self, part: usize) -> (f64, &[f64]) {
+        let (amplitude, hyperparameters) = &self.kernels[part];
+        (*amplitude, hyperparameters)
+    }
+
+    pub fn side(&self, part: usize, group: usize) -> Side<'_, D> {
+        Side {
+            points: &self.model.groups[group].points,
+            coefficients: &self.coefficients[part][group],
+        }
+    }
+
+    pub fn block(&self, part: usize, first: usize, second: usize) -> Block<'_, D> {
+        Block {
+            kernel: &*self.model.prior.parts[part].kernel,
+            hyperparameters: &self.kernels[part].1,
+            plan: &self.model.plans[part][first * self.model.groups.len() + second],
+            first: self.side(part, first),
+            second: self.side(part, second),
+        }
+    }
+
+    fn residual(&self) -> Vec<f64> {
+        let mut residual = Vec::with_capacity(self.model.size);
+        for (group, monomials) in self.model.groups.iter().zip(&self.monomials) {
+            let start = residual.len();
+            residual.extend_from_slice(&group.values);
+            for (monomial, mean) in monomials.iter().zip(&group.points.mean) {
+                let rows = residual[start..].iter_mut().zip(mean);
+                rows.for_each(|(r, m)| *r -= monomial * m);
+            }
+        }
+        residual
+    }
+
+    /// The lower triangle of the covariance of the functionals without noise, column by column.
+    pub fn covariance(&self) -> Vec<f64> {
+        let size = self.model.size;
+        let mut matrix = vec![0.0; size * size];
+        let column = |(number, column): (usize, &mut [f64]), scratch: &mut Scratch| {
+            let second = self.group_of(number);
+            for part in 0..self.kernels.len() {
+                for first in second..self.model.groups.len() {
+                    let (start, rows) = self.rows(first, number);
+                    self.block(part, first, second).add_column(
+                        start,
+                        number - self.model.groups[second].offset,
+                        &mut column[rows],
+                        scratch,
+                    );
+                }
+            }
+        };
+        if self.parallel() {
+            matrix
+                .par_chunks_mut(size)
+                .enumerate()
+                .for_each_init(Scratch::default, |scratch, numbered| column(numbered, scratch));
+        } else {
+            let mut scratch = Scratch::default();
+            matrix.chunks_mut(size).enumerate().for_each(|numbered| column(numbered, &mut scratch));
+        }
+        matrix
+    }
+
+    pub fn parallel(&self) -> bool {
+        self.model.size >= PARALLEL_FROM && rayon::current_num_threads() > 1
+    }
+
+    pub fn threads(&self) -> Par {
+        if self.parallel() { Par::rayon(0) } else { Par::Seq }
+    }
+
+    pub fn group_of(&self, row: usize) -> usize {
+        self.model
+            .groups
+            .iter()
+            .rposition(|group| group.offset <= row && !group.values.is_empty())
+            .expect("every row belongs to a group")
+    }
+
+    /// Rows of `group` at or below the diagonal of `column`: first point, and range in the matrix.
+    pub fn rows(&self, group: usize, column: usize) -> (usize, std::ops::Range<usize>) {
+        let group = &self.model.groups[group];
+        let start = column.saturating_sub(group.offset);
+        (start, group.offset + start..group.offset + group.values.len())
+    }
+
+    /// Adds noise and jitter to the diagonal and factorises, with more jitter where needed.
+    pub fn factored(&self) -> Result<Factored, GpError> {
+        let size = self.model.size;
+        let mut jitter = FIRST_JITTER;
+        let factor = loop {
+            let mut matrix = self.covariance();
+            for (group, sigma) in self.model.groups.iter().zip(&self.noise) {
+                for row in group.offset..group.offset + group.values.len() {
+                    let diagonal = &mut matrix[row * (size + 1)];
+                    *diagonal = *diagonal * (1.0 + jitter) + sigma * sigma;
+                }
+            }
+            if let Some(factor) = Factor::new(matrix, size, self.threads()) {
+                break factor;
+            }
+            jitter *= 10.0;
+            // Steps by factors of ten do not hit the last one exactly.
+            if jitter > LAST_JITTER * 2.0 {
+                return Err(GpError::NotPositiveDefinite { size, jitter: LAST_JITTER });
+            }
+        };
+        let residual = self.residual();
+        let mut whitened = residual.clone();
+        factor.forward(&mut whitened);
+        Ok(Factored { factor, residual, whitened, jitter })
+    }
+
+    /// Rows whose probability the evidence is; those before are conditioned on.
+    pub fn first_row(&self) -> usize {
+        if self.model.evidence == Evidence::Conditional { self.model.imposed } else { 0 }
+    }
+
+    pub fn value(&self, factored: &Factored) -> f64 {
+        let rows = self.first_row()..self.model.size;
+        let count = rows.len() as f64;
+        let sum: f64 = rows
+            .map(|row| 0.5 * factored.whitened[row].powi(2) + factored.factor.column(row)[0].ln())
+            .sum();
+        -sum - 0.5 * count * (2.0 * PI).ln()
+    }
+}

@@ -1,0 +1,230 @@
+//! Covariances against Taylor series of the whole constrained kernel, evidence gradients against
+//! finite differences.
+
+use std::f64::consts::PI;
+
+use sinew_gp::{
+    Condition, Data, Domain, Evidence, Kernel, Matern, Model, Noise, Operator, Parameter, Periodic,
+    Periodicity, Prior, Problem, Product, RationalQuadratic, Scaled, Series, Side, Smoothness,
+    SquaredExponential, Sum, constant, constraints, field,
+};
+
+fn must<T, E: std::fmt::Display>(result: Result<T, E>) -> T {
+    result.unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// u_t = θ u_xx with Dirichlet data on three sides (Heat-BVP-1).
+fn heat() -> Problem<2> {
+    let domain = must(Domain::cuboid([("x", [-PI / 2.0, PI / 2.0]), ("t", [0.0, 1.0])]));
+    let [dx, dt] = domain.derivatives();
+    let theta = must(Parameter::new("theta", [0.1, 10.0]));
+    let end = |sign: f64| Condition::Dirichlet(field(move |[_, t]: [Series; 2]| (-t).exp() * sign));
+    let start = Condition::Dirichlet(field(|[x, _]: [Series; 2]| x.sin()));
+    must(
+        Problem::new(domain, dt - &theta * dx * dx)
+            .and_then(|p| p.condition("x", Side::Lower, end(-1.0)))
+            .and_then(|p| p.condition("x", Side::Upper, end(1.0)))
+            .and_then(|p| p.condition("t", Side::Lower, start)),
+    )
+}
+
+/// A biharmonic equation with a varying coefficient, clamped at x = 0 and insulated at x = 1.
+fn plate() -> Problem<2> {
+    let domain = must(Domain::cuboid([("x", [0.0, 1.0]), ("y", [0.0, 2.0])]));
+    let [dx, dy] = domain.derivatives();
+    let foundation = must(Parameter::new("foundation", [-2.0, 5.0]));
+    let biharmonic = dx * dx * dx * dx
+        + 2.0 * (dx * dx * dy * dy)
+        + field(|[x, y]: [Series; 2]| x * 0.5 + y.squared() * 0.1 + 1.0) * dy * dy * dy * dy;
+    let identity = sinew_gp::Derivative::identity();
+    let clamped = Condition::Cauchy { value: constant(0.0), slope: constant(0.0) };
+    must(
+        Problem::new(domain, biharmonic + &foundation * identity)
+            .and_then(|p| p.condition("x", Side::Lower, clamped))
+            .and_then(|p| p.condition("x", Side::Upper, Condition::Neumann(constant(0.0)))),
+    )
+}
+
+/// L applied to both arguments of Σ φ φ′ k, from one Taylor series in all 2 D coordinates.
+fn by_series<const D: usize>(
+    problem: &Problem<D>,
+    kernel: &dyn Kernel<D>,
+    theta: f64,
+    parameters: &[Vec<f64>],
+    operators: [&Operator<D>; 2],
+    points: [[f64; D]; 2],
+) -> f64 {
+    let degrees: Vec<usize> = operators.iter().flat_map(|operator| operator.orders()).collect();
+    let variable =
+        |side: usize, d: usize| Series::variable(points[side][d], side * D + d, &degrees);
+    let x: [Series; D] = std::array::from_fn(|d| variable(0, d));
+    let y: [Series; D] = std::array::from_fn(|d| variable(1, d));
+    let mut sum = x[0].constant(0.0);
+    for (feature, values) in must(constraints(problem)).features.iter().zip(parameters) {
+        let (amplitude, rest) = values.split_first().unwrap();
+        let numbers: Vec<Series> = rest.iter().map(|v| x[0].constant(*v)).collect();
+        let latent = kernel.on_axes(&feature.axes).formula(&numbers, &x, &y);
+        let factors = feature.factor.at(x.clone()) * feature.factor.at(y.clone());
+        sum = sum + factors * latent * (amplitude * amplitude);
+    }
+    let mut total = 0.0;
+    for left in operators[0].terms() {
+        for right in operators[1].terms() {
+            let factor = |term: &sinew_gp::Term<D>, point: [f64; D]| {
+                let powers: i32 = term.parameters.iter().map(|(_, power)| power).sum();
+                term.scale
+                    * theta.powi(powers)
+                    * term.function.as_ref().map_or(1.0, |f| f.value(point))
+            };
+            let orders = [left.derivative.orders.as_slice(), &right.derivative.orders].concat();
+            total += factor(left, points[0]) * factor(right, points[1]) * sum.derivative(&orders);
+        }
+    }
+    total
+}
+
+/// Largest difference relative to √(K_ii K_jj).
+fn disagreement<const D: usize>(problem: Problem<D>, kernel: &dyn Kernel<D>, theta: f64) -> f64 {
+    let domain = problem.domain().clone();
+    let points = must(domain.sample(7, 3));
+    let (at_values, at_equation) = points.split_at(3);
+    let data = Data::new().values(at_values, &[0.1, 0.2, 0.3], Noise::Known(0.1)).equation(
+        at_equation,
+        &[0.0; 4],
+        Noise::Exact,
+    );
+    let model = must(Model::new(must(Prior::constrained(&problem, kernel)), data, Evidence::Joint));
+    let parameters: Vec<f64> = model
+        .parameters()
+        .iter()
+        .enumerate()
+        .map(|(number, p)| match p.name.as_str() {
+            "theta" | "foundation" => p.to_scale(theta),
+            _ => p.to_scale((p.start[0] * p.start[1]).sqrt() * (1.0 + 0.1 * (number % 3) as f64)),
+        })
+        .collect();
+    let mut offset = 0;
+    let per_part: Vec<Vec<f64>> = must(constraints(&problem))
+        .features
+        .iter()
+        .map(|feature| {
+            let count = 1 + kernel.on_axes(&feature.axes).hyperparameters().len();
+            let values = model.parameters()[offset..offset + count]
+                .iter()
+                .zip(&parameters[offset..offset + count])
+                .map(|(p, s)| p.from_scale(*s))
+                .collect();
+            offset += count;
+            values
+        })
+        .collect();
+    let identity = Operator::identity();
+    let ours = must(model.prior_covariance(&parameters));
+    let ordered: Vec<(&Operator<D>, [f64; D])> = at_equation
+        .iter()
+        .map(|p| (problem.equation(), *p))
+        .chain(at_values.iter().map(|p| (&identity, *p)))
+        .collect();
+    let mut most = 0.0_f64;
+    for (i, (left, x)) in ordered.iter().enumerate() {
+        for (j, (right, y)) in ordered.iter().enumerate().take(i + 1) {
+            let exact = by_series(&problem, kernel, theta, &per_part, [left, right], [*x, *y]);
+            let scale = (ours[i][i] * ours[j][j]).sqrt();
+            most = most.max((ours[i][j] - exact).abs() / scale);
+        }
+    }
+    most
+}
+
+#[test]
+fn covariances_equal_nested_jets() {
+    // The bar is 1e-12 relative to the variances.
+    const TOLERANCE: f64 = 1e-12;
+    let of_two = disagreement(heat(), &SquaredExponential::new(), 1.3);
+    assert!(of_two < TOLERANCE, "orders 2 + 2: {of_two:e}");
+    let of_four = disagreement(plate(), &SquaredExponential::new(), 0.7);
+    assert!(of_four < TOLERANCE, "orders 4 + 4: {of_four:e}");
+    let rational = disagreement(plate(), &RationalQuadratic::new(), 0.7);
+    assert!(rational < TOLERANCE, "rational quadratic, orders 4 + 4: {rational:e}");
+}
+
+fn check_gradient<const D: usize>(
+    problem: &Problem<D>,
+    prior: Prior<D>,
+    evidence: Evidence,
+    label: &str,
+) {
+    let domain = problem.domain();
+    let points = must(domain.sample(12, 8));
+    let flux = points[9..].to_vec();
+    let values: Vec<f64> = (0..5).map(|k| 0.3 + (1.7 * f64::from(k)).sin()).collect();
+    let data = Data::new()
+        .values(&points[..5], &values, Noise::Learned)
+        .equation(&points[5..9], &[0.2, 0.1, -0.3, 0.4], Noise::Known(0.3))
+        .functional(domain.derivatives()[0], &flux, &[0.4, 0.1, 0.2], Noise::Learned);
+    let model = must(Model::new(prior, data, evidence));
+    let at: Vec<f64> = model
+        .parameters()
+        .iter()
+        .enumerate()
+        .map(|(number, p)| {
+            let [lower, upper] = p.start.map(|end| p.to_scale(end));
+            lower + (upper - lower) * (0.3 + 0.1 * (number % 5) as f64)
+        })
+        .collect();
+    let evaluation = must(model.evaluate(&at));
+    assert_eq!(evaluation.value, must(model.log_evidence(&at)));
+    let scale = evaluation.gradient.iter().fold(1.0_f64, |m, g| m.max(g.abs()));
+    // A fourth-order difference: truncation and rounding both below the bar of 1e-7.
+    const STEP: f64 = 2e-3;
+    for (number, slope) in evaluation.gradient.iter().enumerate() {
+        let shifted = |steps: f64| {
+            let mut moved = at.clone();
+            moved[number] += steps * STEP;
+            must(model.log_evidence(&moved))
+        };
+        let difference =
+            (8.0 * (shifted(1.0) - shifted(-1.0)) - (shifted(2.0) - shifted(-2.0))) / (12.0 * STEP);
+        let name = &model.parameters()[number].name;
+        assert!((slope - difference).abs() < 1e-7 * scale, "{label}, {name}: {slope} {difference}");
+    }
+}
+
+#[test]
+fn evidence_gradients_equal_differences() {
+    for evidence in [Evidence::Joint, Evidence::Conditional] {
+        let kernels: Vec<Box<dyn Kernel<2>>> = vec![
+            Box::new(SquaredExponential::new()),
+            Box::new(RationalQuadratic::new()),
+            Box::new(Matern::new(Smoothness::Thrice)),
+            Box::new(Product::new(Periodic::new(0, 7.0), SquaredExponential::along(&[1]))),
+            Box::new(Sum::new(
+                Scaled::new(SquaredExponential::new()),
+                Scaled::new(sinew_gp::Linear::new()),
+            )),
+        ];
+        for kernel in &kernels {
+            let problem = heat();
+            let prior = must(Prior::constrained(&problem, &**kernel));
+            check_gradient(&problem, prior, evidence, &kernel.name());
+        }
+        let problem = plate();
+        let prior = must(Prior::constrained(&problem, &SquaredExponential::new()));
+        check_gradient(&problem, prior, evidence, "plate");
+        let problem = heat();
+        let prior = must(Prior::penalised(&problem, &SquaredExponential::new(), 9, 4));
+        check_gradient(&problem, prior, evidence, "penalised");
+    }
+}
+
+#[test]
+fn rough_kernels_and_periodic_penalties_are_refused() {
+    let problem = heat();
+    let refused = Prior::constrained(&problem, &Matern::new(Smoothness::Once)).unwrap_err();
+    assert!(refused.to_string().contains("Matérn 3/2 kernel has 1 derivatives"), "{refused}");
+    let domain = must(Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.0, 1.0])]));
+    let [dx, dt] = domain.derivatives();
+    let periodic =
+        must(Problem::new(domain, dt - 0.1 * dx).and_then(|p| p.periodic("x", Periodicity::Value)));
+    assert!(Prior::penalised(&periodic, &SquaredExponential::new(), 10, 1).is_err());
+}

@@ -1,0 +1,546 @@
+//! Taylor polynomials of several variables, of any order.
+
+use crate::Scalar;
+use std::borrow::Cow;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// Most variables that a [`Series`] may have.
+pub const MOST_VARIABLES: usize = 10;
+
+/// A Taylor polynomial in several variables, cut off at a degree of its own in each of them.
+///
+/// One evaluation of a formula over series gives all its partial derivatives up to those degrees:
+/// what a differential operator of any order needs. Series that meet in one formula have the same
+/// variables and degrees; only a constant may be of another shape.
+///
+/// ```
+/// use sinew_num::Series;
+///
+/// // ∂³/∂x²∂y of sin(x) eʸ at (0.3, 0.1)
+/// let [x, y] = Series::variables([0.3, 0.1], [2, 1]);
+/// let product = x.sin() * y.exp();
+/// assert!((product.derivative(&[2, 1]) + 0.3_f64.sin() * 0.1_f64.exp()).abs() < 1e-15);
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    degrees: Degrees,
+    /// Coefficient of x₀^i x₁^j … at the mixed-radix position (i, j, …), the last variable fastest.
+    coefficients: Vec<f64>,
+}
+
+/// Highest power kept of each variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Degrees {
+    count: usize,
+    degrees: [u8; MOST_VARIABLES],
+}
+
+impl Degrees {
+    fn new(degrees: &[usize]) -> Self {
+        assert!(degrees.len() <= MOST_VARIABLES, "at most {MOST_VARIABLES} variables");
+        let mut result = Self { count: degrees.len(), degrees: [0; MOST_VARIABLES] };
+        for (kept, degree) in result.degrees.iter_mut().zip(degrees) {
+            *kept = u8::try_from(*degree).expect("degrees are small");
+        }
+        result
+    }
+
+    fn as_slice(&self) -> &[u8] {
+        &self.degrees[..self.count]
+    }
+
+    fn size(&self) -> usize {
+        self.as_slice().iter().map(|d| usize::from(*d) + 1).product()
+    }
+
+    /// Powers of a nilpotent part above this one vanish.
+    fn total(&self) -> usize {
+        self.as_slice().iter().map(|d| usize::from(*d)).sum()
+    }
+
+    fn position(&self, powers: &[usize]) -> usize {
+        assert_eq!(powers.len(), self.count, "one power for each variable");
+        powers.iter().zip(self.as_slice()).fold(0, |position, (power, degree)| {
+            assert!(*power <= usize::from(*degree), "power {power} above the degree {degree}");
+            position * (usize::from(*degree) + 1) + power
+        })
+    }
+}
+
+/// `out += left · right` for the dense coefficient blocks of `degrees`, cut off.
+fn multiply_into(out: &mut [f64], left: &[f64], right: &[f64], degrees: &[u8]) {
+    match degrees {
+        [] => out[0] += left[0] * right[0],
+        [_] => {
+            for (i, l) in left.iter().enumerate().filter(|(_, l)| **l != 0.0) {
+                for (o, r) in out[i..].iter_mut().zip(right) {
+                    *o += l * r;
+                }
+            }
+        }
+        [degree, rest @ ..] => {
+            let block = out.len() / (usize::from(*degree) + 1);
+            for i in 0..=usize::from(*degree) {
+                let left = &left[i * block..(i + 1) * block];
+                for j in 0..=usize::from(*degree) - i {
+                    let out = &mut out[(i + j) * block..(i + j + 1) * block];
+                    multiply_into(out, left, &right[j * block..(j + 1) * block], rest);
+                }
+            }
+        }
+    }
+}
+
+impl Series {
+    /// The numbers `values` that depend on no variable.
+    pub fn plain<const D: usize>(values: [f64; D]) -> [Self; D] {
+        values.map(|value| Self { degrees: Degrees::new(&[]), coefficients: vec![value] })
+    }
+
+    /// The variables themselves at `values`, each kept up to the power in `degrees`.
+    pub fn variables<const D: usize>(values: [f64; D], degrees: [usize; D]) -> [Self; D] {
+        std::array::from_fn(|d| Self::variable(values[d], d, &degrees))
+    }
+
+    /// Variable number `index` of `degrees.len()`, at `value`.
+    ///
+    /// # Panics
+    /// If there is no such variable, or more than [`MOST_VARIABLES`].
+    pub fn variable(value: f64, index: usize, degrees: &[usize]) -> Self {
+        assert!(index < degrees.len(), "variable {index} of {}", degrees.len());
+        let degrees = Degrees::new(degrees);
+        let mut coefficients = vec![0.0; degrees.size()];
+        coefficients[0] = value;
+        if degrees.degrees[index] > 0 {
+            let mut powers = [0; MOST_VARIABLES];
+            powers[index] = 1;
+            coefficients[degrees.position(&powers[..degrees.count])] = 1.0;
+        }
+        Self { degrees, coefficients }
+    }
+
+    /// The number `value`, shaped like this one.
+    pub fn constant(&self, value: f64) -> Self {
+        let mut coefficients = vec![0.0; self.coefficients.len()];
+        coefficients[0] = value;
+        Self { degrees: self.degrees, coefficients }
+    }
+
+    /// Value at the point of expansion.
+    pub fn value(&self) -> f64 {
+        self.coefficients[0]
+    }
+
+    /// Partial derivative of the given order in each variable.
+    ///
+    /// # Panics
+    /// If an order exceeds the degree kept, or their number is not that of the variables.
+    pub fn derivative(&self, orders: &[usize]) -> f64 {
+        let factorials: f64 = orders.iter().map(|n| factorial(*n)).product();
+        self.coefficients[self.degrees.position(orders)] * factorials
+    }
+
+    /// The same polynomial with one more, last variable on which it does not depend.
+    pub fn lifted(&self, degree: usize) -> Self {
+        let mut degrees: Vec<usize> =
+            self.degrees.as_slice().iter().map(|d| usize::from(*d)).collect();
+        degrees.push(degree);
+        let degrees = Degrees::new(&degrees);
+        let mut coefficients = vec![0.0; degrees.size()];
+        for (lifted, c) in coefficients.chunks_mut(degree + 1).zip(&self.coefficients) {
+            lifted[0] = *c;
+        }
+        Self { degrees, coefficients }
+    }
+
+    /// This series with the constant `value` in its place plus its own last variable.
+    pub fn shifted_last_variable(&self, value: f64) -> Self {
+        let degrees: Vec<usize> = self.degrees.as_slice().iter().map(|d| usize::from(*d)).collect();
+        Self::variable(value, degrees.len() - 1, &degrees)
+    }
+
+    /// The derivative of order `order` in the last variable, at its point of expansion, as a
+    /// series in the others.
+    ///
+    /// # Panics
+    /// If there is no variable, or the order exceeds the degree kept.
+    pub fn last_derivative(&self, order: usize) -> Self {
+        let count = self.degrees.count.checked_sub(1).expect("a series with a last variable");
+        let stride = usize::from(self.degrees.degrees[count]) + 1;
+        assert!(order < stride, "order {order} above the degree {}", stride - 1);
+        let mut degrees = self.degrees;
+        degrees.count = count;
+        degrees.degrees[count] = 0;
+        let factor = factorial(order);
+        let coefficients =
+            self.coefficients.iter().skip(order).step_by(stride).map(|c| c * factor).collect();
+        Self { degrees, coefficients }
+    }
+
+    fn is_constant(&self) -> bool {
+        self.coefficients[1..].iter().all(|c| *c == 0.0)
+    }
+
+    /// `f(self)` from the Taylor coefficients `f⁽ᵏ⁾/k!` of `f` at the value, up to [`Self::total_degree`].
+    fn compose(&self, taylor: &[f64]) -> Self {
+        let mut increment = self.clone();
+        increment.coefficients[0] = 0.0;
+        let (last, lower) = taylor.split_last().expect("at least the value");
+        lower.iter().rev().fold(self.constant(*last), |mut sum, coefficient| {
+            sum = &sum * &increment;
+            sum.coefficients[0] += coefficient;
+            sum
+        })
+    }
+
+    /// Sum of the degrees: the order up to which an outer function is expanded.
+    fn total_degree(&self) -> usize {
+        self.degrees.total()
+    }
+
+    /// Taylor coefficients of (x + h)^power at the value.
+    fn power_coefficients(&self, power: f64) -> Vec<f64> {
+        let x = self.value();
+        let mut binomial = 1.0;
+        (0..=self.total_degree())
+            .map(|k| {
+                let coefficient =
+                    if binomial == 0.0 { 0.0 } else { binomial * x.powf(power - k as f64) };
+                binomial *= (power - k as f64) / (k as f64 + 1.0);
+                coefficient
+            })
+            .collect()
+    }
+
+    /// Exponential.
+    pub fn exp(&self) -> Self {
+        let e = self.value().exp();
+        let taylor: Vec<f64> = (0..=self.total_degree()).map(|k| e / factorial(k)).collect();
+        self.compose(&taylor)
+    }
+
+    /// Natural logarithm; −∞ at zero and below.
+    pub fn ln(&self) -> Self {
+        let x = self.value();
+        self.logarithm(Scalar::ln(x), x)
+    }
+
+    /// From its value, and the argument that its derivatives are the reciprocals of.
+    fn logarithm(&self, value: f64, x: f64) -> Self {
+        let mut power = -1.0;
+        let taylor: Vec<f64> = (0..=self.total_degree())
+            .map(|k| match k {
+                0 => value,
+                _ => {
+                    power /= -x;
+                    power / k as f64
+                }
+            })
+            .collect();
+        self.compose(&taylor)
+    }
+
+    /// Sine.
+    pub fn sin(&self) -> Self {
+        let (sin, cos) = self.value().sin_cos();
+        self.circular([sin, cos, -sin, -cos])
+    }
+
+    /// Cosine.
+    pub fn cos(&self) -> Self {
+        let (sin, cos) = self.value().sin_cos();
+        self.circular([cos, -sin, -cos, sin])
+    }
+
+    fn circular(&self, cycle: [f64; 4]) -> Self {
+        let taylor: Vec<f64> =
+            (0..=self.total_degree()).map(|k| cycle[k % 4] / factorial(k)).collect();
+        self.compose(&taylor)
+    }
+
+    /// Hyperbolic tangent.
+    pub fn tanh(&self) -> Self {
+        // t' = 1 − t² read as a recursion for the coefficients.
+        let mut taylor = vec![self.value().tanh()];
+        for k in 0..self.total_degree() {
+            let square: f64 = (0..=k).map(|i| taylor[i] * taylor[k - i]).sum();
+            taylor.push((f64::from(u8::from(k == 0)) - square) / (k as f64 + 1.0));
+        }
+        self.compose(&taylor)
+    }
+
+    /// Square root; its derivatives at zero are infinite.
+    pub fn sqrt(&self) -> Self {
+        self.powf(0.5)
+    }
+
+    /// A real power of a positive number.
+    pub fn powf(&self, power: f64) -> Self {
+        self.compose(&self.power_coefficients(power))
+    }
+
+    /// A whole power, of any number.
+    pub fn powi(&self, power: usize) -> Self {
+        (0..power).fold(self.constant(1.0), |product, _| &product * self)
+    }
+
+    /// `self²`.
+    pub fn squared(&self) -> Self {
+        self * self
+    }
+
+    /// `1 / self`.
+    pub fn recip(&self) -> Self {
+        let x = self.value();
+        let mut power = -1.0;
+        let taylor: Vec<f64> = (0..=self.total_degree())
+            .map(|_| {
+                power /= -x;
+                power
+            })
+            .collect();
+        self.compose(&taylor)
+    }
+
+    /// `op` coefficient by coefficient.
+    fn zip(&self, right: &Self, op: impl Fn(f64, f64) -> f64) -> Self {
+        let (left, right) = self.common(right);
+        let coefficients =
+            left.coefficients.iter().zip(&right.coefficients).map(|(l, r)| op(*l, *r)).collect();
+        Self { degrees: left.degrees, coefficients }
+    }
+
+    /// Itself, or where it is the constant of two series of different shape, in that of `other`.
+    fn shaped_like<'a>(&'a self, other: &Self) -> Cow<'a, Self> {
+        let promoted = self.degrees != other.degrees
+            && self.is_constant()
+            && (!other.is_constant() || other.coefficients.len() > self.coefficients.len());
+        if promoted { Cow::Owned(other.constant(self.value())) } else { Cow::Borrowed(self) }
+    }
+
+    /// Both in one shape.
+    fn common<'a>(&'a self, right: &'a Self) -> (Cow<'a, Self>, Cow<'a, Self>) {
+        let pair = (self.shaped_like(right), right.shaped_like(self));
+        assert_eq!(pair.0.degrees, pair.1.degrees, "series of different shapes that both vary");
+        pair
+    }
+
+    fn product(&self, right: &Self) -> Self {
+        let (left, right) = self.common(right);
+        let mut coefficients = vec![0.0; left.coefficients.len()];
+        let degrees = left.degrees;
+        multiply_into(
+            &mut coefficients,
+            &left.coefficients,
+            &right.coefficients,
+            degrees.as_slice(),
+        );
+        Self { degrees, coefficients }
+    }
+
+    fn map(&self, op: impl Fn(f64) -> f64) -> Self {
+        let coefficients = self.coefficients.iter().map(|c| op(*c)).collect();
+        Self { degrees: self.degrees, coefficients }
+    }
+}
+
+fn factorial(n: usize) -> f64 {
+    (1..=n).map(|k| k as f64).product()
+}
+
+/// A binary operator on all combinations of values and references.
+macro_rules! operator {
+    ($trait:ident, $method:ident, |$left:ident, $right:ident| $body:expr) => {
+        operator!(@ $trait, $method, Series, Series, |$left, $right| $body);
+        operator!(@ $trait, $method, Series, &Series, |$left, $right| $body);
+        operator!(@ $trait, $method, &Series, Series, |$left, $right| $body);
+        operator!(@ $trait, $method, &Series, &Series, |$left, $right| $body);
+    };
+    (@ $trait:ident, $method:ident, $Left:ty, $Right:ty, |$left:ident, $right:ident| $body:expr) => {
+        impl $trait<$Right> for $Left {
+            type Output = Series;
+            fn $method(self, right: $Right) -> Series {
+                let ($left, $right) = (&self, &right);
+                $body
+            }
+        }
+    };
+}
+
+operator!(Add, add, |l, r| l.zip(r, |a, b| a + b));
+operator!(Sub, sub, |l, r| l.zip(r, |a, b| a - b));
+operator!(Mul, mul, |l, r| l.product(r));
+operator!(Div, div, |l, r| l.product(&r.recip()));
+
+/// An operator with a plain number on either side.
+macro_rules! operator_with_number {
+    ($Left:ty) => {
+        impl Add<f64> for $Left {
+            type Output = Series;
+            fn add(self, right: f64) -> Series {
+                let mut result = self.clone();
+                result.coefficients[0] += right;
+                result
+            }
+        }
+        impl Sub<f64> for $Left {
+            type Output = Series;
+            fn sub(self, right: f64) -> Series {
+                self + -right
+            }
+        }
+        impl Mul<f64> for $Left {
+            type Output = Series;
+            fn mul(self, right: f64) -> Series {
+                self.map(|c| c * right)
+            }
+        }
+        impl Div<f64> for $Left {
+            type Output = Series;
+            fn div(self, right: f64) -> Series {
+                self.map(|c| c / right)
+            }
+        }
+        impl Neg for $Left {
+            type Output = Series;
+            fn neg(self) -> Series {
+                self.map(|c| -c)
+            }
+        }
+        impl Add<$Left> for f64 {
+            type Output = Series;
+            fn add(self, right: $Left) -> Series {
+                right + self
+            }
+        }
+        impl Sub<$Left> for f64 {
+            type Output = Series;
+            fn sub(self, right: $Left) -> Series {
+                -right + self
+            }
+        }
+        impl Mul<$Left> for f64 {
+            type Output = Series;
+            fn mul(self, right: $Left) -> Series {
+                right * self
+            }
+        }
+        impl Div<$Left> for f64 {
+            type Output = Series;
+            fn div(self, right: $Left) -> Series {
+                right.recip().map(|c| c * self)
+            }
+        }
+    };
+}
+operator_with_number!(Series);
+operator_with_number!(&Series);
+
+impl Scalar for Series {
+    fn constant(&self, value: f64) -> Self {
+        Series::constant(self, value)
+    }
+    fn ln(self) -> Self {
+        Series::ln(&self)
+    }
+    fn ln_1p(self) -> Self {
+        let x = self.value();
+        self.logarithm(Scalar::ln_1p(x), 1.0 + x)
+    }
+    fn exp(self) -> Self {
+        Series::exp(&self)
+    }
+    fn exp_m1(self) -> Self {
+        let mut result = Series::exp(&self);
+        result.coefficients[0] = self.value().exp_m1();
+        result
+    }
+    fn tanh(self) -> Self {
+        Series::tanh(&self)
+    }
+    fn select_below(&self, threshold: f64, below: Self, otherwise: Self) -> Self {
+        if self.value() < threshold { below } else { otherwise }
+    }
+    fn branch_below(
+        &self,
+        threshold: f64,
+        below: impl FnOnce() -> Self,
+        otherwise: impl FnOnce() -> Self,
+    ) -> Self {
+        if self.value() < threshold { below() } else { otherwise() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Jet;
+
+    /// Rounding of formulas with values of order one.
+    const ROUNDING: f64 = 1e-12;
+
+    #[test]
+    fn agrees_with_second_order_jets() {
+        fn formula<S: Scalar>(x: S, y: S) -> S {
+            let q = (x.clone() * y.clone() + 2.0).ln() / (y.clone().exp() + 1.0);
+            let r = (x.clone() - y.clone()).tanh() * (x.clone() * 0.1).ln_1p();
+            q + r * 2.0 - (y * 0.3).exp_m1() + x.squared()
+        }
+        let jet = formula(Jet::<2>::variable(0.7, 0), Jet::variable(-0.4, 1));
+        let [x, y] = Series::variables([0.7, -0.4], [2, 2]);
+        let series = formula(x, y);
+        assert!((series.value() - jet.value).abs() < ROUNDING);
+        assert!((series.derivative(&[1, 0]) - jet.gradient[0]).abs() < ROUNDING);
+        assert!((series.derivative(&[1, 1]) - jet.hessian[0][1]).abs() < ROUNDING);
+        assert!((series.derivative(&[0, 2]) - jet.hessian[1][1]).abs() < ROUNDING);
+    }
+
+    #[test]
+    fn high_mixed_derivatives_are_exact() {
+        // ∂⁸/∂x⁴∂y⁴ of sin(x) cos(2y) e^{xy} at the origin, by the product rule on power series:
+        // Σ over k of [x^{4−k}] sin · [y^{4−k}] cos(2y) / k! with odd 4−k vanishing on one side.
+        let [x, y] = Series::variables([0.4, -0.2], [4, 4]);
+        let f = (&x * 2.0 + &y).sin();
+        let exact = 16.0 * (2.0 * 0.4 - 0.2_f64).sin();
+        assert!((f.derivative(&[4, 4]) - exact).abs() < ROUNDING);
+        let g = (&x + &y).powf(1.5);
+        // 1.5·0.5·(−0.5)…(−5.5) (x+y)^(−6.5)
+        let falling: f64 = (0..8).map(|k| 1.5 - f64::from(k)).product();
+        let exact = falling * 0.2_f64.powf(1.5 - 8.0);
+        assert!((g.derivative(&[4, 4]) / exact - 1.0).abs() < ROUNDING);
+        let square = (&x + &y).sqrt().squared();
+        assert!((square.derivative(&[1, 0]) - 1.0).abs() < ROUNDING);
+        assert!(square.derivative(&[2, 1]).abs() < 1e-9);
+    }
+
+    #[test]
+    fn circular_functions_and_quotients_keep_their_identities() {
+        let [x, y] = Series::variables([0.9, 0.4], [3, 2]);
+        let one = x.sin().squared() + x.cos().squared();
+        assert!((one.value() - 1.0).abs() < ROUNDING);
+        assert!(one.derivative(&[3, 0]).abs() < ROUNDING);
+        let same = &x / &y * &y - &x;
+        assert!(same.coefficients.iter().all(|c| c.abs() < ROUNDING));
+        let inverse = 1.0 / (2.0 - &x);
+        assert!((inverse.derivative(&[3, 0]) - 6.0 / 1.1_f64.powi(4)).abs() < 1e-11);
+    }
+
+    #[test]
+    fn a_lifted_series_gives_derivatives_across_a_face() {
+        // ∂/∂z of x²z³ on z = 2, as a function of x.
+        let [x] = Series::variables([3.0], [2]);
+        let lifted = x.lifted(1);
+        let z = lifted.shifted_last_variable(2.0);
+        let slope = (lifted.squared() * z.powi(3)).last_derivative(1);
+        assert_eq!(slope.derivative(&[0]), 9.0 * 12.0);
+        assert_eq!(slope.derivative(&[2]), 2.0 * 12.0);
+    }
+
+    #[test]
+    fn constants_of_smaller_shape_are_promoted() {
+        let [one] = Series::plain([1.0]);
+        let [x] = Series::variables([3.0], [2]);
+        assert_eq!((&one + &x).derivative(&[1]), 1.0);
+        assert_eq!((&x * &one).value(), 3.0);
+    }
+}
