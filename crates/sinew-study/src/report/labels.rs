@@ -84,7 +84,7 @@ fn places(points: &Extent, width: f64) -> Vec<Place> {
         Place::new("middle", centre, points.y.0 - LINE, width),
         Place::new("middle", centre, points.y.1, width),
     ];
-    places.extend([1.2, -1.2, 2.4, -2.4].map(|lines| Place {
+    places.extend([1.2, -1.2, 2.4, -2.4, 3.6, -3.6].map(|lines| Place {
         tied: true,
         ..Place::new("start", right + GAP, beside + lines * LINE, width)
     }));
