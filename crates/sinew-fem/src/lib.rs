@@ -72,6 +72,7 @@ mod series;
 mod solution;
 mod solver;
 mod sparsity;
+mod state;
 mod stiffness_root;
 mod supports;
 mod sweep;

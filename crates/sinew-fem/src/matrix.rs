@@ -1,6 +1,6 @@
 //! The stiffness matrix for other uses: vibrations, preconditioners, tests.
 
-use crate::assembly::State;
+use crate::state::State;
 use crate::{Solution, SolveError, Solver};
 use sinew_energy::Law;
 

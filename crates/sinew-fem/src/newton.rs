@@ -12,9 +12,10 @@
 //! - A step that raises the energy turns no cell by more than [`MOST_ROTATION`], and raises it by no more than
 //!   [`MOST_RISE`].
 
-use crate::assembly::{PredictedStress, State};
+use crate::assembly::PredictedStress;
 use crate::cell::{is_short, volume_ratios_along};
 use crate::linear_solver::Solved;
+use crate::state::State;
 use crate::supports::place;
 use crate::watch::Log;
 use crate::{Iteration, Options, Solver};

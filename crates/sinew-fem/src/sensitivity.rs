@@ -1,8 +1,8 @@
 //! How an equilibrium moves with θ.
 
-use crate::assembly::State;
 use crate::dual::Dual;
 use crate::linear_solver::Solved;
+use crate::state::State;
 use crate::{Solution, SolveError, Solver};
 use sinew_energy::{Exact, Law, Magnitude, TotalPotential};
 use sinew_num::{Mat3, Slope};

@@ -1,6 +1,6 @@
 //! Negative powers of the stiffness, in which energies are round.
 
-use crate::assembly::State;
+use crate::state::State;
 use crate::{SolveError, Solver};
 use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};

@@ -95,8 +95,8 @@ pub use io::{
     to_pvd, to_vtk, to_vtu, write_npy, write_pvd, write_vtk, write_vtu,
 };
 pub use mesh::{
-    Facet, Field, FieldValues, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, SimplexMesh,
-    TetMesh, TriangleMesh,
+    Facet, Field, FieldValues, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh,
+    TriangleMesh,
 };
 pub use quality::{
     QualitySummary, SLIVER_ANGLE, Spread, min_dihedral_angle, quality, slivers, volume_ratio,

@@ -24,9 +24,6 @@ pub struct Mesh<const N: usize> {
     /// Named fields with one row per cell.
     pub cell_fields: BTreeMap<String, Field>,
 }
-
-/// [`Mesh`] under its former name.
-pub type SimplexMesh<const N: usize> = Mesh<N>;
 /// Tetrahedra.
 pub type TetMesh = Mesh<4>;
 /// Triangles.

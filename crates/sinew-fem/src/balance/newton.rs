@@ -2,7 +2,7 @@
 
 use super::BalanceSolver;
 use super::state::{Residual, Unknowns};
-use crate::assembly::State;
+use crate::state::State;
 use crate::supports::place;
 use crate::watch::Log;
 use crate::{Iteration, Options};

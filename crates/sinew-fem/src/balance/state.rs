@@ -1,8 +1,8 @@
 //! The residual of a balance of forces, and the derivatives that its linear systems are made of.
 
 use super::System;
-use crate::assembly::State;
 use crate::cells::CellValue;
+use crate::state::State;
 use sinew_energy::{Law, SurfaceResponse};
 use sinew_num::Mat3;
 

@@ -1,0 +1,72 @@
+//! Taylor series against jets and closed forms.
+
+use super::*;
+use crate::Jet;
+
+/// Rounding of formulas with values of order one.
+const ROUNDING: f64 = 1e-12;
+
+#[test]
+fn agrees_with_second_order_jets() {
+    fn formula<S: Scalar>(x: S, y: S) -> S {
+        let q = (x.clone() * y.clone() + 2.0).ln() / (y.clone().exp() + 1.0);
+        let r = (x.clone() - y.clone()).tanh() * (x.clone() * 0.1).ln_1p();
+        q + r * 2.0 - (y * 0.3).exp_m1() + x.squared()
+    }
+    let jet = formula(Jet::<2>::variable(0.7, 0), Jet::variable(-0.4, 1));
+    let [x, y] = Series::variables([0.7, -0.4], [2, 2]);
+    let series = formula(x, y);
+    assert!((series.value() - jet.value).abs() < ROUNDING);
+    assert!((series.derivative(&[1, 0]) - jet.gradient[0]).abs() < ROUNDING);
+    assert!((series.derivative(&[1, 1]) - jet.hessian[0][1]).abs() < ROUNDING);
+    assert!((series.derivative(&[0, 2]) - jet.hessian[1][1]).abs() < ROUNDING);
+}
+
+#[test]
+fn high_mixed_derivatives_are_exact() {
+    // ∂⁸/∂x⁴∂y⁴ of sin(x) cos(2y) e^{xy} at the origin, by the product rule on power series:
+    // Σ over k of [x^{4−k}] sin · [y^{4−k}] cos(2y) / k! with odd 4−k vanishing on one side.
+    let [x, y] = Series::variables([0.4, -0.2], [4, 4]);
+    let f = (&x * 2.0 + &y).sin();
+    let exact = 16.0 * (2.0 * 0.4 - 0.2_f64).sin();
+    assert!((f.derivative(&[4, 4]) - exact).abs() < ROUNDING);
+    let g = (&x + &y).powf(1.5);
+    // 1.5·0.5·(−0.5)…(−5.5) (x+y)^(−6.5)
+    let falling: f64 = (0..8).map(|k| 1.5 - f64::from(k)).product();
+    let exact = falling * 0.2_f64.powf(1.5 - 8.0);
+    assert!((g.derivative(&[4, 4]) / exact - 1.0).abs() < ROUNDING);
+    let square = (&x + &y).sqrt().squared();
+    assert!((square.derivative(&[1, 0]) - 1.0).abs() < ROUNDING);
+    assert!(square.derivative(&[2, 1]).abs() < 1e-9);
+}
+
+#[test]
+fn circular_functions_and_quotients_keep_their_identities() {
+    let [x, y] = Series::variables([0.9, 0.4], [3, 2]);
+    let one = x.sin().squared() + x.cos().squared();
+    assert!((one.value() - 1.0).abs() < ROUNDING);
+    assert!(one.derivative(&[3, 0]).abs() < ROUNDING);
+    let same = &x / &y * &y - &x;
+    assert!(same.coefficients.iter().all(|c| c.abs() < ROUNDING));
+    let inverse = 1.0 / (2.0 - &x);
+    assert!((inverse.derivative(&[3, 0]) - 6.0 / 1.1_f64.powi(4)).abs() < 1e-11);
+}
+
+#[test]
+fn a_lifted_series_gives_derivatives_across_a_face() {
+    // ∂/∂z of x²z³ on z = 2, as a function of x.
+    let [x] = Series::variables([3.0], [2]);
+    let lifted = x.lifted(1);
+    let z = lifted.shifted_last_variable(2.0);
+    let slope = (lifted.squared() * z.powi(3)).last_derivative(1);
+    assert_eq!(slope.derivative(&[0]), 9.0 * 12.0);
+    assert_eq!(slope.derivative(&[2]), 2.0 * 12.0);
+}
+
+#[test]
+fn constants_of_smaller_shape_are_promoted() {
+    let [one] = Series::plain([1.0]);
+    let [x] = Series::variables([3.0], [2]);
+    assert_eq!((&one + &x).derivative(&[1]), 1.0);
+    assert_eq!((&x * &one).value(), 3.0);
+}
