@@ -87,6 +87,14 @@ impl<const D: usize> PointCoefficients<D> {
             parts,
         }))
     }
+
+    /// Of the operator with the opposite sign.
+    pub fn negated(mut self) -> Self {
+        let arrays = self.parts.iter_mut().flat_map(|part| &mut part.arrays);
+        let numbers = arrays.chain(&mut self.mean).flatten();
+        numbers.for_each(|number| *number = -*number);
+        self
+    }
 }
 
 struct Builder<'a, const D: usize> {

@@ -1,6 +1,6 @@
 //! Observations in numbers: what does not change with the parameters.
 
-use crate::coefficients::PointCoefficients;
+use crate::coefficients::{Monomial, PointCoefficients};
 use crate::data::{Group, Noise, Role};
 use crate::error::GpError;
 use crate::model::{Compiled, Variance, monomial_value};
@@ -12,6 +12,11 @@ use crate::problem::check_orders;
 const AGREEMENT: f64 = 1e-8;
 
 impl<const D: usize> Compiled<D> {
+    /// Shares of the mean, each with its factor of parameters.
+    fn means(&self) -> impl Iterator<Item = (&Monomial, &Vec<f64>)> {
+        self.legs.iter().flat_map(|leg| leg.monomials.iter().zip(&leg.mean))
+    }
+
     /// Whether imposed values without a known noise are met by the prior mean alone, once the
     /// terms with parameters in front are left out.
     pub fn is_trivially_satisfied(&self) -> bool {
@@ -19,10 +24,9 @@ impl<const D: usize> Compiled<D> {
         if self.observed || self.values.is_empty() || noisy {
             return false;
         }
-        let terms = self.points.monomials.iter().zip(&self.points.mean);
         let mut residual = self.values.clone();
         let mut size = largest(&residual);
-        for (monomial, mean) in terms {
+        for (monomial, mean) in self.means() {
             size = size.max(largest(mean));
             if monomial.is_empty() {
                 residual.iter_mut().zip(mean).for_each(|(r, m)| *r -= m);
@@ -34,27 +38,32 @@ impl<const D: usize> Compiled<D> {
     /// Size of u that the values suggest.
     pub fn amplitude(&self, theta: &[f64]) -> f64 {
         let count = self.values.len().max(1) as f64;
-        let monomials = self.points.monomials.iter().map(|m| monomial_value(m, theta));
         let mut residual = self.values.clone();
-        for (monomial, mean) in monomials.clone().zip(&self.points.mean) {
-            residual.iter_mut().zip(mean).for_each(|(r, m)| *r -= monomial * m);
+        for (monomial, mean) in self.means() {
+            let factor = monomial_value(monomial, theta);
+            residual.iter_mut().zip(mean).for_each(|(r, m)| *r -= factor * m);
         }
         let size = (residual.iter().map(|r| r * r).sum::<f64>() / count).sqrt();
-        // The operator on features of size one, whose derivatives are of its own size.
-        let operator = self
-            .points
-            .parts
+        let operator = self.operator_size(theta);
+        if operator > 0.0 { size / operator } else { 0.0 }
+    }
+
+    /// Size of the operator on features of size one, whose derivatives are of its own size.
+    pub fn operator_size(&self, theta: &[f64]) -> f64 {
+        let count = self.values.len().max(1) as f64;
+        self.legs
             .iter()
-            .map(|part| {
+            .flat_map(|leg| leg.parts.iter().map(move |part| (&leg.monomials, part)))
+            .map(|(monomials, part)| {
                 let square: f64 = monomials
-                    .clone()
+                    .iter()
+                    .map(|monomial| monomial_value(monomial, theta))
                     .zip(&part.arrays)
                     .flat_map(|(monomial, array)| array.iter().map(move |a| (monomial * a).powi(2)))
                     .sum();
                 (square / count).sqrt()
             })
-            .fold(0.0, f64::max);
-        if operator > 0.0 { size / operator } else { 0.0 }
+            .fold(0.0, f64::max)
     }
 }
 
@@ -72,14 +81,16 @@ pub(crate) fn compile<const D: usize>(
     let operator = group.operator.as_ref().unwrap_or(&prior.equation);
     check_orders(&prior.domain, operator)?;
     check_roughness(prior, operator)?;
-    let (mut points, mut values) = (group.points.clone(), group.values.clone());
-    let mut built = coefficients(prior, operator, &points, number, theta)?;
-    if group.noise == Noise::Exact {
-        let kept = informative(&built, &values, number)?;
-        if kept.len() < points.len() {
-            points = kept.iter().map(|index| points[*index]).collect();
+    let mut values = group.values.clone();
+    let mut legs = vec![coefficients(prior, operator, &group.points, number, theta)?];
+    if let Some(opposite) = &group.opposite {
+        legs.push(coefficients(prior, operator, opposite, number, theta)?.negated());
+    } else if group.noise == Noise::Exact {
+        let kept = informative(&legs[0], &values, number)?;
+        if kept.len() < values.len() {
+            let points: Vec<[f64; D]> = kept.iter().map(|index| group.points[*index]).collect();
             values = kept.iter().map(|index| values[*index]).collect();
-            built = coefficients(prior, operator, &points, number, theta)?;
+            legs = vec![coefficients(prior, operator, &points, number, theta)?];
         }
     }
     let variance = match group.noise {
@@ -88,7 +99,7 @@ pub(crate) fn compile<const D: usize>(
         Noise::Learned => Variance::Learned(usize::MAX),
     };
     let observed = group.role == Role::Observed;
-    Ok(Compiled { points: built, values, variance, offset: 0, observed })
+    Ok(Compiled { legs, values, variance, offset: 0, first_leg: 0, observed })
 }
 
 fn coefficients<const D: usize>(

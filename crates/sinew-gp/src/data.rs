@@ -29,6 +29,8 @@ pub(crate) struct Group<const D: usize> {
     /// Nothing for the operator of the problem's equation.
     pub operator: Option<Operator<D>>,
     pub points: Vec<[f64; D]>,
+    /// For jumps, the points whose values are subtracted.
+    pub opposite: Option<Vec<[f64; D]>>,
     pub values: Vec<f64>,
     pub noise: Noise,
     pub role: Role,
@@ -70,6 +72,7 @@ impl<const D: usize> Data<D> {
         self.groups.push(Group {
             operator: None,
             points: points.to_vec(),
+            opposite: None,
             values: values.to_vec(),
             noise,
             role: Role::Imposed,
@@ -88,6 +91,7 @@ impl<const D: usize> Data<D> {
         self.groups.push(Group {
             operator: Some(operator.into()),
             points: points.to_vec(),
+            opposite: None,
             values: values.to_vec(),
             noise,
             role: Role::Observed,

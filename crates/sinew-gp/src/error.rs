@@ -199,11 +199,9 @@ pub enum GpError {
         /// Number needed.
         expected: usize,
     },
-    /// Periodicity by pseudo-observations.
-    #[error(
-        "axis {0} is periodic, which pseudo-observations at single points cannot express; use the constrained prior"
-    )]
-    PenalisedPeriodicity(String),
+    /// A network on a prior that it has no form for.
+    #[error("networks know no {0}; use a Gaussian process, or a prior without")]
+    Network(&'static str),
     /// No restart of a fit succeeded.
     #[error("none of {restarts} restarts reached a finite evidence; last: {last}")]
     NoFit {

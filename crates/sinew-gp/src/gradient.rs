@@ -99,25 +99,27 @@ impl<const D: usize> State<'_, D> {
                 gradient[position] += 2.0 * self.noise(number).powi(2) * trace;
             }
         }
-        let mut pulled = self.pull_back(&cotangent);
+        let pulled = self.pull_back(&cotangent);
         let mut theta = vec![0.0; self.theta().len()];
-        for (number, group) in self.model.groups.iter().enumerate() {
-            let mut slopes = vec![0.0; group.points.monomials.len()];
-            for part in 0..self.kernels.len() {
-                let slot = &mut pulled.coefficients[part][number];
-                let amplitude = self.kernels[part].0;
-                let own: f64 =
-                    slot.iter().zip(&self.coefficients[part][number]).map(|(s, a)| s * a).sum();
-                gradient[self.model.part_offsets[part]] += own;
-                for (slope, array) in slopes.iter_mut().zip(&group.points.parts[part].arrays) {
-                    *slope += amplitude * slot.iter().zip(array).map(|(s, a)| s * a).sum::<f64>();
+        for group in &self.model.groups {
+            let monomials = &group.legs[0].monomials;
+            let mut slopes = vec![0.0; monomials.len()];
+            let rows = &w[group.offset..group.offset + group.values.len()];
+            for (number, leg) in (group.first_leg..).zip(&group.legs) {
+                for part in 0..self.kernels.len() {
+                    let slot = &pulled.coefficients[part][number];
+                    gradient[self.model.part_offsets[part]] +=
+                        dot(slot, &self.coefficients[part][number]);
+                    let amplitude = self.kernels[part].0;
+                    for (slope, array) in slopes.iter_mut().zip(&leg.parts[part].arrays) {
+                        *slope += amplitude * dot(slot, array);
+                    }
+                }
+                for (slope, mean) in slopes.iter_mut().zip(&leg.mean) {
+                    *slope -= dot(rows, mean);
                 }
             }
-            let rows = &w[group.offset..group.offset + group.values.len()];
-            for (slope, mean) in slopes.iter_mut().zip(&group.points.mean) {
-                *slope -= rows.iter().zip(mean).map(|(w, m)| w * m).sum::<f64>();
-            }
-            for (slope, monomial) in slopes.iter().zip(&group.points.monomials) {
+            for (slope, monomial) in slopes.iter().zip(monomials) {
                 for (position, _) in monomial {
                     theta[*position] += slope * monomial_slope(monomial, self.theta(), *position);
                 }
@@ -168,23 +170,32 @@ impl<const D: usize> State<'_, D> {
         for part in 0..self.kernels.len() {
             for first in second..self.model.groups.len() {
                 let (start, rows) = self.rows(first, column);
-                let block = self.block(part, first, second);
-                let orders = self.model.groups[second].points.parts[part].orders.len();
-                // The cotangents of the column's own point come back apart, for it may lie in the same group as the rows.
-                pulled.own.clear();
-                pulled.own.resize(orders, 0.0);
-                let mut cotangents = Cotangents {
-                    first: &mut pulled.coefficients[part][first],
-                    second: &mut pulled.own,
-                    hyperparameters: &mut pulled.hyperparameters[part],
-                };
-                block.pull_column(start, own, &weights[rows], &mut cotangents, scratch);
-                let count = self.model.groups[second].points.count;
-                let slots = pulled.coefficients[part][second].iter_mut().skip(own).step_by(count);
-                slots.zip(&pulled.own).for_each(|(slot, value)| *slot += value);
+                for (first, second) in self.leg_pairs(first, second) {
+                    let block = self.block(part, first, second);
+                    let leg = &self.model.groups[second[0]].legs[second[1]];
+                    let number =
+                        |[group, leg]: [usize; 2]| self.model.groups[group].first_leg + leg;
+                    // The cotangents of the column's own point come back apart, for it may lie in the same group as the rows.
+                    pulled.own.clear();
+                    pulled.own.resize(leg.parts[part].orders.len(), 0.0);
+                    let mut cotangents = Cotangents {
+                        first: &mut pulled.coefficients[part][number(first)],
+                        second: &mut pulled.own,
+                        hyperparameters: &mut pulled.hyperparameters[part],
+                    };
+                    let weights = &weights[rows.clone()];
+                    block.pull_column(start, own, weights, &mut cotangents, scratch);
+                    let slots = &mut pulled.coefficients[part][number(second)];
+                    let slots = slots.iter_mut().skip(own).step_by(leg.count);
+                    slots.zip(&pulled.own).for_each(|(slot, value)| *slot += value);
+                }
             }
         }
     }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Cotangents of coefficients and kernel parameters.

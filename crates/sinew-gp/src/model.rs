@@ -23,7 +23,11 @@ pub(crate) enum Variance {
 /// Observations compiled for one operator.
 #[derive(Debug)]
 pub(crate) struct Compiled<const D: usize> {
-    pub points: PointCoefficients<D>,
+    /// What is observed is the sum of the operator's values over these: one set of points, or the
+    /// two ends of a jump, the second with the opposite sign.
+    pub legs: Vec<PointCoefficients<D>>,
+    /// Number of the first among the legs of all groups.
+    pub first_leg: usize,
     pub values: Vec<f64>,
     pub variance: Variance,
     /// Position of the first observation in the covariance matrix.
@@ -47,7 +51,9 @@ pub struct Model<const D: usize> {
     pub(crate) imposed: usize,
     pub(crate) size: usize,
     pub(crate) evidence: Evidence,
-    /// For each part, plans between groups at `[first · groups + second]`.
+    /// Number of legs of all groups.
+    pub(crate) legs: usize,
+    /// For each part, plans between legs at `[first · legs + second]`.
     pub(crate) plans: Vec<Vec<PairPlan<D>>>,
 }
 
@@ -78,10 +84,11 @@ impl<const D: usize> Model<D> {
         for number in order {
             compiled.push(compile(&prior, &groups[number], number, &mut theta)?);
         }
-        let mut offset = 0;
+        let (mut offset, mut legs) = (0, 0);
         for group in &mut compiled {
-            group.offset = offset;
+            (group.offset, group.first_leg) = (offset, legs);
             offset += group.values.len();
+            legs += group.legs.len();
         }
         let imposed = compiled.iter().filter(|g| !g.observed).map(|g| g.values.len()).sum();
         let size = offset;
@@ -90,6 +97,7 @@ impl<const D: usize> Model<D> {
         }
         let evidence = evidence.resolve(&compiled, imposed, size)?;
         let mut model = Self {
+            legs,
             plans: plans(&prior, &compiled),
             prior,
             parameters: Vec::new(),
@@ -158,7 +166,8 @@ impl<const D: usize> Model<D> {
     }
 
     fn lay_out_parameters(&mut self) {
-        let scale = self.amplitude_scale();
+        let middle = self.middle();
+        let scale = self.amplitude_scale(&middle);
         let extents = self.prior.domain.extents();
         let names = self.prior.domain.names().clone();
         let mut parameters = Vec::new();
@@ -209,7 +218,9 @@ impl<const D: usize> Model<D> {
         for (number, group) in self.groups.iter_mut().enumerate() {
             if let Variance::Learned(position) = &mut group.variance {
                 *position = parameters.len();
-                let scale = spread(&group.values);
+                // Of conditions that are all zero, what functions of the data's size would break them by.
+                let broken = || scale * group.operator_size(&middle);
+                let scale = spread(&group.values).unwrap_or_else(broken);
                 parameters.push(FreeParameter {
                     name: format!("noise {}", number + 1),
                     logarithmic: true,
@@ -224,23 +235,26 @@ impl<const D: usize> Model<D> {
 
     /// Size of u as the data suggest it: what they differ from the prior mean by, over the size of
     /// their operator on functions that vary over the whole domain.
-    fn amplitude_scale(&self) -> f64 {
-        let middle: Vec<f64> = self
-            .theta
+    fn amplitude_scale(&self, middle: &[f64]) -> f64 {
+        let of = |observed: bool| {
+            self.groups
+                .iter()
+                .filter(|group| group.observed == observed)
+                .map(|group| group.amplitude(middle))
+                .fold(0.0, f64::max)
+        };
+        [of(true), of(false)].into_iter().find(|scale| *scale > 0.0).unwrap_or(1.0)
+    }
+
+    /// The operators' parameters in the middle of their bounds.
+    fn middle(&self) -> Vec<f64> {
+        self.theta
             .iter()
             .map(|parameter| match parameter.bounds() {
                 [lower, upper] if lower > 0.0 => (lower * upper).sqrt(),
                 [lower, upper] => 0.5 * (lower + upper),
             })
-            .collect();
-        let of = |observed: bool| {
-            self.groups
-                .iter()
-                .filter(|group| group.observed == observed)
-                .map(|group| group.amplitude(&middle))
-                .fold(0.0, f64::max)
-        };
-        [of(true), of(false)].into_iter().find(|scale| *scale > 0.0).unwrap_or(1.0)
+            .collect()
     }
 
     /// Values of the operators' parameters, from a vector of all parameters on their scales.
@@ -266,12 +280,12 @@ const BELIEF_DEVIATION: f64 = 1.0;
 const NOISE_BOUNDS: [f64; 2] = [1e-5, 2.0];
 const NOISE_START: [f64; 2] = [0.01, 0.1];
 
-/// Standard deviation of values, or their size where all are equal, or one.
-fn spread(values: &[f64]) -> f64 {
+/// Standard deviation of values, or their size where all are equal; none where all are zero.
+fn spread(values: &[f64]) -> Option<f64> {
     let count = values.len().max(1) as f64;
     let mean = values.iter().sum::<f64>() / count;
     let deviation = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt();
-    [deviation, mean.abs()].into_iter().find(|s| *s > 0.0).unwrap_or(1.0)
+    [deviation, mean.abs()].into_iter().find(|s| *s > 0.0)
 }
 
 /// Π θ^power.
@@ -295,14 +309,14 @@ fn plans<const D: usize>(prior: &Prior<D>, groups: &[Compiled<D>]) -> Vec<Vec<Pa
         .enumerate()
         .map(|(part, description)| {
             let kernel = &*description.kernel;
-            groups
+            let orders: Vec<&[[usize; D]]> = groups
                 .iter()
-                .flat_map(|first| {
-                    groups.iter().map(move |second| {
-                        let orders = |group: &Compiled<D>| group.points.parts[part].orders.clone();
-                        PairPlan::new(kernel, &orders(first), &orders(second))
-                    })
-                })
+                .flat_map(|group| &group.legs)
+                .map(|leg| leg.parts[part].orders.as_slice())
+                .collect();
+            orders
+                .iter()
+                .flat_map(|first| orders.iter().map(|second| PairPlan::new(kernel, first, second)))
                 .collect()
         })
         .collect()

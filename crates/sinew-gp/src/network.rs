@@ -206,6 +206,9 @@ impl<const D: usize> Network<D> {
         let mut groups = data.groups.clone();
         groups.extend(prior.boundary.iter().cloned());
         check(&groups)?;
+        if groups.iter().any(|group| group.opposite.is_some()) {
+            return Err(GpError::Network("jumps between the ends of a periodic axis"));
+        }
         let domain = &prior.domain;
         let layout = Layout {
             width: options.width,

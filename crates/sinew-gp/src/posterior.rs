@@ -231,22 +231,25 @@ impl<const D: usize> Posterior<D> {
         let mut scratch = Scratch::default();
         let mut covariances = vec![0.0; query.points.count];
         for (number, group) in self.model.groups.iter().enumerate() {
-            let plans: Vec<PairPlan<D>> = (0..query.points.parts.len())
-                .map(|part| {
+            let parts = 0..query.points.parts.len();
+            let plans: Vec<(usize, usize, PairPlan<D>)> = parts
+                .flat_map(|part| (0..group.legs.len()).map(move |leg| (part, leg)))
+                .map(|(part, leg)| {
                     let kernel = &*self.model.prior.parts[part].kernel;
-                    let second = &group.points.parts[part].orders;
-                    PairPlan::new(kernel, &query.points.parts[part].orders, second)
+                    let second = &group.legs[leg].parts[part].orders;
+                    let plan = PairPlan::new(kernel, &query.points.parts[part].orders, second);
+                    (part, leg, plan)
                 })
                 .collect();
             for own in 0..group.values.len() {
                 covariances.fill(0.0);
-                for (part, plan) in plans.iter().enumerate() {
+                for (part, leg, plan) in &plans {
                     let block = Block {
-                        kernel: &*self.model.prior.parts[part].kernel,
-                        hyperparameters: state.kernel(part).1,
+                        kernel: &*self.model.prior.parts[*part].kernel,
+                        hyperparameters: state.kernel(*part).1,
                         plan,
-                        first: query.side(part),
-                        second: state.side(part, number),
+                        first: query.side(*part),
+                        second: state.side(*part, number, *leg),
                     };
                     block.add_column(0, own, &mut covariances, &mut scratch);
                 }

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::constraint::{constraints, unconstrained};
 use crate::data::{Group, Noise, Role};
-use crate::domain::Domain;
+use crate::domain::{Domain, Side};
 use crate::error::GpError;
 use crate::field::Field;
 use crate::kernel::Kernel;
@@ -77,10 +77,11 @@ impl<const D: usize> Prior<D> {
     }
 
     /// The unconstrained prior with about `points` pseudo-observations of the conditions, spread
-    /// at random over the faces (PCGP). Their noise is learned, as in §4.8.2.
+    /// at random over the faces (PCGP), of periodic axes by the jumps from their lower to their
+    /// upper end. Their noise is learned, as in §4.8.2.
     ///
     /// # Errors
-    /// As [`Prior::unconstrained`]; and for periodic axes, which no pointwise observation expresses.
+    /// As [`Prior::unconstrained`].
     pub fn penalised(
         problem: &Problem<D>,
         kernel: &dyn Kernel<D>,
@@ -115,11 +116,8 @@ fn pseudo_observations<const D: usize>(
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut conditions: Vec<(usize, Functional, Field<D>)> = Vec::new();
     for axis in 0..D {
-        if problem.periodic[axis].is_some() {
-            return Err(GpError::PenalisedPeriodicity(domain.names()[axis].clone()));
-        }
         let ends = [domain.lower()[axis], domain.upper()[axis]];
-        let structure = AxisStructure::new(ends, &problem.faces[axis], None);
+        let structure = AxisStructure::new(ends, &problem.faces[axis], problem.periodic[axis]);
         conditions
             .extend(structure.lifts.into_iter().map(|lift| (axis, lift.functional, lift.data)));
     }
@@ -128,15 +126,29 @@ fn pseudo_observations<const D: usize>(
     let all = conditions.len() + usize::from(edges.is_some());
     let mut groups = Vec::new();
     for (number, (axis, functional, data)) in conditions.into_iter().enumerate() {
-        let Functional::End { side, value, slope } = functional else { continue };
-        let mut places = domain.sample(share(number, all), random.random())?;
-        places.iter_mut().for_each(|point| point[axis] = domain.end(axis, side));
-        let operator = match (value, slope) {
-            (value, 0.0) => value * Derivative::identity(),
-            (0.0, slope) => slope * Derivative::along(axis),
-            (value, slope) => value * Derivative::identity() + slope * Derivative::along(axis),
+        let places = domain.sample(share(number, all), random.random())?;
+        let at = |side: Side| {
+            let mut places = places.clone();
+            places.iter_mut().for_each(|point| point[axis] = domain.end(axis, side));
+            places
         };
-        groups.push(pseudo(operator, places, &data));
+        let group = match functional {
+            Functional::End { side, value, slope } => {
+                let operator = match (value, slope) {
+                    (value, 0.0) => value * Derivative::identity(),
+                    (0.0, slope) => slope * Derivative::along(axis),
+                    (a, b) => a * Derivative::identity() + b * Derivative::along(axis),
+                };
+                pseudo(operator, at(side), &data)
+            }
+            Functional::Jump { order } => {
+                let mut derivative = Derivative::identity();
+                derivative.orders[axis] = order;
+                let jump = pseudo(derivative.into(), at(Side::Upper), &data);
+                Group { opposite: Some(at(Side::Lower)), ..jump }
+            }
+        };
+        groups.push(group);
     }
     if let Some((polygon, data)) = edges.zip(problem.boundary.as_ref()) {
         let mut places = domain.sample(share(all - 1, all), random.random())?;
@@ -156,5 +168,12 @@ fn pseudo<const D: usize>(
     data: &Field<D>,
 ) -> Group<D> {
     let values = points.iter().map(|point| data.value(*point)).collect();
-    Group { operator: Some(operator), points, values, noise: Noise::Learned, role: Role::Imposed }
+    Group {
+        operator: Some(operator),
+        points,
+        opposite: None,
+        values,
+        noise: Noise::Learned,
+        role: Role::Imposed,
+    }
 }

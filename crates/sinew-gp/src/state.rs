@@ -36,7 +36,7 @@ pub(crate) struct State<'a, const D: usize> {
     /// Parameters of each part's kernel, and amplitudes.
     pub kernels: Vec<(f64, Vec<f64>)>,
     theta: Vec<f64>,
-    /// For each part and group, a_β.
+    /// For each part and leg, a_β.
     pub coefficients: Vec<Vec<Vec<f64>>>,
     /// For each group, values of the monomials.
     monomials: Vec<Vec<f64>>,
@@ -74,7 +74,7 @@ impl<'a, const D: usize> State<'a, D> {
         let monomials: Vec<Vec<f64>> = model
             .groups
             .iter()
-            .map(|g| g.points.monomials.iter().map(|m| monomial_value(m, &theta)).collect())
+            .map(|g| g.legs[0].monomials.iter().map(|m| monomial_value(m, &theta)).collect())
             .collect();
         let coefficients = kernels
             .iter()
@@ -82,8 +82,9 @@ impl<'a, const D: usize> State<'a, D> {
             .map(|(part, (amplitude, _))| {
                 let groups = model.groups.iter().zip(&monomials);
                 groups
-                    .map(|(g, monomials)| {
-                        combine(*amplitude, monomials, &g.points.parts[part].arrays)
+                    .flat_map(|(group, monomials)| {
+                        let arrays = group.legs.iter().map(|leg| &leg.parts[part].arrays);
+                        arrays.map(|arrays| combine(*amplitude, monomials, arrays))
                     })
                     .collect()
             })
@@ -112,21 +113,35 @@ impl<'a, const D: usize> State<'a, D> {
         (*amplitude, hyperparameters)
     }
 
-    pub fn side(&self, part: usize, group: usize) -> Side<'_, D> {
+    pub fn side(&self, part: usize, group: usize, leg: usize) -> Side<'_, D> {
+        let group = &self.model.groups[group];
         Side {
-            points: &self.model.groups[group].points,
-            coefficients: &self.coefficients[part][group],
+            points: &group.legs[leg],
+            coefficients: &self.coefficients[part][group.first_leg + leg],
         }
     }
 
-    pub fn block(&self, part: usize, first: usize, second: usize) -> Block<'_, D> {
+    /// Of one part between a leg of one group and a leg of another, each by group and leg.
+    pub fn block(&self, part: usize, first: [usize; 2], second: [usize; 2]) -> Block<'_, D> {
+        let number = |[group, leg]: [usize; 2]| self.model.groups[group].first_leg + leg;
         Block {
             kernel: &*self.model.prior.parts[part].kernel,
             hyperparameters: &self.kernels[part].1,
-            plan: &self.model.plans[part][first * self.model.groups.len() + second],
-            first: self.side(part, first),
-            second: self.side(part, second),
+            plan: &self.model.plans[part][number(first) * self.model.legs + number(second)],
+            first: self.side(part, first[0], first[1]),
+            second: self.side(part, second[0], second[1]),
         }
+    }
+
+    /// All pairs of a leg of one group and a leg of another.
+    pub fn leg_pairs(
+        &self,
+        first: usize,
+        second: usize,
+    ) -> impl Iterator<Item = ([usize; 2], [usize; 2])> + use<D> {
+        let count = |group: usize| self.model.groups[group].legs.len();
+        let (firsts, seconds) = (count(first), count(second));
+        (0..firsts).flat_map(move |a| (0..seconds).map(move |b| ([first, a], [second, b])))
     }
 
     fn residual(&self) -> Vec<f64> {
@@ -134,9 +149,11 @@ impl<'a, const D: usize> State<'a, D> {
         for (group, monomials) in self.model.groups.iter().zip(&self.monomials) {
             let start = residual.len();
             residual.extend_from_slice(&group.values);
-            for (monomial, mean) in monomials.iter().zip(&group.points.mean) {
-                let rows = residual[start..].iter_mut().zip(mean);
-                rows.for_each(|(r, m)| *r -= monomial * m);
+            for leg in &group.legs {
+                for (monomial, mean) in monomials.iter().zip(&leg.mean) {
+                    let rows = residual[start..].iter_mut().zip(mean);
+                    rows.for_each(|(r, m)| *r -= monomial * m);
+                }
             }
         }
         residual
@@ -151,12 +168,11 @@ impl<'a, const D: usize> State<'a, D> {
             for part in 0..self.kernels.len() {
                 for first in second..self.model.groups.len() {
                     let (start, rows) = self.rows(first, number);
-                    self.block(part, first, second).add_column(
-                        start,
-                        number - self.model.groups[second].offset,
-                        &mut column[rows],
-                        scratch,
-                    );
+                    let own = number - self.model.groups[second].offset;
+                    for (first, second) in self.leg_pairs(first, second) {
+                        let rows = &mut column[rows.clone()];
+                        self.block(part, first, second).add_column(start, own, rows, scratch);
+                    }
                 }
             }
         };

@@ -45,6 +45,14 @@ fn plate() -> Problem<2> {
     )
 }
 
+/// u_t + c u_x = 0 around a ring.
+fn ring(periodicity: Periodicity) -> Problem<2> {
+    let domain = must(Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.0, 1.0])]));
+    let [dx, dt] = domain.derivatives();
+    let speed = must(Parameter::new("speed", [0.1, 3.0]));
+    must(Problem::new(domain, dt + &speed * dx).and_then(|p| p.periodic("x", periodicity)))
+}
+
 /// L applied to both arguments of Σ φ φ′ k, from one Taylor series in all 2 D coordinates.
 fn by_series<const D: usize>(
     problem: &Problem<D>,
@@ -214,17 +222,53 @@ fn evidence_gradients_equal_differences() {
         let problem = heat();
         let prior = must(Prior::penalised(&problem, &SquaredExponential::new(), 9, 4));
         check_gradient(&problem, prior, evidence, "penalised");
+        for periodicity in [Periodicity::Value, Periodicity::ValueAndSlope] {
+            let problem = ring(periodicity);
+            let prior = must(Prior::penalised(&problem, &SquaredExponential::new(), 9, 4));
+            check_gradient(&problem, prior, evidence, "penalised jumps");
+        }
     }
 }
 
 #[test]
-fn rough_kernels_and_periodic_penalties_are_refused() {
+fn jumps_covary_as_differences_of_both_ends() {
+    // Six jumps of the value, five of the slope; k = σ² exp(−½ (r²/λ² + s²/μ²)), differentiated by hand.
+    let problem = ring(Periodicity::ValueAndSlope);
+    let prior = must(Prior::penalised(&problem, &SquaredExponential::new(), 12, 2));
+    let model = must(Model::new(prior, Data::new(), Evidence::Joint));
+    let (sigma, lambda, mu) = (1.3_f64, 0.6_f64, 0.4_f64);
+    let at: Vec<f64> = model
+        .parameters()
+        .iter()
+        .map(|p| match p.name.as_str() {
+            "amplitude 1" => sigma.ln(),
+            "lengthscale x 1" => lambda.ln(),
+            "lengthscale t 1" => mu.ln(),
+            _ => p.to_scale(p.start[0]),
+        })
+        .collect();
+    let ours = must(model.prior_covariance(&at));
+    // Over both ends of both jumps, r = 0 twice with sign plus and r = ±1 once each with minus.
+    let along = |derivative: &dyn Fn(f64) -> f64| {
+        2.0 * derivative(0.0) - derivative(1.0) - derivative(-1.0)
+    };
+    let k = |r: f64| (-0.5 * (r / lambda).powi(2)).exp();
+    let value = along(&k);
+    let slope = along(&|r| k(r) * (1.0 - (r / lambda).powi(2)) / lambda.powi(2));
+    for (row, expected) in [(0, value), (11, slope)] {
+        let expected = sigma * sigma * expected;
+        assert!((ours[row][row] - expected).abs() < 1e-12 * expected, "{row}");
+    }
+    // ∂/∂x k is odd in r: at equal t, its jumps with those of the value cancel.
+    let cross = (0..6).flat_map(|i| (6..12).map(move |j| (i, j)));
+    for (i, j) in cross {
+        assert!(ours[i][j].abs() < 1e-12 * sigma * sigma, "{i} {j}");
+    }
+}
+
+#[test]
+fn rough_kernels_are_refused() {
     let problem = heat();
     let refused = Prior::constrained(&problem, &Matern::new(Smoothness::Once)).unwrap_err();
     assert!(refused.to_string().contains("Matérn 3/2 kernel has 1 derivatives"), "{refused}");
-    let domain = must(Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.0, 1.0])]));
-    let [dx, dt] = domain.derivatives();
-    let periodic =
-        must(Problem::new(domain, dt - 0.1 * dx).and_then(|p| p.periodic("x", Periodicity::Value)));
-    assert!(Prior::penalised(&periodic, &SquaredExponential::new(), 10, 1).is_err());
 }
