@@ -2,8 +2,9 @@
 
 use crate::field::Field;
 
-/// A condition on one face of a box; derivatives are taken along the face's axis, in its positive
-/// direction on both ends. Functions do not depend on that axis' coordinate.
+/// A condition on one face of a box, or one edge of a polygon. On a box, derivatives are taken along
+/// the face's axis, in its positive direction on both ends, and functions do not depend on that
+/// axis' coordinate; on an edge, derivatives are taken along the outward normal.
 #[derive(Clone, Debug)]
 pub enum Condition<const D: usize> {
     /// u = b (4.33).

@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::error::GpError;
 use crate::operator::Derivative;
-use crate::polygon::Polygon;
+use crate::polygon::{Composition, Polygon};
 
 /// One end of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,6 +127,15 @@ impl<const D: usize> Domain<D> {
     /// Length of each axis.
     pub fn extents(&self) -> [f64; D] {
         std::array::from_fn(|d| self.upper[d] - self.lower[d])
+    }
+
+    /// The same domain with another composition of the distances to the edges of its polygon.
+    ///
+    /// # Errors
+    /// If there is no polygon, or the composition has no order.
+    pub fn composed(self, composition: Composition) -> Result<Self, GpError> {
+        let polygon = self.polygon.ok_or(GpError::NoPolygon)?.composed(composition)?;
+        Ok(Self { polygon: Some(polygon), ..self })
     }
 
     /// The polygon that restricts the first two axes, if any.

@@ -41,7 +41,9 @@ pub enum GpError {
         face: String,
     },
     /// A condition on a face that the domain does not have as such.
-    #[error("{face} is part of the polygon; use `Problem::boundary` for all of its edges")]
+    #[error(
+        "{face} is part of the polygon; use `Problem::boundary` for all of its edges, `Problem::edge` for one"
+    )]
     PolygonFace {
         /// The face asked for.
         face: String,
@@ -49,6 +51,14 @@ pub enum GpError {
     /// A boundary function for a polygon, on a domain without one.
     #[error("the domain has no polygon; give conditions face by face with `Problem::condition`")]
     NoPolygon,
+    /// An edge that the polygon does not have.
+    #[error("there is no edge {edge}; the polygon has {edges}, numbered from 0")]
+    UnknownEdge {
+        /// Number asked for.
+        edge: usize,
+        /// Number of edges.
+        edges: usize,
+    },
     /// A Robin condition without slope.
     #[error(
         "the Robin condition on {face} has slope factor {slope_factor}; it must be finite and not 0 (use Dirichlet)"

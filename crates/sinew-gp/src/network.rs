@@ -209,6 +209,9 @@ impl<const D: usize> Network<D> {
         if groups.iter().any(|group| group.opposite.is_some()) {
             return Err(GpError::Network("jumps between the ends of a periodic axis"));
         }
+        if prior.parts.iter().any(|part| part.direction.is_some()) {
+            return Err(GpError::Network("traces along the edges of a polygon"));
+        }
         let domain = &prior.domain;
         let layout = Layout {
             width: options.width,

@@ -2,34 +2,52 @@
 
 use sinew_num::Series;
 
+use crate::edge::Edge;
 use crate::error::GpError;
 
 /// A simple polygon, with its corners in anticlockwise order.
 #[derive(Clone, Debug)]
 pub struct Polygon {
     corners: Vec<[f64; 2]>,
-    distance: Distance,
+    edges: Vec<Edge>,
+    region: Region,
+    composition: Composition,
+    convex: bool,
     /// Reciprocal of the largest distance found inside, so that features have size one.
     scale: f64,
 }
 
-/// A smooth stand-in for the distance to the boundary, composed from those to half-planes.
+/// How the distances to a polygon's edges are composed to one function that vanishes on its boundary.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Composition {
+    /// R0-conjunctions a + b − √(a² + b²) of half-planes, and disjunctions in notches: two to five
+    /// times as accurate as the equivalence on convex polygons.
+    #[default]
+    Conjunction,
+    /// R-equivalence (4.56) of the distances to the edges: ω = (Σ ωᵢ⁻ᵐ)^(−1/m), which equals the
+    /// distance up to order m next to an edge.
+    Equivalence {
+        /// The order m, at least one; the thesis takes one.
+        order: usize,
+    },
+}
+
+/// A function that is positive inside and negative outside, composed from half-planes.
 ///
 /// The R0-functions a + b ∓ √(a² + b²) are positive where both, or either, of a and b are
 /// (Rvachev 1982; Shapiro 2007, *Semi-analytic geometry with R-functions*). They are smooth but at
-/// corners, where the two vanish together. On convex polygons this measured two to five times as
-/// accurate as the equivalence (4.56).
+/// corners, where the two vanish together.
 #[derive(Clone, Debug)]
-enum Distance {
+enum Region {
     /// Signed distance `n·x − offset` to a line, positive on the inside.
     HalfPlane { normal: [f64; 2], offset: f64 },
     /// Intersection.
-    All(Vec<Distance>),
+    All(Vec<Region>),
     /// Union.
-    Any(Vec<Distance>),
+    Any(Vec<Region>),
 }
 
-impl Distance {
+impl Region {
     fn at(&self, x: &Series, y: &Series) -> Series {
         match self {
             Self::HalfPlane { normal, offset } => x * normal[0] + y * normal[1] - *offset,
@@ -71,10 +89,10 @@ impl Distance {
     }
 }
 
-fn half_plane([ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> Distance {
+fn half_plane([ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> Region {
     let length = (bx - ax).hypot(by - ay);
     let normal = [-(by - ay) / length, (bx - ax) / length];
-    Distance::HalfPlane { normal, offset: normal[0] * ax + normal[1] * ay }
+    Region::HalfPlane { normal, offset: normal[0] * ax + normal[1] * ay }
 }
 
 /// Twice the signed area of a triangle, positive if anticlockwise.
@@ -138,10 +156,47 @@ impl Polygon {
                 "edges cross or there is no area; give the corners in order along the boundary",
             );
         }
-        let distance = Distance::of_chain(&corners, true, true);
-        let mut polygon = Self { corners, distance, scale: 1.0 };
-        polygon.scale = 1.0 / polygon.largest_distance();
-        Ok(polygon)
+        let edges: Vec<Edge> =
+            (0..count).map(|i| Edge::new(corners[i], corners[(i + 1) % count])).collect();
+        // Two edges in line count as a notch: each is trimmed to itself.
+        let convex = (0..count).all(|i| {
+            let (before, after) = (&edges[i], &edges[(i + 1) % count]);
+            turn([0.0; 2], before.tangent, after.tangent) > LEAST_TURN
+        });
+        let region = Region::of_chain(&corners, true, true);
+        let composition = Composition::default();
+        let polygon = Self { corners, edges, region, composition, convex, scale: 1.0 };
+        Ok(polygon.rescaled())
+    }
+
+    /// The same polygon with another composition of its distances.
+    ///
+    /// # Errors
+    /// For an equivalence of order zero.
+    pub fn composed(self, composition: Composition) -> Result<Self, GpError> {
+        if composition == (Composition::Equivalence { order: 0 }) {
+            let vertices = self.corners.len();
+            let problem = "an equivalence has an order of at least one";
+            return Err(GpError::Polygon { vertices, problem });
+        }
+        Ok(Self { composition, ..self }.rescaled())
+    }
+
+    fn rescaled(mut self) -> Self {
+        self.scale = 1.0;
+        let most = self.largest(|x, y| self.feature(x, y).value());
+        Self { scale: 1.0 / most, ..self }
+    }
+
+    /// The edges, of which number i starts at corner i.
+    pub(crate) fn edges(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    /// A distance to one edge that vanishes nowhere else in the polygon.
+    pub(crate) fn edge_distance(&self, edge: usize, x: &Series, y: &Series) -> Series {
+        let edge = &self.edges[edge];
+        if self.convex { edge.height(x, y) } else { edge.trimmed_distance(x, y) }
     }
 
     /// Corners in anticlockwise order.
@@ -161,12 +216,50 @@ impl Polygon {
     pub fn contains(&self, point: [f64; 2]) -> bool {
         let [x, y] = Series::plain(point);
         let [[left, right], _] = self.extents();
-        self.distance.at(&x, &y).value() >= -1e-12 * (right - left)
+        self.region.at(&x, &y).value() >= -1e-12 * (right - left)
     }
 
     /// The feature that vanishes on all edges and is positive, at most about one, inside.
     pub fn feature(&self, x: &Series, y: &Series) -> Series {
-        self.distance.at(x, y) * self.scale
+        let all: Vec<usize> = (0..self.edges.len()).collect();
+        self.feature_of(&all, x, y) * self.scale
+    }
+
+    /// A function that vanishes on some edges only, of any size.
+    pub(crate) fn feature_of(&self, edges: &[usize], x: &Series, y: &Series) -> Series {
+        let whole = edges.len() == self.edges.len();
+        match self.composition {
+            Composition::Conjunction if whole => self.region.at(x, y),
+            Composition::Conjunction if self.convex => {
+                let half_plane = |edge: &usize| {
+                    let next = (edge + 1) % self.corners.len();
+                    half_plane(self.corners[*edge], self.corners[next])
+                };
+                Region::All(edges.iter().map(half_plane).collect()).at(x, y)
+            }
+            Composition::Conjunction => self.equivalence(edges, 1, x, y),
+            Composition::Equivalence { order } => self.equivalence(edges, order, x, y),
+        }
+    }
+
+    /// Π ωᵢ / (Σᵢ Πⱼ ωⱼᵐ)^(1/m) with j ≠ i: (4.56) without its divisions by zero.
+    fn equivalence(&self, edges: &[usize], order: usize, x: &Series, y: &Series) -> Series {
+        let size = self.size();
+        let distances: Vec<Series> =
+            edges.iter().map(|edge| self.edges[*edge].trimmed_distance(x, y) / size).collect();
+        let others = products_of_others(&distances, order);
+        let sum = others.iter().fold(x.constant(0.0), |sum, other| sum + other);
+        let product = distances.iter().fold(x.constant(size), |product, d| product * d);
+        if sum.value() == 0.0 {
+            // At a corner: the value is zero, derivatives do not exist.
+            return product.squared().sqrt();
+        }
+        product / if order == 1 { sum } else { sum.powf(1.0 / order as f64) }
+    }
+
+    /// Largest extent.
+    pub(crate) fn size(&self) -> f64 {
+        self.extents().map(|[low, high]| high - low).into_iter().fold(0.0, f64::max)
     }
 
     /// The point at `fraction` of the way along edge `edge`.
@@ -175,8 +268,8 @@ impl Polygon {
         std::array::from_fn(|d| a[d] + fraction * (b[d] - a[d]))
     }
 
-    /// Largest value on a grid over the bounding box.
-    fn largest_distance(&self) -> f64 {
+    /// Largest value on a grid over the polygon.
+    pub(crate) fn largest(&self, of: impl Fn(&Series, &Series) -> f64) -> f64 {
         const POINTS_PER_AXIS: usize = 40;
         let [[left, right], [bottom, top]] = self.extents();
         let coordinate = |low: f64, high: f64, i: usize| {
@@ -184,15 +277,32 @@ impl Polygon {
         };
         (0..POINTS_PER_AXIS * POINTS_PER_AXIS)
             .map(|k| {
-                let point = [
+                [
                     coordinate(left, right, k / POINTS_PER_AXIS),
                     coordinate(bottom, top, k % POINTS_PER_AXIS),
-                ];
+                ]
+            })
+            .filter(|point| self.contains(*point))
+            .map(|point| {
                 let [x, y] = Series::plain(point);
-                self.distance.at(&x, &y).value()
+                of(&x, &y)
             })
             .fold(f64::MIN_POSITIVE, f64::max)
     }
+}
+
+/// Sine of the angle between two edges up to which they are in line.
+const LEAST_TURN: f64 = 1e-9;
+
+/// For each number, the product of the `order`-th powers of the others.
+pub(crate) fn products_of_others(numbers: &[Series], order: usize) -> Vec<Series> {
+    (0..numbers.len())
+        .map(|own| {
+            let others = numbers.iter().enumerate().filter(|(other, _)| *other != own);
+            let start = numbers[own].constant(1.0);
+            others.fold(start, |product, (_, number)| product * number.powi(order))
+        })
+        .collect()
 }
 
 /// Whether two segments without a common end have a common point.
@@ -233,22 +343,53 @@ mod tests {
             &[[0.0, 2.0], [1.0, 0.5], [2.0, 2.0], [2.0, 0.0], [0.0, 0.0]],
         ];
         for corners in shapes {
-            let polygon = Polygon::new(corners).unwrap();
-            let [[left, right], [bottom, top]] = polygon.extents();
-            for k in 0..900 {
-                let point = [
-                    left + (right - left) * (f64::from(k % 30) + 0.37) / 30.0,
-                    bottom + (top - bottom) * (f64::from(k / 30) + 0.41) / 30.0,
-                ];
-                let value = feature(&polygon, point);
-                assert_eq!(value > 0.0, inside(corners, point), "{point:?} {value}");
-                assert!(value < 1.1);
-            }
-            for edge in 0..corners.len() {
-                let value = feature(&polygon, polygon.on_edge(edge, 0.3));
-                assert!(value.abs() < 1e-12, "edge {edge}: {value}");
+            for composition in [
+                Composition::Conjunction,
+                Composition::Equivalence { order: 1 },
+                Composition::Equivalence { order: 2 },
+            ] {
+                check_feature(corners, composition);
             }
         }
+    }
+
+    fn check_feature(corners: &[[f64; 2]], composition: Composition) {
+        let polygon = Polygon::new(corners).and_then(|p| p.composed(composition)).unwrap();
+        let [[left, right], [bottom, top]] = polygon.extents();
+        for k in 0..900 {
+            let point = [
+                left + (right - left) * (f64::from(k % 30) + 0.37) / 30.0,
+                bottom + (top - bottom) * (f64::from(k / 30) + 0.41) / 30.0,
+            ];
+            let within = inside(corners, point);
+            assert_eq!(polygon.contains(point), within, "{point:?}");
+            if within {
+                let value = feature(&polygon, point);
+                assert!(0.0 < value && value < 1.1, "{point:?} {value}");
+            }
+        }
+        for edge in 0..corners.len() {
+            let value = feature(&polygon, polygon.on_edge(edge, 0.3));
+            assert!(value.abs() < 1e-12, "edge {edge}: {value}");
+        }
+    }
+
+    #[test]
+    fn the_equivalence_is_the_distance_next_to_an_edge() {
+        let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+        for (order, tolerance) in [(1, 1e-6), (2, 1e-9)] {
+            let composition = Composition::Equivalence { order };
+            let polygon = Polygon::new(&corners).and_then(|p| p.composed(composition)).unwrap();
+            // ω = h (1 − O(hᵐ)) at the height h above the middle of an edge.
+            const HEIGHT: f64 = 1e-4;
+            let value = feature(&polygon, [1.0, HEIGHT]) / polygon.scale;
+            assert!((value - HEIGHT).abs() < tolerance, "{order}: {value}");
+        }
+        assert!(
+            Polygon::new(&corners)
+                .and_then(|p| p.composed(Composition::Equivalence { order: 0 }))
+                .is_err()
+        );
     }
 
     #[test]

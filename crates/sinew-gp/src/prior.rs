@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::constraint::{constraints, unconstrained};
+use crate::constraint::{EdgeLift, Feature, constraints, unconstrained};
 use crate::data::{Group, Noise, Role};
 use crate::domain::{Domain, Side};
 use crate::error::GpError;
@@ -18,7 +18,16 @@ use crate::structure::{AxisStructure, Functional};
 pub(crate) struct Part<const D: usize> {
     pub factor: Field<D>,
     pub axes: Vec<usize>,
+    /// Direction in the plane of the first two axes that alone it depends on there, if so.
+    pub direction: Option<[f64; 2]>,
     pub kernel: Box<dyn Kernel<D>>,
+}
+
+impl<const D: usize> Part<D> {
+    fn new(feature: Feature<D>, kernel: &dyn Kernel<D>) -> Self {
+        let kernel = feature.kernel(kernel);
+        Self { factor: feature.factor, axes: feature.axes, direction: feature.direction, kernel }
+    }
 }
 
 /// A Gaussian-process prior over solutions: three ways to account for boundary conditions behind
@@ -41,16 +50,11 @@ impl<const D: usize> Prior<D> {
     pub fn constrained(problem: &Problem<D>, kernel: &dyn Kernel<D>) -> Result<Self, GpError> {
         let built = constraints(problem)?;
         check_smoothness(kernel, problem.equation())?;
-        let part = |feature: crate::constraint::Feature<D>| Part {
-            factor: feature.factor,
-            kernel: kernel.on_axes(&feature.axes),
-            axes: feature.axes,
-        };
         Ok(Self {
             domain: problem.domain().clone(),
             equation: problem.equation().clone(),
             mean: built.mean,
-            parts: built.features.into_iter().map(part).collect(),
+            parts: built.features.into_iter().map(|feature| Part::new(feature, kernel)).collect(),
             boundary: Vec::new(),
         })
     }
@@ -61,17 +65,12 @@ impl<const D: usize> Prior<D> {
     /// If the kernel is too rough for the equation.
     pub fn unconstrained(problem: &Problem<D>, kernel: &dyn Kernel<D>) -> Result<Self, GpError> {
         check_smoothness(kernel, problem.equation())?;
-        let part = |feature: crate::constraint::Feature<D>| Part {
-            factor: feature.factor,
-            kernel: kernel.on_axes(&feature.axes),
-            axes: feature.axes,
-        };
         let free = unconstrained();
         Ok(Self {
             domain: problem.domain().clone(),
             equation: problem.equation().clone(),
             mean: free.mean,
-            parts: free.features.into_iter().map(part).collect(),
+            parts: free.features.into_iter().map(|feature| Part::new(feature, kernel)).collect(),
             boundary: Vec::new(),
         })
     }
@@ -121,9 +120,10 @@ fn pseudo_observations<const D: usize>(
         conditions
             .extend(structure.lifts.into_iter().map(|lift| (axis, lift.functional, lift.data)));
     }
-    let edges = domain.cross_section().filter(|_| problem.boundary.is_some());
+    let edges = edge_lifts(problem);
     let share = |number: usize, of: usize| (points * (number + 1)) / of - (points * number) / of;
-    let all = conditions.len() + usize::from(edges.is_some());
+    let all = conditions.len() + edges.len() + usize::from(problem.boundary.is_some());
+    let faces = conditions.len();
     let mut groups = Vec::new();
     for (number, (axis, functional, data)) in conditions.into_iter().enumerate() {
         let places = domain.sample(share(number, all), random.random())?;
@@ -150,16 +150,42 @@ fn pseudo_observations<const D: usize>(
         };
         groups.push(group);
     }
-    if let Some((polygon, data)) = edges.zip(problem.boundary.as_ref()) {
+    for (number, (edge, lift)) in edges.into_iter().enumerate() {
+        let mut places = domain.sample(share(faces + number, all), random.random())?;
+        for point in &mut places {
+            let polygon = domain.cross_section().expect("edges belong to a polygon");
+            (point[0], point[1]) = polygon.on_edge(edge, random.random_range(0.0..1.0)).into();
+        }
+        let [nx, ny] = lift.outwards().map(|n| n * lift.slope);
+        let slope = nx * Derivative::along(0) + ny * Derivative::along(1);
+        let operator = match (lift.value, lift.slope) {
+            (value, 0.0) => value * Derivative::identity(),
+            (0.0, _) => slope,
+            (value, _) => value * Derivative::identity() + slope,
+        };
+        groups.push(pseudo(operator, places, lift.data()));
+    }
+    if let Some((polygon, data)) = domain.cross_section().zip(problem.boundary.as_ref()) {
         let mut places = domain.sample(share(all - 1, all), random.random())?;
         for point in &mut places {
             let edge = random.random_range(0..polygon.corners().len());
-            let on_edge = polygon.on_edge(edge, random.random_range(0.0..1.0));
-            (point[0], point[1]) = (on_edge[0], on_edge[1]);
+            (point[0], point[1]) = polygon.on_edge(edge, random.random_range(0.0..1.0)).into();
         }
         groups.push(pseudo(Operator::identity(), places, data));
     }
     Ok(groups)
+}
+
+/// The conditions on single edges of a polygon, with the edges' numbers.
+fn edge_lifts<const D: usize>(problem: &Problem<D>) -> Vec<(usize, EdgeLift<D>)> {
+    let Some(polygon) = problem.domain().cross_section() else { return Vec::new() };
+    let numbered = problem.edges.iter().zip(polygon.edges()).enumerate();
+    numbered
+        .filter_map(|(number, (condition, edge))| Some((number, condition.as_ref()?, edge)))
+        .flat_map(|(number, condition, edge)| {
+            EdgeLift::of(condition, edge).into_iter().map(move |lift| (number, lift))
+        })
+        .collect()
 }
 
 fn pseudo<const D: usize>(

@@ -14,6 +14,8 @@ pub struct Problem<const D: usize> {
     pub(crate) faces: [[Option<Condition<D>>; 2]; D],
     pub(crate) periodic: [Option<Periodicity>; D],
     pub(crate) boundary: Option<Field<D>>,
+    /// Conditions on the polygon's edges; empty without any.
+    pub(crate) edges: Vec<Option<Condition<D>>>,
 }
 
 impl<const D: usize> Problem<D> {
@@ -30,6 +32,7 @@ impl<const D: usize> Problem<D> {
             faces: std::array::from_fn(|_| [None, None]),
             periodic: [None; D],
             boundary: None,
+            edges: Vec::new(),
         })
     }
 
@@ -50,11 +53,7 @@ impl<const D: usize> Problem<D> {
         if place.is_some() || self.periodic[axis].is_some() {
             return Err(GpError::OverDetermined { face });
         }
-        if let Condition::Robin { slope_factor, .. } = condition
-            && (slope_factor == 0.0 || !slope_factor.is_finite())
-        {
-            return Err(GpError::DegenerateRobin { face, slope_factor });
-        }
+        check_robin(&condition, face)?;
         *place = Some(condition);
         Ok(self)
     }
@@ -72,7 +71,8 @@ impl<const D: usize> Problem<D> {
         Ok(self)
     }
 
-    /// Prescribes u on all edges of the polygon, as a function defined on the whole domain.
+    /// Prescribes u on all edges of the polygon, as a function defined on the whole domain. The mean
+    /// is then that function itself, smoother than what [`Problem::edge`] blends from several.
     ///
     /// # Errors
     /// If the domain has no polygon, or its boundary has values already.
@@ -80,10 +80,35 @@ impl<const D: usize> Problem<D> {
         if self.domain.cross_section().is_none() {
             return Err(GpError::NoPolygon);
         }
-        if self.boundary.is_some() {
+        if self.boundary.is_some() || !self.edges.is_empty() {
             return Err(GpError::OverDetermined { face: "the polygon".into() });
         }
         self.boundary = Some(value);
+        Ok(self)
+    }
+
+    /// Adds a condition on one edge of the polygon. Edge i runs from corner i of
+    /// [`crate::Polygon::corners`] to the next; derivatives are taken along its outward normal.
+    /// Functions are defined on the whole domain and count on the edge.
+    ///
+    /// Conditions hold exactly everywhere but at corners. Operators of second and higher order have no limit at
+    /// a corner, so keep collocation points off it.
+    ///
+    /// # Errors
+    /// If the domain has no polygon or no such edge, the edge has a condition already, or a Robin
+    /// condition has no slope.
+    pub fn edge(mut self, edge: usize, condition: Condition<D>) -> Result<Self, GpError> {
+        let edges = self.domain.cross_section().ok_or(GpError::NoPolygon)?.corners().len();
+        if edge >= edges {
+            return Err(GpError::UnknownEdge { edge, edges });
+        }
+        let face = format!("edge {edge} of the polygon");
+        self.edges.resize(edges, None);
+        if self.boundary.is_some() || self.edges[edge].is_some() {
+            return Err(GpError::OverDetermined { face });
+        }
+        check_robin(&condition, face)?;
+        self.edges[edge] = Some(condition);
         Ok(self)
     }
 
@@ -109,6 +134,17 @@ impl<const D: usize> Problem<D> {
             return Err(GpError::PolygonFace { face: name.into() });
         }
         Ok(axis)
+    }
+}
+
+fn check_robin<const D: usize>(condition: &Condition<D>, face: String) -> Result<(), GpError> {
+    match *condition {
+        Condition::Robin { slope_factor, .. }
+            if slope_factor == 0.0 || !slope_factor.is_finite() =>
+        {
+            Err(GpError::DegenerateRobin { face, slope_factor })
+        }
+        _ => Ok(()),
     }
 }
 

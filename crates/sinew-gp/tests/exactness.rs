@@ -45,6 +45,22 @@ fn plate() -> Problem<2> {
     )
 }
 
+/// A membrane on a pentagon, held, insulated and sprung by turns.
+fn membrane() -> Problem<2> {
+    let corners = [[0.0, 0.0], [2.0, 0.1], [2.3, 1.4], [1.0, 2.0], [-0.4, 1.1]];
+    let domain = must(Domain::polygon(["x", "y"], &corners));
+    let [dx, dy] = domain.derivatives();
+    let theta = must(Parameter::new("theta", [0.1, 10.0]));
+    let spring = || Condition::Robin { value_factor: 1.0, slope_factor: 0.7, data: constant(0.2) };
+    must(
+        Problem::new(domain, &theta * dx * dx + dy * dy)
+            .and_then(|p| p.edge(0, Condition::Dirichlet(constant(0.0))))
+            .and_then(|p| p.edge(1, Condition::Neumann(constant(0.0))))
+            .and_then(|p| p.edge(2, spring()))
+            .and_then(|p| p.edge(3, spring())),
+    )
+}
+
 /// u_t + c u_x = 0 around a ring.
 fn ring(periodicity: Periodicity) -> Problem<2> {
     let domain = must(Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.0, 1.0])]));
@@ -71,7 +87,7 @@ fn by_series<const D: usize>(
     for (feature, values) in must(constraints(problem)).features.iter().zip(parameters) {
         let (amplitude, rest) = values.split_first().unwrap();
         let numbers: Vec<Series> = rest.iter().map(|v| x[0].constant(*v)).collect();
-        let latent = kernel.on_axes(&feature.axes).formula(&numbers, &x, &y);
+        let latent = feature.kernel(kernel).formula(&numbers, &x, &y);
         let factors = feature.factor.at(x.clone()) * feature.factor.at(y.clone());
         sum = sum + factors * latent * (amplitude * amplitude);
     }
@@ -116,7 +132,7 @@ fn disagreement<const D: usize>(problem: Problem<D>, kernel: &dyn Kernel<D>, the
         .features
         .iter()
         .map(|feature| {
-            let count = 1 + kernel.on_axes(&feature.axes).hyperparameters().len();
+            let count = 1 + feature.kernel(kernel).hyperparameters().len();
             let values = model.parameters()[offset..offset + count]
                 .iter()
                 .zip(&parameters[offset..offset + count])
@@ -152,6 +168,8 @@ fn covariances_equal_nested_jets() {
     assert!(of_two < TOLERANCE, "orders 2 + 2: {of_two:e}");
     let of_four = disagreement(plate(), &SquaredExponential::new(), 0.7);
     assert!(of_four < TOLERANCE, "orders 4 + 4: {of_four:e}");
+    let traces = disagreement(membrane(), &SquaredExponential::new(), 1.3);
+    assert!(traces < TOLERANCE, "traces on edges: {traces:e}");
     let rational = disagreement(plate(), &RationalQuadratic::new(), 0.7);
     assert!(rational < TOLERANCE, "rational quadratic, orders 4 + 4: {rational:e}");
 }
@@ -222,6 +240,9 @@ fn evidence_gradients_equal_differences() {
         let problem = heat();
         let prior = must(Prior::penalised(&problem, &SquaredExponential::new(), 9, 4));
         check_gradient(&problem, prior, evidence, "penalised");
+        let problem = membrane();
+        let prior = must(Prior::constrained(&problem, &SquaredExponential::new()));
+        check_gradient(&problem, prior, evidence, "membrane");
         for periodicity in [Periodicity::Value, Periodicity::ValueAndSlope] {
             let problem = ring(periodicity);
             let prior = must(Prior::penalised(&problem, &SquaredExponential::new(), 9, 4));

@@ -265,7 +265,7 @@ fn fault<const D: usize>(
 mod tests {
     use super::*;
     use crate::kernel::{
-        Linear, Matern, Measure, Periodic, Product, RationalQuadratic, Scaled, Smoothness,
+        Along, Linear, Matern, Measure, Periodic, Product, RationalQuadratic, Scaled, Smoothness,
         SquaredExponential, Sum,
     };
 
@@ -287,6 +287,8 @@ mod tests {
                 Scaled::new(RationalQuadratic::new()),
             )),
             Box::new(Sum::new(Linear::new(), Periodic::new(1, 0.9))),
+            Box::new(Along::new(&SquaredExponential::new(), [0.6, 0.8], &[0, 1])),
+            Box::new(Along::new(&Linear::new(), [0.6, -0.8], &[0, 1])),
         ];
         for kernel in &kernels {
             let values: Vec<f64> = kernel

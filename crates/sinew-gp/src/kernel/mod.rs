@@ -1,5 +1,6 @@
 //! Covariance functions, with the derivatives that operators take of them.
 
+mod along;
 mod axes;
 mod check;
 mod linear;
@@ -17,6 +18,7 @@ use std::fmt::Debug;
 
 use sinew_num::Series;
 
+pub(crate) use along::Along;
 pub use check::{KernelFault, check_kernel};
 pub use linear::Linear;
 pub use matern::{Matern, Smoothness};

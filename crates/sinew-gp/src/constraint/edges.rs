@@ -1,0 +1,517 @@
+//! Conditions on the edges of a polygon, one by one.
+//!
+//! Functions Pₑ that satisfy the condition of one edge each are blended to Σ Wₑ Pₑ with
+//! Wₑ = Π_{j≠e} ωⱼ² / Σₖ Π_{j≠k} ωⱼ² (Rvachev, Sheiko, Shapiro & Tsukanov 2001, *Transfinite
+//! interpolation over implicitly defined sets*): on edge e that has value and slope of Pₑ. Next to a
+//! Neumann or Robin edge Pₑ is a free trace, a function of the position along the edge alone, whose
+//! normal derivative vanishes exactly because the edge is straight. What remains, the bubble,
+//! vanishes once on Dirichlet edges and twice on others.
+//!
+//! At a corner all Pₑ share value and gradient, so that their blend is once differentiable there: what
+//! the two conditions leave free of these three numbers is a feature of its own.
+
+use std::sync::Arc;
+
+use faer::Mat;
+use sinew_num::Series;
+
+use super::corners::{differ, magnitude};
+use crate::condition::Condition;
+use crate::domain::Domain;
+use crate::edge::Edge;
+use crate::error::GpError;
+use crate::field::{Field, field};
+use crate::polygon::{Polygon, products_of_others};
+use crate::problem::Problem;
+
+/// What a latent function depends on in the plane of the polygon.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Span {
+    Everything,
+    Direction([f64; 2]),
+    Nothing,
+}
+
+/// A factor in the plane of the polygon.
+#[derive(Clone, Debug)]
+pub(super) struct Plane<const D: usize> {
+    /// Nothing for one.
+    pub factor: Option<Field<D>>,
+    pub span: Span,
+}
+
+/// a u + b ∂u/∂n = data on an edge, n pointing outwards.
+#[derive(Clone, Debug)]
+pub(crate) struct EdgeLift<const D: usize> {
+    pub value: f64,
+    pub slope: f64,
+    data: Field<D>,
+    edge: Edge,
+}
+
+/// The derivative of `function` along a direction in the plane.
+fn along<const D: usize>(function: &Field<D>, [dx, dy]: [f64; 2], x: &[Series; D]) -> Series {
+    let mut lifted = x.each_ref().map(|coordinate| coordinate.lifted(1));
+    let step = lifted[0].shifted_last_variable(0.0);
+    lifted[0] = &lifted[0] + &step * dx;
+    lifted[1] = &lifted[1] + &step * dy;
+    // A function that ignores all coordinates may come back as a plain constant.
+    (step.constant(0.0) + function.at(lifted)).last_derivative(1)
+}
+
+impl<const D: usize> EdgeLift<D> {
+    /// All of a condition.
+    pub fn of(condition: &Condition<D>, edge: &Edge) -> Vec<Self> {
+        let lift = |value, slope, data: &Field<D>| Self {
+            value,
+            slope,
+            data: data.clone(),
+            edge: edge.clone(),
+        };
+        match condition {
+            Condition::Dirichlet(value) => vec![lift(1.0, 0.0, value)],
+            Condition::Neumann(slope) => vec![lift(0.0, 1.0, slope)],
+            Condition::Cauchy { value, slope } => {
+                vec![lift(1.0, 0.0, value), lift(0.0, 1.0, slope)]
+            }
+            Condition::Robin { value_factor, slope_factor, data } => {
+                vec![lift(*value_factor, *slope_factor, data)]
+            }
+        }
+    }
+
+    pub fn data(&self) -> &Field<D> {
+        &self.data
+    }
+
+    /// Outward normal.
+    pub fn outwards(&self) -> [f64; 2] {
+        self.edge.normal.map(|n| -n)
+    }
+
+    /// a u + b ∂u/∂n of a function, at `x` on the edge.
+    pub fn apply(&self, function: &Field<D>, x: &[Series; D]) -> Series {
+        let mut sum = x[0].constant(0.0);
+        if self.value != 0.0 {
+            sum = sum + function.at(x.clone()) * self.value;
+        }
+        if self.slope != 0.0 {
+            sum = sum + along(function, self.outwards(), x) * self.slope;
+        }
+        sum
+    }
+}
+
+/// Value and gradient at a corner.
+type Jet = [Series; 3];
+
+/// One row of a corner's equations a · (u, size ∇u) = right-hand side, of unit length.
+#[derive(Clone, Debug)]
+struct Row<const D: usize> {
+    coefficients: [f64; 3],
+    factor: f64,
+    data: Field<D>,
+    /// Nothing for the data itself, else along this direction.
+    derivative: Option<[f64; 2]>,
+}
+
+/// A corner between two edges with conditions.
+#[derive(Clone, Debug)]
+struct Corner<const D: usize> {
+    place: [f64; 2],
+    rows: Vec<Row<D>>,
+    /// Pseudo-inverse of the equations: 3 × rows.
+    inverse: Mat<f64>,
+    /// What the equations leave free of (u, size ∇u).
+    free: Vec<[f64; 3]>,
+    size: f64,
+}
+
+/// Singular values below it count as zero.
+const RANK_TOLERANCE: f64 = 1e-8;
+
+impl<const D: usize> Corner<D> {
+    fn new(place: [f64; 2], size: f64, lifts: impl Iterator<Item = EdgeLift<D>>) -> Self {
+        let mut rows = Vec::new();
+        for lift in lifts {
+            let [nx, ny] = lift.outwards().map(|n| n * lift.slope / size);
+            let mut add = |coefficients: [f64; 3], scale: f64, derivative| {
+                let length = coefficients.iter().map(|c| c * c).sum::<f64>().sqrt();
+                rows.push(Row {
+                    coefficients: coefficients.map(|c| c / length),
+                    factor: scale / length,
+                    data: lift.data.clone(),
+                    derivative,
+                });
+            };
+            add([lift.value, nx, ny], 1.0, None);
+            if lift.slope == 0.0 {
+                let tangent = lift.edge.tangent;
+                add([0.0, lift.value * tangent[0], lift.value * tangent[1]], size, Some(tangent));
+            }
+        }
+        // Zero rows make it at least square, so that all right singular vectors are there.
+        let matrix = Mat::from_fn(rows.len().max(3), 3, |i, j| {
+            rows.get(i).map_or(0.0, |row: &Row<D>| row.coefficients[j])
+        });
+        let mut corner = Self { place, rows, inverse: Mat::zeros(3, 0), free: Vec::new(), size };
+        corner.inverse = Mat::zeros(3, corner.rows.len());
+        // An SVD of three columns of finite numbers always converges.
+        if let Ok(svd) = matrix.svd() {
+            let (u, s, v) = (svd.U(), svd.S().column_vector(), svd.V());
+            for mode in 0..3 {
+                if s[mode] > RANK_TOLERANCE {
+                    for i in 0..3 {
+                        for (j, _) in corner.rows.iter().enumerate() {
+                            corner.inverse[(i, j)] += v[(i, mode)] * u[(j, mode)] / s[mode];
+                        }
+                    }
+                } else {
+                    corner.free.push(std::array::from_fn(|i| v[(i, mode)]));
+                }
+            }
+        }
+        corner
+    }
+
+    /// The rows' right-hand sides, with the other coordinates from `x`.
+    fn data(&self, x: &[Series; D]) -> Vec<Series> {
+        let mut at = x.clone();
+        at[0] = x[0].constant(self.place[0]);
+        at[1] = x[1].constant(self.place[1]);
+        let data = |row: &Row<D>| {
+            let data = match row.derivative {
+                None => row.data.at(at.clone()),
+                Some(direction) => along(&row.data, direction, &at),
+            };
+            data * row.factor
+        };
+        self.rows.iter().map(data).collect()
+    }
+
+    /// The least jet that the conditions imply.
+    fn jet(&self, x: &[Series; D]) -> Jet {
+        let data = self.data(x);
+        std::array::from_fn(|i| {
+            let scale = if i == 0 { 1.0 } else { 1.0 / self.size };
+            data.iter().enumerate().fold(x[0].constant(0.0), |sum, (j, value)| {
+                sum + value * (scale * self.inverse[(i, j)])
+            })
+        })
+    }
+
+    fn check(&self, domain: &Domain<D>) -> Result<(), GpError> {
+        let size: f64 = self.rows.iter().map(|r| r.factor * magnitude(&r.data, domain)).sum();
+        for fraction in [0.5, 0.11, 0.83, 0.0, 1.0] {
+            let x = Series::plain(std::array::from_fn(|d| {
+                domain.lower()[d] + fraction * domain.extents()[d]
+            }));
+            let asked: Vec<f64> = self.data(&x).iter().map(Series::value).collect();
+            let jet = self.jet(&x).map(|number| number.value());
+            let solution = [jet[0], jet[1] * self.size, jet[2] * self.size];
+            for (row, asked) in self.rows.iter().zip(&asked) {
+                let implied: f64 = row.coefficients.iter().zip(solution).map(|(c, s)| c * s).sum();
+                if differ(implied, *asked, size) {
+                    let [x, y] = self.place;
+                    let [first, second] = domain.names().first_chunk().expect("two axes");
+                    let corner = format!("{first} = {x}, {second} = {y}");
+                    let (first, second) = (implied / row.factor, asked / row.factor);
+                    return Err(GpError::ConflictingCorner { corner, first, second });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// An edge with its condition.
+#[derive(Clone, Debug)]
+struct Conditioned<const D: usize> {
+    number: usize,
+    edge: Edge,
+    condition: Condition<D>,
+    /// Whether start and end are corners to conditioned edges.
+    joined: [bool; 2],
+}
+
+impl<const D: usize> Conditioned<D> {
+    /// Shapes along the edge of value one and of slope one at an end, zero at the other.
+    fn shapes(&self, s: &Series) -> [[Series; 2]; 2] {
+        let (one, length) = (s.constant(1.0), self.edge.length);
+        let rest = &one - s;
+        match self.joined {
+            [true, true] => {
+                let late = s.squared() * (s * -2.0 + 3.0);
+                let early = &one - &late;
+                [[early, s * &rest.squared() * length], [late, s.squared() * &rest * -length]]
+            }
+            _ => [[one.clone(), s * length], [one, &rest * -length]],
+        }
+    }
+
+    /// Pₑ for jets at its joined ends, with the condition's data or with zeros in their place.
+    fn function(&self, x: &[Series; D], jets: &[Option<Jet>; 2], data: bool) -> Series {
+        let (f, s) = (self.edge.height(&x[0], &x[1]), self.edge.fraction(&x[0], &x[1]));
+        let shapes = self.shapes(&s);
+        let zero = || x[0].constant(0.0);
+        let normal = self.edge.normal;
+        let dot = |jet: &Jet, [a, b]: [f64; 2]| &jet[1] * a + &jet[2] * b;
+        let ends = || {
+            jets.iter()
+                .zip(&shapes)
+                .enumerate()
+                .filter_map(|(end, (jet, shape))| jet.as_ref().map(|jet| (end, jet, shape)))
+        };
+        match &self.condition {
+            Condition::Dirichlet(value) => {
+                let start = if data { zero() + value.at(x.clone()) } else { zero() };
+                ends().fold(start, |sum, (end, jet, [at, _])| {
+                    let mut missing = dot(jet, normal);
+                    if data {
+                        missing = missing - along(value, normal, &self.end(end, x));
+                    }
+                    sum + &f * at * missing
+                })
+            }
+            Condition::Neumann(slope) => {
+                let sum = self.trace(&shapes, jets, x);
+                if data { sum - &f * slope.at(x.clone()) } else { sum }
+            }
+            Condition::Robin { value_factor: a, slope_factor: b, data: c } => {
+                let sum = self.trace(&shapes, jets, x) * (&f * (a / b) + 1.0);
+                if data { sum - &f * c.at(x.clone()) / *b } else { sum }
+            }
+            Condition::Cauchy { value, slope } if data => {
+                let missing = slope.at(x.clone()) + along(value, normal, x);
+                value.at(x.clone()) - f * missing
+            }
+            Condition::Cauchy { .. } => zero(),
+        }
+    }
+
+    /// The trace with the values and slopes of the jets at the ends.
+    fn trace(&self, shapes: &[[Series; 2]; 2], jets: &[Option<Jet>; 2], x: &[Series; D]) -> Series {
+        let [tx, ty] = self.edge.tangent;
+        jets.iter().zip(shapes).fold(x[0].constant(0.0), |sum, (jet, [value, slope])| match jet {
+            Some([u, ux, uy]) => sum + value * u + slope * &(ux * tx + uy * ty),
+            None => sum,
+        })
+    }
+
+    /// What a free trace is multiplied by, if the condition leaves one.
+    fn free_trace(&self, x: &[Series; D]) -> Option<Series> {
+        let ratio = match &self.condition {
+            Condition::Neumann(_) => 0.0,
+            Condition::Robin { value_factor, slope_factor, .. } => value_factor / slope_factor,
+            Condition::Dirichlet(_) | Condition::Cauchy { .. } => return None,
+        };
+        let (f, s) = (self.edge.height(&x[0], &x[1]), self.edge.fraction(&x[0], &x[1]));
+        let rest = s.constant(1.0) - &s;
+        let start = f * ratio + 1.0;
+        let ends = [s, rest].into_iter().zip(self.joined);
+        Some(ends.filter(|(_, joined)| *joined).fold(start, |p, (end, _)| p * end.squared()))
+    }
+
+    fn end(&self, end: usize, x: &[Series; D]) -> [Series; D] {
+        let mut at = x.clone();
+        for d in 0..2 {
+            let corner = self.edge.start[d] + end as f64 * self.edge.length * self.edge.tangent[d];
+            at[d] = x[d].constant(corner);
+        }
+        at
+    }
+}
+
+/// The conditions on a polygon's edges.
+#[derive(Clone, Debug)]
+pub(super) struct Edges<const D: usize> {
+    /// The same function on all edges, which needs no blending.
+    boundary: Option<Field<D>>,
+    inner: Option<Arc<Blend<D>>>,
+    polygon: Option<Polygon>,
+}
+
+#[derive(Debug)]
+struct Blend<const D: usize> {
+    polygon: Polygon,
+    edges: Vec<Conditioned<D>>,
+    /// For each corner of the polygon, its equations if both edges have conditions.
+    corners: Vec<Option<Corner<D>>>,
+}
+
+impl<const D: usize> Edges<D> {
+    pub fn new(problem: &Problem<D>) -> Self {
+        let polygon = problem.domain().cross_section().cloned();
+        let inner = polygon
+            .as_ref()
+            .filter(|_| problem.edges.iter().any(Option::is_some))
+            .map(|polygon| Arc::new(Blend::new(polygon.clone(), &problem.edges)));
+        Self { boundary: problem.boundary.clone(), inner, polygon }
+    }
+
+    /// Conditions on one edge.
+    pub fn lifts(&self, edge: usize) -> Vec<EdgeLift<D>> {
+        if let (Some(value), Some(polygon)) = (&self.boundary, &self.polygon) {
+            return EdgeLift::of(&Condition::Dirichlet(value.clone()), &polygon.edges()[edge]);
+        }
+        let of = |own: &Conditioned<D>| EdgeLift::of(&own.condition, &own.edge);
+        let edges = self.inner.iter().flat_map(|blend| &blend.edges);
+        edges.filter(|own| own.number == edge).flat_map(of).collect()
+    }
+
+    pub fn check_corners(&self, domain: &Domain<D>) -> Result<(), GpError> {
+        let mut corners = self.inner.iter().flat_map(|blend| blend.corners.iter().flatten());
+        corners.try_for_each(|corner| corner.check(domain))
+    }
+
+    /// A function that satisfies the conditions on the edges.
+    pub fn mean(&self) -> Field<D> {
+        match (&self.boundary, &self.inner) {
+            (Some(value), _) => value.clone(),
+            (None, None) => Field::zero(),
+            (None, Some(blend)) => blend.clone().mean(),
+        }
+    }
+
+    /// The factors that features have in the plane.
+    pub fn planes(&self) -> Vec<Plane<D>> {
+        let everything = |factor| Plane { factor, span: Span::Everything };
+        match (&self.boundary, &self.inner, &self.polygon) {
+            (Some(_), _, Some(polygon)) => {
+                let polygon = polygon.clone();
+                let factor = field(move |x: [Series; D]| polygon.feature(&x[0], &x[1]));
+                vec![everything(Some(factor))]
+            }
+            (None, Some(blend), _) => blend.clone().planes(),
+            _ => vec![everything(None)],
+        }
+    }
+}
+
+impl<const D: usize> Blend<D> {
+    fn new(polygon: Polygon, conditions: &[Option<Condition<D>>]) -> Self {
+        let count = conditions.len();
+        let has = |edge: usize| conditions[edge % count].is_some();
+        let edges = (0..count)
+            .filter_map(|number| {
+                let condition = conditions[number].clone()?;
+                let joined = [has(number + count - 1), has(number + 1)];
+                Some(Conditioned {
+                    number,
+                    edge: polygon.edges()[number].clone(),
+                    condition,
+                    joined,
+                })
+            })
+            .collect();
+        let corners = (0..count)
+            .map(|number| {
+                let before = (number + count - 1) % count;
+                let (first, second) = (conditions[before].as_ref()?, conditions[number].as_ref()?);
+                let first = EdgeLift::of(first, &polygon.edges()[before]);
+                let second = EdgeLift::of(second, &polygon.edges()[number]);
+                let lifts = first.into_iter().chain(second);
+                Some(Corner::new(polygon.corners()[number], polygon.size(), lifts))
+            })
+            .collect();
+        Self { polygon, edges, corners }
+    }
+
+    /// All Wₑ.
+    fn weights(&self, x: &Series, y: &Series) -> Vec<Series> {
+        let size = self.polygon.size();
+        let distances: Vec<Series> = self
+            .edges
+            .iter()
+            .map(|own| (self.polygon.edge_distance(own.number, x, y) / size).squared())
+            .collect();
+        let others = products_of_others(&distances, 1);
+        let sum = others.iter().fold(x.constant(0.0), |sum, other| sum + other);
+        if sum.value() == 0.0 {
+            // At a corner any shares will do, but derivatives do not exist.
+            let singular = distances.iter().fold(x.constant(1.0), |p, d| p * d).squared().sqrt();
+            let count = self.edges.len() as f64;
+            return distances.iter().map(|_| &singular + 1.0 / count).collect();
+        }
+        others.iter().map(|other| other / &sum).collect()
+    }
+
+    fn mean(self: Arc<Self>) -> Field<D> {
+        field(move |x: [Series; D]| {
+            let weights = self.weights(&x[0], &x[1]);
+            let jets: Vec<Option<Jet>> =
+                self.corners.iter().map(|corner| corner.as_ref().map(|c| c.jet(&x))).collect();
+            self.edges.iter().zip(weights).fold(x[0].constant(0.0), |sum, (own, weight)| {
+                let next = (own.number + 1) % jets.len();
+                let ends = [jets[own.number].clone(), jets[next].clone()];
+                sum + weight * own.function(&x, &ends, true)
+            })
+        })
+    }
+
+    fn planes(self: Arc<Self>) -> Vec<Plane<D>> {
+        let bubble = self.clone().normalised(|blend, x| blend.bubble(&x[0], &x[1]));
+        let mut planes = vec![Plane { factor: Some(bubble), span: Span::Everything }];
+        for position in 0..self.edges.len() {
+            let own = &self.edges[position];
+            if matches!(own.condition, Condition::Neumann(_) | Condition::Robin { .. }) {
+                let factor = self.clone().normalised(move |blend, x| {
+                    let weight = blend.weights(&x[0], &x[1]).swap_remove(position);
+                    let trace = blend.edges[position].free_trace(x);
+                    trace.map_or_else(|| x[0].constant(0.0), |trace| weight * trace)
+                });
+                planes
+                    .push(Plane { factor: Some(factor), span: Span::Direction(own.edge.tangent) });
+            }
+        }
+        for number in 0..self.corners.len() {
+            let free = self.corners[number].as_ref().map_or(0, |corner| corner.free.len());
+            for mode in 0..free {
+                let factor = self.clone().normalised(move |blend, x| blend.corner(number, mode, x));
+                planes.push(Plane { factor: Some(factor), span: Span::Nothing });
+            }
+        }
+        planes
+    }
+
+    /// What one free number of a corner adds.
+    fn corner(&self, number: usize, mode: usize, x: &[Series; D]) -> Series {
+        let Some(corner) = &self.corners[number] else { return x[0].constant(0.0) };
+        let [u, ux, uy] = corner.free[mode];
+        let jet = [u, ux / corner.size, uy / corner.size].map(|value| x[0].constant(value));
+        let weights = self.weights(&x[0], &x[1]);
+        self.edges.iter().zip(weights).fold(x[0].constant(0.0), |sum, (own, weight)| {
+            let ends = [own.number, (own.number + 1) % self.corners.len()];
+            if !ends.contains(&number) {
+                return sum;
+            }
+            let jets = ends.map(|end| (end == number).then(|| jet.clone()));
+            sum + weight * own.function(x, &jets, false)
+        })
+    }
+
+    /// Vanishes on each edge as often as its condition asks.
+    fn bubble(&self, x: &Series, y: &Series) -> Series {
+        let level = |contact: usize| -> Vec<usize> {
+            let edges = self.edges.iter().filter(|own| own.condition.contact() >= contact);
+            edges.map(|own| own.number).collect()
+        };
+        [level(1), level(2)]
+            .iter()
+            .filter(|edges| !edges.is_empty())
+            .fold(x.constant(1.0), |product, edges| product * self.polygon.feature_of(edges, x, y))
+    }
+
+    /// Scaled to size one.
+    fn normalised(
+        self: Arc<Self>,
+        factor: impl Fn(&Self, &[Series; D]) -> Series + Send + Sync + 'static,
+    ) -> Field<D> {
+        let most = self.polygon.largest(|x, y| {
+            let mut at: [Series; D] = std::array::from_fn(|_| x.constant(0.0));
+            (at[0], at[1]) = (x.clone(), y.clone());
+            factor(&self, &at).value().abs()
+        });
+        field(move |x: [Series; D]| factor(&self, &x) / most)
+    }
+}

@@ -1,0 +1,176 @@
+//! From boundary conditions to the mean and the features of a prior that satisfies them.
+
+mod corners;
+mod edges;
+#[cfg(test)]
+mod tests;
+
+use sinew_num::Series;
+
+use crate::domain::{Domain, Side};
+use crate::error::GpError;
+use crate::field::{Field, field};
+use crate::kernel::{Along, Kernel};
+use crate::problem::Problem;
+use crate::structure::{AxisStructure, Bubble, Lift, Shape};
+
+use corners::check_corners;
+pub(crate) use edges::EdgeLift;
+use edges::{Edges, Plane, Span};
+
+/// A summand φ(x) φ(x′) k(x, x′) of a constrained kernel.
+#[derive(Clone, Debug)]
+pub struct Feature<const D: usize> {
+    /// The factor φ, of size one.
+    pub factor: Field<D>,
+    /// The axes that k depends on; none for a constant that is integrated out (4.54).
+    pub axes: Vec<usize>,
+    /// The direction in the plane of the first two axes of which alone k depends on there: for
+    /// traces on an edge of a polygon, along it.
+    pub direction: Option<[f64; 2]>,
+}
+
+impl<const D: usize> Feature<D> {
+    /// `kernel` as a function of what k depends on.
+    pub fn kernel(&self, kernel: &dyn Kernel<D>) -> Box<dyn Kernel<D>> {
+        match self.direction {
+            Some(direction) => Box::new(Along::new(kernel, direction, &self.axes)),
+            None => kernel.on_axes(&self.axes),
+        }
+    }
+}
+
+/// Mean and features such that every function m + Σ φ zₚ satisfies all conditions, whatever the zₚ.
+#[derive(Clone, Debug)]
+pub struct Constraints<const D: usize> {
+    /// A function that satisfies the conditions (Algorithm 3, and its like for other conditions).
+    pub mean: Field<D>,
+    /// Summands of the kernel.
+    pub features: Vec<Feature<D>>,
+}
+
+/// One factor of a feature.
+#[derive(Clone, Debug)]
+enum Factor {
+    Bubble(usize, Bubble),
+    Trace(usize, Shape),
+}
+
+/// No conditions at all: zero mean and one kernel on all axes.
+pub(crate) fn unconstrained<const D: usize>() -> Constraints<D> {
+    let feature =
+        Feature { factor: crate::field::constant(1.0), axes: (0..D).collect(), direction: None };
+    Constraints { mean: Field::zero(), features: vec![feature] }
+}
+
+/// The constrained mean and features of a problem (§4.4, §4.7).
+///
+/// # Errors
+/// If conditions of two faces conflict where these meet.
+pub fn constraints<const D: usize>(problem: &Problem<D>) -> Result<Constraints<D>, GpError> {
+    let structures: [AxisStructure<D>; D] = std::array::from_fn(|axis| {
+        AxisStructure::new(
+            ends(problem.domain(), axis),
+            &problem.faces[axis],
+            problem.periodic[axis],
+        )
+    });
+    let edges = Edges::new(problem);
+    check_corners(problem, &structures, &edges)?;
+    Ok(Constraints {
+        mean: mean(problem, &structures, edges.mean()),
+        features: features(&structures, edges.planes()),
+    })
+}
+
+fn ends<const D: usize>(domain: &Domain<D>, axis: usize) -> [f64; 2] {
+    Side::BOTH.map(|side| domain.end(axis, side))
+}
+
+/// Axis by axis, the part of the conditions that the mean so far misses is added (Algorithm 3).
+fn mean<const D: usize>(
+    problem: &Problem<D>,
+    structures: &[AxisStructure<D>; D],
+    start: Field<D>,
+) -> Field<D> {
+    let mut mean = start;
+    for (axis, structure) in structures.iter().enumerate() {
+        let ends = ends(problem.domain(), axis);
+        // A zero mean misses nothing of a homogeneous condition.
+        let lifts: Vec<Lift<D>> = structure
+            .lifts
+            .iter()
+            .filter(|lift| !(mean.is_zero() && lift.data.is_zero()))
+            .cloned()
+            .collect();
+        if lifts.is_empty() {
+            continue;
+        }
+        let before = mean;
+        mean = field(move |x: [Series; D]| {
+            lifts.iter().fold(before.at(x.clone()), |sum, lift| {
+                let mut face = x.clone();
+                face[axis] = x[axis].constant(ends[lift.functional.side().index()]);
+                let missed = lift.data.at(face) - lift.functional.apply(&before, axis, ends, &x);
+                sum + lift.shape.at(&x[axis]) * missed
+            })
+        });
+    }
+    mean
+}
+
+/// All products of one factor per axis: its bubble, with the kernel acting along the axis, or one
+/// of its traces; with a polygon, the first two axes count as one.
+fn features<const D: usize>(
+    structures: &[AxisStructure<D>; D],
+    planes: Vec<Plane<D>>,
+) -> Vec<Feature<D>> {
+    let mut products: Vec<Vec<Factor>> = vec![Vec::new()];
+    for (axis, structure) in structures.iter().enumerate() {
+        let bubble = Factor::Bubble(axis, structure.bubble.clone());
+        let traces = structure.traces.iter().map(|shape| Factor::Trace(axis, shape.clone()));
+        let choices: Vec<Factor> = std::iter::once(bubble).chain(traces).collect();
+        products = products
+            .iter()
+            .flat_map(|product| {
+                choices
+                    .iter()
+                    .map(|choice| [product.as_slice(), std::slice::from_ref(choice)].concat())
+            })
+            .collect();
+    }
+    planes
+        .into_iter()
+        .flat_map(|plane| {
+            products.iter().map(move |factors| product(plane.clone(), factors.clone()))
+        })
+        .collect()
+}
+
+fn product<const D: usize>(plane: Plane<D>, factors: Vec<Factor>) -> Feature<D> {
+    let free = |axis: usize| axis >= 2 || plane.span != Span::Nothing;
+    let axes = factors
+        .iter()
+        .filter_map(|factor| match factor {
+            Factor::Bubble(axis, _) => Some(*axis),
+            Factor::Trace(..) => None,
+        })
+        .filter(|axis| free(*axis))
+        .collect();
+    let direction = match plane.span {
+        Span::Direction(direction) => Some(direction),
+        Span::Everything | Span::Nothing => None,
+    };
+    let factor = field(move |x: [Series; D]| {
+        let start = match &plane.factor {
+            Some(factor) => factor.at(x.clone()),
+            None => x[0].constant(1.0),
+        };
+        factors.iter().fold(start, |product, factor| match factor {
+            Factor::Bubble(_, bubble) if bubble.is_constant() => product,
+            Factor::Bubble(axis, bubble) => product * bubble.at(&x[*axis]),
+            Factor::Trace(axis, shape) => product * shape.at(&x[*axis]),
+        })
+    });
+    Feature { factor, axes, direction }
+}

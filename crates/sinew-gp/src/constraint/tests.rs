@@ -1,0 +1,375 @@
+//! Every condition holds for whatever is drawn; conflicts are named.
+
+use std::f64::consts::PI;
+
+use super::*;
+use crate::Composition;
+use crate::condition::{Condition, Periodicity};
+use crate::field::constant;
+use crate::operator::Derivative;
+
+/// A smooth function without symmetries, standing for the latent functions of a prior.
+fn wild<const D: usize>(number: usize, axes: &[usize]) -> Field<D> {
+    let axes = axes.to_vec();
+    field(move |x: [Series; D]| {
+        axes.iter().fold(x[0].constant(1.3), |sum, d| {
+            sum * 0.7 + (&x[*d] * (1.7 + 0.3 * (*d + number) as f64) + 0.4).sin()
+        })
+    })
+}
+
+/// Mean and features, each times a function of its axes.
+fn draw<const D: usize>(problem: &Problem<D>) -> Field<D> {
+    sum(constraints(problem).unwrap())
+}
+
+fn sum<const D: usize>(Constraints { mean, features }: Constraints<D>) -> Field<D> {
+    field(move |x: [Series; D]| {
+        features.iter().enumerate().fold(mean.at(x.clone()), |sum, (number, feature)| {
+            let mut at = x.clone();
+            if let Some([tx, ty]) = feature.direction {
+                (at[0], at[1]) = (&x[0] * tx + &x[1] * ty, x[0].constant(0.0));
+            }
+            let latent = wild(number, &feature.axes).at(at);
+            sum + feature.factor.at(x.clone()) * latent
+        })
+    })
+}
+
+/// How far a drawn function misses the conditions, over points of all faces.
+fn miss<const D: usize>(problem: &Problem<D>) -> f64 {
+    let drawn = draw(problem);
+    let mut most = 0.0_f64;
+    for axis in 0..D {
+        let ends = ends(problem.domain(), axis);
+        let structure = AxisStructure::new(ends, &problem.faces[axis], problem.periodic[axis]);
+        for point in problem.domain().sample(20, 5).unwrap() {
+            for lift in &structure.lifts {
+                let x = Series::plain(point);
+                let value = lift.functional.apply(&drawn, axis, ends, &x).value();
+                let mut point = point;
+                point[axis] = problem.domain().end(axis, lift.functional.side());
+                most = most.max((value - lift.data.value(point)).abs());
+            }
+        }
+    }
+    most
+}
+
+/// Conditions hold up to rounding.
+const TOLERANCE: f64 = 1e-9;
+
+fn square(names: [&str; 2]) -> Domain<2> {
+    Domain::cuboid([(names[0], [0.0, PI]), (names[1], [0.0, 1.0])]).unwrap()
+}
+
+#[test]
+fn wave_with_insulated_ends_has_the_features_of_4_71() {
+    let domain = square(["x", "t"]);
+    let [dx, dt] = domain.derivatives();
+    let problem = Problem::new(domain, dt * dt - dx * dx)
+        .and_then(|p| p.condition("x", Side::Lower, Condition::Neumann(constant(0.0))))
+        .and_then(|p| p.condition("x", Side::Upper, Condition::Neumann(constant(0.0))))
+        .and_then(|p| {
+            let value = field(|[x, _]| x.cos());
+            let slope = field(|[x, _]| x.cos().squared());
+            p.condition("t", Side::Lower, Condition::Cauchy { value, slope })
+        })
+        .unwrap();
+    let built = constraints(&problem).unwrap();
+    let axes: Vec<_> = built.features.iter().map(|f| f.axes.clone()).collect();
+    assert_eq!(axes, [vec![0, 1], vec![1], vec![1]]);
+    let x: f64 = 0.7;
+    let expected = x.cos() + 0.4 * x.cos().powi(2);
+    assert!((built.mean.value([x, 0.4]) - expected).abs() < 1e-14);
+    assert!(miss(&problem) < TOLERANCE);
+}
+
+#[test]
+fn every_kind_of_condition_holds_for_whatever_is_drawn() {
+    // A reference function's own values and slopes make compatible data on all faces.
+    let u = || field(|[x, y]: [Series; 2]| (&x * 1.3 + 0.2).sin() * (&y * -0.8).exp() + x * y);
+    let slope = |axis: usize| {
+        field(move |x: [Series; 2]| {
+            let u = |[x, y]: [Series; 2]| (&x * 1.3 + 0.2).sin() * (&y * -0.8).exp() + x * y;
+            let mut lifted = x.each_ref().map(|c| c.lifted(1));
+            let value = x[axis].value();
+            lifted[axis] = lifted[axis].shifted_last_variable(value);
+            u(lifted).last_derivative(1)
+        })
+    };
+    let kinds = |axis: usize| {
+        vec![
+            None,
+            Some(Condition::Dirichlet(u())),
+            Some(Condition::Neumann(slope(axis))),
+            Some(Condition::Cauchy { value: u(), slope: slope(axis) }),
+            Some(Condition::Robin {
+                value_factor: 2.0,
+                slope_factor: -0.5,
+                data: field(move |x: [Series; 2]| {
+                    u().at(x.clone()) * 2.0 - slope(axis).at(x) * 0.5
+                }),
+            }),
+        ]
+    };
+    for lower in 0..5 {
+        for upper in 0..5 {
+            for other in 0..5 {
+                let domain = square(["x", "y"]);
+                let mut problem = Problem::new(domain, Derivative::along(0)).unwrap();
+                for (axis, side, kind) in [
+                    ("x", Side::Lower, lower),
+                    ("x", Side::Upper, upper),
+                    ("y", Side::Lower, other),
+                ] {
+                    let axis_number = usize::from(axis == "y");
+                    if let Some(condition) = kinds(axis_number)[kind].clone() {
+                        problem = problem.condition(axis, side, condition).unwrap();
+                    }
+                }
+                let missed = miss(&problem);
+                assert!(missed < TOLERANCE, "{lower} {upper} {other}: {missed:e}");
+            }
+        }
+    }
+}
+
+#[test]
+fn periodic_axes_join() {
+    for periodicity in [Periodicity::Value, Periodicity::ValueAndSlope] {
+        let problem = Problem::new(square(["x", "t"]), Derivative::along(1))
+            .and_then(|p| p.periodic("x", periodicity))
+            .and_then(|p| {
+                let start = Condition::Dirichlet(field(|[x, _]| (x * 2.0).sin()));
+                p.condition("t", Side::Lower, start)
+            })
+            .unwrap();
+        assert!(miss(&problem) < TOLERANCE);
+    }
+}
+
+#[test]
+fn conflicts_are_named_by_their_corner() {
+    let problem = Problem::new(square(["x", "t"]), Derivative::along(1))
+        .and_then(|p| p.condition("x", Side::Upper, Condition::Dirichlet(constant(1.0))))
+        .and_then(|p| p.condition("t", Side::Lower, Condition::Dirichlet(field(|[x, _]| x.sin()))))
+        .unwrap();
+    let error = constraints(&problem).unwrap_err();
+    assert!(error.to_string().contains(&format!("corner x = {PI}, t = 0")), "{error}");
+    let twice = problem.condition("x", Side::Upper, Condition::Neumann(constant(0.0)));
+    assert!(matches!(twice, Err(GpError::OverDetermined { .. })));
+}
+
+#[test]
+fn a_polygon_in_time_keeps_its_edges_and_its_start() {
+    let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+    let domain = Domain::prism(["x", "y"], &corners, ("t", [0.0, 1.0])).unwrap();
+    let edge = || field(|[x, y, t]: [Series; 3]| x * 0.5 + y + t);
+    let problem = |start| {
+        Problem::new(domain.clone(), Derivative::along(2))
+            .and_then(|p| p.boundary(edge()))
+            .and_then(|p| p.condition("t", Side::Lower, Condition::Dirichlet(start)))
+    };
+    let good = problem(field(|[x, y, _]: [Series; 3]| x * 0.5 + y)).unwrap();
+    let drawn = draw(&good);
+    let polygon = Domain::cross_section(&domain).unwrap();
+    for number in 0..6 {
+        let [x, y] = polygon.on_edge(number, 0.37);
+        let missed = drawn.value([x, y, 0.6]) - edge().value([x, y, 0.6]);
+        assert!(missed.abs() < TOLERANCE, "edge {number}: {missed:e}");
+    }
+    assert!(miss(&good) < TOLERANCE);
+    let bad = problem(constant(0.0)).unwrap();
+    assert!(matches!(constraints(&bad), Err(GpError::ConflictingCorner { .. })));
+    let face = bad.condition("x", Side::Lower, Condition::Dirichlet(constant(0.0)));
+    assert!(matches!(face, Err(GpError::PolygonFace { .. })));
+}
+
+/// A reference function and its derivative along a direction: compatible data for all edges.
+fn reference([x, y]: &[Series; 2]) -> Series {
+    (x * 1.3 + 0.2).sin() * (y * -0.8).exp() + x * y
+}
+
+fn reference_slope([nx, ny]: [f64; 2]) -> Field<2> {
+    field(move |[x, y]: [Series; 2]| {
+        let (angle, decay) = (&x * 1.3 + 0.2, (&y * -0.8).exp());
+        let by_x = angle.cos() * &decay * 1.3 + &y;
+        let by_y = angle.sin() * &decay * -0.8 + &x;
+        by_x * nx + by_y * ny
+    })
+}
+
+fn edge_condition(kind: usize, outwards: [f64; 2]) -> Option<Condition<2>> {
+    let value = || field(|x: [Series; 2]| reference(&x));
+    let slope = move || reference_slope(outwards);
+    match kind {
+        0 => None,
+        1 => Some(Condition::Dirichlet(value())),
+        2 => Some(Condition::Neumann(slope())),
+        3 => Some(Condition::Cauchy { value: value(), slope: slope() }),
+        _ => Some(Condition::Robin {
+            value_factor: 2.0,
+            slope_factor: -0.5,
+            data: field(move |x: [Series; 2]| {
+                reference(&x) * 2.0 - reference_slope(outwards).at(x) * 0.5
+            }),
+        }),
+    }
+}
+
+const L_SHAPE: [[f64; 2]; 6] =
+    [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+
+/// A polygon whose edges take turns in their kinds of condition.
+fn polygon_problem(corners: &[[f64; 2]], composition: Composition, first: usize) -> Problem<2> {
+    let domain = Domain::polygon(["x", "y"], corners).unwrap().composed(composition).unwrap();
+    let edges = domain.cross_section().unwrap().edges().to_vec();
+    edges.iter().enumerate().fold(
+        Problem::new(domain, Derivative::along(0)).unwrap(),
+        |problem, (number, edge)| {
+            let kind = (first + number * (1 + first % 3)) % 5;
+            match edge_condition(kind, edge.normal.map(|n| -n)) {
+                Some(condition) => problem.edge(number, condition).unwrap(),
+                None => problem,
+            }
+        },
+    )
+}
+
+#[test]
+fn conditions_on_edges_hold_for_whatever_is_drawn() {
+    let pentagon: Vec<[f64; 2]> = (0..5)
+        .map(|k| 0.4 * PI * f64::from(k) + 0.3)
+        .map(|angle| [angle.cos(), angle.sin()])
+        .collect();
+    // Convex, with a notch, with a corner in line, and small.
+    let in_line = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [1.5, 1.0], [0.2, 1.3]];
+    let small = L_SHAPE.map(|corner| corner.map(|c| c * 1e-3));
+    for corners in [&pentagon[..], &L_SHAPE, &in_line, &small] {
+        for composition in [Composition::Conjunction, Composition::Equivalence { order: 2 }] {
+            for first in (0..15).step_by(4) {
+                let problem = polygon_problem(corners, composition, first);
+                let drawn = draw(&problem);
+                let edges = Edges::new(&problem);
+                let polygon = problem.domain().cross_section().unwrap();
+                for edge in 0..corners.len() {
+                    for fraction in [0.03, 0.5, 0.71] {
+                        let x = Series::plain(polygon.on_edge(edge, fraction));
+                        for lift in edges.lifts(edge) {
+                            let value = lift.apply(&drawn, &x).value();
+                            let missed = value - lift.data().at(x.clone()).value();
+                            // Slopes are of size 1 / length.
+                            let size = 1.0 / polygon.size().min(1.0);
+                            assert!(
+                                missed.abs() < TOLERANCE * size,
+                                "{corners:?} {composition:?} {first}, edge {edge}: {missed:e}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn blends_are_smooth_at_corners() {
+    // Around a corner, the gradient of all but the bubble has one limit.
+    for first in 0..15 {
+        let problem = polygon_problem(&L_SHAPE, Composition::Conjunction, first);
+        let mut built = constraints(&problem).unwrap();
+        built.features.remove(0);
+        let drawn = sum(built);
+        for (corner, directions) in
+            [([0.0, 0.0], [[0.9, 0.3], [0.4, 0.8]]), ([1.0, 1.0], [[-0.9, 0.3], [0.3, -0.9]])]
+        {
+            let gradient = |[dx, dy]: [f64; 2]| {
+                const RADIUS: f64 = 1e-5;
+                let at = [corner[0] + RADIUS * dx, corner[1] + RADIUS * dy];
+                let value = drawn.at(Series::variables(at, [1, 1]));
+                [value.derivative(&[1, 0]), value.derivative(&[0, 1])]
+            };
+            let [a, b] = directions.map(gradient);
+            let apart = (a[0] - b[0]).abs().max((a[1] - b[1]).abs());
+            assert!(apart < 1e-2, "{first} {corner:?}: {a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
+fn equal_data_on_all_edges_need_no_blending() {
+    let problem = polygon_problem(&L_SHAPE, Composition::Conjunction, 0).domain().clone();
+    let problem = (0..6)
+        .fold(Problem::new(problem, Derivative::along(0)).unwrap(), |problem, edge| {
+            problem.edge(edge, edge_condition(1, [1.0, 0.0]).unwrap()).unwrap()
+        });
+    let mean = constraints(&problem).unwrap().mean;
+    for point in problem.domain().sample(20, 3).unwrap() {
+        let exact = reference(&Series::plain(point)).value();
+        assert!((mean.value(point) - exact).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn conflicts_on_edges_are_named() {
+    let domain = || Domain::polygon(["x", "y"], &L_SHAPE).unwrap();
+    let problem = |edges: &[(usize, Condition<2>)]| {
+        edges.iter().fold(Problem::new(domain(), Derivative::along(0)), |problem, (edge, c)| {
+            problem.and_then(|p| p.edge(*edge, c.clone()))
+        })
+    };
+    let values = problem(&[
+        (0, Condition::Dirichlet(constant(0.0))),
+        (1, Condition::Dirichlet(constant(1.0))),
+    ]);
+    let error = constraints(&values.unwrap()).unwrap_err();
+    assert!(error.to_string().contains("corner x = 2, y = 0"), "{error}");
+    // At a right angle, the slope along one edge is that across the other.
+    let slopes = problem(&[
+        (0, Condition::Dirichlet(field(|[x, _]: [Series; 2]| x * 3.0))),
+        (1, Condition::Neumann(constant(2.0))),
+    ]);
+    let error = constraints(&slopes.unwrap()).unwrap_err();
+    assert!(matches!(error, GpError::ConflictingCorner { .. }), "{error}");
+    let twice =
+        problem(&[(2, Condition::Neumann(constant(0.0))), (2, Condition::Neumann(constant(0.0)))]);
+    assert!(matches!(twice, Err(GpError::OverDetermined { .. })));
+    let unknown = problem(&[(6, Condition::Neumann(constant(0.0)))]).unwrap_err();
+    assert_eq!(unknown, GpError::UnknownEdge { edge: 6, edges: 6 });
+}
+
+#[test]
+fn a_prism_in_time_keeps_fluxes_through_its_edges() {
+    // u = (x + y²) (1 + t) with a flux on every other edge.
+    let domain = Domain::prism(["x", "y"], &L_SHAPE, ("t", [0.0, 1.0])).unwrap();
+    let edges = domain.cross_section().unwrap().edges().to_vec();
+    let exact = |[x, y, t]: [Series; 3]| (x + y.squared()) * (t + 1.0);
+    let problem = |start: Field<3>| {
+        let problem = Problem::new(domain.clone(), Derivative::along(2)).unwrap();
+        let problem = edges.iter().enumerate().fold(problem, |problem, (number, edge)| {
+            let [nx, ny] = edge.normal.map(|n| -n);
+            let slope = field(move |[_, y, t]: [Series; 3]| (y * (2.0 * ny) + nx) * (t + 1.0));
+            let condition = match number % 2 {
+                0 => Condition::Dirichlet(field(exact)),
+                _ => Condition::Neumann(slope),
+            };
+            problem.edge(number, condition).unwrap()
+        });
+        problem.condition("t", Side::Lower, Condition::Dirichlet(start)).unwrap()
+    };
+    let good = problem(field(|[x, y, _]: [Series; 3]| x + y.squared()));
+    let drawn = draw(&good);
+    assert!(miss(&good) < TOLERANCE);
+    let own = Edges::new(&good);
+    for edge in 0..6 {
+        let [x, y] = good.domain().cross_section().unwrap().on_edge(edge, 0.37);
+        let at = Series::plain([x, y, 0.6]);
+        for lift in own.lifts(edge) {
+            let missed = lift.apply(&drawn, &at).value() - lift.data().at(at.clone()).value();
+            assert!(missed.abs() < TOLERANCE, "edge {edge}: {missed:e}");
+        }
+    }
+    let bad = problem(field(|[x, _, _]: [Series; 3]| x));
+    assert!(matches!(constraints(&bad), Err(GpError::ConflictingCorner { .. })));
+}
