@@ -14,7 +14,9 @@ pub enum Evidence {
     /// ln p(y_u | y_f): how well what is imposed (the equation, and pseudo-observations of the
     /// boundary) predicts what is measured.
     Conditional,
-    /// Conditional where the joint evidence is unbounded, and joint elsewhere.
+    /// Conditional where the joint evidence is unbounded, and joint elsewhere. Ensembles
+    /// ([`crate::nuts`], [`crate::laplace`]) of models with parameters in the equation and noise-free
+    /// collocation always take the conditional one: see [`Model::ensemble_evidence`].
     #[default]
     Auto,
 }
@@ -48,6 +50,16 @@ pub struct Evaluation {
 }
 
 impl<const D: usize> Model<D> {
+    /// The evidence that ensembles explore.
+    ///
+    /// It is the model's own, but for [`Evidence::Auto`] with free parameters in the equation and
+    /// noise-free collocation, where it is the conditional one. There p(y_f | θ) has no noise in it: what it says of
+    /// θ depends on how far the true solution is from typical draws of the prior, not on how
+    /// accurate the measurements are. That makes a good estimate, but no interval that covers.
+    pub fn ensemble_evidence(&self) -> Evidence {
+        self.ensemble_evidence
+    }
+
     /// The prior covariance of all observed functionals, without noise, row by row: imposed
     /// groups (equation, pseudo-observations) first, then the measured ones in their order.
     ///
@@ -74,7 +86,16 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// As [`Model::log_evidence`].
     pub fn evaluate(&self, parameters: &[f64]) -> Result<Evaluation, GpError> {
-        let state = State::new(self, parameters)?;
+        self.evaluate_as(self.evidence, parameters)
+    }
+
+    /// [`Model::evaluate`] for another evidence than the model's own.
+    pub(crate) fn evaluate_as(
+        &self,
+        evidence: Evidence,
+        parameters: &[f64],
+    ) -> Result<Evaluation, GpError> {
+        let state = State::with_evidence(self, parameters, evidence)?;
         let factored = state.factored()?;
         Ok(Evaluation {
             value: state.value(&factored),

@@ -125,6 +125,22 @@ impl<const D: usize> Model<D> {
             .collect()
     }
 
+    /// The most probable parameters for the evidence of ensembles, from those of a fit.
+    pub(crate) fn ensemble_mode(&self, fitted: &[f64]) -> Vec<f64> {
+        if self.ensemble_evidence == self.evidence {
+            return fitted.to_vec();
+        }
+        let bounds: Vec<[f64; 2]> =
+            self.parameters.iter().map(|p| p.bounds.map(|bound| p.to_scale(bound))).collect();
+        let objective = |x: &[f64]| {
+            let e = self.evaluate_posterior_as(self.ensemble_evidence, x).ok()?;
+            Some((-e.value, e.gradient.iter().map(|g| -g).collect()))
+        };
+        let iterations = FitOptions::default().iterations;
+        let found = minimise(objective, fitted, &bounds, iterations, |_, _| ());
+        found.map_or_else(|| fitted.to_vec(), |found| found.point)
+    }
+
     fn climb(self: &Arc<Self>, start: &[f64], iterations: usize) -> Result<Outcome, GpError> {
         let bounds: Vec<[f64; 2]> =
             self.parameters.iter().map(|p| p.bounds.map(|bound| p.to_scale(bound))).collect();

@@ -42,7 +42,9 @@ impl Normal {
             let gradient = |step: f64| {
                 let mut moved = mean.to_vec();
                 moved[column] += step;
-                Ok::<_, GpError>(model.evaluate_posterior(&moved)?.gradient)
+                Ok::<_, GpError>(
+                    model.evaluate_posterior_as(model.ensemble_evidence(), &moved)?.gradient,
+                )
             };
             let (after, before) = (gradient(STEP)?, gradient(-STEP)?);
             for row in (0..count).filter(|row| free[*row]) {
@@ -72,7 +74,8 @@ impl Normal {
     }
 }
 
-/// Draws parameters from the normal approximation at the fit (Laplace), kept within their bounds.
+/// Draws parameters from the normal approximation at the fit (Laplace), kept within their bounds,
+/// for the evidence of [`Model::ensemble_evidence`].
 ///
 /// # Errors
 /// If the evidence cannot be evaluated next to the fit.
@@ -82,7 +85,7 @@ pub fn laplace<const D: usize>(
     seed: u64,
 ) -> Result<Ensemble<D>, GpError> {
     let model = fit.model();
-    let normal = Normal::at(model, &fit.outcome().parameters)?;
+    let normal = Normal::at(model, &model.ensemble_mode(&fit.outcome().parameters))?;
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let draws = (0..draws)
         .map(|_| {

@@ -51,6 +51,7 @@ pub struct Model<const D: usize> {
     pub(crate) imposed: usize,
     pub(crate) size: usize,
     pub(crate) evidence: Evidence,
+    pub(crate) ensemble_evidence: Evidence,
     /// Number of legs of all groups.
     pub(crate) legs: usize,
     /// For each part, plans between legs at `[first · legs + second]`.
@@ -95,7 +96,14 @@ impl<const D: usize> Model<D> {
         if size == 0 {
             return Err(GpError::NoData);
         }
+        let believed =
+            |group: &Compiled<D>| !group.observed && group.variance == Variance::Known(0.0);
+        let automatic = evidence == Evidence::Auto && !theta.is_empty() && imposed < size;
         let evidence = evidence.resolve(&compiled, imposed, size)?;
+        let ensemble_evidence = match automatic && compiled.iter().any(believed) {
+            true => Evidence::Conditional,
+            false => evidence,
+        };
         let mut model = Self {
             legs,
             plans: plans(&prior, &compiled),
@@ -108,6 +116,7 @@ impl<const D: usize> Model<D> {
             imposed,
             size,
             evidence,
+            ensemble_evidence,
         };
         model.lay_out_parameters();
         Ok(model)
@@ -145,7 +154,16 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// As [`Model::log_evidence`].
     pub fn evaluate_posterior(&self, scaled: &[f64]) -> Result<Evaluation, GpError> {
-        let mut evaluation = self.evaluate(scaled)?;
+        self.evaluate_posterior_as(self.evidence, scaled)
+    }
+
+    /// [`Model::evaluate_posterior`] for another evidence than the model's own.
+    pub(crate) fn evaluate_posterior_as(
+        &self,
+        evidence: Evidence,
+        scaled: &[f64],
+    ) -> Result<Evaluation, GpError> {
+        let mut evaluation = self.evaluate_as(evidence, scaled)?;
         let beliefs = self.parameters.iter().zip(scaled).map(|(p, x)| p.belief.log_density(*x));
         for (slope, (density, own)) in evaluation.gradient.iter_mut().zip(beliefs) {
             evaluation.value += density;

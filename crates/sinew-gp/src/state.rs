@@ -33,6 +33,7 @@ pub(crate) struct Factored {
 /// Coefficients of all groups at given parameters.
 pub(crate) struct State<'a, const D: usize> {
     pub model: &'a Model<D>,
+    evidence: Evidence,
     /// Parameters of each part's kernel, and amplitudes.
     pub kernels: Vec<(f64, Vec<f64>)>,
     theta: Vec<f64>,
@@ -56,6 +57,15 @@ pub(crate) fn combine(amplitude: f64, monomials: &[f64], arrays: &[Vec<f64>]) ->
 
 impl<'a, const D: usize> State<'a, D> {
     pub fn new(model: &'a Model<D>, scaled: &[f64]) -> Result<Self, GpError> {
+        Self::with_evidence(model, scaled, model.evidence)
+    }
+
+    /// For another evidence than the model's own.
+    pub fn with_evidence(
+        model: &'a Model<D>,
+        scaled: &[f64],
+        evidence: Evidence,
+    ) -> Result<Self, GpError> {
         let (found, expected) = (scaled.len(), model.parameters.len());
         if found != expected {
             return Err(GpError::ParameterCount { found, expected });
@@ -97,7 +107,7 @@ impl<'a, const D: usize> State<'a, D> {
                 Variance::Learned(position) => scaled[position].exp(),
             })
             .collect();
-        Ok(Self { model, kernels, theta, coefficients, monomials, noise })
+        Ok(Self { model, evidence, kernels, theta, coefficients, monomials, noise })
     }
 
     pub fn noise(&self, group: usize) -> f64 {
@@ -240,7 +250,7 @@ impl<'a, const D: usize> State<'a, D> {
 
     /// Rows whose probability the evidence is; those before are conditioned on.
     pub fn first_row(&self) -> usize {
-        if self.model.evidence == Evidence::Conditional { self.model.imposed } else { 0 }
+        if self.evidence == Evidence::Conditional { self.model.imposed } else { 0 }
     }
 
     pub fn value(&self, factored: &Factored) -> f64 {

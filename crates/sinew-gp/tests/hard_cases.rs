@@ -1,0 +1,217 @@
+//! Where inference is at its limits: the right answer, or an error that says what to do.
+
+use std::f64::consts::PI;
+
+use sinew_gp::{
+    Condition, Data, Domain, Evidence, Fit, FitOptions, GpError, Model, Noise, Parameter, Prior,
+    Problem, Side, SquaredExponential, constant,
+};
+
+fn must<T, E: std::fmt::Display>(result: Result<T, E>) -> T {
+    result.unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// κ u″ = −f on [0, length] with u = 0 at both ends.
+fn string(length: f64, bounds: Option<[f64; 2]>) -> Problem<1> {
+    let domain = must(Domain::interval("x", [0.0, length]));
+    let [dx] = domain.derivatives();
+    let equation = match bounds {
+        Some(bounds) => -(&must(Parameter::new("stiffness", bounds)) * dx * dx),
+        None => -2.0 * (dx * dx),
+    };
+    let held = || Condition::Dirichlet(constant(0.0));
+    must(
+        Problem::new(domain, equation)
+            .and_then(|p| p.condition("x", Side::Lower, held()))
+            .and_then(|p| p.condition("x", Side::Upper, held())),
+    )
+}
+
+/// Under the load sin πx, with stiffness 2.
+fn deflection(x: f64) -> f64 {
+    (PI * x).sin() / (2.0 * PI * PI)
+}
+
+fn prior<const D: usize>(problem: &Problem<D>) -> Prior<D> {
+    must(Prior::constrained(problem, &SquaredExponential::new()))
+}
+
+/// `count` loads evenly along the string.
+fn loads(count: usize) -> Data<1> {
+    let at: Vec<[f64; 1]> = (0..count).map(|k| [(k as f64 + 0.5) / count as f64]).collect();
+    let f: Vec<f64> = at.iter().map(|[x]| (PI * x).sin()).collect();
+    Data::new().equation(&at, &f, Noise::Exact)
+}
+
+fn fit<const D: usize>(problem: &Problem<D>, data: Data<D>) -> Fit<D> {
+    let model = must(Model::new(prior(problem), data, Evidence::Auto));
+    must(model.fit(&FitOptions::default()))
+}
+
+fn middle(fit: &Fit<1>) -> f64 {
+    must(must(fit.posterior()).mean(&[[0.5]]))[0]
+}
+
+#[test]
+fn jitter_is_never_silent() {
+    // Every load four times, exactly: the covariance has rank six.
+    let problem = string(1.0, None);
+    let data = (0..3).fold(loads(6), |data, _| {
+        let at: Vec<[f64; 1]> = (0..6).map(|k| [(f64::from(k) + 0.5) / 6.0]).collect();
+        let f: Vec<f64> = at.iter().map(|[x]| (PI * x).sin()).collect();
+        data.equation(&at, &f, Noise::Exact)
+    });
+    let fit = fit(&problem, data);
+    assert!((middle(&fit) - deflection(0.5)).abs() < 1e-4);
+    let reported = fit.outcome().jitter;
+    assert!(reported >= 1e-10, "{reported:e}");
+    assert_eq!(must(fit.posterior()).jitter(), reported);
+    let at = &fit.outcome().parameters;
+    assert_eq!(must(fit.model().evaluate(at)).jitter, reported);
+    // Values that contradict each other without noise need more of it, or have no evidence to speak of.
+    let data = Data::new().values(&[[0.5], [0.5]], &[0.1, 0.2], Noise::Exact);
+    let model = must(Model::new(prior(&problem), data, Evidence::Joint));
+    let start: Vec<f64> = model.parameters().iter().map(|p| p.to_scale(p.start[0])).collect();
+    match model.evaluate(&start) {
+        Ok(evaluation) => assert!(evaluation.value < -1e3, "{evaluation:?}"),
+        Err(error) => assert!(matches!(error, GpError::NotPositiveDefinite { .. }), "{error}"),
+    }
+}
+
+#[test]
+fn one_number_is_enough_to_compute_with() {
+    let problem = string(1.0, None);
+    // One load says little, but the answer is finite, positive and held at the ends.
+    let one_load = fit(&problem, Data::new().equation(&[[0.5]], &[1.0], Noise::Exact));
+    let posterior = must(one_load.posterior());
+    let mean = must(posterior.mean(&[[0.0], [0.5], [1.0]]));
+    assert_eq!([mean[0], mean[2]], [0.0, 0.0]);
+    assert!(mean[1] > 0.0 && mean[1] < 1.0, "{mean:?}");
+    let uncertain = must(posterior.predict(&[[0.5]])).deviation[0];
+    assert!(uncertain.is_finite() && uncertain > 0.0);
+    // One value with noise to be learned.
+    let value = deflection(0.5);
+    let noisy = fit(&problem, Data::new().values(&[[0.5]], &[value], Noise::Learned));
+    assert!(middle(&noisy).is_finite() && middle(&noisy).abs() <= 1.01 * value);
+}
+
+#[test]
+fn stiffness_is_found_from_ten_times_off() {
+    let problem = string(1.0, Some([0.01, 1000.0]));
+    let places: Vec<[f64; 1]> = (1..9).map(|k| [f64::from(k) / 9.0]).collect();
+    let y: Vec<f64> = places
+        .iter()
+        .enumerate()
+        .map(|(k, [x])| deflection(*x) + 0.0005 * (3.7 * k as f64).sin())
+        .collect();
+    let data = loads(10).values(&places, &y, Noise::Learned);
+    for factor in [0.1_f64, 10.0] {
+        let model = must(Model::new(prior(&problem), data.clone(), Evidence::Auto));
+        let position = must(model.position("stiffness"));
+        let mut start: Vec<f64> = model
+            .parameters()
+            .iter()
+            .map(|p| p.to_scale((p.start[0] * p.start[1]).sqrt()))
+            .collect();
+        start[position] = (2.0 * factor).ln();
+        let found = must(model.fit_from(vec![start], 300));
+        let stiffness = must(found.parameter("stiffness"));
+        assert!((stiffness - 2.0).abs() < 0.05, "from {factor} × : {stiffness}");
+    }
+}
+
+#[test]
+fn lengthscales_may_end_at_their_bounds() {
+    // A parabola is the limit of infinite lengthscales: x (1 − x) is the constrained feature itself.
+    let problem = string(1.0, None);
+    let at: Vec<[f64; 1]> = (0..8).map(|k| [(f64::from(k) + 0.5) / 8.0]).collect();
+    let data = Data::new().equation(&at, &[4.0; 8], Noise::Exact);
+    let model = must(Model::new(prior(&problem), data, Evidence::Joint));
+    let ends: Vec<Vec<f64>> = (0..2)
+        .map(|end| {
+            let bound = |p: &sinew_gp::FreeParameter| p.to_scale(p.bounds[end]);
+            model.parameters().iter().map(bound).collect()
+        })
+        .collect();
+    for end in &ends {
+        let evaluation = must(model.evaluate(end));
+        assert!(evaluation.value.is_finite() && evaluation.gradient.iter().all(|g| g.is_finite()));
+    }
+    let fit = must(model.fit_from(ends, 200));
+    let lengthscale = must(fit.parameter("lengthscale x 1"));
+    let bound = fit.model().parameters()[must(fit.model().position("lengthscale x 1"))].bounds[1];
+    assert!(lengthscale > 0.3 * bound, "{lengthscale} of {bound}");
+    assert!((middle(&fit) - 0.25).abs() < 1e-6, "{}", middle(&fit));
+}
+
+#[test]
+fn stiffness_keeps_its_value_in_any_unit() {
+    // Lengths in units of 1e±6, deflections in others: κ stays, for loads are given per length².
+    let fitted = |length: f64, size: f64| {
+        let problem = string(length, Some([0.05, 50.0]));
+        let at: Vec<[f64; 1]> = (0..10).map(|k| [length * (f64::from(k) + 0.5) / 10.0]).collect();
+        let load = |[x]: &[f64; 1]| (PI * x / length).sin() * size / (length * length);
+        let f: Vec<f64> = at.iter().map(load).collect();
+        let places: Vec<[f64; 1]> = (1..9).map(|k| [length * f64::from(k) / 9.0]).collect();
+        let error = |k: usize| 0.0005 * (3.7 * k as f64).sin();
+        let y: Vec<f64> = places
+            .iter()
+            .enumerate()
+            .map(|(k, [x])| size * (deflection(x / length) + error(k)))
+            .collect();
+        let data = Data::new().equation(&at, &f, Noise::Exact).values(&places, &y, Noise::Learned);
+        must(fit(&problem, data).parameter("stiffness"))
+    };
+    let reference = fitted(1.0, 1.0);
+    assert!((reference - 2.0).abs() < 0.05, "{reference}");
+    for (length, size) in [(1e6, 1.0), (1e-6, 1.0), (1.0, 1e6), (1.0, 1e-6), (1e6, 1e-6)] {
+        let stiffness = fitted(length, size);
+        assert!((stiffness - reference).abs() < 1e-3, "{length} {size}: {stiffness} {reference}");
+    }
+}
+
+#[test]
+fn a_corner_that_points_inwards_is_smooth_but_at_its_tip() {
+    let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+    let domain = must(Domain::polygon(["x", "y"], &corners));
+    let [dx, dy] = domain.derivatives();
+    let problem = must(
+        Problem::new(domain.clone(), -(dx * dx) - dy * dy).and_then(|p| p.boundary(constant(0.0))),
+    );
+    let tip = Data::new().equation(&[[0.5, 0.5], [1.0, 1.0]], &[1.0; 2], Noise::Exact);
+    let singular = Model::new(prior(&problem), tip, Evidence::Auto).unwrap_err();
+    assert!(matches!(singular, GpError::Singular { index: 1, .. }), "{singular}");
+    // u = p(x) p(y) with p(x) = x (x − 1) (2 − x) / 2 vanishes on all edges and is smooth at the tip.
+    let p = |x: f64| 0.5 * x * (x - 1.0) * (2.0 - x);
+    let bend = |x: f64| 3.0 - 3.0 * x;
+    let load = |[x, y]: &[f64; 2]| -(bend(*x) * p(*y) + p(*x) * bend(*y));
+    let at = must(domain.sample(120, 3));
+    let data = Data::new().equation(&at, &at.iter().map(load).collect::<Vec<_>>(), Noise::Exact);
+    let posterior = must(fit(&problem, data).posterior());
+    assert_eq!(must(posterior.mean(&[[1.0, 1.0]])), [0.0]);
+    let places = must(domain.sample(100, 8));
+    let mean = must(posterior.mean(&places));
+    let misses = mean.iter().zip(&places).map(|(m, [x, y])| (m - p(*x) * p(*y)).abs());
+    let err = misses.sum::<f64>() / 100.0;
+    // Of a u of size 0.037.
+    println!("L: mean error {err:.1e}");
+    assert!(err < 2e-3, "{err:e}");
+}
+
+#[test]
+fn what_is_not_a_number_is_named() {
+    let problem = string(1.0, None);
+    let new = |data: Data<1>| Model::new(prior(&problem), data, Evidence::Auto).map(|_| ());
+    for bad in [f64::NAN, f64::INFINITY] {
+        let value = new(loads(3).values(&[[0.2], [0.4]], &[0.1, bad], Noise::Learned)).unwrap_err();
+        assert!(matches!(value, GpError::NotFinite { what: "value", index: 1, group: 1, .. }));
+        let point = new(loads(3).values(&[[bad]], &[0.1], Noise::Learned)).unwrap_err();
+        assert!(matches!(point, GpError::NotFinite { what: "point", index: 0, group: 1, .. }));
+        let noise = new(loads(3).values(&[[0.2]], &[0.1], Noise::Known(bad))).unwrap_err();
+        assert!(matches!(noise, GpError::Noise(_)));
+    }
+    let parameters = must(Model::new(prior(&problem), loads(3), Evidence::Auto));
+    let count = parameters.parameters().len();
+    assert!(parameters.evaluate(&vec![f64::NAN; count]).is_err());
+    assert!(matches!(parameters.evaluate(&[]), Err(GpError::ParameterCount { .. })));
+}
