@@ -1,5 +1,7 @@
 //! Vector instructions chosen at run time.
 
+use std::sync::atomic::{AtomicU8, Ordering};
+
 /// Defines a function whose loops are compiled for AVX-512, for AVX2 with fused multiply-add and
 /// for the target's baseline, of which the widest that the processor has is called.
 macro_rules! vectorised {
@@ -25,26 +27,56 @@ macro_rules! vectorised {
                 every($($arg),*)
             }
 
-            #[cfg(target_arch = "x86_64")]
-            {
-                if is_x86_feature_detected!("avx512f")
-                    && is_x86_feature_detected!("avx512dq")
-                    && is_x86_feature_detected!("avx512vl")
-                    && is_x86_feature_detected!("fma")
-                {
-                    // SAFETY: the processor has these instructions, as was just asked.
-                    return unsafe { avx512($($arg),*) };
-                }
-                if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-                    // SAFETY: as above.
-                    return unsafe { avx2($($arg),*) };
-                }
+            match $crate::simd::width() {
+                // SAFETY: the processor has these instructions, as `width` found.
+                #[cfg(target_arch = "x86_64")]
+                $crate::simd::AVX512 => unsafe { avx512($($arg),*) },
+                // SAFETY: as above.
+                #[cfg(target_arch = "x86_64")]
+                $crate::simd::AVX2 => unsafe { avx2($($arg),*) },
+                _ => every($($arg),*),
             }
-            every($($arg),*)
         }
     };
 }
 pub(crate) use vectorised;
+
+const UNKNOWN: u8 = 0;
+pub(crate) const AVX512: u8 = 1;
+pub(crate) const AVX2: u8 = 2;
+const BASELINE: u8 = 3;
+
+static WIDTH: AtomicU8 = AtomicU8::new(UNKNOWN);
+
+/// The widest instructions that the processor has. Asked thousands of times per evaluation on a
+/// few numbers each, so the answer is one number, kept.
+#[inline(always)]
+pub(crate) fn width() -> u8 {
+    match WIDTH.load(Ordering::Relaxed) {
+        UNKNOWN => detect(),
+        known => known,
+    }
+}
+
+#[cold]
+fn detect() -> u8 {
+    #[cfg(target_arch = "x86_64")]
+    let width = {
+        let fma = is_x86_feature_detected!("fma");
+        let wide = is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512dq")
+            && is_x86_feature_detected!("avx512vl");
+        match (fma && wide, fma && is_x86_feature_detected!("avx2")) {
+            (true, _) => AVX512,
+            (false, true) => AVX2,
+            (false, false) => BASELINE,
+        }
+    };
+    #[cfg(not(target_arch = "x86_64"))]
+    let width = BASELINE;
+    WIDTH.store(width, Ordering::Relaxed);
+    width
+}
 
 /// exp(x) for x ≤ 0 without branches, so that loops over it use vector instructions; within two
 /// units in the last place, and 0 below −708.

@@ -109,7 +109,8 @@ struct Hermite {
 /// Polynomials of all axes and the exponential of them together, kept from call to call.
 struct Scratch {
     exponential: [f64; MOST_PAIRS],
-    product: [f64; MOST_PAIRS],
+    /// By order along the axis at hand.
+    gathered: Vec<[f64; MOST_PAIRS]>,
     axes: Vec<Hermite>,
 }
 
@@ -120,7 +121,7 @@ thread_local! {
     static SCRATCH: RefCell<Scratch> = const {
         RefCell::new(Scratch {
             exponential: [0.0; MOST_PAIRS],
-            product: [0.0; MOST_PAIRS],
+            gathered: Vec::new(),
             axes: Vec::new(),
         })
     };
@@ -139,16 +140,32 @@ impl Scratch {
                 row.fill(0.0);
                 continue;
             }
-            row.copy_from_slice(&self.exponential[..count]);
-            for (axis, d) in self.axes.iter().zip(axes) {
-                if order.first[*d] > 0 {
-                    multiply(row, &axis.rows[order.first[*d]]);
-                }
+            let source = &self.exponential[..count];
+            let mut rows = self.differentiated(order, axes, None);
+            match rows.next() {
+                None => row.copy_from_slice(source),
+                Some(first) => product(row, source, first),
+            }
+            for next in rows {
+                multiply(row, next);
             }
         }
     }
 
-    /// λ ∂/∂λ of the γ-th derivative G_γ is −(r G_{γ+1} + γ G_γ), r the difference along the axis.
+    /// Polynomials of the axes along which derivatives are taken, but for that of one axis.
+    fn differentiated<const D: usize>(
+        &self,
+        order: &Orders<D>,
+        axes: &[usize],
+        skipped: Option<usize>,
+    ) -> impl Iterator<Item = &[f64; MOST_PAIRS]> {
+        self.axes.iter().zip(axes).enumerate().filter_map(move |(number, (axis, d))| {
+            (order.first[*d] > 0 && skipped != Some(number)).then(|| &axis.rows[order.first[*d]])
+        })
+    }
+
+    /// λ ∂/∂λ of the γ-th derivative G_γ is −(r G_{γ+1} + γ G_γ), r the difference along the axis:
+    /// for each axis, weights times the other axes' polynomials are gathered by the order along it.
     fn pull_back<const D: usize>(
         &mut self,
         axes: &[usize],
@@ -157,23 +174,42 @@ impl Scratch {
         weights: &[f64],
         gradient: &mut [f64],
     ) {
-        let Self { exponential, product, axes: filled } = self;
-        for (order, weights) in orders.iter().zip(weights.chunks(count)) {
-            if beyond(order.first, axes) {
-                continue;
-            }
-            for (number, slope) in gradient.iter_mut().enumerate() {
-                product[..count].copy_from_slice(&exponential[..count]);
-                for (other, (axis, d)) in filled.iter().zip(axes).enumerate() {
-                    if other != number && order.first[*d] > 0 {
-                        multiply(&mut product[..count], &axis.rows[order.first[*d]]);
+        let mut gathered = std::mem::take(&mut self.gathered);
+        for (number, (d, slope)) in axes.iter().zip(gradient).enumerate() {
+            let mut used = [false; MOST_ORDERS];
+            for (order, weights) in orders.iter().zip(weights.chunks(count)) {
+                if beyond(order.first, axes) {
+                    continue;
+                }
+                let n = order.first[*d];
+                while gathered.len() <= n {
+                    gathered.push([0.0; MOST_PAIRS]);
+                }
+                let sum = &mut gathered[n][..count];
+                if !std::mem::replace(&mut used[n], true) {
+                    sum.fill(0.0);
+                }
+                let mut others = self.differentiated(order, axes, Some(number));
+                match (others.next(), others.next()) {
+                    (None, _) => add(sum, weights),
+                    (Some(other), None) => add_product(sum, weights, other),
+                    (Some(first), Some(second)) => {
+                        let mut scaled = [0.0; MOST_PAIRS];
+                        product(&mut scaled[..count], weights, first);
+                        multiply(&mut scaled[..count], second);
+                        others.for_each(|other| multiply(&mut scaled[..count], other));
+                        add(sum, &scaled);
                     }
                 }
-                let (n, axis) = (order.first[axes[number]], &filled[number]);
+            }
+            let axis = &self.axes[number];
+            for n in (0..MOST_ORDERS - 1).filter(|n| used[*n]) {
                 let [at, after] = [&axis.rows[n], &axis.rows[n + 1]];
-                dilation(slope, n as f64, weights, product, &axis.differences, at, after);
+                let sum = &gathered[n][..count];
+                dilation(slope, n as f64, sum, &self.exponential, &axis.differences, at, after);
             }
         }
+        self.gathered = gathered;
     }
 
     fn fill<const D: usize>(
@@ -247,6 +283,30 @@ vectorised! {
     fn exponentials(squares: &mut [f64]) {
         for s in squares {
             *s = exp_of_negative(-0.5 * *s);
+        }
+    }
+}
+
+vectorised! {
+    fn product(product: &mut [f64], a: &[f64], b: &[f64]) {
+        for ((p, a), b) in product.iter_mut().zip(a).zip(b) {
+            *p = a * b;
+        }
+    }
+}
+
+vectorised! {
+    fn add(sum: &mut [f64], terms: &[f64]) {
+        for (s, t) in sum.iter_mut().zip(terms) {
+            *s += t;
+        }
+    }
+}
+
+vectorised! {
+    fn add_product(sum: &mut [f64], a: &[f64], b: &[f64]) {
+        for ((s, a), b) in sum.iter_mut().zip(a).zip(b) {
+            *s += a * b;
         }
     }
 }
