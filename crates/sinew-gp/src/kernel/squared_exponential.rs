@@ -159,9 +159,11 @@ impl Scratch {
         axes: &[usize],
         skipped: Option<usize>,
     ) -> impl Iterator<Item = &[f64; MOST_PAIRS]> {
-        self.axes.iter().zip(axes).enumerate().filter_map(move |(number, (axis, d))| {
-            (order.first[*d] > 0 && skipped != Some(number)).then(|| &axis.rows[order.first[*d]])
-        })
+        let numbered = self.axes.iter().zip(axes).enumerate();
+        numbered
+            .map(move |(number, (axis, d))| (number, axis, order.first[*d]))
+            .filter(move |(number, _, n)| *n > 0 && skipped != Some(*number))
+            .map(|(_, axis, n)| &axis.rows[n])
     }
 
     /// λ ∂/∂λ of the γ-th derivative G_γ is −(r G_{γ+1} + γ G_γ), r the difference along the axis:
