@@ -12,10 +12,9 @@
 
 use std::sync::Arc;
 
-use faer::Mat;
 use sinew_num::Series;
 
-use super::corners::{differ, magnitude};
+use super::meeting::{Corner, Jet};
 use crate::condition::Condition;
 use crate::domain::Domain;
 use crate::edge::Edge;
@@ -46,11 +45,15 @@ pub(crate) struct EdgeLift<const D: usize> {
     pub value: f64,
     pub slope: f64,
     data: Field<D>,
-    edge: Edge,
+    pub edge: Edge,
 }
 
 /// The derivative of `function` along a direction in the plane.
-fn along<const D: usize>(function: &Field<D>, [dx, dy]: [f64; 2], x: &[Series; D]) -> Series {
+pub(super) fn along<const D: usize>(
+    function: &Field<D>,
+    [dx, dy]: [f64; 2],
+    x: &[Series; D],
+) -> Series {
     let mut lifted = x.each_ref().map(|coordinate| coordinate.lifted(1));
     let step = lifted[0].shifted_last_variable(0.0);
     lifted[0] = &lifted[0] + &step * dx;
@@ -99,128 +102,6 @@ impl<const D: usize> EdgeLift<D> {
             sum = sum + along(function, self.outwards(), x) * self.slope;
         }
         sum
-    }
-}
-
-/// Value and gradient at a corner.
-type Jet = [Series; 3];
-
-/// One row of a corner's equations a · (u, size ∇u) = right-hand side, of unit length.
-#[derive(Clone, Debug)]
-struct Row<const D: usize> {
-    coefficients: [f64; 3],
-    factor: f64,
-    data: Field<D>,
-    /// Nothing for the data itself, else along this direction.
-    derivative: Option<[f64; 2]>,
-}
-
-/// A corner between two edges with conditions.
-#[derive(Clone, Debug)]
-struct Corner<const D: usize> {
-    place: [f64; 2],
-    rows: Vec<Row<D>>,
-    /// Pseudo-inverse of the equations: 3 × rows.
-    inverse: Mat<f64>,
-    /// What the equations leave free of (u, size ∇u).
-    free: Vec<[f64; 3]>,
-    size: f64,
-}
-
-/// Singular values below it count as zero.
-const RANK_TOLERANCE: f64 = 1e-8;
-
-impl<const D: usize> Corner<D> {
-    fn new(place: [f64; 2], size: f64, lifts: impl Iterator<Item = EdgeLift<D>>) -> Self {
-        let mut rows = Vec::new();
-        for lift in lifts {
-            let [nx, ny] = lift.outwards().map(|n| n * lift.slope / size);
-            let mut add = |coefficients: [f64; 3], scale: f64, derivative| {
-                let length = coefficients.iter().map(|c| c * c).sum::<f64>().sqrt();
-                rows.push(Row {
-                    coefficients: coefficients.map(|c| c / length),
-                    factor: scale / length,
-                    data: lift.data.clone(),
-                    derivative,
-                });
-            };
-            add([lift.value, nx, ny], 1.0, None);
-            if lift.slope == 0.0 {
-                let tangent = lift.edge.tangent;
-                add([0.0, lift.value * tangent[0], lift.value * tangent[1]], size, Some(tangent));
-            }
-        }
-        // Zero rows make it at least square, so that all right singular vectors are there.
-        let matrix = Mat::from_fn(rows.len().max(3), 3, |i, j| {
-            rows.get(i).map_or(0.0, |row: &Row<D>| row.coefficients[j])
-        });
-        let mut corner = Self { place, rows, inverse: Mat::zeros(3, 0), free: Vec::new(), size };
-        corner.inverse = Mat::zeros(3, corner.rows.len());
-        // An SVD of three columns of finite numbers always converges.
-        if let Ok(svd) = matrix.svd() {
-            let (u, s, v) = (svd.U(), svd.S().column_vector(), svd.V());
-            for mode in 0..3 {
-                if s[mode] > RANK_TOLERANCE {
-                    for i in 0..3 {
-                        for (j, _) in corner.rows.iter().enumerate() {
-                            corner.inverse[(i, j)] += v[(i, mode)] * u[(j, mode)] / s[mode];
-                        }
-                    }
-                } else {
-                    corner.free.push(std::array::from_fn(|i| v[(i, mode)]));
-                }
-            }
-        }
-        corner
-    }
-
-    /// The rows' right-hand sides, with the other coordinates from `x`.
-    fn data(&self, x: &[Series; D]) -> Vec<Series> {
-        let mut at = x.clone();
-        at[0] = x[0].constant(self.place[0]);
-        at[1] = x[1].constant(self.place[1]);
-        let data = |row: &Row<D>| {
-            let data = match row.derivative {
-                None => row.data.at(at.clone()),
-                Some(direction) => along(&row.data, direction, &at),
-            };
-            data * row.factor
-        };
-        self.rows.iter().map(data).collect()
-    }
-
-    /// The least jet that the conditions imply.
-    fn jet(&self, x: &[Series; D]) -> Jet {
-        let data = self.data(x);
-        std::array::from_fn(|i| {
-            let scale = if i == 0 { 1.0 } else { 1.0 / self.size };
-            data.iter().enumerate().fold(x[0].constant(0.0), |sum, (j, value)| {
-                sum + value * (scale * self.inverse[(i, j)])
-            })
-        })
-    }
-
-    fn check(&self, domain: &Domain<D>) -> Result<(), GpError> {
-        let size: f64 = self.rows.iter().map(|r| r.factor * magnitude(&r.data, domain)).sum();
-        for fraction in [0.5, 0.11, 0.83, 0.0, 1.0] {
-            let x = Series::plain(std::array::from_fn(|d| {
-                domain.lower()[d] + fraction * domain.extents()[d]
-            }));
-            let asked: Vec<f64> = self.data(&x).iter().map(Series::value).collect();
-            let jet = self.jet(&x).map(|number| number.value());
-            let solution = [jet[0], jet[1] * self.size, jet[2] * self.size];
-            for (row, asked) in self.rows.iter().zip(&asked) {
-                let implied: f64 = row.coefficients.iter().zip(solution).map(|(c, s)| c * s).sum();
-                if differ(implied, *asked, size) {
-                    let [x, y] = self.place;
-                    let [first, second] = domain.names().first_chunk().expect("two axes");
-                    let corner = format!("{first} = {x}, {second} = {y}");
-                    let (first, second) = (implied / row.factor, asked / row.factor);
-                    return Err(GpError::ConflictingCorner { corner, first, second });
-                }
-            }
-        }
-        Ok(())
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod corners;
 mod edges;
+mod meeting;
 #[cfg(test)]
 mod tests;
 
