@@ -313,7 +313,6 @@ impl<'a> Watch<'a> {
                 100.0 * excess
             ));
         }
-        eprintln!("excess {excess:.3e}");
     }
 
     fn outcome(&self) -> String {

@@ -210,6 +210,10 @@ impl Trainer {
     /// [`Error::Diverged`] if loss or gradient is not finite (the weights stay as they were), or a
     /// failing objective.
     pub fn step(&mut self) -> Result<Progress> {
+        sinew_burn::on_ready_threads(|| self.step_in_pool())
+    }
+
+    fn step_in_pool(&mut self) -> Result<Progress> {
         let start = Instant::now();
         let clock = self.progress.clock;
         if self.frozen.is_empty() && clock.share(self.config.budget) >= self.config.embedding_share
