@@ -305,7 +305,7 @@ impl<'a> Watch<'a> {
     /// `excess` is the estimate of [`basis::Anchored`].
     fn judge_anchor(&mut self, excess: f64) {
         /// Where a Newton step gains more than this share of the work, coordinates about the state are poor.
-        const FAR: f64 = 0.1;
+        const FAR: f64 = 0.3;
         if excess > FAR {
             self.raise(format!(
                 "the first training ended far from equilibrium: at the centre of the parameter range a Newton step \

@@ -216,17 +216,22 @@ impl Trainer {
     fn step_in_pool(&mut self) -> Result<Progress> {
         let start = Instant::now();
         let clock = self.progress.clock;
-        if self.frozen.is_empty() && clock.share(self.config.budget) >= self.config.embedding_share
+        let (budget, share) = (self.config.budget, self.config.embedding_share);
+        if self.frozen.is_empty() && (clock.rest.is_some() || clock.is_time_to_rest(budget, share))
         {
-            self.freeze_embeddings();
+            self.frozen = self.embeddings();
+            self.progress.clock.rest.get_or_insert((clock.step, clock.seconds));
         }
-        let factor = self.config.schedule.factor(clock.step, clock.total_steps(self.config.budget));
+        let probing = self.frozen.is_empty() && clock.is_probing(budget, share);
+        let resting = if probing { self.embeddings() } else { self.frozen.clone() };
+        let prepared = start.elapsed().as_secs_f64();
+        let factor = self.config.schedule.factor(clock.step, clock.total_steps(budget, share));
         let learning_rate = self.config.learning_rate * factor;
         let samples: Vec<&Sample> =
             self.sampler.draw().iter().map(|&index| &self.data.training[index]).collect();
         let batch = Batch { geometry: samples[0].geometry, samples: &samples };
         let geometry = &self.lifted[batch.geometry];
-        let local = self.frozen.get(batch.geometry).cloned();
+        let local = resting.get(batch.geometry).cloned();
         let loss = self.batch_loss(&self.emulator, geometry, local, &batch)?;
         let value: f64 = loss.clone().into_scalar::<f32>().into();
         let gradients = GradientsParams::from_grads(loss.backward(), &self.emulator);
@@ -240,36 +245,40 @@ impl Trainer {
             });
         }
         self.emulator = self.optimiser.step(learning_rate, self.emulator.clone(), gradients);
-        self.count_step(value, start.elapsed().as_secs_f64());
+        let seconds = start.elapsed().as_secs_f64();
+        if probing {
+            self.progress.clock.probe = Some(seconds - prepared);
+        }
+        self.count_step(value, seconds);
         Ok(self.report(value, gradient_norm, learning_rate))
     }
 
-    /// From here on the embeddings are data.
-    fn freeze_embeddings(&mut self) {
+    /// Embeddings of the geometries' nodes as they are now, as data.
+    fn embeddings(&self) -> Vec<Tensor<2>> {
         let emulator = self.emulator.valid();
         let embed =
             |geometry| Tensor::from_inner(self.surrogate.local_embedding(&emulator, geometry));
-        self.frozen = self.surrogate.prepared.iter().map(embed).collect();
+        self.surrogate.prepared.iter().map(embed).collect()
     }
 
     fn count_step(&mut self, loss: f64, seconds: f64) {
-        self.progress.clock.step += 1;
-        self.progress.clock.seconds += seconds;
+        self.progress.clock.count(seconds);
         self.progress.loss_sum += loss;
         self.progress.loss_count += 1;
     }
 
     fn report(&self, loss: f64, gradient_norm: f64, learning_rate: f64) -> Progress {
-        let (clock, budget) = (self.progress.clock, self.config.budget);
+        let clock = self.progress.clock;
+        let TrainingConfig { budget, embedding_share, .. } = self.config;
         Progress {
             step: clock.step,
-            steps: clock.total_steps(budget).round() as usize,
+            steps: clock.total_steps(budget, embedding_share).round() as usize,
             share: clock.share(budget),
             loss,
             gradient_norm,
             learning_rate,
             seconds: clock.seconds,
-            remaining_seconds: clock.remaining_seconds(budget),
+            remaining_seconds: clock.remaining_seconds(budget, embedding_share),
         }
     }
 
@@ -324,7 +333,7 @@ impl Trainer {
         let state = &mut self.progress;
         let loss = state.loss_sum / state.loss_count.max(1) as f64;
         (state.loss_sum, state.loss_count) = (0.0, 0);
-        let Clock { step, seconds } = state.clock;
+        let Clock { step, seconds, .. } = state.clock;
         let point = HistoryPoint { step, seconds, loss, validation };
         state.history.push(point);
         if let Some(validation) = validation {
