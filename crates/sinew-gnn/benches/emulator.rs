@@ -13,7 +13,7 @@ use std::time::Duration;
 use criterion::{BenchmarkId, Criterion};
 use sinew_gnn::*;
 
-use crate::beam::{beam, distance, energy, thetas, trainer};
+use crate::beam::{beam, distance, energy, thetas, trainer, trainer_of};
 
 type MakeObjective = fn(&DataSet) -> Box<dyn Objective>;
 
@@ -72,7 +72,10 @@ fn main() {
     for batch in [1, 8, 32, 200] {
         let objectives = [("energy", energy as MakeObjective), ("simulations", distance)];
         for (name, objective) in objectives {
-            println!("step/{name}/{batch}: error {:.1e}", step_error(&data, batch, objective));
+            println!(
+                "step/{name}/{batch}: error {:.1e}",
+                step_error(&surrogate, &data, batch, objective)
+            );
             for (rule, optimiser) in [("Adam", OptimiserConfig::adam()), ("Muon", muon())] {
                 let mut trainer = trainer(&data, batch, objective(&data), optimiser);
                 criterion.bench_function(&format!("step/{name}/{rule}/{batch}"), |bencher| {
@@ -84,15 +87,19 @@ fn main() {
     criterion.final_summary();
 }
 
-/// Relative differences between fused and reference path in the loss and the norm of its gradient,
-/// at the second step, when outputs are no longer zero.
-fn step_error(data: &DataSet, batch: usize, objective: MakeObjective) -> f64 {
+/// Relative differences between fused and reference path in the loss and the norm of its gradient, at the weights of
+/// a network that has learned a little: outputs of an untrained one are zero.
+fn step_error(
+    surrogate: &Surrogate,
+    data: &DataSet,
+    batch: usize,
+    objective: MakeObjective,
+) -> f64 {
     let run = |choice| {
-        let mut trainer = trainer(data, batch, objective(data), OptimiserConfig::adam())
-            .with_learning_rate(1e-4)
-            .with_kernels(choice);
-        let _ = trainer.step().expect("finite loss");
-        trainer.step().expect("finite loss")
+        trainer_of(surrogate.clone(), data, batch, objective(data), OptimiserConfig::adam())
+            .with_kernels(choice)
+            .step()
+            .expect("finite loss")
     };
     let (fused, reference) = (run(KernelChoice::Fused), run(KernelChoice::Reference));
     let relative = |a: f64, b: f64| (a / b - 1.0).abs();

@@ -49,6 +49,22 @@ pub enum Error {
         /// The offending value.
         value: f64,
     },
+    /// A sample that training would extrapolate to.
+    #[error(
+        "parameter {parameter} of sample {sample} is {value}, outside its range [{lower}, {upper}]; check the units,          or widen the range"
+    )]
+    OutsideRange {
+        /// Index of the sample, validation after training.
+        sample: usize,
+        /// Index of the parameter.
+        parameter: usize,
+        /// The offending value.
+        value: f64,
+        /// Lower bound.
+        lower: f64,
+        /// Upper bound.
+        upper: f64,
+    },
     /// A parameter range is empty.
     #[error(
         "parameter {parameter} ranges from {lower} to {upper}; the upper bound must exceed the lower one"
@@ -118,6 +134,20 @@ pub enum Error {
         gradient_norm: f64,
         /// Learning rate of the step.
         learning_rate: f64,
+    },
+    /// A state to which the potential gives no energy.
+    #[error(
+        "at step {step} of the training {inadmissible} of {samples} predictions invert a cell, and their energy is not \
+         finite; train on a potential with barriers (TotalPotential::with_guard), begin from a displacement that \
+         inverts no cell, or lower the learning rate"
+    )]
+    InvertedCells {
+        /// Step, counted from one.
+        step: usize,
+        /// Predictions of the batch that invert a cell.
+        inadmissible: usize,
+        /// Size of the batch.
+        samples: usize,
     },
     /// A prediction left the range of numbers.
     #[error(

@@ -87,6 +87,19 @@ impl ParameterScaling {
         scaled.collect()
     }
 
+    /// Requires that the parameters of a sample lie in their ranges.
+    ///
+    /// # Errors
+    /// As [`ParameterScaling::standardise`], and the first parameter outside.
+    pub(crate) fn require_inside(&self, sample: usize, theta: &[f64]) -> Result<()> {
+        self.standardise(theta)?;
+        let outside = theta.iter().zip(&self.ranges).position(|(&v, range)| !range.contains(v));
+        outside.map_or(Ok(()), |parameter| {
+            let ParameterRange { lower, upper, .. } = self.ranges[parameter];
+            Err(Error::OutsideRange { sample, parameter, value: theta[parameter], lower, upper })
+        })
+    }
+
     /// Derivative of every network input with respect to its parameter, at `theta`.
     pub(crate) fn slopes(&self, theta: &[f64]) -> Vec<f64> {
         let slope = |(&value, range): (&f64, &ParameterRange)| {
@@ -101,10 +114,7 @@ impl ParameterScaling {
 
     /// Whether every parameter lies in its trained range.
     pub fn contains(&self, theta: &[f64]) -> bool {
-        theta.iter().zip(&self.ranges).all(|(&value, range)| {
-            let slack = RANGE_SLACK * (range.upper - range.lower);
-            (range.lower - slack..=range.upper + slack).contains(&value)
-        })
+        theta.iter().zip(&self.ranges).all(|(&value, range)| range.contains(value))
     }
 }
 
@@ -132,6 +142,11 @@ impl ParameterScale {
 }
 
 impl ParameterRange {
+    fn contains(&self, value: f64) -> bool {
+        let slack = RANGE_SLACK * (self.upper - self.lower);
+        (self.lower - slack..=self.upper + slack).contains(&value)
+    }
+
     /// Mean and standard deviation of the uniform distribution over the range.
     fn centre_and_deviation(&self) -> (f64, f64) {
         let (lower, upper) = (self.scale.of(self.lower), self.scale.of(self.upper));

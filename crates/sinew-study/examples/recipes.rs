@@ -5,9 +5,9 @@ use clap::{Parser, ValueEnum};
 use sinew_energy::Barriers;
 use sinew_fem::{Options, Solver, sweep};
 use sinew_gnn::{
-    Backend, Budget, DataFit, DataSet, EmulatorConfig, EnergyNormFit, Geometry, HistoryPoint,
-    MinimumPotential, Objective, Observer, OutputBasis, OutputScale, ParameterScaling, Sample,
-    Scales, Surrogate, Trainer, TrainingConfig, WeightedSum,
+    Backend, Budget, Concern, DataFit, DataSet, EmulatorConfig, EnergyNormFit, Geometry,
+    HistoryPoint, MinimumPotential, Objective, Observer, OutputBasis, OutputScale,
+    ParameterScaling, Sample, Scales, Surrogate, Trainer, TrainingConfig, WeightedSum,
 };
 use sinew_study::evaluate::TestSet;
 use sinew_study::train::Body;
@@ -45,9 +45,12 @@ struct Arguments {
     /// Seed of data, weights and batches
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// How many seeds, from that one on; several are summed up at the end
+    #[arg(long, default_value_t = 1)]
+    seeds: u64,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, Debug, ValueEnum)]
 enum Coordinates {
     Components,
     Nodes,
@@ -57,7 +60,7 @@ enum Coordinates {
     Prediction,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, Debug, ValueEnum)]
 enum Goal {
     Fit,
     Norm,
@@ -73,15 +76,49 @@ fn parse_recipe(text: &str) -> Result<(Coordinates, Goal), String> {
 
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
-    let (body, fields, test) = simulate(&arguments)?;
-    let mut before = None;
-    for &recipe in &arguments.recipes {
-        before = Some(train(&arguments, recipe, &body, &fields, &test, before)?);
+    let mut finals: Vec<Vec<f64>> = vec![Vec::new(); arguments.recipes.len()];
+    let mut troubles = Vec::new();
+    for seed in arguments.seed..arguments.seed + arguments.seeds {
+        let (body, fields, test) = simulate(&arguments, seed)?;
+        let mut before = None;
+        for (index, &recipe) in arguments.recipes.iter().enumerate() {
+            println!("seed {seed}: {recipe:?}");
+            let trained = train(&arguments, seed, recipe, &body, &fields, &test, before.take());
+            match trained {
+                Ok(Trained { surrogate, geometry, err_u_mm, concerns }) => {
+                    finals[index].push(err_u_mm);
+                    troubles
+                        .extend(concerns.iter().map(|c| format!("seed {seed}: {recipe:?}: {c}")));
+                    before = Some((surrogate, geometry));
+                }
+                Err(error) => {
+                    troubles.push(format!("seed {seed}: {recipe:?}: {error:#}"));
+                    break;
+                }
+            }
+        }
     }
+    for (recipe, errors) in arguments.recipes.iter().zip(&finals) {
+        let [least, largest] = [f64::min as fn(f64, f64) -> f64, f64::max]
+            .map(|pick| errors.iter().copied().reduce(pick).unwrap_or(f64::NAN));
+        let (trained, seeds) = (errors.len(), arguments.seeds);
+        println!(
+            "{recipe:?}: {trained} of {seeds} seeds trained, median err_u {least:.1e} to {largest:.1e} mm"
+        );
+    }
+    troubles.iter().for_each(|trouble| println!("{trouble}"));
     Ok(())
 }
 
-fn simulate(arguments: &Arguments) -> Result<(Body, Vec<Vec<f64>>, TestSet)> {
+/// The end of a training.
+struct Trained {
+    surrogate: Surrogate,
+    geometry: Geometry,
+    err_u_mm: f64,
+    concerns: Vec<Concern>,
+}
+
+fn simulate(arguments: &Arguments, seed: u64) -> Result<(Body, Vec<Vec<f64>>, TestSet)> {
     let beam = match &arguments.scene[..] {
         "once" => scenes::once_clamped(),
         "twice" => scenes::twice_clamped(),
@@ -97,13 +134,13 @@ fn simulate(arguments: &Arguments) -> Result<(Body, Vec<Vec<f64>>, TestSet)> {
         let solutions = swept.solutions().context("simulations")?;
         Ok(solutions.iter().map(|solution| solution.displacement.clone()).collect())
     };
-    let thetas = sampling::log_latin_hypercube(200, &ranges, arguments.seed);
+    let thetas = sampling::log_latin_hypercube(200, &ranges, seed);
     let fields = solve(&thetas)?;
-    let tests = sampling::uniform(100, &ranges, !arguments.seed);
+    let tests = sampling::uniform(100, &ranges, !seed);
     let displacements = solve(&tests)?;
     let test = TestSet { potential: potential.clone(), displacements, thetas: tests };
 
-    let (topology, geometry) = graph::geometry(&beam.scene.mesh, &exact, arguments.seed)?;
+    let (topology, geometry) = graph::geometry(&beam.scene.mesh, &exact, seed)?;
     let mut nearly_unloaded = exact.clone();
     nearly_unloaded.nodal_force.iter_mut().for_each(|force| *force *= 1e-6);
     let linear = Solver::new(&nearly_unloaded)?.solve(&centre, &Options::default())?;
@@ -122,12 +159,13 @@ fn simulate(arguments: &Arguments) -> Result<(Body, Vec<Vec<f64>>, TestSet)> {
 
 fn train(
     arguments: &Arguments,
+    seed: u64,
     (coordinates, goal): (Coordinates, Goal),
     body: &Body,
     fields: &[Vec<f64>],
     test: &TestSet,
     before: Option<(Surrogate, Geometry)>,
-) -> Result<(Surrogate, Geometry)> {
+) -> Result<Trained> {
     let start = Instant::now();
     let anchor = match (coordinates, before) {
         (Coordinates::Prediction, Some((surrogate, geometry))) => {
@@ -140,7 +178,9 @@ fn train(
     geometry.basis = match coordinates {
         Coordinates::Components | Coordinates::Nodes => None,
         Coordinates::Rest => Some(basis::at_rest(body)?),
-        Coordinates::Simulation | Coordinates::Prediction => Some(basis::at_anchor(body, &anchor)?),
+        Coordinates::Simulation | Coordinates::Prediction => {
+            Some(basis::at_anchor(body, &anchor)?.basis)
+        }
         Coordinates::Simulations => {
             let some = fields.iter().take(arguments.simulations).map(Vec::as_slice);
             Some(OutputBasis::principal(some, arguments.power)?)
@@ -169,7 +209,7 @@ fn train(
         budget: Budget::Steps(arguments.steps),
         learning_rate: arguments.learning_rate,
         embedding_share: arguments.share,
-        seed: arguments.seed,
+        seed,
         evaluations: 4,
         ..TrainingConfig::default()
     };
@@ -177,11 +217,13 @@ fn train(
     let network = EmulatorConfig::new(3, columns.0, columns.1, body.centre.len());
     let scales = Scales::over(&data.geometries, body.parameters.clone(), output)?;
     let device = Backend::Flex.device()?;
-    let surrogate = Surrogate::new(&network, &data, scales, arguments.seed, &device)?;
+    let surrogate = Surrogate::new(&network, &data, scales, seed, &device)?;
     let mut trainer = Trainer::new(surrogate, data, objective, config)?;
     println!("prepared in {:.2} s", start.elapsed().as_secs_f64());
-    trainer.run(&mut Printer { test, geometry: &geometry })?;
-    Ok((trainer.into_surrogate(), geometry))
+    let mut printer = Printer { test, geometry: &geometry, err_u_mm: f64::NAN };
+    let concerns = trainer.run(&mut printer)?.concerns;
+    let err_u_mm = printer.err_u_mm;
+    Ok(Trained { surrogate: trainer.into_surrogate(), geometry, err_u_mm, concerns })
 }
 
 fn objective(
@@ -213,6 +255,8 @@ fn objective(
 struct Printer<'a> {
     test: &'a TestSet,
     geometry: &'a Geometry,
+    /// The latest.
+    err_u_mm: f64,
 }
 
 impl Observer for Printer<'_> {
@@ -226,10 +270,13 @@ impl Observer for Printer<'_> {
                 self.test.evaluate(&fields)?.medians()
             });
         match medians {
-            Ok(m) => println!(
-                "{:6} steps {:6.1} s: err_u {:.1e} mm, err_F {:.1e} %, err_I1 {:.1e} %, err_Pi {:.1e} %",
-                point.step, point.seconds, m.err_u_mm, m.err_f_pct, m.err_i1_pct, m.err_pi_pct
-            ),
+            Ok(m) => {
+                self.err_u_mm = m.err_u_mm;
+                println!(
+                    "{:6} steps {:6.1} s: err_u {:.1e} mm, err_F {:.1e} %, err_I1 {:.1e} %, err_Pi {:.1e} %",
+                    point.step, point.seconds, m.err_u_mm, m.err_f_pct, m.err_i1_pct, m.err_pi_pct
+                );
+            }
             Err(error) => println!("{:6} steps {:6.1} s: {error:#}", point.step, point.seconds),
         }
     }

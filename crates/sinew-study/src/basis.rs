@@ -36,12 +36,22 @@ pub fn at_rest(body: &Body) -> Result<OutputBasis> {
     Ok(OutputBasis::new(rest, &scaled(map, scale))?)
 }
 
+/// Coordinates about a displacement.
+#[derive(Clone, Debug)]
+pub struct Anchored {
+    /// The coordinates.
+    pub basis: OutputBasis,
+    /// Energy that a Newton step from the displacement would gain, relative to the work of the loads: how far it is
+    /// from equilibrium at the centre of the parameter range.
+    pub excess: f64,
+}
+
 /// Coordinates for the second training, about `anchor`: a displacement \[mm\] that the first one predicts for the
 /// centre of the parameter range. One that inverts a cell is halved until it does not.
 ///
 /// # Errors
 /// A stiffness that cannot be formed.
-pub fn at_anchor(body: &Body, anchor: &[f64]) -> Result<OutputBasis> {
+pub fn at_anchor(body: &Body, anchor: &[f64]) -> Result<Anchored> {
     let mut anchor = anchor.to_vec();
     let mut energy = body.exact.value(&anchor, &body.centre);
     while !energy.is_finite() {
@@ -51,8 +61,12 @@ pub fn at_anchor(body: &Body, anchor: &[f64]) -> Result<OutputBasis> {
     let mut solver = Solver::new(&body.exact)?;
     let map = solver.inverse_stiffness_power(&anchor, &body.centre, 0.5)?;
     let work = dot(&body.exact.nodal_force, &anchor).abs().max(energy.abs());
+    let mut force = vec![0.0; anchor.len()];
+    body.exact.value_and_gradient(&anchor, &body.centre, &mut force);
+    let weighed = map.chunks_exact(anchor.len()).map(|row| dot(row, &force));
+    let excess = 0.5 * weighed.map(|w| w * w).sum::<f64>() / work;
     let scale = (2.0 * ENERGY_SHARE * work / solver.unknowns() as f64).sqrt();
-    Ok(OutputBasis::new(anchor, &scaled(map, scale))?)
+    Ok(Anchored { basis: OutputBasis::new(anchor, &scaled(map, scale))?, excess })
 }
 
 /// Coordinates in which simulations differ.

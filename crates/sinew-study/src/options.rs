@@ -34,6 +34,9 @@ pub struct BeamOptions {
     /// Wall time of the whole run, such as 90s, 10m or 1h: step counts are scaled to fit
     #[arg(long, value_parser = parse_duration, conflicts_with_all = ["quick", "full"])]
     pub budget: Option<Duration>,
+    /// Steps of all trainings relative to the default run: repeatable, where a time budget depends on the machine
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = parse_effort, conflicts_with_all = ["quick", "full", "budget"])]
+    pub effort: f64,
     /// The same code with few simulations and steps, within a minute: a check, not a result
     #[arg(long, conflicts_with = "full")]
     pub quick: bool,
@@ -135,6 +138,15 @@ fn parse_duration(text: &str) -> Result<Duration, String> {
         return Err(format!("`{text}` is outside 10s to 2700h"));
     }
     Ok(Duration::from_secs_f64(number * scale))
+}
+
+fn parse_effort(text: &str) -> Result<f64, String> {
+    let factor: f64 = text.parse().map_err(|_| format!("`{text}` is not a number"))?;
+    if (0.01..=1000.0).contains(&factor) {
+        Ok(factor)
+    } else {
+        Err(format!("`{text}` is outside 0.01 to 1000"))
+    }
 }
 
 #[cfg(test)]

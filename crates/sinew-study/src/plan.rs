@@ -66,7 +66,8 @@ impl Plan {
             let evaluations = plan.training.evaluations;
             plan.map(|config| Budget::Seconds(seconds * cost(config) / total), evaluations)
         } else {
-            plan
+            let evaluations = plan.training.evaluations;
+            plan.map(|config| scaled(config.budget, options.effort), evaluations)
         }
     }
 
@@ -156,6 +157,14 @@ const LEAST_TRAINING: f64 = 0.2;
 const PASS_COST: f64 = 56.0;
 const DECODER_COST: f64 = 10.0;
 
+/// A number of steps times a factor.
+fn scaled(budget: Budget, factor: f64) -> Budget {
+    match budget {
+        Budget::Steps(steps) => Budget::Steps(((steps as f64 * factor).round() as usize).max(1)),
+        Budget::Seconds(_) => budget,
+    }
+}
+
 /// Cost of a training in decoded parameter sets; zero under a time budget.
 fn cost(config: &TrainingConfig) -> f64 {
     let step = config.embedding_share * PASS_COST + DECODER_COST + config.batch as f64;
@@ -194,6 +203,16 @@ mod tests {
             .sum();
         assert!((total - TRAINING_SHARE * (600.0 - 2.0 * FIXED_SECONDS)).abs() < 1e-9);
         assert!(seconds("once", Method::Pi) > 0.0);
+    }
+
+    #[test]
+    fn effort_scales_all_stages() {
+        let steps = |arguments: &[&str]| -> Vec<Budget> {
+            let plan = Plan::of(&options(arguments), "once", Method::Pi);
+            plan.stages().map(|config| config.budget).collect()
+        };
+        assert_eq!(steps(&["--effort", "0.5"]), [Budget::Steps(250), Budget::Steps(750)]);
+        assert_eq!(steps(&[]), [Budget::Steps(500), Budget::Steps(1500)]);
     }
 
     #[test]

@@ -33,6 +33,8 @@ pub(crate) struct Outcome {
     pub(crate) samples: Vec<SampleRow>,
     pub(crate) history: Option<TrainingHistory>,
     pub(crate) median_and_worst: [usize; 2],
+    /// Reasons not to trust the method's errors to be what it can do.
+    pub(crate) concerns: Vec<String>,
     #[serde(skip)]
     pub(crate) predictions: Vec<Vec<f64>>,
 }
@@ -56,14 +58,10 @@ pub fn reproduce_beam(options: &BeamOptions) -> Result<PathBuf> {
     let mut notes = notes(options);
     for name in options.scene.names() {
         let beam = if *name == "once" { once_clamped() } else { twice_clamped() };
-        let (scene, rows, discretisation_mm) = run_scene(options, &beam, &device, &clock)?;
-        notes.push(format!(
-            "{}: at mu = lambda = 75 kPa this mesh of linear tetrahedra is {discretisation_mm:.2} mm (median over \
-             the nodes) from a solution with quadratic ones. Emulators inherit that error; no row shows it.",
-            beam.title
-        ));
-        scenes.push(scene);
-        samples.push(rows);
+        let run = run_scene(options, &beam, &device, &clock)?;
+        scenes.push(run.scene);
+        samples.push(run.samples);
+        notes.extend(run.notes.iter().map(|note| format!("{}: {note}", beam.title)));
     }
     let wall = clock.save()?;
     let report = Report {
@@ -159,12 +157,19 @@ fn notes(options: &BeamOptions) -> Vec<String> {
     notes
 }
 
+/// What a scene contributes to the report.
+struct SceneRun {
+    scene: SceneReport,
+    samples: SceneSamples,
+    notes: Vec<String>,
+}
+
 fn run_scene(
     options: &BeamOptions,
     beam: &Beam,
     device: &Device,
     clock: &WallClock,
-) -> Result<(SceneReport, SceneSamples, f64)> {
+) -> Result<SceneRun> {
     eprintln!("\n{}: {}", beam.title, beam.description);
     let folder = options.out.join(beam.name);
     let counts = Samples::of(options);
@@ -207,11 +212,24 @@ fn run_scene(
 
     present::write_fields(&folder.join("fields"), beam, &simulations, &outcomes)?;
     let scene = present::scene_report(beam, &potential, &simulations, &outcomes)?;
+    let notes = scene_notes(simulations.fixture.discretisation_mm, &outcomes);
     let theta_names =
         beam.scene.parameters.iter().map(|p| format!("{}_{}", p.name, p.unit)).collect();
     let rows = outcomes.into_iter().flat_map(|outcome| outcome.samples).collect();
     let samples = SceneSamples { scene: beam.name.to_string(), theta_names, rows };
-    Ok((scene, samples, simulations.fixture.discretisation_mm))
+    Ok(SceneRun { scene, samples, notes })
+}
+
+fn scene_notes(discretisation_mm: f64, outcomes: &[Outcome]) -> Vec<String> {
+    let discretisation = format!(
+        "at mu = lambda = 75 kPa this mesh of linear tetrahedra is {discretisation_mm:.2} mm (median over the nodes) \
+         from a solution with quadratic ones. Emulators inherit that error; no row shows it."
+    );
+    let concerns = outcomes.iter().flat_map(|outcome| {
+        let method = outcome.row.method().key();
+        outcome.concerns.iter().map(move |concern| format!("warning about {method}, {concern}"))
+    });
+    std::iter::once(discretisation).chain(concerns).collect()
 }
 
 /// Trains, times and evaluates one emulator.
@@ -292,6 +310,7 @@ impl EmulatorRun<'_> {
         };
         let outcome =
             finish(method.into(), &description, &evaluation, times, Some(trained.history), fields)?;
+        let outcome = Outcome { concerns: trained.concerns, ..outcome };
         store::write_table(&predictions, &outcome.predictions)?;
         store::write_json(&result, &outcome)?;
         Ok(outcome)
@@ -319,6 +338,7 @@ fn finish(
         samples: evaluation.rows(method)?,
         history,
         median_and_worst: evaluation.median_and_worst(),
+        concerns: Vec::new(),
         predictions,
     })
 }

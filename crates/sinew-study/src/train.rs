@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Barriers, TotalPotential};
 use sinew_gnn::{
-    DataFit, DataFitWithGradient, DataSet, EmulatorConfig, EnergyNormFit, Geometry,
+    Concern, DataFit, DataFitWithGradient, DataSet, EmulatorConfig, EnergyNormFit, Geometry,
     GradientOperator, HistoryPoint, MinimumPotential, Objective, OutputScale, Progress, Sample,
     Scales, Surrogate, Trainer, TrainingConfig, TrainingReport,
 };
@@ -58,6 +58,8 @@ pub struct Trained {
     pub prepare_s: f64,
     /// Validation errors and energies on the way.
     pub history: TrainingHistory,
+    /// Reasons not to trust the emulator.
+    pub concerns: Vec<String>,
 }
 
 /// Where and how an emulator is trained.
@@ -96,7 +98,7 @@ impl Workshop<'_> {
             }
             Coordinates::StiffnessOfSimulation => {
                 let anchor = self.anchoring_simulation()?;
-                Some(timed(&mut prepare_s, || basis::at_anchor(self.body, anchor))?)
+                Some(timed(&mut prepare_s, || basis::at_anchor(self.body, anchor))?.basis)
             }
             Coordinates::StiffnessAfter(first) => {
                 geometry.basis = Some(timed(&mut prepare_s, || basis::at_rest(self.body))?);
@@ -105,7 +107,9 @@ impl Workshop<'_> {
                 watch.before = before;
                 let centre = std::slice::from_ref(&self.body.centre);
                 let anchor = surrogate.predict(&geometry, centre)?.displacement;
-                Some(timed(&mut prepare_s, || basis::at_anchor(self.body, &anchor))?)
+                let anchored = timed(&mut prepare_s, || basis::at_anchor(self.body, &anchor))?;
+                watch.judge_anchor(anchored.excess);
+                Some(anchored.basis)
             }
         };
         let (surrogate, report) = self.stage("train", &geometry, &plan.training, &mut watch)?;
@@ -121,6 +125,7 @@ impl Workshop<'_> {
             seconds: before.1 + report.seconds,
             prepare_s,
             history: TrainingHistory::new(self.method.into(), &curves.errors, &curves.energy),
+            concerns: watch.concerns,
         })
     }
 
@@ -151,6 +156,10 @@ impl Workshop<'_> {
             format!("training {} on {}", self.method.key(), self.folder.display())
         })?;
         watch.failure.take().map_or(Ok(()), Err)?;
+        report
+            .concerns
+            .iter()
+            .for_each(|concern| watch.raise(format!("training `{name}`: {concern}")));
         Ok((trainer.into_surrogate(), report))
     }
 
@@ -234,6 +243,9 @@ struct Watch<'a> {
     /// Steps and seconds of the stage before.
     before: (u64, f64),
     failure: Option<anyhow::Error>,
+    concerns: Vec<String>,
+    /// Whether a concern of this stage was said before its end.
+    warned: bool,
 }
 
 #[derive(Default, Serialize, Deserialize)]
@@ -254,12 +266,14 @@ impl<'a> Watch<'a> {
             curves: stored.unwrap_or_default(),
             before: (0, 0.0),
             failure: None,
+            concerns: Vec::new(),
+            warned: false,
         })
     }
 
     /// Prepares for a stage, which predicts on `geometry`.
     fn begin(&mut self, stage: &str, geometry: &Geometry) {
-        self.geometry = geometry.clone();
+        (self.geometry, self.warned) = (geometry.clone(), false);
         self.bar.set_prefix(format!(
             "{} ({stage})",
             self.bar.prefix().split(" (").next().unwrap_or("")
@@ -282,6 +296,25 @@ impl<'a> Watch<'a> {
         store::write_json(&self.file, &self.curves)
     }
 
+    /// Keeps a reason not to trust the emulator, and says it at once.
+    fn raise(&mut self, concern: String) {
+        self.bar.println(format!("warning: {concern}"));
+        self.concerns.push(concern);
+    }
+
+    /// `excess` is the estimate of [`basis::Anchored`].
+    fn judge_anchor(&mut self, excess: f64) {
+        /// Where a Newton step gains more than this share of the work, coordinates about the state are poor.
+        const FAR: f64 = 0.3;
+        if excess > FAR {
+            self.raise(format!(
+                "the first training ended far from equilibrium: at the centre of the parameter range a Newton step \
+                 would still gain {:.0} % of the loads' work; give it more steps",
+                100.0 * excess
+            ));
+        }
+    }
+
     fn outcome(&self) -> String {
         let last = self.curves.errors.last().and_then(|point| point.errors.err_u_mm);
         last.map_or_else(String::new, |error| format!("median error {error:.2e} mm"))
@@ -299,6 +332,12 @@ impl sinew_gnn::Observer for Watch<'_> {
     fn evaluate(&mut self, surrogate: &Surrogate, point: &HistoryPoint) {
         if let Err(error) = self.record(surrogate, point) {
             self.failure = Some(error);
+        }
+    }
+
+    fn concern(&mut self, concern: &Concern) {
+        if !std::mem::replace(&mut self.warned, true) {
+            self.bar.println(format!("warning: so far {concern}"));
         }
     }
 }

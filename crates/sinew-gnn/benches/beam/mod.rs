@@ -101,6 +101,17 @@ pub fn trainer(
     let device = Backend::Flex.device().expect("the default backend");
     let config = EmulatorConfig::new(3, 1, 4, 2);
     let surrogate = Surrogate::new(&config, data, scales, 0, &device).expect("fitting counts");
+    trainer_of(surrogate, data, batch, objective, optimiser)
+}
+
+/// The same from given weights.
+pub fn trainer_of(
+    surrogate: Surrogate,
+    data: &DataSet,
+    batch: usize,
+    objective: Box<dyn Objective>,
+    optimiser: OptimiserConfig,
+) -> Trainer {
     let settings = TrainingConfig {
         batch,
         optimiser,

@@ -21,6 +21,12 @@ pub trait Potential: Send + Sync {
         None
     }
 
+    /// Whether a body can have this displacement: no cell is inverted.
+    fn admits(&self, displacement: &[f64]) -> bool {
+        let _ = displacement;
+        true
+    }
+
     /// Π(u; θ), and ∂Π/∂u written over `gradient`. Displacements are flattened node by node.
     fn value_and_gradient(&self, displacement: &[f64], theta: &[f64], gradient: &mut [f64]) -> f64;
 }
@@ -102,6 +108,13 @@ impl Objective for MinimumPotential {
             Arc::new(AtParameters { potential: potential.clone(), thetas });
         Ok(sinew_burn::fused_potential(displacement, &at_parameters).mean() / self.energy)
     }
+
+    fn inadmissible(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> usize {
+        let Some(potential) = self.potentials.get(batch.geometry) else { return 0 };
+        let values: Vec<f64> = displacement.into_data().iter::<f64>().collect();
+        let fields = values.chunks_exact(potential.degrees_of_freedom().max(1));
+        fields.filter(|field| !potential.admits(field)).count()
+    }
 }
 
 /// The potential at the parameters of a batch.
@@ -133,6 +146,12 @@ impl<L: Law<D> + Send + Sync, G: Guard + Send + Sync, const D: usize, const N: u
         // The output's supports could not be those of the body.
         let inclined = require_cartesian(&self.frames).err().map(|error| error.to_string());
         inclined.or_else(|| self.check_theta(theta).err().map(|error| error.to_string()))
+    }
+
+    fn admits(&self, displacement: &[f64]) -> bool {
+        let points = 0..self.volumes.len();
+        let change = |point| self.displacement_gradient(point, displacement).volume_change();
+        points.map(change).all(|change: f64| change > -1.0)
     }
 
     fn value_and_gradient(&self, displacement: &[f64], theta: &[f64], gradient: &mut [f64]) -> f64 {

@@ -43,6 +43,12 @@ pub trait Objective: Send + Sync {
     /// # Errors
     /// A batch the objective cannot be evaluated on.
     fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>>;
+
+    /// How many displacements of a batch no body can have, as far as the objective knows.
+    fn inadmissible(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> usize {
+        let _ = (batch, displacement);
+        0
+    }
 }
 
 /// Added to squared norms, so that their root can be differentiated at zero. In units of the

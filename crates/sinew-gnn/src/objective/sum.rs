@@ -40,4 +40,10 @@ impl Objective for WeightedSum {
         }
         sum.ok_or(Error::NothingToTrain("a sum of no objectives"))
     }
+
+    fn inadmissible(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> usize {
+        let counts =
+            self.terms.iter().map(|(_, term)| term.inadmissible(batch, displacement.clone()));
+        counts.max().unwrap_or(0)
+    }
 }

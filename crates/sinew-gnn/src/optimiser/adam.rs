@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use burn::optim::GradientsParams;
+use rayon::prelude::*;
 use sinew_burn::{AdamRule, adam_direction};
 
 use super::update::{AllMoments, Descent, apply, collect, read_moments, write_moments};
@@ -49,12 +50,12 @@ impl Optimiser for Adam {
         self.steps += 1;
         let rule = self.rule();
         let mut updates = collect(&emulator, gradients, &mut self.moments);
-        for update in &mut updates {
+        updates.par_iter_mut().for_each(|update| {
             let (gradient, moments) = (&mut update.gradient, &mut update.moments);
             moments.first.resize(gradient.len(), 0.0);
             moments.second.resize(gradient.len(), 0.0);
             adam_direction(&rule, &mut moments.first, &mut moments.second, gradient);
-        }
+        });
         let step = learning_rate as f32;
         let descent = Descent { kept: 1.0 - step * self.weight_decay, step };
         apply(emulator, updates, &mut self.moments, descent)

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use burn::optim::GradientsParams;
 use burn::tensor::{Device, Tensor, TensorData};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_burn::{AdamRule, adam_direction, momentum_direction};
 
@@ -120,7 +121,7 @@ impl Optimiser for Muon {
     ) -> Emulator {
         self.steps += 1;
         let mut updates = collect(&emulator, gradients, &mut self.moments);
-        updates.iter_mut().for_each(|update| self.accumulate(update));
+        updates.par_iter_mut().for_each(|update| self.accumulate(update));
         orthogonalise(updates.iter_mut().filter(|update| self.is_orthogonal(update)).collect());
         apply(
             emulator,

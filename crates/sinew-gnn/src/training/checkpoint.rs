@@ -14,7 +14,7 @@ use crate::store::{check_version, load_weights, read_surrogate, save_weights, wr
 use crate::surrogate::Surrogate;
 
 /// Version of the checkpoint format.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const RUN: &str = "run.json";
 const OPTIMISER: &str = "optimiser.bin";
 const BEST: &str = "best.bpk";

@@ -5,11 +5,21 @@ use serde::{Deserialize, Serialize};
 use super::config::Budget;
 
 /// Steps made and seconds spent on them.
+///
+/// Steps are cheaper once the embeddings rest. Under a time budget the number of steps is estimated from the costs of
+/// both kinds, so that schedules mean the same shares of the steps as under a budget of steps.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Clock {
     pub step: usize,
     pub seconds: f64,
+    /// Seconds of the one step that was made with resting embeddings to learn its cost.
+    pub probe: Option<f64>,
+    /// Steps and seconds after which the embeddings rest.
+    pub rest: Option<(usize, f64)>,
 }
+
+/// The step, from zero, that a time budget makes with resting embeddings: after the first ones, which warm caches.
+const PROBE_STEP: usize = 2;
 
 impl Clock {
     /// Share of the budget that is spent, from 0 to 1.
@@ -21,26 +31,70 @@ impl Clock {
         share.min(1.0)
     }
 
+    /// Whether the next step is there to learn what a step with resting embeddings costs.
+    pub fn is_probing(&self, budget: Budget, embedding_share: f64) -> bool {
+        let mixed = embedding_share > 0.0 && embedding_share < 1.0;
+        mixed && matches!(budget, Budget::Seconds(_)) && self.step == PROBE_STEP
+    }
+
+    /// Whether `embedding_share` of the steps are made.
+    pub fn is_time_to_rest(&self, budget: Budget, embedding_share: f64) -> bool {
+        self.step as f64 >= embedding_share * self.total_steps(budget, embedding_share)
+    }
+
+    /// Counts a step.
+    pub fn count(&mut self, seconds: f64) {
+        self.step += 1;
+        self.seconds += seconds;
+    }
+
     /// Steps of the whole run; under a time budget estimated from the pace so far, and at least one more.
-    pub fn total_steps(&self, budget: Budget) -> f64 {
-        match budget {
-            Budget::Steps(steps) => steps as f64,
-            Budget::Seconds(seconds) => {
-                // Before the first step the pace is no number, and `max` gives the one step.
-                (self.step as f64 * (seconds / self.seconds)).max(self.step as f64 + 1.0)
-            }
-        }
+    pub fn total_steps(&self, budget: Budget, embedding_share: f64) -> f64 {
+        let seconds = match budget {
+            Budget::Steps(steps) => return steps as f64,
+            Budget::Seconds(seconds) => seconds,
+        };
+        let [whole, resting] = self.costs();
+        let total = match self.rest {
+            Some(_) => self.step as f64 + (seconds - self.seconds) / resting,
+            None => seconds / (embedding_share * whole + (1.0 - embedding_share) * resting),
+        };
+        // Before the first step the pace is no number, and `max` gives the one step.
+        total.max(self.step as f64 + 1.0)
     }
 
     /// Seconds until the budget is spent, at the pace so far.
-    pub fn remaining_seconds(&self, budget: Budget) -> f64 {
+    pub fn remaining_seconds(&self, budget: Budget, embedding_share: f64) -> f64 {
         match budget {
             Budget::Seconds(seconds) => (seconds - self.seconds).max(0.0),
             Budget::Steps(_) if self.step == 0 => f64::INFINITY,
             Budget::Steps(steps) => {
-                self.seconds / self.step as f64 * steps.saturating_sub(self.step) as f64
+                let [whole, resting] = self.costs();
+                let all = steps as f64;
+                let left = all - self.step as f64;
+                let until_rest = match self.rest {
+                    Some(_) => 0.0,
+                    None => (embedding_share * all - self.step as f64).clamp(0.0, left),
+                };
+                until_rest * whole + (left - until_rest) * resting
             }
         }
+    }
+
+    /// Seconds of a step before and after the embeddings rest.
+    fn costs(&self) -> [f64; 2] {
+        let (steps, seconds) = self.rest.unwrap_or((self.step, self.seconds));
+        let (probes, probed) = match self.probe {
+            Some(cost) if steps > PROBE_STEP + 1 => (1, cost),
+            _ => (0, 0.0),
+        };
+        let whole = (seconds - probed) / (steps - probes) as f64;
+        let since = self.rest.map(|(steps, seconds)| (self.step - steps, self.seconds - seconds));
+        let resting = match since {
+            Some((steps, seconds)) if steps > 0 => seconds / steps as f64,
+            _ => self.probe.unwrap_or(whole),
+        };
+        [whole, resting]
     }
 }
 
@@ -50,14 +104,36 @@ mod tests {
 
     #[test]
     fn a_time_budget_estimates_its_steps() {
-        let clock = Clock { step: 10, seconds: 2.0 };
-        assert_eq!(clock.total_steps(Budget::Seconds(20.0)), 100.0);
+        let clock = Clock { step: 10, seconds: 2.0, ..Clock::default() };
+        assert_eq!(clock.total_steps(Budget::Seconds(20.0), 1.0), 100.0);
         assert_eq!(clock.share(Budget::Seconds(20.0)), 0.1);
-        assert_eq!(clock.remaining_seconds(Budget::Steps(20)), 2.0);
-        assert_eq!(Clock::default().total_steps(Budget::Steps(5)), 5.0);
-        assert_eq!(clock.total_steps(Budget::Steps(10)), 10.0);
+        assert_eq!(clock.remaining_seconds(Budget::Steps(20), 1.0), 2.0);
+        assert_eq!(Clock::default().total_steps(Budget::Steps(5), 1.0), 5.0);
+        assert_eq!(clock.total_steps(Budget::Steps(10), 1.0), 10.0);
         // Before the first step the pace is unknown: the warm-up takes its longest.
-        let start = Clock::default().total_steps(Budget::Seconds(1.0));
+        let start = Clock::default().total_steps(Budget::Seconds(1.0), 1.0);
         assert!(crate::Schedule::WarmupCosine.factor(0, start) <= 1.0);
+    }
+
+    /// Steps of a second, then of a quarter.
+    #[test]
+    fn shares_of_a_time_budget_are_shares_of_the_steps() {
+        let (budget, share) = (Budget::Seconds(40.0), 0.25);
+        let mut clock = Clock::default();
+        let mut estimates = Vec::new();
+        while clock.share(budget) < 1.0 {
+            if clock.rest.is_none() && clock.is_time_to_rest(budget, share) {
+                clock.rest = Some((clock.step, clock.seconds));
+            }
+            let probing = clock.is_probing(budget, share);
+            let seconds = if clock.rest.is_some() || probing { 0.25 } else { 1.0 };
+            clock.count(seconds);
+            clock.probe = if probing { Some(seconds) } else { clock.probe };
+            estimates.push(clock.total_steps(budget, share));
+        }
+        // 0.25 n + 0.75 n / 4 = 40 with n = 91.4; one dear step more or less is worth four cheap ones.
+        let (at_rest, _) = clock.rest.unwrap();
+        assert!((22..=24).contains(&at_rest) && (88..=95).contains(&clock.step), "{clock:?}");
+        assert!(estimates[3..].iter().all(|n| (n - 91.4).abs() < 4.0), "{estimates:?}");
     }
 }

@@ -12,7 +12,7 @@ use crate::schedule::Schedule;
 pub enum Budget {
     /// A number of steps: repeatable, and resumed exactly.
     Steps(usize),
-    /// Seconds of training, evaluations not counted; the schedule follows the share already spent.
+    /// Seconds of training, evaluations not counted; schedules follow the steps that will have been made then.
     Seconds(f64),
 }
 
@@ -32,7 +32,7 @@ pub struct TrainingConfig {
     pub batch: usize,
     /// Largest Euclidean norm of all gradients together; larger ones are scaled down to it.
     pub gradient_norm_limit: Option<f64>,
-    /// Share of the budget after which the node embeddings keep their values, and only the decoders and the parameter
+    /// Share of the steps after which the node embeddings keep their values, and only the decoders and the parameter
     /// encoder are trained, at a fraction of the cost. 1 trains all to the end.
     pub embedding_share: f64,
     /// Seed of the order of the samples.

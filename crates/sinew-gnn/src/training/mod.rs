@@ -2,11 +2,13 @@
 
 mod checkpoint;
 mod clock;
+mod concern;
 mod config;
 mod progress;
 mod sampler;
 mod trainer;
 
+pub use concern::Concern;
 pub use config::{Budget, TrainingConfig};
 pub use progress::{HistoryPoint, Observer, Progress, StopReason, TrainingReport};
 pub use trainer::Trainer;

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 
 use serde::{Deserialize, Serialize};
 
+use super::concern::Concern;
 use crate::surrogate::Surrogate;
 
 /// State of a run after a step.
@@ -38,6 +39,11 @@ pub trait Observer {
     /// Called at every evaluation with the current weights; its time does not count as training.
     fn evaluate(&mut self, surrogate: &Surrogate, point: &HistoryPoint) {
         let _ = (surrogate, point);
+    }
+
+    /// Called after an evaluation in the last three quarters of the budget whose losses give reason to stop.
+    fn concern(&mut self, concern: &Concern) {
+        let _ = concern;
     }
 }
 
@@ -81,4 +87,6 @@ pub struct TrainingReport {
     pub kept_step: usize,
     /// All evaluations.
     pub history: Vec<HistoryPoint>,
+    /// Reasons not to trust the kept weights; none after a training that went well.
+    pub concerns: Vec<Concern>,
 }

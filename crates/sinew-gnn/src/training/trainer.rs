@@ -8,6 +8,7 @@ use burn::optim::GradientsParams;
 use burn::tensor::Tensor;
 
 use super::clock::Clock;
+use super::concern::Thoroughness;
 use super::config::TrainingConfig;
 use super::progress::{HistoryPoint, Observer, Progress, StopReason, TrainingReport};
 use super::sampler::Sampler;
@@ -18,6 +19,9 @@ use crate::kernels::KernelChoice;
 use crate::objective::{Batch, Objective};
 use crate::optimiser::{Optimiser, clip_global_norm};
 use crate::surrogate::{GeometryTensors, Surrogate};
+
+/// Share of the budget from which losses tell whether a training goes wrong.
+const JUDGED_FROM: f64 = 0.25;
 
 /// Trains a [`Surrogate`] on a [`DataSet`] by an [`Objective`].
 ///
@@ -32,8 +36,10 @@ pub struct Trainer {
     pub(super) config: TrainingConfig,
     pub(super) progress: RunState,
     pub(super) best: Option<Best>,
-    objective: Box<dyn Objective>,
-    data: DataSet,
+    pub(super) objective: Box<dyn Objective>,
+    pub(super) data: DataSet,
+    /// Mean training loss of a network without outputs, once it was needed.
+    pub(super) loss_of_zero_output: Option<f64>,
     lifted: Vec<GeometryTensors>,
     /// Embeddings of the geometries' nodes that are no longer trained, on the device that records gradients.
     frozen: Vec<Tensor<2>>,
@@ -77,8 +83,8 @@ impl Trainer {
             data.geometries.len(),
             surrogate.geometries.len(),
         )?;
-        for sample in data.training.iter().chain(&data.validation) {
-            surrogate.scales.parameters.standardise(&sample.theta)?;
+        for (index, sample) in data.training.iter().chain(&data.validation).enumerate() {
+            surrogate.scales.parameters.require_inside(index, &sample.theta)?;
         }
         Ok(Self {
             emulator: surrogate.emulator.clone().train(),
@@ -88,6 +94,7 @@ impl Trainer {
             progress: RunState::default(),
             best: None,
             frozen: Vec::new(),
+            loss_of_zero_output: None,
             checkpoints: None,
             surrogate,
             config,
@@ -170,6 +177,7 @@ impl Trainer {
             }
         };
         let kept_step = self.keep_best();
+        let concerns = self.concerns(Thoroughness::AllSamples)?;
         let RunState { clock, ref history, .. } = self.progress;
         Ok(TrainingReport {
             steps: clock.step,
@@ -177,6 +185,7 @@ impl Trainer {
             stop,
             kept_step,
             history: history.clone(),
+            concerns,
         })
     }
 
@@ -201,59 +210,75 @@ impl Trainer {
     /// [`Error::Diverged`] if loss or gradient is not finite (the weights stay as they were), or a
     /// failing objective.
     pub fn step(&mut self) -> Result<Progress> {
+        sinew_burn::on_ready_threads(|| self.step_in_pool())
+    }
+
+    fn step_in_pool(&mut self) -> Result<Progress> {
         let start = Instant::now();
         let clock = self.progress.clock;
-        if self.frozen.is_empty() && clock.share(self.config.budget) >= self.config.embedding_share
+        let (budget, share) = (self.config.budget, self.config.embedding_share);
+        if self.frozen.is_empty() && (clock.rest.is_some() || clock.is_time_to_rest(budget, share))
         {
-            self.freeze_embeddings();
+            self.frozen = self.embeddings();
+            self.progress.clock.rest.get_or_insert((clock.step, clock.seconds));
         }
-        let factor = self.config.schedule.factor(clock.step, clock.total_steps(self.config.budget));
+        let probing = self.frozen.is_empty() && clock.is_probing(budget, share);
+        let resting = if probing { self.embeddings() } else { self.frozen.clone() };
+        let prepared = start.elapsed().as_secs_f64();
+        let factor = self.config.schedule.factor(clock.step, clock.total_steps(budget, share));
         let learning_rate = self.config.learning_rate * factor;
         let samples: Vec<&Sample> =
             self.sampler.draw().iter().map(|&index| &self.data.training[index]).collect();
         let batch = Batch { geometry: samples[0].geometry, samples: &samples };
         let geometry = &self.lifted[batch.geometry];
-        let local = self.frozen.get(batch.geometry).cloned();
+        let local = resting.get(batch.geometry).cloned();
         let loss = self.batch_loss(&self.emulator, geometry, local, &batch)?;
         let value: f64 = loss.clone().into_scalar::<f32>().into();
         let gradients = GradientsParams::from_grads(loss.backward(), &self.emulator);
         let (gradients, gradient_norm) =
             clip_global_norm(&self.emulator, gradients, self.config.gradient_norm_limit);
         if !value.is_finite() || !gradient_norm.is_finite() {
-            let (step, loss) = (clock.step + 1, value);
-            return Err(Error::Diverged { step, loss, gradient_norm, learning_rate });
+            let (step, samples) = (clock.step + 1, batch.samples.len());
+            return Err(match self.inadmissible(&self.emulator.valid(), &batch)? {
+                0 => Error::Diverged { step, loss: value, gradient_norm, learning_rate },
+                inadmissible => Error::InvertedCells { step, inadmissible, samples },
+            });
         }
         self.emulator = self.optimiser.step(learning_rate, self.emulator.clone(), gradients);
-        self.count_step(value, start.elapsed().as_secs_f64());
+        let seconds = start.elapsed().as_secs_f64();
+        if probing {
+            self.progress.clock.probe = Some(seconds - prepared);
+        }
+        self.count_step(value, seconds);
         Ok(self.report(value, gradient_norm, learning_rate))
     }
 
-    /// From here on the embeddings are data.
-    fn freeze_embeddings(&mut self) {
+    /// Embeddings of the geometries' nodes as they are now, as data.
+    fn embeddings(&self) -> Vec<Tensor<2>> {
         let emulator = self.emulator.valid();
         let embed =
             |geometry| Tensor::from_inner(self.surrogate.local_embedding(&emulator, geometry));
-        self.frozen = self.surrogate.prepared.iter().map(embed).collect();
+        self.surrogate.prepared.iter().map(embed).collect()
     }
 
     fn count_step(&mut self, loss: f64, seconds: f64) {
-        self.progress.clock.step += 1;
-        self.progress.clock.seconds += seconds;
+        self.progress.clock.count(seconds);
         self.progress.loss_sum += loss;
         self.progress.loss_count += 1;
     }
 
     fn report(&self, loss: f64, gradient_norm: f64, learning_rate: f64) -> Progress {
-        let (clock, budget) = (self.progress.clock, self.config.budget);
+        let clock = self.progress.clock;
+        let TrainingConfig { budget, embedding_share, .. } = self.config;
         Progress {
             step: clock.step,
-            steps: clock.total_steps(budget).round() as usize,
+            steps: clock.total_steps(budget, embedding_share).round() as usize,
             share: clock.share(budget),
             loss,
             gradient_norm,
             learning_rate,
             seconds: clock.seconds,
-            remaining_seconds: clock.remaining_seconds(budget),
+            remaining_seconds: clock.remaining_seconds(budget, embedding_share),
         }
     }
 
@@ -264,14 +289,24 @@ impl Trainer {
         local: Option<Tensor<2>>,
         batch: &Batch<'_>,
     ) -> Result<Tensor<1>> {
+        self.objective.loss(batch, self.displacement(emulator, geometry, local, batch)?)
+    }
+
+    /// Predictions for a batch, from given embeddings of the geometry's nodes or new ones.
+    pub(super) fn displacement(
+        &self,
+        emulator: &Emulator,
+        geometry: &GeometryTensors,
+        local: Option<Tensor<2>>,
+        batch: &Batch<'_>,
+    ) -> Result<Tensor<3>> {
         let thetas: Vec<&[f64]> = batch.samples.iter().map(|sample| &sample.theta[..]).collect();
         let mut parameters = self.surrogate.parameter_tensor(&thetas)?;
         if geometry.nodes.is_autodiff() {
             parameters = Tensor::from_inner(parameters);
         }
         let local = local.unwrap_or_else(|| self.surrogate.local_embedding(emulator, geometry));
-        let displacement = geometry.displacement(emulator, local, parameters);
-        self.objective.loss(batch, displacement)
+        Ok(geometry.displacement(emulator, local, parameters))
     }
 
     /// Mean loss of the validation samples, without gradients.
@@ -298,7 +333,7 @@ impl Trainer {
         let state = &mut self.progress;
         let loss = state.loss_sum / state.loss_count.max(1) as f64;
         (state.loss_sum, state.loss_count) = (0.0, 0);
-        let Clock { step, seconds } = state.clock;
+        let Clock { step, seconds, .. } = state.clock;
         let point = HistoryPoint { step, seconds, loss, validation };
         state.history.push(point);
         if let Some(validation) = validation {
@@ -311,6 +346,9 @@ impl Trainer {
             self.progress.evaluations_without_improvement = if improved { 0 } else { waited + 1 };
         }
         observer.evaluate(&self.surrogate, &point);
+        if self.progress.clock.share(self.config.budget) >= JUDGED_FROM {
+            self.concerns(Thoroughness::OneBatch)?.iter().for_each(|c| observer.concern(c));
+        }
         match self.checkpoints.clone() {
             Some(directory) => self.save_checkpoint(&directory),
             None => Ok(()),

@@ -24,7 +24,11 @@ pub fn plane_cantilever(length: f64) -> Body {
 }
 
 pub fn beam(cells: [usize; 3], roots: Vec<usize>) -> Body {
-    let mesh = sinew_mesh::box_tetrahedra([100.0, 10.0, 10.0], cells);
+    beam_of([100.0, 10.0, 10.0], cells, roots)
+}
+
+pub fn beam_of(size: [f64; 3], cells: [usize; 3], roots: Vec<usize>) -> Body {
+    let mesh = sinew_mesh::box_tetrahedra(size, cells);
     body(3, mesh.points.clone(), &sinew_mesh::edges(&mesh), roots)
 }
 

@@ -1,0 +1,66 @@
+//! Threads that stay awake between short parallel parts.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::Yield;
+
+/// Runs `work` on a thread of the current pool, while another one waits for its parallel parts without going to sleep.
+///
+/// A training step is some hundred parallel parts of a tenth of a millisecond each, with little in between; waking a
+/// sleeping thread takes as long as such a part. The waiting thread gives way to other programs.
+pub fn on_ready_threads<R: Send>(work: impl FnOnce() -> R + Send) -> R {
+    if rayon::current_num_threads() < 2 {
+        return work();
+    }
+    let done = AtomicBool::new(false);
+    let work = || {
+        let _finished = SetOnDrop(&done);
+        work()
+    };
+    let wait = || {
+        while !done.load(Ordering::Acquire) {
+            if rayon::yield_now() != Some(Yield::Executed) {
+                std::thread::yield_now();
+            }
+        }
+    };
+    rayon::join(work, wait).0
+}
+
+/// Ends the waiting even if the work panics.
+struct SetOnDrop<'a>(&'a AtomicBool);
+
+impl Drop for SetOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Release);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rayon::prelude::*;
+
+    use super::on_ready_threads;
+
+    fn pool(threads: usize) -> rayon::ThreadPool {
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()
+    }
+
+    #[test]
+    fn work_runs_once_on_any_number_of_threads() {
+        for threads in 1..4 {
+            let sum = pool(threads).install(|| {
+                on_ready_threads(|| (0..100_u64).into_par_iter().map(|i| i * i).sum::<u64>())
+            });
+            assert_eq!(sum, 328_350);
+        }
+    }
+
+    #[test]
+    fn a_panic_of_the_work_comes_through() {
+        let outcome = std::panic::catch_unwind(|| {
+            pool(2).install(|| on_ready_threads(|| panic!("of the work")));
+        });
+        assert!(outcome.is_err());
+    }
+}

@@ -1,0 +1,175 @@
+//! What a training that did not diverge may still have got wrong.
+
+use burn::tensor::Tensor;
+use serde::{Deserialize, Serialize};
+
+use super::progress::HistoryPoint;
+use super::trainer::Trainer;
+use crate::data::Sample;
+use crate::emulator::Emulator;
+use crate::error::Result;
+use crate::objective::Batch;
+
+/// A reason not to trust the weights that a training leaves.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(rename_all = "kebab-case")]
+pub enum Concern {
+    /// The network is no better than one displacement for all parameters.
+    #[error(
+        "nothing was learned: the mean loss of the latest steps is {loss:.3e}, that of zero outputs, one displacement \
+         for all parameters, {of_zero_output:.3e}; lower the learning rate, or train for longer"
+    )]
+    NothingLearned {
+        /// Mean training loss since the evaluation before the last.
+        loss: f64,
+        /// Mean loss of the displacement that a network without outputs stands for.
+        of_zero_output: f64,
+    },
+    /// More than half of what had been learned is lost again.
+    #[error(
+        "the mean loss rose from {lowest:.3e} at step {step} to {loss:.3e} at the end; lower the learning rate, or \
+         enlarge the batch"
+    )]
+    LossRose {
+        /// Lowest mean loss between two evaluations.
+        lowest: f64,
+        /// Step of the evaluation that it was reported at.
+        step: usize,
+        /// Mean training loss since the evaluation before the last.
+        loss: f64,
+    },
+    /// Predictions that only a guard of the energy makes admissible.
+    #[error(
+        "{inadmissible} of {samples} predictions at the parameters of the training invert a cell; train for longer, \
+         or begin from a smaller displacement"
+    )]
+    Inadmissible {
+        /// Parameter sets whose predictions invert a cell.
+        inadmissible: usize,
+        /// Parameter sets.
+        samples: usize,
+    },
+}
+
+/// What the losses of a run tell. A loss of zero outputs that is not finite is no measure of anything.
+fn of_losses(history: &[HistoryPoint], of_zero_output: f64) -> Option<Concern> {
+    let loss = history.last()?.loss;
+    if !of_zero_output.is_finite() {
+        return None;
+    }
+    if loss >= of_zero_output {
+        return Some(Concern::NothingLearned { loss, of_zero_output });
+    }
+    let lowest = history.iter().min_by(|a, b| a.loss.total_cmp(&b.loss))?;
+    let lost = (loss - lowest.loss) / (of_zero_output - lowest.loss);
+    (lost > 0.5).then_some(Concern::LossRose { lowest: lowest.loss, step: lowest.step, loss })
+}
+
+/// How many predictions are looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Thoroughness {
+    /// Those of one batch per geometry.
+    OneBatch,
+    /// All parameters of the training.
+    AllSamples,
+}
+
+impl Trainer {
+    /// What is wrong with the weights of the latest evaluation.
+    pub(super) fn concerns(&mut self, thoroughness: Thoroughness) -> Result<Vec<Concern>> {
+        let of_zero_output = match self.loss_of_zero_output {
+            Some(loss) => loss,
+            None => *self.loss_of_zero_output.insert(self.zero_output_loss()?),
+        };
+        let of_losses = of_losses(&self.progress.history, of_zero_output);
+        Ok(of_losses.into_iter().chain(self.of_states(thoroughness)?).collect())
+    }
+
+    /// How many of an emulator's predictions for a batch invert a cell.
+    pub(super) fn inadmissible(&self, emulator: &Emulator, batch: &Batch<'_>) -> Result<usize> {
+        let geometry = &self.surrogate.prepared[batch.geometry];
+        let displacement = self.displacement(emulator, geometry, None, batch)?;
+        Ok(self.objective.inadmissible(batch, displacement))
+    }
+
+    /// Mean loss over the training samples if the network had no outputs.
+    fn zero_output_loss(&self) -> Result<f64> {
+        let mut sum = 0.0;
+        for batch in self.training_batches() {
+            let output = &self.surrogate.prepared[batch.geometry].output;
+            let [nodes, dimensions] = output.dims();
+            let zeros =
+                Tensor::zeros([batch.samples.len(), nodes, dimensions], &self.surrogate.device);
+            let loss = self.objective.loss(&batch.as_batch(), output.displacement(zeros))?;
+            sum += f64::from(loss.into_scalar::<f32>()) * batch.samples.len() as f64;
+        }
+        Ok(sum / self.data.training.len() as f64)
+    }
+
+    fn of_states(&self, thoroughness: Thoroughness) -> Result<Option<Concern>> {
+        let mut batches = self.training_batches();
+        if thoroughness == Thoroughness::OneBatch {
+            batches.dedup_by_key(|batch| batch.geometry);
+        }
+        let (mut inadmissible, mut samples) = (0, 0);
+        for batch in &batches {
+            inadmissible += self.inadmissible(&self.surrogate.emulator, &batch.as_batch())?;
+            samples += batch.samples.len();
+        }
+        Ok((inadmissible > 0).then_some(Concern::Inadmissible { inadmissible, samples }))
+    }
+
+    /// All training samples, in batches of one geometry each.
+    fn training_batches(&self) -> Vec<OwnedBatch<'_>> {
+        let of = |geometry| {
+            let samples = self.data.training.iter().filter(move |s| s.geometry == geometry);
+            let samples: Vec<&Sample> = samples.collect();
+            let batches = samples.chunks(self.config.batch).map(<[_]>::to_vec);
+            batches.map(|samples| OwnedBatch { geometry, samples }).collect::<Vec<_>>()
+        };
+        (0..self.data.geometries.len()).flat_map(of).collect()
+    }
+}
+
+struct OwnedBatch<'a> {
+    geometry: usize,
+    samples: Vec<&'a Sample>,
+}
+
+impl OwnedBatch<'_> {
+    fn as_batch(&self) -> Batch<'_> {
+        Batch { geometry: self.geometry, samples: &self.samples }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn losses(values: &[f64]) -> Vec<HistoryPoint> {
+        let point = |(i, &loss): (usize, &f64)| HistoryPoint {
+            step: 10 * (i + 1),
+            seconds: 0.0,
+            loss,
+            validation: None,
+        };
+        values.iter().enumerate().map(point).collect()
+    }
+
+    #[test]
+    fn losses_are_judged_against_those_of_a_network_without_outputs() {
+        assert_eq!(of_losses(&losses(&[0.9, 0.3, 0.1]), 1.0), None);
+        // Energies are negative; a rise within the noise of batches is none.
+        assert_eq!(of_losses(&losses(&[-0.2, -0.8, -0.78]), 0.0), None);
+        assert_eq!(
+            of_losses(&losses(&[0.5, 2.0]), 1.0),
+            Some(Concern::NothingLearned { loss: 2.0, of_zero_output: 1.0 })
+        );
+        assert_eq!(
+            of_losses(&losses(&[-0.2, -0.8, -0.3]), 0.0),
+            Some(Concern::LossRose { lowest: -0.8, step: 20, loss: -0.3 })
+        );
+        assert_eq!(of_losses(&losses(&[0.5, 2.0]), f64::INFINITY), None);
+        assert_eq!(of_losses(&[], 1.0), None);
+    }
+}
