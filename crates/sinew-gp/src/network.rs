@@ -218,9 +218,7 @@ impl<const D: usize> Network<D> {
         if groups.iter().any(|group| group.opposite.is_some()) {
             return Err(GpError::Network("jumps between the ends of a periodic axis"));
         }
-        if prior.parts.iter().any(|part| part.direction.is_some()) {
-            return Err(GpError::Network("traces along the edges of a polygon"));
-        }
+        require_no_traces(&prior)?;
         let layout = Layout::new(&prior, options.width);
         let mut targets = Vec::new();
         for (number, group) in groups.iter().enumerate() {
@@ -261,10 +259,14 @@ impl<const D: usize> Network<D> {
     ///
     /// As the width grows, u tends to the Gaussian process with the prior's mean and features and
     /// the kernel 1 + E tanh(b + w·x) tanh(b + w·x′) (Theorem 4.6.2).
-    pub fn random(prior: Prior<D>, width: usize, seed: u64) -> Self {
+    ///
+    /// # Errors
+    /// If the prior has parts that no network stands for: traces along the edges of a polygon.
+    pub fn random(prior: Prior<D>, width: usize, seed: u64) -> Result<Self, GpError> {
+        require_no_traces(&prior)?;
         let layout = Layout::new(&prior, width);
         let weights = layout.random(&mut ChaCha8Rng::seed_from_u64(seed));
-        Self { layout, weights, loss: f64::INFINITY, prior }
+        Ok(Self { layout, weights, loss: f64::INFINITY, prior })
     }
 
     /// u at points.
@@ -291,6 +293,13 @@ impl<const D: usize> Network<D> {
             self.layout.evaluate(&target, point, &self.weights, None) - target.residual[point]
         });
         Ok(values.collect())
+    }
+}
+
+fn require_no_traces<const D: usize>(prior: &Prior<D>) -> Result<(), GpError> {
+    match prior.parts.iter().any(|part| part.direction.is_some()) {
+        true => Err(GpError::Network("traces along the edges of a polygon")),
+        false => Ok(()),
     }
 }
 
