@@ -21,12 +21,29 @@ pub(crate) fn invert_lower(mut out: MatMut<'_, f64>, lower: MatRef<'_, f64>, par
     let half = (size / 2).next_multiple_of(8);
     let (mut first, _, mut below, mut second) = out.rb_mut().split_at_mut(half, half);
     let (a, _, b, c) = lower.split_at(half, half);
-    invert_lower(first.rb_mut(), a, par);
-    invert_lower(second.rb_mut(), c, par);
+    let mut invert_first = || invert_lower(first.rb_mut(), a, per_half(par));
+    let mut invert_second = || invert_lower(second.rb_mut(), c, per_half(par));
+    match par {
+        Par::Seq => {
+            invert_first();
+            invert_second();
+        }
+        Par::Rayon(_) => {
+            rayon::join(invert_first, invert_second);
+        }
+    }
     let mut product = Mat::<f64>::zeros(size - half, half);
     let (full, low) = (BlockStructure::Rectangular, BlockStructure::TriangularLower);
     matmul(product.as_mut(), full, Accum::Replace, second.rb(), low, b, full, -1.0, par);
     matmul(below.rb_mut(), full, Accum::Replace, product.as_ref(), full, first.rb(), low, 1.0, par);
+}
+
+/// What is left to each of two halves that are treated side by side.
+fn per_half(par: Par) -> Par {
+    match par {
+        Par::Rayon(threads) if threads.get() > 3 => Par::rayon(threads.get() / 2),
+        _ => Par::Seq,
+    }
 }
 
 fn invert_leaf(mut out: MatMut<'_, f64>, lower: MatRef<'_, f64>) {
@@ -68,6 +85,9 @@ mod tests {
             });
             let mut inverse = Mat::zeros(size, size);
             invert_lower(inverse.as_mut(), lower.as_ref(), Par::Seq);
+            let mut side_by_side = Mat::zeros(size, size);
+            invert_lower(side_by_side.as_mut(), lower.as_ref(), Par::rayon(2));
+            assert_eq!(inverse, side_by_side, "the bits do not depend on the threads");
             let difference = &lower * &inverse - Mat::<f64>::identity(size, size);
             assert!(difference.norm_max() < 1e-14 * size as f64, "{size}");
         }
