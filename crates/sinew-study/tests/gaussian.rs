@@ -50,7 +50,10 @@ fn a_quick_run_has_a_finite_row_for_every_case() {
         assert!(row.seconds().median > 0.0 && row.failures.is_empty(), "{:?}", row.label);
     }
     let cases = Name::DEFAULT.map(|name| {
-        name.experiment(sinew_study::gaussian::experiment::Scale { quick: true }).unwrap().cases.len()
+        name.experiment(sinew_study::gaussian::experiment::Scale { quick: true })
+            .unwrap()
+            .cases
+            .len()
     });
     assert_eq!(rows(&report).count(), cases.iter().sum::<usize>(), "{:?}", report.notes);
     let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
@@ -63,7 +66,8 @@ fn numbers_do_not_depend_on_threads_and_stored_fits_are_kept() {
     let folder = tempfile::tempdir().unwrap();
     let only = ["--only", "heat-1,coverage-wave-1", "--seeds", "2"];
     let of = |report: &GaussianReport| rows(report).map(numbers).collect::<Vec<_>>();
-    let run = |name: &str, more: &[&str]| report(&folder.path().join(name), &[&only, more].concat());
+    let run =
+        |name: &str, more: &[&str]| report(&folder.path().join(name), &[&only, more].concat());
     let alone = run("one", &["--threads", "1"]);
     assert_eq!(of(&alone), of(&run("two", &["--threads", "2"])));
     assert_eq!(of(&alone).len(), 4);

@@ -89,7 +89,7 @@ pub fn traces<const D: usize>(inference: &Inference<D>, fit: &Fit<D>) -> Figure 
     let lines = outcomes.map(|outcome| {
         let values = outcome.trace.iter().filter_map(|theta| theta.first());
         Line {
-            class: method.key().into(),
+            class: format!("{} trace", method.key()),
             points: values.enumerate().map(|(k, theta)| [k as f64, rounded(*theta)]).collect(),
             ..Line::default()
         }

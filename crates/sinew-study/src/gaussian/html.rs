@@ -89,7 +89,9 @@ fn push_experiment(html: &mut String, experiment: &ExperimentReport) {
 }
 
 fn push_table(html: &mut String, rows: &[&Row]) {
-    html.push_str("<div class=\"scroll\"><table><thead><tr><th>problem and method</th>");
+    html.push_str(
+        "<div class=\"scroll\"><table class=\"rows\"><thead><tr><th>problem and method</th>",
+    );
     for column in &table::COLUMNS {
         let _ = write!(html, "<th>{}</th>", column.head);
     }
@@ -102,7 +104,7 @@ fn push_table(html: &mut String, rows: &[&Row]) {
         let label = &row.label;
         let _ = write!(
             html,
-            "<tr><th scope=\"row\"><span class=\"key m-{}\"></span>{}, {}<small>{}</small></th>",
+            "<tr><th scope=\"row\"><span class=\"key m-{}\"></span>{}<small>{} {}</small></th>",
             label.method.key(),
             escape(&label.problem),
             label.method.label(),

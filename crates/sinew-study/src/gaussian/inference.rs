@@ -136,6 +136,17 @@ impl Approach {
     }
 }
 
+/// What is drawn of a fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drawings {
+    /// Nothing.
+    None,
+    /// What the fit says of u.
+    Posterior,
+    /// And how each restart moves.
+    PosteriorAndTraces,
+}
+
 /// How a case's observations are made.
 type Observe<const D: usize> =
     Box<dyn Fn(&Setting<D>, &Task) -> Result<Observed<D>, GpError> + Send + Sync>;
@@ -150,8 +161,8 @@ pub struct Inference<const D: usize> {
     pub observe: Observe<D>,
     /// Random starts of a fit.
     pub restarts: usize,
-    /// Whether to draw how each of them moves.
-    pub traces: bool,
+    /// What to draw for the first data set.
+    pub drawings: Drawings,
     /// Which evidence is maximised.
     pub evidence: Evidence,
     /// How much is done.
@@ -171,7 +182,7 @@ impl<const D: usize> Inference<D> {
             approach,
             observe: Box::new(move |setting, task| setting.observe(sampling, task)),
             restarts: scale.pick(4, 1),
-            traces: false,
+            drawings: Drawings::Posterior,
             evidence: Evidence::Auto,
             scale,
         }
@@ -179,7 +190,12 @@ impl<const D: usize> Inference<D> {
 
     /// The same from ten starts, with a drawing of how each moves (Fig. 4.9).
     pub fn traced(self) -> Self {
-        Self { restarts: self.scale.pick(10, 2), traces: true, ..self }
+        Self { restarts: self.scale.pick(10, 2), drawings: Drawings::PosteriorAndTraces, ..self }
+    }
+
+    /// The same without drawings.
+    pub fn undrawn(self) -> Self {
+        Self { drawings: Drawings::None, ..self }
     }
 
     /// The same with another evidence.
@@ -245,9 +261,11 @@ impl<const D: usize> Inference<D> {
         let posterior = fit.posterior()?;
         let err_u = self.setting.error(&grid, &posterior.mean(&grid)?);
         let mut figures = Vec::new();
-        if task.draw {
+        if task.draw && self.drawings != Drawings::None {
             figures.push(draw::posterior(self, &posterior, &observed, &fit)?);
-            figures.extend(self.traces.then(|| draw::traces(self, &fit)));
+        }
+        if task.draw && self.drawings == Drawings::PosteriorAndTraces {
+            figures.push(draw::traces(self, &fit));
         }
         let found = Findings {
             theta: self.theta(&fit, &fit.outcome().parameters)?,

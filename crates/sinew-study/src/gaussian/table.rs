@@ -2,7 +2,7 @@
 
 use crate::gaussian::report::GaussianReport;
 use crate::gaussian::row::{Row, Spread};
-use crate::report::format::{digits, digits_rounded, factor, seconds, two_digits};
+use crate::report::format::{digits, digits_rounded, seconds, two_digits};
 use std::fmt::Write;
 
 /// One column of the tables.
@@ -41,11 +41,13 @@ fn printed(value: Option<f64>) -> Cell {
 
 /// `1.2×10⁻³` over `8.9×10⁻⁴ to 2.3×10⁻³`.
 pub fn spread(spread: Spread) -> Cell {
-    let note = match spread.low == spread.high {
-        true => String::new(),
-        false => format!("{} to {}", two_digits(spread.low), two_digits(spread.high)),
-    };
-    Cell { value: two_digits(spread.median), note }
+    Cell { value: two_digits(spread.median), note: range(&spread, two_digits) }
+}
+
+/// Both ends, unless they read the same.
+fn range(spread: &Spread, text: impl Fn(f64) -> String) -> String {
+    let (low, high) = (text(spread.low), text(spread.high));
+    if low == high { String::new() } else { format!("{low} to {high}") }
 }
 
 fn theta_thesis(row: &Row) -> Cell {
@@ -62,19 +64,14 @@ fn theta_ours(row: &Row) -> Cell {
     let join = |text: &dyn Fn(&Spread) -> String| {
         row.theta.iter().map(text).collect::<Vec<_>>().join(", ")
     };
-    let value = join(&|spread| digits(spread.median, 4));
     let single = row.theta.iter().all(|spread| spread.low == spread.high);
-    let range = |s: &Spread| format!("{} to {}", digits(s.low, 3), digits(s.high, 3));
-    Cell { value, note: if single { String::new() } else { join(&range) } }
+    let note = if single { String::new() } else { join(&|s| range(s, |value| digits(value, 4))) };
+    Cell { value: join(&|spread| digits(spread.median, 4)), note }
 }
 
 fn time(row: &Row) -> Cell {
     let own = row.seconds();
-    let note = match own.low == own.high {
-        true => String::new(),
-        false => format!("{} to {}", seconds(own.low), seconds(own.high)),
-    };
-    Cell { value: seconds(own.median), note }
+    Cell { value: seconds(own.median), note: range(&own, seconds) }
 }
 
 fn evaluations(row: &Row) -> Cell {
@@ -100,13 +97,13 @@ pub fn verdict(row: &Row) -> Option<(bool, String)> {
         .iter()
         .filter(|(_, ours, theirs)| digits_rounded(*ours, 2) > theirs * (1.0 + 1e-9))
         .map(|(symbol, ours, theirs)| {
-            format!("{} {} the thesis’", name(symbol), factor(ours / theirs))
+            format!("{} {}, thesis {}", name(symbol), two_digits(*ours), two_digits(*theirs))
         })
         .collect();
     match (comparisons.is_empty(), missed.is_empty()) {
         (true, _) => None,
         (false, true) => Some((true, "reached".into())),
-        (false, false) => Some((false, format!("not reached: {}", missed.join(", ")))),
+        (false, false) => Some((false, format!("not reached: {}", missed.join("; ")))),
     }
 }
 
@@ -201,7 +198,10 @@ mod tests {
         assert_eq!(verdict(&row(4.94e-5, 1.0004)), Some((true, "reached".into())));
         let (reached, text) = verdict(&row(9.8e-5, 1.02)).unwrap();
         assert!(!reached);
-        assert_eq!(text, "not reached: err_u 2.0× the thesis’, error of θ 40× the thesis’");
+        assert_eq!(
+            text,
+            "not reached: err_u 9.8×10⁻⁵, thesis 4.9×10⁻⁵; error of θ 0.020, thesis 5.0×10⁻⁴"
+        );
         assert_eq!(theta_thesis(&row(1.0, 1.0)).value, "1.000");
     }
 }

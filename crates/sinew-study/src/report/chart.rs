@@ -279,7 +279,8 @@ impl Chart {
             let [low, high] = ys.map(|y| bottom + self.y.clamped(y) * (top - bottom));
             let _ = write!(path, "M{from:.1} {low:.1}H{to:.1}V{high:.1}H{from:.1}z");
         }
-        let _ = write!(self.body, r#"<path fill="{colour}" d="{path}"/>"#);
+        let _ =
+            write!(self.body, r#"<path fill="{colour}" shape-rendering="crispEdges" d="{path}"/>"#);
     }
 
     /// A line across the plot at `x`.

@@ -25,9 +25,10 @@ pub fn experiment(scale: Scale) -> Result<Experiment> {
                 _ => About::default(),
             };
             let about = About { abscissa: Some(2.0 * size as f64), ..about };
-            // Linear for small systems, cubic for large ones.
-            let cost = 0.05 + size as f64 * 3e-3 + (size as f64 / 85.0).powi(3);
+            // Quadratic for small systems, cubic for large ones.
+            let cost = (size as f64 / 80.0).powi(2) * (0.5 + size as f64 / 300.0);
             let inference = Inference::sampled(&setting, approach, sampling, scale);
+            let inference = if size == SIZES[0] { inference } else { inference.undrawn() };
             cases.push(inference.case(about.at(format!("{size} + {size}")), cost));
         }
     }

@@ -28,13 +28,13 @@ pub fn experiment(scale: Scale) -> Result<Experiment> {
 
 fn of<const D: usize>(setting: &Setting<D>, size: usize, scale: Scale) -> Vec<Case> {
     let sampling = Sampling { values: size, collocation: size, error: NOISE };
-    let inference = |approach| Inference::sampled(setting, approach, sampling, scale);
+    let inference = |approach| Inference::sampled(setting, approach, sampling, scale).undrawn();
     let mut cases = vec![inference(Approach::Constrained).case(About::default(), 0.1)];
     for &count in &COUNTS[..scale.pick(COUNTS.len(), 2)] {
         let about = About::sweep(format!("N_b = {count}"), count as f64);
         let total = (2 * size + count) as f64;
         // Quadratic in the size of the covariance, and more where t, x and y all vary.
-        let cost = D as f64 * (total / 200.0).powi(2);
+        let cost = 0.15 * (D as f64).powi(2) * (total / 150.0).powi(2);
         cases.push(inference(Approach::Penalised(count)).case(about, cost));
     }
     cases

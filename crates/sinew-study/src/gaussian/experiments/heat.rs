@@ -21,8 +21,8 @@ pub fn one_dimension(scale: Scale) -> Result<Experiment> {
         cases: vec![
             inference(Approach::Constrained).case(About::thesis(4.9e-5, &[(1.0, 1e-3)]), 0.1),
             inference(Approach::Penalised(boundary))
-                .case(About::default().at(format!("N_b = {boundary}")), 0.8),
-            inference(Approach::Unconstrained).case(About::default(), 0.1),
+                .case(About::default().at(format!("N_b = {boundary}")), 0.3),
+            inference(Approach::Unconstrained).case(About::default(), 0.03),
         ],
         figures: no_figures,
     })
@@ -39,10 +39,10 @@ pub fn two_dimensions(scale: Scale) -> Result<Experiment> {
         about: "50 values with 2.5 % noise, 50 collocation points. The thesis removed by hand all restarts of \
                 the PCGP that ended in the trivial solution; here nothing is removed.",
         cases: vec![
-            inference(Approach::Constrained).case(About::thesis(5.8e-4, &[(0.994, 1e-3)]), 0.5),
+            inference(Approach::Constrained).case(About::thesis(5.8e-4, &[(0.994, 1e-3)]), 0.4),
             inference(Approach::Penalised(boundary))
-                .case(About::default().at(format!("N_b = {boundary}")), 2.5),
-            inference(Approach::Unconstrained).case(About::default(), 0.5),
+                .case(About::default().at(format!("N_b = {boundary}")), 1.5),
+            inference(Approach::Unconstrained).case(About::default(), 0.15),
         ],
         figures: no_figures,
     })

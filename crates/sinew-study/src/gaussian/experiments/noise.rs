@@ -15,9 +15,9 @@ const LEVELS: [f64; 5] = [0.0, 2.5, 5.0, 7.5, 10.0];
 /// All three priors at all levels.
 pub fn experiment(scale: Scale) -> Result<Experiment> {
     let [first, second] = BOUNDARY_POINTS;
-    let mut cases = of(&problems::heat_1()?, (25, first), [0.1, 0.8, 0.1], scale);
+    let mut cases = of(&problems::heat_1()?, (25, first), [0.1, 0.3, 0.03], scale);
     if !scale.quick {
-        cases.extend(of(&problems::heat_2()?, (50, second), [0.5, 2.5, 0.5], scale));
+        cases.extend(of(&problems::heat_2()?, (50, second), [0.4, 1.3, 0.15], scale));
     }
     Ok(Experiment {
         title: "Noise (§4.8.2, Fig. 4.7)",
@@ -44,7 +44,7 @@ fn of<const D: usize>(
             let error = Error::Relative(level / 100.0);
             let sampling = Sampling { values: size, collocation: size, error };
             let about = About::sweep(format!("{level} % noise"), level);
-            Inference::sampled(setting, approach, sampling, scale).case(about, cost)
+            Inference::sampled(setting, approach, sampling, scale).undrawn().case(about, cost)
         })
         .collect()
 }

@@ -90,7 +90,7 @@ pub fn experiment(scale: Scale) -> Experiment {
             truth: Vec::new(),
             thesis: Thesis { err_u: Some(err_u), err_f: Some(err_f), ..Thesis::default() },
         },
-        cost: if method == Method::EnergyForm { 0.7 } else { 2.0 },
+        cost: if method == Method::EnergyForm { 0.8 } else { 2.5 },
         run: Box::new(move |task| run(method, scale, task)),
     };
     Experiment {

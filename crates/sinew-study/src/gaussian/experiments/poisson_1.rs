@@ -3,7 +3,7 @@
 
 use crate::gaussian::draw;
 use crate::gaussian::experiment::{Case, Experiment, Purpose, Scale, Task, derived, no_figures};
-use crate::gaussian::inference::{About, Approach, Inference, Observed};
+use crate::gaussian::inference::{About, Approach, Drawings, Inference, Observed};
 use crate::gaussian::picture::{Curves, Figure, Line, Panel};
 use crate::gaussian::problems::{self, Setting};
 use crate::gaussian::row::{Findings, Label, Method, Run};
@@ -65,7 +65,7 @@ fn process_case(setting: &Setting<1>, count: usize, about: About, scale: Scale) 
         approach: Approach::Constrained,
         observe: Box::new(move |setting, _| Ok(observed(setting, count))),
         restarts: scale.pick(4, 1),
-        traces: false,
+        drawings: Drawings::Posterior,
         evidence: Evidence::Auto,
         scale,
     };
@@ -130,7 +130,7 @@ fn network_case(setting: &Setting<1>, count: usize, about: About, scale: Scale) 
     };
     let setting = setting.clone();
     let run = move |task: &Task| run_network(&setting, count, scale, task);
-    Case { label, cost: 0.5 + 0.05 * count as f64, run: Box::new(run) }
+    Case { label, cost: 0.004 * count as f64, run: Box::new(run) }
 }
 
 fn train(

@@ -1,7 +1,7 @@
 //! Poisson-BVP-2 (§4.8.1): a domain that is no box.
 
 use crate::gaussian::experiment::{Experiment, Purpose, Scale, no_figures};
-use crate::gaussian::inference::{About, Approach, Inference, Observed};
+use crate::gaussian::inference::{About, Approach, Drawings, Inference, Observed};
 use crate::gaussian::pentagon::{Pentagon, corners};
 use crate::gaussian::problems::Setting;
 use anyhow::Result;
@@ -38,7 +38,7 @@ pub fn experiment(scale: Scale) -> Result<Experiment> {
             })
         }),
         restarts: scale.pick(4, 1),
-        traces: false,
+        drawings: Drawings::Posterior,
         evidence: Evidence::Auto,
         scale,
     };
@@ -48,7 +48,7 @@ pub fn experiment(scale: Scale) -> Result<Experiment> {
         about: "−Δu = 4 on a regular pentagon with corners on the unit circle, u = 0 on its edges. The reference is a \
                 sum of harmonic functions whose error is below 1e-8 everywhere; the thesis' is a finite-element \
                 solution.",
-        cases: vec![inference.case(about, 1.5)],
+        cases: vec![inference.case(about, 0.5)],
         figures: no_figures,
     })
 }
