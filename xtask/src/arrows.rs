@@ -24,6 +24,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "sinew-graph",
             "sinew-burn",
             "sinew-gnn",
+            "sinew-gp",
         ],
     ),
     ("sinew-verify", &["sinew-num", "sinew-mesh", "sinew-energy", "sinew-fem"]),

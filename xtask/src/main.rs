@@ -27,6 +27,14 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         options: Vec<String>,
     },
+    /// Repeat the thesis' experiments with Gaussian processes and networks that satisfy boundary
+    /// conditions exactly, beside the figures it prints
+    #[command(disable_help_flag = true)]
+    ReproduceGp {
+        /// Options of the study; `cargo xtask reproduce-gp --help` lists them
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        options: Vec<String>,
+    },
     /// Run the benchmarks of the solver against references it shares no code with
     #[command(disable_help_flag = true)]
     Verify {
@@ -49,6 +57,7 @@ enum Task {
 fn main() -> Result<()> {
     match Arguments::parse().task {
         Task::ReproduceBeam { options } => command::study("reproduce-beam", &options),
+        Task::ReproduceGp { options } => command::study("reproduce-gp", &options),
         Task::Verify { options } => command::verify(&options),
         Task::Ci => ci::run(),
         Task::Arrows => arrows::check(),

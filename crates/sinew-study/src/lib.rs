@@ -4,6 +4,8 @@
 //! [`scenes`] are lowered to potentials, [`simulate`] solves them, [`graph`] makes the emulator's
 //! input, [`train`] trains, [`evaluate`] compares, [`report`] tells.
 //!
+//! [`gaussian`] holds the experiments with Gaussian processes (`cargo xtask reproduce-gp`).
+//!
 //! ```
 //! use sinew_study::sampling::log_latin_hypercube;
 //!
@@ -14,6 +16,7 @@
 pub mod basis;
 pub mod evaluate;
 pub mod fields;
+pub mod gaussian;
 pub mod graph;
 pub mod manifest;
 pub mod options;

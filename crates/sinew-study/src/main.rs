@@ -7,6 +7,7 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     let result = match Options::parse().study {
         Study::ReproduceBeam(options) => sinew_study::run::reproduce_beam(&options),
+        Study::ReproduceGp(options) => sinew_study::gaussian::reproduce_gp(&options),
     };
     match result {
         Ok(report) => {

@@ -58,6 +58,7 @@ fn revision() -> String {
 fn locked_versions(lock: &str) -> BTreeMap<String, String> {
     const NUMERIC: &[&str] = &[
         "sinew-study",
+        "sinew-gp",
         "burn",
         "burn-flex",
         "faer",

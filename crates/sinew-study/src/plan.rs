@@ -183,8 +183,10 @@ mod tests {
     fn options(arguments: &[&str]) -> BeamOptions {
         let start = ["sinew-study", "reproduce-beam"];
         let parsed = Options::try_parse_from(start.iter().chain(arguments)).unwrap();
-        let Study::ReproduceBeam(options) = parsed.study;
-        options
+        match parsed.study {
+            Study::ReproduceBeam(options) => options,
+            other => panic!("{other:?} is another study"),
+        }
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::report::{
 };
 use crate::scenes::{Beam, once_clamped, twice_clamped};
 use crate::simulate::{self, Simulations};
-use crate::timing::median_seconds;
+use crate::timing::{WallClock, median_seconds};
 use crate::train::{Body, Workshop};
 use crate::{graph, present, progress, store};
 use anyhow::{Context, Result, ensure};
@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use sinew_energy::Barriers;
 use sinew_gnn::{Backend, ParameterScaling};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Instant, SystemTime};
 
 /// Repetitions behind every prediction time.
 const TIMING_REPEATS: usize = 15;
@@ -85,26 +85,6 @@ pub fn reproduce_beam(options: &BeamOptions) -> Result<PathBuf> {
     Ok(options.out.join("report.html"))
 }
 
-/// Wall time of a run, over its interruptions.
-struct WallClock {
-    earlier: Duration,
-    start: Instant,
-    file: PathBuf,
-}
-
-impl WallClock {
-    fn new(options: &BeamOptions, earlier: Duration) -> Self {
-        Self { earlier, start: Instant::now(), file: options.out.join("elapsed.json") }
-    }
-
-    /// Wall time so far, kept for a run that resumes this one.
-    fn save(&self) -> Result<Duration> {
-        let wall = self.earlier + self.start.elapsed();
-        store::write_json(&self.file, &wall)?;
-        Ok(wall)
-    }
-}
-
 /// Prepares the output folder; the clock goes on where that of the run that is resumed was last saved.
 fn begin(options: &BeamOptions) -> Result<WallClock> {
     let config = options.out.join("config.json");
@@ -122,7 +102,7 @@ fn begin(options: &BeamOptions) -> Result<WallClock> {
             }
         }
         store::write_json(&config, options)?;
-        return Ok(WallClock::new(options, Duration::ZERO));
+        return Ok(WallClock::start(&options.out));
     }
     let stored: BeamOptions = store::read_json(&config)?.with_context(|| {
         format!("there is no run to resume in {}; start it without --resume", options.out.display())
@@ -134,8 +114,7 @@ fn begin(options: &BeamOptions) -> Result<WallClock> {
         options.out.display(),
         toml::to_string(&stored)?.trim().replace('\n', ", ")
     );
-    let earlier = store::read_json(&options.out.join("elapsed.json"))?.unwrap_or_default();
-    Ok(WallClock::new(options, earlier))
+    WallClock::resume(&options.out)
 }
 
 fn notes(options: &BeamOptions) -> Vec<String> {

@@ -14,6 +14,14 @@ pub fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
     write_bytes(path, &serde_json::to_vec_pretty(value)?)
 }
 
+/// Writes `text` at once, as [`write_json`] does.
+///
+/// # Errors
+/// A folder or file that cannot be written, by path.
+pub fn write_text(path: &Path, text: &str) -> Result<()> {
+    write_bytes(path, text.as_bytes())
+}
+
 /// Reads what [`write_json`] wrote; `None` if there is no such file.
 ///
 /// # Errors

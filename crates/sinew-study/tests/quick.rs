@@ -10,8 +10,10 @@ fn options(out: &Path, more: &[&str]) -> BeamOptions {
     let start = ["sinew-study", "reproduce-beam", "--quick", "--scene", "once", "--out"];
     let out = out.to_str().expect("a temporary folder has a plain name");
     let arguments = start.iter().copied().chain([out]).chain(more.iter().copied());
-    let Study::ReproduceBeam(options) = Options::parse_from(arguments).study;
-    options
+    match Options::parse_from(arguments).study {
+        Study::ReproduceBeam(options) => options,
+        other => panic!("{other:?} is another study"),
+    }
 }
 
 fn medians(report: &Report) -> Vec<f64> {

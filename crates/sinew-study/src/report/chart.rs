@@ -24,7 +24,7 @@ struct Margin {
 }
 
 /// A range of values, its spacing and its name.
-pub(super) struct Axis {
+pub(crate) struct Axis {
     logarithmic: bool,
     /// Value, or its log₁₀, at the two ends.
     range: (f64, f64),
@@ -37,7 +37,7 @@ pub(super) struct Axis {
 impl Axis {
     /// A logarithmic axis over the positive, finite ones of `values`, at least a decade
     /// long. `name` is markup.
-    pub(super) fn log(name: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Self {
+    pub(crate) fn log(name: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Self {
         let logs = values.into_iter().filter(|&v| v > 0.0 && v.is_finite());
         let (low, high) = bounds(logs.map(f64::log10)).unwrap_or((-1.0, 0.0));
         let missing = (1.0 - (high - low)).max(0.0);
@@ -51,12 +51,33 @@ impl Axis {
     }
 
     /// A linear axis from 0 to a little above the largest of `values`, without numbers.
-    pub(super) fn from_zero(
+    pub(crate) fn from_zero(
         name: impl Into<String>,
         values: impl IntoIterator<Item = f64>,
     ) -> Self {
         let (_, high) = bounds(values).unwrap_or((0.0, 1.0));
         Self { logarithmic: false, range: (0.0, 1.06 * high), name: name.into(), numbered: false }
+    }
+
+    /// A linear axis over the finite ones of `values`, with a little room at both ends.
+    pub(crate) fn linear(name: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Self {
+        let (low, high) =
+            bounds(values.into_iter().filter(|v| v.is_finite())).unwrap_or((0.0, 1.0));
+        // A single value still needs a range.
+        let room = (0.04 * (high - low)).max(1e-3 * high.abs()).max(f64::MIN_POSITIVE);
+        Self::between(name, [low - room, high + room])
+    }
+
+    /// A linear axis with the two ends.
+    pub(crate) fn between(name: impl Into<String>, [low, high]: [f64; 2]) -> Self {
+        Self { logarithmic: false, range: (low, high), name: name.into(), numbered: true }
+    }
+
+    /// Position of a value from 0 to 1, that of an end for values beyond.
+    fn clamped(&self, value: f64) -> f64 {
+        let value = if self.logarithmic { value.max(0.0).log10() } else { value };
+        let (low, high) = self.range;
+        ((value - low) / (high - low)).clamp(0.0, 1.0)
     }
 
     /// Position of a value from 0 to 1, if it lies on the axis.
@@ -69,8 +90,11 @@ impl Axis {
 
     /// Ticks as value and label; minor ticks have none.
     fn ticks(&self) -> Vec<(f64, Option<String>)> {
-        if !self.logarithmic {
+        if !self.numbered {
             return Vec::new();
+        }
+        if !self.logarithmic {
+            return self.even_ticks();
         }
         let (low, high) = self.range;
         let decades = high - low;
@@ -96,6 +120,33 @@ impl Axis {
     }
 }
 
+/// An end that is a tick but for rounding counts as one.
+const ROUNDING: f64 = 1e-9;
+/// About this many numbers on a linear axis.
+const EVEN_TICKS: f64 = 5.0;
+
+impl Axis {
+    /// Multiples of 1, 2 or 5 times a power of ten.
+    fn even_ticks(&self) -> Vec<(f64, Option<String>)> {
+        let (low, high) = self.range;
+        let rough = (high - low) / EVEN_TICKS;
+        let power = 10f64.powf(rough.log10().floor());
+        let step =
+            power * [1.0, 2.0, 5.0, 10.0].into_iter().find(|m| m * power >= rough).unwrap_or(10.0);
+        let decimals = (-(step * 1.000_1).log10().floor()).max(0.0) as usize;
+        let plain = decimals <= 4 && high.abs().max(low.abs()) < 1e5;
+        let label = |value: f64| match plain {
+            true => format!("{value:.decimals$}").replace('-', "−"),
+            false if value == 0.0 => "0".into(),
+            false => digits(value, 2),
+        };
+        ((low / step - ROUNDING).ceil() as i64..=(high / step + ROUNDING).floor() as i64)
+            .map(|multiple| multiple as f64 * step)
+            .map(|value| (value, Some(label(value))))
+            .collect()
+    }
+}
+
 fn bounds(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
     values.into_iter().fold(None, |found, value| {
         let (low, high) = found.unwrap_or((value, value));
@@ -105,7 +156,7 @@ fn bounds(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
 
 /// Outline of a marker; every method has its own, as it has its colour.
 #[derive(Clone, Copy)]
-pub(super) enum Marker {
+pub(crate) enum Marker {
     Circle,
     Triangle,
     TriangleDown,
@@ -117,7 +168,7 @@ pub(super) enum Marker {
 
 impl Marker {
     /// SVG path around the origin, `r` in pixels.
-    pub(super) fn path(self, r: f64) -> String {
+    pub(crate) fn path(self, r: f64) -> String {
         match self {
             Self::Circle => format!("M{r} 0A{r} {r} 0 1 1 -{r} 0A{r} {r} 0 1 1 {r} 0Z"),
             Self::Triangle => {
@@ -143,7 +194,7 @@ impl Marker {
 }
 
 /// A plot under construction. Values outside of the axes are not drawn.
-pub(super) struct Chart {
+pub(crate) struct Chart {
     size: (f64, f64),
     x: Axis,
     y: Axis,
@@ -153,7 +204,7 @@ pub(super) struct Chart {
 
 impl Chart {
     /// An empty plot; `title` is plain text for screen readers.
-    pub(super) fn new(size: (f64, f64), title: &str, x: Axis, y: Axis) -> Self {
+    pub(crate) fn new(size: (f64, f64), title: &str, x: Axis, y: Axis) -> Self {
         Self { size, x, y, body: String::new(), title: escape(title) }
     }
 
@@ -165,14 +216,14 @@ impl Chart {
     }
 
     /// Pixel of a point, if it lies on both axes.
-    pub(super) fn pixel(&self, (x, y): (f64, f64)) -> Option<(f64, f64)> {
+    pub(crate) fn pixel(&self, (x, y): (f64, f64)) -> Option<(f64, f64)> {
         let (left, right, top, bottom) = self.frame();
         let (x, y) = (self.x.fraction(x)?, self.y.fraction(y)?);
         Some((left + x * (right - left), bottom + y * (top - bottom)))
     }
 
     /// A line through the points; broken where a point is not on the axes.
-    pub(super) fn line(&mut self, class: &str, points: &[(f64, f64)]) {
+    pub(crate) fn line(&mut self, class: &str, points: &[(f64, f64)]) {
         let mut path = String::new();
         let mut connected = false;
         for &point in points {
@@ -189,7 +240,7 @@ impl Chart {
     }
 
     /// The area between the points and the lower axis.
-    pub(super) fn area(&mut self, class: &str, points: &[(f64, f64)]) {
+    pub(crate) fn area(&mut self, class: &str, points: &[(f64, f64)]) {
         let pixels: Vec<_> = points.iter().filter_map(|&p| self.pixel(p)).collect();
         let (Some(first), Some(last)) = (pixels.first(), pixels.last()) else {
             return;
@@ -203,8 +254,39 @@ impl Chart {
         let _ = write!(self.body, r#"<path class="area {class}" d="{path}"/>"#);
     }
 
+    /// The area between two curves, given as (x, low, high).
+    pub(crate) fn band(&mut self, class: &str, points: &[(f64, f64, f64)]) {
+        let (left, right, top, bottom) = self.frame();
+        let pixel = |x: f64, y: f64| {
+            let across = left + self.x.clamped(x) * (right - left);
+            (across, bottom + self.y.clamped(y) * (top - bottom))
+        };
+        let there = points.iter().map(|(x, _, high)| pixel(*x, *high));
+        let back = points.iter().rev().map(|(x, low, _)| pixel(*x, *low));
+        let mut path = String::new();
+        for (x, y) in there.chain(back) {
+            let _ = write!(path, "{}{x:.1} {y:.1}", if path.is_empty() { 'M' } else { 'L' });
+        }
+        if !path.is_empty() {
+            let _ = write!(self.body, r#"<path class="area {class}" d="{path}Z"/>"#);
+        }
+    }
+
+    /// Rectangles of one colour, each from its ends in x and in y; what is beyond the axes is cut off.
+    pub(crate) fn rectangles(&mut self, colour: &str, rectangles: &[[[f64; 2]; 2]]) {
+        let (left, right, top, bottom) = self.frame();
+        let mut path = String::new();
+        for [xs, ys] in rectangles {
+            let [from, to] = xs.map(|x| left + self.x.clamped(x) * (right - left));
+            let [low, high] = ys.map(|y| bottom + self.y.clamped(y) * (top - bottom));
+            let _ = write!(path, "M{from:.1} {low:.1}H{to:.1}V{high:.1}H{from:.1}z");
+        }
+        let _ =
+            write!(self.body, r#"<path fill="{colour}" shape-rendering="crispEdges" d="{path}"/>"#);
+    }
+
     /// A line across the plot at `x`.
-    pub(super) fn vertical(&mut self, class: &str, x: f64) {
+    pub(crate) fn vertical(&mut self, class: &str, x: f64) {
         let (left, right, top, bottom) = self.frame();
         if let Some(fraction) = self.x.fraction(x) {
             let at = left + fraction * (right - left);
@@ -214,7 +296,7 @@ impl Chart {
     }
 
     /// A line across the plot at `y`.
-    pub(super) fn horizontal(&mut self, class: &str, y: f64) {
+    pub(crate) fn horizontal(&mut self, class: &str, y: f64) {
         let (left, right, top, bottom) = self.frame();
         if let Some(fraction) = self.y.fraction(y) {
             let at = bottom + fraction * (top - bottom);
@@ -224,7 +306,7 @@ impl Chart {
     }
 
     /// A tick mark of a method below the plot at `x`.
-    pub(super) fn pointer(&mut self, class: &str, x: f64, hint: &str) {
+    pub(crate) fn pointer(&mut self, class: &str, x: f64, hint: &str) {
         let (left, right, _, bottom) = self.frame();
         if let Some(fraction) = self.x.fraction(x) {
             let at = left + fraction * (right - left);
@@ -238,7 +320,7 @@ impl Chart {
     }
 
     /// A marker (a path around the origin) at a point, with a hint that appears under the pointer.
-    pub(super) fn marker(&mut self, class: &str, marker: &str, point: (f64, f64), hint: &str) {
+    pub(crate) fn marker(&mut self, class: &str, marker: &str, point: (f64, f64), hint: &str) {
         if let Some((x, y)) = self.pixel(point) {
             let _ = write!(
                 self.body,
@@ -249,7 +331,7 @@ impl Chart {
     }
 
     /// Text at a pixel; `anchor` is `start`, `middle` or `end`.
-    pub(super) fn text(&mut self, class: &str, (x, y): (f64, f64), anchor: &str, text: &str) {
+    pub(crate) fn text(&mut self, class: &str, (x, y): (f64, f64), anchor: &str, text: &str) {
         let _ = write!(
             self.body,
             r#"<text class="{class}" x="{x:.1}" y="{y:.1}" text-anchor="{anchor}">{}</text>"#,
@@ -258,7 +340,7 @@ impl Chart {
     }
 
     /// A thin line between two pixels, e.g. from a label to its marker.
-    pub(super) fn leader(&mut self, class: &str, from: (f64, f64), to: (f64, f64)) {
+    pub(crate) fn leader(&mut self, class: &str, from: (f64, f64), to: (f64, f64)) {
         let _ = write!(
             self.body,
             r#"<path class="leader {class}" d="M{:.1} {:.1}L{:.1} {:.1}"/>"#,
@@ -267,13 +349,13 @@ impl Chart {
     }
 
     /// Right and lower end of the plot \[px\].
-    pub(super) fn plot_size(&self) -> (f64, f64) {
+    pub(crate) fn plot_size(&self) -> (f64, f64) {
         let (_, right, _, bottom) = self.frame();
         (right, bottom)
     }
 
     /// The finished SVG element.
-    pub(super) fn render(self) -> String {
+    pub(crate) fn render(self) -> String {
         let (width, height) = self.size;
         let (left, right, top, bottom) = self.frame();
         let mut svg = format!(
@@ -361,6 +443,20 @@ mod tests {
         let axis = Axis::log("x", [0.3, 0.31]);
         let labels: Vec<_> = axis.ticks().into_iter().filter_map(|(_, label)| label).collect();
         assert_eq!(labels, ["0.1", "0.2", "0.5"]);
+    }
+
+    #[test]
+    fn a_linear_axis_labels_round_numbers() {
+        let labels = |low: f64, high: f64| -> Vec<String> {
+            Axis::between("x", [low, high]).ticks().into_iter().filter_map(|tick| tick.1).collect()
+        };
+        assert_eq!(labels(-0.1, 1.05), ["0.0", "0.5", "1.0"]);
+        assert_eq!(labels(0.0, 10.0), ["0", "2", "4", "6", "8", "10"]);
+        assert_eq!(labels(-1.2, 1.2), ["−1.0", "−0.5", "0.0", "0.5", "1.0"]);
+        assert_eq!(labels(0.0, 3e-7), ["0", "1.0×10⁻⁷", "2.0×10⁻⁷", "3.0×10⁻⁷"]);
+        let single = Axis::linear("x", [2.0]);
+        assert!((single.fraction(2.0).unwrap() - 0.5).abs() < 1e-9);
+        assert_eq!(single.clamped(-7.0), 0.0);
     }
 
     #[test]

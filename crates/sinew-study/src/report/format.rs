@@ -3,7 +3,7 @@
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Text for HTML and SVG, in element content and in quoted attributes.
-pub(super) fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
         match character {
@@ -21,12 +21,12 @@ pub(super) fn escape(text: &str) -> String {
 }
 
 /// Two significant digits as the thesis prints them: `0.087`, `15`, `6.5×10⁻³`.
-pub(super) fn two_digits(value: f64) -> String {
+pub(crate) fn two_digits(value: f64) -> String {
     digits(value, 2)
 }
 
 /// `digits` significant digits, in powers of ten below 0.01 and from 10 000.
-pub(super) fn digits(value: f64, digits: usize) -> String {
+pub(crate) fn digits(value: f64, digits: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return if value == 0.0 { "0".into() } else { "–".into() };
     }
@@ -42,7 +42,7 @@ pub(super) fn digits(value: f64, digits: usize) -> String {
 }
 
 /// `10⁻³`
-pub(super) fn power_of_ten(exponent: i32) -> String {
+pub(crate) fn power_of_ten(exponent: i32) -> String {
     let superscript = |digit: char| match digit {
         '-' => '⁻',
         '1' => '¹',
@@ -56,7 +56,7 @@ pub(super) fn power_of_ten(exponent: i32) -> String {
 }
 
 /// A duration: `12 µs`, `3.4 ms`, `2.1 s`, `3 min 20 s`, `1 h 05 min`.
-pub(super) fn seconds(value: f64) -> String {
+pub(crate) fn seconds(value: f64) -> String {
     if value == 0.0 {
         "0".into()
     } else if value < 1e-6 {
@@ -77,7 +77,7 @@ pub(super) fn seconds(value: f64) -> String {
 }
 
 /// A factor: `1.1×`, `29×`, `4 100×`.
-pub(super) fn factor(value: f64) -> String {
+pub(crate) fn factor(value: f64) -> String {
     if value >= 1e6 {
         format!("{}×", digits(value, 2).replace('×', "·"))
     } else if value >= 99.5 {
@@ -88,7 +88,7 @@ pub(super) fn factor(value: f64) -> String {
 }
 
 /// A count with thin spaces between thousands: `12 300`.
-pub(super) fn count(value: u64) -> String {
+pub(crate) fn count(value: u64) -> String {
     let plain = value.to_string();
     let mut grouped = String::new();
     for (index, digit) in plain.chars().enumerate() {
@@ -101,7 +101,7 @@ pub(super) fn count(value: u64) -> String {
 }
 
 /// `value` rounded to `digits` significant digits.
-pub(super) fn digits_rounded(value: f64, digits: i32) -> f64 {
+pub(crate) fn digits_rounded(value: f64, digits: i32) -> f64 {
     if value == 0.0 {
         return 0.0;
     }

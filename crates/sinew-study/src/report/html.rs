@@ -4,23 +4,19 @@ use std::fmt::Write;
 
 use super::format::{count, digits, escape, seconds, two_digits};
 use super::plots::{self, class, emulators};
-use super::{Method, Metric, Report, SceneReport, SurfaceCases, shapes, summary, tables};
-
-const STYLE: &str = include_str!("style.css");
+use super::{Method, Metric, Report, SceneReport, SurfaceCases, page, shapes, summary, tables};
 
 /// The whole page.
 pub fn render(report: &Report) -> String {
     let title = page_title(report);
-    let mut html = format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><meta name=\"color-scheme\" content=\"light dark\"><title>{title}</title><style>{STYLE}</style></head><body><main>"
-    );
+    let mut html = page::start(&title, "");
     push_head(&mut html, report);
     push_summary(&mut html, report);
     for scene in &report.scenes {
         push_scene(&mut html, scene);
     }
     push_provenance(&mut html, report);
-    html.push_str("</main></body></html>\n");
+    html.push_str(page::END);
     html
 }
 
@@ -38,21 +34,22 @@ fn push_head(html: &mut String, report: &Report) {
         .collect();
     let _ = write!(
         html,
-        "<header><h1>Emulators against finite elements</h1><p>{} on {}: error and time on the same meshes, parameters and machine.</p><dl class=\"facts\">",
+        "<header><h1>Emulators against finite elements</h1><p>{} on {}: error and time on the same meshes, parameters and machine.</p>",
         methods.join(", "),
         scenes.join(" and ")
     );
-    for (name, value) in [
-        ("machine", report.machine.clone()),
-        ("threads", report.threads.to_string()),
-        ("wall time", seconds(report.wall_s)),
-        ("seed", report.seed.to_string()),
-        ("revision", report.revision.clone()),
-        ("finished", report.finished.clone()),
-    ] {
-        let _ = write!(html, "<div><dt>{name}</dt><dd>{}</dd></div>", escape(&value));
-    }
-    html.push_str("</dl></header>");
+    page::push_facts(
+        html,
+        &[
+            ("machine", report.machine.clone()),
+            ("threads", report.threads.to_string()),
+            ("wall time", seconds(report.wall_s)),
+            ("seed", report.seed.to_string()),
+            ("revision", report.revision.clone()),
+            ("finished", report.finished.clone()),
+        ],
+    );
+    html.push_str("</header>");
 }
 
 fn push_summary(html: &mut String, report: &Report) {
@@ -122,25 +119,24 @@ fn push_scene_facts(html: &mut String, scene: &SceneReport) {
         let (mean, max) = (digits(thesis.mean_mm, 3), digits(thesis.max_mm, 3));
         let _ = write!(size, " (thesis: {mean} and {max} mm)");
     }
-    html.push_str("<dl class=\"facts\">");
-    for (name, value) in [
-        (
-            "mesh",
-            format!(
-                "{} nodes, {} elements, {} unknowns",
-                count(mesh.nodes as u64),
-                count(mesh.elements as u64),
-                count(mesh.unknowns as u64)
+    page::push_facts(
+        html,
+        &[
+            (
+                "mesh",
+                format!(
+                    "{} nodes, {} elements, {} unknowns",
+                    count(mesh.nodes as u64),
+                    count(mesh.elements as u64),
+                    count(mesh.unknowns as u64)
+                ),
             ),
-        ),
-        ("parameters", theta.join(", ")),
-        ("displacement", size),
-        ("samples", format!("{} training, {} test", scene.train_samples, scene.test_samples)),
-        ("units", scene.units.clone()),
-    ] {
-        let _ = write!(html, "<div><dt>{name}</dt><dd>{}</dd></div>", escape(&value));
-    }
-    html.push_str("</dl>");
+            ("parameters", theta.join(", ")),
+            ("displacement", size),
+            ("samples", format!("{} training, {} test", scene.train_samples, scene.test_samples)),
+            ("units", scene.units.clone()),
+        ],
+    );
 }
 
 fn push_scatter(html: &mut String, scene: &SceneReport) {
@@ -279,25 +275,7 @@ fn push_provenance(html: &mut String, report: &Report) {
         escape(&report.command)
     );
     html.push_str(DEFINITIONS);
-    if !report.config.is_empty() {
-        let _ = write!(
-            html,
-            "<details><summary>Configuration</summary><pre><code>{}</code></pre></details>",
-            escape(&report.config)
-        );
-    }
-    if !report.versions.is_empty() {
-        html.push_str("<details><summary>Versions</summary><table class=\"versions\"><tbody>");
-        for (name, version) in &report.versions {
-            let _ = write!(
-                html,
-                "<tr><th scope=\"row\">{}</th><td>{}</td></tr>",
-                escape(name),
-                escape(version)
-            );
-        }
-        html.push_str("</tbody></table></details>");
-    }
+    page::push_configuration(html, &report.config, &report.versions);
     let _ = write!(
         html,
         "<p class=\"note\">The same numbers are in <code>report.json</code> (schema {}), those of every test case in <code>samples.csv</code>.</p></section>",

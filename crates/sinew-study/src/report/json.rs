@@ -18,9 +18,17 @@ pub const SCHEMA: u32 = 1;
 /// [`ReportError::Json`] if a number outside of the method rows is not finite in a way
 /// JSON cannot hold.
 pub fn to_json(report: &Report) -> Result<String, ReportError> {
+    pretty(report)
+}
+
+/// Any value as JSON, objects indented, lists of numbers on one line.
+///
+/// # Errors
+/// As [`to_json`].
+pub(crate) fn pretty(value: &impl Serialize) -> Result<String, ReportError> {
     let mut bytes = Vec::new();
     let mut serializer = Serializer::with_formatter(&mut bytes, InlineArrays::default());
-    report.serialize(&mut serializer)?;
+    value.serialize(&mut serializer)?;
     bytes.push(b'\n');
     // serde_json writes UTF-8 only, so nothing is replaced here.
     Ok(String::from_utf8_lossy(&bytes).into_owned())

@@ -43,14 +43,16 @@
 //! # Ok::<(), sinew_study::report::ReportError>(())
 //! ```
 
-mod chart;
+pub(crate) mod chart;
+pub(crate) mod colours;
 mod error;
-mod format;
+pub(crate) mod format;
 mod histogram;
 mod html;
-mod json;
+pub(crate) mod json;
 mod labels;
 mod metric;
+pub(crate) mod page;
 mod plots;
 mod quantiles;
 mod row;

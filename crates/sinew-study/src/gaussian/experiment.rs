@@ -1,0 +1,133 @@
+//! What an experiment is: cases, each run on several data sets.
+
+use crate::gaussian::picture::Figure;
+use crate::gaussian::row::{Label, Row, Run};
+use anyhow::Result;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// How much is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Scale {
+    /// A check of the code path, not a result.
+    pub quick: bool,
+}
+
+impl Scale {
+    /// The first for a result, the second for a check.
+    pub fn pick<T>(self, full: T, quick: T) -> T {
+        if self.quick { quick } else { full }
+    }
+}
+
+/// One data set to be made and fitted.
+#[derive(Clone, Copy, Debug)]
+pub struct Task {
+    /// Seed that all random choices derive from.
+    pub seed: u64,
+    /// Whether to draw.
+    pub draw: bool,
+}
+
+impl Task {
+    /// A seed for one purpose, independent of those for others.
+    pub fn seed_for(&self, purpose: Purpose) -> u64 {
+        derived(self.seed, purpose as u64)
+    }
+}
+
+/// What a seed is for.
+#[derive(Clone, Copy, Debug)]
+pub enum Purpose {
+    /// Where u is observed.
+    Places,
+    /// Errors of observed values.
+    Noise,
+    /// Where the equation is imposed.
+    Collocation,
+    /// Pseudo-observations of the boundary.
+    Boundary,
+    /// Starts of the optimiser.
+    Starts,
+    /// Draws of parameters or functions.
+    Draws,
+}
+
+/// A seed that `seed` and `stream` determine, without visible relation to those of neighbours.
+pub fn derived(seed: u64, stream: u64) -> u64 {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(stream);
+    random.random()
+}
+
+/// Does one task.
+pub type Runner = Box<dyn Fn(&Task) -> Result<Run> + Send + Sync>;
+
+/// One method on one problem.
+pub struct Case {
+    /// What it is about.
+    pub label: Label,
+    /// Seconds that one task takes, roughly: what the time left is reckoned with.
+    pub cost: f64,
+    /// Does one task.
+    pub run: Runner,
+}
+
+impl Case {
+    /// Name in files, unique within an experiment.
+    pub fn key(&self) -> String {
+        let label = &self.label;
+        let text = format!("{} {} {}", label.problem, label.method.key(), label.setting);
+        let plain = text.to_lowercase().replace(|c: char| !c.is_ascii_alphanumeric(), "-");
+        let words: Vec<&str> = plain.split('-').filter(|word| !word.is_empty()).collect();
+        words.join("-")
+    }
+}
+
+/// A family of cases that answers one question.
+pub struct Experiment {
+    /// Title, with the thesis' section.
+    pub title: &'static str,
+    /// What is done, and what is to be known.
+    pub about: &'static str,
+    /// The cases.
+    pub cases: Vec<Case>,
+    /// Drawings made from the rows; those of single runs come with the runs.
+    pub figures: fn(&[Row]) -> Vec<Figure>,
+}
+
+/// No drawings beside those of the runs.
+pub fn no_figures(_: &[Row]) -> Vec<Figure> {
+    Vec::new()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gaussian::row::{Findings, Method, Thesis};
+
+    #[test]
+    fn seeds_differ_by_purpose_and_data_set() {
+        let seeds: Vec<u64> = (0..4).flat_map(|a| (0..4).map(move |b| derived(a, b))).collect();
+        let mut distinct = seeds.clone();
+        distinct.sort_unstable();
+        distinct.dedup();
+        assert_eq!(distinct.len(), seeds.len());
+        assert_eq!(derived(1, 2), seeds[6]);
+    }
+
+    #[test]
+    fn keys_are_names_of_files() {
+        let label = Label {
+            problem: "Poisson-BVP-1".into(),
+            setting: "N_f = 4".into(),
+            method: Method::Hcnn,
+            abscissa: None,
+            truth: Vec::new(),
+            thesis: Thesis::default(),
+        };
+        let run = |_: &Task| Ok(Run::new(0.0, 0.0, Findings::default())?);
+        let case = Case { label, cost: 1.0, run: Box::new(run) };
+        assert_eq!(case.key(), "poisson-bvp-1-hcnn-n-f-4");
+    }
+}

@@ -1,0 +1,162 @@
+//! The experiments of §1.7.3 and §4.8, one file for each or for a small family.
+
+mod advection_diffusion;
+mod boundary_points;
+mod coverage;
+mod heat;
+mod helmholtz;
+mod noise;
+mod pinn;
+mod poisson_1;
+mod poisson_2;
+mod wave;
+
+use crate::gaussian::experiment::{Experiment, Scale};
+use anyhow::Result;
+use clap::ValueEnum;
+use serde::{Deserialize, Serialize};
+
+/// Names of the experiments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Name {
+    /// 1-D Poisson by networks: strong form against energy (§1.7.3, Fig. 1.4)
+    Pinn,
+    /// Few collocation points: process against network (Fig. 4.3)
+    #[value(name = "poisson-1")]
+    Poisson1,
+    /// A pentagon (Fig. 4.4)
+    #[value(name = "poisson-2")]
+    Poisson2,
+    /// Diffusivity in one dimension (Fig. 4.5)
+    #[value(name = "heat-1")]
+    Heat1,
+    /// Diffusivity in two dimensions (Fig. 4.5)
+    #[value(name = "heat-2")]
+    Heat2,
+    /// Speed of waves between free ends, with the traces of all restarts (Figs. 4.8, 4.9)
+    #[value(name = "wave-1")]
+    Wave1,
+    /// Speed of periodic waves, with the traces of all restarts (Figs. 4.8, 4.9)
+    #[value(name = "wave-2")]
+    Wave2,
+    /// Two parameters from few and many data (Fig. 4.10)
+    AdvectionDiffusion,
+    /// Mixed conditions on a square (Fig. 4.11)
+    Helmholtz,
+    /// How many pseudo-observations a PCGP needs (Fig. 4.6)
+    BoundaryPoints,
+    /// Noise from 0 to 10 % (Fig. 4.7)
+    Noise,
+    /// How often NUTS intervals hold the truth, on all three problems below (hours; not by default)
+    Coverage,
+    /// The same on Heat-BVP-1 only
+    #[value(name = "coverage-heat-1")]
+    CoverageHeat1,
+    /// The same on Wave-BVP-1 only
+    #[value(name = "coverage-wave-1")]
+    CoverageWave1,
+    /// The same on the advection-diffusion problem only
+    CoverageAdvectionDiffusion,
+}
+
+impl Name {
+    /// What runs when nothing is chosen.
+    pub const DEFAULT: [Self; 11] = [
+        Self::Pinn,
+        Self::Poisson1,
+        Self::Poisson2,
+        Self::Heat1,
+        Self::Heat2,
+        Self::Wave1,
+        Self::Wave2,
+        Self::AdvectionDiffusion,
+        Self::Helmholtz,
+        Self::BoundaryPoints,
+        Self::Noise,
+    ];
+
+    const COVERAGE: [Self; 3] =
+        [Self::CoverageHeat1, Self::CoverageWave1, Self::CoverageAdvectionDiffusion];
+
+    /// What a choice of names comes to, each once and in the order given.
+    pub fn chosen(only: &[Self]) -> Vec<Self> {
+        let all = match only {
+            [] => Self::DEFAULT.to_vec(),
+            only => only.iter().flat_map(|name| name.members()).collect(),
+        };
+        let mut distinct = Vec::new();
+        for name in all {
+            if !distinct.contains(&name) {
+                distinct.push(name);
+            }
+        }
+        distinct
+    }
+
+    fn members(self) -> Vec<Self> {
+        if self == Self::Coverage { Self::COVERAGE.to_vec() } else { vec![self] }
+    }
+
+    /// Whether it asks how often intervals hold, which takes many data sets.
+    pub fn is_coverage(self) -> bool {
+        Self::COVERAGE.contains(&self)
+    }
+
+    /// Name on the command line and in files.
+    pub fn key(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_string())
+    }
+
+    /// The experiment.
+    ///
+    /// # Errors
+    /// If a problem cannot be set up.
+    pub fn experiment(self, scale: Scale) -> Result<Experiment> {
+        Ok(match self {
+            Self::Pinn => pinn::experiment(scale),
+            Self::Poisson1 => poisson_1::experiment(scale)?,
+            Self::Poisson2 => poisson_2::experiment(scale)?,
+            Self::Heat1 => heat::one_dimension(scale)?,
+            Self::Heat2 => heat::two_dimensions(scale)?,
+            Self::Wave1 => wave::free_ends(scale)?,
+            Self::Wave2 => wave::periodic(scale)?,
+            Self::AdvectionDiffusion => advection_diffusion::experiment(scale)?,
+            Self::Helmholtz => helmholtz::experiment(scale)?,
+            Self::BoundaryPoints => boundary_points::experiment(scale)?,
+            Self::Noise => noise::experiment(scale)?,
+            Self::Coverage | Self::CoverageHeat1 => coverage::heat_1(scale)?,
+            Self::CoverageWave1 => coverage::wave_1(scale)?,
+            Self::CoverageAdvectionDiffusion => coverage::advection_diffusion(scale)?,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_cases_are_unique() {
+        for quick in [false, true] {
+            for name in Name::DEFAULT.into_iter().chain(Name::COVERAGE) {
+                let experiment = name.experiment(Scale { quick }).unwrap();
+                let mut keys: Vec<String> =
+                    experiment.cases.iter().map(|case| case.key()).collect();
+                let count = keys.len();
+                keys.sort();
+                keys.dedup();
+                assert_eq!(keys.len(), count, "{}", name.key());
+            }
+        }
+    }
+
+    #[test]
+    fn choices_expand_once() {
+        assert_eq!(Name::chosen(&[]), Name::DEFAULT);
+        let chosen = Name::chosen(&[Name::Heat1, Name::Coverage, Name::Heat1, Name::CoverageWave1]);
+        assert_eq!(chosen[0], Name::Heat1);
+        assert_eq!(chosen[1..], Name::COVERAGE);
+        assert_eq!(Name::CoverageAdvectionDiffusion.key(), "coverage-advection-diffusion");
+    }
+}

@@ -1,0 +1,73 @@
+//! Noise from 0 to 10 % on both heat problems (Fig. 4.7).
+
+use super::heat::BOUNDARY_POINTS;
+use crate::gaussian::draw;
+use crate::gaussian::experiment::{Case, Experiment, Scale};
+use crate::gaussian::inference::{About, Approach, Error, Inference, Sampling};
+use crate::gaussian::picture::Figure;
+use crate::gaussian::problems::{self, Setting};
+use crate::gaussian::row::Row;
+use anyhow::Result;
+
+/// Noise in percent of the standard deviation of u.
+const LEVELS: [f64; 5] = [0.0, 2.5, 5.0, 7.5, 10.0];
+
+/// All three priors at all levels.
+pub fn experiment(scale: Scale) -> Result<Experiment> {
+    let [first, second] = BOUNDARY_POINTS;
+    let mut cases = of(&problems::heat_1()?, (25, first), [0.1, 0.3, 0.03], scale);
+    if !scale.quick {
+        cases.extend(of(&problems::heat_2()?, (50, second), [0.4, 1.3, 0.15], scale));
+    }
+    Ok(Experiment {
+        title: "Noise (§4.8.2, Fig. 4.7)",
+        about: "The heat problems again with other noise. The thesis shows curves only; what it says of them: \
+                UCGPs deteriorate rapidly, PCGPs and HCGPs gently.",
+        cases,
+        figures,
+    })
+}
+
+fn of<const D: usize>(
+    setting: &Setting<D>,
+    (size, boundary): (usize, usize),
+    costs: [f64; 3],
+    scale: Scale,
+) -> Vec<Case> {
+    let approaches =
+        [Approach::Constrained, Approach::Penalised(boundary), Approach::Unconstrained];
+    let levels = scale.pick(&LEVELS[..], &LEVELS[1..3]);
+    levels
+        .iter()
+        .flat_map(|level| approaches.into_iter().zip(costs).map(move |pair| (*level, pair)))
+        .map(|(level, (approach, cost))| {
+            let error = Error::Relative(level / 100.0);
+            let sampling = Sampling { values: size, collocation: size, error };
+            let about = About::sweep(format!("{level} % noise"), level);
+            Inference::sampled(setting, approach, sampling, scale).undrawn().case(about, cost)
+        })
+        .collect()
+}
+
+fn figures(rows: &[Row]) -> Vec<Figure> {
+    let mut panels = Vec::new();
+    for problem in ["Heat-BVP-1", "Heat-BVP-2"] {
+        let rows: Vec<&Row> = rows.iter().filter(|row| row.label.problem == problem).collect();
+        if rows.is_empty() {
+            continue;
+        }
+        let axes = |y| ["noise [%]", y];
+        let title = |what: &str| format!("{problem}: {what}");
+        panels.push(draw::sweep(&title("solution"), axes("mean |u − û|"), &rows, |row| {
+            Some(row.err_u())
+        }));
+        panels.push(draw::sweep(&title("parameter"), axes("|θ − θ̂|"), &rows, |row| {
+            row.err_theta
+        }));
+    }
+    vec![Figure {
+        title: "Errors over noise (Fig. 4.7)".into(),
+        caption: "Medians over the data sets, and their range.".into(),
+        panels,
+    }]
+}

@@ -1,0 +1,202 @@
+//! Poisson-BVP-1 (§4.8.1): a Gaussian process and a network, both with the conditions built in, on few
+//! collocation points.
+
+use crate::gaussian::draw;
+use crate::gaussian::experiment::{Case, Experiment, Purpose, Scale, Task, derived, no_figures};
+use crate::gaussian::inference::{About, Approach, Drawings, Inference, Observed};
+use crate::gaussian::picture::{Curves, Figure, Line, Panel};
+use crate::gaussian::problems::{self, Setting};
+use crate::gaussian::row::{Findings, Label, Method, Run};
+use anyhow::Result;
+use nalgebra::{DMatrix, SymmetricEigen};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use sinew_gp::{
+    Data, Evidence, GpError, Model, Network, NetworkOptions, Noise, Prior, SquaredExponential,
+};
+use std::time::Instant;
+
+/// Where both random starts of a network are shown (Fig. 4.3 c, d).
+const SHOWN: usize = 8;
+/// Functions drawn from the prior (Fig. 4.3 a).
+const SAMPLES: usize = 10;
+
+/// HCGP and HCNN from 4, 8 and 50 collocation points.
+pub fn experiment(scale: Scale) -> Result<Experiment> {
+    let setting = problems::poisson_1()?;
+    let mut cases = Vec::new();
+    for count in [4, 8, 50] {
+        let process = match count {
+            4 => About::thesis(4.9e-5, &[]),
+            _ => About::default(),
+        };
+        cases.push(process_case(&setting, count, process, scale));
+        let network = match count {
+            4 => About::thesis(1.33, &[]),
+            // "approximately equal" to that of the process with four points.
+            50 => About::thesis(4.9e-5, &[]),
+            _ => About::default(),
+        };
+        cases.push(network_case(&setting, count, network, scale));
+    }
+    Ok(Experiment {
+        title: "Poisson-BVP-1 (§4.8.1, Fig. 4.3)",
+        about: "u(0) = u′(0) = 0 and u′(2) = u(2), f = −2 (the thesis prints 2), at equidistant points. The network \
+                has one hidden layer of 16 tanh units; of four restarts the one with the least loss is taken.",
+        cases,
+        figures: no_figures,
+    })
+}
+
+fn observed(setting: &Setting<1>, count: usize) -> Observed<1> {
+    let collocation: Vec<[f64; 1]> = (1..=count).map(|k| [2.0 * k as f64 / count as f64]).collect();
+    Observed {
+        places: Vec::new(),
+        values: Vec::new(),
+        load: collocation.iter().map(|x| (setting.load)(*x)).collect(),
+        collocation,
+        noise: [Noise::Exact, Noise::Exact],
+    }
+}
+
+fn process_case(setting: &Setting<1>, count: usize, about: About, scale: Scale) -> Case {
+    let inference = Inference {
+        setting: setting.clone(),
+        approach: Approach::Constrained,
+        observe: Box::new(move |setting, _| Ok(observed(setting, count))),
+        restarts: scale.pick(4, 1),
+        drawings: Drawings::Posterior,
+        evidence: Evidence::Auto,
+        scale,
+    };
+    let label = inference.label(about.at(format!("N_f = {count}")));
+    let run = move |task: &Task| {
+        let mut run = inference.run(task)?;
+        if task.draw && count == 4 {
+            run.found.figures.insert(0, prior_samples(&inference.setting, task)?);
+        }
+        Ok(run)
+    };
+    Case { label, cost: 0.05, run: Box::new(run) }
+}
+
+/// Functions drawn from the constrained prior, each of which satisfies the conditions.
+fn prior_samples(setting: &Setting<1>, task: &Task) -> Result<Figure, GpError> {
+    let points = draw::line(setting.problem.domain(), 81);
+    // The prior covariance at the points, without regard to any value there.
+    let data = Data::new().values(&points, &vec![0.0; points.len()], Noise::Known(1.0));
+    let prior = Prior::constrained(&setting.problem, &SquaredExponential::new())?;
+    let model = Model::new(prior, data, Evidence::Joint)?;
+    let middle = |parameter: &sinew_gp::FreeParameter| {
+        let [low, high] = parameter.start.map(|end| parameter.to_scale(end));
+        0.5 * (low + high)
+    };
+    let parameters: Vec<f64> = model.parameters().iter().map(middle).collect();
+    let rows = model.prior_covariance(&parameters)?;
+    let covariance = DMatrix::from_fn(rows.len(), rows.len(), |i, j| rows[i][j]);
+    let eigen = SymmetricEigen::new(covariance);
+    let mut random = ChaCha8Rng::seed_from_u64(task.seed_for(Purpose::Draws));
+    let lines = (0..SAMPLES).map(|_| {
+        let mut values = vec![0.0; points.len()];
+        for (mode, variance) in eigen.eigenvalues.iter().enumerate() {
+            // Sums of twelve uniform variates are near enough to normal ones for a drawing.
+            let normal = (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
+            let factor = variance.max(0.0).sqrt() * normal;
+            let column = eigen.eigenvectors.column(mode);
+            values.iter_mut().zip(column.iter()).for_each(|(v, e)| *v += factor * e);
+        }
+        Line { name: String::new(), ..draw::curve("", "sample", &points, &values) }
+    });
+    Ok(Figure {
+        title: "Prior of the HCGP (Fig. 4.3 a)".into(),
+        caption: "Every function satisfies u(0) = u′(0) = 0 and u′(2) = u(2).".into(),
+        panels: vec![Panel::Curves(Curves {
+            title: "functions drawn from the prior".into(),
+            axes: ["x".into(), "u".into()],
+            lines: lines.collect(),
+            ..Curves::default()
+        })],
+    })
+}
+
+fn network_case(setting: &Setting<1>, count: usize, about: About, scale: Scale) -> Case {
+    let label = Label {
+        problem: setting.name.into(),
+        setting: format!("N_f = {count}"),
+        method: Method::Hcnn,
+        abscissa: None,
+        truth: Vec::new(),
+        thesis: about.thesis,
+    };
+    let setting = setting.clone();
+    let run = move |task: &Task| run_network(&setting, count, scale, task);
+    Case { label, cost: 0.004 * count as f64, run: Box::new(run) }
+}
+
+fn train(
+    setting: &Setting<1>,
+    count: usize,
+    restarts: usize,
+    scale: Scale,
+    seed: u64,
+) -> Result<Network<1>, GpError> {
+    let prior = Prior::constrained(&setting.problem, &SquaredExponential::new())?;
+    let iterations = scale.pick(NetworkOptions::default().iterations, 50);
+    let options = NetworkOptions { width: 16, restarts, iterations, seed };
+    Network::train(prior, &observed(setting, count).data(), &options)
+}
+
+fn run_network(setting: &Setting<1>, count: usize, scale: Scale, task: &Task) -> Result<Run> {
+    let start = Instant::now();
+    let seed = task.seed_for(Purpose::Starts);
+    let network = train(setting, count, scale.pick(4, 1), scale, seed)?;
+    let seconds = start.elapsed().as_secs_f64();
+    let grid = setting.grid(scale);
+    let err_u = setting.error(&grid, &network.mean(&grid)?);
+    let figures = match task.draw && count == SHOWN {
+        true => vec![two_starts(setting, scale, seed)?],
+        false => Vec::new(),
+    };
+    Ok(Run::new(err_u, seconds, Findings { figures, ..Findings::default() })?)
+}
+
+/// Solution and right-hand side of two networks from two random starts.
+fn two_starts(setting: &Setting<1>, scale: Scale, seed: u64) -> Result<Figure, GpError> {
+    let points = draw::line(setting.problem.domain(), 101);
+    let networks = [1, 2].map(|start| train(setting, SHOWN, 1, scale, derived(seed, start)));
+    let [first, second] = networks;
+    let networks = [first?, second?];
+    let panel = |title: &str, symbol: &str, exact: Vec<f64>, values: [Vec<f64>; 2]| {
+        let mut lines = vec![draw::curve("exact", "exact", &points, &exact)];
+        for ((values, name), class) in
+            values.iter().zip(["HCNN 1", "HCNN 2"]).zip(["hcnn", "hcnn-2"])
+        {
+            lines.push(draw::curve(name, class, &points, values));
+        }
+        let marks = match symbol {
+            "f" => observed(setting, SHOWN).collocation.iter().map(|[x]| [*x, -2.0]).collect(),
+            _ => Vec::new(),
+        };
+        Panel::Curves(Curves {
+            title: title.into(),
+            axes: ["x".into(), symbol.into()],
+            lines,
+            marks,
+            ..Curves::default()
+        })
+    };
+    let exact = |of: &dyn Fn([f64; 1]) -> f64| points.iter().map(|x| of(*x)).collect();
+    let [first, second] = &networks;
+    let equation = setting.problem.equation();
+    let loads = [first.mean_of(equation, &points)?, second.mean_of(equation, &points)?];
+    let solutions = [first.mean(&points)?, second.mean(&points)?];
+    let losses = networks.map(|network| format!("{:.1e}", network.loss));
+    Ok(Figure {
+        title: "Two random starts of the HCNN (Fig. 4.3 c, d)".into(),
+        caption: format!("From {SHOWN} points; the losses are {} and {}.", losses[0], losses[1]),
+        panels: vec![
+            panel("right-hand side", "f", exact(&*setting.load), loads),
+            panel("solution", "u", exact(&*setting.solution), solutions),
+        ],
+    })
+}

@@ -1,0 +1,54 @@
+//! Poisson-BVP-2 (§4.8.1): a domain that is no box.
+
+use crate::gaussian::experiment::{Experiment, Purpose, Scale, no_figures};
+use crate::gaussian::inference::{About, Approach, Drawings, Inference, Observed};
+use crate::gaussian::pentagon::{Pentagon, corners};
+use crate::gaussian::problems::Setting;
+use anyhow::Result;
+use sinew_gp::{Domain, Evidence, Noise, Problem, constant};
+use std::sync::Arc;
+
+const LOAD: f64 = 4.0;
+const COLLOCATION: usize = 100;
+
+/// −Δu = 4 on a pentagon from a hundred collocation points.
+pub fn experiment(scale: Scale) -> Result<Experiment> {
+    let domain = Domain::polygon(["x", "y"], &corners())?;
+    let [dx, dy] = domain.derivatives();
+    let reference = Pentagon::solve();
+    let setting = Setting {
+        name: "Poisson-BVP-2",
+        problem: Problem::new(domain, -(dx * dx) - dy * dy)?.boundary(constant(0.0))?,
+        solution: Arc::new(move |place| reference.value(place)),
+        load: Arc::new(|_| LOAD),
+        truth: Vec::new(),
+    };
+    let count = scale.pick(COLLOCATION, COLLOCATION / 4);
+    let inference = Inference {
+        setting,
+        approach: Approach::Constrained,
+        observe: Box::new(move |setting, task| {
+            let domain = setting.problem.domain();
+            Ok(Observed {
+                places: Vec::new(),
+                values: Vec::new(),
+                collocation: domain.sample(count, task.seed_for(Purpose::Collocation))?,
+                load: vec![LOAD; count],
+                noise: [Noise::Exact, Noise::Exact],
+            })
+        }),
+        restarts: scale.pick(4, 1),
+        drawings: Drawings::Posterior,
+        evidence: Evidence::Auto,
+        scale,
+    };
+    let about = About::thesis(1.1e-3, &[]).at(format!("N_f = {count}"));
+    Ok(Experiment {
+        title: "Poisson-BVP-2 (§4.8.1, Fig. 4.4)",
+        about: "−Δu = 4 on a regular pentagon with corners on the unit circle, u = 0 on its edges. The reference is a \
+                sum of harmonic functions whose error is below 1e-8 everywhere; the thesis' is a finite-element \
+                solution.",
+        cases: vec![inference.case(about, 0.5)],
+        figures: no_figures,
+    })
+}

@@ -1,0 +1,341 @@
+//! Inference with a Gaussian process: data, prior, fit, and what came of it.
+
+use crate::gaussian::draw;
+use crate::gaussian::experiment::{Case, Purpose, Scale, Task};
+use crate::gaussian::problems::Setting;
+use crate::gaussian::row::{Findings, Label, Method, RestartEnd, Run, Thesis};
+use anyhow::Result;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use sinew_gp::{Data, Evidence, Fit, FitOptions, GpError, Model, Noise, Prior, SquaredExponential};
+use std::f64::consts::TAU;
+use std::time::Instant;
+
+/// Observations of u and of the right-hand side.
+pub struct Observed<const D: usize> {
+    /// Where u is observed.
+    pub places: Vec<[f64; D]>,
+    /// Observed values of u.
+    pub values: Vec<f64>,
+    /// Where the equation is imposed.
+    pub collocation: Vec<[f64; D]>,
+    /// Its right-hand side there.
+    pub load: Vec<f64>,
+    /// What the model knows of the errors of values and of loads.
+    pub noise: [Noise; 2],
+}
+
+impl<const D: usize> Observed<D> {
+    /// As the library takes it.
+    pub fn data(&self) -> Data<D> {
+        let data = Data::new();
+        let data = match self.places.is_empty() {
+            true => data,
+            false => data.values(&self.places, &self.values, self.noise[0]),
+        };
+        data.equation(&self.collocation, &self.load, self.noise[1])
+    }
+}
+
+/// How an inverse problem's data are made.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampling {
+    /// Observations of u at random places.
+    pub values: usize,
+    /// Collocation points at random places.
+    pub collocation: usize,
+    /// Errors of observations.
+    pub error: Error,
+}
+
+/// Standard deviation of observation errors.
+#[derive(Clone, Copy, Debug)]
+pub enum Error {
+    /// A share of the standard deviation of u over the domain, on u only; its level is inferred.
+    Relative(f64),
+    /// The same for u and f, and known.
+    Known(f64),
+}
+
+/// The thesis' 2.5 %.
+pub const NOISE: Error = Error::Relative(0.025);
+
+impl<const D: usize> Setting<D> {
+    /// Points per axis of the grids that errors are over.
+    fn resolution(scale: Scale) -> usize {
+        scale.pick([200, 40, 14], [50, 15, 7])[D.clamp(1, 3) - 1]
+    }
+
+    /// The grid that errors are over.
+    pub fn grid(&self, scale: Scale) -> Vec<[f64; D]> {
+        self.problem.domain().grid(Self::resolution(scale))
+    }
+
+    /// Mean |u − û| (4.50).
+    pub fn error(&self, grid: &[[f64; D]], mean: &[f64]) -> f64 {
+        let sum: f64 = mean.iter().zip(grid).map(|(m, x)| (m - (self.solution)(*x)).abs()).sum();
+        sum / grid.len() as f64
+    }
+
+    /// Standard deviation of u over the domain.
+    fn deviation(&self) -> f64 {
+        let grid = self.problem.domain().grid(Self::resolution(Scale { quick: false }));
+        let values: Vec<f64> = grid.into_iter().map(|x| (self.solution)(x)).collect();
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        (values.iter().map(|u| (u - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
+    }
+
+    /// Noisy observations at random places.
+    ///
+    /// # Errors
+    /// If the domain cannot be sampled.
+    pub fn observe(&self, sampling: Sampling, task: &Task) -> Result<Observed<D>, GpError> {
+        let domain = self.problem.domain();
+        let places = domain.sample(sampling.values, task.seed_for(Purpose::Places))?;
+        let collocation =
+            domain.sample(sampling.collocation, task.seed_for(Purpose::Collocation))?;
+        let mut random = ChaCha8Rng::seed_from_u64(task.seed_for(Purpose::Noise));
+        let (of_u, of_f, noise) = match sampling.error {
+            Error::Relative(share) => {
+                (share * self.deviation(), 0.0, [Noise::Learned, Noise::Exact])
+            }
+            Error::Known(sigma) => (sigma, sigma, [Noise::Known(sigma), Noise::Known(sigma)]),
+        };
+        let mut noisy = |exact: f64, sigma: f64| exact + sigma * standard_normal(&mut random);
+        let values = places.iter().map(|x| noisy((self.solution)(*x), of_u)).collect();
+        let load = collocation.iter().map(|x| noisy((self.load)(*x), of_f)).collect();
+        Ok(Observed { places, values, collocation, load, noise })
+    }
+}
+
+/// A standard normal variate by the method of Box and Muller.
+fn standard_normal(random: &mut ChaCha8Rng) -> f64 {
+    let radius = (-2.0 * (1.0 - random.random::<f64>()).ln()).sqrt();
+    radius * (TAU * random.random::<f64>()).cos()
+}
+
+/// How a prior accounts for the boundary conditions.
+#[derive(Clone, Copy, Debug)]
+pub enum Approach {
+    /// HCGP
+    Constrained,
+    /// PCGP with this many pseudo-observations
+    Penalised(usize),
+    /// UCGP
+    Unconstrained,
+}
+
+impl Approach {
+    /// As it is called in tables.
+    pub fn method(self) -> Method {
+        match self {
+            Self::Constrained => Method::Hcgp,
+            Self::Penalised(_) => Method::Pcgp,
+            Self::Unconstrained => Method::Ucgp,
+        }
+    }
+}
+
+/// What is drawn of a fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drawings {
+    /// Nothing.
+    None,
+    /// What the fit says of u.
+    Posterior,
+    /// And how each restart moves.
+    PosteriorAndTraces,
+}
+
+/// How a case's observations are made.
+type Observe<const D: usize> =
+    Box<dyn Fn(&Setting<D>, &Task) -> Result<Observed<D>, GpError> + Send + Sync>;
+
+/// One approach to one problem.
+pub struct Inference<const D: usize> {
+    /// The problem.
+    pub setting: Setting<D>,
+    /// The prior.
+    pub approach: Approach,
+    /// Makes the observations.
+    pub observe: Observe<D>,
+    /// Random starts of a fit.
+    pub restarts: usize,
+    /// What to draw for the first data set.
+    pub drawings: Drawings,
+    /// Which evidence is maximised.
+    pub evidence: Evidence,
+    /// How much is done.
+    pub scale: Scale,
+}
+
+impl<const D: usize> Inference<D> {
+    /// With data at random places.
+    pub fn sampled(
+        setting: &Setting<D>,
+        approach: Approach,
+        sampling: Sampling,
+        scale: Scale,
+    ) -> Self {
+        Self {
+            setting: setting.clone(),
+            approach,
+            observe: Box::new(move |setting, task| setting.observe(sampling, task)),
+            restarts: scale.pick(4, 1),
+            drawings: Drawings::Posterior,
+            evidence: Evidence::Auto,
+            scale,
+        }
+    }
+
+    /// The same from ten starts, with a drawing of how each moves (Fig. 4.9).
+    pub fn traced(self) -> Self {
+        Self { restarts: self.scale.pick(10, 2), drawings: Drawings::PosteriorAndTraces, ..self }
+    }
+
+    /// The same without drawings.
+    pub fn undrawn(self) -> Self {
+        Self { drawings: Drawings::None, ..self }
+    }
+
+    /// The same with another evidence.
+    pub fn with_evidence(self, evidence: Evidence) -> Self {
+        Self { evidence, ..self }
+    }
+
+    /// The case of this inference.
+    pub fn case(self, of: About, cost: f64) -> Case
+    where
+        Self: Send + Sync + 'static,
+    {
+        let label = self.label(of);
+        Case { label, cost, run: Box::new(move |task| self.run(task)) }
+    }
+
+    /// What a row of this inference is about.
+    pub fn label(&self, of: About) -> Label {
+        Label {
+            problem: self.setting.name.into(),
+            setting: of.setting,
+            method: self.approach.method(),
+            abscissa: of.abscissa,
+            truth: self.setting.truth.clone(),
+            thesis: of.thesis,
+        }
+    }
+
+    fn prior(&self, task: &Task) -> Result<Prior<D>, GpError> {
+        let (problem, kernel) = (&self.setting.problem, SquaredExponential::new());
+        match self.approach {
+            Approach::Constrained => Prior::constrained(problem, &kernel),
+            Approach::Penalised(points) => {
+                Prior::penalised(problem, &kernel, points, task.seed_for(Purpose::Boundary))
+            }
+            Approach::Unconstrained => Prior::unconstrained(problem, &kernel),
+        }
+    }
+
+    /// A fit to the data of a task.
+    ///
+    /// # Errors
+    /// What the library refuses.
+    pub fn fit(&self, observed: &Observed<D>, task: &Task) -> Result<Fit<D>, GpError> {
+        let model = Model::new(self.prior(task)?, observed.data(), self.evidence)?;
+        model.fit(&FitOptions {
+            restarts: self.restarts,
+            iterations: self.scale.pick(FitOptions::default().iterations, 40),
+            seed: task.seed_for(Purpose::Starts),
+        })
+    }
+
+    /// Makes data, fits, and measures.
+    ///
+    /// # Errors
+    /// What the library refuses.
+    pub fn run(&self, task: &Task) -> Result<Run> {
+        let observed = (self.observe)(&self.setting, task)?;
+        let start = Instant::now();
+        let fit = self.fit(&observed, task)?;
+        let seconds = start.elapsed().as_secs_f64();
+        let grid = self.setting.grid(self.scale);
+        let posterior = fit.posterior()?;
+        let err_u = self.setting.error(&grid, &posterior.mean(&grid)?);
+        let mut figures = Vec::new();
+        if task.draw && self.drawings != Drawings::None {
+            figures.push(draw::posterior(self, &posterior, &observed, &fit)?);
+        }
+        if task.draw && self.drawings == Drawings::PosteriorAndTraces {
+            figures.push(draw::traces(self, &fit));
+        }
+        let found = Findings {
+            theta: self.theta(&fit, &fit.outcome().parameters)?,
+            evaluations: Some(evaluations(&fit)),
+            jitter: Some(fit.outcome().jitter),
+            collapsed: fit.outcome().collapsed,
+            restarts: self.ends(&fit)?,
+            figures,
+            ..Findings::default()
+        };
+        Ok(Run::new(err_u, seconds, found)?)
+    }
+
+    /// The equation's parameters in a vector of all, in their own units.
+    fn theta(&self, fit: &Fit<D>, scaled: &[f64]) -> Result<Vec<f64>, GpError> {
+        let model = fit.model();
+        let value = |name: &str| {
+            let position = model.position(name)?;
+            Ok(model.parameters()[position].from_scale(scaled[position]))
+        };
+        self.setting.truth.iter().map(|truth| value(&truth.name)).collect()
+    }
+
+    fn ends(&self, fit: &Fit<D>) -> Result<Vec<RestartEnd>, GpError> {
+        fit.restarts
+            .iter()
+            .filter_map(|restart| restart.outcome.as_ref().ok())
+            .map(|outcome| {
+                Ok(RestartEnd {
+                    evaluations: outcome.evaluations,
+                    log_evidence: outcome.log_evidence,
+                    theta: self.theta(fit, &outcome.parameters)?,
+                    collapsed: outcome.collapsed,
+                })
+            })
+            .collect()
+    }
+}
+
+/// Evaluations of evidence and gradient over all restarts.
+pub fn evaluations<const D: usize>(fit: &Fit<D>) -> usize {
+    fit.restarts.iter().filter_map(|r| r.outcome.as_ref().ok()).map(|o| o.evaluations).sum()
+}
+
+/// What a row adds to problem and method.
+#[derive(Clone, Debug, Default)]
+pub struct About {
+    /// What distinguishes it from others of the same problem and method.
+    pub setting: String,
+    /// The number that varies in a sweep.
+    pub abscissa: Option<f64>,
+    /// The thesis' figures.
+    pub thesis: Thesis,
+}
+
+impl About {
+    /// A row beside which the thesis prints figures: err_u, and parameters each with one unit of its last digit.
+    pub fn thesis(err_u: f64, theta: &[(f64, f64)]) -> Self {
+        let (theta, digit) = theta.iter().copied().unzip();
+        let thesis = Thesis { err_u: Some(err_u), theta, digit, ..Thesis::default() };
+        Self { thesis, ..Self::default() }
+    }
+
+    /// With a distinction.
+    pub fn at(self, setting: impl Into<String>) -> Self {
+        Self { setting: setting.into(), ..self }
+    }
+
+    /// One row of a sweep over a number.
+    pub fn sweep(setting: impl Into<String>, abscissa: f64) -> Self {
+        Self { abscissa: Some(abscissa), ..Self::default() }.at(setting)
+    }
+}

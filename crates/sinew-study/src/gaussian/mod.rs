@@ -1,0 +1,23 @@
+//! The thesis' experiments with priors that satisfy boundary conditions exactly (§4.8), and its first
+//! physics-informed network (§1.7.3): `cargo xtask reproduce-gp`.
+//!
+//! An [`experiment`] is a list of cases: a method on a problem, run on several data sets. [`reproduce_gp`] works them
+//! off, stores every fit as it ends, and gathers medians into [`row`]s; [`report`] tells.
+
+mod deep;
+mod draw;
+pub mod experiment;
+pub mod experiments;
+mod html;
+mod inference;
+mod pentagon;
+pub mod picture;
+mod problems;
+pub mod report;
+pub mod row;
+mod run;
+mod svg;
+mod table;
+mod workers;
+
+pub use run::reproduce_gp;

@@ -1,0 +1,297 @@
+//! Works off the chosen experiments and writes their report.
+
+use crate::gaussian::experiment::{Case, Experiment, Scale, Task, derived};
+use crate::gaussian::experiments::Name;
+use crate::gaussian::report::{ExperimentReport, GaussianReport, SCHEMA};
+use crate::gaussian::row::{Row, Run};
+use crate::gaussian::{html, table, workers};
+use crate::manifest::Manifest;
+use crate::options::GpOptions;
+use crate::timing::WallClock;
+use crate::{progress, report, store};
+use anyhow::{Context, Result, ensure};
+use clap::ValueEnum;
+use indicatif::ProgressBar;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::time::SystemTime;
+
+/// What one fit came to, as it is stored.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Outcome {
+    Done(Box<Run>),
+    /// The reason why there is no result: part of the result, too.
+    Failed(String),
+}
+
+/// How a run began, kept in its folder.
+#[derive(Serialize, Deserialize)]
+struct Beginning {
+    options: GpOptions,
+    revision: String,
+}
+
+/// Runs `reproduce-gp` and writes its report; the path of `report.html`.
+///
+/// # Errors
+/// Whatever keeps the report from being made: options that contradict an interrupted run, problems that cannot
+/// be set up, files that cannot be written. A fit that fails is told in the report.
+pub fn reproduce_gp(options: &GpOptions) -> Result<PathBuf> {
+    let manifest = Manifest { threads: options.threads(), ..Manifest::of_this_run(options.seed) };
+    let (clock, earlier_revision) = begin(options, &manifest.revision)?;
+    store::write_json(&options.out.join("manifest.json"), &manifest)?;
+    let scale = Scale { quick: options.quick };
+    let experiments: Vec<(Name, Experiment)> = Name::chosen(&options.only)
+        .into_iter()
+        .map(|name| Ok((name, name.experiment(scale)?)))
+        .collect::<Result<_>>()?;
+    let outcomes = Work::of(options, &experiments).outcomes(&clock)?;
+    let mut notes = notes(options, &manifest.revision, &earlier_revision);
+    let mut experiments: Vec<ExperimentReport> = experiments
+        .into_iter()
+        .zip(outcomes)
+        .map(|((name, experiment), outcomes)| gather(name, experiment, outcomes, &mut notes))
+        .collect();
+    experiments.retain(|experiment| !experiment.rows.is_empty());
+    let report = GaussianReport {
+        schema: SCHEMA,
+        command: manifest.command,
+        finished: report::utc_timestamp(SystemTime::now()),
+        wall_s: clock.save()?.as_secs_f64(),
+        threads: manifest.threads,
+        seed: manifest.seed,
+        data_sets: options.seeds(),
+        revision: manifest.revision,
+        machine: manifest.machine,
+        versions: manifest.versions,
+        config: toml::to_string_pretty(options)?,
+        notes,
+        experiments,
+    };
+    let json = report::json::pretty(&report)?;
+    store::write_text(&options.out.join("report.json"), &json)?;
+    let page = options.out.join("report.html");
+    store::write_text(&page, &html::render(&report))?;
+    eprintln!("\n{}", table::markdown(&report));
+    if options.json {
+        println!("{json}");
+    }
+    Ok(page)
+}
+
+/// Prepares the output folder: empties it of an earlier run, or sees to it that the earlier run can be continued.
+fn begin(options: &GpOptions, revision: &str) -> Result<(WallClock, String)> {
+    let file = options.out.join("config.json");
+    let beginning = Beginning { options: options.clone(), revision: revision.into() };
+    if !options.resume {
+        for name in Name::value_variants() {
+            let old = options.out.join(name.key());
+            if old.exists() {
+                ensure!(
+                    file.exists(),
+                    "{} exists but is not of an earlier run; choose another --out",
+                    old.display()
+                );
+                std::fs::remove_dir_all(&old)
+                    .with_context(|| format!("{} could not be emptied", old.display()))?;
+            }
+        }
+        store::write_json(&file, &beginning)?;
+        return Ok((WallClock::start(&options.out), revision.into()));
+    }
+    let stored: Beginning = store::read_json(&file)?.with_context(|| {
+        format!("there is no run to resume in {}; start it without --resume", options.out.display())
+    })?;
+    let earlier = &stored.options;
+    // More data sets or other experiments may be added; what a stored fit means must not change.
+    ensure!(
+        (earlier.seed, earlier.quick) == (options.seed, options.quick),
+        "the run in {} was started with --seed {}{}; repeat that, or start without --resume",
+        options.out.display(),
+        earlier.seed,
+        if earlier.quick { " --quick" } else { "" }
+    );
+    Ok((WallClock::resume(&options.out)?, stored.revision))
+}
+
+fn notes(options: &GpOptions, revision: &str, earlier: &str) -> Vec<String> {
+    let threads = options.threads();
+    let mut notes = vec![
+        format!(
+            "Seconds are those of one fit on one thread: prior, model and all restarts, without the evaluation of \
+             errors. {threads} fits ran side by side, so that each may be a little slower than alone."
+        ),
+        "The thesis' figures are of one data set each; ours are medians over data sets, with the range from the \
+         least to the largest beside them. Nothing is filtered: collapsed fits count."
+            .to_string(),
+        "A figure counts as reached if our median, in two digits, is not above the thesis'. For θ the thesis' error is \
+         that of the printed number and half of its last digit."
+            .to_string(),
+    ];
+    if options.quick {
+        notes.push(
+            "A quick check of the code path with one data set and few steps: its errors mean nothing.".to_string(),
+        );
+    }
+    if revision != earlier {
+        notes.push(format!(
+            "Continued: the run was started with revision {earlier} of the source, some fits are of that."
+        ));
+    }
+    notes
+}
+
+/// One fit to be done: numbers of experiment, case and data set.
+#[derive(Clone, Copy)]
+struct Piece {
+    experiment: usize,
+    case: usize,
+    set: usize,
+}
+
+/// Everything that is to be done.
+struct Work<'a> {
+    options: &'a GpOptions,
+    experiments: &'a [(Name, Experiment)],
+    pieces: Vec<Piece>,
+}
+
+/// For each experiment, each case and each data set, what came of it.
+type Outcomes = Vec<Vec<Vec<Option<Outcome>>>>;
+
+impl<'a> Work<'a> {
+    fn of(options: &'a GpOptions, experiments: &'a [(Name, Experiment)]) -> Self {
+        let mut pieces = Vec::new();
+        for (experiment, (name, content)) in experiments.iter().enumerate() {
+            for set in 0..sets(options, *name) {
+                let piece = |case| Piece { experiment, case, set };
+                pieces.extend((0..content.cases.len()).map(piece));
+            }
+        }
+        Self { options, experiments, pieces }
+    }
+
+    fn case(&self, piece: Piece) -> &Case {
+        &self.experiments[piece.experiment].1.cases[piece.case]
+    }
+
+    fn file(&self, piece: Piece) -> PathBuf {
+        let folder = self.options.out.join(self.experiments[piece.experiment].0.key());
+        folder.join(self.case(piece).key()).join(format!("{:04}.json", piece.set))
+    }
+
+    /// Milliseconds that a piece takes, roughly.
+    fn cost(&self, piece: Piece) -> u64 {
+        1 + (1e3 * self.case(piece).cost) as u64
+    }
+
+    /// Does what is not done yet.
+    fn outcomes(&self, clock: &WallClock) -> Result<Outcomes> {
+        let empty = |(name, experiment): &(Name, Experiment)| {
+            vec![vec![None; sets(self.options, *name)]; experiment.cases.len()]
+        };
+        let mut outcomes: Outcomes = self.experiments.iter().map(empty).collect();
+        let mut open = Vec::new();
+        for &piece in &self.pieces {
+            let stored = match self.options.resume {
+                true => store::read_json(&self.file(piece))?,
+                false => None,
+            };
+            match stored {
+                None => open.push(piece),
+                found => outcomes[piece.experiment][piece.case][piece.set] = found,
+            }
+        }
+        if open.len() < self.pieces.len() {
+            eprintln!("{} of {} fits kept", self.pieces.len() - open.len(), self.pieces.len());
+        }
+        let total = open.iter().map(|piece| self.cost(*piece)).sum();
+        let bar = progress::weighted_bar("fits", total);
+        let left = Mutex::new(self.left(&open));
+        let shared = Mutex::new(outcomes);
+        workers::each(self.options.threads(), open.len(), |number| {
+            let piece = open[number];
+            let outcome = self.done(piece);
+            store::write_json(&self.file(piece), &outcome)?;
+            let mut outcomes = shared.lock().unwrap_or_else(|e| e.into_inner());
+            outcomes[piece.experiment][piece.case][piece.set] = Some(outcome);
+            // Under the lock, since it is one file for all.
+            clock.save()?;
+            drop(outcomes);
+            bar.inc(self.cost(piece));
+            self.tell(&bar, piece, &left);
+            Ok(())
+        })?;
+        progress::finish(&bar, &format!("{} fits", open.len()));
+        Ok(shared.into_inner().unwrap_or_else(|e| e.into_inner()))
+    }
+
+    fn done(&self, piece: Piece) -> Outcome {
+        let task =
+            Task { seed: derived(self.options.seed, piece.set as u64), draw: piece.set == 0 };
+        match (self.case(piece).run)(&task) {
+            Ok(run) => Outcome::Done(Box::new(run)),
+            Err(error) => Outcome::Failed(format!("{error:#}")),
+        }
+    }
+
+    /// Pieces of each experiment that are to be done.
+    fn left(&self, open: &[Piece]) -> Vec<usize> {
+        let of = |number| open.iter().filter(|piece| piece.experiment == number).count();
+        (0..self.experiments.len()).map(of).collect()
+    }
+
+    /// Says which experiment is worked on, and which is done.
+    fn tell(&self, bar: &ProgressBar, piece: Piece, left: &Mutex<Vec<usize>>) {
+        let name = self.experiments[piece.experiment].0.key();
+        let mut left = left.lock().unwrap_or_else(|e| e.into_inner());
+        left[piece.experiment] -= 1;
+        if left[piece.experiment] == 0 {
+            let line = format!("{name:<28} done after {}", progress::seconds(bar.elapsed()));
+            bar.suspend(|| eprintln!("{line}"));
+        } else {
+            bar.set_message(name);
+        }
+    }
+}
+
+fn sets(options: &GpOptions, name: Name) -> usize {
+    if name.is_coverage() { options.sets() } else { options.seeds() }
+}
+
+/// Rows and drawings of one experiment; cases without any result go to the notes.
+fn gather(
+    name: Name,
+    experiment: Experiment,
+    outcomes: Vec<Vec<Option<Outcome>>>,
+    notes: &mut Vec<String>,
+) -> ExperimentReport {
+    let (mut rows, mut figures) = (Vec::new(), Vec::new());
+    for (case, outcomes) in experiment.cases.into_iter().zip(outcomes) {
+        let (mut runs, mut failures) = (Vec::new(), Vec::new());
+        for outcome in outcomes.into_iter().flatten() {
+            match outcome {
+                Outcome::Done(run) => runs.push(*run),
+                Outcome::Failed(reason) => failures.push(reason),
+            }
+        }
+        figures.extend(runs.iter_mut().flat_map(|run| std::mem::take(&mut run.found.figures)));
+        let label = case.label;
+        let what = format!("{} {} {}", label.problem, label.method.label(), label.setting);
+        let reason = failures.first().cloned().unwrap_or_default();
+        match Row::of(label, &runs, failures) {
+            Some(row) => rows.push(row),
+            None => notes.push(format!("{}: no result. {reason}", what.trim_end())),
+        }
+    }
+    figures.extend((experiment.figures)(&rows));
+    ExperimentReport {
+        name: name.key(),
+        title: experiment.title.into(),
+        about: experiment.about.into(),
+        rows,
+        figures,
+    }
+}

@@ -1,0 +1,92 @@
+//! The experiments with Gaussian processes, small: what `cargo xtask reproduce-gp --quick` runs.
+
+use clap::Parser;
+use sinew_study::gaussian::experiments::Name;
+use sinew_study::gaussian::report::{GaussianReport, read_json};
+use sinew_study::gaussian::reproduce_gp;
+use sinew_study::gaussian::row::{Row, Spread};
+use sinew_study::options::{GpOptions, Options, Study};
+use std::path::Path;
+
+fn options(out: &Path, more: &[&str]) -> GpOptions {
+    let start = ["sinew-study", "reproduce-gp", "--quick", "--out"];
+    let out = out.to_str().expect("a temporary folder has a plain name");
+    let arguments = start.iter().copied().chain([out]).chain(more.iter().copied());
+    match Options::parse_from(arguments).study {
+        Study::ReproduceGp(options) => options,
+        other => panic!("{other:?} is another study"),
+    }
+}
+
+fn report(out: &Path, more: &[&str]) -> GaussianReport {
+    reproduce_gp(&options(out, more)).unwrap();
+    read_json(&out.join("report.json")).unwrap()
+}
+
+fn rows(report: &GaussianReport) -> impl Iterator<Item = &Row> {
+    report.experiments.iter().flat_map(|experiment| &experiment.rows)
+}
+
+/// Every number of a row that does not depend on the clock.
+fn numbers(row: &Row) -> Vec<f64> {
+    let spread = |s: &Spread| [s.median, s.low, s.high];
+    let optional = [row.err_f, row.err_theta, row.evaluations];
+    let spreads = [row.err_u()].into_iter().chain(optional.into_iter().flatten());
+    let restarts = row.restarts.iter().flat_map(|end| {
+        [end.log_evidence, end.evaluations as f64].into_iter().chain(end.theta.clone())
+    });
+    let rest = restarts.chain(row.jitter).chain([row.collapsed as f64]);
+    spreads.chain(row.theta.iter().copied()).flat_map(|s| spread(&s)).chain(rest).collect()
+}
+
+#[test]
+fn a_quick_run_has_a_finite_row_for_every_case() {
+    let folder = tempfile::tempdir().unwrap();
+    let report = report(folder.path(), &[]);
+    let names: Vec<&str> = report.experiments.iter().map(|e| e.name.as_str()).collect();
+    assert_eq!(names, Name::DEFAULT.map(Name::key).each_ref().map(String::as_str));
+    for row in rows(&report) {
+        assert!(numbers(row).iter().all(|x| x.is_finite()), "{:?}", row.label);
+        assert!(row.seconds().median > 0.0 && row.failures.is_empty(), "{:?}", row.label);
+    }
+    let cases = Name::DEFAULT.map(|name| {
+        name.experiment(sinew_study::gaussian::experiment::Scale { quick: true })
+            .unwrap()
+            .cases
+            .len()
+    });
+    assert_eq!(rows(&report).count(), cases.iter().sum::<usize>(), "{:?}", report.notes);
+    let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert_eq!(page.matches("<section").count(), names.len() + 2);
+    assert!(!page.contains("NaN"));
+}
+
+#[test]
+fn numbers_do_not_depend_on_threads_and_stored_fits_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let only = ["--only", "heat-1,coverage-wave-1", "--seeds", "2"];
+    let of = |report: &GaussianReport| rows(report).map(numbers).collect::<Vec<_>>();
+    let run =
+        |name: &str, more: &[&str]| report(&folder.path().join(name), &[&only, more].concat());
+    let alone = run("one", &["--threads", "1"]);
+    assert_eq!(of(&alone), of(&run("two", &["--threads", "2"])));
+    assert_eq!(of(&alone).len(), 4);
+    assert!(rows(&alone).last().unwrap().coverage.is_some());
+
+    // A mark in a stored fit comes back, one that is missing is done again to the same numbers.
+    let case = folder.path().join("one/heat-1/heat-bvp-1-hcgp");
+    let text = std::fs::read_to_string(case.join("0000.json")).unwrap();
+    let seconds = text.lines().find(|line| line.contains("\"seconds\"")).unwrap();
+    std::fs::write(case.join("0000.json"), text.replace(seconds, "\"seconds\": 4321.0,")).unwrap();
+    std::fs::remove_file(case.join("0001.json")).unwrap();
+    let resumed = run("one", &["--resume"]);
+    assert_eq!(rows(&resumed).next().unwrap().seconds().high, 4321.0);
+    assert_eq!(of(&resumed), of(&alone));
+
+    let other = options(&folder.path().join("one"), &["--resume", "--seed", "7"]);
+    let message = reproduce_gp(&other).unwrap_err().to_string();
+    assert!(message.contains("--seed 1"), "{message}");
+    let nothing = options(&folder.path().join("nothing"), &["--resume"]);
+    let message = reproduce_gp(&nothing).unwrap_err().to_string();
+    assert!(message.contains("without --resume"), "{message}");
+}
