@@ -1,7 +1,8 @@
 //! Curves and maps as inline SVG.
 
 use crate::gaussian::picture::{Curves, Line, Map, Panel};
-use crate::report::chart::{Axis, Chart, Marker};
+use crate::report::axis::Axis;
+use crate::report::chart::{Chart, Marker};
 use crate::report::colours::{hex, viridis};
 use crate::report::format::{escape, two_digits};
 use std::fmt::Write;

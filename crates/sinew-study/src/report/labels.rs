@@ -115,7 +115,7 @@ pub(super) fn place_labels(chart: &mut Chart, labels: Vec<(Method, Extent)>) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::chart::Axis;
+    use super::super::axis::Axis;
     use super::*;
 
     #[test]

@@ -43,6 +43,7 @@
 //! # Ok::<(), sinew_study::report::ReportError>(())
 //! ```
 
+pub(crate) mod axis;
 pub(crate) mod chart;
 pub(crate) mod colours;
 mod error;

@@ -1,6 +1,7 @@
 //! The figures of a scene: densities, curves, scatter and energy traces.
 
-use super::chart::{Axis, Chart, Marker};
+use super::axis::Axis;
+use super::chart::{Chart, Marker};
 use super::format::{seconds, two_digits};
 use super::labels::{Extent, place_labels};
 use super::{Method, MethodRow, Metric, SceneReport, TrainingHistory};
