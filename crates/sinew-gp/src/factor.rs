@@ -5,19 +5,29 @@ use faer::linalg::cholesky::llt::factor::{
     LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
 };
 use faer::{MatMut, MatRef, Par};
+use rayon::prelude::*;
+
+use crate::buffer::Buffer;
 
 /// A lower triangular matrix, stored column by column; what is above the diagonal means nothing.
 #[derive(Clone, Debug)]
 pub(crate) struct Factor {
-    entries: Vec<f64>,
+    entries: Buffer,
     size: usize,
 }
 
 impl Factor {
     /// Of a symmetric matrix by its lower triangle; none where it is not positive
     /// definite or not finite.
-    pub fn new(mut entries: Vec<f64>, size: usize, par: Par) -> Option<Self> {
-        if entries.iter().any(|entry| !entry.is_finite()) {
+    pub fn new(mut entries: Buffer, size: usize, par: Par) -> Option<Self> {
+        let finite = |(number, column): (usize, &[f64])| {
+            column[number..].iter().all(|entry| entry.is_finite())
+        };
+        let all_finite = match par {
+            Par::Seq => entries.chunks(size.max(1)).enumerate().all(finite),
+            Par::Rayon(_) => entries.par_chunks(size.max(1)).enumerate().all(finite),
+        };
+        if !all_finite {
             return None;
         }
         let scratch = cholesky_in_place_scratch::<f64>(size, par, Default::default());

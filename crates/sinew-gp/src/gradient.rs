@@ -2,9 +2,11 @@
 
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
-use faer::{Accum, Mat};
+use faer::reborrow::{Reborrow, ReborrowMut};
+use faer::{Accum, Mat, MatMut};
 use rayon::prelude::*;
 
+use crate::buffer::Buffer;
 use crate::gram::{Cotangents, Scratch};
 use crate::inverse::invert_lower;
 use crate::model::{Variance, monomial_slope};
@@ -20,13 +22,15 @@ impl<const D: usize> State<'_, D> {
     ///
     /// With W the rows from `split` on of L⁻¹, z = L⁻¹ r, w = Wᵀ z_u and a = L_ff⁻ᵀ z_f, they are
     /// ½(WᵀW − wwᵀ − waᵀ − awᵀ) and w.
-    fn cotangents(&self, factored: &Factored) -> (Mat<f64>, Vec<f64>) {
+    fn cotangents(&self, factored: &Factored) -> (Buffer, Vec<f64>) {
         let (size, split, par) = (self.model.size, self.first_row(), self.threads());
         let rest = size - split;
         let lower = factored.factor.view();
-        let mut inverse = Mat::<f64>::zeros(rest, rest);
+        let square = |memory, size| MatMut::from_column_major_slice_mut(memory, size, size);
+        let mut memory = Buffer::take(rest * rest);
+        let mut inverse = square(&mut memory, rest);
         let trailing = lower.submatrix(split, split, rest, rest);
-        invert_lower(inverse.as_mut(), trailing, par);
+        invert_lower(inverse.rb_mut(), trailing, par);
         // W = [left | inverse] with left = −L_uu⁻¹ L_uf L_ff⁻¹.
         let mut left = Mat::<f64>::zeros(rest, split);
         if split > 0 {
@@ -35,7 +39,7 @@ impl<const D: usize> State<'_, D> {
                 left.as_mut(),
                 BlockStructure::Rectangular,
                 Accum::Replace,
-                inverse.as_ref(),
+                inverse.rb(),
                 BlockStructure::TriangularLower,
                 below,
                 BlockStructure::Rectangular,
@@ -49,51 +53,60 @@ impl<const D: usize> State<'_, D> {
                 par,
             );
         }
-        let mut cotangent = Mat::<f64>::zeros(size, size);
-        let (left, inverse) = (left.as_ref(), inverse.as_ref());
+        let mut entries = Buffer::take(size * size);
+        let mut cotangent = square(&mut entries, size);
+        let (left, inverse) = (left.as_ref(), inverse.rb());
         let full = BlockStructure::Rectangular;
         let (low, high) = (BlockStructure::TriangularLower, BlockStructure::TriangularUpper);
         if split > 0 {
-            let corner = cotangent.as_mut().submatrix_mut(0, 0, split, split);
+            let corner = cotangent.rb_mut().submatrix_mut(0, 0, split, split);
             matmul(corner, low, Accum::Replace, left.transpose(), full, left, full, 1.0, par);
-            let below = cotangent.as_mut().submatrix_mut(split, 0, rest, split);
+            let below = cotangent.rb_mut().submatrix_mut(split, 0, rest, split);
             matmul(below, full, Accum::Replace, inverse.transpose(), high, left, full, 1.0, par);
         }
-        let corner = cotangent.as_mut().submatrix_mut(split, split, rest, rest);
+        let corner = cotangent.rb_mut().submatrix_mut(split, split, rest, rest);
         matmul(corner, low, Accum::Replace, inverse.transpose(), high, inverse, low, 1.0, par);
 
         let (head, tail) = factored.whitened.split_at(split);
-        let mut w = vec![0.0; size];
-        for column in 0..size {
-            w[column] = match column.checked_sub(split) {
+        let of_w = |column: usize| -> f64 {
+            match column.checked_sub(split) {
                 None => left.col(column).iter().zip(tail).map(|(l, z)| l * z).sum(),
                 Some(c) => inverse.col(c).iter().zip(tail).skip(c).map(|(l, z)| l * z).sum(),
-            };
-        }
+            }
+        };
+        let w: Vec<f64> = match self.parallel() {
+            true => (0..size).into_par_iter().map(of_w).collect(),
+            false => (0..size).map(of_w).collect(),
+        };
         let mut a = vec![0.0; size];
         a[..split].copy_from_slice(head);
         factored.factor.backward(&mut a[..split]);
-        for column in 0..size {
+        let subtract = |(column, rows): (usize, &mut [f64])| {
             let (w_column, a_column) = (w[column], a[column]);
-            let rows = cotangent.col_as_slice_mut(column);
             for row in column..size {
                 rows[row] -= w[row] * (w_column + a_column) + a[row] * w_column;
             }
             // Half of it on the diagonal, twice the half for the pair off it.
             rows[column] *= 0.5;
+        };
+        match self.parallel() {
+            true => entries.par_chunks_mut(size).enumerate().for_each(subtract),
+            false => entries.chunks_mut(size).enumerate().for_each(subtract),
         }
-        (cotangent, w)
+        (entries, w)
     }
 
     /// Of ln evidence in all parameters, on their scales.
     pub fn gradient(&self, factored: &Factored) -> Vec<f64> {
+        let size = self.model.size;
         let (mut cotangent, w) = self.cotangents(factored);
         let mut gradient = vec![0.0; self.model.parameters.len()];
         for (number, group) in self.model.groups.iter().enumerate() {
             let mut trace = 0.0;
             for row in group.offset..group.offset + group.values.len() {
-                trace += cotangent[(row, row)];
-                cotangent[(row, row)] *= 1.0 + factored.jitter;
+                let diagonal = &mut cotangent[row * (size + 1)];
+                trace += *diagonal;
+                *diagonal *= 1.0 + factored.jitter;
             }
             if let Variance::Learned(position) = group.variance {
                 gradient[position] += 2.0 * self.noise(number).powi(2) * trace;
@@ -137,15 +150,20 @@ impl<const D: usize> State<'_, D> {
         gradient
     }
 
-    fn pull_back(&self, cotangent: &Mat<f64>) -> Pulled {
+    fn pull_back(&self, cotangent: &[f64]) -> Pulled {
         let size = self.model.size;
-        let lots = if self.parallel() { LOTS } else { 1 };
+        let lots = if self.is_large() { LOTS } else { 1 };
         let lot = |lot: usize| {
             let mut pulled = Pulled::zeros(self);
             let mut scratch = Scratch::default();
             // Interleaved, because early columns are longer.
             for column in (lot..size).step_by(lots) {
-                self.pull_column(column, cotangent.col_as_slice(column), &mut pulled, &mut scratch);
+                self.pull_column(
+                    column,
+                    &cotangent[column * size..(column + 1) * size],
+                    &mut pulled,
+                    &mut scratch,
+                );
             }
             pulled
         };

@@ -57,6 +57,7 @@
 //!
 //! Everything is in double precision.
 
+mod buffer;
 mod coefficients;
 mod compile;
 mod condition;

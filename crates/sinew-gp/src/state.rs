@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use faer::Par;
 use rayon::prelude::*;
 
+use crate::buffer::Buffer;
 use crate::error::GpError;
 use crate::evidence::Evidence;
 use crate::factor::Factor;
@@ -170,10 +171,11 @@ impl<'a, const D: usize> State<'a, D> {
     }
 
     /// The lower triangle of the covariance of the functionals without noise, column by column.
-    pub fn covariance(&self) -> Vec<f64> {
+    pub fn covariance(&self) -> Buffer {
         let size = self.model.size;
-        let mut matrix = vec![0.0; size * size];
+        let mut matrix = Buffer::take(size * size);
         let column = |(number, column): (usize, &mut [f64]), scratch: &mut Scratch| {
+            column[number..].fill(0.0);
             let second = self.group_of(number);
             for part in 0..self.kernels.len() {
                 for first in second..self.model.groups.len() {
@@ -198,8 +200,13 @@ impl<'a, const D: usize> State<'a, D> {
         matrix
     }
 
+    /// Whether there is work enough to share out.
+    pub fn is_large(&self) -> bool {
+        self.model.size >= PARALLEL_FROM
+    }
+
     pub fn parallel(&self) -> bool {
-        self.model.size >= PARALLEL_FROM && rayon::current_num_threads() > 1
+        self.is_large() && rayon::current_num_threads() > 1
     }
 
     pub fn threads(&self) -> Par {

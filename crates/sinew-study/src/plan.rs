@@ -147,7 +147,7 @@ impl Plan {
 }
 
 /// What simulations, evaluation of the tests, rivals and report of one scene take \[s\].
-const FIXED_SECONDS: f64 = 6.0;
+const FIXED_SECONDS: f64 = 7.0;
 /// Share of the rest that training may use; what is left is for evaluations on the way.
 const TRAINING_SHARE: f64 = 0.95;
 /// Share of a budget that training uses at least.

@@ -107,12 +107,15 @@ impl Workshop<'_> {
                 watch.before = before;
                 let centre = std::slice::from_ref(&self.body.centre);
                 let anchor = surrogate.predict(&geometry, centre)?.displacement;
-                let anchored = timed(&mut prepare_s, || basis::at_anchor(self.body, &anchor))?;
-                watch.judge_anchor(anchored.excess);
-                Some(anchored.basis)
+                Some(timed(&mut prepare_s, || basis::at_anchor(self.body, &anchor))?.basis)
             }
         };
         let (surrogate, report) = self.stage("train", &geometry, &plan.training, &mut watch)?;
+        if self.method == Method::Pi {
+            let centre = std::slice::from_ref(&self.body.centre);
+            let predicted = surrogate.predict(&geometry, centre)?.displacement;
+            watch.judge_equilibrium(basis::at_anchor(self.body, &predicted)?.excess);
+        }
         progress::finish(
             &watch.bar,
             &format!("{} steps, {}", before.0 + report.steps as u64, watch.outcome()),
@@ -298,18 +301,23 @@ impl<'a> Watch<'a> {
 
     /// Keeps a reason not to trust the emulator, and says it at once.
     fn raise(&mut self, concern: String) {
-        self.bar.println(format!("warning: {concern}"));
+        self.warn(&concern);
         self.concerns.push(concern);
     }
 
-    /// `excess` is the estimate of [`basis::Anchored`].
-    fn judge_anchor(&mut self, excess: f64) {
-        /// Where a Newton step gains more than this share of the work, coordinates about the state are poor.
-        const FAR: f64 = 0.3;
+    fn warn(&self, text: &str) {
+        self.bar.suspend(|| eprintln!("warning: {text}"));
+    }
+
+    /// Without simulations nothing but equilibrium tells whether a training went well; `excess` is that of
+    /// [`basis::Anchored`].
+    fn judge_equilibrium(&mut self, excess: f64) {
+        /// The energy is then off by about as much.
+        const FAR: f64 = 1e-2;
         if excess > FAR {
             self.raise(format!(
-                "the first training ended far from equilibrium: at the centre of the parameter range a Newton step \
-                 would still gain {:.0} % of the loads' work; give it more steps",
+                "predictions are far from equilibrium: at the centre of the parameter range a Newton step would gain \
+                 {:.1} % of the loads' work; train for longer",
                 100.0 * excess
             ));
         }
@@ -337,7 +345,7 @@ impl sinew_gnn::Observer for Watch<'_> {
 
     fn concern(&mut self, concern: &Concern) {
         if !std::mem::replace(&mut self.warned, true) {
-            self.bar.println(format!("warning: so far {concern}"));
+            self.warn(&format!("so far {concern}"));
         }
     }
 }

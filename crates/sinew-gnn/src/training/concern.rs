@@ -85,10 +85,15 @@ impl Trainer {
         Ok(of_losses.into_iter().chain(self.of_states(thoroughness)?).collect())
     }
 
-    /// How many of an emulator's predictions for a batch invert a cell.
-    pub(super) fn inadmissible(&self, emulator: &Emulator, batch: &Batch<'_>) -> Result<usize> {
+    /// How many of an emulator's predictions for a batch, from given node embeddings, invert a cell.
+    pub(super) fn inadmissible(
+        &self,
+        emulator: &Emulator,
+        local: Tensor<2>,
+        batch: &Batch<'_>,
+    ) -> Result<usize> {
         let geometry = &self.surrogate.prepared[batch.geometry];
-        let displacement = self.displacement(emulator, geometry, None, batch)?;
+        let displacement = self.displacement(emulator, geometry, Some(local), batch)?;
         Ok(self.objective.inadmissible(batch, displacement))
     }
 
@@ -111,9 +116,13 @@ impl Trainer {
         if thoroughness == Thoroughness::OneBatch {
             batches.dedup_by_key(|batch| batch.geometry);
         }
+        let emulator = &self.surrogate.emulator;
+        let embed = |geometry| self.surrogate.local_embedding(emulator, geometry);
+        let embeddings: Vec<Tensor<2>> = self.surrogate.prepared.iter().map(embed).collect();
         let (mut inadmissible, mut samples) = (0, 0);
         for batch in &batches {
-            inadmissible += self.inadmissible(&self.surrogate.emulator, &batch.as_batch())?;
+            let local = embeddings[batch.geometry].clone();
+            inadmissible += self.inadmissible(emulator, local, &batch.as_batch())?;
             samples += batch.samples.len();
         }
         Ok((inadmissible > 0).then_some(Concern::Inadmissible { inadmissible, samples }))

@@ -239,7 +239,10 @@ impl Trainer {
             clip_global_norm(&self.emulator, gradients, self.config.gradient_norm_limit);
         if !value.is_finite() || !gradient_norm.is_finite() {
             let (step, samples) = (clock.step + 1, batch.samples.len());
-            return Err(match self.inadmissible(&self.emulator.valid(), &batch)? {
+            let emulator = self.emulator.valid();
+            let geometry = &self.surrogate.prepared[batch.geometry];
+            let local = self.surrogate.local_embedding(&emulator, geometry);
+            return Err(match self.inadmissible(&emulator, local, &batch)? {
                 0 => Error::Diverged { step, loss: value, gradient_norm, learning_rate },
                 inadmissible => Error::InvertedCells { step, inadmissible, samples },
             });
