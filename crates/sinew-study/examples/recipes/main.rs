@@ -1,7 +1,12 @@
 //! Tries recipes of training on a beam and prints the errors on the way: what `docs/design.md` compares.
 
+mod averaged;
+mod load_ramp;
+
 use anyhow::{Context, Result, bail};
+use averaged::Averaged;
 use clap::{Parser, ValueEnum};
+use load_ramp::LoadRamp;
 use sinew_energy::Barriers;
 use sinew_fem::{Options, Solver, sweep};
 use sinew_gnn::{
@@ -42,6 +47,9 @@ struct Arguments {
     /// Power of the deviations in the coordinates of simulations
     #[arg(long, default_value_t = 0.7)]
     power: f64,
+    /// Keep this share of an exponential average of the weights at every step, and end with the average
+    #[arg(long)]
+    average: Option<f32>,
     /// Seed of data, weights and batches
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -67,6 +75,7 @@ enum Goal {
     Energy,
     EnergyFit,
     EnergyNorm,
+    LoadRamp,
 }
 
 fn parse_recipe(text: &str) -> Result<(Coordinates, Goal), String> {
@@ -203,7 +212,7 @@ fn train(
         training: samples.collect(),
         validation: Vec::new(),
     };
-    let objective = objective(goal, body, &anchor, &output, &data)?;
+    let objective = objective(goal, body, &anchor, &output, &data, arguments.steps)?;
     let config = TrainingConfig {
         batch: arguments.batch,
         budget: Budget::Steps(arguments.steps),
@@ -218,7 +227,12 @@ fn train(
     let scales = Scales::over(&data.geometries, body.parameters.clone(), output)?;
     let device = Backend::Flex.device()?;
     let surrogate = Surrogate::new(&network, &data, scales, seed, &device)?;
+    let averaged =
+        arguments.average.map(|decay| Averaged::new(&config.optimiser, decay, arguments.steps));
     let mut trainer = Trainer::new(surrogate, data, objective, config)?;
+    if let Some(averaged) = averaged {
+        trainer = trainer.with_optimiser(Box::new(averaged));
+    }
     println!("prepared in {:.2} s", start.elapsed().as_secs_f64());
     let mut printer = Printer { test, geometry: &geometry, err_u_mm: f64::NAN };
     let concerns = trainer.run(&mut printer)?.concerns;
@@ -232,20 +246,22 @@ fn objective(
     anchor: &[f64],
     output: &OutputScale,
     data: &DataSet,
+    steps: usize,
 ) -> Result<Box<dyn Objective>> {
     let fit = || -> Result<Box<dyn Objective>> { Ok(Box::new(DataFit::new(output.length())?)) };
     let norm = || -> Result<Box<dyn Objective>> {
         Ok(Box::new(EnergyNormFit::new(&[basis::stiffness_root(body, anchor)?], data)?))
     };
+    let (potential, linear) = (&body.potential, &body.linear_response);
+    let unit = || MinimumPotential::energy_of_linear_response(potential, linear, &body.centre);
     let energy = || -> Result<Box<dyn Objective>> {
-        let (potential, linear) = (&body.potential, &body.linear_response);
-        let unit = MinimumPotential::energy_of_linear_response(potential, linear, &body.centre)?;
-        Ok(Box::new(MinimumPotential::new(vec![Arc::new(potential.clone())], unit)?))
+        Ok(Box::new(MinimumPotential::new(vec![Arc::new(potential.clone())], unit()?)?))
     };
     Ok(match goal {
         Goal::Fit => fit()?,
         Goal::Norm => norm()?,
         Goal::Energy => energy()?,
+        Goal::LoadRamp => Box::new(LoadRamp::new(body, unit()?, steps)?),
         Goal::EnergyFit => Box::new(WeightedSum::new(vec![(1.0, energy()?), (1.0, fit()?)])?),
         Goal::EnergyNorm => Box::new(WeightedSum::new(vec![(1.0, energy()?), (1.0, norm()?)])?),
     })
