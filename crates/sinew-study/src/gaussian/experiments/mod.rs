@@ -48,7 +48,7 @@ pub enum Name {
     BoundaryPoints,
     /// Noise from 0 to 10 % (Fig. 4.7)
     Noise,
-    /// How often NUTS intervals hold the truth, on all three problems below (hours; not by default)
+    /// How often NUTS intervals hold the truth, on all three problems below (ten minutes; not by default)
     Coverage,
     /// The same on Heat-BVP-1 only
     #[value(name = "coverage-heat-1")]
