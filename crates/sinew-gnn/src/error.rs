@@ -51,7 +51,8 @@ pub enum Error {
     },
     /// A sample that training would extrapolate to.
     #[error(
-        "parameter {parameter} of sample {sample} is {value}, outside its range [{lower}, {upper}]; check the units,          or widen the range"
+        "parameter {parameter} of sample {sample} is {value}, outside its range [{lower}, {upper}]; check the units, or \
+         widen the range"
     )]
     OutsideRange {
         /// Index of the sample, validation after training.

@@ -84,10 +84,7 @@ impl Clock {
     /// Seconds of a step before and after the embeddings rest.
     fn costs(&self) -> [f64; 2] {
         let (steps, seconds) = self.rest.unwrap_or((self.step, self.seconds));
-        let (probes, probed) = match self.probe {
-            Some(cost) if steps > PROBE_STEP + 1 => (1, cost),
-            _ => (0, 0.0),
-        };
+        let (probes, probed) = self.probe.map_or((0, 0.0), |cost| (1, cost));
         let whole = (seconds - probed) / (steps - probes) as f64;
         let since = self.rest.map(|(steps, seconds)| (self.step - steps, self.seconds - seconds));
         let resting = match since {

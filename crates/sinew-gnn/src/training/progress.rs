@@ -41,7 +41,7 @@ pub trait Observer {
         let _ = (surrogate, point);
     }
 
-    /// Called after an evaluation in the last three quarters of the budget whose losses give reason to stop.
+    /// Called after an evaluation in the last three quarters of the budget, for each reason not to trust the weights.
     fn concern(&mut self, concern: &Concern) {
         let _ = concern;
     }
