@@ -209,6 +209,9 @@ pub enum GpError {
         /// Number needed.
         expected: usize,
     },
+    /// An ensemble from which all draws were removed.
+    #[error("the ensemble has no draws; keep at least one")]
+    NoDraws,
     /// A network on a prior that it has no form for.
     #[error("networks know no {0}; use a Gaussian process, or a prior without")]
     Network(&'static str),
