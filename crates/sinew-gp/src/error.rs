@@ -212,9 +212,6 @@ pub enum GpError {
     /// An ensemble from which all draws were removed.
     #[error("the ensemble has no draws; keep at least one")]
     NoDraws,
-    /// A network on a prior that it has no form for.
-    #[error("networks know no {0}; use a Gaussian process, or a prior without")]
-    Network(&'static str),
     /// No restart of a fit succeeded.
     #[error("none of {restarts} restarts reached a finite evidence; last: {last}")]
     NoFit {
