@@ -6,7 +6,7 @@ mod recording;
 use crate::Scalar;
 use std::borrow::Cow;
 
-use recording::{Place, observed};
+use recording::Place;
 pub use recording::{Recording, Step};
 
 /// Most variables that a [`Series`] may have.
@@ -37,7 +37,8 @@ pub struct Series {
 
 impl PartialEq for Series {
     fn eq(&self, other: &Self) -> bool {
-        observed();
+        self.observed();
+        other.observed();
         self.degrees == other.degrees && self.coefficients == other.coefficients
     }
 }
@@ -150,7 +151,7 @@ impl Series {
 
     /// Value at the point of expansion.
     pub fn value(&self) -> f64 {
-        observed();
+        self.observed();
         self.coefficients[0]
     }
 
@@ -159,14 +160,14 @@ impl Series {
     /// # Panics
     /// If an order exceeds the degree kept, or their number is not that of the variables.
     pub fn derivative(&self, orders: &[usize]) -> f64 {
-        observed();
+        self.observed();
         let factorials: f64 = orders.iter().map(|n| factorial(*n)).product();
         self.coefficients[self.degrees.position(orders)] * factorials
     }
 
     /// The same polynomial with one more, last variable on which it does not depend.
     pub fn lifted(&self, degree: usize) -> Self {
-        observed();
+        self.observed();
         let mut degrees: Vec<usize> =
             self.degrees.as_slice().iter().map(|d| usize::from(*d)).collect();
         degrees.push(degree);
@@ -180,7 +181,7 @@ impl Series {
 
     /// This series with the constant `value` in its place plus its own last variable.
     pub fn shifted_last_variable(&self, value: f64) -> Self {
-        observed();
+        self.observed();
         let degrees: Vec<usize> = self.degrees.as_slice().iter().map(|d| usize::from(*d)).collect();
         Self::variable(value, degrees.len() - 1, &degrees)
     }
@@ -191,7 +192,7 @@ impl Series {
     /// # Panics
     /// If there is no variable, or the order exceeds the degree kept.
     pub fn last_derivative(&self, order: usize) -> Self {
-        observed();
+        self.observed();
         let count = self.degrees.count.checked_sub(1).expect("a series with a last variable");
         let stride = usize::from(self.degrees.degrees[count]) + 1;
         assert!(order < stride, "order {order} above the degree {}", stride - 1);

@@ -2,7 +2,6 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::recording::observed;
 use super::{Series, Step};
 use crate::Scalar;
 
@@ -112,7 +111,7 @@ impl Scalar for Series {
     }
     fn ln_1p(self) -> Self {
         // Rare in formulas that are recorded: no step of its own.
-        observed();
+        self.observed();
         let x = self.coefficients[0];
         self.logarithm(Scalar::ln_1p(x), 1.0 + x)
     }
@@ -121,7 +120,7 @@ impl Scalar for Series {
     }
     fn exp_m1(self) -> Self {
         let mut result = Series::exp(&self);
-        observed();
+        self.observed();
         result.coefficients[0] = self.coefficients[0].exp_m1();
         result
     }

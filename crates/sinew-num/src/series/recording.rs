@@ -1,6 +1,8 @@
 //! Formulas over series, written down step by step.
 
 use std::cell::{Cell, RefCell};
+use std::collections::BTreeSet;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::Series;
@@ -72,12 +74,12 @@ impl Recording {
     /// None if it asks for values or derivatives on its way, takes functions that have no
     /// [`Step`], or brings along series that vary: then another point may take another way.
     pub fn of(inputs: &[f64], formula: impl FnOnce(&[Series]) -> Series) -> Option<Self> {
-        /// Recordings so far; what was left over from an earlier one is not taken for a step.
         static COUNT: AtomicU64 = AtomicU64::new(1);
         if is_active() {
             return None;
         }
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        let escapes = ESCAPES.load(Ordering::Relaxed);
         let plain: Vec<Series> = inputs
             .iter()
             .enumerate()
@@ -95,10 +97,18 @@ impl Recording {
         let result = formula(&plain);
         let result = note(|steps| steps.operand(&result)).flatten();
         let recorded = guard.finish()?;
-        let result = result.filter(|_| recorded.complete)?;
+        let escaped = ESCAPES.load(Ordering::Relaxed) != escapes
+            && ESCAPED.lock().map_or(true, |mut escaped| escaped.remove(&number));
+        let complete = recorded.complete && !escaped;
+        let result = result.filter(|_| complete)?;
         Some(Self { steps: recorded.steps, result })
     }
 }
+
+/// How often series of a recording were used outside it, by another thread or later, and which
+/// recordings these were of.
+static ESCAPES: AtomicU64 = AtomicU64::new(0);
+static ESCAPED: Mutex<BTreeSet<u64>> = Mutex::new(BTreeSet::new());
 
 /// Where a series stands in a recording; recordings count from one.
 #[derive(Clone, Copy, Debug, Default)]
@@ -117,14 +127,16 @@ pub(super) struct Steps {
 impl Steps {
     /// The step that `series` is; what comes from outside must be a number.
     fn operand(&mut self, series: &Series) -> Option<usize> {
-        if series.place.recording == self.number {
-            return Some(series.place.step);
+        let Place { recording, step } = series.place;
+        if recording == self.number {
+            return Some(step);
         }
-        if series.coefficients.len() > 1 {
-            self.complete = false;
-            return None;
+        if recording == 0 && series.coefficients.len() == 1 {
+            return Some(self.push(Step::Number(series.coefficients[0])));
         }
-        Some(self.push(Step::Number(series.coefficients[0])))
+        self.complete = false;
+        series.escape();
+        None
     }
 
     fn push(&mut self, step: Step) -> usize {
@@ -170,15 +182,33 @@ fn note<T>(what: impl FnOnce(&mut Steps) -> T) -> Option<T> {
     CURRENT.with_borrow_mut(|current| current.as_mut().map(what))
 }
 
-/// The formula looked at a value, or did what no step says.
-#[inline]
-pub(super) fn observed() {
-    if is_active() {
-        note(|steps| steps.complete = false);
-    }
-}
-
 impl Series {
+    /// Notes a use outside the recording that it belongs to, if it belongs to one.
+    fn escape(&self) {
+        if self.place.recording != 0 {
+            if let Ok(mut escaped) = ESCAPED.lock() {
+                escaped.insert(self.place.recording);
+            }
+            ESCAPES.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Notes that a formula looked at its value, or did what no step says.
+    #[inline]
+    pub(super) fn observed(&self) {
+        match is_active() {
+            true => {
+                note(|steps| {
+                    steps.complete = false;
+                    if self.place.recording != steps.number {
+                        self.escape();
+                    }
+                });
+            }
+            false => self.escape(),
+        }
+    }
+
     /// Itself as the outcome of a step, if a recording is under way.
     #[inline]
     pub(super) fn noted<const N: usize>(
@@ -199,6 +229,8 @@ impl Series {
                 }
             })
             .unwrap_or_default();
+        } else {
+            operands.into_iter().for_each(Self::escape);
         }
         self
     }
