@@ -28,6 +28,6 @@ mod slope;
 pub use jet::Jet;
 pub use mat3::Mat3;
 pub use scalar::Scalar;
-pub use series::{MOST_VARIABLES, Series};
+pub use series::{MOST_VARIABLES, Recording, Series, Step};
 pub use single::Single;
 pub use slope::Slope;
