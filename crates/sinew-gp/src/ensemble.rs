@@ -92,19 +92,24 @@ impl<const D: usize> Ensemble<D> {
             .par_iter()
             .map(|draw| predict(&Posterior::new(self.model.clone(), draw)?))
             .collect::<Result<_, _>>()?;
-        let values = members.first().ok_or(GpError::NoDraws)?.mean.len();
-        let count = members.len() as f64;
-        let average = |of: &dyn Fn(&Prediction) -> f64| members.iter().map(of).sum::<f64>() / count;
-        let mean: Vec<f64> = (0..values).map(|value| average(&|m| m.mean[value])).collect();
-        let deviation = (0..values)
-            .map(|value| {
-                let within = average(&|m| m.deviation[value].powi(2));
-                let between = average(&|m| (m.mean[value] - mean[value]).powi(2));
-                (within + between).sqrt()
-            })
-            .collect();
-        Ok(Prediction { mean, deviation })
+        mixture(&members).ok_or(GpError::NoDraws)
     }
+}
+
+/// Equally probable predictions as one; none of none.
+pub(crate) fn mixture(members: &[Prediction]) -> Option<Prediction> {
+    let values = members.first()?.mean.len();
+    let count = members.len() as f64;
+    let average = |of: &dyn Fn(&Prediction) -> f64| members.iter().map(of).sum::<f64>() / count;
+    let mean: Vec<f64> = (0..values).map(|value| average(&|m| m.mean[value])).collect();
+    let deviation = (0..values)
+        .map(|value| {
+            let within = average(&|m| m.deviation[value].powi(2));
+            let between = average(&|m| (m.mean[value] - mean[value]).powi(2));
+            (within + between).sqrt()
+        })
+        .collect();
+    Some(Prediction { mean, deviation })
 }
 
 /// Of ascending values, at least one, by linear interpolation.

@@ -82,8 +82,8 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     /// `data` holds f at collocation points and, for inverse problems, measured values; with these,
     /// the conditional evidence is maximised. (From 40 values all over the domain of an Allen–Cahn
     /// front, ten times: the joint evidence left 20 % in ε, and 4 of its Laplace intervals held it;
-    /// the conditional one 11 %, and 9.) [`Noise::Learned`] for the equation then leaves less error and
-    /// bands that cover, because collocation is not believed beyond what the prior can do.
+    /// the conditional one 11 %, and 9.)
+    /// Give the equation [`Noise::Learned`] where [`SemiLinear::variational`] is to follow.
     /// Fits start as in `options`, and near the end from the parameters before.
     ///
     /// # Errors

@@ -11,14 +11,18 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use super::bound::Inference;
 use super::{SemiLinear, Solution};
 use crate::data::Data;
+use crate::ensemble::mixture;
 use crate::error::GpError;
 use crate::kernel::Kernel;
+use crate::laplace::laplace;
 use crate::model::Model;
 use crate::optimise::minimise;
-use crate::posterior::Posterior;
+use crate::posterior::{Posterior, Prediction};
 
 /// How a variational bound is maximised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,11 +36,16 @@ pub struct VariationalOptions {
     /// determine them they are biased. Otherwise they stay where the solution by linearisation has
     /// them, which only asks how well the data are predicted.
     pub equation: bool,
+    /// Probable values of the equation's parameters, drawn by [`laplace`] from the solution by
+    /// linearisation, that [`Variational::predict`] averages over.
+    pub draws: usize,
+    /// Seed of the draws.
+    pub seed: u64,
 }
 
 impl Default for VariationalOptions {
     fn default() -> Self {
-        Self { rounds: 100, iterations: 20, equation: false }
+        Self { rounds: 100, iterations: 20, equation: false, draws: 30, seed: 0 }
     }
 }
 
@@ -45,6 +54,8 @@ impl Default for VariationalOptions {
 pub struct Variational<const D: usize> {
     model: Arc<Model<D>>,
     posterior: Posterior<D>,
+    /// For each draw of the equation's parameters.
+    members: Vec<Posterior<D>>,
     /// Parameters of kernel, equation and noise, on their scales.
     pub parameters: Vec<f64>,
     /// Lower bound of ln p(y_u, y_f).
@@ -73,9 +84,22 @@ impl<const D: usize> Variational<D> {
         Ok(self.model.parameters()[position].from_scale(self.parameters[position]))
     }
 
-    /// What is known of u: p̂ of (5.6).
+    /// What is known of u at the parameters found: p̂ of (5.6).
     pub fn posterior(&self) -> &Posterior<D> {
         &self.posterior
+    }
+
+    /// Mean and standard deviation of u, what is not known of the equation's parameters included.
+    ///
+    /// # Errors
+    /// If a feature has no derivative at a point.
+    pub fn predict(&self, points: &[[f64; D]]) -> Result<Prediction, GpError> {
+        let members: Vec<Prediction> = self
+            .members
+            .par_iter()
+            .map(|member| member.predict(points))
+            .collect::<Result<_, _>>()?;
+        mixture(&members).map_or_else(|| self.posterior.predict(points), Ok)
     }
 }
 
@@ -129,9 +153,9 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         let mut sites = inference.first_sites(start, &parameters)?;
         let mut bounds: Vec<[f64; 2]> =
             model.parameters().iter().map(|p| p.bounds.map(|bound| p.to_scale(bound))).collect();
+        let theta = model.theta_offset..model.theta_offset + model.theta.len();
         if !options.equation {
-            let theta = model.theta_offset..model.theta_offset + model.theta.len();
-            theta.for_each(|position| bounds[position] = [parameters[position]; 2]);
+            theta.clone().for_each(|position| bounds[position] = [parameters[position]; 2]);
         }
         let mut trace: Vec<f64> = Vec::new();
         let mut settled = false;
@@ -149,7 +173,24 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         }
         let sites = inference.settle(&parameters, sites)?;
         let (bound, posterior) = inference.posterior(&parameters, &sites)?;
-        let model = inference.model;
-        Ok(Variational { model, posterior, parameters, bound, trace, settled })
+        let members = match theta.is_empty() {
+            true => Vec::new(),
+            false => laplace(&start.fit, options.draws, options.seed)?
+                .draws
+                .par_iter()
+                .map(|draw| {
+                    let mut moved = parameters.clone();
+                    let known = start.fit.model();
+                    for position in theta.clone() {
+                        moved[position] =
+                            draw[known.position(&model.parameters()[position].name)?];
+                    }
+                    let sites = inference.settle(&moved, sites.clone())?;
+                    Ok(inference.posterior(&moved, &sites)?.1)
+                })
+                .collect::<Result<_, GpError>>()?,
+        };
+        let model = model.clone();
+        Ok(Variational { model, posterior, members, parameters, bound, trace, settled })
     }
 }
