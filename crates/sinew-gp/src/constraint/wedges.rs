@@ -96,7 +96,7 @@ impl Wedge {
         if square.value() >= 1.0 {
             return x.constant(0.0);
         }
-        let sign = if swapped && k % 2 == 0 { -1.0 } else { 1.0 };
+        let sign = if swapped && k.is_multiple_of(2) { -1.0 } else { 1.0 };
         let end = (square.constant(1.0) - &square).powi(CONTACT);
         square.powf(0.5 * exponent) * (angle * exponent).sin() * end * sign
     }
