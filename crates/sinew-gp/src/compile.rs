@@ -21,7 +21,7 @@ impl<const D: usize> Compiled<D> {
     /// terms with parameters in front are left out.
     pub fn is_trivially_satisfied(&self) -> bool {
         let noisy = matches!(self.variance, Variance::Known(sigma) if sigma > 0.0);
-        if self.observed || self.values.is_empty() || noisy {
+        if self.role != Role::Imposed || self.values.is_empty() || noisy {
             return false;
         }
         let mut residual = self.values.clone();
@@ -98,8 +98,7 @@ pub(crate) fn compile<const D: usize>(
         Noise::Known(sigma) => Variance::Known(sigma),
         Noise::Learned => Variance::Learned(usize::MAX),
     };
-    let observed = group.role == Role::Observed;
-    Ok(Compiled { legs, values, variance, offset: 0, first_leg: 0, observed })
+    Ok(Compiled { legs, values, variance, offset: 0, first_leg: 0, role: group.role })
 }
 
 fn coefficients<const D: usize>(

@@ -15,12 +15,16 @@ pub enum Noise {
 }
 
 /// Part that a group of observations has in the evidence.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+///
+/// Their order is that of the rows of the covariance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Role {
-    /// Measured: the evidence says how well it is predicted.
-    Observed,
     /// Part of the model: what the conditional evidence conditions on.
     Imposed,
+    /// Measured: the evidence says how well it is predicted.
+    Observed,
+    /// Not observed at all: an argument of a nonlinear term, near its value.
+    Latent,
 }
 
 /// Values of one linear functional of u at several points.

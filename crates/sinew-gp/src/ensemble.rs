@@ -5,7 +5,9 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::error::GpError;
+use crate::functional::Functional;
 use crate::model::Model;
+use crate::operator::Operator;
 use crate::posterior::{Posterior, Prediction};
 
 /// Draws from the posterior of all parameters of a model.
@@ -34,9 +36,12 @@ impl<const D: usize> Ensemble<D> {
     /// The central interval of a parameter that holds the share `level` of the draws.
     ///
     /// # Errors
-    /// If there is none of that name.
+    /// If there is none of that name, or there are no draws.
     pub fn interval(&self, name: &str, level: f64) -> Result<[f64; 2], GpError> {
         let mut values = self.parameter(name)?;
+        if values.is_empty() {
+            return Err(GpError::NoDraws);
+        }
         values.sort_by(f64::total_cmp);
         let tail = 0.5 * (1.0 - level);
         Ok([tail, 1.0 - tail].map(|share| quantile(&values, share)))
@@ -45,30 +50,71 @@ impl<const D: usize> Ensemble<D> {
     /// Mean and standard deviation of u over the draws and over the process for each of them.
     ///
     /// # Errors
-    /// If a feature has no derivative at a point, or a draw's covariance cannot be factorised.
+    /// If a feature has no derivative at a point, a draw's covariance cannot be factorised, or
+    /// there are no draws.
     pub fn predict(&self, points: &[[f64; D]]) -> Result<Prediction, GpError> {
+        self.predict_operator(&Operator::identity(), points)
+    }
+
+    /// Mean and standard deviation of an operator applied to u, each draw with the operator's
+    /// parameters as drawn: of a flux −D ∂u/∂x, what is not known of D counts too.
+    ///
+    /// # Errors
+    /// As [`Ensemble::predict`]; and if the operator has parameters that the model lacks.
+    pub fn predict_operator(
+        &self,
+        operator: &Operator<D>,
+        points: &[[f64; D]],
+    ) -> Result<Prediction, GpError> {
+        self.mixture(|posterior| posterior.predict_operator(operator, points))
+    }
+
+    /// Mean and standard deviation of a weighted sum, as an integral; parameters as in
+    /// [`Ensemble::predict_operator`].
+    ///
+    /// # Errors
+    /// As [`Ensemble::predict_operator`].
+    pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64), GpError> {
+        let sum = self.mixture(|posterior| {
+            let (mean, deviation) = posterior.predict_functional(functional)?;
+            Ok(Prediction { mean: vec![mean], deviation: vec![deviation] })
+        })?;
+        Ok((sum.mean[0], sum.deviation[0]))
+    }
+
+    /// All draws' predictions as one: the variance within them on average, and that between them.
+    fn mixture(
+        &self,
+        predict: impl Fn(&Posterior<D>) -> Result<Prediction, GpError> + Sync,
+    ) -> Result<Prediction, GpError> {
         let members: Vec<Prediction> = self
             .draws
             .par_iter()
-            .map(|draw| Posterior::new(self.model.clone(), draw)?.predict(points))
+            .map(|draw| predict(&Posterior::new(self.model.clone(), draw)?))
             .collect::<Result<_, _>>()?;
-        let count = members.len().max(1) as f64;
-        let average = |of: &dyn Fn(&Prediction) -> f64| members.iter().map(of).sum::<f64>() / count;
-        let mean: Vec<f64> = (0..points.len()).map(|point| average(&|m| m.mean[point])).collect();
-        let deviation = (0..points.len())
-            .map(|point| {
-                let within = average(&|m| m.deviation[point].powi(2));
-                let between = average(&|m| (m.mean[point] - mean[point]).powi(2));
-                (within + between).sqrt()
-            })
-            .collect();
-        Ok(Prediction { mean, deviation })
+        mixture(&members).ok_or(GpError::NoDraws)
     }
 }
 
-/// Of ascending values, by linear interpolation.
+/// Equally probable predictions as one; none of none.
+pub(crate) fn mixture(members: &[Prediction]) -> Option<Prediction> {
+    let values = members.first()?.mean.len();
+    let count = members.len() as f64;
+    let average = |of: &dyn Fn(&Prediction) -> f64| members.iter().map(of).sum::<f64>() / count;
+    let mean: Vec<f64> = (0..values).map(|value| average(&|m| m.mean[value])).collect();
+    let deviation = (0..values)
+        .map(|value| {
+            let within = average(&|m| m.deviation[value].powi(2));
+            let between = average(&|m| (m.mean[value] - mean[value]).powi(2));
+            (within + between).sqrt()
+        })
+        .collect();
+    Some(Prediction { mean, deviation })
+}
+
+/// Of ascending values, at least one, by linear interpolation.
 fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
+    let last = sorted.len() - 1;
     let position = share.clamp(0.0, 1.0) * last as f64;
     let below = position.floor() as usize;
     let fraction = position - below as f64;
@@ -77,12 +123,86 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
+    use crate::{
+        Condition, Data, Domain, Evidence, Noise, Parameter, Prior, Problem, Side,
+        SquaredExponential, constant,
+    };
+
     #[test]
     fn quantiles_interpolate() {
         let sorted = [1.0, 2.0, 4.0];
         assert_eq!(
-            [0.0, 0.25, 0.5, 0.75, 1.0].map(|q| super::quantile(&sorted, q)),
+            [0.0, 0.25, 0.5, 0.75, 1.0].map(|q| quantile(&sorted, q)),
             [1.0, 1.5, 2.0, 3.0, 4.0]
         );
+    }
+
+    /// D u″ = −1 with u(0) = 0, and an ensemble of two draws whose D are far apart.
+    fn spring() -> Result<(Ensemble<1>, Operator<1>, Domain<1>), GpError> {
+        let domain = Domain::interval("x", [0.0, 1.0])?;
+        let [dx] = domain.derivatives();
+        let stiffness = Parameter::new("D", [0.1, 10.0])?;
+        let problem = Problem::new(domain.clone(), &stiffness * dx * dx)?.condition(
+            "x",
+            Side::Lower,
+            Condition::Dirichlet(constant(0.0)),
+        )?;
+        let prior = Prior::constrained(&problem, &SquaredExponential::new())?;
+        let data = Data::new().values(&[[0.3], [0.8]], &[0.2, 0.4], Noise::Known(0.01)).equation(
+            &[[0.2], [0.6]],
+            &[-1.0; 2],
+            Noise::Exact,
+        );
+        let model = Arc::new(Model::new(prior, data, Evidence::Joint)?);
+        let position = model.position("D")?;
+        let draws = [0.3, 3.0].map(|value| {
+            let mut draw = vec![0.0; model.parameters().len()];
+            draw[position] = model.parameters()[position].to_scale(value);
+            draw
+        });
+        let ensemble = Ensemble::new(model, draws.to_vec());
+        Ok((ensemble, &stiffness * dx, domain))
+    }
+
+    #[test]
+    fn an_operators_parameters_are_those_of_each_draw() -> Result<(), GpError> {
+        let (ensemble, flux, domain) = spring()?;
+        let [dx] = domain.derivatives();
+        let values = ensemble.parameter("D")?;
+        assert!((values[0] - 0.3).abs() < 1e-12 && (values[1] - 3.0).abs() < 1e-12);
+        // By hand: the slope under each draw times its D.
+        let members: Vec<(f64, f64)> = std::iter::zip(&ensemble.draws, &values)
+            .map(|(draw, stiffness)| {
+                let posterior = Posterior::new(ensemble.model.clone(), draw)?;
+                let slope = posterior.predict_operator(&dx.into(), &[[0.9]])?;
+                Ok((stiffness * slope.mean[0], stiffness * slope.deviation[0]))
+            })
+            .collect::<Result<_, GpError>>()?;
+        let [(a, s), (b, t)] = [members[0], members[1]];
+        let mean = 0.5 * (a + b);
+        let deviation = (0.5 * (s * s + t * t) + 0.25 * (a - b).powi(2)).sqrt();
+        assert!((a - b).abs() > 0.1 * deviation, "the draws differ: {members:?}");
+        // Rounding of a well-conditioned 4 × 4 solution.
+        const TOLERANCE: f64 = 1e-9;
+        let found = ensemble.predict_operator(&flux, &[[0.9]])?;
+        assert!((found.mean[0] - mean).abs() < TOLERANCE * mean.abs(), "{found:?}, not {mean}");
+        assert!((found.deviation[0] - deviation).abs() < TOLERANCE * deviation, "{deviation}");
+        // A functional of one point is the same thing, and so are weights that cancel.
+        let sum =
+            Functional { operator: flux, points: vec![[0.9]; 3], weights: vec![1.0, 2.0, -1.0] };
+        let (twice, spread) = ensemble.predict_functional(&sum)?;
+        assert!((twice - 2.0 * mean).abs() < TOLERANCE * mean.abs(), "{twice}");
+        assert!((spread - 2.0 * deviation).abs() < 1e-6 * deviation, "{spread}");
+        Ok(())
+    }
+
+    #[test]
+    fn without_draws_there_is_no_prediction() -> Result<(), GpError> {
+        let (mut ensemble, ..) = spring()?;
+        ensemble.draws.clear();
+        assert_eq!(ensemble.predict(&[[0.5]]).unwrap_err(), GpError::NoDraws);
+        assert_eq!(ensemble.interval("D", 0.95).unwrap_err(), GpError::NoDraws);
+        Ok(())
     }
 }

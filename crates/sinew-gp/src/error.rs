@@ -209,9 +209,24 @@ pub enum GpError {
         /// Number needed.
         expected: usize,
     },
-    /// A network on a prior that it has no form for.
-    #[error("networks know no {0}; use a Gaussian process, or a prior without")]
-    Network(&'static str),
+    /// A variational bound of an equation without noise.
+    #[error(
+        "the equation holds exactly in these data, where no normal distribution has a finite variational bound; give its values `Noise::Learned`, or a known noise"
+    )]
+    ExactEquation,
+    /// A nonlinear term that is not finite where u may be.
+    #[error(
+        "the nonlinear term has no finite value or derivative near {arguments:?}, its arguments at collocation point {index}; start from a solution that is better known, or define the term there"
+    )]
+    Term {
+        /// Number of the collocation point.
+        index: usize,
+        /// Means of the arguments there.
+        arguments: Vec<f64>,
+    },
+    /// An ensemble from which all draws were removed.
+    #[error("the ensemble has no draws; keep at least one")]
+    NoDraws,
     /// No restart of a fit succeeded.
     #[error("none of {restarts} restarts reached a finite evidence; last: {last}")]
     NoFit {

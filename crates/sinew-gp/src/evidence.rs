@@ -1,5 +1,7 @@
 //! The evidence of a model: which one, and its value.
 
+use sinew_num::on_ready_threads;
+
 use crate::error::GpError;
 use crate::model::{Compiled, Model};
 use crate::state::State;
@@ -101,11 +103,14 @@ impl<const D: usize> Model<D> {
         parameters: &[f64],
     ) -> Result<Evaluation, GpError> {
         let state = State::with_evidence(self, parameters, evidence)?;
-        let factored = state.factored()?;
-        Ok(Evaluation {
-            value: state.value(&factored),
-            gradient: state.gradient(&factored),
-            jitter: factored.jitter,
-        })
+        let evaluate = || {
+            let factored = state.factored()?;
+            Ok(Evaluation {
+                value: state.value(&factored),
+                gradient: state.gradient(&factored),
+                jitter: factored.jitter,
+            })
+        };
+        if state.parallel() { on_ready_threads(evaluate) } else { evaluate() }
     }
 }

@@ -100,24 +100,34 @@ impl<const D: usize> State<'_, D> {
     pub fn gradient(&self, factored: &Factored) -> Vec<f64> {
         let size = self.model.size;
         let (mut cotangent, w) = self.cotangents(factored);
-        let mut gradient = vec![0.0; self.model.parameters.len()];
+        let mut noise = Vec::new();
         for (number, group) in self.model.groups.iter().enumerate() {
             let mut trace = 0.0;
-            for row in group.offset..group.offset + group.values.len() {
+            for row in group.rows() {
                 let diagonal = &mut cotangent[row * (size + 1)];
                 trace += *diagonal;
                 *diagonal *= 1.0 + factored.jitter;
             }
             if let Variance::Learned(position) = group.variance {
-                gradient[position] += 2.0 * self.noise(number).powi(2) * trace;
+                noise.push((position, 2.0 * self.noise(number).powi(2) * trace));
             }
         }
-        let pulled = self.pull_back(&cotangent);
+        let mut gradient = self.propagated(&cotangent, &w);
+        noise.into_iter().for_each(|(position, slope)| gradient[position] += slope);
+        gradient.iter_mut().for_each(|g| *g = -*g);
+        gradient
+    }
+
+    /// What cotangents of the covariance (as [`State::cotangents`] has them) and of the residual mean
+    /// for all parameters but the noise, on their scales.
+    pub fn propagated(&self, cotangent: &[f64], w: &[f64]) -> Vec<f64> {
+        let mut gradient = vec![0.0; self.model.parameters.len()];
+        let pulled = self.pull_back(cotangent);
         let mut theta = vec![0.0; self.theta().len()];
         for group in &self.model.groups {
             let monomials = &group.legs[0].monomials;
             let mut slopes = vec![0.0; monomials.len()];
-            let rows = &w[group.offset..group.offset + group.values.len()];
+            let rows = &w[group.rows()];
             for (number, leg) in (group.first_leg..).zip(&group.legs) {
                 for part in 0..self.kernels.len() {
                     let slot = &pulled.coefficients[part][number];
@@ -146,7 +156,6 @@ impl<const D: usize> State<'_, D> {
         for (offset, slopes) in self.model.part_offsets.iter().zip(&pulled.hyperparameters) {
             gradient[offset + 1..offset + 1 + slopes.len()].copy_from_slice(slopes);
         }
-        gradient.iter_mut().for_each(|g| *g = -*g);
         gradient
     }
 

@@ -53,7 +53,8 @@
 //!   probable ones for intervals that cover;
 //! - [`Kernel`] and [`check_kernel`]: your own kernel from its formula, and whether it is one;
 //! - `log_evidence_tensor` (feature `burn`, on by default): the evidence inside a Burn graph;
-//! - [`SemiLinear`]: equations with a nonlinear term, by Gauss and Newton.
+//! - [`SemiLinear`]: equations with a nonlinear term, by Gauss and Newton, and with their
+//!   uncertainty by a variational bound.
 //!
 //! Everything is in double precision.
 
@@ -87,6 +88,7 @@ mod polygon;
 mod posterior;
 mod prior;
 mod problem;
+mod quadrature;
 mod semilinear;
 mod simd;
 mod state;
@@ -119,7 +121,7 @@ pub use polygon::{Composition, Polygon};
 pub use posterior::{Posterior, Prediction};
 pub use prior::Prior;
 pub use problem::Problem;
-pub use semilinear::{SemiLinear, Solution};
+pub use semilinear::{SemiLinear, Solution, Variational, VariationalOptions};
 /// The number type of formulas in the coordinates.
 pub use sinew_num::Series;
 #[cfg(feature = "burn")]

@@ -32,7 +32,14 @@ pub(crate) struct Compiled<const D: usize> {
     pub variance: Variance,
     /// Position of the first observation in the covariance matrix.
     pub offset: usize,
-    pub observed: bool,
+    pub role: Role,
+}
+
+impl<const D: usize> Compiled<D> {
+    /// Rows of the covariance matrix.
+    pub fn rows(&self) -> std::ops::Range<usize> {
+        self.offset..self.offset + self.values.len()
+    }
 }
 
 /// A prior and observations, ready to be fitted.
@@ -76,7 +83,7 @@ impl<const D: usize> Model<D> {
         check(&groups)?;
         // A stable sort keeps the order given within each role.
         let mut order: Vec<usize> = (0..groups.len()).collect();
-        order.sort_by_key(|number| groups[*number].role == Role::Observed);
+        order.sort_by_key(|number| groups[*number].role);
         let mut theta = Vec::new();
         for term in prior.equation.terms() {
             for (parameter, _) in &term.parameters {
@@ -93,13 +100,15 @@ impl<const D: usize> Model<D> {
             offset += group.values.len();
             legs += group.legs.len();
         }
-        let imposed = compiled.iter().filter(|g| !g.observed).map(|g| g.values.len()).sum();
+        let imposed =
+            compiled.iter().filter(|g| g.role == Role::Imposed).map(|g| g.values.len()).sum();
         let size = offset;
         if size == 0 {
             return Err(GpError::NoData);
         }
-        let believed =
-            |group: &Compiled<D>| !group.observed && group.variance == Variance::Known(0.0);
+        let believed = |group: &Compiled<D>| {
+            group.role == Role::Imposed && group.variance == Variance::Known(0.0)
+        };
         let automatic = evidence == Evidence::Auto;
         let inferred = automatic && !theta.is_empty() && imposed < size;
         let evidence = evidence.resolve(&compiled, imposed, size)?;
@@ -258,14 +267,17 @@ impl<const D: usize> Model<D> {
     /// Size of u as the data suggest it: what they differ from the prior mean by, over the size of
     /// their operator on functions that vary over the whole domain.
     fn amplitude_scale(&self, middle: &[f64]) -> f64 {
-        let of = |observed: bool| {
+        let of = |role: Role| {
             self.groups
                 .iter()
-                .filter(|group| group.observed == observed)
+                .filter(|group| group.role == role)
                 .map(|group| group.amplitude(middle))
                 .fold(0.0, f64::max)
         };
-        [of(true), of(false)].into_iter().find(|scale| *scale > 0.0).unwrap_or(1.0)
+        [of(Role::Observed), of(Role::Imposed)]
+            .into_iter()
+            .find(|scale| *scale > 0.0)
+            .unwrap_or(1.0)
     }
 
     /// The operators' parameters in the middle of their bounds.

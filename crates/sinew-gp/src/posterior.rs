@@ -9,10 +9,12 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::coefficients::PointCoefficients;
+use crate::data::Role;
 use crate::error::GpError;
+use crate::factor::Factor;
 use crate::functional::Functional;
 use crate::gram::{Block, PairPlan, Scratch, Side};
-use crate::model::{Model, monomial_value};
+use crate::model::{Compiled, Model, monomial_value};
 use crate::operator::Operator;
 use crate::state::{Factored, State, combine};
 
@@ -21,9 +23,32 @@ use crate::state::{Factored, State, combine};
 pub struct Posterior<const D: usize> {
     model: Arc<Model<D>>,
     parameters: Vec<f64>,
-    factored: Factored,
-    /// K⁻¹ (y − mean).
+    /// w of the posterior mean m + K_* w: of a Gaussian model K⁻¹ (y − m).
     weights: Vec<f64>,
+    whitening: Whitening,
+    jitter: f64,
+}
+
+/// T of the posterior covariance K_** − (T K_*)ᵀ T K_*.
+#[derive(Debug)]
+pub(crate) enum Whitening {
+    /// L⁻¹, by its inverse.
+    Inverse(Factor),
+    /// By its entries.
+    Matrix(Mat<f64>),
+}
+
+impl Whitening {
+    /// T times covariances with the observations, one column for each point.
+    fn apply(&self, mut cross: Mat<f64>) -> Mat<f64> {
+        match self {
+            Self::Inverse(factor) => {
+                solve_lower_triangular_in_place(factor.view(), cross.as_mut(), Par::Seq);
+                cross
+            }
+            Self::Matrix(matrix) => matrix * cross,
+        }
+    }
 }
 
 /// Values with their standard deviations.
@@ -55,15 +80,25 @@ impl<const D: usize> Posterior<D> {
     /// # Errors
     /// If their number is wrong or the covariance is not positive definite.
     pub fn new(model: Arc<Model<D>>, parameters: &[f64]) -> Result<Self, GpError> {
-        let factored = State::new(&model, parameters)?.factored()?;
-        let mut weights = factored.whitened.clone();
-        factored.factor.backward(&mut weights);
-        Ok(Self { parameters: parameters.to_vec(), factored, weights, model })
+        let Factored { factor, whitened: mut weights, jitter } =
+            State::new(&model, parameters)?.factored()?;
+        factor.backward(&mut weights);
+        Ok(Self::from_parts(model, parameters, weights, Whitening::Inverse(factor), jitter))
+    }
+
+    pub(crate) fn from_parts(
+        model: Arc<Model<D>>,
+        parameters: &[f64],
+        weights: Vec<f64>,
+        whitening: Whitening,
+        jitter: f64,
+    ) -> Self {
+        Self { model, parameters: parameters.to_vec(), weights, whitening, jitter }
     }
 
     /// Relative jitter that the factorisation needed.
     pub fn jitter(&self) -> f64 {
-        self.factored.jitter
+        self.jitter
     }
 
     /// Mean and standard deviation of u.
@@ -174,14 +209,15 @@ impl<const D: usize> Posterior<D> {
     pub fn explained(&self) -> Option<f64> {
         // y − K̂: the posterior mean at an observation is y − σ² α.
         let state = State::new(&self.model, &self.parameters).ok()?;
+        let residual = state.residual();
         let (mut total, mut left) = (0.0, 0.0);
-        for (number, group) in self.model.groups.iter().enumerate().filter(|(_, g)| g.observed) {
+        let observed = |group: &&Compiled<D>| group.role == Role::Observed;
+        for (number, group) in self.model.groups.iter().enumerate().filter(|(_, g)| observed(g)) {
             let sigma = state.noise(number);
-            let rows = group.offset..group.offset + group.values.len();
-            for row in rows.filter(|_| sigma > 0.0) {
+            for row in group.rows().filter(|_| sigma > 0.0) {
                 // In units of the noise, so that groups of different units count alike.
                 let scale = sigma;
-                total += (self.factored.residual[row] / scale).powi(2);
+                total += (residual[row] / scale).powi(2);
                 left += (scale * self.weights[row]).powi(2);
             }
         }
@@ -258,7 +294,7 @@ impl<const D: usize> Posterior<D> {
         }
     }
 
-    /// Posterior mean, and L⁻¹ K_* with one column for each point.
+    /// Posterior mean, and T K_* with one column for each point.
     fn conditioned(&self, state: &State<'_, D>, query: &Query<D>) -> (Vec<f64>, Mat<f64>) {
         let mut cross = Mat::<f64>::zeros(self.model.size, query.points.count);
         self.for_columns(state, query, |row, covariances| {
@@ -270,8 +306,7 @@ impl<const D: usize> Posterior<D> {
         for (column, mean) in mean.iter_mut().enumerate() {
             *mean += cross.col(column).iter().zip(&self.weights).map(|(c, w)| c * w).sum::<f64>();
         }
-        solve_lower_triangular_in_place(self.factored.factor.view(), cross.as_mut(), Par::Seq);
-        (mean, cross)
+        (mean, self.whitening.apply(cross))
     }
 
     /// Prior covariances of the query's points from `first` on with point `column`.

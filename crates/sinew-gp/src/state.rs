@@ -19,13 +19,11 @@ const LAST_JITTER: f64 = 1e-4;
 /// Observations from which on work is shared between threads.
 const PARALLEL_FROM: usize = 256;
 
-/// A factored covariance with the residuals.
+/// A factored covariance with the whitened residual.
 #[derive(Debug)]
 pub(crate) struct Factored {
     /// Its Cholesky factor.
     pub factor: Factor,
-    /// y − mean.
-    pub residual: Vec<f64>,
     /// L⁻¹ (y − mean).
     pub whitened: Vec<f64>,
     pub jitter: f64,
@@ -155,7 +153,8 @@ impl<'a, const D: usize> State<'a, D> {
         (0..firsts).flat_map(move |a| (0..seconds).map(move |b| ([first, a], [second, b])))
     }
 
-    fn residual(&self) -> Vec<f64> {
+    /// y − mean.
+    pub fn residual(&self) -> Vec<f64> {
         let mut residual = Vec::with_capacity(self.model.size);
         for (group, monomials) in self.model.groups.iter().zip(&self.monomials) {
             let start = residual.len();
@@ -235,7 +234,7 @@ impl<'a, const D: usize> State<'a, D> {
         let factor = loop {
             let mut matrix = self.covariance();
             for (group, sigma) in self.model.groups.iter().zip(&self.noise) {
-                for row in group.offset..group.offset + group.values.len() {
+                for row in group.rows() {
                     let diagonal = &mut matrix[row * (size + 1)];
                     *diagonal = *diagonal * (1.0 + jitter) + sigma * sigma;
                 }
@@ -249,10 +248,9 @@ impl<'a, const D: usize> State<'a, D> {
                 return Err(GpError::NotPositiveDefinite { size, jitter: LAST_JITTER });
             }
         };
-        let residual = self.residual();
-        let mut whitened = residual.clone();
+        let mut whitened = self.residual();
         factor.forward(&mut whitened);
-        Ok(Factored { factor, residual, whitened, jitter })
+        Ok(Factored { factor, whitened, jitter })
     }
 
     /// Rows whose probability the evidence is; those before are conditioned on.

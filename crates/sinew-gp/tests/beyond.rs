@@ -83,8 +83,13 @@ fn a_network_with_hard_conditions_solves_the_string() {
     let places: Vec<[f64; 1]> = (0..=20).map(|k| [f64::from(k) / 20.0]).collect();
     let u = must(network.mean(&places));
     let err = u.iter().zip(&places).map(|(u, x)| (u - deflection(*x)).abs()).fold(0.0, f64::max);
-    println!("network: loss {:.1e}, largest error {err:.1e}", network.loss);
+    let (loss, evaluations) = (network.loss, network.evaluations);
+    println!("network: loss {loss:.1e} after {evaluations} evaluations, largest error {err:.1e}");
     assert!(err < 2e-4, "{err:e}");
+    // At least one for each iteration of both restarts that made a step.
+    let few = NetworkOptions { iterations: 3, ..options };
+    let short = must(Network::train(prior(&string(false)), &data, &few));
+    assert!(short.evaluations >= 8 && short.evaluations < evaluations, "{}", short.evaluations);
     assert_eq!([u[0], u[20]], [0.0, 0.0]);
     let refused = Network::train(prior(&string(true)), &data, &options).unwrap_err();
     assert_eq!(refused, GpError::FreeParameter("stiffness".into()));

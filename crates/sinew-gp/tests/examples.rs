@@ -14,7 +14,7 @@ fn program(name: &str) -> PathBuf {
 
 #[test]
 fn examples_keep_their_promises() {
-    for name in ["diffusivity", "pentagon", "own_operator", "own_kernel"] {
+    for name in ["diffusivity", "pentagon", "own_operator", "own_kernel", "stiffening_bed"] {
         let output = Command::new(program(name)).output().expect("the program starts");
         let [printed, complaint] =
             [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text).into_owned());

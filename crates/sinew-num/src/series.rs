@@ -1,9 +1,13 @@
 //! Taylor polynomials of several variables, of any order.
 
 mod operators;
+mod recording;
 
 use crate::Scalar;
 use std::borrow::Cow;
+
+use recording::Place;
+pub use recording::{Recording, Step};
 
 /// Most variables that a [`Series`] may have.
 pub const MOST_VARIABLES: usize = 10;
@@ -22,11 +26,21 @@ pub const MOST_VARIABLES: usize = 10;
 /// let product = x.sin() * y.exp();
 /// assert!((product.derivative(&[2, 1]) + 0.3_f64.sin() * 0.1_f64.exp()).abs() < 1e-15);
 /// ```
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Series {
     degrees: Degrees,
     /// Coefficient of x₀^i x₁^j … at the mixed-radix position (i, j, …), the last variable fastest.
     coefficients: Vec<f64>,
+    /// In a [`Recording`] under way.
+    place: Place,
+}
+
+impl PartialEq for Series {
+    fn eq(&self, other: &Self) -> bool {
+        self.observed();
+        other.observed();
+        self.degrees == other.degrees && self.coefficients == other.coefficients
+    }
 }
 
 /// Highest power kept of each variable.
@@ -83,6 +97,10 @@ fn multiply_into(out: &mut [f64], left: &[f64], right: &[f64], degrees: &[u8]) {
             let block = out.len() / (usize::from(*degree) + 1);
             for i in 0..=usize::from(*degree) {
                 let left = &left[i * block..(i + 1) * block];
+                // Most formulas start from differences and squares, of few terms.
+                if left.iter().all(|l| *l == 0.0) {
+                    continue;
+                }
                 for j in 0..=usize::from(*degree) - i {
                     let out = &mut out[(i + j) * block..(i + j + 1) * block];
                     multiply_into(out, left, &right[j * block..(j + 1) * block], rest);
@@ -93,9 +111,13 @@ fn multiply_into(out: &mut [f64], left: &[f64], right: &[f64], degrees: &[u8]) {
 }
 
 impl Series {
+    fn new(degrees: Degrees, coefficients: Vec<f64>) -> Self {
+        Self { degrees, coefficients, place: Place::default() }
+    }
+
     /// The numbers `values` that depend on no variable.
     pub fn plain<const D: usize>(values: [f64; D]) -> [Self; D] {
-        values.map(|value| Self { degrees: Degrees::new(&[]), coefficients: vec![value] })
+        values.map(|value| Self::new(Degrees::new(&[]), vec![value]))
     }
 
     /// The variables themselves at `values`, each kept up to the power in `degrees`.
@@ -117,18 +139,19 @@ impl Series {
             powers[index] = 1;
             coefficients[degrees.position(&powers[..degrees.count])] = 1.0;
         }
-        Self { degrees, coefficients }
+        Self::new(degrees, coefficients)
     }
 
     /// The number `value`, shaped like this one.
     pub fn constant(&self, value: f64) -> Self {
         let mut coefficients = vec![0.0; self.coefficients.len()];
         coefficients[0] = value;
-        Self { degrees: self.degrees, coefficients }
+        Self::new(self.degrees, coefficients)
     }
 
     /// Value at the point of expansion.
     pub fn value(&self) -> f64 {
+        self.observed();
         self.coefficients[0]
     }
 
@@ -137,12 +160,14 @@ impl Series {
     /// # Panics
     /// If an order exceeds the degree kept, or their number is not that of the variables.
     pub fn derivative(&self, orders: &[usize]) -> f64 {
+        self.observed();
         let factorials: f64 = orders.iter().map(|n| factorial(*n)).product();
         self.coefficients[self.degrees.position(orders)] * factorials
     }
 
     /// The same polynomial with one more, last variable on which it does not depend.
     pub fn lifted(&self, degree: usize) -> Self {
+        self.observed();
         let mut degrees: Vec<usize> =
             self.degrees.as_slice().iter().map(|d| usize::from(*d)).collect();
         degrees.push(degree);
@@ -151,11 +176,12 @@ impl Series {
         for (lifted, c) in coefficients.chunks_mut(degree + 1).zip(&self.coefficients) {
             lifted[0] = *c;
         }
-        Self { degrees, coefficients }
+        Self::new(degrees, coefficients)
     }
 
     /// This series with the constant `value` in its place plus its own last variable.
     pub fn shifted_last_variable(&self, value: f64) -> Self {
+        self.observed();
         let degrees: Vec<usize> = self.degrees.as_slice().iter().map(|d| usize::from(*d)).collect();
         Self::variable(value, degrees.len() - 1, &degrees)
     }
@@ -166,6 +192,7 @@ impl Series {
     /// # Panics
     /// If there is no variable, or the order exceeds the degree kept.
     pub fn last_derivative(&self, order: usize) -> Self {
+        self.observed();
         let count = self.degrees.count.checked_sub(1).expect("a series with a last variable");
         let stride = usize::from(self.degrees.degrees[count]) + 1;
         assert!(order < stride, "order {order} above the degree {}", stride - 1);
@@ -175,7 +202,12 @@ impl Series {
         let factor = factorial(order);
         let coefficients =
             self.coefficients.iter().skip(order).step_by(stride).map(|c| c * factor).collect();
-        Self { degrees, coefficients }
+        Self::new(degrees, coefficients)
+    }
+
+    /// Whether it has no variables.
+    fn is_plain(&self) -> bool {
+        self.degrees.count == 0
     }
 
     fn is_constant(&self) -> bool {
@@ -186,9 +218,12 @@ impl Series {
     fn compose(&self, taylor: &[f64]) -> Self {
         let mut increment = self.clone();
         increment.coefficients[0] = 0.0;
+        if increment.is_constant() {
+            return self.constant(taylor[0]);
+        }
         let (last, lower) = taylor.split_last().expect("at least the value");
         lower.iter().rev().fold(self.constant(*last), |mut sum, coefficient| {
-            sum = &sum * &increment;
+            sum = increment.product(&sum);
             sum.coefficients[0] += coefficient;
             sum
         })
@@ -201,7 +236,7 @@ impl Series {
 
     /// Taylor coefficients of (x + h)^power at the value.
     fn power_coefficients(&self, power: f64) -> Vec<f64> {
-        let x = self.value();
+        let x = self.coefficients[0];
         let mut binomial = 1.0;
         (0..=self.total_degree())
             .map(|k| {
@@ -215,15 +250,15 @@ impl Series {
 
     /// Exponential.
     pub fn exp(&self) -> Self {
-        let e = self.value().exp();
+        let e = self.coefficients[0].exp();
         let taylor: Vec<f64> = (0..=self.total_degree()).map(|k| e / factorial(k)).collect();
-        self.compose(&taylor)
+        self.compose(&taylor).noted([self], |[of]| Step::Exp(of))
     }
 
     /// Natural logarithm; −∞ at zero and below.
     pub fn ln(&self) -> Self {
-        let x = self.value();
-        self.logarithm(Scalar::ln(x), x)
+        let x = self.coefficients[0];
+        self.logarithm(Scalar::ln(x), x).noted([self], |[of]| Step::Ln(of))
     }
 
     /// From its value, and the argument that its derivatives are the reciprocals of.
@@ -243,14 +278,14 @@ impl Series {
 
     /// Sine.
     pub fn sin(&self) -> Self {
-        let (sin, cos) = self.value().sin_cos();
-        self.circular([sin, cos, -sin, -cos])
+        let (sin, cos) = self.coefficients[0].sin_cos();
+        self.circular([sin, cos, -sin, -cos]).noted([self], |[of]| Step::Sin(of))
     }
 
     /// Cosine.
     pub fn cos(&self) -> Self {
-        let (sin, cos) = self.value().sin_cos();
-        self.circular([cos, -sin, -cos, sin])
+        let (sin, cos) = self.coefficients[0].sin_cos();
+        self.circular([cos, -sin, -cos, sin]).noted([self], |[of]| Step::Cos(of))
     }
 
     fn circular(&self, cycle: [f64; 4]) -> Self {
@@ -262,12 +297,12 @@ impl Series {
     /// Hyperbolic tangent.
     pub fn tanh(&self) -> Self {
         // t' = 1 − t² read as a recursion for the coefficients.
-        let mut taylor = vec![self.value().tanh()];
+        let mut taylor = vec![self.coefficients[0].tanh()];
         for k in 0..self.total_degree() {
             let square: f64 = (0..=k).map(|i| taylor[i] * taylor[k - i]).sum();
             taylor.push((f64::from(u8::from(k == 0)) - square) / (k as f64 + 1.0));
         }
-        self.compose(&taylor)
+        self.compose(&taylor).noted([self], |[of]| Step::Tanh(of))
     }
 
     /// Square root; its derivatives at zero are infinite.
@@ -277,7 +312,7 @@ impl Series {
 
     /// A real power of a positive number.
     pub fn powf(&self, power: f64) -> Self {
-        self.compose(&self.power_coefficients(power))
+        self.compose(&self.power_coefficients(power)).noted([self], |[of]| Step::Power(of, power))
     }
 
     /// A whole power, of any number.
@@ -292,7 +327,7 @@ impl Series {
 
     /// `1 / self`.
     pub fn recip(&self) -> Self {
-        let x = self.value();
+        let x = self.coefficients[0];
         let mut power = -1.0;
         let taylor: Vec<f64> = (0..=self.total_degree())
             .map(|_| {
@@ -300,15 +335,25 @@ impl Series {
                 power
             })
             .collect();
-        self.compose(&taylor)
+        self.compose(&taylor).noted([self], |[of]| Step::Power(of, -1.0))
     }
 
     /// `op` coefficient by coefficient.
     fn zip(&self, right: &Self, op: impl Fn(f64, f64) -> f64) -> Self {
+        if right.is_plain() {
+            let mut result = self.map(|l| op(l, 0.0));
+            result.coefficients[0] = op(self.coefficients[0], right.coefficients[0]);
+            return result;
+        }
+        if self.is_plain() {
+            let mut result = right.map(|r| op(0.0, r));
+            result.coefficients[0] = op(self.coefficients[0], right.coefficients[0]);
+            return result;
+        }
         let (left, right) = self.common(right);
         let coefficients =
             left.coefficients.iter().zip(&right.coefficients).map(|(l, r)| op(*l, *r)).collect();
-        Self { degrees: left.degrees, coefficients }
+        Self::new(left.degrees, coefficients)
     }
 
     /// Itself, or where it is the constant of two series of different shape, in that of `other`.
@@ -316,7 +361,11 @@ impl Series {
         let promoted = self.degrees != other.degrees
             && self.is_constant()
             && (!other.is_constant() || other.coefficients.len() > self.coefficients.len());
-        if promoted { Cow::Owned(other.constant(self.value())) } else { Cow::Borrowed(self) }
+        if promoted {
+            Cow::Owned(other.constant(self.coefficients[0]))
+        } else {
+            Cow::Borrowed(self)
+        }
     }
 
     /// Both in one shape.
@@ -327,6 +376,12 @@ impl Series {
     }
 
     fn product(&self, right: &Self) -> Self {
+        if right.is_plain() {
+            return self.map(|l| l * right.coefficients[0]);
+        }
+        if self.is_plain() {
+            return right.map(|r| self.coefficients[0] * r);
+        }
         let (left, right) = self.common(right);
         let mut coefficients = vec![0.0; left.coefficients.len()];
         let degrees = left.degrees;
@@ -336,12 +391,12 @@ impl Series {
             &right.coefficients,
             degrees.as_slice(),
         );
-        Self { degrees, coefficients }
+        Self::new(degrees, coefficients)
     }
 
     fn map(&self, op: impl Fn(f64) -> f64) -> Self {
         let coefficients = self.coefficients.iter().map(|c| op(*c)).collect();
-        Self { degrees: self.degrees, coefficients }
+        Self::new(self.degrees, coefficients)
     }
 }
 

@@ -98,7 +98,7 @@ impl<const D: usize> Kernel<D> for Along<D> {
     ) {
         let (inner, factors) = self.inner(orders);
         if !Self::is_within_reach(&inner) {
-            return super::table::by_series(self, parameters, pairs, orders, table);
+            return super::table::from_formula(self, parameters, pairs, orders, table);
         }
         let mut positions = [0.0; MOST_PAIRS];
         let second = self.project(pairs, &mut positions);
@@ -120,7 +120,7 @@ impl<const D: usize> Kernel<D> for Along<D> {
     ) {
         let (inner, factors) = self.inner(orders);
         if !Self::is_within_reach(&inner) {
-            return super::table::pull_back_by_series(
+            return super::table::pull_back_from_formula(
                 self, parameters, pairs, orders, weights, gradient,
             );
         }

@@ -1,5 +1,6 @@
 //! What every kernel must satisfy, for those of this crate and of its users.
 
+use faer::{Mat, Side as Triangle};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_num::Series;
@@ -26,13 +27,25 @@ pub enum KernelFault {
         /// k(x′, x).
         backward: f64,
     },
-    /// A covariance matrix with a negative eigenvalue.
-    #[error("the covariance of {points} points has the pivot {pivot:e} in units of the variance")]
+    /// A value that is no number.
+    #[error("k(x, x') = {value} at x = {first:?}, x' = {second:?}")]
+    NotFinite {
+        /// The value.
+        value: f64,
+        /// x.
+        first: Vec<f64>,
+        /// x′.
+        second: Vec<f64>,
+    },
+    /// A covariance matrix with a negative eigenvalue, beyond what rounding makes of zero.
+    #[error(
+        "the covariance of {points} points has the eigenvalue {eigenvalue:e} in units of the variance"
+    )]
     Definiteness {
         /// Number of points.
         points: usize,
-        /// First negative pivot of its factorisation.
-        pivot: f64,
+        /// Its smallest eigenvalue.
+        eigenvalue: f64,
     },
     /// Derivatives that do not belong to the formula.
     #[error("derivative {orders}: {given} in the table, {expected} by {method}")]
@@ -60,9 +73,11 @@ pub enum KernelFault {
 
 /// Checks symmetry, positive definiteness, the table of derivatives against Taylor series of the
 /// formula and against finite differences, and the gradient in the hyperparameters against
-/// differences of the table, on random points between `lower` and `upper`.
+/// differences of the table, on random points between `lower` and `upper`; definiteness also on a
+/// regular grid, where kernels that are not definite show it at other lengths than at random.
 ///
 /// Derivatives are taken up to order two in either argument, as far as the kernel is smooth.
+/// Covariances that are singular but for rounding, as those of very long lengthscales, pass.
 ///
 /// # Errors
 /// The first fault found.
@@ -78,24 +93,67 @@ pub fn check_kernel<const D: usize>(
         return Err(KernelFault::Hyperparameters { found: hyperparameters.len(), expected });
     }
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut draw = || std::array::from_fn(|d| random.random_range(lower[d]..upper[d]));
-    let points: Vec<[f64; D]> = (0..12).map(|_| draw()).collect();
-    let checked = Checked { kernel, hyperparameters, points: &points };
+    let extents: [f64; D] = std::array::from_fn(|d| upper[d] - lower[d]);
+    let mut draw = || std::array::from_fn(|d| lower[d] + extents[d] * random.random::<f64>());
+    let points: Vec<[f64; D]> = (0..COVARIANCE_POINTS).map(|_| draw()).collect();
+    let (pairs, others) = points.split_at(PAIR_POINTS);
+    let second = farthest(others, pairs, extents);
+    let checked = Checked { kernel, hyperparameters, points: pairs, second, extents };
     checked.symmetry()?;
-    checked.definiteness()?;
+    checked.definiteness(&points)?;
+    checked.definiteness(&grid(lower, extents))?;
     checked.derivatives()?;
     checked.gradient()
+}
+
+/// At most [`COVARIANCE_POINTS`] points, as many along each axis.
+fn grid<const D: usize>(lower: [f64; D], extents: [f64; D]) -> Vec<[f64; D]> {
+    let along = (1..=COVARIANCE_POINTS)
+        .take_while(|n| n.checked_pow(D as u32).is_some_and(|all| all <= COVARIANCE_POINTS))
+        .last()
+        .unwrap_or(1);
+    let place = |number: usize, d: usize| {
+        let step = number / along.pow(d as u32) % along;
+        lower[d] + extents[d] * step as f64 / (along - 1).max(1) as f64
+    };
+    (0..along.pow(D as u32)).map(|number| std::array::from_fn(|d| place(number, d))).collect()
+}
+
+/// The candidate that along every axis is farthest from all `points`: near them, rough kernels
+/// have Taylor series of which rounding leaves little, and on them none.
+fn farthest<const D: usize>(
+    candidates: &[[f64; D]],
+    points: &[[f64; D]],
+    extents: [f64; D],
+) -> [f64; D] {
+    let distance = |candidate: &[f64; D]| {
+        let along = |point: &[f64; D], d: usize| ((candidate[d] - point[d]) / extents[d]).abs();
+        let all = points.iter().flat_map(|point| (0..D).map(move |d| along(point, d)));
+        all.fold(f64::INFINITY, f64::min)
+    };
+    let farthest = candidates.iter().max_by(|a, b| distance(a).total_cmp(&distance(b)));
+    *farthest.expect("there are candidates")
 }
 
 struct Checked<'a, const D: usize> {
     kernel: &'a dyn Kernel<D>,
     hyperparameters: &'a [f64],
+    /// First points of pairs, and a second one away from them.
     points: &'a [[f64; D]],
+    second: [f64; D],
+    extents: [f64; D],
 }
+
+/// Points of a covariance matrix whose eigenvalues are looked at, and of tables of derivatives.
+const COVARIANCE_POINTS: usize = 64;
+const PAIR_POINTS: usize = 12;
+/// Error of a kernel's value in units of the variance: a formula of some thirty roundings.
+const VALUE_ERROR: f64 = 32.0 * f64::EPSILON;
 
 /// Between closed forms and Taylor series, relative to the largest entry.
 const TAYLOR_TOLERANCE: f64 = 1e-11;
-/// Between analytic derivatives and central differences of step 1e-5.
+/// Between analytic derivatives and central differences, of a step in units of the extent, or of
+/// a hyperparameter.
 const DIFFERENCE_TOLERANCE: f64 = 1e-6;
 const STEP: f64 = 1e-5;
 
@@ -120,32 +178,29 @@ impl<const D: usize> Checked<'_, D> {
         Ok(())
     }
 
-    /// By Cholesky's algorithm with room for rounding.
-    fn definiteness(&self) -> Result<(), KernelFault> {
-        let n = self.points.len();
-        let mut a: Vec<Vec<f64>> = self
-            .points
-            .iter()
-            .map(|x| self.points.iter().map(|y| self.value(*x, *y)).collect())
-            .collect();
-        let scale = (0..n).map(|i| a[i][i]).fold(f64::MIN_POSITIVE, f64::max);
-        for k in 0..n {
-            let pivot = a[k][k] / scale;
-            if pivot.is_nan() || pivot < -TAYLOR_TOLERANCE {
-                return Err(KernelFault::Definiteness { points: n, pivot });
+    /// By the smallest eigenvalue, which moves by no more than the norm of what rounding adds to
+    /// the matrix (Weyl): at most the error of an entry for each point. Elimination would not do,
+    /// because rounding grows with every tiny pivot that it passes.
+    fn definiteness(&self, points: &[[f64; D]]) -> Result<(), KernelFault> {
+        let count = points.len();
+        let mut covariance = Mat::zeros(count, count);
+        for (i, j) in (0..count).flat_map(|i| (0..=i).map(move |j| (i, j))) {
+            let value = self.value(points[i], points[j]);
+            if !value.is_finite() {
+                let (first, second) = (points[i].to_vec(), points[j].to_vec());
+                return Err(KernelFault::NotFinite { value, first, second });
             }
-            // A pivot of rounding size belongs to a point that the others determine.
-            if pivot <= TAYLOR_TOLERANCE {
-                continue;
-            }
-            for i in k + 1..n {
-                let factor = a[i][k] / a[k][k];
-                for j in k + 1..n {
-                    a[i][j] -= factor * a[k][j];
-                }
-            }
+            covariance[(i, j)] = value;
         }
-        Ok(())
+        let variance = covariance.norm_max().max(f64::MIN_POSITIVE);
+        let eigenvalues = covariance.self_adjoint_eigenvalues(Triangle::Lower);
+        // The iteration for finite symmetric matrices converges; without an answer there is none.
+        let smallest = eigenvalues.map_or(f64::NAN, |all| all.into_iter().fold(f64::MAX, f64::min));
+        let eigenvalue = smallest / variance;
+        if eigenvalue >= -VALUE_ERROR * count as f64 {
+            return Ok(());
+        }
+        Err(KernelFault::Definiteness { points: count, eigenvalue })
     }
 
     /// All orders up to two in each argument, one axis at a time and mixed.
@@ -170,6 +225,13 @@ impl<const D: usize> Checked<'_, D> {
         orders
     }
 
+    /// What a derivative is multiplied by so that it is one along the unit of the extents.
+    fn unit(&self, order: &Orders<D>) -> f64 {
+        std::iter::zip(self.extents, order.sums())
+            .map(|(extent, n)| extent.powi(n as i32))
+            .product()
+    }
+
     fn table(&self, hyperparameters: &[f64], second: [f64; D], orders: &[Orders<D>]) -> Vec<f64> {
         let axes: [Vec<f64>; D] =
             std::array::from_fn(|d| self.points.iter().map(|p| p[d]).collect());
@@ -182,8 +244,7 @@ impl<const D: usize> Checked<'_, D> {
     fn derivatives(&self) -> Result<(), KernelFault> {
         let orders = self.orders();
         let n = self.points.len();
-        // Off the points themselves, where rough kernels have no Taylor series.
-        let second = std::array::from_fn(|d| 0.5 * (self.points[0][d] + self.points[1][d]));
+        let second = self.second;
         let table = self.table(self.hyperparameters, second, &orders);
         let axes: [Vec<f64>; D] =
             std::array::from_fn(|d| self.points.iter().map(|p| p[d]).collect());
@@ -192,9 +253,10 @@ impl<const D: usize> Checked<'_, D> {
         table::by_series(self.kernel, self.hyperparameters, &pairs, &orders, &mut series);
         for (entry, order) in orders.iter().enumerate() {
             let rows = entry * n..(entry + 1) * n;
-            let scale = series[rows.clone()].iter().fold(0.0_f64, |m, s| m.max(s.abs()));
+            let unit = self.unit(order);
+            let scale = series[rows.clone()].iter().fold(0.0_f64, |m, s| m.max((s * unit).abs()));
             for (given, expected) in table[rows.clone()].iter().zip(&series[rows]) {
-                if !close(*given, *expected, scale, TAYLOR_TOLERANCE) {
+                if !close(given * unit, expected * unit, scale, TAYLOR_TOLERANCE) {
                     return Err(fault(order, *given, *expected, "Taylor series"));
                 }
             }
@@ -211,12 +273,14 @@ impl<const D: usize> Checked<'_, D> {
             for (point, given) in self.points.iter().zip(&table) {
                 let at = |step: f64| {
                     let mut moved = *point;
-                    moved[d] += step;
+                    moved[d] += step * self.extents[d];
                     self.value(moved, second)
                 };
-                let expected = (at(STEP) - at(-STEP)) / (2.0 * STEP);
-                if !close(*given, expected, expected.abs(), DIFFERENCE_TOLERANCE) {
-                    return Err(fault(&first_order, *given, expected, "central differences"));
+                let (given, expected) =
+                    (given * self.extents[d], (at(STEP) - at(-STEP)) / (2.0 * STEP));
+                if !close(given, expected, expected.abs(), DIFFERENCE_TOLERANCE) {
+                    let [given, expected] = [given, expected].map(|slope| slope / self.extents[d]);
+                    return Err(fault(&first_order, given, expected, "central differences"));
                 }
             }
         }
@@ -228,8 +292,9 @@ impl<const D: usize> Checked<'_, D> {
         // One of the points is the second one: what happens on the diagonal counts too.
         let second = self.points[0];
         let n = self.points.len();
-        let weights: Vec<f64> =
-            (0..orders.len() * n).map(|k| ((k * 7 + 3) % 11) as f64 / 11.0 - 0.4).collect();
+        let weights: Vec<f64> = (0..orders.len() * n)
+            .map(|k| (((k * 7 + 3) % 11) as f64 / 11.0 - 0.4) * self.unit(&orders[k / n]))
+            .collect();
         let axes: [Vec<f64>; D] =
             std::array::from_fn(|d| self.points.iter().map(|p| p[d]).collect());
         let pairs = Pairs { first: axes.each_ref().map(Vec::as_slice), second };
@@ -265,13 +330,12 @@ fn fault<const D: usize>(
 mod tests {
     use super::*;
     use crate::kernel::{
-        Along, Linear, Matern, Measure, Periodic, Product, RationalQuadratic, Scaled, Smoothness,
-        SquaredExponential, Sum,
+        Along, Hyperparameter, Linear, Matern, Measure, Periodic, Product, RationalQuadratic,
+        Scaled, Smoothness, SquaredExponential, Sum,
     };
 
-    #[test]
-    fn all_kernels_conform() {
-        let kernels: Vec<Box<dyn Kernel<2>>> = vec![
+    fn kernels() -> Vec<Box<dyn Kernel<2>>> {
+        vec![
             Box::new(SquaredExponential::new()),
             Box::new(SquaredExponential::along(&[1])),
             Box::new(RationalQuadratic::new()),
@@ -289,8 +353,12 @@ mod tests {
             Box::new(Sum::new(Linear::new(), Periodic::new(1, 0.9))),
             Box::new(Along::new(&SquaredExponential::new(), [0.6, 0.8], &[0, 1])),
             Box::new(Along::new(&Linear::new(), [0.6, -0.8], &[0, 1])),
-        ];
-        for kernel in &kernels {
+        ]
+    }
+
+    #[test]
+    fn all_kernels_conform() {
+        for kernel in &kernels() {
             let values: Vec<f64> = kernel
                 .hyperparameters()
                 .iter()
@@ -305,6 +373,23 @@ mod tests {
         }
     }
 
+    #[test]
+    fn lengths_from_a_twentieth_to_fifty_times_the_extent_pass() {
+        let extents = [3.0, 0.02];
+        for kernel in &kernels() {
+            for (seed, length) in [0.05, 0.2, 1.0, 5.0, 20.0, 50.0].into_iter().enumerate() {
+                let value = |h: Hyperparameter| match h.measure {
+                    Measure::Length { axis } => length * extents[axis],
+                    Measure::Number { .. } => 1.2,
+                };
+                let values: Vec<f64> = kernel.hyperparameters().into_iter().map(value).collect();
+                let upper = [-1.0 + extents[0], extents[1]];
+                let result = check_kernel(&**kernel, &values, [-1.0, 0.0], upper, seed as u64);
+                assert_eq!(result, Ok(()), "{} of length {length}", kernel.name());
+            }
+        }
+    }
+
     /// k(x, x′) = x − 2x′ in the first axis.
     #[derive(Debug)]
     struct Skew;
@@ -313,7 +398,7 @@ mod tests {
         fn name(&self) -> String {
             "skew".into()
         }
-        fn hyperparameters(&self) -> Vec<crate::kernel::Hyperparameter> {
+        fn hyperparameters(&self) -> Vec<Hyperparameter> {
             Vec::new()
         }
         fn on_axes(&self, _: &[usize]) -> Box<dyn Kernel<1>> {
@@ -322,6 +407,62 @@ mod tests {
         fn formula(&self, _: &[Series], x: &[Series; 1], y: &[Series; 1]) -> Series {
             &x[0] - &y[0] * 2.0
         }
+    }
+
+    /// A function of the squared distance and of the first coordinates of both points.
+    type OfDistance = fn(&Series, &Series, &Series) -> Series;
+
+    #[derive(Clone, Debug)]
+    struct Formula(OfDistance);
+
+    impl Kernel<2> for Formula {
+        fn name(&self) -> String {
+            "formula".into()
+        }
+        fn hyperparameters(&self) -> Vec<Hyperparameter> {
+            Vec::new()
+        }
+        fn on_axes(&self, _: &[usize]) -> Box<dyn Kernel<2>> {
+            Box::new(self.clone())
+        }
+        fn formula(&self, _: &[Series], x: &[Series; 2], y: &[Series; 2]) -> Series {
+            let square = (&x[0] - &y[0]).squared() + (&x[1] - &y[1]).squared();
+            (self.0)(&square, &x[0], &y[0])
+        }
+    }
+
+    #[test]
+    fn kernels_with_small_negative_eigenvalues_are_refused() {
+        let indefinite: [(&str, OfDistance); 4] = [
+            // A cosine of the distance that stops at its first minimum; definite on no line.
+            ("truncated cosine", |s, _, _| {
+                if s.value() < 1.0 { (s.sqrt() * 3.0).cos() } else { s.constant(3.0_f64.cos()) }
+            }),
+            // Definite on lines, not in the plane.
+            ("hat", |s, _, _| match s.value() {
+                below if below < 0.09 => -(s.sqrt() / 0.3) + 1.0,
+                _ => s.constant(0.0),
+            }),
+            // A power above two.
+            ("exponential of a power", |s, _, _| match s.value() {
+                0.0 => s.constant(1.0),
+                _ => (-(s.powf(1.15))).exp(),
+            }),
+            // A millionth of the variance taken away from one function.
+            ("squared exponential less a wave", |s, x, y| {
+                (s * -0.5).exp() - (x * 20.0).sin() * (y * 20.0).sin() * 1e-6
+            }),
+        ];
+        for (name, formula) in indefinite {
+            let result = check_kernel(&Formula(formula), &[], [0.0; 2], [1.0; 2], 1);
+            let Err(KernelFault::Definiteness { eigenvalue, .. }) = result else {
+                panic!("{name}: {result:?}")
+            };
+            println!("{name}: {eigenvalue:.1e}");
+            assert!(eigenvalue < -1e-7, "far beyond rounding: {name}, {eigenvalue}");
+        }
+        let undefined = check_kernel(&Formula(|s, _, _| s.recip()), &[], [0.0; 2], [1.0; 2], 1);
+        assert!(matches!(undefined, Err(KernelFault::NotFinite { .. })), "{undefined:?}");
     }
 
     #[test]

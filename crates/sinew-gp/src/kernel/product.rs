@@ -2,7 +2,7 @@
 
 use sinew_num::Series;
 
-use super::table::{by_series, pull_back_by_series};
+use super::table::{from_formula, pull_back_from_formula};
 use super::{Hyperparameter, Kernel, Orders, Pairs};
 
 /// k₁(x, x′) k₂(x, x′), as a periodic kernel in one axis times a smooth one in another.
@@ -100,7 +100,7 @@ impl<const D: usize> Kernel<D> for Product<D> {
         table: &mut [f64],
     ) {
         if !self.is_stationary() {
-            return by_series(self, parameters, pairs, orders, table);
+            return from_formula(self, parameters, pairs, orders, table);
         }
         let (needed, terms) = leibniz(orders);
         let [first, second] = self.factor_tables(parameters, pairs, &needed);
@@ -124,7 +124,7 @@ impl<const D: usize> Kernel<D> for Product<D> {
         gradient: &mut [f64],
     ) {
         if !self.is_stationary() {
-            return pull_back_by_series(self, parameters, pairs, orders, weights, gradient);
+            return pull_back_from_formula(self, parameters, pairs, orders, weights, gradient);
         }
         let (needed, terms) = leibniz(orders);
         let [first, second] = self.factor_tables(parameters, pairs, &needed);

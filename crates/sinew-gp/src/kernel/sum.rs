@@ -2,7 +2,7 @@
 
 use sinew_num::Series;
 
-use super::table::{by_series, pull_back_by_series};
+use super::table::{from_formula, pull_back_from_formula};
 use super::{Hyperparameter, Kernel, Orders, Pairs};
 
 /// k₁(x, x′) + k₂(x, x′): independent functions added. Give summands amplitudes by [`super::Scaled`].
@@ -53,7 +53,7 @@ impl<const D: usize> Kernel<D> for Sum<D> {
     ) {
         // A stationary summand of a sum that is not may be asked for derivatives in x′.
         if !self.is_stationary() {
-            return by_series(self, parameters, pairs, orders, table);
+            return from_formula(self, parameters, pairs, orders, table);
         }
         let (first, second) = parameters.split_at(self.kernels[0].hyperparameters().len());
         self.kernels[0].derivatives(first, pairs, orders, table);
@@ -71,7 +71,7 @@ impl<const D: usize> Kernel<D> for Sum<D> {
         gradient: &mut [f64],
     ) {
         if !self.is_stationary() {
-            return pull_back_by_series(self, parameters, pairs, orders, weights, gradient);
+            return pull_back_from_formula(self, parameters, pairs, orders, weights, gradient);
         }
         let split = self.kernels[0].hyperparameters().len();
         let (first, second) = parameters.split_at(split);

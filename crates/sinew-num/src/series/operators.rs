@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::Series;
+use super::{Series, Step};
 use crate::Scalar;
 
 /// A binary operator on all combinations of values and references.
@@ -24,10 +24,19 @@ macro_rules! operator {
     };
 }
 
-operator!(Add, add, |l, r| l.zip(r, |a, b| a + b));
-operator!(Sub, sub, |l, r| l.zip(r, |a, b| a - b));
-operator!(Mul, mul, |l, r| l.product(r));
-operator!(Div, div, |l, r| l.product(&r.recip()));
+operator!(Add, add, |l, r| l.zip(r, |a, b| a + b).noted([l, r], |[a, b]| Step::Add(a, b)));
+operator!(Sub, sub, |l, r| l.zip(r, |a, b| a - b).noted([l, r], |[a, b]| Step::Subtract(a, b)));
+operator!(Mul, mul, |l, r| times(l, r));
+operator!(Div, div, |l, r| times(l, &r.recip()));
+
+fn times(left: &Series, right: &Series) -> Series {
+    left.product(right).noted([left, right], |[a, b]| Step::Multiply(a, b))
+}
+
+/// `scale · a + shift`
+fn affine(of: usize, scale: f64, shift: f64) -> Step {
+    Step::Affine { of, scale, shift }
+}
 
 /// An operator with a plain number on either side.
 macro_rules! operator_with_number {
@@ -37,7 +46,7 @@ macro_rules! operator_with_number {
             fn add(self, right: f64) -> Series {
                 let mut result = self.clone();
                 result.coefficients[0] += right;
-                result
+                result.noted([&self], |[of]| affine(of, 1.0, right))
             }
         }
         impl Sub<f64> for $Left {
@@ -49,19 +58,19 @@ macro_rules! operator_with_number {
         impl Mul<f64> for $Left {
             type Output = Series;
             fn mul(self, right: f64) -> Series {
-                self.map(|c| c * right)
+                self.map(|c| c * right).noted([&self], |[of]| affine(of, right, 0.0))
             }
         }
         impl Div<f64> for $Left {
             type Output = Series;
             fn div(self, right: f64) -> Series {
-                self.map(|c| c / right)
+                self.map(|c| c / right).noted([&self], |[of]| affine(of, right.recip(), 0.0))
             }
         }
         impl Neg for $Left {
             type Output = Series;
             fn neg(self) -> Series {
-                self.map(|c| -c)
+                self.map(|c| -c).noted([&self], |[of]| affine(of, -1.0, 0.0))
             }
         }
         impl Add<$Left> for f64 {
@@ -85,7 +94,7 @@ macro_rules! operator_with_number {
         impl Div<$Left> for f64 {
             type Output = Series;
             fn div(self, right: $Left) -> Series {
-                right.recip().map(|c| c * self)
+                Mul::mul(right.recip(), self)
             }
         }
     };
@@ -101,7 +110,9 @@ impl Scalar for Series {
         Series::ln(&self)
     }
     fn ln_1p(self) -> Self {
-        let x = self.value();
+        // Rare in formulas that are recorded: no step of its own.
+        self.observed();
+        let x = self.coefficients[0];
         self.logarithm(Scalar::ln_1p(x), 1.0 + x)
     }
     fn exp(self) -> Self {
@@ -109,7 +120,8 @@ impl Scalar for Series {
     }
     fn exp_m1(self) -> Self {
         let mut result = Series::exp(&self);
-        result.coefficients[0] = self.value().exp_m1();
+        self.observed();
+        result.coefficients[0] = self.coefficients[0].exp_m1();
         result
     }
     fn tanh(self) -> Self {

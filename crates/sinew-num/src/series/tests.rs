@@ -70,3 +70,79 @@ fn constants_of_smaller_shape_are_promoted() {
     assert_eq!((&one + &x).derivative(&[1]), 1.0);
     assert_eq!((&x * &one).value(), 3.0);
 }
+
+/// Values of a recording at other inputs, step by step.
+fn replayed(recording: &Recording, inputs: &[f64]) -> f64 {
+    let mut values: Vec<f64> = Vec::new();
+    for step in &recording.steps {
+        let at = |step: usize| values[step];
+        values.push(match *step {
+            Step::Input(number) => inputs[number],
+            Step::Number(value) => value,
+            Step::Add(a, b) => at(a) + at(b),
+            Step::Subtract(a, b) => at(a) - at(b),
+            Step::Multiply(a, b) => at(a) * at(b),
+            Step::Affine { of, scale, shift } => scale * at(of) + shift,
+            Step::Power(of, power) => at(of).powf(power),
+            Step::Exp(of) => at(of).exp(),
+            Step::Ln(of) => at(of).ln(),
+            Step::Sin(of) => at(of).sin(),
+            Step::Cos(of) => at(of).cos(),
+            Step::Tanh(of) => at(of).tanh(),
+        });
+    }
+    values[recording.result]
+}
+
+#[test]
+fn recordings_say_what_a_formula_does() {
+    let formula = |v: &[Series]| {
+        let [x, y] = [&v[0], &v[1]];
+        let circular = (x * 2.0 - y).sin() + (1.0 - x).cos() / (y + 3.0);
+        let grown = (x.squared() * -0.5).exp() * y.tanh() - y.ln().powi(3) / 7.0;
+        circular * 2.0 + grown.sqrt().recip() - x.powf(1.5) + 2.0 / y + x.constant(0.25) * -y
+    };
+    let recording = Recording::of(&[0.4, 0.7], formula).expect("nothing but steps");
+    for at in [[0.4, 0.7], [0.2, 0.5], [1.0, 0.9]] {
+        let expected = formula(&Series::plain(at)).value();
+        let found = replayed(&recording, &at);
+        assert!((found - expected).abs() <= 1e-14 * expected.abs().max(1.0), "{found} {expected}");
+    }
+}
+
+#[test]
+fn what_no_step_says_is_not_recorded() {
+    let [x, _] = Series::variables([0.3, 0.1], [2, 1]);
+    type Formula<'a> = &'a dyn Fn(&Series) -> Series;
+    let formulas: [Formula<'_>; 7] = [
+        &|a| a * a.value(),
+        &|a| a.select_below(0.5, a.clone(), a * 2.0),
+        &|a| if *a == a.constant(0.4) { a.clone() } else { a * 2.0 },
+        &|a| a.lifted(1).last_derivative(0),
+        &|a| Scalar::exp_m1(a.clone()),
+        &|a| a + &x,
+        &|_| x.clone(),
+    ];
+    for (number, formula) in formulas.iter().enumerate() {
+        assert_eq!(Recording::of(&[0.4], |inputs| formula(&inputs[0])), None, "{number}");
+    }
+    // A series that outlives its recording may have been made of values.
+    let kept = std::cell::RefCell::new(x.constant(0.0));
+    let first = Recording::of(&[0.4], |inputs| {
+        kept.replace(&inputs[0] * 2.0);
+        inputs[0].clone()
+    });
+    assert_eq!(first.map(|recording| recording.result), Some(0));
+    assert_eq!(Recording::of(&[0.4], |inputs| &inputs[0] + kept.borrow().clone()), None);
+    // What another thread does is not seen, but that it does something is.
+    let elsewhere: [fn(&Series) -> Series; 2] = [|a| a * 2.0, |a| a.constant(a.value())];
+    for formula in elsewhere {
+        let work = |inputs: &[Series]| {
+            let (sender, receiver) = std::sync::mpsc::channel();
+            let input = inputs[0].clone();
+            std::thread::spawn(move || sender.send(formula(&input)));
+            receiver.recv().expect("the thread answers")
+        };
+        assert_eq!(Recording::of(&[0.4], work), None);
+    }
+}

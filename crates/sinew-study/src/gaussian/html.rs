@@ -201,7 +201,7 @@ const DEFINITIONS: &str = "<dl class=\"definitions\">\
 <dt>HCGP, PCGP, UCGP</dt><dd>Gaussian process with the boundary conditions built in, with N_b pseudo-observations of them, without them.</dd>\
 <dt>HCNN</dt><dd>neural network with the boundary conditions built in.</dd>\
 <dt>seconds</dt><dd>one fit on one thread: prior, model, all restarts; with NUTS the sampling too.</dd>\
-<dt>evaluations</dt><dd>of evidence (or loss) and gradient, over all restarts; empty where the library does not count them.</dd>\
+<dt>evaluations</dt><dd>of evidence (or loss) and gradient, over all restarts; empty where they are not counted.</dd>\
 <dt>jitter</dt><dd>largest relative jitter that a covariance needed at the end of a fit.</dd>\
 <dt>collapsed</dt><dd>data sets whose fit explains less than a tenth of what was measured and takes the rest for noise.</dd>\
 <dt>maps</dt><dd>circles: u observed; crosses: equation imposed.</dd></dl>";

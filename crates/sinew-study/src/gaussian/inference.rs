@@ -26,6 +26,12 @@ pub struct Observed<const D: usize> {
 }
 
 impl<const D: usize> Observed<D> {
+    /// An equation that holds exactly at some points, and nothing else.
+    pub fn collocated(collocation: Vec<[f64; D]>, load: Vec<f64>) -> Self {
+        let noise = [Noise::Exact, Noise::Exact];
+        Self { places: Vec::new(), values: Vec::new(), collocation, load, noise }
+    }
+
     /// As the library takes it.
     pub fn data(&self) -> Data<D> {
         let data = Data::new();
@@ -109,7 +115,7 @@ impl<const D: usize> Setting<D> {
 }
 
 /// A standard normal variate by the method of Box and Muller.
-fn standard_normal(random: &mut ChaCha8Rng) -> f64 {
+pub fn standard_normal(random: &mut ChaCha8Rng) -> f64 {
     let radius = (-2.0 * (1.0 - random.random::<f64>()).ln()).sqrt();
     radius * (TAU * random.random::<f64>()).cos()
 }
@@ -280,7 +286,10 @@ impl<const D: usize> Inference<D> {
     }
 
     /// The equation's parameters in a vector of all, in their own units.
-    fn theta(&self, fit: &Fit<D>, scaled: &[f64]) -> Result<Vec<f64>, GpError> {
+    ///
+    /// # Errors
+    /// If the model lacks one.
+    pub fn theta(&self, fit: &Fit<D>, scaled: &[f64]) -> Result<Vec<f64>, GpError> {
         let model = fit.model();
         let value = |name: &str| {
             let position = model.position(name)?;

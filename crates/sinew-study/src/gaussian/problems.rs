@@ -5,7 +5,7 @@ use sinew_gp::{
     Condition, Derivative, Domain, GpError, Parameter, Periodicity, Problem, Series, Side,
     constant, field,
 };
-use std::f64::consts::PI;
+use std::f64::consts::{PI, SQRT_2};
 use std::sync::Arc;
 
 /// A function of the coordinates.
@@ -222,6 +222,57 @@ pub fn helmholtz() -> Result<Setting<2>, GpError> {
     })
 }
 
+/// ε of [`allen_cahn`].
+const WIDTH: f64 = 0.05;
+
+/// The linear part u_t − ε² u_xx of Allen and Cahn's equation on [−1, 1] × [0, 1] for the front
+/// ½ (1 − tanh((x − ct) / 2√2ε)) with c = 3ε/√2 = 0.106, in the coordinate s of
+/// x = sinh(κs)/sinh κ, which is the finer about x = 0 the larger κ.
+///
+/// # Errors
+/// As [`poisson_1`].
+pub fn allen_cahn(kappa: f64, unknown: bool) -> Result<Setting<2>, GpError> {
+    let domain = Domain::cuboid([("s", [-1.0, 1.0]), ("t", [0.0, 1.0])])?;
+    let [ds, dt] = domain.derivatives();
+    let sinh = |x: &Series| (x.exp() - (x * -1.0).exp()) * 0.5;
+    let cosh = |x: &Series| (x.exp() + (x * -1.0).exp()) * 0.5;
+    // ∂²/∂x² = X′⁻² ∂²/∂s² − X″ X′⁻³ ∂/∂s with X = sinh(κs)/sinh κ.
+    let slope = move |s: &Series| cosh(&(s * kappa)) * (kappa / kappa.sinh());
+    let bend = move |s: &Series| sinh(&(s * kappa)) * (kappa * kappa / kappa.sinh());
+    let second = field(move |[s, _]: [Series; 2]| slope(&s).squared().recip());
+    let first = field(move |[s, _]: [Series; 2]| bend(&s) / slope(&s).powi(3));
+    let curvature = second * (ds * ds) - first * ds;
+    let diffusion = match unknown {
+        true => {
+            let epsilon = Parameter::new("epsilon", [0.1 * WIDTH, 10.0 * WIDTH])?;
+            &epsilon * (&epsilon * curvature)
+        }
+        false => WIDTH * WIDTH * curvature,
+    };
+    const SPEED: f64 = 3.0 * WIDTH / SQRT_2;
+    const STEEPNESS: f64 = 1.0 / (2.0 * SQRT_2 * WIDTH);
+    let known = || {
+        Condition::Dirichlet(field(move |[s, t]: [Series; 2]| {
+            let x = sinh(&(s * kappa)) / kappa.sinh();
+            (((x - t * SPEED) * STEEPNESS).tanh() - 1.0) * -0.5
+        }))
+    };
+    let problem = Problem::new(domain, dt - diffusion)?
+        .condition("s", Side::Lower, known())?
+        .condition("s", Side::Upper, known())?
+        .condition("t", Side::Lower, known())?;
+    Ok(Setting {
+        name: "Allen-Cahn",
+        problem,
+        solution: Arc::new(move |[s, t]| {
+            let x = (kappa * s).sinh() / kappa.sinh();
+            0.5 * (1.0 - ((x - SPEED * t) * STEEPNESS).tanh())
+        }),
+        load: zero(),
+        truth: if unknown { truth(&[("epsilon", WIDTH)]) } else { Vec::new() },
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -267,6 +318,11 @@ mod tests {
         let u = &heat.solution;
         let sum = slope(u, x, 2, 1) - slope(u, x, 0, 2) - slope(u, x, 1, 2);
         assert!(sum.abs() < TOLERANCE);
+        // Nearly even, so that s is x to a millionth.
+        let (front, x) = (allen_cahn(1e-3, false).unwrap(), [0.11, 0.62]);
+        let u = &front.solution;
+        let sum = slope(u, x, 1, 1) - WIDTH * WIDTH * slope(u, x, 0, 2) + u(x).powi(3) - u(x);
+        assert!(sum.abs() < TOLERANCE, "{sum}");
         let poisson = poisson_1().unwrap();
         assert!((slope(&poisson.solution, [0.7], 0, 2) + (poisson.load)([0.7])).abs() < TOLERANCE);
     }

@@ -1,6 +1,7 @@
 //! The experiments of §1.7.3 and §4.8, one file for each or for a small family.
 
 mod advection_diffusion;
+mod allen_cahn;
 mod boundary_points;
 mod coverage;
 mod heat;
@@ -44,6 +45,8 @@ pub enum Name {
     AdvectionDiffusion,
     /// Mixed conditions on a square (Fig. 4.11)
     Helmholtz,
+    /// A thin front of a nonlinear equation, forward and inverse (beyond the thesis)
+    AllenCahn,
     /// How many pseudo-observations a PCGP needs (Fig. 4.6)
     BoundaryPoints,
     /// Noise from 0 to 10 % (Fig. 4.7)
@@ -62,7 +65,7 @@ pub enum Name {
 
 impl Name {
     /// What runs when nothing is chosen.
-    pub const DEFAULT: [Self; 11] = [
+    pub const DEFAULT: [Self; 12] = [
         Self::Pinn,
         Self::Poisson1,
         Self::Poisson2,
@@ -72,6 +75,7 @@ impl Name {
         Self::Wave2,
         Self::AdvectionDiffusion,
         Self::Helmholtz,
+        Self::AllenCahn,
         Self::BoundaryPoints,
         Self::Noise,
     ];
@@ -123,6 +127,7 @@ impl Name {
             Self::Wave2 => wave::periodic(scale)?,
             Self::AdvectionDiffusion => advection_diffusion::experiment(scale)?,
             Self::Helmholtz => helmholtz::experiment(scale)?,
+            Self::AllenCahn => allen_cahn::experiment(scale)?,
             Self::BoundaryPoints => boundary_points::experiment(scale)?,
             Self::Noise => noise::experiment(scale)?,
             Self::Coverage | Self::CoverageHeat1 => coverage::heat_1(scale)?,

@@ -157,7 +157,8 @@ fn run_network(setting: &Setting<1>, count: usize, scale: Scale, task: &Task) ->
         true => vec![two_starts(setting, scale, seed)?],
         false => Vec::new(),
     };
-    Ok(Run::new(err_u, seconds, Findings { figures, ..Findings::default() })?)
+    let evaluations = Some(network.evaluations);
+    Ok(Run::new(err_u, seconds, Findings { evaluations, figures, ..Findings::default() })?)
 }
 
 /// Solution and right-hand side of two networks from two random starts.

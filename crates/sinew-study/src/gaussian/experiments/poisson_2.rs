@@ -5,7 +5,7 @@ use crate::gaussian::inference::{About, Approach, Drawings, Inference, Observed}
 use crate::gaussian::pentagon::{Pentagon, corners};
 use crate::gaussian::problems::Setting;
 use anyhow::Result;
-use sinew_gp::{Domain, Evidence, Noise, Problem, constant};
+use sinew_gp::{Domain, Evidence, Problem, constant};
 use std::sync::Arc;
 
 const LOAD: f64 = 4.0;
@@ -29,13 +29,8 @@ pub fn experiment(scale: Scale) -> Result<Experiment> {
         approach: Approach::Constrained,
         observe: Box::new(move |setting, task| {
             let domain = setting.problem.domain();
-            Ok(Observed {
-                places: Vec::new(),
-                values: Vec::new(),
-                collocation: domain.sample(count, task.seed_for(Purpose::Collocation))?,
-                load: vec![LOAD; count],
-                noise: [Noise::Exact, Noise::Exact],
-            })
+            let collocation = domain.sample(count, task.seed_for(Purpose::Collocation))?;
+            Ok(Observed::collocated(collocation, vec![LOAD; count]))
         }),
         restarts: scale.pick(4, 1),
         drawings: Drawings::Posterior,

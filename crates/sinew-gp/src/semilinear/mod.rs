@@ -5,12 +5,17 @@
 //! a fit of the linear kind, so hard conditions, noisy data and unknown parameters of L carry over
 //! (Chen, Hosseini, Owhadi & Stuart 2021 for the forward problem).
 
+mod bound;
+mod expectation;
+mod sites;
+mod variational;
+
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use sinew_num::Series;
 
-use crate::data::{Data, Group, Role};
+use crate::data::{Data, Group, Noise, Role};
 use crate::error::GpError;
 use crate::evidence::Evidence;
 use crate::field::{Field, field};
@@ -20,6 +25,8 @@ use crate::model::Model;
 use crate::operator::{Derivative, Operator};
 use crate::prior::Prior;
 use crate::problem::Problem;
+
+pub use variational::{Variational, VariationalOptions};
 
 type Term<const M: usize> = dyn Fn([Series; M]) -> Series + Send + Sync;
 
@@ -76,6 +83,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     /// the conditional evidence is maximised. (From 40 values all over the domain of an Allen–Cahn
     /// front, ten times: the joint evidence left 20 % in ε, and 4 of its Laplace intervals held it;
     /// the conditional one 11 %, and 9.)
+    /// Give the equation [`Noise::Learned`] where [`SemiLinear::variational`] is to follow.
     /// Fits start as in `options`, and near the end from the parameters before.
     ///
     /// # Errors
@@ -243,6 +251,11 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         let evidence = if measured { Evidence::Conditional } else { Evidence::Joint };
         Model::new(Prior::constrained(&problem, kernel)?, data, evidence)
     }
+}
+
+/// Whether the equation holds without noise at some points.
+fn is_exact<const D: usize>(data: &Data<D>) -> bool {
+    data.groups.iter().any(|group| group.operator.is_none() && group.noise == Noise::Exact)
 }
 
 /// The points at which f is given.

@@ -1,0 +1,283 @@
+//! Weights of the latent functions, and these functions' derivatives in coordinates and weights.
+
+use rand_chacha::ChaCha8Rng;
+use sinew_num::MOST_VARIABLES;
+
+use crate::operator::MOST_DERIVATIVES;
+use crate::posterior::standard_normal;
+use crate::prior::{Part, Prior};
+
+/// s = shift + slopes · x: what a unit sees of a point.
+#[derive(Clone, Debug)]
+pub(super) struct Input<const D: usize> {
+    slopes: [f64; D],
+    shift: f64,
+}
+
+impl<const D: usize> Input<D> {
+    /// `direction` · x, mapped so that the ends go to −1 and 1.
+    fn between([lower, upper]: [f64; 2], direction: [f64; D]) -> Self {
+        let half = 0.5 * (upper - lower);
+        Self { slopes: direction.map(|n| n / half), shift: -0.5 * (lower + upper) / half }
+    }
+
+    fn at(&self, x: [f64; D]) -> f64 {
+        self.shift + std::iter::zip(self.slopes, x).map(|(slope, x)| slope * x).sum::<f64>()
+    }
+}
+
+/// Where a part's weights are: for each unit an output weight, a bias and one weight for each
+/// input; last a constant. A part without inputs is its constant alone.
+#[derive(Clone, Debug)]
+pub(super) struct Layout<const D: usize> {
+    pub width: usize,
+    /// Inputs of each part.
+    pub parts: Vec<Vec<Input<D>>>,
+}
+
+/// A derivative of a latent function, and what it is multiplied by.
+pub(super) type Term<const D: usize> = ([usize; D], f64);
+
+/// Derivatives of tanh at hand: those of an operator along all axes, and one for the gradient.
+const MOST_TANH: usize = MOST_DERIVATIVES * MOST_VARIABLES + 2;
+
+/// Coefficients of the derivatives of tanh as polynomials in t = tanh: p′ₙ(t) (1 − t²).
+static TANH: [[f64; MOST_TANH + 1]; MOST_TANH] = {
+    let mut all = [[0.0; MOST_TANH + 1]; MOST_TANH];
+    all[0][1] = 1.0;
+    let mut n = 1;
+    while n < MOST_TANH {
+        // Of degree n; the next has one more.
+        let mut power = 1;
+        while power <= n {
+            let slope = power as f64 * all[n - 1][power];
+            all[n][power - 1] += slope;
+            all[n][power + 1] -= slope;
+            power += 1;
+        }
+        n += 1;
+    }
+    all
+};
+
+/// tanh and its first derivatives, as many as there is room for.
+fn tanh_derivatives(a: f64, values: &mut [f64]) {
+    let t = a.tanh();
+    for (n, (value, polynomial)) in values.iter_mut().zip(&TANH).enumerate() {
+        *value = polynomial[..n + 2].iter().rev().fold(0.0, |sum, c| sum * t + c);
+    }
+}
+
+/// What a part of the prior depends on.
+fn inputs<const D: usize>(prior: &Prior<D>, part: &Part<D>) -> Vec<Input<D>> {
+    let domain = &prior.domain;
+    let mut inputs = Vec::new();
+    let mut axes = part.axes.as_slice();
+    if let Some((direction, polygon)) = part.direction.zip(domain.cross_section()) {
+        // Traces on an edge change along one direction in the plane of the first two axes.
+        let [nx, ny] = direction;
+        let along = polygon.corners().iter().map(|[x, y]| nx * x + ny * y);
+        let ends = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[lower, upper], s| {
+            [lower.min(s), upper.max(s)]
+        });
+        let mut slopes = [0.0; D];
+        (slopes[0], slopes[1]) = (nx, ny);
+        inputs.push(Input::between(ends, slopes));
+        axes = &axes[axes.iter().take_while(|axis| **axis < 2).count()..];
+    }
+    inputs.extend(axes.iter().map(|axis| {
+        let mut slopes = [0.0; D];
+        slopes[*axis] = 1.0;
+        Input::between([domain.lower()[*axis], domain.upper()[*axis]], slopes)
+    }));
+    inputs
+}
+
+impl<const D: usize> Layout<D> {
+    pub fn new(prior: &Prior<D>, width: usize) -> Self {
+        let parts = prior.parts.iter().map(|part| inputs(prior, part)).collect();
+        Self { width, parts }
+    }
+
+    pub fn size_of(&self, part: usize) -> usize {
+        match self.parts[part].len() {
+            0 => 1,
+            inputs => self.width * (2 + inputs) + 1,
+        }
+    }
+
+    pub fn size(&self) -> usize {
+        (0..self.parts.len()).map(|part| self.size_of(part)).sum()
+    }
+
+    /// Σ factor · ∂^β z at `x` over `terms`, its gradient in the weights added to `gradient`.
+    pub fn add(
+        &self,
+        part: usize,
+        weights: &[f64],
+        x: [f64; D],
+        terms: &[Term<D>],
+        mut gradient: Option<&mut [f64]>,
+    ) -> f64 {
+        let total = |orders: &[usize; D]| orders.iter().sum::<usize>();
+        let constant = weights.len() - 1;
+        let share: f64 =
+            terms.iter().filter(|(orders, _)| total(orders) == 0).map(|(_, factor)| factor).sum();
+        if let Some(gradient) = gradient.as_deref_mut() {
+            gradient[constant] += share;
+        }
+        let mut sum = share * weights[constant];
+        let inputs = &self.parts[part];
+        let stride = 2 + inputs.len();
+        let seen: Vec<f64> = inputs.iter().map(|input| input.at(x)).collect();
+        let most = terms.iter().map(|(orders, _)| total(orders)).max().unwrap_or(0);
+        let mut tanh = [0.0; MOST_TANH];
+        for (number, unit) in weights[..constant].chunks_exact(stride).enumerate() {
+            let (output, bias, incoming) = (unit[0], unit[1], &unit[2..]);
+            let a = bias + std::iter::zip(incoming, &seen).map(|(w, s)| w * s).sum::<f64>();
+            tanh_derivatives(a, &mut tanh[..most + 2]);
+            let slope: [f64; D] = std::array::from_fn(|d| {
+                std::iter::zip(incoming, inputs).map(|(w, input)| w * input.slopes[d]).sum()
+            });
+            for (orders, factor) in terms {
+                let order = total(orders);
+                let power: f64 = (0..D).map(|d| slope[d].powi(orders[d] as i32)).product();
+                sum += factor * output * power * tanh[order];
+                let Some(gradient) = gradient.as_deref_mut() else { continue };
+                let own = &mut gradient[number * stride..][..stride];
+                own[0] += factor * power * tanh[order];
+                own[1] += factor * output * power * tanh[order + 1];
+                // The power's derivative in the slope along each axis.
+                let lowered: [f64; D] = std::array::from_fn(|d| match orders[d] {
+                    0 => 0.0,
+                    n => {
+                        let less = |e: usize| orders[e] as i32 - i32::from(e == d);
+                        n as f64 * (0..D).map(|e| slope[e].powi(less(e))).product::<f64>()
+                    }
+                });
+                for (own, (input, s)) in own[2..].iter_mut().zip(inputs.iter().zip(&seen)) {
+                    let of_power: f64 =
+                        std::iter::zip(input.slopes, lowered).map(|(a, b)| a * b).sum();
+                    let by_input = power * tanh[order + 1] * s + of_power * tanh[order];
+                    *own += factor * output * by_input;
+                }
+            }
+        }
+        sum
+    }
+
+    /// Weights from the prior (4.30) with unit variances, the output weights' shared among the units.
+    pub fn random(&self, random: &mut ChaCha8Rng) -> Vec<f64> {
+        let mut weights = Vec::with_capacity(self.size());
+        for inputs in &self.parts {
+            if !inputs.is_empty() {
+                for _ in 0..self.width {
+                    weights.push(standard_normal(random) / (self.width as f64).sqrt());
+                    weights.extend((0..=inputs.len()).map(|_| standard_normal(random)));
+                }
+            }
+            weights.push(standard_normal(random));
+        }
+        weights
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+
+    use super::*;
+
+    #[test]
+    fn derivatives_of_tanh_follow_their_recursion() {
+        let t = 0.4_f64.tanh();
+        let s = 1.0 - t * t;
+        let mut values = [0.0; 4];
+        tanh_derivatives(0.4, &mut values);
+        let exact = [t, s, -2.0 * t * s, s * (6.0 * t * t - 2.0)];
+        for (value, exact) in values.iter().zip(exact) {
+            assert!((value - exact).abs() < 1e-14);
+        }
+        let highest = TANH[MOST_TANH - 1][MOST_TANH].abs();
+        assert!(highest.is_finite() && highest > 0.0, "room for all derivatives: {highest}");
+    }
+
+    #[test]
+    fn gradients_equal_differences() {
+        // Two axes, and one direction in their plane.
+        let axes =
+            vec![Input::between([-1.7, 2.3], [1.0, 0.0]), Input::between([-0.6, 0.8], [0.0, 1.0])];
+        let layout =
+            Layout { width: 3, parts: vec![axes, vec![Input::between([-0.4, 1.9], [0.6, -0.8])]] };
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let all = layout.random(&mut random);
+        assert_eq!(all.len(), layout.size());
+        let (first, second) = all.split_at(layout.size_of(0));
+        let terms = [([0, 0], 1.5), ([2, 0], -0.3), ([1, 2], 0.2), ([0, 1], 0.7)];
+        for (part, weights) in [first, second].into_iter().enumerate() {
+            for terms in terms.chunks(1).chain([&terms[..]]) {
+                let value = |w: &[f64]| layout.add(part, w, [0.9, -0.2], terms, None);
+                let mut gradient = vec![0.0; weights.len()];
+                layout.add(part, weights, [0.9, -0.2], terms, Some(&mut gradient));
+                for (number, slope) in gradient.iter().enumerate() {
+                    const STEP: f64 = 1e-5;
+                    let at = |step: f64| {
+                        let mut moved = weights.to_vec();
+                        moved[number] += step;
+                        value(&moved)
+                    };
+                    let difference = (at(STEP) - at(-STEP)) / (2.0 * STEP);
+                    assert!((slope - difference).abs() < 1e-8, "{part} {terms:?} {number}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn traces_on_an_edge_change_along_it_only() {
+        let layout =
+            Layout { width: 4, parts: vec![vec![Input::between([-1.0, 1.0], [0.6, 0.8])]] };
+        let weights = layout.random(&mut ChaCha8Rng::seed_from_u64(1));
+        let at =
+            |x: [f64; 2], orders: [usize; 2]| layout.add(0, &weights, x, &[(orders, 1.0)], None);
+        let x = [0.3, -0.2];
+        // Across the direction nothing changes, and derivatives share it as 0.6 : 0.8.
+        assert!((at(x, [0, 0]) - at([x[0] + 0.8, x[1] - 0.6], [0, 0])).abs() < 1e-14);
+        assert!((at(x, [1, 0]) * 0.8 - at(x, [0, 1]) * 0.6).abs() < 1e-14);
+        const STEP: f64 = 1e-4;
+        let moved = |step: f64| at([x[0] + step, x[1]], [0, 1]);
+        let difference = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
+        assert!((at(x, [1, 1]) - difference).abs() < 1e-7, "{difference}");
+    }
+
+    #[test]
+    fn wide_hidden_layers_have_the_covariance_of_the_limit() {
+        // Given the hidden layer, u is Gaussian with the covariance mean of hⱼ(x) hⱼ(x′), which
+        // tends to E h(x) h(x′) as 1/√width (Theorem 4.6.1).
+        const LAYERS: usize = 60;
+        let [x, y] = [[0.9], [-0.4]];
+        let covariance = |width: usize, random: &mut ChaCha8Rng| {
+            let layout = Layout { width, parts: vec![vec![Input::between([-1.0, 1.0], [1.0])]] };
+            let weights = layout.random(random);
+            let hidden = |at: [f64; 1]| {
+                let mut gradient = vec![0.0; weights.len()];
+                layout.add(0, &weights, at, &[([0], 1.0)], Some(&mut gradient));
+                gradient.into_iter().step_by(3).take(width).collect::<Vec<f64>>()
+            };
+            let products = hidden(x).into_iter().zip(hidden(y)).map(|(a, b)| a * b);
+            products.sum::<f64>() / width as f64
+        };
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let limit = covariance(1_000_000, &mut random);
+        let mut error = |width: usize| {
+            let square = |_| (covariance(width, &mut random) - limit).powi(2);
+            ((0..LAYERS).map(square).sum::<f64>() / LAYERS as f64).sqrt()
+        };
+        let errors = [16, 256, 4096].map(&mut error);
+        println!("covariance of hidden layers: {errors:.4?} from the limit {limit:.4}");
+        for pair in errors.windows(2) {
+            // Four for sixteen times the width; sixty layers leave a tenth of scatter in each.
+            assert!((2.8..5.6).contains(&(pair[0] / pair[1])), "{errors:?}");
+        }
+    }
+}

@@ -1,0 +1,275 @@
+//! The variational bound for nonlinear equations.
+
+use std::f64::consts::{PI, TAU};
+use std::time::Instant;
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use sinew_gp::{
+    Condition, Data, Derivative, Domain, Evidence, FitOptions, GpError, Model, Noise, Parameter,
+    Prior, Problem, SemiLinear, Series, Side, SquaredExponential, VariationalOptions, constant,
+    field,
+};
+
+fn must<T, E: std::fmt::Display>(result: Result<T, E>) -> T {
+    result.unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A string on a bed: −u″ + `bed` u = f on [0, 1], held at both ends.
+fn string(bed: f64) -> Problem<1> {
+    let domain = must(Domain::interval("x", [0.0, 1.0]));
+    let [dx] = domain.derivatives();
+    let held = || Condition::Dirichlet(constant(0.0));
+    must(
+        Problem::new(domain, -(dx * dx) + bed * Derivative::identity())
+            .and_then(|p| p.condition("x", Side::Lower, held()))
+            .and_then(|p| p.condition("x", Side::Upper, held())),
+    )
+}
+
+#[test]
+fn of_a_linear_term_nothing_is_approximate() {
+    let at: Vec<[f64; 1]> = (1..8).map(|k| [f64::from(k) / 8.0]).collect();
+    let load: Vec<f64> = at.iter().map(|[x]| 3.0 * (4.0 * x).sin()).collect();
+    let data = Data::new().equation(&at, &load, Noise::Known(0.05)).values(
+        &at[1..4],
+        &[0.3, 0.2, 0.25],
+        Noise::Learned,
+    );
+    let kernel = SquaredExponential::new();
+    let term = SemiLinear::new(string(0.0), [Derivative::identity()], |[u]| u * 4.0);
+    let start = must(term.solve(&kernel, &data, &FitOptions::default(), 5));
+    let found = must(term.variational(&start, &kernel, &data, &VariationalOptions::default()));
+    assert!(found.settled);
+
+    let prior = must(Prior::constrained(&string(4.0), &kernel));
+    let model = must(Model::new(prior, data, Evidence::Joint));
+    let evidence = must(model.log_evidence(&found.parameters));
+    assert!((found.bound - evidence).abs() < 1e-6, "{} {evidence}", found.bound);
+    // The parameters are its maximum, too.
+    let best = must(must(model.fit_from(vec![found.parameters.clone()], 100)).posterior());
+    let places = [[0.1], [0.45], [0.9]];
+    let (exact, bound) = (must(best.predict(&places)), must(found.posterior().predict(&places)));
+    for place in 0..places.len() {
+        assert!((exact.mean[place] - bound.mean[place]).abs() < 1e-4 * exact.mean[1].abs());
+        assert!((exact.deviation[place] / bound.deviation[place] - 1.0).abs() < 1e-3);
+    }
+    println!("{:?}", found.trace);
+}
+
+/// What a normal prior and a likelihood make of some values, by weighing draws of the prior.
+struct Weighed {
+    log_evidence: f64,
+    mean: Vec<f64>,
+    deviation: Vec<f64>,
+    /// Number of draws that would be as good without weights.
+    effective: f64,
+}
+
+/// Draws of N(0, `covariance`) weighed by `log_likelihood`; moments of the values from `first` on.
+fn weighed(
+    covariance: &[Vec<f64>],
+    first: usize,
+    log_likelihood: impl Fn(&[f64]) -> f64,
+) -> Weighed {
+    const DRAWS: usize = 1_000_000;
+    let size = covariance.len();
+    let mut root = vec![vec![0.0; size]; size];
+    for i in 0..size {
+        for j in 0..=i {
+            let sum: f64 = (0..j).map(|k| root[i][k] * root[j][k]).sum();
+            let left: f64 = covariance[i][j] - sum;
+            // Values that others determine, to rounding.
+            let pivot = |left: f64| left.max(1e-12 * covariance[i][i]).sqrt();
+            root[i][j] = if i == j { pivot(left) } else { left / root[j][j] };
+        }
+    }
+    let mut random = ChaCha8Rng::seed_from_u64(11);
+    let mut normal = || {
+        let radius = (-2.0 * (1.0 - random.random::<f64>()).ln()).sqrt();
+        radius * (TAU * random.random::<f64>()).cos()
+    };
+    let (mut total, mut squares) = (0.0, 0.0);
+    let (mut sums, mut products) = (vec![0.0; size - first], vec![0.0; size - first]);
+    for _ in 0..DRAWS {
+        let z: Vec<f64> = (0..size).map(|_| normal()).collect();
+        let draw: Vec<f64> =
+            root.iter().map(|row| row.iter().zip(&z).map(|(r, z)| r * z).sum()).collect();
+        let weight = log_likelihood(&draw).exp();
+        total += weight;
+        squares += weight * weight;
+        for ((sum, product), value) in sums.iter_mut().zip(&mut products).zip(&draw[first..]) {
+            *sum += weight * value;
+            *product += weight * value * value;
+        }
+    }
+    let mean: Vec<f64> = sums.iter().map(|s| s / total).collect();
+    let deviation = products.iter().zip(&mean).map(|(p, m)| (p / total - m * m).sqrt()).collect();
+    Weighed {
+        log_evidence: (total / DRAWS as f64).ln(),
+        mean,
+        deviation,
+        effective: total * total / squares,
+    }
+}
+
+#[test]
+fn the_bound_is_below_the_evidence_and_the_bands_are_true() {
+    // A stiffening bed, a load known roughly at three places, and one deflection.
+    const NOISE: [f64; 2] = [6.0, 0.5];
+    const CUBIC: f64 = 60.0;
+    let at = [[0.25], [0.5], [0.75]];
+    let load = [4.0, 9.0, 2.0];
+    let seen = ([[0.4]], [0.6]);
+    let data = Data::new().equation(&at, &load, Noise::Known(NOISE[0])).values(
+        &seen.0,
+        &seen.1,
+        Noise::Known(NOISE[1]),
+    );
+    let kernel = SquaredExponential::new();
+    let bed = SemiLinear::new(string(0.0), [Derivative::identity()], |[u]| u.powi(3) * CUBIC);
+    let start = must(bed.solve(&kernel, &data, &FitOptions::default(), 30));
+    // Parameters stay: the evidence of these is what the bound is compared with.
+    let options = VariationalOptions { iterations: 0, ..VariationalOptions::default() };
+    let found = must(bed.variational(&start, &kernel, &data, &options));
+
+    let places = [[0.15], [0.5], [0.8]];
+    let all = Data::new()
+        .equation(&at, &load, Noise::Known(1.0))
+        .values(&at, &[0.0; 3], Noise::Known(1.0))
+        .values(&seen.0, &[0.0], Noise::Known(1.0))
+        .values(&places, &[0.0; 3], Noise::Known(1.0));
+    let prior = must(Prior::constrained(&string(0.0), &kernel));
+    let model = must(Model::new(prior, all, Evidence::Joint));
+    let covariance = must(model.prior_covariance(&found.parameters));
+    let log_normal =
+        |misfit: f64, sigma: f64| -0.5 * ((misfit / sigma).powi(2) + (TAU * sigma * sigma).ln());
+    let truth = weighed(&covariance, 7, |d| {
+        let residuals = (0..3).map(|k| d[k] + CUBIC * d[3 + k].powi(3) - load[k]);
+        residuals.map(|r| log_normal(r, NOISE[0])).sum::<f64>()
+            + log_normal(d[6] - seen.1[0], NOISE[1])
+    });
+    let bound = must(found.posterior().predict(&places));
+    let linear = must(must(start.fit.posterior()).predict(&places));
+    println!(
+        "evidence {:.3}, bound {:.3}, by {:.0} effective draws",
+        truth.log_evidence, found.bound, truth.effective
+    );
+    println!("mean {:.3?}, bound {:.3?}, linear {:.3?}", truth.mean, bound.mean, linear.mean);
+    println!("deviation {:.3?} {:.3?} {:.3?}", truth.deviation, bound.deviation, linear.deviation);
+    // The draws leave 1/√effective, here less than 0.003.
+    assert!(truth.effective > 1e5);
+    assert!(found.bound < truth.log_evidence + 0.01 && found.bound > truth.log_evidence - 0.15);
+    for place in 0..places.len() {
+        let deviation = truth.deviation[place];
+        let off = |mean: f64| (mean - truth.mean[place]).abs() / deviation;
+        assert!(off(bound.mean[place]) < 0.02 && off(linear.mean[place]) > 0.4);
+        let narrow = |found: f64| 1.0 - found / deviation;
+        // A normal distribution below a bound is narrower than the truth, but less so than the linear one.
+        assert!(narrow(bound.deviation[place]) > 0.0);
+        assert!(narrow(bound.deviation[place]) < 0.75 * narrow(linear.deviation[place]));
+    }
+}
+
+/// u_t + u u_x − ν u_xx = 0 on [0, 1] × [0, 1] with a known solution (Cole & Hopf), ν unknown.
+fn burgers() -> (Domain<2>, SemiLinear<2, 2>, impl Fn([f64; 2]) -> f64) {
+    const NU: f64 = 0.1;
+    let domain = must(Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.0, 1.0])]));
+    let [dx, dt] = domain.derivatives();
+    let viscosity = must(Parameter::new("viscosity", [0.01, 1.0]));
+    let held = || Condition::Dirichlet(constant(0.0));
+    let start = Condition::Dirichlet(field(|[x, _]: [Series; 2]| {
+        let angle = x * PI;
+        angle.sin() * (2.0 * NU * PI) / (angle.cos() + 2.0)
+    }));
+    let linear = must(
+        Problem::new(domain.clone(), dt - &viscosity * dx * dx)
+            .and_then(|p| p.condition("x", Side::Lower, held()))
+            .and_then(|p| p.condition("x", Side::Upper, held()))
+            .and_then(|p| p.condition("t", Side::Lower, start)),
+    );
+    let exact = |[x, t]: [f64; 2]| {
+        let decay = (-NU * PI * PI * t).exp();
+        2.0 * NU * PI * decay * (PI * x).sin() / (2.0 + decay * (PI * x).cos())
+    };
+    let term = SemiLinear::new(linear, [Derivative::identity(), dx], |[u, slope]| u * slope);
+    (domain, term, exact)
+}
+
+#[test]
+fn bounds_rise_turn_by_turn_for_terms_of_two_arguments() {
+    let (domain, burgers, exact) = burgers();
+    let places = must(domain.sample(20, 4));
+    let y: Vec<f64> = (places.iter().enumerate())
+        .map(|(k, x)| exact(*x) + 0.002 * (2.9 * k as f64).sin())
+        .collect();
+    let at = must(domain.sample(40, 5));
+    let data =
+        Data::new().values(&places, &y, Noise::Learned).equation(&at, &[0.0; 40], Noise::Learned);
+    let kernel = SquaredExponential::new();
+    let start = must(burgers.solve(&kernel, &data, &FitOptions::default(), 15));
+    let grid = domain.grid(20);
+    let error = |mean: Vec<f64>| {
+        mean.iter().zip(&grid).map(|(u, x)| (u - exact(*x)).abs()).sum::<f64>() / 400.0
+    };
+    let linear = error(must(must(start.fit.posterior()).mean(&grid)));
+    let mut bounds = Vec::new();
+    for equation in [false, true] {
+        let options = VariationalOptions { equation, ..VariationalOptions::default() };
+        let clock = Instant::now();
+        let found = must(burgers.variational(&start, &kernel, &data, &options));
+        let seconds = clock.elapsed().as_secs_f64();
+        let err = error(must(found.posterior().mean(&grid)));
+        let nu = must(found.parameter("viscosity"));
+        println!(
+            "Burgers: ν {nu:.4}, err_u {err:.1e} ({linear:.1e} by linearisation), bound {:.2} \
+             after {} turns, {seconds:.2} s",
+            found.bound,
+            found.trace.len()
+        );
+        assert!(found.settled && found.trace.is_sorted(), "{:?}", found.trace);
+        assert!((nu / 0.1 - 1.0).abs() < 0.05 && err < linear.max(1e-3), "{nu} {err:e}");
+        let stays = must(start.fit.parameter("viscosity")) == nu;
+        assert_eq!(stays, !equation);
+        bounds.push(*found.trace.last().unwrap_or(&f64::NAN));
+    }
+    assert!(bounds[1] >= bounds[0] - 1e-3, "{bounds:?}");
+}
+
+#[test]
+fn what_has_no_bound_is_an_error() {
+    let kernel = SquaredExponential::new();
+    let solved = |term: &SemiLinear<1, 1>, data: &Data<1>| {
+        let options = FitOptions { restarts: 1, ..FitOptions::default() };
+        must(term.solve(&kernel, data, &options, 5))
+    };
+    let options = VariationalOptions::default();
+    let at = [[0.2], [0.5], [0.7]];
+    let with = |noise: Noise| Data::new().equation(&at, &[1.0, 2.0, 1.0], noise);
+
+    // An exact equation.
+    let cubic = SemiLinear::new(string(0.0), [Derivative::identity()], |[u]| u.powi(3));
+    let start = solved(&cubic, &with(Noise::Exact));
+    let exact = cubic.variational(&start, &kernel, &with(Noise::Exact), &options).unwrap_err();
+    assert_eq!(exact, GpError::ExactEquation);
+    // Nothing to collocate.
+    let bare = Data::new().values(&at, &[0.1; 3], Noise::Learned);
+    let none = cubic.variational(&start, &kernel, &bare, &options).unwrap_err();
+    assert_eq!(none, GpError::NoData);
+    // A term without a value at some of what u may be: the point is named.
+    let root = SemiLinear::new(string(0.0), [Derivative::identity()], |[u]| (u + 0.5).ln());
+    let wide = with(Noise::Known(20.0));
+    let start = solved(&root, &wide);
+    let nowhere = root.variational(&start, &kernel, &wide, &options).unwrap_err();
+    assert!(matches!(nowhere, GpError::Term { index: 0..3, .. }), "{nowhere}");
+    // Duplicate points, one point, exact values, values at the boundary: all have one.
+    let repeated = Data::new()
+        .equation(&[[0.5], [0.5], [1.0]], &[2.0, 2.0, 0.0], Noise::Known(0.1))
+        .values(&[[0.5], [0.0]], &[0.2, 0.0], Noise::Exact);
+    for data in [repeated, Data::new().equation(&[[0.5]], &[2.0], Noise::Known(0.1))] {
+        let found = must(cubic.variational(&solved(&cubic, &data), &kernel, &data, &options));
+        let there = must(found.posterior().predict(&[[0.5], [1.0]]));
+        assert!(found.bound.is_finite() && found.settled);
+        assert!(there.mean[0] > 0.1 && there.deviation[1] == 0.0, "{there:?}");
+    }
+}
