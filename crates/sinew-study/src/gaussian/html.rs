@@ -200,6 +200,7 @@ const DEFINITIONS: &str = "<dl class=\"definitions\">\
 <dt>‖θ − θ̂‖</dt><dd>Euclidean distance from the true values (4.50).</dd>\
 <dt>HCGP, PCGP, UCGP</dt><dd>Gaussian process with the boundary conditions built in, with N_b pseudo-observations of them, without them.</dd>\
 <dt>HCNN</dt><dd>neural network with the boundary conditions built in.</dd>\
+<dt>noise floor</dt><dd>least squares for θ alone with the exact solutions of the equation, on the same values: what no method that knows but equation and conditions can be expected to beat on average.</dd>\
 <dt>seconds</dt><dd>one fit on one thread: prior, model, all restarts; with NUTS the sampling too.</dd>\
 <dt>evaluations</dt><dd>of evidence (or loss) and gradient, over all restarts; empty where they are not counted.</dd>\
 <dt>jitter</dt><dd>largest relative jitter that a covariance needed at the end of a fit.</dd>\

@@ -8,6 +8,7 @@ mod deep;
 mod draw;
 pub mod experiment;
 pub mod experiments;
+mod floor;
 mod html;
 mod inference;
 mod pentagon;

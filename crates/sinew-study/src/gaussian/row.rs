@@ -20,6 +20,8 @@ pub enum Method {
     StrongForm,
     /// The same, trained on the energy (1.22)
     EnergyForm,
+    /// Least squares for the equation's parameters with its exact solutions: what noise alone leaves
+    LeastSquares,
 }
 
 impl Method {
@@ -32,6 +34,7 @@ impl Method {
             Self::Hcnn => "HCNN",
             Self::StrongForm => "PINN, strong form",
             Self::EnergyForm => "PINN, energy form",
+            Self::LeastSquares => "noise floor",
         }
     }
 
@@ -44,6 +47,7 @@ impl Method {
             Self::Hcnn => "hcnn",
             Self::StrongForm => "strong",
             Self::EnergyForm => "energy",
+            Self::LeastSquares => "floor",
         }
     }
 }

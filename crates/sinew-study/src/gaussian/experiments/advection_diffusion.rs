@@ -2,6 +2,7 @@
 
 use crate::gaussian::draw;
 use crate::gaussian::experiment::{Experiment, Scale};
+use crate::gaussian::floor;
 use crate::gaussian::inference::{About, Approach, Inference, NOISE, Sampling};
 use crate::gaussian::picture::Figure;
 use crate::gaussian::problems;
@@ -31,6 +32,8 @@ pub fn experiment(scale: Scale) -> Result<Experiment> {
             let inference = if size == SIZES[0] { inference } else { inference.undrawn() };
             cases.push(inference.case(about.at(format!("{size} + {size}")), cost));
         }
+        let about = About::sweep(format!("{size} values"), 2.0 * size as f64);
+        cases.push(floor::case(&setting, floor::advection_diffusion, sampling, about, scale));
     }
     Ok(Experiment {
         title: "Advection-diffusion (§4.8.4, Fig. 4.10)",

@@ -1,6 +1,7 @@
 //! Heat-BVP-1 and Heat-BVP-2 (§4.8.2): the diffusivity from noisy values.
 
 use crate::gaussian::experiment::{Experiment, Scale, no_figures};
+use crate::gaussian::floor;
 use crate::gaussian::inference::{About, Approach, Inference, NOISE, Sampling};
 use crate::gaussian::problems;
 use anyhow::Result;
@@ -43,6 +44,7 @@ pub fn two_dimensions(scale: Scale) -> Result<Experiment> {
             inference(Approach::Penalised(boundary))
                 .case(About::default().at(format!("N_b = {boundary}")), 1.5),
             inference(Approach::Unconstrained).case(About::default(), 0.15),
+            floor::case(&setting, floor::heat_2, sampling, About::default(), scale),
         ],
         figures: no_figures,
     })

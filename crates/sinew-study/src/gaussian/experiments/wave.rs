@@ -1,6 +1,7 @@
 //! Wave-BVP-1 and Wave-BVP-2 (§4.8.3): the speed of waves, and how restarts reach it.
 
 use crate::gaussian::experiment::{Case, Experiment, Scale, no_figures};
+use crate::gaussian::floor;
 use crate::gaussian::inference::{About, Approach, Inference, NOISE, Sampling};
 use crate::gaussian::problems::{self, Setting};
 use anyhow::Result;
@@ -35,6 +36,8 @@ pub fn free_ends(scale: Scale) -> Result<Experiment> {
         (Approach::Unconstrained, About::thesis(1.5e-1, &[(0.53, 0.01)]), 0.1),
     ];
     let more = [(Approach::Penalised(100), About::default().at("N_b = 100"), 2.5)];
+    let mut cases = cases(&setting, printed, &more, scale);
+    cases.push(floor::case(&setting, floor::wave_1, SAMPLING, About::default(), scale));
     Ok(Experiment {
         title: "Wave-BVP-1 (§4.8.3, Figs. 4.8, 4.9)",
         about: "25 values with 2.5 % noise, 25 collocation points, ten restarts. The Cramér–Rao bound of the \
@@ -42,7 +45,7 @@ pub fn free_ends(scale: Scale) -> Result<Experiment> {
                 joint, which the thesis maximises: that one is unbounded here, and automatic fits climb it only at the \
                 end, next to what the conditional one found. The library's beliefs about amplitudes \
                 and lengthscales keep HCGPs from it, UCGPs not always.",
-        cases: cases(&setting, printed, &more, scale),
+        cases,
         figures: no_figures,
     })
 }

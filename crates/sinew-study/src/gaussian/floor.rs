@@ -1,0 +1,182 @@
+//! What noise alone leaves: least squares for θ with the exact solutions of the equation.
+//!
+//! No method that only knows equation and conditions can be expected to do better on average, however many
+//! collocation points it takes; what does owes it to a prior that prefers the solution at hand.
+
+use crate::gaussian::experiment::{Case, Scale, Task};
+use crate::gaussian::inference::{About, Sampling};
+use crate::gaussian::problems::{Function, Setting};
+use crate::gaussian::row::{Findings, Label, Method, Run};
+use anyhow::{Result, bail};
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::PI;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// The solution of a problem for each θ.
+pub type Family<const D: usize> = fn(&[f64]) -> Function<D>;
+
+/// The case of least squares on the data of the other methods.
+pub fn case<const D: usize>(
+    setting: &Setting<D>,
+    family: Family<D>,
+    sampling: Sampling,
+    about: About,
+    scale: Scale,
+) -> Case {
+    let label = Label {
+        problem: setting.name.into(),
+        setting: about.setting,
+        method: Method::LeastSquares,
+        abscissa: about.abscissa,
+        truth: setting.truth.clone(),
+        thesis: about.thesis,
+    };
+    let setting = setting.clone();
+    let run = move |task: &Task| {
+        let observed = setting.observe(sampling, task)?;
+        let start = Instant::now();
+        let truth: Vec<f64> = setting.truth.iter().map(|truth| truth.value).collect();
+        let theta = least_squares(family, truth, &observed.places, &observed.values)?;
+        let seconds = start.elapsed().as_secs_f64();
+        let grid = setting.grid(scale);
+        let solution = family(&theta);
+        let mean: Vec<f64> = grid.iter().map(|x| solution(*x)).collect();
+        let found = Findings { theta, ..Findings::default() };
+        Ok(Run::new(setting.error(&grid, &mean), seconds, found)?)
+    };
+    Case { label, cost: 0.02, run: Box::new(run) }
+}
+
+/// Relative step of differences, and of θ where the search ends.
+const STEP: f64 = 1e-5;
+const CONVERGED: f64 = 1e-9;
+const MOST_STEPS: usize = 50;
+
+/// θ by the method of Gauss and Newton from `theta`.
+fn least_squares<const D: usize>(
+    family: Family<D>,
+    theta: Vec<f64>,
+    places: &[[f64; D]],
+    values: &[f64],
+) -> Result<Vec<f64>> {
+    let mut theta = DVector::from_vec(theta);
+    let at = |theta: &DVector<f64>| {
+        let solution = family(theta.as_slice());
+        DVector::from_iterator(places.len(), places.iter().map(|x| solution(*x)))
+    };
+    let values = DVector::from_column_slice(values);
+    for _ in 0..MOST_STEPS {
+        let mut slopes = DMatrix::zeros(places.len(), theta.len());
+        for parameter in 0..theta.len() {
+            let step = STEP * theta[parameter];
+            let moved = |sign: f64| {
+                let mut moved = theta.clone();
+                moved[parameter] += sign * step;
+                at(&moved)
+            };
+            slopes.set_column(parameter, &((moved(1.0) - moved(-1.0)) / (2.0 * step)));
+        }
+        let normal = slopes.transpose() * &slopes;
+        let right = slopes.transpose() * (&values - at(&theta));
+        let Some(factor) = normal.cholesky() else { break };
+        let change = factor.solve(&right);
+        theta += &change;
+        if change.component_div(&theta).amax() < CONVERGED {
+            return Ok(theta.as_slice().to_vec());
+        }
+    }
+    bail!("least squares did not converge in {MOST_STEPS} steps: θ = {:?}", theta.as_slice())
+}
+
+/// Heat-BVP-2: one mode that decays.
+pub fn heat_2(theta: &[f64]) -> Function<3> {
+    let rate = 2.0 * theta[0];
+    Arc::new(move |[x, y, t]| x.sin() * y.sin() * (-rate * t).exp())
+}
+
+/// Wave-BVP-1: two standing waves and a drift.
+pub fn wave_1(theta: &[f64]) -> Function<2> {
+    let speed = theta[0];
+    Arc::new(move |[x, t]| {
+        let second = (2.0 * speed * t).sin() / (4.0 * speed);
+        0.5 * t + (speed * t).cos() * x.cos() + second * (2.0 * x).cos()
+    })
+}
+
+/// Modes of [`advection_diffusion`]: the last one is 1e-5 of the first at the start and decays at once.
+const MODES: usize = 60;
+
+/// Advection and diffusion by separation: u = e^{ax − a θ₁ t/2} Σ cₙ e^{−θ₂ n² π² t} sin nπx, a = θ₁/2θ₂.
+pub fn advection_diffusion(theta: &[f64]) -> Function<2> {
+    let (advection, diffusion) = (theta[0], theta[1]);
+    let a = advection / (2.0 * diffusion);
+    let growth = 1.0 - a;
+    // ∫ e^{gx} cos kπx over [0, 1]
+    let cosine = |k: i32| {
+        let wave = f64::from(k) * PI;
+        let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
+        match growth * growth + wave * wave {
+            0.0 => 1.0,
+            _ if k == 0 => growth.exp_m1() / growth,
+            square => growth * (sign * growth.exp() - 1.0) / square,
+        }
+    };
+    // 2 ∫ e^{gx} sin 2πx sin nπx
+    let coefficient = |n: i32| cosine(n - 2) - cosine(n + 2);
+    let coefficients: Vec<f64> = (1..=MODES as i32).map(coefficient).collect();
+    Arc::new(move |[x, t]| {
+        let modes = coefficients.iter().enumerate().map(|(index, c)| {
+            let wave = (index + 1) as f64 * PI;
+            c * (-diffusion * wave * wave * t).exp() * (wave * x).sin()
+        });
+        (a * x - 0.5 * a * advection * t).exp() * modes.sum::<f64>()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gaussian::problems;
+
+    #[test]
+    fn families_hold_the_settings_solutions() {
+        fn agree<const D: usize>(setting: &Setting<D>, family: Family<D>) {
+            let truth: Vec<f64> = setting.truth.iter().map(|truth| truth.value).collect();
+            let solution = family(&truth);
+            for x in setting.problem.domain().grid(5) {
+                assert!((solution(x) - (setting.solution)(x)).abs() < 1e-12, "{}", setting.name);
+            }
+        }
+        agree(&problems::heat_2().unwrap(), heat_2);
+        agree(&problems::wave_1().unwrap(), wave_1);
+        agree(&problems::advection_diffusion().unwrap(), advection_diffusion);
+    }
+
+    #[test]
+    fn families_solve_their_equations_for_other_parameters() {
+        const STEP: f64 = 1e-3;
+        let theta = [0.08, 0.02];
+        let u = advection_diffusion(&theta);
+        let (x, t) = (0.37, 0.41);
+        let slope = (u([x + STEP, t]) - u([x - STEP, t])) / (2.0 * STEP);
+        let curvature = (u([x + STEP, t]) - 2.0 * u([x, t]) + u([x - STEP, t])) / (STEP * STEP);
+        let rate = (u([x, t + STEP]) - u([x, t - STEP])) / (2.0 * STEP);
+        // Second differences with this step of a function of size two.
+        assert!((rate + theta[0] * slope - theta[1] * curvature).abs() < 1e-4);
+        for x in [0.2, 0.5, 0.8] {
+            let start = (2.0 * PI * x).sin() * x.exp();
+            assert!((u([x, 0.0]) - start).abs() < 1e-3, "{x}");
+        }
+    }
+
+    #[test]
+    fn exact_values_give_exact_parameters() {
+        let places = [[0.2, 0.3], [0.6, 0.9], [0.8, 0.5]];
+        let u = advection_diffusion(&[0.08, 0.02]);
+        let values = places.map(|x| u(x));
+        let found =
+            least_squares(advection_diffusion, vec![0.05, 0.025], &places, &values).unwrap();
+        assert!((found[0] - 0.08).abs() < 1e-8 && (found[1] - 0.02).abs() < 1e-8, "{found:?}");
+    }
+}
