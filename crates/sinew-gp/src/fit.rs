@@ -110,10 +110,11 @@ impl<const D: usize> Model<D> {
     pub fn fit_from(self, starts: Vec<Vec<f64>>, iterations: usize) -> Result<Fit<D>, GpError> {
         let model = Arc::new(self);
         let count = starts.len();
+        let bounds = model.scaled_bounds();
         let restarts: Vec<Restart> = starts
             .into_par_iter()
             .map(|start| {
-                let outcome = model.climb(model.evidence, &start, iterations);
+                let outcome = model.climb(model.evidence, &start, &bounds, iterations);
                 Restart { outcome, start }
             })
             .collect();
@@ -148,16 +149,29 @@ impl<const D: usize> Model<D> {
     }
 
     /// The maximum of the joint evidence next to one of the conditional evidence, unless it has
-    /// collapsed or left the region that holds 95 % of what the latter finds probable.
+    /// collapsed or left the region that holds 95 % of what the latter finds probable, of all parameters
+    /// or of θ.
     fn sharpened(self: &Arc<Self>, settled: &Outcome, iterations: usize) -> Option<Outcome> {
         if !self.automatic || self.evidence != Evidence::Conditional || settled.collapsed {
             return None;
         }
-        let found = self.climb(Evidence::Joint, &settled.parameters, iterations).ok()?;
+        let bounds = self.scaled_bounds();
+        let found = self.climb(Evidence::Joint, &settled.parameters, &bounds, iterations).ok()?;
         let density = self.evaluate_posterior(&found.parameters).ok()?.value;
         let depth = settled.log_posterior - density;
-        let trusted = !found.collapsed && depth <= depth_of_region(self.parameters.len());
-        trusted.then_some(found)
+        if found.collapsed || depth > depth_of_region(self.parameters.len()) {
+            return None;
+        }
+        // θ alone, whatever suits it best for the others.
+        let theta = self.theta_offset..self.theta_offset + self.theta.len();
+        let mut held = bounds;
+        for position in theta.clone() {
+            held[position] = [found.parameters[position]; 2];
+        }
+        let profile =
+            self.climb(Evidence::Conditional, &found.parameters, &held, iterations).ok()?;
+        let depth = settled.log_posterior - profile.log_posterior;
+        (depth <= depth_of_region(theta.len())).then_some(found)
     }
 
     /// Ends of all parameters' intervals, on their scales.
@@ -169,6 +183,7 @@ impl<const D: usize> Model<D> {
         self: &Arc<Self>,
         evidence: Evidence,
         start: &[f64],
+        bounds: &[[f64; 2]],
         iterations: usize,
     ) -> Result<Outcome, GpError> {
         let mut last = None;
@@ -182,7 +197,7 @@ impl<const D: usize> Model<D> {
                 }
             },
             start,
-            &self.scaled_bounds(),
+            bounds,
             iterations,
             |x, _| trace.push(self.theta_values(x)),
         );
