@@ -337,3 +337,36 @@ fn predictions_average_about_the_parameters_found() {
     assert!((averaged.mean[0] - own.mean[0]).abs() < 0.5 * averaged.deviation[0]);
     assert!(averaged.deviation[0] > own.deviation[0]);
 }
+
+#[test]
+fn exact_zeros_count_in_any_unit() {
+    let kernel = SquaredExponential::new();
+    let at: Vec<[f64; 1]> = (1..8).map(|k| [f64::from(k) / 8.0]).collect();
+    let solved =
+        |unit: f64| {
+            let domain = must(Domain::interval("x", [0.0, 1.0]));
+            let [dx] = domain.derivatives();
+            let held = Condition::Dirichlet(constant(0.0));
+            let string = must(Problem::new(domain, -(dx * dx)));
+            let string = must(string.condition("x", Side::Lower, held));
+            let cubic = move |[u]: [Series; 1]| u.powi(3) / (unit * unit);
+            let cubic = SemiLinear::new(string, [Derivative::identity()], cubic);
+            // The other support, seen to rest.
+            let data = Data::new()
+                .equation(&at, &[2.0 * unit; 7], Noise::Known(0.1 * unit))
+                .values(&[[0.9]], &[0.0], Noise::Exact);
+            let start = must(cubic.solve(&kernel, &data, &FitOptions::default(), 20));
+            let options = VariationalOptions::default();
+            let found = must(cubic.variational(&start, &kernel, &data, &options));
+            let found = must(found.predict(&[[0.9], [0.5]]));
+            [found.mean[0], found.deviation[0], found.mean[1], found.deviation[1]].map(|u| u / unit)
+        };
+    let reference = solved(1.0);
+    for unit in [1e8, 1e-8] {
+        let [rests, by, moves, spread] = solved(unit);
+        assert!(rests.abs() < 1e-4 && by < 1e-4, "{unit}: {rests} ± {by}");
+        // The bound ends at the same place but for its last, small gain.
+        assert!((moves / reference[2] - 1.0).abs() < 1e-3, "{unit}: {moves}, {reference:?}");
+        assert!((spread / reference[3] - 1.0).abs() < 1e-2, "{unit}: {spread}, {reference:?}");
+    }
+}
