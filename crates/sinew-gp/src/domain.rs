@@ -53,9 +53,9 @@ impl Domain<1> {
 impl Domain<2> {
     /// A simple polygon, convex or not, with its corners in order along the boundary.
     ///
-    /// Conditions hold exactly in notches too, but at a corner that points inwards most solutions are
-    /// rougher than any draw of the prior (on an L under even load like r^⅔): expect errors of
-    /// tens of per cent there even with a hundred collocation points.
+    /// Conditions hold exactly in notches too. At a corner solutions are rougher than smooth functions times a distance
+    /// (on an L under even load like r^⅔): see [`Composition::Adapted`]. With other compositions, equations or
+    /// conditions expect errors of tens of per cent about a notch even with a hundred collocation points.
     ///
     /// # Errors
     /// If it has fewer than three corners, repeated corners, crossing edges or no area.

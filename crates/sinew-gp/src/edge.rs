@@ -20,6 +20,13 @@ impl Edge {
         Self { start: [ax, ay], tangent, normal: [-tangent[1], tangent[0]], length }
     }
 
+    /// Distance from a point to the edge, its ends included.
+    pub fn distance(&self, [x, y]: [f64; 2]) -> f64 {
+        let (x, y) = (x - self.start[0], y - self.start[1]);
+        let along = (x * self.tangent[0] + y * self.tangent[1]).clamp(0.0, self.length);
+        (x - along * self.tangent[0]).hypot(y - along * self.tangent[1])
+    }
+
     /// Signed distance to the line, positive to the left.
     pub fn height(&self, x: &Series, y: &Series) -> Series {
         (x - self.start[0]) * self.normal[0] + (y - self.start[1]) * self.normal[1]

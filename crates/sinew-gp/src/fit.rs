@@ -7,6 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use crate::error::GpError;
+use crate::evidence::Evidence;
 use crate::model::Model;
 use crate::optimise::minimise;
 use crate::posterior::Posterior;
@@ -42,7 +43,9 @@ pub struct Restart {
 pub struct Outcome {
     /// Parameters, on their scales.
     pub parameters: Vec<f64>,
-    /// Logarithm of the evidence.
+    /// Which evidence was maximised.
+    pub evidence: Evidence,
+    /// Its logarithm.
     pub log_evidence: f64,
     /// Logarithm of evidence times prior density of the parameters: what was maximised.
     pub log_posterior: f64,
@@ -63,16 +66,29 @@ pub struct Fit<const D: usize> {
     model: Arc<Model<D>>,
     /// All restarts, in the order of their starts.
     pub restarts: Vec<Restart>,
+    /// The maximum of the joint evidence next to the best restart, for [`Evidence::Auto`] where
+    /// restarts maximise the conditional one, if it is [trustworthy](Evidence::Auto).
+    pub sharpened: Option<Outcome>,
     best: usize,
 }
 
 /// Share of the measured variation about the prior mean below which a fit counts as collapsed.
 const COLLAPSE: f64 = 0.1;
 
+/// How far the logarithm of a density of `parameters` parameters, normal about its maximum, falls to the
+/// border of the region that holds 95 % of it: half of that quantile of χ² (Wilson & Hilferty 1931).
+fn depth_of_region(parameters: usize) -> f64 {
+    const NORMAL_QUANTILE: f64 = 1.645;
+    let count = parameters as f64;
+    let spread = 2.0 / (9.0 * count);
+    0.5 * count * (1.0 - spread + NORMAL_QUANTILE * spread.sqrt()).powi(3)
+}
+
 impl<const D: usize> Model<D> {
     /// Maximises evidence times [`crate::Belief`]s from random starts, in parallel.
     ///
-    /// The best restart that did not collapse is taken, or the best if all did.
+    /// The best restart that did not collapse is taken, or the best if all did; with
+    /// [`Evidence::Auto`] it may be [sharpened](Fit::sharpened).
     ///
     /// # Errors
     /// If no restart has a finite evidence.
@@ -96,7 +112,10 @@ impl<const D: usize> Model<D> {
         let count = starts.len();
         let restarts: Vec<Restart> = starts
             .into_par_iter()
-            .map(|start| Restart { outcome: model.climb(&start, iterations), start })
+            .map(|start| {
+                let outcome = model.climb(model.evidence, &start, iterations);
+                Restart { outcome, start }
+            })
             .collect();
         let rank = |restart: &Restart| match &restart.outcome {
             Ok(outcome) => (!outcome.collapsed, outcome.log_posterior),
@@ -110,7 +129,10 @@ impl<const D: usize> Model<D> {
             })
             .ok_or_else(none)?;
         match &restarts[best].outcome {
-            Ok(_) => Ok(Fit { model, restarts, best }),
+            Ok(settled) => {
+                let sharpened = model.sharpened(settled, iterations);
+                Ok(Fit { model, restarts, sharpened, best })
+            }
             Err(last) => Err(GpError::NoFit { restarts: count, last: Box::new(last.clone()) }),
         }
     }
@@ -125,29 +147,34 @@ impl<const D: usize> Model<D> {
             .collect()
     }
 
-    /// The most probable parameters for the evidence of ensembles, from those of a fit.
-    pub(crate) fn ensemble_mode(&self, fitted: &[f64]) -> Vec<f64> {
-        if self.ensemble_evidence == self.evidence {
-            return fitted.to_vec();
+    /// The maximum of the joint evidence next to one of the conditional evidence, unless it has
+    /// collapsed or left the region that holds 95 % of what the latter finds probable.
+    fn sharpened(self: &Arc<Self>, settled: &Outcome, iterations: usize) -> Option<Outcome> {
+        if !self.automatic || self.evidence != Evidence::Conditional || settled.collapsed {
+            return None;
         }
-        let bounds: Vec<[f64; 2]> =
-            self.parameters.iter().map(|p| p.bounds.map(|bound| p.to_scale(bound))).collect();
-        let objective = |x: &[f64]| {
-            let e = self.evaluate_posterior_as(self.ensemble_evidence, x).ok()?;
-            Some((-e.value, e.gradient.iter().map(|g| -g).collect()))
-        };
-        let iterations = FitOptions::default().iterations;
-        let found = minimise(objective, fitted, &bounds, iterations, |_, _| ());
-        found.map_or_else(|| fitted.to_vec(), |found| found.point)
+        let found = self.climb(Evidence::Joint, &settled.parameters, iterations).ok()?;
+        let density = self.evaluate_posterior(&found.parameters).ok()?.value;
+        let depth = settled.log_posterior - density;
+        let trusted = !found.collapsed && depth <= depth_of_region(self.parameters.len());
+        trusted.then_some(found)
     }
 
-    fn climb(self: &Arc<Self>, start: &[f64], iterations: usize) -> Result<Outcome, GpError> {
-        let bounds: Vec<[f64; 2]> =
-            self.parameters.iter().map(|p| p.bounds.map(|bound| p.to_scale(bound))).collect();
+    /// Ends of all parameters' intervals, on their scales.
+    fn scaled_bounds(&self) -> Vec<[f64; 2]> {
+        self.parameters.iter().map(|p| p.bounds.map(|bound| p.to_scale(bound))).collect()
+    }
+
+    fn climb(
+        self: &Arc<Self>,
+        evidence: Evidence,
+        start: &[f64],
+        iterations: usize,
+    ) -> Result<Outcome, GpError> {
         let mut last = None;
         let mut trace = Vec::new();
         let found = minimise(
-            |x| match self.evaluate_posterior(x) {
+            |x| match self.evaluate_posterior_as(evidence, x) {
                 Ok(e) => Some((-e.value, e.gradient.iter().map(|g| -g).collect())),
                 Err(error) => {
                     last = Some(error);
@@ -155,7 +182,7 @@ impl<const D: usize> Model<D> {
                 }
             },
             start,
-            &bounds,
+            &self.scaled_bounds(),
             iterations,
             |x, _| trace.push(self.theta_values(x)),
         );
@@ -165,6 +192,7 @@ impl<const D: usize> Model<D> {
         };
         let posterior = Posterior::new(self.clone(), &found.point)?;
         Ok(Outcome {
+            evidence,
             log_evidence: -found.value - self.log_belief(&found.point),
             log_posterior: -found.value,
             evaluations: found.evaluations,
@@ -177,9 +205,29 @@ impl<const D: usize> Model<D> {
 }
 
 impl<const D: usize> Fit<D> {
-    /// The restart that was taken.
+    /// What was taken: the best restart, sharpened if that is to be trusted.
     pub fn outcome(&self) -> &Outcome {
+        self.sharpened.as_ref().unwrap_or_else(|| self.settled())
+    }
+
+    /// The best restart.
+    fn settled(&self) -> &Outcome {
         self.restarts[self.best].outcome.as_ref().expect("the best restart succeeded")
+    }
+
+    /// The most probable parameters for the evidence of ensembles.
+    pub(crate) fn ensemble_mode(&self) -> Vec<f64> {
+        let (model, settled) = (&self.model, &self.settled().parameters);
+        if model.ensemble_evidence == model.evidence {
+            return settled.clone();
+        }
+        let objective = |x: &[f64]| {
+            let e = model.evaluate_posterior_as(model.ensemble_evidence, x).ok()?;
+            Some((-e.value, e.gradient.iter().map(|g| -g).collect()))
+        };
+        let iterations = FitOptions::default().iterations;
+        let found = minimise(objective, settled, &model.scaled_bounds(), iterations, |_, _| ());
+        found.map_or_else(|| settled.clone(), |found| found.point)
     }
 
     /// The model that was fitted.

@@ -21,28 +21,32 @@ pub(crate) fn invert_lower(mut out: MatMut<'_, f64>, lower: MatRef<'_, f64>, par
     let half = (size / 2).next_multiple_of(8);
     let (mut first, _, mut below, mut second) = out.rb_mut().split_at_mut(half, half);
     let (a, _, b, c) = lower.split_at(half, half);
-    let mut invert_first = || invert_lower(first.rb_mut(), a, per_half(par));
-    let mut invert_second = || invert_lower(second.rb_mut(), c, per_half(par));
-    match par {
-        Par::Seq => {
-            invert_first();
-            invert_second();
-        }
-        Par::Rayon(_) => {
-            rayon::join(invert_first, invert_second);
-        }
-    }
+    side_by_side(
+        par,
+        |par| invert_lower(first.rb_mut(), a, par),
+        |par| invert_lower(second.rb_mut(), c, par),
+    );
     let mut product = Mat::<f64>::zeros(size - half, half);
     let (full, low) = (BlockStructure::Rectangular, BlockStructure::TriangularLower);
     matmul(product.as_mut(), full, Accum::Replace, second.rb(), low, b, full, -1.0, par);
     matmul(below.rb_mut(), full, Accum::Replace, product.as_ref(), full, first.rb(), low, 1.0, par);
 }
 
-/// What is left to each of two halves that are treated side by side.
-fn per_half(par: Par) -> Par {
+/// Two independent halves of some work, each with what is left to it of the threads.
+pub(crate) fn side_by_side(
+    par: Par,
+    first: impl FnOnce(Par) + Send,
+    second: impl FnOnce(Par) + Send,
+) {
     match par {
-        Par::Rayon(threads) if threads.get() > 3 => Par::rayon(threads.get() / 2),
-        _ => Par::Seq,
+        Par::Seq => {
+            first(Par::Seq);
+            second(Par::Seq);
+        }
+        Par::Rayon(threads) => {
+            let half = if threads.get() > 3 { Par::rayon(threads.get() / 2) } else { Par::Seq };
+            rayon::join(|| first(half), || second(half));
+        }
     }
 }
 

@@ -85,7 +85,7 @@ pub fn laplace<const D: usize>(
     seed: u64,
 ) -> Result<Ensemble<D>, GpError> {
     let model = fit.model();
-    let normal = Normal::at(model, &model.ensemble_mode(&fit.outcome().parameters))?;
+    let normal = Normal::at(model, &fit.ensemble_mode())?;
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let draws = (0..draws)
         .map(|_| {

@@ -59,6 +59,8 @@ pub struct Model<const D: usize> {
     pub(crate) size: usize,
     pub(crate) evidence: Evidence,
     pub(crate) ensemble_evidence: Evidence,
+    /// Whether the evidence was left to choose.
+    pub(crate) automatic: bool,
     /// Number of legs of all groups.
     pub(crate) legs: usize,
     /// For each part, plans between legs at `[first · legs + second]`.
@@ -107,9 +109,10 @@ impl<const D: usize> Model<D> {
         let believed = |group: &Compiled<D>| {
             group.role == Role::Imposed && group.variance == Variance::Known(0.0)
         };
-        let automatic = evidence == Evidence::Auto && !theta.is_empty() && imposed < size;
+        let automatic = evidence == Evidence::Auto;
+        let inferred = automatic && !theta.is_empty() && imposed < size;
         let evidence = evidence.resolve(&compiled, imposed, size)?;
-        let ensemble_evidence = match automatic && compiled.iter().any(believed) {
+        let ensemble_evidence = match inferred && compiled.iter().any(believed) {
             true => Evidence::Conditional,
             false => evidence,
         };
@@ -126,6 +129,7 @@ impl<const D: usize> Model<D> {
             size,
             evidence,
             ensemble_evidence,
+            automatic,
         };
         model.lay_out_parameters();
         Ok(model)
@@ -136,7 +140,7 @@ impl<const D: usize> Model<D> {
         &self.parameters
     }
 
-    /// Which evidence is maximised, with `Auto` resolved.
+    /// Which evidence restarts maximise, with `Auto` resolved.
     pub fn evidence(&self) -> Evidence {
         self.evidence
     }

@@ -44,7 +44,7 @@ const MOST_DOUBLINGS: usize = 8;
 /// If the evidence cannot be evaluated at the fit.
 pub fn nuts<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensemble<D>, GpError> {
     let model = fit.model();
-    let space = Space::new(model, &model.ensemble_mode(&fit.outcome().parameters))?;
+    let space = Space::new(model, &fit.ensemble_mode())?;
     let mut random = ChaCha8Rng::seed_from_u64(options.seed);
     let mut state = space.state(vec![0.0; model.parameters().len()]);
     let mut adaptation = StepSize::new(0.2);

@@ -2,7 +2,8 @@
 //!
 //! A strain-energy law is written once, over the trait [`Scalar`]. Evaluated over `f64` it
 //! gives the energy, over a [`Jet`] also stress and tangent, over a [`Series`] derivatives of any
-//! order, over a tensor type of another crate the energy of many elements at once.
+//! order, over a tensor type of another crate the energy of many elements at once. Beside them, with the feature
+//! `threads`, a way to keep the threads of short parallel parts awake.
 //!
 //! ```
 //! use sinew_num::{Jet, Scalar};
@@ -20,6 +21,8 @@
 
 mod jet;
 mod mat3;
+#[cfg(feature = "threads")]
+mod ready;
 mod scalar;
 mod series;
 mod single;
@@ -27,6 +30,8 @@ mod slope;
 
 pub use jet::Jet;
 pub use mat3::Mat3;
+#[cfg(feature = "threads")]
+pub use ready::on_ready_threads;
 pub use scalar::Scalar;
 pub use series::{MOST_VARIABLES, Recording, Series, Step};
 pub use single::Single;

@@ -15,11 +15,13 @@ use std::sync::Arc;
 use sinew_num::Series;
 
 use super::meeting::{Corner, Jet};
+use super::wedges::adapted;
 use crate::condition::Condition;
 use crate::domain::Domain;
 use crate::edge::Edge;
 use crate::error::GpError;
 use crate::field::{Field, field};
+use crate::operator::Operator;
 use crate::polygon::{Polygon, products_of_others};
 use crate::problem::Problem;
 
@@ -210,6 +212,7 @@ pub(super) struct Edges<const D: usize> {
     boundary: Option<Field<D>>,
     inner: Option<Arc<Blend<D>>>,
     polygon: Option<Polygon>,
+    equation: Operator<D>,
 }
 
 #[derive(Debug)]
@@ -227,7 +230,8 @@ impl<const D: usize> Edges<D> {
             .as_ref()
             .filter(|_| problem.edges.iter().any(Option::is_some))
             .map(|polygon| Arc::new(Blend::new(polygon.clone(), &problem.edges)));
-        Self { boundary: problem.boundary.clone(), inner, polygon }
+        let (boundary, equation) = (problem.boundary.clone(), problem.equation().clone());
+        Self { boundary, inner, polygon, equation }
     }
 
     /// Conditions on one edge.
@@ -259,9 +263,10 @@ impl<const D: usize> Edges<D> {
         let everything = |factor| Plane { factor, span: Span::Everything };
         match (&self.boundary, &self.inner, &self.polygon) {
             (Some(_), _, Some(polygon)) => {
-                let polygon = polygon.clone();
-                let factor = field(move |x: [Series; D]| polygon.feature(&x[0], &x[1]));
-                vec![everything(Some(factor))]
+                let owned = polygon.clone();
+                let plain = || field(move |x: [Series; D]| owned.feature(&x[0], &x[1]));
+                let factors = adapted(polygon, &self.equation).unwrap_or_else(|| vec![plain()]);
+                factors.into_iter().map(|factor| everything(Some(factor))).collect()
             }
             (None, Some(blend), _) => blend.clone().planes(),
             _ => vec![everything(None)],

@@ -5,6 +5,7 @@ mod edges;
 mod meeting;
 #[cfg(test)]
 mod tests;
+mod wedges;
 
 use sinew_num::Series;
 

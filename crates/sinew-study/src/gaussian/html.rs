@@ -27,7 +27,7 @@ pub fn render(report: &GaussianReport) -> String {
 fn push_head(html: &mut String, report: &GaussianReport) {
     let _ = write!(
         html,
-        "<header><h1>{TITLE}</h1><p>The experiments of chapter 4 and §1.7.3 of the thesis, beside the figures it prints.</p>"
+        "<header><h1>{TITLE}</h1><p>The experiments of chapter 4 and §1.7.3 of the thesis, beside the figures it prints, and a nonlinear equation beyond them.</p>"
     );
     page::push_facts(
         html,

@@ -314,9 +314,10 @@ impl<const D: usize> Inference<D> {
     }
 }
 
-/// Evaluations of evidence and gradient over all restarts.
+/// Evaluations of evidence and gradient over all restarts and the last climb.
 pub fn evaluations<const D: usize>(fit: &Fit<D>) -> usize {
-    fit.restarts.iter().filter_map(|r| r.outcome.as_ref().ok()).map(|o| o.evaluations).sum()
+    let restarts = fit.restarts.iter().filter_map(|restart| restart.outcome.as_ref().ok());
+    restarts.chain(&fit.sharpened).map(|outcome| outcome.evaluations).sum()
 }
 
 /// What a row adds to problem and method.

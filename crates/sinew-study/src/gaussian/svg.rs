@@ -99,6 +99,8 @@ fn map(map: &Map) -> String {
         chart.rectangles(&hex(viridis(level as f64 / (LEVELS - 1) as f64)), rectangles);
     }
     for [x, y] in &map.collocation {
+        // Light about dark, to be seen on any colour.
+        chart.marker("halo", &Marker::Cross.path(3.0), (*x, *y), "");
         chart.marker("collocation", &Marker::Cross.path(2.5), (*x, *y), "equation imposed");
     }
     for [x, y] in &map.observations {

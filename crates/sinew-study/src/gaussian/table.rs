@@ -161,7 +161,7 @@ pub fn coverage(row: &Row) -> Option<String> {
         .collect();
     Some(format!(
         "{}: 95 % intervals held {}; the band held u on {} % of the places (median data set {} %, worst {} %).",
-        row.label.problem,
+        [row.label.problem.as_str(), &row.label.setting].join(", ").trim_end_matches(", "),
         theta.join("; "),
         percent(coverage.u_mean),
         percent(coverage.u_share.median),

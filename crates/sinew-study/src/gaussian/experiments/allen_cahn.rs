@@ -5,6 +5,7 @@ use crate::gaussian::experiment::{Case, Experiment, Purpose, Scale, Task, no_fig
 use crate::gaussian::inference::{
     About, Approach, Drawings, Inference, Observed, evaluations, standard_normal,
 };
+use crate::gaussian::picture::Figure;
 use crate::gaussian::problems::{Setting, allen_cahn};
 use crate::gaussian::row::{Covered, Findings, Run};
 use anyhow::Result;
@@ -76,6 +77,8 @@ struct Front {
     inference: Inference<2>,
     kappa: f64,
     way: Way,
+    /// What distinguishes it from the others.
+    name: String,
 }
 
 fn front(scale: Scale, kappa: f64, unknown: bool, way: Way) -> Result<Front> {
@@ -91,7 +94,7 @@ fn front(scale: Scale, kappa: f64, unknown: bool, way: Way) -> Result<Front> {
         evidence: Evidence::Auto,
         scale,
     };
-    Ok(Front { equation, inference, kappa, way })
+    Ok(Front { equation, inference, kappa, way, name: String::new() })
 }
 
 fn forward(scale: Scale, kappa: f64, count: usize) -> Result<Front> {
@@ -99,7 +102,9 @@ fn forward(scale: Scale, kappa: f64, count: usize) -> Result<Front> {
     let observe = move |_: &Setting<2>, task: &Task| {
         Ok(Observed::collocated(lattice(count, task), vec![0.0; count]))
     };
-    let inference = Inference { observe: Box::new(observe), ..front.inference };
+    // One of a kind is enough to be seen.
+    let drawings = if count == COLLOCATION { Drawings::Posterior } else { Drawings::None };
+    let inference = Inference { observe: Box::new(observe), drawings, ..front.inference };
     Ok(Front { inference, ..front })
 }
 
@@ -125,9 +130,10 @@ fn inverse(scale: Scale, noise: Noise, way: Way) -> Result<Front> {
 }
 
 impl Front {
-    fn case(self, setting: String, cost: f64) -> Case {
-        let label = self.inference.label(About::default().at(setting));
-        Case { label, cost, run: Box::new(move |task| self.run(task)) }
+    fn case(self, name: String, cost: f64) -> Case {
+        let label = self.inference.label(About::default().at(&name));
+        let front = Self { name, ..self };
+        Case { label, cost, run: Box::new(move |task| front.run(task)) }
     }
 
     fn run(&self, task: &Task) -> Result<Run> {
@@ -154,8 +160,9 @@ impl Front {
         let grid = self.grid(self.inference.scale.pick(60, 12))?;
         let err_u = setting.error(&grid, &posterior.mean(&grid)?);
         let mut figures = Vec::new();
-        if task.draw {
-            figures.push(draw::posterior(&self.inference, posterior, &observed, &solution.fit)?);
+        if task.draw && self.inference.drawings != Drawings::None {
+            let drawn = draw::posterior(&self.inference, posterior, &observed, &solution.fit)?;
+            figures.push(Figure { title: format!("{}, {}", drawn.title, self.name), ..drawn });
         }
         let found = Findings {
             theta: self.inference.theta(&solution.fit, &solution.fit.outcome().parameters)?,

@@ -38,8 +38,9 @@ pub fn free_ends(scale: Scale) -> Result<Experiment> {
     Ok(Experiment {
         title: "Wave-BVP-1 (§4.8.3, Figs. 4.8, 4.9)",
         about: "25 values with 2.5 % noise, 25 collocation points, ten restarts. The Cramér–Rao bound of the \
-                standard deviation of θ is 0.0103. Rows maximise the conditional evidence unless they say \
-                joint, which the thesis maximises: that one is unbounded here. The library's beliefs about amplitudes \
+                standard deviation of θ is 0.0103. Restarts maximise the conditional evidence unless rows say \
+                joint, which the thesis maximises: that one is unbounded here, and automatic fits climb it only at the \
+                end, next to what the conditional one found. The library's beliefs about amplitudes \
                 and lengthscales keep HCGPs from it, UCGPs not always.",
         cases: cases(&setting, printed, &more, scale),
         figures: no_figures,

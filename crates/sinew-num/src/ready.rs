@@ -6,8 +6,8 @@ use rayon::Yield;
 
 /// Runs `work` on a thread of the current pool, while another one waits for its parallel parts without going to sleep.
 ///
-/// A training step is some hundred parallel parts of a tenth of a millisecond each, with little in between; waking a
-/// sleeping thread takes as long as such a part. The waiting thread gives way to other programs.
+/// A training step or an evaluation of an evidence is a number of parallel parts of a tenth of a millisecond each, with little in
+/// between; waking a sleeping thread takes as long as such a part. The waiting thread gives way to other programs.
 pub fn on_ready_threads<R: Send>(work: impl FnOnce() -> R + Send) -> R {
     if rayon::current_num_threads() < 2 {
         return work();

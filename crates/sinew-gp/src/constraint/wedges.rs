@@ -1,0 +1,278 @@
+//! Features as singular as solutions are at the corners of a polygon.
+//!
+//! Where u = 0 on both edges of a corner of angle α and the equation's leading part is the Laplacian,
+//! u is there a function as smooth as its data plus multiples of r^{kλ} sin kλδ with λ = π/α and the
+//! angle δ from one edge (Kondrat'ev 1967; Grisvard 1985, *Elliptic problems in nonsmooth domains*).
+//! No smooth function times a distance is like that, so a prior needs both summands:
+//!
+//! - on convex polygons Π dₑ, smooth, and Π dₑ Π q_c, where d d′ q_c = r^λ sin λδ for the edges of corner c;
+//! - elsewhere the polygon's feature, and Σ r^{kλ} sin kλδ (1 − r²/R²)⁶ over the corners, each ending
+//!   before it reaches another edge, for the exponents below two.
+
+use std::f64::consts::PI;
+
+use sinew_num::Series;
+
+use crate::field::{Field, field};
+use crate::operator::{Operator, Term};
+use crate::polygon::Polygon;
+
+/// A corner with its two edges.
+#[derive(Clone, Debug)]
+struct Wedge {
+    place: [f64; 2],
+    /// Unit vectors along each edge away from the corner, and to the inside.
+    legs: [[[f64; 2]; 2]; 2],
+    /// Unit vector that halves the angle.
+    middle: [f64; 2],
+    angle: f64,
+    /// Distance to the nearest edge that does not end here, or corner.
+    radius: f64,
+}
+
+/// Distance from an exponent to a whole number below which the singular function is a polynomial.
+const WHOLE: f64 = 1e-6;
+/// Contact of singular functions with zero where they end: more than equations have derivatives.
+const CONTACT: usize = 6;
+
+impl Wedge {
+    fn new(polygon: &Polygon, own: usize) -> Self {
+        let (edges, count) = (polygon.edges(), polygon.edges().len());
+        let other = (own + count - 1) % count;
+        let (before, after) = (&edges[other], &edges[own]);
+        let ([ax, ay], [bx, by]) = (before.tangent, after.tangent);
+        let angle = PI - (ax * by - ay * bx).atan2(ax * bx + ay * by);
+        let place = after.start;
+        let radius = (edges.iter().enumerate())
+            .filter(|(number, _)| *number != own && *number != other)
+            .map(|(_, edge)| edge.distance(place))
+            .fold(before.length.min(after.length), f64::min);
+        let legs = [[after.tangent, after.normal], [[-ax, -ay], before.normal]];
+        let (sin, cos) = (0.5 * angle).sin_cos();
+        let middle = [bx * cos - by * sin, bx * sin + by * cos];
+        Self { place, legs, middle, angle, radius }
+    }
+
+    fn exponent(&self) -> f64 {
+        PI / self.angle
+    }
+
+    /// r², the angle from the nearer edge, and whether that is the second one; nothing at the corner.
+    fn polar(&self, x: &Series, y: &Series) -> Option<(Series, Series, bool)> {
+        let (x, y) = (x - self.place[0], y - self.place[1]);
+        let square = x.squared() + y.squared();
+        if square.value() == 0.0 {
+            return None;
+        }
+        let swapped = self.middle[0] * y.value() > self.middle[1] * x.value();
+        let [[tx, ty], [nx, ny]] = self.legs[usize::from(swapped)];
+        let (along, across) = (&x * tx + &y * ty, &x * nx + &y * ny);
+        let start = across.value().atan2(along.value());
+        let radius = square.sqrt();
+        // δ + sin(δ* − δ) cubes the error, which begins with first powers: enough for 27th ones.
+        let angle = (0..3).fold(square.constant(start), |angle, _| {
+            &angle + (&across * angle.cos() - &along * angle.sin()) / &radius
+        });
+        Some((square, angle, swapped))
+    }
+
+    /// q with d d′ q = r^λ sin λδ, smooth on the edges; nothing at the corner, where it is infinite.
+    fn quotient(&self, x: &Series, y: &Series) -> Option<Series> {
+        let (square, angle, _) = self.polar(x, y)?;
+        let exponent = self.exponent();
+        let ratio = cardinal_sine(&(&angle * exponent)) / cardinal_sine(&angle) * exponent;
+        let scaled = (square / (self.radius * self.radius)).powf(0.5 * exponent - 1.0);
+        Some(scaled * ratio / (angle * -1.0 + self.angle).sin())
+    }
+
+    /// The k-th singular function, which ends at the radius.
+    fn singular(&self, k: usize, x: &Series, y: &Series) -> Series {
+        let exponent = k as f64 * self.exponent();
+        let Some((square, angle, swapped)) = self.polar(x, y) else {
+            // Value zero, without derivatives.
+            return (x - self.place[0]).squared().sqrt();
+        };
+        let square = square / (self.radius * self.radius);
+        if square.value() >= 1.0 {
+            return x.constant(0.0);
+        }
+        let sign = if swapped && k.is_multiple_of(2) { -1.0 } else { 1.0 };
+        let end = (square.constant(1.0) - &square).powi(CONTACT);
+        square.powf(0.5 * exponent) * (angle * exponent).sin() * end * sign
+    }
+}
+
+/// sin u / u for |u| up to about two.
+fn cardinal_sine(u: &Series) -> Series {
+    const TERMS: usize = 16;
+    let square = u.squared();
+    (1..=TERMS).rev().fold(u.constant(1.0), |sum, k| {
+        let factor = (2 * k * (2 * k + 1)) as f64;
+        sum * &square / -factor + 1.0
+    })
+}
+
+/// Factors in the plane for u = 0 on all edges, if the polygon adapts them to the corners of `equation`.
+pub(super) fn adapted<const D: usize>(
+    polygon: &Polygon,
+    equation: &Operator<D>,
+) -> Option<Vec<Field<D>>> {
+    if !polygon.adapts() || !led_by_laplacian(equation) {
+        return None;
+    }
+    let count = polygon.edges().len();
+    let wedges: Vec<Wedge> = (0..count).map(|own| Wedge::new(polygon, own)).collect();
+    Some(if polygon.is_convex() { convex(polygon, wedges) } else { notched(polygon, &wedges) })
+}
+
+fn convex<const D: usize>(polygon: &Polygon, wedges: Vec<Wedge>) -> Vec<Field<D>> {
+    let edges = polygon.edges().to_vec();
+    let size = polygon.size();
+    let product = move |x: &Series, y: &Series| {
+        edges.iter().fold(x.constant(1.0), |product, edge| product * edge.height(x, y) / size)
+    };
+    let smooth = normalised(polygon, product.clone());
+    let whole = |wedge: &Wedge| (wedge.exponent() - wedge.exponent().round()).abs() < WHOLE;
+    if wedges.iter().all(whole) {
+        return vec![smooth];
+    }
+    let singular = move |x: &Series, y: &Series| {
+        let product = product(x, y);
+        let quotients: Option<Vec<Series>> = wedges.iter().map(|w| w.quotient(x, y)).collect();
+        match quotients {
+            Some(quotients) => quotients.iter().fold(product, |product, q| product * q),
+            // At a corner: the value is zero, derivatives do not exist.
+            None => product.squared().sqrt(),
+        }
+    };
+    vec![smooth, normalised(polygon, singular)]
+}
+
+fn notched<const D: usize>(polygon: &Polygon, wedges: &[Wedge]) -> Vec<Field<D>> {
+    let owned = polygon.clone();
+    let mut factors = vec![field(move |x: [Series; D]| owned.feature(&x[0], &x[1]))];
+    for k in [1, 2, 3] {
+        let rough = |wedge: &&Wedge| {
+            let exponent = k as f64 * wedge.exponent();
+            exponent < 2.0 - WHOLE && (exponent - exponent.round()).abs() > WHOLE
+        };
+        let wedges: Vec<Wedge> = wedges.iter().filter(rough).cloned().collect();
+        if !wedges.is_empty() {
+            let sum = move |x: &Series, y: &Series| {
+                wedges.iter().fold(x.constant(0.0), |sum, wedge| sum + wedge.singular(k, x, y))
+            };
+            factors.push(normalised(polygon, sum));
+        }
+    }
+    factors
+}
+
+/// Scaled to size one.
+fn normalised<const D: usize>(
+    polygon: &Polygon,
+    factor: impl Fn(&Series, &Series) -> Series + Send + Sync + 'static,
+) -> Field<D> {
+    let most = polygon.largest(|x, y| factor(x, y).value().abs());
+    field(move |x: [Series; D]| factor(&x[0], &x[1]) / most)
+}
+
+/// Whether the terms of highest order in the plane are multiples of ∂²/∂x² + ∂²/∂y².
+fn led_by_laplacian<const D: usize>(equation: &Operator<D>) -> bool {
+    let order = |term: &Term<D>| term.derivative.orders[0] + term.derivative.orders[1];
+    let rest = |term: &Term<D>| term.derivative.orders[2..].to_vec();
+    if equation.terms().iter().map(order).max() != Some(2) {
+        return false;
+    }
+    let leading: Vec<&Term<D>> = equation.terms().iter().filter(|term| order(term) == 2).collect();
+    let balanced = |term: &&Term<D>| {
+        let alike = leading
+            .iter()
+            .filter(|other| other.parameters == term.parameters && rest(other) == rest(term));
+        let sums = alike.fold([0.0, 0.0], |[difference, size], other| {
+            let sign = if other.derivative.orders[0] == 2 { 1.0 } else { -1.0 };
+            [difference + sign * other.scale, size + other.scale.abs()]
+        });
+        sums[0].abs() <= 1e-12 * sums[1]
+    };
+    leading.iter().all(|term| term.function.is_none() && term.derivative.orders[0] != 1)
+        && leading.iter().all(balanced)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::domain::Domain;
+
+    fn pentagon() -> Polygon {
+        let corner = |k: usize| PI * (0.5 + 0.4 * k as f64);
+        let corners: Vec<[f64; 2]> = (0..5).map(|k| [corner(k).cos(), corner(k).sin()]).collect();
+        Polygon::new(&corners).unwrap()
+    }
+
+    #[test]
+    fn singular_functions_are_harmonic_and_vanish_on_both_edges() {
+        let notched = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+        let (convex, notched) = (pentagon(), Polygon::new(&notched).unwrap());
+        for (polygon, own, inside) in [
+            (&convex, 0, [0.1, 0.55]),
+            (&convex, 2, [-0.3, -0.4]),
+            (&notched, 3, [0.7, 0.9]),
+            (&notched, 3, [0.9, 0.5]),
+            (&notched, 3, [1.3, 0.9]),
+            (&notched, 3, [0.9, 1.3]),
+        ] {
+            let wedge = Wedge::new(polygon, own);
+            let [x, y] = Series::variables(inside, [2, 2]);
+            let (square, angle, _) = wedge.polar(&x, &y).unwrap();
+            let exponent = wedge.exponent();
+            let function = square.powf(0.5 * exponent) * (angle * exponent).sin();
+            let laplacian = function.derivative(&[2, 0]) + function.derivative(&[0, 2]);
+            let size = function.derivative(&[2, 0]).abs();
+            assert!(function.value() > 0.0);
+            assert!(laplacian.abs() < 1e-12 * size, "{laplacian:e} of {size}");
+            if polygon.is_convex() {
+                let edges = polygon.edges();
+                let count = edges.len();
+                let heights =
+                    edges[own].height(&x, &y) * edges[(own + count - 1) % count].height(&x, &y);
+                let again = wedge.quotient(&x, &y).unwrap() * heights;
+                let ratio =
+                    |orders: &[usize]| again.derivative(orders) / function.derivative(orders);
+                assert!((ratio(&[1, 1]) / ratio(&[0, 0]) - 1.0).abs() < 1e-11);
+            }
+        }
+    }
+
+    #[test]
+    fn features_vanish_on_the_boundary_with_all_derivatives_along_it() {
+        let notched = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+        // Of the exponents of the notch, 2/3 and 4/3 are below two.
+        for (corners, features) in [(pentagon().corners(), 2), (&notched[..], 3)] {
+            let domain = Domain::polygon(["x", "y"], corners).unwrap();
+            let [dx, dy] = domain.derivatives();
+            let polygon = domain.cross_section().unwrap();
+            let factors = adapted::<2>(polygon, &(dx * dx + dy * dy)).unwrap();
+            assert_eq!(factors.len(), features);
+            for factor in &factors {
+                for edge in 0..corners.len() {
+                    let value = factor.at(Series::variables(polygon.on_edge(edge, 0.3), [2, 2]));
+                    assert!(value.value().abs() < 1e-15, "{} on {edge}", value.value());
+                    assert!(value.derivative(&[2, 0]).is_finite());
+                    let corner = factor.value(polygon.corners()[edge]);
+                    assert!(corner.abs() < 1e-15, "{corner} at {edge}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn only_equations_led_by_the_laplacian_are_adapted_to() {
+        let domain = Domain::polygon(["x", "y"], pentagon().corners()).unwrap();
+        let [dx, dy] = domain.derivatives();
+        assert!(led_by_laplacian(&(-2.0 * (dx * dx) - 2.0 * (dy * dy) + 3.0 * dx)));
+        assert!(!led_by_laplacian(&(-2.0 * (dx * dx) - dy * dy)));
+        assert!(!led_by_laplacian(&(dx * dx + dy * dy + dx * dy)));
+        assert!(!led_by_laplacian(&(dx * dx * dx * dx + dy * dy)));
+        assert!(!led_by_laplacian(&(dx + dy)));
+    }
+}
