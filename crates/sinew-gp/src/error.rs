@@ -98,6 +98,19 @@ pub enum GpError {
     /// One name with two meanings.
     #[error("parameter {0} is declared twice with different bounds; clone one `Parameter`")]
     ParameterClash(String),
+    /// A parameter with a name that the model gives to one of its own.
+    #[error("parameter {0} has the name of an amplitude, lengthscale or noise; call it otherwise")]
+    ReservedName(String),
+    /// A hyperparameter that cannot be adjusted.
+    #[error("hyperparameter {name} of the {kernel} kernel: {problem}")]
+    Hyperparameter {
+        /// Name of the kernel.
+        kernel: String,
+        /// Name of the hyperparameter.
+        name: &'static str,
+        /// What is wrong and what to do.
+        problem: &'static str,
+    },
     /// A free parameter where only known coefficients will do.
     #[error("parameter {0} is free; networks are trained on equations with known coefficients")]
     FreeParameter(String),
@@ -276,6 +289,9 @@ pub enum GpError {
     /// An ensemble without draws: none were asked for, or all were removed.
     #[error("the ensemble has no draws; keep at least one")]
     NoDraws,
+    /// A fit from given starts without any.
+    #[error("no starts are given; give one at least, or let `Model::fit` draw some")]
+    NoStarts,
     /// No restart of a fit succeeded.
     #[error("none of {restarts} restarts reached a finite evidence; last: {last}")]
     NoFit {

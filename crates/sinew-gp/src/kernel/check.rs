@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use sinew_num::Series;
 use thiserror::Error;
 
-use super::{Kernel, Measure, Orders, Pairs, table};
+use super::{Hyperparameter, Kernel, Measure, Orders, Pairs, table};
 
 /// A property that a kernel lacks.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -123,21 +123,24 @@ fn check_declarations<const D: usize>(
         return Err(KernelFault::Hyperparameters { found: values.len(), expected: declared.len() });
     }
     for (number, (hyperparameter, value)) in declared.iter().zip(values).enumerate() {
-        let problem = match hyperparameter.measure {
-            Measure::Length { axis } if axis >= D => Some("its axis is not one of the domain's"),
-            Measure::Number { lower, upper }
-                if !(0.0 < lower && lower < upper && upper.is_finite()) =>
-            {
-                Some("give it finite bounds above 0 in ascending order")
-            }
-            _ if !(*value > 0.0 && value.is_finite()) => Some("try it at a finite value above 0"),
-            _ => None,
-        };
-        if let Some(problem) = problem {
+        let usable = *value > 0.0 && value.is_finite();
+        let value = (!usable).then_some("try it at a finite value above 0");
+        if let Some(problem) = unusable::<D>(hyperparameter).or(value) {
             return Err(KernelFault::Declaration { number, name: hyperparameter.name, problem });
         }
     }
     Ok(())
+}
+
+/// What keeps a hyperparameter from being adjusted, if anything does.
+pub(crate) fn unusable<const D: usize>(hyperparameter: &Hyperparameter) -> Option<&'static str> {
+    match hyperparameter.measure {
+        Measure::Length { axis } => (axis >= D).then_some("its axis is not one of the domain's"),
+        Measure::Number { lower, upper } => {
+            let ordered = 0.0 < lower && lower < upper && upper.is_finite();
+            (!ordered).then_some("give it finite bounds above 0 in ascending order")
+        }
+    }
 }
 
 /// At most [`COVARIANCE_POINTS`] points, as many along each axis.
@@ -368,8 +371,8 @@ fn fault<const D: usize>(
 mod tests {
     use super::*;
     use crate::kernel::{
-        Along, Hyperparameter, Linear, Matern, Measure, Periodic, Product, RationalQuadratic,
-        Scaled, Smoothness, SquaredExponential, Sum,
+        Along, Linear, Matern, Periodic, Product, RationalQuadratic, Scaled, Smoothness,
+        SquaredExponential, Sum,
     };
 
     fn kernels() -> Vec<Box<dyn Kernel<2>>> {
