@@ -32,6 +32,8 @@ pub(crate) struct PointCoefficients<const D: usize> {
     pub count: usize,
     /// Coordinates axis by axis.
     pub axes: [Vec<f64>; D],
+    /// Lengths of the domain's axes, in which derivatives are of size one.
+    pub extents: [f64; D],
     pub monomials: Vec<Monomial>,
     /// For each monomial, its share of the mean at each point.
     pub mean: Vec<Vec<f64>>,
@@ -82,6 +84,7 @@ impl<const D: usize> PointCoefficients<D> {
         Ok(builder.build(prior).map(|(mean, parts)| Self {
             count: points.len(),
             axes: std::array::from_fn(|d| points.iter().map(|point| point[d]).collect()),
+            extents: prior.domain.extents(),
             monomials,
             mean,
             parts,
@@ -139,10 +142,10 @@ impl<const D: usize> Builder<'_, D> {
             let value = Rc::new(x[0].constant(0.0) + field.at(x));
             self.operator.terms().iter().enumerate().map(move |(number, term)| {
                 let factor = term.function.as_ref().map_or(1.0, |function| function.value(*point));
-                let coefficient = if factor.is_finite() {
-                    Ok(term.scale * factor)
-                } else {
-                    Err(("coefficient of the operator", index))
+                let coefficient = term.scale * factor;
+                let coefficient = match coefficient.is_finite() {
+                    true => Ok(coefficient),
+                    false => Err(("coefficient of the operator", index)),
                 };
                 (index, (number, term), coefficient, value.clone())
             })

@@ -48,18 +48,31 @@ impl<const D: usize> Compiled<D> {
         if operator > 0.0 { size / operator } else { 0.0 }
     }
 
-    /// Size of the operator on features of size one, whose derivatives are of its own size.
+    /// Size of the operator on functions of size one that vary over the whole domain: a derivative is
+    /// of the size of one over the extent, whatever the unit of length.
     pub fn operator_size(&self, theta: &[f64]) -> f64 {
         let count = self.values.len().max(1) as f64;
         self.legs
             .iter()
-            .flat_map(|leg| leg.parts.iter().map(move |part| (&leg.monomials, part)))
-            .map(|(monomials, part)| {
-                let square: f64 = monomials
+            .flat_map(|leg| leg.parts.iter().map(move |part| (leg, part)))
+            .map(|(leg, part)| {
+                let of_order = |orders: &[usize; D]| -> f64 {
+                    let shrink = |(extent, n): (&f64, &usize)| extent.powi(-(*n as i32));
+                    leg.extents.iter().zip(orders).map(shrink).product()
+                };
+                let sizes: Vec<f64> = part.orders.iter().map(of_order).collect();
+                let square: f64 = leg
+                    .monomials
                     .iter()
                     .map(|monomial| monomial_value(monomial, theta))
                     .zip(&part.arrays)
-                    .flat_map(|(monomial, array)| array.iter().map(move |a| (monomial * a).powi(2)))
+                    .flat_map(|(monomial, array)| {
+                        let rows = array.chunks(leg.count.max(1)).zip(&sizes);
+                        rows.flat_map(move |(row, size)| {
+                            row.iter().map(move |a| monomial * a * size)
+                        })
+                    })
+                    .map(|entry| entry * entry)
                     .sum();
                 (square / count).sqrt()
             })
@@ -113,7 +126,8 @@ fn coefficients<const D: usize>(
     })
 }
 
-fn check_roughness<const D: usize>(
+/// Refuses operators that take more derivatives than functions of the prior have.
+pub(crate) fn check_roughness<const D: usize>(
     prior: &Prior<D>,
     operator: &Operator<D>,
 ) -> Result<(), GpError> {

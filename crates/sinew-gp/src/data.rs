@@ -1,5 +1,7 @@
 //! What is observed.
 
+use std::collections::HashMap;
+
 use crate::error::GpError;
 use crate::operator::Operator;
 
@@ -123,14 +125,71 @@ pub(crate) fn check<const D: usize>(groups: &[Group<D>]) -> Result<(), GpError> 
                 return Err(not_finite("value", index, *value));
             }
         }
-        if let Noise::Known(sigma) = group.noise
-            && !(sigma.is_finite() && sigma > 0.0)
-        {
-            return Err(GpError::Noise(sigma));
+        match group.noise {
+            Noise::Known(sigma) if !(sigma.is_finite() && sigma > 0.0) => {
+                return Err(GpError::Noise(sigma));
+            }
+            Noise::Exact => check_duplicates(group, number)?,
+            Noise::Known(_) | Noise::Learned => {}
         }
     }
-    if groups.iter().all(|group| group.points.is_empty()) {
+    let empty = |group: &Group<D>| group.points.is_empty();
+    if groups.iter().all(empty) {
         return Err(GpError::NoData);
     }
+    match groups.iter().position(|group| empty(group) && group.noise == Noise::Learned) {
+        Some(group) => Err(GpError::EmptyGroup { group }),
+        None => Ok(()),
+    }
+}
+
+/// Refuses places of a prediction that are not numbers.
+pub(crate) fn check_places<const D: usize>(points: &[[f64; D]]) -> Result<(), GpError> {
+    for (index, point) in points.iter().enumerate() {
+        if let Some(value) = point.iter().find(|c| !c.is_finite()) {
+            return Err(GpError::NotFinitePrediction { what: "point", index, value: *value });
+        }
+    }
     Ok(())
+}
+
+/// Relative difference up to which noise-free values of one point are the same.
+const SAME: f64 = 1e-8;
+
+/// Refuses noise-free values of one point that differ: jitter would let them pass for their mean.
+fn check_duplicates<const D: usize>(group: &Group<D>, number: usize) -> Result<(), GpError> {
+    if group.opposite.is_some() {
+        return Ok(());
+    }
+    let mut seen: HashMap<[u64; D], usize> = HashMap::new();
+    for (second, (point, value)) in group.points.iter().zip(&group.values).enumerate() {
+        // Zero of either sign is one place.
+        let first = *seen.entry(point.map(|c| (c + 0.0).to_bits())).or_insert(second);
+        let difference = value - group.values[first];
+        if difference.abs() > SAME * value.abs().max(group.values[first].abs()) {
+            return Err(GpError::Duplicates { first, second, group: number, difference });
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_that_determine_nothing_are_named() {
+        let refused = |data: Data<1>| check(&data.groups).unwrap_err();
+        let some = || Data::new().equation(&[[0.5]], &[1.0], Noise::Exact);
+        assert_eq!(refused(Data::new()), GpError::NoData);
+        let empty = some().values(&[], &[], Noise::Learned);
+        assert_eq!(refused(empty), GpError::EmptyGroup { group: 1 });
+        assert_eq!(check(&some().values(&[], &[], Noise::Known(0.1)).groups), Ok(()));
+        let at = [[0.0], [0.3], [-0.0]];
+        let twice = |noise| some().values(&at, &[1.0, 1.0, 1.5], noise);
+        let differ = GpError::Duplicates { first: 0, second: 2, group: 1, difference: 0.5 };
+        assert_eq!(refused(twice(Noise::Exact)), differ);
+        assert_eq!(check(&twice(Noise::Known(0.1)).groups), Ok(()));
+        assert_eq!(check(&some().values(&at, &[1.0; 3], Noise::Exact).groups), Ok(()));
+    }
 }

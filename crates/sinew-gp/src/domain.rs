@@ -89,7 +89,8 @@ impl<const D: usize> Domain<D> {
     /// If the ends of an axis are not in ascending order, or a name repeats.
     pub fn cuboid(axes: [(&str, [f64; 2]); D]) -> Result<Self, GpError> {
         for (d, (name, [lower, upper])) in axes.iter().enumerate() {
-            if !(lower.is_finite() && upper.is_finite() && lower < upper) {
+            // Neither end nor their distance may overflow.
+            if !((upper - lower).is_finite() && lower < upper) {
                 return Err(GpError::EmptyAxis {
                     axis: (*name).into(),
                     lower: *lower,

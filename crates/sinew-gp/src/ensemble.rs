@@ -33,11 +33,15 @@ impl<const D: usize> Ensemble<D> {
         Ok(self.draws.iter().map(|draw| parameter.from_scale(draw[position])).collect())
     }
 
-    /// The central interval of a parameter that holds the share `level` of the draws.
+    /// The central interval of a parameter, in its own unit, that holds the share `level` of the
+    /// draws: 0.95 for 95 %.
     ///
     /// # Errors
-    /// If there is none of that name, or there are no draws.
+    /// If there is none of that name, there are no draws, or `level` does not lie between 0 and 1.
     pub fn interval(&self, name: &str, level: f64) -> Result<[f64; 2], GpError> {
+        if !(0.0..=1.0).contains(&level) {
+            return Err(GpError::Level(level));
+        }
         let mut values = self.parameter(name)?;
         if values.is_empty() {
             return Err(GpError::NoDraws);
@@ -200,6 +204,9 @@ mod tests {
     #[test]
     fn without_draws_there_is_no_prediction() -> Result<(), GpError> {
         let (mut ensemble, ..) = spring()?;
+        for level in [95.0, -0.1, f64::NAN] {
+            assert!(matches!(ensemble.interval("D", level), Err(GpError::Level(_))), "{level}");
+        }
         ensemble.draws.clear();
         assert_eq!(ensemble.predict(&[[0.5]]).unwrap_err(), GpError::NoDraws);
         assert_eq!(ensemble.interval("D", 0.95).unwrap_err(), GpError::NoDraws);

@@ -59,13 +59,15 @@ pub enum GpError {
         /// Number of edges.
         edges: usize,
     },
-    /// A Robin condition without slope.
+    /// A Robin condition without slope, or with a factor that is no number.
     #[error(
-        "the Robin condition on {face} has slope factor {slope_factor}; it must be finite and not 0 (use Dirichlet)"
+        "the Robin condition on {face} has value factor {value_factor} and slope factor {slope_factor}; both must be finite, and the slope's not 0 (use Dirichlet)"
     )]
     DegenerateRobin {
         /// The face.
         face: String,
+        /// Factor of the value.
+        value_factor: f64,
         /// Factor of the slope.
         slope_factor: f64,
     },
@@ -96,6 +98,19 @@ pub enum GpError {
     /// One name with two meanings.
     #[error("parameter {0} is declared twice with different bounds; clone one `Parameter`")]
     ParameterClash(String),
+    /// A parameter with a name that the model gives to one of its own.
+    #[error("parameter {0} has the name of an amplitude, lengthscale or noise; call it otherwise")]
+    ReservedName(String),
+    /// A hyperparameter that cannot be adjusted.
+    #[error("hyperparameter {name} of the {kernel} kernel: {problem}")]
+    Hyperparameter {
+        /// Name of the kernel.
+        kernel: String,
+        /// Name of the hyperparameter.
+        name: &'static str,
+        /// What is wrong and what to do.
+        problem: &'static str,
+    },
     /// A free parameter where only known coefficients will do.
     #[error("parameter {0} is free; networks are trained on equations with known coefficients")]
     FreeParameter(String),
@@ -153,7 +168,7 @@ pub enum GpError {
     },
     /// A feature, mean or coefficient that has no derivative at a point.
     #[error(
-        "the {what} has no finite value or derivative at point {index} of observation group {group} ({point:?}); move the point off the corner"
+        "the {what} has no finite value or derivative at point {index} of observation group {group} ({point:?}); move the point off the corner, or make the formula finite there"
     )]
     Singular {
         /// What is singular.
@@ -164,6 +179,53 @@ pub enum GpError {
         group: usize,
         /// The point.
         point: Vec<f64>,
+    },
+    /// The same at a point where a prediction is asked for.
+    #[error(
+        "the {what} has no finite value or derivative at point {index} of the prediction ({point:?}); move the point off the corner, or make the formula finite there"
+    )]
+    SingularPrediction {
+        /// What is singular.
+        what: &'static str,
+        /// Position among the points.
+        index: usize,
+        /// The point.
+        point: Vec<f64>,
+    },
+    /// A prediction at a place that is no number, or with such a weight.
+    #[error("{what} number {index} of the prediction is {value}; give a finite one")]
+    NotFinitePrediction {
+        /// `point` or `weight`.
+        what: &'static str,
+        /// Position in the list.
+        index: usize,
+        /// The offending number.
+        value: f64,
+    },
+    /// A share of probability that is none.
+    #[error("an interval of level {0}; give a number between 0 and 1, as 0.95")]
+    Level(f64),
+    /// A group whose noise cannot be learned, for nothing was observed.
+    #[error(
+        "observation group {group} has no points, so that its noise cannot be learned; leave it out"
+    )]
+    EmptyGroup {
+        /// Number of the group, in the order given.
+        group: usize,
+    },
+    /// Two noise-free values of the same at the same point.
+    #[error(
+        "values {first} and {second} of observation group {group} are noise-free, belong to one point and differ by {difference}; keep one, or give them noise"
+    )]
+    Duplicates {
+        /// Position of one of them in the group.
+        first: usize,
+        /// Position of the other.
+        second: usize,
+        /// Number of the group, in the order given.
+        group: usize,
+        /// Second less first.
+        difference: f64,
     },
     /// A noise-free observation where the prior leaves no freedom, off its value.
     #[error(
@@ -216,17 +278,20 @@ pub enum GpError {
     ExactEquation,
     /// A nonlinear term that is not finite where u may be.
     #[error(
-        "the nonlinear term has no finite value or derivative near {arguments:?}, its arguments at collocation point {index}; start from a solution that is better known, or define the term there"
+        "the nonlinear term has no finite value or derivative near {arguments:?}, its arguments at point {index}; start from a solution that is better known, or define the term there"
     )]
     Term {
-        /// Number of the collocation point.
+        /// Number of the point, in the order given; of collocation points where an equation is solved.
         index: usize,
         /// Means of the arguments there.
         arguments: Vec<f64>,
     },
-    /// An ensemble from which all draws were removed.
+    /// An ensemble without draws: none were asked for, or all were removed.
     #[error("the ensemble has no draws; keep at least one")]
     NoDraws,
+    /// A fit from given starts without any.
+    #[error("no starts are given; give one at least, or let `Model::fit` draw some")]
+    NoStarts,
     /// No restart of a fit succeeded.
     #[error("none of {restarts} restarts reached a finite evidence; last: {last}")]
     NoFit {

@@ -15,7 +15,7 @@ use crate::posterior::Posterior;
 /// How a fit is searched for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FitOptions {
-    /// Number of random starts.
+    /// Number of random starts; one at least is tried.
     pub restarts: usize,
     /// Iterations of each at most.
     pub iterations: usize,
@@ -106,8 +106,12 @@ impl<const D: usize> Model<D> {
     /// [`Model::fit`] from given starts, on the parameters' scales; they are moved into the bounds.
     ///
     /// # Errors
-    /// As [`Model::fit`].
+    /// As [`Model::fit`]; and if there are no starts, or one has another number of parameters.
     pub fn fit_from(self, starts: Vec<Vec<f64>>, iterations: usize) -> Result<Fit<D>, GpError> {
+        let expected = self.parameters.len();
+        if let Some(start) = starts.iter().find(|start| start.len() != expected) {
+            return Err(GpError::ParameterCount { found: start.len(), expected });
+        }
         let model = Arc::new(self);
         let count = starts.len();
         let bounds = model.scaled_bounds();
@@ -122,13 +126,12 @@ impl<const D: usize> Model<D> {
             Ok(outcome) => (!outcome.collapsed, outcome.log_posterior),
             Err(_) => (false, f64::NEG_INFINITY),
         };
-        let none = || GpError::NoFit { restarts: count, last: Box::new(GpError::NoData) };
         let best = (0..restarts.len())
             .max_by(|a, b| {
                 let (a, b) = (rank(&restarts[*a]), rank(&restarts[*b]));
                 a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
             })
-            .ok_or_else(none)?;
+            .ok_or(GpError::NoStarts)?;
         match &restarts[best].outcome {
             Ok(settled) => {
                 let sharpened = model.sharpened(settled, iterations);

@@ -6,7 +6,7 @@ use crate::data::{Data, Role, check};
 use crate::error::GpError;
 use crate::evidence::{Evaluation, Evidence};
 use crate::gram::PairPlan;
-use crate::kernel::Measure;
+use crate::kernel::{Measure, unusable};
 use crate::operator::Parameter;
 use crate::parameter::{Belief, FreeParameter};
 use crate::prior::Prior;
@@ -75,12 +75,14 @@ impl<const D: usize> Model<D> {
     ///
     /// # Errors
     /// If there are no data, or some are not finite, contradict the boundary conditions, lie where
-    /// a feature has no derivative; if an operator's order is too high, or conditional evidence is
+    /// a feature has no derivative; if a kernel's hyperparameter has no range, an equation's parameter has the
+    /// name of another one; if an operator's order is too high, or conditional evidence is
     /// asked for without observations to predict.
     pub fn new(prior: Prior<D>, data: Data<D>, evidence: Evidence) -> Result<Self, GpError> {
         let mut groups = data.groups;
         groups.extend(prior.boundary.iter().cloned());
         check(&groups)?;
+        check_kernels(&prior)?;
         // A stable sort keeps the order given within each role.
         let mut order: Vec<usize> = (0..groups.len()).collect();
         order.sort_by_key(|number| groups[*number].role);
@@ -132,7 +134,14 @@ impl<const D: usize> Model<D> {
             automatic,
         };
         model.lay_out_parameters();
-        Ok(model)
+        let own = |parameter: &&Parameter| {
+            let same = model.parameters.iter().filter(|p| p.name == parameter.name());
+            same.count() > 1
+        };
+        match model.theta.iter().find(own) {
+            Some(clash) => Err(GpError::ReservedName(clash.name().into())),
+            None => Ok(model),
+        }
     }
 
     /// The parameters, in the order of the vectors that describe them.
@@ -313,6 +322,19 @@ const BELIEF_DEVIATION: f64 = 1.0;
 /// In units of the spread of the values: from far below any instrument to nothing but noise.
 const NOISE_BOUNDS: [f64; 2] = [1e-5, 2.0];
 const NOISE_START: [f64; 2] = [0.01, 0.1];
+
+/// Refuses kernels whose hyperparameters have no range to be adjusted in.
+fn check_kernels<const D: usize>(prior: &Prior<D>) -> Result<(), GpError> {
+    for kernel in prior.parts.iter().map(|part| &part.kernel) {
+        for hyperparameter in kernel.hyperparameters() {
+            if let Some(problem) = unusable::<D>(&hyperparameter) {
+                let (kernel, name) = (kernel.name(), hyperparameter.name);
+                return Err(GpError::Hyperparameter { kernel, name, problem });
+            }
+        }
+    }
+    Ok(())
+}
 
 /// Standard deviation of values, or their size where all are equal; none where all are zero.
 fn spread(values: &[f64]) -> Option<f64> {

@@ -11,7 +11,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 use crate::coefficients::PointCoefficients;
-use crate::data::{Data, Group, check};
+use crate::data::{Data, Group, check, check_places};
 use crate::error::GpError;
 use crate::operator::Operator;
 use crate::optimise::minimise;
@@ -25,7 +25,7 @@ use layout::Layout;
 pub struct NetworkOptions {
     /// Hidden units of each latent function.
     pub width: usize,
-    /// Random starts.
+    /// Random starts; one at least is tried.
     pub restarts: usize,
     /// Iterations of each at most.
     pub iterations: usize,
@@ -71,12 +71,18 @@ impl<const D: usize> Leg<D> {
         prior: &Prior<D>,
         operator: &Operator<D>,
         points: &[[f64; D]],
-        group: usize,
+        group: Option<usize>,
         sign: f64,
     ) -> Result<Self, GpError> {
         let mut parameters = Vec::new();
         let compiled = PointCoefficients::new(prior, operator, points, &mut parameters)?.map_err(
-            |(what, index)| GpError::Singular { what, index, group, point: points[index].to_vec() },
+            |(what, index)| {
+                let point = points[index].to_vec();
+                match group {
+                    Some(group) => GpError::Singular { what, index, group, point },
+                    None => GpError::SingularPrediction { what, index, point },
+                }
+            },
         )?;
         if let Some(free) = parameters.first() {
             return Err(GpError::FreeParameter(free.name().into()));
@@ -93,9 +99,9 @@ impl<const D: usize> Target<D> {
     fn new(prior: &Prior<D>, group: &Group<D>, number: usize) -> Result<Self, GpError> {
         let operator = group.operator.as_ref().unwrap_or(&prior.equation);
         check_orders(&prior.domain, operator)?;
-        let mut legs = vec![Leg::new(prior, operator, &group.points, number, 1.0)?];
+        let mut legs = vec![Leg::new(prior, operator, &group.points, Some(number), 1.0)?];
         if let Some(opposite) = &group.opposite {
-            legs.push(Leg::new(prior, operator, opposite, number, -1.0)?);
+            legs.push(Leg::new(prior, operator, opposite, Some(number), -1.0)?);
         }
         let mut residual = group.values.clone();
         for mean in legs.iter().flat_map(|leg| &leg.points.mean) {
@@ -209,7 +215,7 @@ impl<const D: usize> Network<D> {
     /// u at points.
     ///
     /// # Errors
-    /// If a feature has no finite value at a point.
+    /// If a point is not finite, or a feature has no finite value there.
     pub fn mean(&self, points: &[[f64; D]]) -> Result<Vec<f64>, GpError> {
         self.mean_of(&Operator::identity(), points)
     }
@@ -225,7 +231,8 @@ impl<const D: usize> Network<D> {
         points: &[[f64; D]],
     ) -> Result<Vec<f64>, GpError> {
         check_orders(&self.prior.domain, operator)?;
-        let leg = Leg::new(&self.prior, operator, points, 0, 1.0)?;
+        check_places(points)?;
+        let leg = Leg::new(&self.prior, operator, points, None, 1.0)?;
         let mut mean = vec![0.0; points.len()];
         for share in &leg.points.mean {
             mean.iter_mut().zip(share).for_each(|(m, s)| *m += s);

@@ -9,13 +9,15 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::coefficients::PointCoefficients;
-use crate::data::Role;
+use crate::compile::check_roughness;
+use crate::data::{Role, check_places};
 use crate::error::GpError;
 use crate::factor::Factor;
 use crate::functional::Functional;
 use crate::gram::{Block, PairPlan, Scratch, Side};
 use crate::model::{Compiled, Model, monomial_value};
 use crate::operator::Operator;
+use crate::problem::check_orders;
 use crate::state::{Factored, State, combine};
 
 /// The Gaussian process conditioned on the data, at fixed parameters.
@@ -101,10 +103,11 @@ impl<const D: usize> Posterior<D> {
         self.jitter
     }
 
-    /// Mean and standard deviation of u.
+    /// Mean and standard deviation of u. Points outside the domain are answered too, by continuation:
+    /// no condition holds there, and deviations tell less than inside.
     ///
     /// # Errors
-    /// If a feature has no derivative at a point.
+    /// If a point is not finite, or a feature has no derivative there.
     pub fn predict(&self, points: &[[f64; D]]) -> Result<Prediction, GpError> {
         self.predict_operator(&Operator::identity(), points)
     }
@@ -120,7 +123,8 @@ impl<const D: usize> Posterior<D> {
     /// Mean of an operator applied to u, as a flux.
     ///
     /// # Errors
-    /// As [`Posterior::predict`]; and if the operator has parameters that the model lacks.
+    /// As [`Posterior::predict`]; and if the operator has parameters that the model lacks, or takes
+    /// more derivatives than are supported or the kernel's functions have.
     pub fn mean_of(
         &self,
         operator: &Operator<D>,
@@ -160,13 +164,21 @@ impl<const D: usize> Posterior<D> {
         Ok(Prediction { mean, deviation })
     }
 
-    /// Mean and standard deviation of weighted sums, as integrals.
+    /// Mean and standard deviation of a weighted sum, as an integral.
     ///
     /// # Errors
-    /// As [`Posterior::mean_of`].
+    /// As [`Posterior::mean_of`]; and if there are not as many weights as points, or some are not
+    /// finite.
     pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64), GpError> {
-        let (mean, covariance) = self.joint(&functional.operator, &functional.points)?;
         let weights = &functional.weights;
+        let (points, values) = (functional.points.len(), weights.len());
+        if points != values {
+            return Err(GpError::Lengths { points, values });
+        }
+        if let Some((index, value)) = weights.iter().enumerate().find(|(_, w)| !w.is_finite()) {
+            return Err(GpError::NotFinitePrediction { what: "weight", index, value: *value });
+        }
+        let (mean, covariance) = self.joint(&functional.operator, &functional.points)?;
         let value = mean.iter().zip(weights).map(|(m, w)| m * w).sum();
         let variance: f64 = (0..weights.len())
             .flat_map(|i| (0..weights.len()).map(move |j| (i, j)))
@@ -230,14 +242,14 @@ impl<const D: usize> Posterior<D> {
         operator: &Operator<D>,
         points: &[[f64; D]],
     ) -> Result<Query<D>, GpError> {
-        crate::problem::check_orders(&self.model.prior.domain, operator)?;
+        check_orders(&self.model.prior.domain, operator)?;
+        check_roughness(&self.model.prior, operator)?;
+        check_places(points)?;
         let mut theta = self.model.theta.clone();
         let built = PointCoefficients::new(&self.model.prior, operator, points, &mut theta)?
-            .map_err(|(what, index)| GpError::Singular {
-                what,
-                index,
-                group: self.model.groups.len(),
-                point: points[index].to_vec(),
+            .map_err(|(what, index)| {
+                let point = points[index].to_vec();
+                GpError::SingularPrediction { what, index, point }
             })?;
         if let Some(unknown) = theta.get(self.model.theta.len()) {
             self.model.position(unknown.name())?;

@@ -40,7 +40,7 @@ impl<const D: usize> Problem<D> {
     ///
     /// # Errors
     /// If there is no such axis, it belongs to a polygon, the face has a condition already, or a
-    /// Robin condition has no slope.
+    /// Robin condition has no slope or factors that are not finite.
     pub fn condition(
         mut self,
         axis: &str,
@@ -96,7 +96,7 @@ impl<const D: usize> Problem<D> {
     ///
     /// # Errors
     /// If the domain has no polygon or no such edge, the edge has a condition already, or a Robin
-    /// condition has no slope.
+    /// condition has no slope or factors that are not finite.
     pub fn edge(mut self, edge: usize, condition: Condition<D>) -> Result<Self, GpError> {
         let edges = self.domain.cross_section().ok_or(GpError::NoPolygon)?.corners().len();
         if edge >= edges {
@@ -139,10 +139,10 @@ impl<const D: usize> Problem<D> {
 
 fn check_robin<const D: usize>(condition: &Condition<D>, face: String) -> Result<(), GpError> {
     match *condition {
-        Condition::Robin { slope_factor, .. }
-            if slope_factor == 0.0 || !slope_factor.is_finite() =>
+        Condition::Robin { value_factor, slope_factor, .. }
+            if slope_factor == 0.0 || !slope_factor.is_finite() || !value_factor.is_finite() =>
         {
-            Err(GpError::DegenerateRobin { face, slope_factor })
+            Err(GpError::DegenerateRobin { face, value_factor, slope_factor })
         }
         _ => Ok(()),
     }

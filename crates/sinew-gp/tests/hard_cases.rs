@@ -3,8 +3,9 @@
 use std::f64::consts::PI;
 
 use sinew_gp::{
-    Condition, Data, Domain, Evidence, Fit, FitOptions, GpError, Model, Noise, Parameter, Prior,
-    Problem, Side, SquaredExponential, constant,
+    Condition, Data, Domain, Evidence, Fit, FitOptions, Functional, GpError, Hyperparameter,
+    Kernel, Matern, Measure, Model, Network, Noise, Parameter, Prior, Problem, Series, Side,
+    Smoothness, SquaredExponential, constant,
 };
 
 fn must<T, E: std::fmt::Display>(result: Result<T, E>) -> T {
@@ -68,8 +69,13 @@ fn jitter_is_never_silent() {
     assert_eq!(must(fit.posterior()).jitter(), reported);
     let at = &fit.outcome().parameters;
     assert_eq!(must(fit.model().evaluate(at)).jitter, reported);
-    // Values that contradict each other without noise need more of it, or have no evidence to speak of.
-    let data = Data::new().values(&[[0.5], [0.5]], &[0.1, 0.2], Noise::Exact);
+    // Values that contradict each other without noise are refused; across groups, whose operators may
+    // differ, they need more of it, or have no evidence to speak of.
+    let contradiction = Data::new().values(&[[0.5], [0.5]], &[0.1, 0.2], Noise::Exact);
+    let refused = Model::new(prior(&problem), contradiction, Evidence::Joint).unwrap_err();
+    assert!(matches!(refused, GpError::Duplicates { first: 0, second: 1, .. }), "{refused}");
+    let one = |data: Data<1>, value| data.values(&[[0.5]], &[value], Noise::Exact);
+    let data = one(one(Data::new(), 0.1), 0.2);
     let model = must(Model::new(prior(&problem), data, Evidence::Joint));
     let start: Vec<f64> = model.parameters().iter().map(|p| p.to_scale(p.start[0])).collect();
     match model.evaluate(&start) {
@@ -214,4 +220,132 @@ fn what_is_not_a_number_is_named() {
     let count = parameters.parameters().len();
     assert!(parameters.evaluate(&vec![f64::NAN; count]).is_err());
     assert!(matches!(parameters.evaluate(&[]), Err(GpError::ParameterCount { .. })));
+}
+
+#[test]
+fn loads_alone_give_the_same_answer_in_any_unit_of_length() {
+    let options = FitOptions { restarts: 2, iterations: 60, seed: 0 };
+    let solved = |length: f64| {
+        let beam = string(length, None);
+        let at: Vec<[f64; 1]> = (1..10).map(|k| [length * f64::from(k) / 10.0]).collect();
+        let f: Vec<f64> = at.iter().map(|[x]| (PI * x / length).sin() / length.powi(2)).collect();
+        let beam = fit(&beam, Data::new().equation(&at, &f, Noise::Exact));
+        let beam = must(must(beam.posterior()).mean(&[[0.55 * length]]))[0];
+
+        let corners = [[0.0, 0.0], [length, 0.0], [length, length], [0.0, length]];
+        let domain = must(Domain::polygon(["x", "y"], &corners));
+        let [dx, dy] = domain.derivatives();
+        let duct = Problem::new(domain.clone(), -(dx * dx) - dy * dy);
+        let duct = must(duct.and_then(|p| p.boundary(constant(0.0))));
+        let at = must(domain.sample(100, 1));
+        let data = Data::new().equation(&at, &[length.powi(-2); 100], Noise::Exact);
+        let duct = must(must(Model::new(prior(&duct), data, Evidence::Auto)).fit(&options));
+        let duct = must(must(duct.posterior()).mean(&[[0.5 * length; 2]]))[0];
+        [beam, duct]
+    };
+    let reference = solved(1.0);
+    assert!((reference[0] / deflection(0.55) - 1.0).abs() < 1e-6, "{reference:?}");
+    // By the series of sines.
+    assert!((reference[1] / 0.073_671 - 1.0).abs() < 0.01, "{reference:?}");
+    // As micrometres, millimetres and kilometres would have a length of a metre.
+    for length in [1e6, 1e3, 1e-3] {
+        let found = solved(length);
+        for (found, reference) in found.iter().zip(reference) {
+            // Where the optimiser stops, it no longer moves u by a millionth.
+            assert!((found / reference - 1.0).abs() < 1e-6, "{length}: {found} {reference}");
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_predicted_is_refused() {
+    let problem = string(1.0, None);
+    let [dx] = problem.domain().derivatives();
+    let free = must(Prior::unconstrained(&problem, &SquaredExponential::new()));
+    let free = must(Model::new(free, loads(3), Evidence::Auto));
+    let free = must(must(free.fit(&FitOptions::default())).posterior());
+    for bad in [f64::NAN, f64::INFINITY] {
+        let places = [[0.5], [bad]];
+        let expected =
+            |error| matches!(error, GpError::NotFinitePrediction { what: "point", index: 1, .. });
+        assert!(expected(free.predict(&places).unwrap_err()));
+        assert!(expected(free.mean(&places).unwrap_err()));
+        assert!(expected(free.sample(&places, 1, 0).unwrap_err()));
+        let network = Network::random(prior(&problem), 3, 0);
+        assert!(expected(network.mean(&places).unwrap_err()));
+        let sum = |weights: &[f64]| {
+            let (operator, points) = (dx.into(), vec![[0.2], [0.4]]);
+            free.predict_functional(&Functional { operator, points, weights: weights.to_vec() })
+        };
+        let weight = sum(&[1.0, bad]).unwrap_err();
+        assert!(matches!(weight, GpError::NotFinitePrediction { what: "weight", index: 1, .. }));
+        let lengths = sum(&[1.0; 3]).unwrap_err();
+        assert_eq!(lengths, GpError::Lengths { points: 2, values: 3 });
+        assert!(sum(&[1.0; 2]).is_ok());
+    }
+    // Draws of this kernel have two derivatives, whatever its formula says of four.
+    let rough = must(Prior::constrained(&problem, &Matern::new(Smoothness::Twice)));
+    let rough = must(Model::new(rough, loads(5), Evidence::Auto));
+    let rough = must(must(rough.fit(&FitOptions::default())).posterior());
+    let bends = rough.predict_operator(&(dx * dx * dx).into(), &[[0.5]]).unwrap_err();
+    assert!(matches!(bends, GpError::TooRough { has: 2, needs: 3, .. }), "{bends}");
+    assert!(rough.predict_operator(&(dx * dx).into(), &[[0.5]]).is_ok());
+}
+
+#[test]
+fn coefficients_that_are_not_numbers_are_named() {
+    let domain = must(Domain::interval("x", [0.0, 1.0]));
+    let [dx] = domain.derivatives();
+    let undefined = must(Problem::new(domain.clone(), f64::NAN * (dx * dx)));
+    let named = Model::new(prior(&undefined), loads(3), Evidence::Auto).unwrap_err();
+    let what = "coefficient of the operator";
+    assert!(matches!(named, GpError::Singular { what: found, .. } if found == what), "{named}");
+    for (value_factor, slope_factor) in [(f64::NAN, 1.0), (1.0, f64::INFINITY), (1.0, 0.0)] {
+        let robin = Condition::Robin { value_factor, slope_factor, data: constant(0.0) };
+        let problem = must(Problem::new(domain.clone(), dx * dx));
+        let refused = problem.condition("x", Side::Lower, robin).unwrap_err();
+        assert!(matches!(refused, GpError::DegenerateRobin { .. }), "{refused}");
+    }
+    assert!(Domain::interval("x", [-1e308, 1e308]).is_err(), "its length overflows");
+}
+
+#[test]
+fn starts_and_names_that_no_fit_can_use_are_refused() {
+    let problem = string(1.0, None);
+    let model = || must(Model::new(prior(&problem), loads(3), Evidence::Auto));
+    let none = model().fit_from(Vec::new(), 10).unwrap_err();
+    assert_eq!(none, GpError::NoStarts);
+    let expected = model().parameters().len();
+    let long = model().fit_from(vec![vec![0.0; expected + 1]], 10).unwrap_err();
+    assert_eq!(long, GpError::ParameterCount { found: expected + 1, expected });
+
+    let domain = must(Domain::interval("x", [0.0, 1.0]));
+    let [dx] = domain.derivatives();
+    let clash = must(Parameter::new("amplitude 1", [0.1, 1.0]));
+    let clash = must(Problem::new(domain, -(&clash * dx * dx)));
+    let clash = Model::new(prior(&clash), loads(3), Evidence::Auto).unwrap_err();
+    assert_eq!(clash, GpError::ReservedName("amplitude 1".into()));
+
+    let backwards = must(Prior::constrained(&problem, &Backwards));
+    let backwards = Model::new(backwards, loads(3), Evidence::Auto).unwrap_err();
+    assert!(matches!(backwards, GpError::Hyperparameter { name: "number", .. }), "{backwards}");
+}
+
+/// A kernel whose hyperparameter has its bounds the wrong way round.
+#[derive(Clone, Debug)]
+struct Backwards;
+
+impl Kernel<1> for Backwards {
+    fn name(&self) -> String {
+        "backwards".into()
+    }
+    fn hyperparameters(&self) -> Vec<Hyperparameter> {
+        vec![Hyperparameter { name: "number", measure: Measure::Number { lower: 2.0, upper: 1.0 } }]
+    }
+    fn on_axes(&self, _: &[usize]) -> Box<dyn Kernel<1>> {
+        Box::new(Self)
+    }
+    fn formula(&self, h: &[Series], x: &[Series; 1], y: &[Series; 1]) -> Series {
+        (-((&x[0] - &y[0]).squared() * &h[0])).exp()
+    }
 }

@@ -273,3 +273,100 @@ fn what_has_no_bound_is_an_error() {
         assert!(there.mean[0] > 0.1 && there.deviation[1] == 0.0, "{there:?}");
     }
 }
+
+#[test]
+fn terms_without_a_value_are_named_by_point_and_arguments() {
+    let kernel = SquaredExponential::new();
+    let options = FitOptions { restarts: 1, ..FitOptions::default() };
+    let data = Data::new().equation(&[[0.2], [0.5]], &[1.0; 2], Noise::Exact);
+    let identity = [Derivative::identity()];
+    // Of the prior mean, zero, the logarithm has no value and the root no slope.
+    for term in [|[u]: [Series; 1]| u.ln(), |[u]: [Series; 1]| u.sqrt()] {
+        let equation = SemiLinear::new(string(0.0), identity, term);
+        let named = equation.solve(&kernel, &data, &options, 5).unwrap_err();
+        assert_eq!(named, GpError::Term { index: 0, arguments: vec![0.0] });
+    }
+    let cubic = SemiLinear::new(string(0.0), identity, |[u]| u.powi(3));
+    let solution = must(cubic.solve(&kernel, &data, &options, 9));
+    assert!(solution.has_converged());
+    let logarithm = SemiLinear::new(string(0.0), identity, |[u]| u.ln());
+    let ends = [[0.5], [0.0]];
+    let named = logarithm.left_hand_side(&solution, &ends).unwrap_err();
+    assert_eq!(named, GpError::Term { index: 1, arguments: vec![0.0] });
+    // Unusable data come before anything that they are put into.
+    let nowhere = Data::new().equation(&[[f64::NAN]], &[1.0], Noise::Exact);
+    let named = logarithm.solve(&kernel, &nowhere, &options, 5).unwrap_err();
+    assert!(matches!(named, GpError::NotFinite { what: "point", .. }), "{named}");
+    // −u″ − 6 eᵘ = 2 has no solution, and steps lead nowhere.
+    let bratu = SemiLinear::new(string(0.0), identity, |[u]| u.exp() * -6.0);
+    let at: Vec<[f64; 1]> = (1..8).map(|k| [f64::from(k) / 8.0]).collect();
+    let load = Data::new().equation(&at, &[2.0; 7], Noise::Learned);
+    let lost = must(bratu.solve(&kernel, &load, &options, 10));
+    assert!(!lost.has_converged(), "{}", lost.change);
+}
+
+#[test]
+fn predictions_average_about_the_parameters_found() {
+    let domain = must(Domain::interval("x", [0.0, 1.0]));
+    let [dx] = domain.derivatives();
+    let stiffness = must(Parameter::new("stiffness", [0.02, 10.0]));
+    let held = || Condition::Dirichlet(constant(0.0));
+    let string = Problem::new(domain, -(&stiffness * dx * dx))
+        .and_then(|p| p.condition("x", Side::Lower, held()))
+        .and_then(|p| p.condition("x", Side::Upper, held()));
+    let term = SemiLinear::new(must(string), [Derivative::identity()], |[u]| u.powi(3) * 4.0);
+    let at: Vec<[f64; 1]> = (1..8).map(|k| [f64::from(k) / 8.0]).collect();
+    let data = Data::new().equation(&at, &[3.0; 7], Noise::Known(0.3)).values(
+        &[[0.3], [0.6]],
+        &[0.4, 0.5],
+        Noise::Known(0.1),
+    );
+    let kernel = SquaredExponential::new();
+    let start = must(term.solve(&kernel, &data, &FitOptions::default(), 20));
+    let options = VariationalOptions { equation: true, draws: 200, ..Default::default() };
+    let found = must(term.variational(&start, &kernel, &data, &options));
+    let place = [[0.5]];
+    let own = must(found.posterior().predict(&place));
+    let averaged = must(found.predict(&place));
+    let linear = must(must(start.fit.posterior()).mean(&place))[0];
+    println!("{linear} linearised, {own:?} at the parameters found, {averaged:?} about them");
+    let [before, after] =
+        [start.fit.parameter("stiffness"), found.parameter("stiffness")].map(must);
+    assert!((after / before).ln().abs() > 0.05, "the equation moves: {before} to {after}");
+    // A deviation of the stiffness moves u by far more than where its mean lies.
+    assert!((averaged.mean[0] - own.mean[0]).abs() < 0.5 * averaged.deviation[0]);
+    assert!(averaged.deviation[0] > own.deviation[0]);
+}
+
+#[test]
+fn exact_zeros_count_in_any_unit() {
+    let kernel = SquaredExponential::new();
+    let at: Vec<[f64; 1]> = (1..8).map(|k| [f64::from(k) / 8.0]).collect();
+    let solved =
+        |unit: f64| {
+            let domain = must(Domain::interval("x", [0.0, 1.0]));
+            let [dx] = domain.derivatives();
+            let held = Condition::Dirichlet(constant(0.0));
+            let string = must(Problem::new(domain, -(dx * dx)));
+            let string = must(string.condition("x", Side::Lower, held));
+            let cubic = move |[u]: [Series; 1]| u.powi(3) / (unit * unit);
+            let cubic = SemiLinear::new(string, [Derivative::identity()], cubic);
+            // The other support, seen to rest.
+            let data = Data::new()
+                .equation(&at, &[2.0 * unit; 7], Noise::Known(0.1 * unit))
+                .values(&[[0.9]], &[0.0], Noise::Exact);
+            let start = must(cubic.solve(&kernel, &data, &FitOptions::default(), 20));
+            let options = VariationalOptions::default();
+            let found = must(cubic.variational(&start, &kernel, &data, &options));
+            let found = must(found.predict(&[[0.9], [0.5]]));
+            [found.mean[0], found.deviation[0], found.mean[1], found.deviation[1]].map(|u| u / unit)
+        };
+    let reference = solved(1.0);
+    for unit in [1e8, 1e-8] {
+        let [rests, by, moves, spread] = solved(unit);
+        assert!(rests.abs() < 1e-4 && by < 1e-4, "{unit}: {rests} ± {by}");
+        // The bound ends at the same place but for its last, small gain.
+        assert!((moves / reference[2] - 1.0).abs() < 1e-3, "{unit}: {moves}, {reference:?}");
+        assert!((spread / reference[3] - 1.0).abs() < 1e-2, "{unit}: {spread}, {reference:?}");
+    }
+}

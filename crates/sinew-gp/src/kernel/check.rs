@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use sinew_num::Series;
 use thiserror::Error;
 
-use super::{Kernel, Orders, Pairs, table};
+use super::{Hyperparameter, Kernel, Measure, Orders, Pairs, table};
 
 /// A property that a kernel lacks.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -18,6 +18,16 @@ pub enum KernelFault {
         found: usize,
         /// Names declared.
         expected: usize,
+    },
+    /// A hyperparameter that cannot be adjusted, or a value that it cannot have.
+    #[error("hyperparameter {number} ({name}): {problem}")]
+    Declaration {
+        /// Which hyperparameter.
+        number: usize,
+        /// Its name.
+        name: &'static str,
+        /// What is wrong and what to do.
+        problem: &'static str,
     },
     /// k(x, x′) ≠ k(x′, x).
     #[error("not symmetric: k(x, x') = {forward}, k(x', x) = {backward}")]
@@ -71,7 +81,7 @@ pub enum KernelFault {
     },
 }
 
-/// Checks symmetry, positive definiteness, the table of derivatives against Taylor series of the
+/// Checks what is said of the hyperparameters, symmetry, positive definiteness, the table of derivatives against Taylor series of the
 /// formula and against finite differences, and the gradient in the hyperparameters against
 /// differences of the table, on random points between `lower` and `upper`; definiteness also on a
 /// regular grid, where kernels that are not definite show it at other lengths than at random.
@@ -88,10 +98,7 @@ pub fn check_kernel<const D: usize>(
     upper: [f64; D],
     seed: u64,
 ) -> Result<(), KernelFault> {
-    let expected = kernel.hyperparameters().len();
-    if hyperparameters.len() != expected {
-        return Err(KernelFault::Hyperparameters { found: hyperparameters.len(), expected });
-    }
+    check_declarations(kernel, hyperparameters)?;
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let extents: [f64; D] = std::array::from_fn(|d| upper[d] - lower[d]);
     let mut draw = || std::array::from_fn(|d| lower[d] + extents[d] * random.random::<f64>());
@@ -104,6 +111,36 @@ pub fn check_kernel<const D: usize>(
     checked.definiteness(&grid(lower, extents))?;
     checked.derivatives()?;
     checked.gradient()
+}
+
+/// Names, measures and values of the hyperparameters.
+fn check_declarations<const D: usize>(
+    kernel: &dyn Kernel<D>,
+    values: &[f64],
+) -> Result<(), KernelFault> {
+    let declared = kernel.hyperparameters();
+    if values.len() != declared.len() {
+        return Err(KernelFault::Hyperparameters { found: values.len(), expected: declared.len() });
+    }
+    for (number, (hyperparameter, value)) in declared.iter().zip(values).enumerate() {
+        let usable = *value > 0.0 && value.is_finite();
+        let value = (!usable).then_some("try it at a finite value above 0");
+        if let Some(problem) = unusable::<D>(hyperparameter).or(value) {
+            return Err(KernelFault::Declaration { number, name: hyperparameter.name, problem });
+        }
+    }
+    Ok(())
+}
+
+/// What keeps a hyperparameter from being adjusted, if anything does.
+pub(crate) fn unusable<const D: usize>(hyperparameter: &Hyperparameter) -> Option<&'static str> {
+    match hyperparameter.measure {
+        Measure::Length { axis } => (axis >= D).then_some("its axis is not one of the domain's"),
+        Measure::Number { lower, upper } => {
+            let ordered = 0.0 < lower && lower < upper && upper.is_finite();
+            (!ordered).then_some("give it finite bounds above 0 in ascending order")
+        }
+    }
 }
 
 /// At most [`COVARIANCE_POINTS`] points, as many along each axis.
@@ -171,6 +208,10 @@ impl<const D: usize> Checked<'_, D> {
     fn symmetry(&self) -> Result<(), KernelFault> {
         for pair in self.points.windows(2) {
             let (forward, backward) = (self.value(pair[0], pair[1]), self.value(pair[1], pair[0]));
+            if !forward.is_finite() {
+                let (first, second) = (pair[0].to_vec(), pair[1].to_vec());
+                return Err(KernelFault::NotFinite { value: forward, first, second });
+            }
             if !close(forward, backward, forward.abs(), TAYLOR_TOLERANCE) {
                 return Err(KernelFault::Symmetry { forward, backward });
             }
@@ -330,8 +371,8 @@ fn fault<const D: usize>(
 mod tests {
     use super::*;
     use crate::kernel::{
-        Along, Hyperparameter, Linear, Matern, Measure, Periodic, Product, RationalQuadratic,
-        Scaled, Smoothness, SquaredExponential, Sum,
+        Along, Linear, Matern, Periodic, Product, RationalQuadratic, Scaled, Smoothness,
+        SquaredExponential, Sum,
     };
 
     fn kernels() -> Vec<Box<dyn Kernel<2>>> {
@@ -409,6 +450,25 @@ mod tests {
         }
     }
 
+    /// A constant that says of its hyperparameter what it is told.
+    #[derive(Clone, Debug)]
+    struct Declared(Measure);
+
+    impl Kernel<1> for Declared {
+        fn name(&self) -> String {
+            "declared".into()
+        }
+        fn hyperparameters(&self) -> Vec<Hyperparameter> {
+            vec![Hyperparameter { name: "number", measure: self.0 }]
+        }
+        fn on_axes(&self, _: &[usize]) -> Box<dyn Kernel<1>> {
+            Box::new(self.clone())
+        }
+        fn formula(&self, h: &[Series], _: &[Series; 1], _: &[Series; 1]) -> Series {
+            h[0].squared()
+        }
+    }
+
     /// A function of the squared distance and of the first coordinates of both points.
     type OfDistance = fn(&Series, &Series, &Series) -> Series;
 
@@ -471,5 +531,15 @@ mod tests {
         assert!(matches!(fault, KernelFault::Symmetry { .. }), "{fault}");
         let count = check_kernel(&Skew, &[1.0], [0.0], [1.0], 1).unwrap_err();
         assert_eq!(count, KernelFault::Hyperparameters { found: 1, expected: 0 });
+        for (measure, value) in [
+            (Measure::Number { lower: -1.0, upper: 2.0 }, 0.5),
+            (Measure::Number { lower: 2.0, upper: 1.0 }, 0.5),
+            (Measure::Length { axis: 1 }, 0.5),
+            (Measure::Length { axis: 0 }, -0.5),
+            (Measure::Length { axis: 0 }, f64::NAN),
+        ] {
+            let fault = check_kernel(&Declared(measure), &[value], [0.0], [1.0], 1).unwrap_err();
+            assert!(matches!(fault, KernelFault::Declaration { number: 0, .. }), "{fault}");
+        }
     }
 }

@@ -22,6 +22,7 @@ use std::fmt::Debug;
 use sinew_num::Series;
 
 pub(crate) use along::Along;
+pub(crate) use check::unusable;
 pub use check::{KernelFault, check_kernel};
 pub use linear::Linear;
 pub use matern::{Matern, Smoothness};

@@ -12,7 +12,7 @@ use crate::data::{Data, Group, Noise, Role};
 use crate::error::GpError;
 use crate::evidence::{Evaluation, Evidence};
 use crate::kernel::Kernel;
-use crate::model::{Model, Variance};
+use crate::model::{Compiled, Model, Variance};
 use crate::posterior::{Posterior, Whitening};
 use crate::prior::Prior;
 use crate::state::State;
@@ -118,9 +118,25 @@ impl<'a, const D: usize, const M: usize> Inference<'a, D, M> {
                 })
             })
             .collect();
-        let exact = model.groups.iter().map(|group| EXACT * size(&group.values)).collect();
         let model = Arc::new(model);
-        Ok(Self { semilinear, model, at, points, observed, exact, rule: standard_rule() })
+        let (exact, rule) = (Vec::new(), standard_rule());
+        let mut inference = Self { semilinear, model, at, points, observed, exact, rule };
+        inference.exact = inference.noises_for_none(&inference.start(start))?;
+        Ok(inference)
+    }
+
+    /// For each group the noise that stands for none, in units of the values' spread; where all are
+    /// zero, in units of what the prior takes them for.
+    fn noises_for_none(&self, parameters: &[f64]) -> Result<Vec<f64>, GpError> {
+        let state = State::new(&self.model, parameters)?;
+        let covariance = state.covariance();
+        let diagonal = |row: usize| covariance[row * (self.model.size() + 1)];
+        let believed = |group: &Compiled<D>| {
+            let variance = group.rows().map(diagonal).fold(0.0, f64::max);
+            if variance > 0.0 { variance.sqrt() } else { 1.0 }
+        };
+        let size = |group: &Compiled<D>| size(&group.values).unwrap_or_else(|| believed(group));
+        Ok(self.model.groups.iter().map(|group| EXACT * size(group)).collect())
     }
 
     /// Parameters of the solution by name; others in the middle of where fits start.
@@ -365,11 +381,11 @@ fn pull(point: &Point, expected: &Expected, site: &Site, q: &Approximation) -> P
     Pull { mean, covariance }
 }
 
-/// Spread of values, or their size where there is none.
-fn size(values: &[f64]) -> f64 {
+/// Spread of values, or their size where there is none; none where all are zero.
+fn size(values: &[f64]) -> Option<f64> {
     let most = values.iter().fold(f64::NEG_INFINITY, |most, v| most.max(*v));
     let least = values.iter().fold(f64::INFINITY, |least, v| least.min(*v));
-    [most - least, most.abs()].into_iter().find(|size| *size > 0.0).unwrap_or(1.0)
+    [most - least, most.abs()].into_iter().find(|size| *size > 0.0)
 }
 
 #[cfg(test)]

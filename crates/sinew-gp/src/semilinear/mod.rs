@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use sinew_num::Series;
 
-use crate::data::{Data, Group, Noise, Role};
+use crate::data::{Data, Group, Noise, Role, check};
 use crate::error::GpError;
 use crate::evidence::Evidence;
 use crate::field::{Field, field};
@@ -38,7 +38,7 @@ pub struct SemiLinear<const D: usize, const M: usize> {
     term: Arc<Term<M>>,
 }
 
-/// A converged solution.
+/// Where the linearisations of an equation have led.
 #[derive(Clone, Debug)]
 pub struct Solution<const D: usize> {
     /// The fit of the last linearisation.
@@ -50,6 +50,15 @@ pub struct Solution<const D: usize> {
     pub change: f64,
 }
 
+impl<const D: usize> Solution<D> {
+    /// Whether the last step changed next to nothing. If not, the steps did not suffice, or the
+    /// equation has no solution, or none within their reach: [`SemiLinear::solve_from`] a solution
+    /// of an easier one.
+    pub fn has_converged(&self) -> bool {
+        self.change < CONVERGED
+    }
+}
+
 /// Relative change of u below which steps end: far below what collocation resolves, and above what
 /// the end of a fit leaves open when parameters of L are unknown.
 const CONVERGED: f64 = 1e-6;
@@ -57,7 +66,8 @@ const CONVERGED: f64 = 1e-6;
 const NEARLY: f64 = 1e-3;
 
 impl<const D: usize, const M: usize> SemiLinear<D, M> {
-    /// L u + `term`(`arguments` of u) = f, with L the equation of `problem`.
+    /// L u + `term`(`arguments` of u) = f, with L the equation of `problem`. Convergence is judged by
+    /// the first argument.
     ///
     /// ```
     /// use sinew_gp::{Derivative, Domain, Problem, SemiLinear};
@@ -74,10 +84,12 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         arguments: [Derivative<D>; M],
         term: impl Fn([Series; M]) -> Series + Send + Sync + 'static,
     ) -> Self {
+        const { assert!(M > 0, "a nonlinear term has at least one argument") };
         Self { problem, arguments, term: Arc::new(term) }
     }
 
-    /// Solves by at most `steps` linearisations, starting from the mean of the constrained prior.
+    /// Solves by at most `steps` linearisations (one at least), starting from the mean of the
+    /// constrained prior. Ask [`Solution::has_converged`] whether they were enough.
     ///
     /// `data` holds f at collocation points and, for inverse problems, measured values; with these,
     /// the conditional evidence is maximised. (From 40 values all over the domain of an Allen–Cahn
@@ -87,7 +99,8 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     /// Fits start as in `options`, and near the end from the parameters before.
     ///
     /// # Errors
-    /// If a fit fails, or there are no collocation points.
+    /// If a fit fails, data are not finite, the term has no finite value or slope where a step leads,
+    /// or there are no collocation points.
     pub fn solve(
         &self,
         kernel: &dyn Kernel<D>,
@@ -124,7 +137,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     /// collocation point belongs.
     ///
     /// # Errors
-    /// If a feature has no derivative at a point.
+    /// If a feature has no derivative at a point, or the term no finite value there.
     pub fn left_hand_side(
         &self,
         solution: &Solution<D>,
@@ -133,9 +146,12 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         let posterior = solution.fit.posterior()?;
         let mut sum = posterior.mean_of(self.problem.equation(), points)?;
         let arguments = self.evaluate(points, |operator| posterior.mean_of(operator, points))?;
-        for (sum, v) in sum.iter_mut().zip(arguments) {
+        for (index, (sum, v)) in sum.iter_mut().zip(arguments).enumerate() {
             let variables = Series::plain(v);
             *sum += (variables[0].constant(0.0) + (self.term)(variables)).value();
+            if !sum.is_finite() {
+                return Err(GpError::Term { index, arguments: v.to_vec() });
+            }
         }
         Ok(sum)
     }
@@ -218,7 +234,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     ) -> Result<Model<D>, GpError> {
         let mut coefficients: [HashMap<[u64; D], f64>; M] = std::array::from_fn(|_| HashMap::new());
         let mut shifts = Vec::with_capacity(points.len());
-        for (point, v) in points.iter().zip(values) {
+        for (index, (point, v)) in points.iter().zip(values).enumerate() {
             let variables = Series::variables(*v, [1; M]);
             let g = variables[0].constant(0.0) + (self.term)(variables);
             let mut shift = -g.value();
@@ -228,6 +244,10 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
                 let slope = g.derivative(&orders);
                 shift += slope * v[number];
                 map.insert(point.map(f64::to_bits), slope);
+            }
+            // Slopes that are not finite leave no finite shift either.
+            if !shift.is_finite() {
+                return Err(GpError::Term { index, arguments: v.to_vec() });
             }
             shifts.push(shift);
         }
@@ -258,8 +278,9 @@ fn is_exact<const D: usize>(data: &Data<D>) -> bool {
     data.groups.iter().any(|group| group.operator.is_none() && group.noise == Noise::Exact)
 }
 
-/// The points at which f is given.
+/// The points at which f is given, of data that are numbers.
 fn collocation<const D: usize>(data: &Data<D>) -> Result<Vec<[f64; D]>, GpError> {
+    check(&data.groups)?;
     let imposed = data.groups.iter().filter(|group| group.operator.is_none());
     let points: Vec<[f64; D]> = imposed.flat_map(|group| group.points.iter().copied()).collect();
     if points.is_empty() { Err(GpError::NoData) } else { Ok(points) }

@@ -36,8 +36,9 @@ pub struct VariationalOptions {
     /// determine them they are biased. Otherwise they stay where the solution by linearisation has
     /// them, which only asks how well the data are predicted.
     pub equation: bool,
-    /// Probable values of the equation's parameters, drawn by [`laplace`] from the solution by
-    /// linearisation, that [`Variational::predict`] averages over.
+    /// Probable values of the equation's parameters that [`Variational::predict`] averages over: as far
+    /// from those found as draws by [`laplace`] from the solution by linearisation are from its own.
+    /// None takes the parameters for known.
     pub draws: usize,
     /// Seed of the draws.
     pub seed: u64,
@@ -139,7 +140,8 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     /// ```
     ///
     /// # Errors
-    /// If the equation is exact, or its term is not finite over the spread of u at the start.
+    /// If the equation is exact, its term is not finite over the spread of u at the start, or it has
+    /// parameters that the equation of `start` lacks.
     pub fn variational(
         &self,
         start: &Solution<D>,
@@ -182,8 +184,11 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
                     let mut moved = parameters.clone();
                     let known = start.fit.model();
                     for position in theta.clone() {
-                        moved[position] =
-                            draw[known.position(&model.parameters()[position].name)?];
+                        let parameter = &model.parameters()[position];
+                        let own = known.position(&parameter.name)?;
+                        let [lower, upper] = parameter.bounds.map(|end| parameter.to_scale(end));
+                        let apart = draw[own] - start.fit.outcome().parameters[own];
+                        moved[position] = (parameters[position] + apart).clamp(lower, upper);
                     }
                     let sites = inference.settle(&moved, sites.clone())?;
                     Ok(inference.posterior(&moved, &sites)?.1)
