@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::domain::Domain;
 use crate::error::GpError;
 use crate::operator::Operator;
 
@@ -106,8 +107,11 @@ impl<const D: usize> Data<D> {
     }
 }
 
-/// Refuses data that are not numbers, before anything is computed with them.
-pub(crate) fn check<const D: usize>(groups: &[Group<D>]) -> Result<(), GpError> {
+/// Refuses data that are not numbers or not of the domain, before anything is computed with them.
+pub(crate) fn check<const D: usize>(
+    groups: &[Group<D>],
+    domain: &Domain<D>,
+) -> Result<(), GpError> {
     for (number, group) in groups.iter().enumerate() {
         if group.points.len() != group.values.len() {
             return Err(GpError::Lengths {
@@ -123,6 +127,10 @@ pub(crate) fn check<const D: usize>(groups: &[Group<D>]) -> Result<(), GpError> 
             }
             if !value.is_finite() {
                 return Err(not_finite("value", index, *value));
+            }
+            if !domain.nearly_contains(*point) {
+                let point = point.to_vec();
+                return Err(GpError::OutsideDomain { index, group: number, point });
             }
         }
         match group.noise {
@@ -179,17 +187,22 @@ mod tests {
 
     #[test]
     fn groups_that_determine_nothing_are_named() {
-        let refused = |data: Data<1>| check(&data.groups).unwrap_err();
+        let domain = Domain::interval("x", [0.0, 1.0]).unwrap();
+        let check = |data: Data<1>| check(&data.groups, &domain);
+        let refused = |data: Data<1>| check(data).unwrap_err();
         let some = || Data::new().equation(&[[0.5]], &[1.0], Noise::Exact);
         assert_eq!(refused(Data::new()), GpError::NoData);
+        let off = some().values(&[[1.0 + 1e-12], [3.5]], &[0.1, 0.2], Noise::Learned);
+        let outside = GpError::OutsideDomain { index: 1, group: 1, point: vec![3.5] };
+        assert_eq!(refused(off), outside);
         let empty = some().values(&[], &[], Noise::Learned);
         assert_eq!(refused(empty), GpError::EmptyGroup { group: 1 });
-        assert_eq!(check(&some().values(&[], &[], Noise::Known(0.1)).groups), Ok(()));
+        assert_eq!(check(some().values(&[], &[], Noise::Known(0.1))), Ok(()));
         let at = [[0.0], [0.3], [-0.0]];
         let twice = |noise| some().values(&at, &[1.0, 1.0, 1.5], noise);
         let differ = GpError::Duplicates { first: 0, second: 2, group: 1, difference: 0.5 };
         assert_eq!(refused(twice(Noise::Exact)), differ);
-        assert_eq!(check(&twice(Noise::Known(0.1)).groups), Ok(()));
-        assert_eq!(check(&some().values(&at, &[1.0; 3], Noise::Exact).groups), Ok(()));
+        assert_eq!(check(twice(Noise::Known(0.1))), Ok(()));
+        assert_eq!(check(some().values(&at, &[1.0; 3], Noise::Exact)), Ok(()));
     }
 }

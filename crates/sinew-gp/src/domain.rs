@@ -178,6 +178,19 @@ impl<const D: usize> Domain<D> {
             && self.polygon.as_ref().is_none_or(|polygon| polygon.contains([point[0], point[1]]))
     }
 
+    /// Whether a point lies in the domain or next to it, as rounding leaves points of the boundary.
+    pub(crate) fn nearly_contains(&self, point: [f64; D]) -> bool {
+        const SHARE: f64 = 1e-9;
+        let extents = self.extents();
+        let along = |d: usize| {
+            let margin = SHARE * extents[d];
+            (self.lower[d] - margin..=self.upper[d] + margin).contains(&point[d])
+        };
+        let [x, y] = [0, 1].map(|d| if d < D { point[d] } else { 0.0 });
+        let across = |polygon: &Polygon| polygon.contains_within([x, y], SHARE * polygon.size());
+        (0..D).all(along) && self.polygon.as_ref().is_none_or(across)
+    }
+
     /// Points drawn uniformly.
     ///
     /// # Errors

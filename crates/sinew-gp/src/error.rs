@@ -166,6 +166,18 @@ pub enum GpError {
         /// The offending number.
         value: f64,
     },
+    /// Data at a place that the domain does not have.
+    #[error(
+        "point {index} of observation group {group} ({point:?}) lies outside the domain; check its unit, or remove it"
+    )]
+    OutsideDomain {
+        /// Position in the group.
+        index: usize,
+        /// Number of the group, in the order given.
+        group: usize,
+        /// The point.
+        point: Vec<f64>,
+    },
     /// A feature, mean or coefficient that has no derivative at a point.
     #[error(
         "the {what} has no finite value or derivative at point {index} of observation group {group} ({point:?}); move the point off the corner, or make the formula finite there"

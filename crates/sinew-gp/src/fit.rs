@@ -165,8 +165,11 @@ impl<const D: usize> Model<D> {
         if found.collapsed || depth > depth_of_region(self.parameters.len()) {
             return None;
         }
-        // θ alone, whatever suits it best for the others.
         let theta = self.theta_offset..self.theta_offset + self.theta.len();
+        if theta.is_empty() {
+            return Some(found);
+        }
+        // θ alone, whatever suits it best for the others.
         let mut held = bounds;
         for position in theta.clone() {
             held[position] = [found.parameters[position]; 2];

@@ -74,14 +74,14 @@ impl<const D: usize> Model<D> {
     /// boundary) carry no information and are left out.
     ///
     /// # Errors
-    /// If there are no data, or some are not finite, contradict the boundary conditions, lie where
+    /// If there are no data, or some are not finite, lie outside the domain, contradict the boundary conditions, lie where
     /// a feature has no derivative; if a kernel's hyperparameter has no range, an equation's parameter has the
     /// name of another one; if an operator's order is too high, or conditional evidence is
     /// asked for without observations to predict.
     pub fn new(prior: Prior<D>, data: Data<D>, evidence: Evidence) -> Result<Self, GpError> {
         let mut groups = data.groups;
         groups.extend(prior.boundary.iter().cloned());
-        check(&groups)?;
+        check(&groups, &prior.domain)?;
         check_kernels(&prior)?;
         // A stable sort keeps the order given within each role.
         let mut order: Vec<usize> = (0..groups.len()).collect();

@@ -177,7 +177,7 @@ impl<const D: usize> Network<D> {
     ) -> Result<Self, GpError> {
         let mut groups = data.groups.clone();
         groups.extend(prior.boundary.iter().cloned());
-        check(&groups)?;
+        check(&groups, &prior.domain)?;
         let layout = Layout::new(&prior, options.width);
         let numbered = groups.iter().enumerate();
         let targets = numbered

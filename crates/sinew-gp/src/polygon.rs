@@ -229,9 +229,14 @@ impl Polygon {
 
     /// Whether a point lies inside or on an edge (within rounding).
     pub fn contains(&self, point: [f64; 2]) -> bool {
-        let [x, y] = Series::plain(point);
         let [[left, right], _] = self.extents();
-        self.region.at(&x, &y).value() >= -1e-12 * (right - left)
+        self.contains_within(point, 1e-12 * (right - left))
+    }
+
+    /// Whether a point lies inside or not much farther outside than `margin`.
+    pub(crate) fn contains_within(&self, point: [f64; 2], margin: f64) -> bool {
+        let [x, y] = Series::plain(point);
+        self.region.at(&x, &y).value() >= -margin
     }
 
     /// The feature that vanishes on all edges and is positive, at most about one, inside.

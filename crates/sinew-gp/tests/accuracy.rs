@@ -316,6 +316,20 @@ fn corners_of_a_pentagon_cost_no_accuracy() {
     assert!(u < 0.1 * plain[0] && shear < 0.1 * plain[1], "{plain:?}");
 }
 
+/// −Δu = 1 with u = 0 on the unit square: u at its centre, by Fourier series.
+const SQUARE: f64 = 0.073_671_353_281;
+
+#[test]
+fn right_angles_have_logarithms() {
+    let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let [adapted, plain] = [Composition::Adapted, Composition::Conjunction].map(|composition| {
+        let posterior = must(membrane(&corners, 1.0, 50, composition).posterior());
+        (must(posterior.mean(&[[0.5, 0.5]]))[0] - SQUARE).abs()
+    });
+    println!("Square, 50 points: u off by {adapted:.1e}; conjunction {plain:.1e}");
+    assert!(adapted < 5e-5 && adapted < 0.1 * plain, "{adapted:e} {plain:e}");
+}
+
 /// −Δu = 1 with u = 0 on the L: u at (½, ½) and (1, ½), by finite differences with 64 and 128 steps per unit,
 /// extrapolated by their order 4/3.
 const L_SHAPE: [f64; 2] = [0.13105, 0.13576];

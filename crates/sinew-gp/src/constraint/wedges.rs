@@ -5,7 +5,8 @@
 //! angle δ from one edge (Kondrat'ev 1967; Grisvard 1985, *Elliptic problems in nonsmooth domains*).
 //! No smooth function times a distance is like that, so a prior needs both summands:
 //!
-//! - on convex polygons Π dₑ, smooth, and Π dₑ Π q_c, where d d′ q_c = r^λ sin λδ for the edges of corner c;
+//! - on convex polygons Π dₑ, smooth, and Π dₑ Π q_c, where d d′ q_c = r^λ sin λδ for the edges of corner c (at
+//!   right angles, where that is a polynomial, the function with a logarithm that a constant load makes);
 //! - elsewhere the polygon's feature, and Σ r^{kλ} sin kλδ (1 − r²/R²)⁶ over the corners, each ending
 //!   before it reaches another edge, for the exponents below two.
 
@@ -28,6 +29,8 @@ struct Wedge {
     angle: f64,
     /// Distance to the nearest edge that does not end here, or corner.
     radius: f64,
+    /// Three times the greatest distance to another corner.
+    far: f64,
 }
 
 /// Distance from an exponent to a whole number below which the singular function is a polynomial.
@@ -50,11 +53,25 @@ impl Wedge {
         let legs = [[after.tangent, after.normal], [[-ax, -ay], before.normal]];
         let (sin, cos) = (0.5 * angle).sin_cos();
         let middle = [bx * cos - by * sin, bx * sin + by * cos];
-        Self { place, legs, middle, angle, radius }
+        let far = edges.iter().map(|edge| {
+            let [x, y] = edge.start;
+            3.0 * (x - place[0]).hypot(y - place[1])
+        });
+        Self { place, legs, middle, angle, radius, far: far.fold(0.0, f64::max) }
     }
 
     fn exponent(&self) -> f64 {
         PI / self.angle
+    }
+
+    /// Whether r^λ sin λδ is a polynomial.
+    fn is_whole(&self) -> bool {
+        (self.exponent() - self.exponent().round()).abs() < WHOLE
+    }
+
+    /// Whether solutions have a logarithm in the second power of r, whatever they are driven by.
+    fn is_right(&self) -> bool {
+        (self.exponent() - 2.0).abs() < WHOLE
     }
 
     /// r², the angle from the nearer edge, and whether that is the second one; nothing at the corner.
@@ -77,8 +94,16 @@ impl Wedge {
     }
 
     /// q with d d′ q = r^λ sin λδ, smooth on the edges; nothing at the corner, where it is infinite.
+    ///
+    /// At right angles that is a polynomial, and r² (ln(r/R) sin 2δ + δ cos 2δ + ½π sin² δ) takes its place: its
+    /// Laplacian is constant, and it vanishes on both edges. R is so large that q has no zeros.
     fn quotient(&self, x: &Series, y: &Series) -> Option<Series> {
         let (square, angle, _) = self.polar(x, y)?;
+        if self.is_right() {
+            let (sine, cosine) = (angle.sin(), angle.cos());
+            let turned = (&angle * 2.0).cos() / cardinal_sine(&angle) + sine * (0.5 * PI);
+            return Some((square / (self.far * self.far)).ln() * -1.0 - turned / cosine);
+        }
         let exponent = self.exponent();
         let ratio = cardinal_sine(&(&angle * exponent)) / cardinal_sine(&angle) * exponent;
         let scaled = (square / (self.radius * self.radius)).powf(0.5 * exponent - 1.0);
@@ -132,8 +157,7 @@ fn convex<const D: usize>(polygon: &Polygon, wedges: Vec<Wedge>) -> Vec<Field<D>
         edges.iter().fold(x.constant(1.0), |product, edge| product * edge.height(x, y) / size)
     };
     let smooth = normalised(polygon, product.clone());
-    let whole = |wedge: &Wedge| (wedge.exponent() - wedge.exponent().round()).abs() < WHOLE;
-    if wedges.iter().all(whole) {
+    if wedges.iter().all(|wedge| wedge.is_whole() && !wedge.is_right()) {
         return vec![smooth];
     }
     let singular = move |x: &Series, y: &Series| {
@@ -240,6 +264,23 @@ mod tests {
                     |orders: &[usize]| again.derivative(orders) / function.derivative(orders);
                 assert!((ratio(&[1, 1]) / ratio(&[0, 0]) - 1.0).abs() < 1e-11);
             }
+        }
+    }
+
+    #[test]
+    fn at_right_angles_the_laplacian_is_constant() {
+        let polygon = Polygon::new(&[[0.0, 0.0], [2.0, 0.5], [1.75, 1.5], [-0.25, 1.0]]).unwrap();
+        let wedge = Wedge::new(&polygon, 1);
+        assert!(wedge.is_right());
+        let edges = polygon.edges();
+        for inside in [[1.7, 0.8], [1.8, 0.6], [1.4, 0.9], [0.3, 0.6]] {
+            let [x, y] = Series::variables(inside, [2, 2]);
+            let quotient = wedge.quotient(&x, &y).unwrap();
+            let function = &quotient * edges[0].height(&x, &y) * edges[1].height(&x, &y);
+            let laplacian = function.derivative(&[2, 0]) + function.derivative(&[0, 2]);
+            // Half of that of r² (ln(r/R) sin 2δ + δ cos 2δ + ½π sin² δ), and downwards.
+            assert!((laplacian + PI).abs() < 1e-11, "{laplacian} at {inside:?}");
+            assert!(quotient.value() > 0.0);
         }
     }
 

@@ -75,7 +75,7 @@ impl<'a, const D: usize, const M: usize> Inference<'a, D, M> {
         kernel: &dyn Kernel<D>,
         data: &Data<D>,
     ) -> Result<Self, GpError> {
-        let at = collocation(data)?;
+        let at = collocation(data, semilinear.problem.domain())?;
         if is_exact(data) {
             return Err(GpError::ExactEquation);
         }

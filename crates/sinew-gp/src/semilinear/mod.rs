@@ -16,6 +16,7 @@ use std::sync::Arc;
 use sinew_num::Series;
 
 use crate::data::{Data, Group, Noise, Role, check};
+use crate::domain::Domain;
 use crate::error::GpError;
 use crate::evidence::Evidence;
 use crate::field::{Field, field};
@@ -108,7 +109,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         options: &FitOptions,
         steps: usize,
     ) -> Result<Solution<D>, GpError> {
-        let points = collocation(data)?;
+        let points = collocation(data, self.problem.domain())?;
         let values = self.prior_values(kernel, &points)?;
         self.iterate(kernel, data, options, steps, (values, None))
     }
@@ -126,7 +127,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         options: &FitOptions,
         steps: usize,
     ) -> Result<Solution<D>, GpError> {
-        let points = collocation(data)?;
+        let points = collocation(data, self.problem.domain())?;
         let posterior = start.fit.posterior()?;
         let values = self.evaluate(&points, |operator| posterior.mean_of(operator, &points))?;
         let parameters = start.fit.outcome().parameters.clone();
@@ -164,7 +165,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         steps: usize,
         (mut values, mut parameters): (Vec<[f64; M]>, Option<Vec<f64>>),
     ) -> Result<Solution<D>, GpError> {
-        let points = collocation(data)?;
+        let points = collocation(data, self.problem.domain())?;
         let mut change = f64::INFINITY;
         let mut taken = 0;
         loop {
@@ -278,9 +279,12 @@ fn is_exact<const D: usize>(data: &Data<D>) -> bool {
     data.groups.iter().any(|group| group.operator.is_none() && group.noise == Noise::Exact)
 }
 
-/// The points at which f is given, of data that are numbers.
-fn collocation<const D: usize>(data: &Data<D>) -> Result<Vec<[f64; D]>, GpError> {
-    check(&data.groups)?;
+/// The points at which f is given, of sound data.
+fn collocation<const D: usize>(
+    data: &Data<D>,
+    domain: &Domain<D>,
+) -> Result<Vec<[f64; D]>, GpError> {
+    check(&data.groups, domain)?;
     let imposed = data.groups.iter().filter(|group| group.operator.is_none());
     let points: Vec<[f64; D]> = imposed.flat_map(|group| group.points.iter().copied()).collect();
     if points.is_empty() { Err(GpError::NoData) } else { Ok(points) }

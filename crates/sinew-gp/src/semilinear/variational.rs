@@ -18,9 +18,11 @@ use super::{SemiLinear, Solution};
 use crate::data::Data;
 use crate::ensemble::mixture;
 use crate::error::GpError;
+use crate::functional::Functional;
 use crate::kernel::Kernel;
 use crate::laplace::laplace;
 use crate::model::Model;
+use crate::operator::Operator;
 use crate::optimise::minimise;
 use crate::posterior::{Posterior, Prediction};
 
@@ -95,12 +97,38 @@ impl<const D: usize> Variational<D> {
     /// # Errors
     /// If a feature has no derivative at a point.
     pub fn predict(&self, points: &[[f64; D]]) -> Result<Prediction, GpError> {
-        let members: Vec<Prediction> = self
-            .members
-            .par_iter()
-            .map(|member| member.predict(points))
-            .collect::<Result<_, _>>()?;
-        mixture(&members).map_or_else(|| self.posterior.predict(points), Ok)
+        self.predict_operator(&Operator::identity(), points)
+    }
+
+    /// The same of an operator applied to u, its parameters as drawn.
+    ///
+    /// # Errors
+    /// As [`Variational::predict`]; and if the operator has parameters that the model lacks.
+    pub fn predict_operator(
+        &self,
+        operator: &Operator<D>,
+        points: &[[f64; D]],
+    ) -> Result<Prediction, GpError> {
+        self.averaged(|posterior| posterior.predict_operator(operator, points))
+    }
+
+    /// The same of a weighted sum, as an integral.
+    ///
+    /// # Errors
+    /// As [`Variational::predict_operator`].
+    pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64), GpError> {
+        let sum = self
+            .averaged(|posterior| posterior.predict_functional(functional).map(Prediction::from))?;
+        Ok((sum.mean[0], sum.deviation[0]))
+    }
+
+    fn averaged(
+        &self,
+        predict: impl Fn(&Posterior<D>) -> Result<Prediction, GpError> + Sync,
+    ) -> Result<Prediction, GpError> {
+        let members: Vec<Prediction> =
+            self.members.par_iter().map(&predict).collect::<Result<_, _>>()?;
+        mixture(&members).map_or_else(|| predict(&self.posterior), Ok)
     }
 }
 
@@ -156,6 +184,16 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         let mut bounds: Vec<[f64; 2]> =
             model.parameters().iter().map(|p| p.bounds.map(|bound| p.to_scale(bound))).collect();
         let theta = model.theta_offset..model.theta_offset + model.theta.len();
+        // Where the start has the equation's parameters, and other probable values of them.
+        let known: Vec<usize> = model.parameters()[theta.clone()]
+            .iter()
+            .map(|parameter| start.fit.model().position(&parameter.name))
+            .collect::<Result<_, _>>()?;
+        let draws = match known.is_empty() {
+            true => Vec::new(),
+            false => laplace(&start.fit, options.draws, options.seed)?.draws,
+        };
+        let ends = bounds[theta.clone()].to_vec();
         if !options.equation {
             theta.clone().for_each(|position| bounds[position] = [parameters[position]; 2]);
         }
@@ -175,26 +213,18 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         }
         let sites = inference.settle(&parameters, sites)?;
         let (bound, posterior) = inference.posterior(&parameters, &sites)?;
-        let members = match theta.is_empty() {
-            true => Vec::new(),
-            false => laplace(&start.fit, options.draws, options.seed)?
-                .draws
-                .par_iter()
-                .map(|draw| {
-                    let mut moved = parameters.clone();
-                    let known = start.fit.model();
-                    for position in theta.clone() {
-                        let parameter = &model.parameters()[position];
-                        let own = known.position(&parameter.name)?;
-                        let [lower, upper] = parameter.bounds.map(|end| parameter.to_scale(end));
-                        let apart = draw[own] - start.fit.outcome().parameters[own];
-                        moved[position] = (parameters[position] + apart).clamp(lower, upper);
-                    }
-                    let sites = inference.settle(&moved, sites.clone())?;
-                    Ok(inference.posterior(&moved, &sites)?.1)
-                })
-                .collect::<Result<_, GpError>>()?,
-        };
+        let members = draws
+            .par_iter()
+            .map(|draw| {
+                let mut moved = parameters.clone();
+                for ((position, own), [lower, upper]) in theta.clone().zip(&known).zip(&ends) {
+                    let apart = draw[*own] - start.fit.outcome().parameters[*own];
+                    moved[position] = (parameters[position] + apart).clamp(*lower, *upper);
+                }
+                let sites = inference.settle(&moved, sites.clone())?;
+                Ok(inference.posterior(&moved, &sites)?.1)
+            })
+            .collect::<Result<_, GpError>>()?;
         let model = model.clone();
         Ok(Variational { model, posterior, members, parameters, bound, trace, settled })
     }
