@@ -20,7 +20,7 @@ pub enum Evidence {
     /// them a last climb the joint one ([`crate::Fit::sharpened`]): next to a sound fit that has a local
     /// maximum, mostly, which tells the size of errors and θ more sharply, because it also counts how well θ lets the
     /// solution be a typical draw of the prior. It is taken unless it collapsed, or left the region that
-    /// holds 95 % of what the conditional evidence finds probable.
+    /// holds 95 % of what the conditional evidence finds probable, of all parameters or of θ alone.
     ///
     /// Ensembles ([`crate::nuts`], [`crate::laplace`]) of models with parameters in the equation and noise-free
     /// collocation always take the conditional one: see [`Model::ensemble_evidence`].
