@@ -111,6 +111,9 @@ pub enum GpError {
         /// What is wrong and what to do.
         problem: &'static str,
     },
+    /// A periodic kernel without a period.
+    #[error("a periodic kernel of period {0}; give a finite one above 0")]
+    Period(f64),
     /// A free parameter where only known coefficients will do.
     #[error("parameter {0} is free; networks are trained on equations with known coefficients")]
     FreeParameter(String),

@@ -240,6 +240,7 @@ impl<const D: usize> Model<D> {
                         )
                     }
                 };
+                let name = distinct(name, &parameters);
                 parameters.push(FreeParameter { name, logarithmic: true, bounds, start, belief });
             }
         }
@@ -334,6 +335,18 @@ fn check_kernels<const D: usize>(prior: &Prior<D>) -> Result<(), GpError> {
         }
     }
     Ok(())
+}
+
+/// A name that no other parameter has: in a sum of like kernels hyperparameters are numbered.
+fn distinct(name: String, taken: &[FreeParameter]) -> String {
+    let is_free = |name: &String| taken.iter().all(|parameter| parameter.name != *name);
+    match is_free(&name) {
+        true => name,
+        false => (2..)
+            .map(|number| format!("{name} ({number})"))
+            .find(is_free)
+            .expect("some number is not taken"),
+    }
 }
 
 /// Standard deviation of values, or their size where all are equal; none where all are zero.

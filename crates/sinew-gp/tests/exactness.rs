@@ -223,7 +223,7 @@ fn evidence_gradients_equal_differences() {
             Box::new(SquaredExponential::new()),
             Box::new(RationalQuadratic::new()),
             Box::new(Matern::new(Smoothness::Thrice)),
-            Box::new(Product::new(Periodic::new(0, 7.0), SquaredExponential::along(&[1]))),
+            Box::new(Product::new(must(Periodic::new(0, 7.0)), SquaredExponential::along(&[1]))),
             Box::new(Sum::new(
                 Scaled::new(SquaredExponential::new()),
                 Scaled::new(sinew_gp::Linear::new()),

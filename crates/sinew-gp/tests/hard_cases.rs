@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use sinew_gp::{
     Condition, Data, Domain, Evidence, Fit, FitOptions, Functional, GpError, Hyperparameter,
-    Kernel, Matern, Measure, Model, Network, Noise, Parameter, Prior, Problem, Series, Side,
-    Smoothness, SquaredExponential, constant,
+    Kernel, Matern, Measure, Model, Network, Noise, Parameter, Periodic, Prior, Problem, Scaled,
+    Series, Side, Smoothness, SquaredExponential, Sum, constant,
 };
 
 fn must<T, E: std::fmt::Display>(result: Result<T, E>) -> T {
@@ -220,6 +220,22 @@ fn what_is_not_a_number_is_named() {
     let count = parameters.parameters().len();
     assert!(parameters.evaluate(&vec![f64::NAN; count]).is_err());
     assert!(matches!(parameters.evaluate(&[]), Err(GpError::ParameterCount { .. })));
+}
+
+#[test]
+fn like_kernels_in_a_sum_have_names_of_their_own() {
+    let part = || Scaled::new(SquaredExponential::new());
+    let prior = must(Prior::constrained(&string(1.0, None), &Sum::new(part(), part())));
+    let model = must(Model::new(prior, loads(3), Evidence::Auto));
+    let mut names: Vec<&str> = model.parameters().iter().map(|p| p.name.as_str()).collect();
+    let count = names.len();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), count, "{names:?}");
+    assert!(must(model.position("lengthscale x 1 (2)")) > must(model.position("lengthscale x 1")));
+    for period in [0.0, -1.0, f64::NAN] {
+        assert!(matches!(Periodic::new(0, period), Err(GpError::Period(_))));
+    }
 }
 
 #[test]

@@ -384,14 +384,14 @@ mod tests {
             Box::new(Matern::new(Smoothness::Twice)),
             Box::new(Matern::new(Smoothness::Thrice)),
             Box::new(Linear::new()),
-            Box::new(Periodic::new(0, 1.3)),
-            Box::new(Product::new(SquaredExponential::along(&[1]), Periodic::new(0, 1.3))),
+            Box::new(Periodic::new(0, 1.3).unwrap()),
+            Box::new(Product::new(SquaredExponential::along(&[1]), Periodic::new(0, 1.3).unwrap())),
             Box::new(Product::new(Linear::new(), SquaredExponential::new())),
             Box::new(Sum::new(
                 Scaled::new(SquaredExponential::new()),
                 Scaled::new(RationalQuadratic::new()),
             )),
-            Box::new(Sum::new(Linear::new(), Periodic::new(1, 0.9))),
+            Box::new(Sum::new(Linear::new(), Periodic::new(1, 0.9).unwrap())),
             Box::new(Along::new(&SquaredExponential::new(), [0.6, 0.8], &[0, 1])),
             Box::new(Along::new(&Linear::new(), [0.6, -0.8], &[0, 1])),
         ]

@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use sinew_num::Series;
 
 use super::{Hyperparameter, Kernel, Measure};
+use crate::error::GpError;
 
 /// exp(−2 sin²(π (x − x′) / period) / w²): the squared exponential of a point's position on a
 /// circle (MacKay 1998; the thesis warps inputs likewise). The width w is in units of the circle's radius.
@@ -18,8 +19,14 @@ pub struct Periodic {
 
 impl Periodic {
     /// Along `axis`, with the period `period`.
-    pub fn new(axis: usize, period: f64) -> Self {
-        Self { axis, period, active: true }
+    ///
+    /// # Errors
+    /// If the period is not finite and above 0.
+    pub fn new(axis: usize, period: f64) -> Result<Self, GpError> {
+        match period.is_finite() && period > 0.0 {
+            true => Ok(Self { axis, period, active: true }),
+            false => Err(GpError::Period(period)),
+        }
     }
 }
 

@@ -353,7 +353,7 @@ mod tests {
 
     #[test]
     fn programs_equal_series() {
-        let periodic = Sum::new(Linear::new(), Periodic::new(1, 0.9));
+        let periodic = Sum::new(Linear::new(), Periodic::new(1, 0.9).unwrap());
         let product = Product::new(Linear::new(), SquaredExponential::new());
         let kernels: [&dyn Kernel<2>; 6] =
             [&Everything, &Branching, &Rooted, &periodic, &product, &Linear::new()];
@@ -388,7 +388,7 @@ mod tests {
         }
         assert_eq!(count(), 2);
         for period in 1..100 {
-            difference(&Periodic::new(0, f64::from(period)), &all_orders([1, 0], [0, 0]));
+            difference(&Periodic::new(0, f64::from(period)).unwrap(), &all_orders([1, 0], [0, 0]));
         }
         assert_eq!(count(), MOST_PROGRAMS);
     }
