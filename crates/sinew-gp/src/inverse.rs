@@ -6,8 +6,13 @@ use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use crate::simd::vectorised;
 
-/// Order up to which columns are substituted one by one.
-const LEAF: usize = 48;
+/// Order up to which rows are eliminated one by one: as many as the nearest cache holds.
+const LEAF: usize = 64;
+/// Numbers of a vector register.
+const LANES: usize = 8;
+/// Registers of a row, one more than needed: rows a power of two apart get in each other's way in the cache,
+/// which costs six times the time.
+const STRIDE: usize = LEAF / LANES + 1;
 
 /// Writes L⁻¹ into the lower triangle of `out`; `lower` and `out` are stored by columns.
 ///
@@ -50,27 +55,40 @@ pub(crate) fn side_by_side(
     }
 }
 
+/// Row by row, X ← L⁻¹ from the identity: rows below a pivot are independent of each other, so that the
+/// processor need not wait for one to begin the next.
 fn invert_leaf(mut out: MatMut<'_, f64>, lower: MatRef<'_, f64>) {
     let size = lower.nrows();
-    let column = |k: usize| lower.col(k).try_as_col_major().expect("stored by columns").as_slice();
+    let mut rows = [[[0.0; LANES]; STRIDE]; LEAF];
+    for k in 0..size {
+        let column = lower.col(k).try_as_col_major().expect("stored by columns").as_slice();
+        let (above, below) = rows[..size].split_at_mut(k + 1);
+        let pivot = &mut above[k];
+        pivot[k / LANES][k % LANES] = 1.0;
+        eliminate(&mut pivot[..k / LANES + 1], below, &column[k..]);
+    }
     for j in 0..size {
-        let mut x = [0.0; LEAF];
-        x[j] = 1.0;
-        for k in j..size {
-            let below = column(k);
-            x[k] /= below[k];
-            let value = x[k];
-            subtract(&mut x[k + 1..size], &below[k + 1..], value);
-        }
         let column = out.rb_mut().col_mut(j).try_as_col_major_mut().expect("stored by columns");
-        column.as_slice_mut()[j..].copy_from_slice(&x[j..size]);
+        let entries = column.as_slice_mut()[j..].iter_mut().zip(&rows[j..size]);
+        entries.for_each(|(entry, row)| *entry = row[j / LANES][j % LANES]);
     }
 }
 
+/// A row in vector registers.
+type Row = [[f64; LANES]; STRIDE];
+
 vectorised! {
-    fn subtract(x: &mut [f64], column: &[f64], factor: f64) {
-        for (x, l) in x.iter_mut().zip(column) {
-            *x -= factor * l;
+    fn eliminate(pivot: &mut [[f64; LANES]], below: &mut [Row], column: &[f64]) {
+        let scale = column[0].recip();
+        for lanes in pivot.iter_mut() {
+            lanes.iter_mut().for_each(|x| *x *= scale);
+        }
+        for (row, factor) in below.iter_mut().zip(&column[1..]) {
+            for (row, pivot) in row.iter_mut().zip(pivot.iter()) {
+                for (x, p) in row.iter_mut().zip(pivot) {
+                    *x -= factor * p;
+                }
+            }
         }
     }
 }
