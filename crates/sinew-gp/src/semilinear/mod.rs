@@ -111,7 +111,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     ) -> Result<Solution<D>, GpError> {
         let points = collocation(data, self.problem.domain())?;
         let values = self.prior_values(kernel, &points)?;
-        self.iterate(kernel, data, options, steps, (values, None))
+        self.iterate(kernel, (data, &points), options, steps, (values, None))
     }
 
     /// [`SemiLinear::solve`] from a solution on other data or of another equation: fewer points, or
@@ -131,7 +131,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         let posterior = start.fit.posterior()?;
         let values = self.evaluate(&points, |operator| posterior.mean_of(operator, &points))?;
         let parameters = start.fit.outcome().parameters.clone();
-        self.iterate(kernel, data, options, steps, (values, Some(parameters)))
+        self.iterate(kernel, (data, &points), options, steps, (values, Some(parameters)))
     }
 
     /// L u + g(u) at points, to be compared with f there: where they differ most, the next
@@ -160,16 +160,15 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     fn iterate(
         &self,
         kernel: &dyn Kernel<D>,
-        data: &Data<D>,
+        (data, points): (&Data<D>, &[[f64; D]]),
         options: &FitOptions,
         steps: usize,
         (mut values, mut parameters): (Vec<[f64; M]>, Option<Vec<f64>>),
     ) -> Result<Solution<D>, GpError> {
-        let points = collocation(data, self.problem.domain())?;
         let mut change = f64::INFINITY;
         let mut taken = 0;
         loop {
-            let model = self.linearised(kernel, data, &points, &values)?;
+            let model = self.linearised(kernel, data, points, &values)?;
             // Parameters of a start on other data may be of another number.
             let count = model.parameters().len();
             let mut starts: Vec<Vec<f64>> =
@@ -180,8 +179,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
             }
             let fit = model.fit_from(starts, options.iterations)?;
             let posterior = fit.posterior()?;
-            let updated =
-                self.evaluate(&points, |operator| posterior.mean_of(operator, &points))?;
+            let updated = self.evaluate(points, |operator| posterior.mean_of(operator, points))?;
             change = relative_change(&values, &updated);
             taken += 1;
             if change < CONVERGED || taken >= steps {

@@ -1,0 +1,173 @@
+use super::*;
+use crate::kernel::{
+    Along, Linear, Matern, Periodic, Product, RationalQuadratic, Scaled, Smoothness,
+    SquaredExponential, Sum,
+};
+
+fn kernels() -> Vec<Box<dyn Kernel<2>>> {
+    vec![
+        Box::new(SquaredExponential::new()),
+        Box::new(SquaredExponential::along(&[1])),
+        Box::new(RationalQuadratic::new()),
+        Box::new(Matern::new(Smoothness::Once)),
+        Box::new(Matern::new(Smoothness::Twice)),
+        Box::new(Matern::new(Smoothness::Thrice)),
+        Box::new(Linear::new()),
+        Box::new(Periodic::new(0, 1.3).unwrap()),
+        Box::new(Product::new(SquaredExponential::along(&[1]), Periodic::new(0, 1.3).unwrap())),
+        Box::new(Product::new(Linear::new(), SquaredExponential::new())),
+        Box::new(Sum::new(
+            Scaled::new(SquaredExponential::new()),
+            Scaled::new(RationalQuadratic::new()),
+        )),
+        Box::new(Sum::new(Linear::new(), Periodic::new(1, 0.9).unwrap())),
+        Box::new(Along::new(&SquaredExponential::new(), [0.6, 0.8], &[0, 1])),
+        Box::new(Along::new(&Linear::new(), [0.6, -0.8], &[0, 1])),
+    ]
+}
+
+#[test]
+fn all_kernels_conform() {
+    for kernel in &kernels() {
+        let values: Vec<f64> = kernel
+            .hyperparameters()
+            .iter()
+            .enumerate()
+            .map(|(number, h)| match h.measure {
+                Measure::Length { .. } => 0.6 + 0.2 * number as f64,
+                Measure::Number { .. } => 1.1 + 0.1 * number as f64,
+            })
+            .collect();
+        let result = check_kernel(&**kernel, &values, [-0.5, 0.0], [1.0, 2.0], 3);
+        assert_eq!(result, Ok(()), "{}", kernel.name());
+    }
+}
+
+#[test]
+fn lengths_from_a_twentieth_to_fifty_times_the_extent_pass() {
+    let extents = [3.0, 0.02];
+    for kernel in &kernels() {
+        for (seed, length) in [0.05, 0.2, 1.0, 5.0, 20.0, 50.0].into_iter().enumerate() {
+            let value = |h: Hyperparameter| match h.measure {
+                Measure::Length { axis } => length * extents[axis],
+                Measure::Number { .. } => 1.2,
+            };
+            let values: Vec<f64> = kernel.hyperparameters().into_iter().map(value).collect();
+            let upper = [-1.0 + extents[0], extents[1]];
+            let result = check_kernel(&**kernel, &values, [-1.0, 0.0], upper, seed as u64);
+            assert_eq!(result, Ok(()), "{} of length {length}", kernel.name());
+        }
+    }
+}
+
+/// k(x, x′) = x − 2x′ in the first axis.
+#[derive(Debug)]
+struct Skew;
+
+impl Kernel<1> for Skew {
+    fn name(&self) -> String {
+        "skew".into()
+    }
+    fn hyperparameters(&self) -> Vec<Hyperparameter> {
+        Vec::new()
+    }
+    fn on_axes(&self, _: &[usize]) -> Box<dyn Kernel<1>> {
+        Box::new(Skew)
+    }
+    fn formula(&self, _: &[Series], x: &[Series; 1], y: &[Series; 1]) -> Series {
+        &x[0] - &y[0] * 2.0
+    }
+}
+
+/// A constant that says of its hyperparameter what it is told.
+#[derive(Clone, Debug)]
+struct Declared(Measure);
+
+impl Kernel<1> for Declared {
+    fn name(&self) -> String {
+        "declared".into()
+    }
+    fn hyperparameters(&self) -> Vec<Hyperparameter> {
+        vec![Hyperparameter { name: "number", measure: self.0 }]
+    }
+    fn on_axes(&self, _: &[usize]) -> Box<dyn Kernel<1>> {
+        Box::new(self.clone())
+    }
+    fn formula(&self, h: &[Series], _: &[Series; 1], _: &[Series; 1]) -> Series {
+        h[0].squared()
+    }
+}
+
+/// A function of the squared distance and of the first coordinates of both points.
+type OfDistance = fn(&Series, &Series, &Series) -> Series;
+
+#[derive(Clone, Debug)]
+struct Formula(OfDistance);
+
+impl Kernel<2> for Formula {
+    fn name(&self) -> String {
+        "formula".into()
+    }
+    fn hyperparameters(&self) -> Vec<Hyperparameter> {
+        Vec::new()
+    }
+    fn on_axes(&self, _: &[usize]) -> Box<dyn Kernel<2>> {
+        Box::new(self.clone())
+    }
+    fn formula(&self, _: &[Series], x: &[Series; 2], y: &[Series; 2]) -> Series {
+        let square = (&x[0] - &y[0]).squared() + (&x[1] - &y[1]).squared();
+        (self.0)(&square, &x[0], &y[0])
+    }
+}
+
+#[test]
+fn kernels_with_small_negative_eigenvalues_are_refused() {
+    let indefinite: [(&str, OfDistance); 4] = [
+        // A cosine of the distance that stops at its first minimum; definite on no line.
+        ("truncated cosine", |s, _, _| {
+            if s.value() < 1.0 { (s.sqrt() * 3.0).cos() } else { s.constant(3.0_f64.cos()) }
+        }),
+        // Definite on lines, not in the plane.
+        ("hat", |s, _, _| match s.value() {
+            below if below < 0.09 => -(s.sqrt() / 0.3) + 1.0,
+            _ => s.constant(0.0),
+        }),
+        // A power above two.
+        ("exponential of a power", |s, _, _| match s.value() {
+            0.0 => s.constant(1.0),
+            _ => (-(s.powf(1.15))).exp(),
+        }),
+        // A millionth of the variance taken away from one function.
+        ("squared exponential less a wave", |s, x, y| {
+            (s * -0.5).exp() - (x * 20.0).sin() * (y * 20.0).sin() * 1e-6
+        }),
+    ];
+    for (name, formula) in indefinite {
+        let result = check_kernel(&Formula(formula), &[], [0.0; 2], [1.0; 2], 1);
+        let Err(KernelFault::Definiteness { eigenvalue, .. }) = result else {
+            panic!("{name}: {result:?}")
+        };
+        println!("{name}: {eigenvalue:.1e}");
+        assert!(eigenvalue < -1e-7, "far beyond rounding: {name}, {eigenvalue}");
+    }
+    let undefined = check_kernel(&Formula(|s, _, _| s.recip()), &[], [0.0; 2], [1.0; 2], 1);
+    assert!(matches!(undefined, Err(KernelFault::NotFinite { .. })), "{undefined:?}");
+}
+
+#[test]
+fn faults_are_found() {
+    let fault = check_kernel(&Skew, &[], [0.0], [1.0], 1).unwrap_err();
+    assert!(matches!(fault, KernelFault::Symmetry { .. }), "{fault}");
+    let count = check_kernel(&Skew, &[1.0], [0.0], [1.0], 1).unwrap_err();
+    assert_eq!(count, KernelFault::Hyperparameters { found: 1, expected: 0 });
+    for (measure, value) in [
+        (Measure::Number { lower: -1.0, upper: 2.0 }, 0.5),
+        (Measure::Number { lower: 2.0, upper: 1.0 }, 0.5),
+        (Measure::Length { axis: 1 }, 0.5),
+        (Measure::Length { axis: 0 }, -0.5),
+        (Measure::Length { axis: 0 }, f64::NAN),
+    ] {
+        let fault = check_kernel(&Declared(measure), &[value], [0.0], [1.0], 1).unwrap_err();
+        assert!(matches!(fault, KernelFault::Declaration { number: 0, .. }), "{fault}");
+    }
+}
