@@ -14,9 +14,11 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("sinew-burn", &["sinew-num"]),
     ("sinew-gp", &["sinew-num", "sinew-burn"]),
     ("sinew-gnn", &["sinew-num", "sinew-mesh", "sinew-energy", "sinew-graph", "sinew-burn"]),
+    ("sinew-report", &[]),
     (
         "sinew-study",
         &[
+            "sinew-report",
             "sinew-num",
             "sinew-mesh",
             "sinew-energy",
@@ -27,7 +29,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "sinew-gp",
         ],
     ),
-    ("sinew-verify", &["sinew-num", "sinew-mesh", "sinew-energy", "sinew-fem"]),
+    ("sinew-verify", &["sinew-num", "sinew-mesh", "sinew-energy", "sinew-fem", "sinew-report"]),
     ("sinew-tests", &[]),
     ("sinew-examples", &["sinew-mesh", "sinew-energy", "sinew-fem", "sinew-graph", "sinew-gnn"]),
     ("xtask", &[]),

@@ -6,6 +6,7 @@
 mod arrows;
 mod ci;
 mod command;
+mod page;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -46,6 +47,11 @@ enum Task {
     Ci,
     /// Check the arrows between the crates
     Arrows,
+    /// Open reports in a headless Chromium: errors, overlapping labels, contrast, in light and dark
+    Page {
+        /// Files such as out/reproduce-beam/report.html
+        pages: Vec<std::path::PathBuf>,
+    },
     /// Run the benchmarks; each prints its error beside its time
     Bench {
         /// Options of criterion, such as a filter on benchmark names
@@ -61,6 +67,7 @@ fn main() -> Result<()> {
         Task::Verify { options } => command::verify(&options),
         Task::Ci => ci::run(),
         Task::Arrows => arrows::check(),
+        Task::Page { pages } => page::check(&pages),
         Task::Bench { options } => command::benches(&options),
     }
 }
