@@ -42,9 +42,12 @@ impl Axis {
         let exponent = if logarithmic && low < LEAST { -low.log10().floor() } else { 0.0 };
         let room = (0.04 * (high - low)).max(1e-3 * high.abs()).max(f64::MIN_POSITIVE);
         let ends = match logarithmic {
-            // At least half a decade to each side of a single value.
             true if high < 10.0 * low => [low / 2.0, high * 2.0],
-            true => [low / 1.1, high * 1.1],
+            // Markers at the ends stay whole.
+            true => {
+                let room = (high / low).powf(0.04);
+                [low / room, high * room]
+            }
             false => [low - room, high + room],
         };
         Some(Self { logarithmic, scale: 10f64.powf(exponent), ends })
