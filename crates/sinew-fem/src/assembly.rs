@@ -5,6 +5,7 @@ use crate::cells::{CellValue, MOST_WORST, least, per_cell};
 use crate::patch::PatchResponse;
 use crate::sparsity::Sparsity;
 use crate::state::State;
+use crate::vector::Norm;
 use sinew_energy::{
     Exact, Law, PressureLoad, PressureSurface, Response, SurfaceResponse, TotalPotential,
 };
@@ -34,6 +35,13 @@ pub(crate) struct Assembly {
     /// What the points of each patch have in common, if there are patches.
     patches: Vec<PatchResponse>,
 }
+
+/// How often the estimate of rounding errors is tolerated: measured residuals at the floor are 0.9–1.6 of it.
+const FLOOR_FACTOR: f64 = 4.0;
+/// Most that an equilibrium may leave of loads and reactions, whatever the rounding errors are.
+const MOST_LEFT: f64 = 1e-6;
+/// Loads and reactions below this many rounding errors are none.
+const UNLOADED: f64 = 100.0;
 
 /// Second Piola–Kirchhoff stress at each quadrature point as Newton's linear model foresees it.
 pub(crate) type PredictedStress = Vec<Mat3<f64>>;
@@ -66,23 +74,23 @@ impl Assembly {
     ) {
         let State { displacement, load_factor, .. } = state;
         self.matrix.fill(0.0);
-        let mut loads = 0.0;
+        let mut loads = Norm::default();
         let work: f64 = displacement.iter().zip(&potential.nodal_force).map(|(u, f)| u * f).sum();
         self.energy = -load_factor * work;
         let mut rounding = Rounding::default();
         rounding.energy += self.energy.abs();
         for (g, f) in self.gradient.iter_mut().zip(&potential.nodal_force) {
             *g = -load_factor * f;
-            loads += *g * *g;
+            loads.add(*g);
         }
         let mut facet = 0;
         for pressure in &potential.pressures {
-            loads += self.add_pressure(pressure, sparsity, facet, state, &mut rounding);
+            loads.add(self.add_pressure(pressure, sparsity, facet, state, &mut rounding));
             facet += pressure.facets.len();
         }
         let mut facet = 0;
         for surface in &potential.surfaces {
-            loads += self.add_surface(surface, sparsity, facet, state, &mut rounding);
+            loads.add(self.add_surface(surface, sparsity, facet, state, &mut rounding));
             facet += surface.facets();
         }
         for (index, spring) in potential.springs.iter().enumerate() {
@@ -107,7 +115,20 @@ impl Assembly {
         (self.floor, self.energy_noise) = (rounding.force_noise(), rounding.energy_noise());
         let held = potential.prescribed.iter().enumerate().filter(|(_, p)| p.is_some());
         let reactions = held.map(|(dof, _)| sparsity.frames.component(dof, &self.gradient));
-        self.force_scale = loads.sqrt() + reactions.map(|g| g * g).sum::<f64>().sqrt();
+        self.force_scale = loads.value() + reactions.collect::<Norm>().value();
+    }
+
+    /// Whether everything that an equilibrium is judged by is a number.
+    pub fn is_finite(&self) -> bool {
+        [self.energy, self.energy_noise, self.floor, self.force_scale].iter().all(|x| x.is_finite())
+    }
+
+    /// Residual at which the rounding errors leave no more to be gained \[stress·length²\]: so small a part of the forces
+    /// that it is an equilibrium, unless the forces themselves are rounding errors, as in a body at rest.
+    pub fn tolerance(&self) -> f64 {
+        let floor = FLOOR_FACTOR * self.floor;
+        let unloaded = self.force_scale <= UNLOADED * self.floor;
+        if unloaded { floor } else { floor.min(MOST_LEFT * self.force_scale) }
     }
 
     fn add_cells<L: Law<D>, const D: usize, const N: usize>(
@@ -222,7 +243,7 @@ impl Assembly {
         }
     }
 
-    /// Adds a pressure; returns the squared norm of its nodal forces, facet by facet.
+    /// Adds a pressure; returns the norm of its nodal forces, facet by facet.
     fn add_pressure(
         &mut self,
         pressure: &PressureLoad,
@@ -232,7 +253,7 @@ impl Assembly {
         rounding: &mut Rounding,
     ) -> f64 {
         let magnitude = state.load_factor * pressure.magnitude.value(state.theta);
-        let mut squared = 0.0;
+        let mut norm = Norm::default();
         for (facet, nodes) in pressure.facets.iter().enumerate() {
             let response = pressure.facet_response(facet, state.displacement);
             self.energy += magnitude * response.energy;
@@ -240,7 +261,7 @@ impl Assembly {
             for (row, g) in response.gradient.iter().enumerate() {
                 let force = magnitude * g;
                 self.gradient[3 * nodes[row / 3] + row % 3] += force;
-                squared += force * force;
+                norm.add(force);
             }
             let (places, hessian) = (sparsity.facets.of(first_facet + facet), &response.hessian);
             let entry = |row: usize, column: usize| hessian[row][column];
@@ -252,10 +273,10 @@ impl Assembly {
                 self.matrix[slot as usize] += magnitude * value;
             }
         }
-        squared
+        norm.value()
     }
 
-    /// Adds a pressure on a surface of any element; returns the squared norm of its nodal forces.
+    /// Adds a pressure on a surface of any element; returns the norm of its nodal forces.
     fn add_surface(
         &mut self,
         surface: &PressureSurface,
@@ -265,7 +286,7 @@ impl Assembly {
         rounding: &mut Rounding,
     ) -> f64 {
         let magnitude = state.load_factor * surface.magnitude.value(state.theta);
-        let mut squared = 0.0;
+        let mut norm = Norm::default();
         let mut response = SurfaceResponse::default();
         for facet in 0..surface.facets() {
             surface.facet_response(facet, state.displacement, &mut response);
@@ -273,13 +294,13 @@ impl Assembly {
             self.energy += energy;
             rounding.energy += energy.abs();
             let nodes = surface.facet_nodes(facet);
-            squared += self.add_facet(nodes, sparsity, first_facet + facet, magnitude, &response);
+            norm.add(self.add_facet(nodes, sparsity, first_facet + facet, magnitude, &response));
         }
-        squared
+        norm.value()
     }
 
     /// Adds forces and the lower half of their derivative on one facet, counted over all surfaces; returns
-    /// the forces' squared norm.
+    /// the forces' norm.
     pub fn add_facet(
         &mut self,
         nodes: &[usize],
@@ -288,22 +309,22 @@ impl Assembly {
         magnitude: f64,
         response: &SurfaceResponse,
     ) -> f64 {
-        let mut squared = 0.0;
+        let mut norm = Norm::default();
         for (row, g) in response.gradient.iter().enumerate() {
             let force = magnitude * g;
             self.gradient[3 * nodes[row / 3] + row % 3] += force;
-            squared += force * force;
+            norm.add(force);
         }
         let (size, places) = (response.gradient.len(), sparsity.surfaces.of(facet));
         let entry = |row: usize, column: usize| response.hessian[row * size + column];
         if self.add_turned(&sparsity.frames, nodes, places, magnitude, entry) {
-            return squared;
+            return norm.value();
         }
         let lower = (0..size).flat_map(|row| &response.hessian[row * size..][..=row]);
         for (&place, value) in places.iter().zip(lower) {
             self.matrix[place as usize] += magnitude * value;
         }
-        squared
+        norm.value()
     }
 
     /// Adds the second derivative of Π times `direction` to `forces`, in all degrees of freedom.
