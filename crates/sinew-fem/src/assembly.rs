@@ -40,8 +40,8 @@ pub(crate) struct Assembly {
 const FLOOR_FACTOR: f64 = 4.0;
 /// Most that an equilibrium may leave of loads and reactions, whatever the rounding errors are.
 const MOST_LEFT: f64 = 1e-6;
-/// Loads and reactions below this many rounding errors are none.
-const UNLOADED: f64 = 100.0;
+/// Strain from which on a body is not at rest.
+const STRAINED: f64 = 1e-6;
 
 /// Second Piola–Kirchhoff stress at each quadrature point as Newton's linear model foresees it.
 pub(crate) type PredictedStress = Vec<Mat3<f64>>;
@@ -123,12 +123,21 @@ impl Assembly {
         [self.energy, self.energy_noise, self.floor, self.force_scale].iter().all(|x| x.is_finite())
     }
 
-    /// Residual at which the rounding errors leave no more to be gained \[stress·length²\]: so small a part of the forces
-    /// that it is an equilibrium, unless the forces themselves are rounding errors, as in a body at rest.
+    /// Residual at which an equilibrium is reached \[stress·length²\]: what the rounding errors amount to, but no more than
+    /// [`MOST_LEFT`] of the forces in a body that is strained. Forces on a body at rest may be nothing but rounding errors.
     pub fn tolerance(&self) -> f64 {
-        let floor = FLOOR_FACTOR * self.floor;
-        let unloaded = self.force_scale <= UNLOADED * self.floor;
-        if unloaded { floor } else { floor.min(MOST_LEFT * self.force_scale) }
+        let (floor, most) = (FLOOR_FACTOR * self.floor, MOST_LEFT * self.force_scale);
+        if floor <= most || !self.is_strained() { floor } else { most }
+    }
+
+    fn is_strained(&self) -> bool {
+        let strained = |h: &Mat3<f64>| {
+            let twice = |i: usize, j: usize| {
+                h[i][j] + h[j][i] + (0..3).map(|k| h[k][i] * h[k][j]).sum::<f64>()
+            };
+            (0..9).any(|entry| twice(entry / 3, entry % 3).abs() > 2.0 * STRAINED)
+        };
+        self.displacement_gradients().any(strained)
     }
 
     fn add_cells<L: Law<D>, const D: usize, const N: usize>(
