@@ -6,7 +6,7 @@
 use crate::bodies::*;
 use crate::checks::gradient_and_energy;
 use sinew_energy::laws::{Guccione, HolzapfelOgden};
-use sinew_energy::{ForceBalance, Law, Load, Magnitude, Scene, Support, SurfaceResponse, TotalPotential};
+use sinew_energy::{Body, ForceBalance, Load, Magnitude, Scene, Support, SurfaceResponse};
 use sinew_fem::{
     BalanceSolution, BalanceSolver, LinearSolver, Options, Solution, SolveError, Solver, sweep,
 };
@@ -66,16 +66,16 @@ impl Tally {
 }
 
 /// Whether a minimiser's solution is one.
-fn sound<L: Law<D>, const D: usize>(
-    potential: &TotalPotential<L, D>,
-    solution: &Solution,
-) -> Result<(), String> {
+fn sound(potential: &Body, solution: &Solution) -> Result<(), String> {
     let Solution { displacement, theta, energy, residual, force_scale, .. } = solution;
     let (forces, value) = gradient_and_energy(potential, displacement, theta);
     let left = unbalanced(&potential.prescribed, &forces, &potential.nodal_force);
     let finite = [*energy, value, *residual, *force_scale, left].iter().all(|x| x.is_finite());
     let told = residual / force_scale;
-    if finite && left <= BALANCED && told <= BALANCED && (value - energy).abs() <= 1e-9 * value.abs()
+    if finite
+        && left <= BALANCED
+        && told <= BALANCED
+        && (value - energy).abs() <= 1e-9 * value.abs()
     {
         return Ok(());
     }
@@ -83,12 +83,9 @@ fn sound<L: Law<D>, const D: usize>(
 }
 
 /// Whether a solution of the balance is one.
-fn sound_balance<L: Law<D>, const D: usize>(
-    body: &ForceBalance<L, D, 4>,
-    solution: &BalanceSolution,
-) -> Result<(), String> {
+fn sound_balance(body: &ForceBalance, solution: &BalanceSolution) -> Result<(), String> {
     let BalanceSolution { displacement, theta, residual, force_scale, load_factor, .. } = solution;
-    let (mut forces, value) = gradient_and_energy(&body.potential, displacement, theta);
+    let (mut forces, value) = gradient_and_energy(&body.body, displacement, theta);
     let mut loads = vec![0.0; forces.len()];
     let mut response = SurfaceResponse::default();
     for follower in &body.followers {
@@ -103,7 +100,7 @@ fn sound_balance<L: Law<D>, const D: usize>(
     for (force, load) in forces.iter_mut().zip(&loads) {
         *force += load;
     }
-    let left = unbalanced(&body.potential.prescribed, &forces, &loads);
+    let left = unbalanced(&body.body.prescribed, &forces, &loads);
     let told = residual / force_scale;
     if value.is_finite() && left <= BALANCED && told <= BALANCED && force_scale.is_finite() {
         return Ok(());
@@ -124,7 +121,7 @@ fn supports(kind: usize, stretch: f64) -> Vec<Support> {
 const FIBRES: [[f64; 3]; 3] =
     [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0]];
 
-fn stretched(kind: usize, fibre: [f64; 3], stretch: f64) -> TotalPotential<HolzapfelOgden, 1> {
+fn stretched(kind: usize, fibre: [f64; 3], stretch: f64) -> Body {
     let supports = supports(kind, stretch);
     Scene { supports, ..with_directions(HO, cube(2), [fibre]) }.lower().unwrap()
 }
@@ -133,14 +130,14 @@ fn exponents(b: f64) -> [f64; 4] {
     [1.0, b, 1.0, b]
 }
 
-/// Powers of ten of the energies that a table aims at: where forces, their squares or those of the stiffness overflow, and
-/// far from there.
+/// Powers of ten of the energies \[kPa mm³\] that a table aims at: laws end at 1e150, squares of stiffnesses before.
 const ENERGIES: [f64; 16] = [
-    5.0, 50.0, 100.0, 130.0, 140.0, 144.0, 146.0, 148.0, 149.0, 150.0, 151.0, 152.0, 154.0, 160.0, 230.0, 300.0,
+    5.0, 50.0, 100.0, 130.0, 140.0, 144.0, 146.0, 147.0, 148.0, 148.5, 149.0, 149.3, 149.6, 150.0,
+    151.0, 160.0,
 ];
 
 /// The factors b of the exponents that take a stretched cube to the [`ENERGIES`]: their logarithm is nearly linear in b.
-fn exponents_to_overflow(cube: &TotalPotential<HolzapfelOgden, 1>) -> [f64; 16] {
+fn exponents_to_overflow(cube: &Body) -> [f64; 16] {
     const MEASURED: f64 = 5.0;
     let solution = Solver::new(cube).unwrap().solve(&exponents(MEASURED), &Options::default());
     let rate = (MEASURED * solution.unwrap().energy).log10() / MEASURED;
@@ -160,7 +157,7 @@ fn a_cube_stretched_to_overflow_is_in_equilibrium_or_refused() {
             }
         }
     }
-    tally.check(1, 1);
+    tally.check(250, 60);
 }
 
 #[test]
@@ -178,7 +175,7 @@ fn a_cube_under_tractions_up_to_overflow_is_in_equilibrium_or_refused() {
             tally.add((fibre, force), result.map(|s| sound(&cube, &s)));
         }
     }
-    tally.check(1, 1);
+    tally.check(10, 10);
 }
 
 #[test]
@@ -192,7 +189,7 @@ fn the_iterative_linear_solver_near_overflow_gives_equilibria_or_errors() {
             tally.add((kind, fibre, stretch), result.map(|s| sound(&cube, &s)));
         }
     }
-    tally.check(1, 1);
+    tally.check(15, 1);
 }
 
 #[test]
@@ -208,7 +205,7 @@ fn a_sweep_that_leads_to_overflow_gives_equilibria_or_errors() {
             }
         }
     }
-    tally.check(1, 1);
+    tally.check(190, 10);
 }
 
 /// Derivatives in θ near overflow are those of neighbouring forces, or an error.
@@ -239,15 +236,13 @@ fn sensitivities_near_overflow_keep_the_forces_balanced_or_are_refused() {
     assert!(balanced >= 12, "{balanced}");
 }
 
-fn traction_beam(pressure: f64, bulk_modulus: f64) -> ForceBalance<Guccione, 3, 4> {
+fn traction_beam(pressure: f64, bulk_modulus: f64) -> ForceBalance {
     let mesh: TetMesh = box_tetrahedra([100.0, 10.0, 10.0], [10, 3, 3]);
     let magnitude = Magnitude::Fixed(pressure);
     let loads = vec![Load::Pressure { facets: "z_min".into(), magnitude }];
     let law = Guccione { bulk_modulus };
     let frame = Guccione::frame([1.0, 0.0, 0.0]);
-    Scene { loads, ..with_directions(law, mesh, frame) }
-        .lower_follower()
-        .unwrap()
+    Scene { loads, ..with_directions(law, mesh, frame) }.lower_follower().unwrap()
 }
 
 #[test]
@@ -261,12 +256,11 @@ fn a_guccione_beam_under_a_loose_pressure_is_in_equilibrium_all_over_its_range()
     }
     let body = traction_beam(0.15, 25.0);
     let mut solver = BalanceSolver::new(&body).unwrap();
-    for corner in 0..16 {
-        let theta = [0, 1, 2, 3].map(|i| if corner >> i & 1 == 0 { 1.75 } else { 3.5 });
+    for theta in [[1.75; 4], [3.5; 4], [1.75, 3.5, 1.75, 3.5], [3.5, 1.75, 3.5, 1.75]] {
         let result = solver.solve(&theta, &Options::default());
         tally.add(theta, result.map(|s| sound_balance(&body, &s)));
     }
-    tally.check(19, 0);
+    tally.check(7, 0);
 }
 
 #[test]
@@ -286,7 +280,7 @@ fn a_loose_pressure_up_to_overflow_is_in_equilibrium_or_refused() {
             }
         }
     }
-    tally.check(1, 1);
+    tally.check(14, 10);
 }
 
 #[test]
@@ -306,21 +300,21 @@ fn a_traced_volume_up_to_overflow_is_in_equilibrium_or_refused() {
             let trace = trace.map(|steps| {
                 let solution = &steps[0].solution;
                 let BalanceSolution { displacement, theta, load_factor, .. } = solution;
-                let (mut forces, value) = gradient_and_energy(&body.potential, displacement, theta);
+                let (mut forces, value) = gradient_and_energy(&body.body, displacement, theta);
                 let mut loads = vec![0.0; forces.len()];
-                for pressure in &body.potential.pressures {
+                for pressure in &body.body.pressures {
                     pressure.value_and_add_gradient(displacement, theta, &mut loads);
                 }
                 for (force, load) in forces.iter_mut().zip(&mut loads) {
                     *force += (load_factor - 1.0) * *load;
                     *load *= load_factor;
                 }
-                let left = unbalanced(&body.potential.prescribed, &forces, &loads);
+                let left = unbalanced(&body.body.prescribed, &forces, &loads);
                 let sound = value.is_finite() && left <= BALANCED;
                 if sound { Ok(()) } else { Err(format!("{left:.1e} unbalanced of {value:.1e}")) }
             });
             tally.add((b, volume), trace);
         }
     }
-    tally.check(1, 1);
+    tally.check(8, 8);
 }
