@@ -6,14 +6,16 @@
 use crate::bodies::*;
 use crate::checks::gradient_and_energy;
 use sinew_energy::laws::{Guccione, HolzapfelOgden};
-use sinew_energy::{Body, ForceBalance, Load, Magnitude, Scene, Support, SurfaceResponse};
+use sinew_energy::{
+    Body, ForceBalance, Load, Magnitude, NearlyIncompressible, Scene, Support, SurfaceResponse,
+};
 use sinew_fem::{
     BalanceSolution, BalanceSolver, LinearSolver, Options, Solution, SolveError, Solver, sweep,
 };
 use sinew_mesh::{TetMesh, box_tetrahedra};
 use std::f64::consts::FRAC_1_SQRT_2;
 
-const HO: HolzapfelOgden = HolzapfelOgden { bulk_modulus: 25.0 };
+const HO: NearlyIncompressible<HolzapfelOgden> = HolzapfelOgden.nearly_incompressible(25.0);
 /// Unbalanced forces of a solution, as a part of loads and reactions.
 const BALANCED: f64 = 1e-6;
 
@@ -240,7 +242,7 @@ fn traction_beam(pressure: f64, bulk_modulus: f64) -> ForceBalance {
     let mesh: TetMesh = box_tetrahedra([100.0, 10.0, 10.0], [10, 3, 3]);
     let magnitude = Magnitude::Fixed(pressure);
     let loads = vec![Load::Pressure { facets: "z_min".into(), magnitude }];
-    let law = Guccione { bulk_modulus };
+    let law = Guccione.nearly_incompressible(bulk_modulus);
     let frame = Guccione::frame([1.0, 0.0, 0.0]);
     Scene { loads, ..with_directions(law, mesh, frame) }.lower_follower().unwrap()
 }
