@@ -23,7 +23,6 @@ mod chart;
 mod format;
 mod html;
 mod integrate;
-mod laws;
 mod options;
 mod program;
 pub mod reference;

@@ -16,7 +16,10 @@ pub const BOX: [(&str, [f64; 2]); 4] =
     [("a", [0.1, 0.26]), ("b", [1.0, 4.2]), ("a_f", [1.5, 5.18]), ("b_f", [1.0, 4.46])];
 
 /// The scene; θ = (a, b, a_f, b_f, pressure \[kPa\]).
-pub fn scene(mesh: TetMesh, bulk_modulus: f64) -> Scene<HolzapfelOgden, 1> {
+pub fn scene(
+    mesh: TetMesh,
+    bulk_modulus: f64,
+) -> Scene<sinew_energy::NearlyIncompressible<HolzapfelOgden>, 1> {
     let fibres = mesh.cell_fields["fibre"].to_vectors::<3>().expect("three components");
     let parameter = |name: &str, range| Parameter {
         name: name.into(),
@@ -29,7 +32,7 @@ pub fn scene(mesh: TetMesh, bulk_modulus: f64) -> Scene<HolzapfelOgden, 1> {
     Scene {
         name: "LeftVentricle".into(),
         units: Units::mm_kpa(),
-        law: HolzapfelOgden { bulk_modulus },
+        law: HolzapfelOgden.nearly_incompressible(bulk_modulus),
         directions: fibres.into_iter().map(|fibre| [fibre]).collect(),
         parameters,
         loads: vec![Load::Pressure { facets: "region:1".into(), magnitude: Magnitude::Theta(4) }],

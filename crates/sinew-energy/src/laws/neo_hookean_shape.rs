@@ -1,26 +1,19 @@
 //! Neo-Hookean solid with the volume split off.
 
-use super::{named, volume_penalty};
-use crate::{Guard, InvariantLaw, Invariants};
+use super::named;
+use crate::{Guard, Invariants, ShapeEnergy};
 use sinew_num::Scalar;
 
 /// Nearly incompressible neo-Hookean solid, `Ψ = ½μ(Ī₁ − 3) + ½P(J−1)²` with `Ī₁ = J^(−2/3) I₁`, the usual law
 /// of Cook's membrane at finite strain (J. C. Simo, F. Armero, Int. J. Numer. Meth. Engng 33, 1992).
 ///
 /// θ = (μ) \[stress\].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct IsochoricNeoHookean {
-    /// P, the penalty on changes of volume \[stress\].
-    pub bulk_modulus: f64,
-}
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NeoHookeanShape;
 
-impl InvariantLaw<0> for IsochoricNeoHookean {
+impl ShapeEnergy<0> for NeoHookeanShape {
     const NAME: &'static str = "neo-Hookean, isochoric split";
     const PARAMETERS: &'static [&'static str] = &["mu"];
-
-    fn constants(&self) -> Vec<(&'static str, f64)> {
-        vec![("bulk modulus", self.bulk_modulus)]
-    }
 
     #[inline]
     fn density_of<S: Scalar, G: Guard>(
@@ -30,8 +23,6 @@ impl InvariantLaw<0> for IsochoricNeoHookean {
         guard: &G,
     ) -> S {
         let [shear] = named(parameters);
-        let Invariants { volume_change, first, .. } = invariants.isochoric(guard);
-        let first = guard.first_invariant(first);
-        shear.clone() * first * 0.5 + volume_penalty(volume_change, self.bulk_modulus)
+        shear.clone() * guard.first_invariant(invariants.first.clone()) * 0.5
     }
 }
