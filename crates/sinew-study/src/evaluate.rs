@@ -1,9 +1,10 @@
 //! Errors of a method over a test set, thesis (3.22).
 
-use crate::report::{ErrorSamples, Method, PerMetric, SampleRow, Spread, quantiles};
+use crate::report::{ErrorSamples, Method, PerMetric, SampleRow, Spread};
 use anyhow::{Context, Result, ensure};
 use rayon::prelude::*;
 use sinew_energy::metrics;
+use sinew_report::Distribution;
 
 /// Test cases with their true displacements and energies.
 #[derive(Clone, Debug)]
@@ -112,8 +113,8 @@ impl Evaluation {
     /// # Errors
     /// An error that is not a number.
     pub fn medians(&self) -> Result<PerMetric<f64>> {
-        self.samples().try_map(|metric, mut values| {
-            let found = quantiles(&mut values);
+        self.samples().try_map(|metric, values| {
+            let found = Distribution::of(values);
             found.map(|q| q.q50).with_context(|| format!("{} is not a number", metric.key()))
         })
     }
@@ -124,7 +125,7 @@ impl Evaluation {
     /// An error that is not a number.
     pub fn rows(&self, method: Method) -> Result<Vec<SampleRow>> {
         let spread = |values: &[f64]| {
-            Spread::of(&mut values.to_vec()).context("an error of a test case is not a number")
+            Spread::of(values.to_vec()).context("an error of a test case is not a number")
         };
         let row = |(sample, (case, theta)): (usize, (&CaseErrors, &Vec<f64>))| {
             Ok(SampleRow {

@@ -1,25 +1,23 @@
 //! The whole study: scenes, simulations, emulators, rivals, report.
 
 use crate::evaluate::{Evaluation, TestSet};
-use crate::manifest::Manifest;
 use crate::options::{BackendChoice, BeamOptions, Method};
 use crate::plan::{Plan, Samples};
 use crate::pod::{PodConfig, PodRegression};
-use crate::report::{
-    self, MethodRow, Report, SampleRow, SceneReport, SceneSamples, Times, TrainingHistory,
-};
+use crate::report::{self, MethodRow, SampleRow, SceneSamples, Times, TrainingHistory};
 use crate::scenes::{Beam, once_clamped, twice_clamped};
 use crate::simulate::{self, Simulations};
 use crate::timing::{WallClock, median_seconds};
 use crate::train::{Body, Workshop};
-use crate::{graph, present, progress, store};
+use crate::{graph, manifest, present, progress, store};
 use anyhow::{Context, Result, ensure};
 use burn::tensor::Device;
 use serde::{Deserialize, Serialize};
 use sinew_energy::Barriers;
 use sinew_gnn::{Backend, ParameterScaling};
+use sinew_report::Section;
 use std::path::{Path, PathBuf};
-use std::time::{Instant, SystemTime};
+use std::time::Instant;
 
 /// Repetitions behind every prediction time.
 const TIMING_REPEATS: usize = 15;
@@ -45,9 +43,9 @@ pub(crate) struct Outcome {
 /// Whatever keeps the report from being made: options that contradict an interrupted run, a solver or a
 /// training that fails, files that cannot be written.
 pub fn reproduce_beam(options: &BeamOptions) -> Result<PathBuf> {
-    let manifest = Manifest::of_this_run(options.seed);
+    let provenance = manifest::of_this_run(options.seed, rayon::current_num_threads(), options)?;
     let clock = begin(options)?;
-    store::write_json(&options.out.join("manifest.json"), &manifest)?;
+    store::write_json(&options.out.join("manifest.json"), &provenance)?;
     let device = match options.backend {
         BackendChoice::Flex => Backend::Flex,
         BackendChoice::Ndarray => Backend::NdArray,
@@ -63,26 +61,16 @@ pub fn reproduce_beam(options: &BeamOptions) -> Result<PathBuf> {
         samples.push(run.samples);
         notes.extend(run.notes.iter().map(|note| format!("{}: {note}", beam.title)));
     }
-    let wall = clock.save()?;
-    let report = Report {
-        schema: report::SCHEMA,
-        command: manifest.command,
-        finished: report::utc_timestamp(SystemTime::now()),
-        wall_s: wall.as_secs_f64(),
-        threads: manifest.threads,
-        seed: manifest.seed,
-        revision: manifest.revision,
-        machine: manifest.machine,
-        versions: manifest.versions,
-        config: toml::to_string_pretty(options)?,
-        notes,
-        scenes,
-    };
-    report::write_all(&options.out, &report, &samples)?;
+    let provenance = provenance.finished(clock.save()?.as_secs_f64());
+    let report = present::report(provenance, notes, scenes);
+    let page = report.write(&options.out)?;
+    let mut table = Vec::new();
+    report::write_samples(&samples, &mut table)?;
+    store::write_text(&options.out.join("samples.csv"), &String::from_utf8(table)?)?;
     if options.json {
-        println!("{}", report::to_json(&report)?);
+        println!("{}", report.to_json()?);
     }
-    Ok(options.out.join("report.html"))
+    Ok(page)
 }
 
 /// Prepares the output folder; the clock goes on where that of the run that is resumed was last saved.
@@ -138,7 +126,7 @@ fn notes(options: &BeamOptions) -> Vec<String> {
 
 /// What a scene contributes to the report.
 struct SceneRun {
-    scene: SceneReport,
+    scene: Section,
     samples: SceneSamples,
     notes: Vec<String>,
 }
@@ -190,7 +178,7 @@ fn run_scene(
     outcomes.extend(fem_outcomes(&simulations, &guarded)?);
 
     present::write_fields(&folder.join("fields"), beam, &simulations, &outcomes)?;
-    let scene = present::scene_report(beam, &potential, &simulations, &outcomes)?;
+    let scene = present::section(beam, &potential, &simulations, &outcomes)?;
     let notes = scene_notes(simulations.fixture.discretisation_mm, &outcomes);
     let theta_names =
         beam.scene.parameters.iter().map(|p| format!("{}_{}", p.name, p.unit)).collect();
