@@ -134,7 +134,7 @@ fn simulate(arguments: &Arguments, seed: u64) -> Result<(Body, Vec<Vec<f64>>, Te
         other => bail!("there is no beam `{other}`; write once or twice"),
     };
     let exact = beam.scene.lower()?;
-    let potential = exact.clone().with_guard(Barriers::default());
+    let potential = exact.clone().with_barriers(Barriers::default());
     let ranges: Vec<[f64; 2]> = beam.scene.parameters.iter().map(|p| p.range).collect();
     let centre: Vec<f64> = ranges.iter().map(|[low, high]| (low * high).sqrt()).collect();
     let (lower, upper): (Vec<f64>, Vec<f64>) = ranges.iter().map(|[a, b]| (*a, *b)).unzip();
