@@ -14,6 +14,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("sinew-burn", &["sinew-num"]),
     ("sinew-gp", &["sinew-num", "sinew-burn"]),
     ("sinew-gnn", &["sinew-num", "sinew-mesh", "sinew-energy", "sinew-graph", "sinew-burn"]),
+    ("sinew-emulate", &["sinew-mesh", "sinew-energy", "sinew-fem", "sinew-graph", "sinew-gnn"]),
     (
         "sinew-study",
         &[
@@ -24,19 +25,33 @@ const ARROWS: &[(&str, &[&str])] = &[
             "sinew-graph",
             "sinew-burn",
             "sinew-gnn",
+            "sinew-emulate",
             "sinew-gp",
         ],
     ),
     ("sinew-verify", &["sinew-num", "sinew-mesh", "sinew-energy", "sinew-fem"]),
     ("sinew-tests", &[]),
-    ("sinew-examples", &["sinew-mesh", "sinew-energy", "sinew-fem", "sinew-graph", "sinew-gnn"]),
+    ("sinew-examples", &["sinew-mesh", "sinew-energy", "sinew-fem", "sinew-emulate"]),
     ("xtask", &[]),
 ];
 
 /// Heavy packages and the only crates of ours that may have them anywhere in their trees.
 const HEAVY: &[(&str, &[&str])] = &[
-    ("burn", &["sinew-burn", "sinew-gnn", "sinew-gp", "sinew-study", "sinew-examples"]),
-    ("faer", &["sinew-fem", "sinew-gp", "sinew-study", "sinew-verify", "sinew-examples"]),
+    (
+        "burn",
+        &["sinew-burn", "sinew-gnn", "sinew-emulate", "sinew-gp", "sinew-study", "sinew-examples"],
+    ),
+    (
+        "faer",
+        &[
+            "sinew-fem",
+            "sinew-emulate",
+            "sinew-gp",
+            "sinew-study",
+            "sinew-verify",
+            "sinew-examples",
+        ],
+    ),
     (
         "quick-xml",
         &[
@@ -45,6 +60,7 @@ const HEAVY: &[(&str, &[&str])] = &[
             "sinew-fem",
             "sinew-graph",
             "sinew-gnn",
+            "sinew-emulate",
             "sinew-study",
             "sinew-verify",
             "sinew-examples",

@@ -2,7 +2,7 @@
 
 use crate::fields::{self, FieldCase};
 use crate::report::{self, DisplacementScale, MeshCounts, SceneReport, SurfaceCases, ThetaRange};
-use crate::run::Outcome;
+use crate::outcome::Outcome;
 use crate::scenes::Beam;
 use crate::simulate::Simulations;
 use anyhow::Result;
@@ -15,7 +15,7 @@ use std::path::Path;
 pub(crate) fn write_fields(
     folder: &Path,
     beam: &Beam,
-    simulations: &Simulations,
+    simulations: &Simulations<'_>,
     outcomes: &[Outcome],
 ) -> Result<()> {
     let emulators: Vec<&Outcome> = outcomes.iter().filter(|outcome| on_test_set(outcome)).collect();
@@ -45,8 +45,9 @@ fn on_test_set(outcome: &Outcome) -> bool {
 /// Numbers that a report refuses.
 pub(crate) fn scene_report(
     beam: &Beam,
-    potential: &sinew_energy::Body,
-    simulations: &Simulations,
+    body: &sinew_energy::Body,
+    train_samples: usize,
+    simulations: &Simulations<'_>,
     outcomes: &[Outcome],
 ) -> Result<SceneReport> {
     let test = &simulations.test;
@@ -69,12 +70,12 @@ pub(crate) fn scene_report(
         description: beam.description.to_string(),
         units: format!("{}, {}", beam.scene.units.length, beam.scene.units.stress),
         mesh: MeshCounts {
-            nodes: potential.nodes,
-            elements: potential.cells.len(),
-            unknowns: potential.free_degrees_of_freedom().len(),
+            nodes: body.nodes,
+            elements: body.cell_count(),
+            unknowns: body.free_degrees_of_freedom().len(),
         },
         theta: beam.scene.parameters.iter().map(theta).collect(),
-        train_samples: simulations.training.thetas.len(),
+        train_samples,
         test_samples: test.thetas.len(),
         displacement: DisplacementScale { mean_mm: sum / count as f64, max_mm: largest },
         thesis: Some(beam.thesis),
@@ -84,7 +85,7 @@ pub(crate) fn scene_report(
     })
 }
 
-fn surfaces(beam: &Beam, simulations: &Simulations, outcomes: &[Outcome]) -> Result<SurfaceCases> {
+fn surfaces(beam: &Beam, simulations: &Simulations<'_>, outcomes: &[Outcome]) -> Result<SurfaceCases> {
     let mesh = &beam.scene.mesh;
     let facets = sinew_mesh::boundary_facets(mesh);
     let triangles: Vec<[usize; 3]> = facets.iter().map(|&facet| mesh.facet_nodes(facet)).collect();

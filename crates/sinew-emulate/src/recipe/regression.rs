@@ -45,7 +45,8 @@ impl Regression {
         let most = self.most.max(self.simulations);
         // The first samples of Sobol's sequence are themselves a design, so that none is wasted when more follow.
         let thetas = session.thetas(Design::Sobol, most, Stream::Regression)?;
-        let mut count = self.simulations.max(2);
+        let most = thetas.len();
+        let mut count = self.simulations.clamp(2, most.max(2)).min(most);
         let choice = record.choice.get_or_insert_default();
         let mut found = Simulations::default();
         loop {
