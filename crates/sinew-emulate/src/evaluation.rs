@@ -76,7 +76,11 @@ impl Emulator<'_> {
     /// A test set without cases, or a body that cannot be solved.
     pub fn evaluate(&self, test: &TestSet<'_>, corrections: usize) -> Result<Evaluation> {
         let Some(theta) = test.thetas.first() else {
-            return Err(Error::Fields { found: 0, expected: 1, length: self.body.prescribed.len() });
+            return Err(Error::Fields {
+                found: 0,
+                expected: 1,
+                length: self.body.prescribed.len(),
+            });
         };
         let fields = self.predict(&test.thetas)?.fields();
         let raw = test.cases(&fields)?;
@@ -88,7 +92,8 @@ impl Emulator<'_> {
                 last.map_or(field, |step| &step.displacement).clone()
             });
             let cases = test.cases(&moved.collect::<Vec<_>>())?;
-            let hurt = cases.iter().zip(&raw).filter(|(after, before)| after.relative > before.relative);
+            let hurt =
+                cases.iter().zip(&raw).filter(|(after, before)| after.relative > before.relative);
             Ok(Corrected { steps: count, errors: Errors::of(&cases), hurt: hurt.count() })
         });
         let seconds: Vec<f64> = steps.iter().flatten().map(|step| step.seconds).collect();

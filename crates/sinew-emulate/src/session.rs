@@ -113,12 +113,7 @@ impl<'a, 'b> Session<'a, 'b> {
     }
 }
 
-fn prepare(
-    folder: &Path,
-    body: &Body,
-    recipe: &Recipe,
-    options: &TrainingOptions,
-) -> Result<()> {
+fn prepare(folder: &Path, body: &Body, recipe: &Recipe, options: &TrainingOptions) -> Result<()> {
     let file = folder.join(STARTED);
     let stored = read_json::<Started>(&file)?;
     let (recipe, body) = (recipe.clone(), identity::of(body));

@@ -60,7 +60,11 @@ fn samples(cases: &[CaseErrors]) -> ErrorSamples {
 }
 
 /// One line per case for the table of samples.
-fn rows(method: report::Method, test: &TestSet<'_>, cases: &[CaseErrors]) -> Result<Vec<SampleRow>> {
+fn rows(
+    method: report::Method,
+    test: &TestSet<'_>,
+    cases: &[CaseErrors],
+) -> Result<Vec<SampleRow>> {
     let spread = |values: &[f64]| {
         Spread::of(&mut values.to_vec()).context("an error of a test case is not a number")
     };

@@ -1,8 +1,8 @@
 //! What a scene's outcomes become: fields for ParaView and the scene's part of the report.
 
 use crate::fields::{self, FieldCase};
-use crate::report::{self, DisplacementScale, MeshCounts, SceneReport, SurfaceCases, ThetaRange};
 use crate::outcome::Outcome;
+use crate::report::{self, DisplacementScale, MeshCounts, SceneReport, SurfaceCases, ThetaRange};
 use crate::scenes::Beam;
 use crate::simulate::Simulations;
 use anyhow::Result;
@@ -85,7 +85,11 @@ pub(crate) fn scene_report(
     })
 }
 
-fn surfaces(beam: &Beam, simulations: &Simulations<'_>, outcomes: &[Outcome]) -> Result<SurfaceCases> {
+fn surfaces(
+    beam: &Beam,
+    simulations: &Simulations<'_>,
+    outcomes: &[Outcome],
+) -> Result<SurfaceCases> {
     let mesh = &beam.scene.mesh;
     let facets = sinew_mesh::boundary_facets(mesh);
     let triangles: Vec<[usize; 3]> = facets.iter().map(|&facet| mesh.facet_nodes(facet)).collect();

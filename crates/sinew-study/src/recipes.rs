@@ -113,7 +113,8 @@ fn budget(options: &BeamOptions, recipe: &Recipe) -> Budget {
         return if quick { Budget::Steps(QUICK_STEPS) } else { Budget::Effort(options.effort) };
     };
     let scenes = options.scene.names().len() as f64;
-    let total: f64 = options.method.iter().map(|&method| self::recipe(options, method).cost()).sum();
+    let total: f64 =
+        options.method.iter().map(|&method| self::recipe(options, method).cost()).sum();
     let left = (budget - FIXED_SECONDS * scenes).max(LEAST_SHARE * budget);
     match recipe.cost() {
         0.0 => Budget::default(),

@@ -203,9 +203,11 @@ fn description(recipe: &Recipe, choice: Option<&sinew_emulate::recipe::Choice>) 
             "emulator trained on {} simulations, errors weighed by the stiffness about one of them",
             recipe.simulations
         ),
-        Recipe::PhysicsInformed(_) => "emulator trained by minimum potential energy, without simulations; one linear \
+        Recipe::PhysicsInformed(_) => {
+            "emulator trained by minimum potential energy, without simulations; one linear \
              solve sets its scale"
-            .to_string(),
+                .to_string()
+        }
         Recipe::Regression(_) | Recipe::Auto(_) => {
             let taken = choice.and_then(|choice| choice.candidates.get(choice.taken));
             taken.map_or_else(String::new, |taken| {

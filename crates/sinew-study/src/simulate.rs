@@ -53,8 +53,7 @@ pub fn run<'b>(
     let seed = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 2;
     let thetas = Design::Uniform.sample(&parameters, counts.test, seed)?;
     let folder = folder.join("test");
-    let solved =
-        simulate(body, &thetas, "simulate test", Some(&folder), &mut Terminal::default())?;
+    let solved = simulate(body, &thetas, "simulate test", Some(&folder), &mut Terminal::default())?;
     let test_s = solved.seconds;
     let test = TestSet::new(body, solved);
     let cold_s = cold_seconds(body, &test.thetas)?;

@@ -69,7 +69,8 @@ impl Recipe {
         observer: &mut dyn Observer,
     ) -> Result<Emulator<'b>> {
         let mut session = Session::begin(body, self, options, observer)?;
-        let finished = session.folder("emulator").filter(|folder| options.resume && folder.exists());
+        let finished =
+            session.folder("emulator").filter(|folder| options.resume && folder.exists());
         if let Some(folder) = finished {
             return Emulator::load(&folder, body);
         }

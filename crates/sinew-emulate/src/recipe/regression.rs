@@ -28,7 +28,11 @@ impl Default for Regression {
 }
 
 impl Regression {
-    pub(crate) fn model(&self, session: &mut Session<'_, '_>, record: &mut Record) -> Result<Model> {
+    pub(crate) fn model(
+        &self,
+        session: &mut Session<'_, '_>,
+        record: &mut Record,
+    ) -> Result<Model> {
         let (regression, error) = self.fit(session, record)?;
         if error > self.target {
             session.warn(Warning::TargetMissed { error, target: self.target });
@@ -48,6 +52,7 @@ impl Regression {
         let most = thetas.len();
         let mut count = self.simulations.clamp(2, most.max(2)).min(most);
         let choice = record.choice.get_or_insert_default();
+        choice.target = self.target;
         let mut found = Simulations::default();
         loop {
             let tried = found.thetas.len() + found.failures.len();
@@ -58,6 +63,7 @@ impl Regression {
             record.train_s += seconds;
             session.simulations = found.fields.len();
             let error = fit.leave_one_out();
+            choice.taken = choice.candidates.len();
             choice.candidates.push(Candidate {
                 recipe: "regression".into(),
                 simulations: found.fields.len(),
