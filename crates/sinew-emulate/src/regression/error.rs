@@ -2,9 +2,9 @@
 
 /// Why a decomposition or its regression is impossible.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum PodError {
+pub enum RegressionError {
     /// Too few samples.
-    #[error("{found} samples were given, at least 2 are needed, 25 is a good number")]
+    #[error("{found} simulations were given, at least 2 are needed, 25 is a good number")]
     TooFewSamples {
         /// Samples given.
         found: usize,
@@ -18,7 +18,7 @@ pub enum PodError {
         fields: usize,
     },
     /// Samples of unlike length.
-    #[error("sample {sample}: {expected} {what} expected, as in the first one, {found} found")]
+    #[error("sample {sample}: {expected} {what} expected, {found} found")]
     Length {
         /// What was counted.
         what: &'static str,
@@ -29,13 +29,15 @@ pub enum PodError {
         /// Length found.
         found: usize,
     },
-    /// A parameter without a logarithm.
-    #[error("parameter {parameter} of sample {sample} is {value}: it must be positive and finite")]
+    /// A parameter that its scale has no place for.
+    #[error(
+        "parameter {parameter} of sample {sample} is {value}: it must be finite, and positive where it is sampled by its logarithm"
+    )]
     Parameter {
         /// The sample.
         sample: usize,
-        /// The parameter.
-        parameter: usize,
+        /// Name of the parameter.
+        parameter: String,
         /// Its value.
         value: f64,
     },
@@ -47,12 +49,6 @@ pub enum PodError {
         /// Index into the flattened field.
         index: usize,
         /// The value.
-        value: f64,
-    },
-    /// The energy tolerance is not a share.
-    #[error("the energy tolerance is {value}, it must be at least 0 and below 1: try 1e-12")]
-    EnergyTolerance {
-        /// The value given.
         value: f64,
     },
     /// The singular value decomposition failed.

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::PodError;
+use super::RegressionError;
 
 /// Fields about their mean: `field = mean + modes · coefficientsᵀ`.
 pub(super) struct Decomposition {
@@ -15,12 +15,12 @@ pub(super) struct Decomposition {
 
 pub(super) fn decompose(
     snapshots: &DMatrix<f64>,
-    energy_tolerance: f64,
-) -> Result<Decomposition, PodError> {
+    dropped_energy: f64,
+) -> Result<Decomposition, RegressionError> {
     let mean = snapshots.column_mean();
     let mut centred = snapshots.clone();
     centred.column_iter_mut().for_each(|mut column| column -= &mean);
-    let failed = || PodError::Decomposition {
+    let failed = || RegressionError::Decomposition {
         samples: snapshots.ncols(),
         length: snapshots.nrows(),
         largest: snapshots.amax(),
@@ -32,7 +32,7 @@ pub(super) fn decompose(
     let svd =
         centred.clone().try_svd(true, false, 5.0 * f64::EPSILON, 10_000).ok_or_else(failed)?;
     let energies: Vec<f64> = svd.singular_values.iter().map(|s| s * s).collect();
-    let allowed = energy_tolerance * energies.iter().sum::<f64>();
+    let allowed = dropped_energy * energies.iter().sum::<f64>();
     let mut dropped = 0.0;
     let mut kept = energies.len();
     // What rounding leaves of a zero singular value is no mode, whatever the tolerance.
