@@ -5,9 +5,9 @@ use crate::cells::{CellValue, MOST_WORST, least, per_cell};
 use crate::patch::PatchResponse;
 use crate::sparsity::Sparsity;
 use crate::state::State;
-use sinew_energy::{
-    Exact, Law, PressureLoad, PressureSurface, Response, SurfaceResponse, TotalPotential,
-};
+use crate::vector::Norm;
+use sinew_energy::with_nodes;
+use sinew_energy::{Body, PressureLoad, PressureSurface, Response, SurfaceResponse};
 use sinew_num::Mat3;
 
 /// Π with its derivatives at one displacement, and what the rounding errors in them are measured by.
@@ -35,6 +35,13 @@ pub(crate) struct Assembly {
     patches: Vec<PatchResponse>,
 }
 
+/// How often the estimate of rounding errors is tolerated: measured residuals at the floor are 0.9–1.6 of it.
+const FLOOR_FACTOR: f64 = 4.0;
+/// Most that an equilibrium may leave of loads and reactions, whatever the rounding errors are.
+const MOST_LEFT: f64 = 1e-6;
+/// Strain from which on a body is not at rest.
+const STRAINED: f64 = 1e-6;
+
 /// Second Piola–Kirchhoff stress at each quadrature point as Newton's linear model foresees it.
 pub(crate) type PredictedStress = Vec<Mat3<f64>>;
 
@@ -57,32 +64,32 @@ impl Assembly {
     /// Evaluates everything at `displacement`, under the fraction `load_factor` of the loads.
     ///
     /// `predicted` replaces the stress in the geometric part of the stiffness, see [`crate::newton`].
-    pub fn assemble<L: Law<D>, const D: usize, const N: usize>(
+    pub fn assemble(
         &mut self,
-        potential: &TotalPotential<L, D, Exact, N>,
+        potential: &Body,
         sparsity: &Sparsity,
         state: State,
         predicted: Option<&PredictedStress>,
     ) {
         let State { displacement, load_factor, .. } = state;
         self.matrix.fill(0.0);
-        let mut loads = 0.0;
+        let mut loads = Norm::default();
         let work: f64 = displacement.iter().zip(&potential.nodal_force).map(|(u, f)| u * f).sum();
         self.energy = -load_factor * work;
         let mut rounding = Rounding::default();
         rounding.energy += self.energy.abs();
         for (g, f) in self.gradient.iter_mut().zip(&potential.nodal_force) {
             *g = -load_factor * f;
-            loads += *g * *g;
+            loads.add(*g);
         }
         let mut facet = 0;
         for pressure in &potential.pressures {
-            loads += self.add_pressure(pressure, sparsity, facet, state, &mut rounding);
+            loads.add(self.add_pressure(pressure, sparsity, facet, state, &mut rounding));
             facet += pressure.facets.len();
         }
         let mut facet = 0;
         for surface in &potential.surfaces {
-            loads += self.add_surface(surface, sparsity, facet, state, &mut rounding);
+            loads.add(self.add_surface(surface, sparsity, facet, state, &mut rounding));
             facet += surface.facets();
         }
         for (index, spring) in potential.springs.iter().enumerate() {
@@ -100,35 +107,59 @@ impl Assembly {
             }
         }
         if potential.patches.is_empty() {
-            self.add_cells(potential, sparsity, state, predicted, &mut rounding);
+            with_nodes!(potential.nodes_per_cell, N => {
+                self.add_cells::<N>(potential, sparsity, state, predicted, &mut rounding)
+            });
         } else {
             self.add_patches(potential, sparsity, state, predicted, &mut rounding);
         }
         (self.floor, self.energy_noise) = (rounding.force_noise(), rounding.energy_noise());
         let held = potential.prescribed.iter().enumerate().filter(|(_, p)| p.is_some());
         let reactions = held.map(|(dof, _)| sparsity.frames.component(dof, &self.gradient));
-        self.force_scale = loads.sqrt() + reactions.map(|g| g * g).sum::<f64>().sqrt();
+        self.force_scale = loads.value() + reactions.collect::<Norm>().value();
     }
 
-    fn add_cells<L: Law<D>, const D: usize, const N: usize>(
+    /// Whether everything that an equilibrium is judged by is a number.
+    pub fn is_finite(&self) -> bool {
+        [self.energy, self.energy_noise, self.floor, self.force_scale].iter().all(|x| x.is_finite())
+    }
+
+    /// Residual at which an equilibrium is reached \[stress·length²\]: what the rounding errors amount to, but no more than
+    /// [`MOST_LEFT`] of the forces in a body that is strained. Forces on a body at rest may be nothing but rounding errors.
+    pub fn tolerance(&self) -> f64 {
+        let (floor, most) = (FLOOR_FACTOR * self.floor, MOST_LEFT * self.force_scale);
+        if floor <= most || !self.is_strained() { floor } else { most }
+    }
+
+    fn is_strained(&self) -> bool {
+        let strained = |h: &Mat3<f64>| {
+            let twice = |i: usize, j: usize| {
+                h[i][j] + h[j][i] + (0..3).map(|k| h[k][i] * h[k][j]).sum::<f64>()
+            };
+            (0..9).any(|entry| twice(entry / 3, entry % 3).abs() > 2.0 * STRAINED)
+        };
+        self.displacement_gradients().any(strained)
+    }
+
+    fn add_cells<const N: usize>(
         &mut self,
-        potential: &TotalPotential<L, D, Exact, N>,
+        potential: &Body,
         sparsity: &Sparsity,
         State { displacement, theta, pressure, .. }: State,
         predicted: Option<&PredictedStress>,
         rounding: &mut Rounding,
     ) {
-        let parameters = TotalPotential::<L, D, Exact, N>::law_parameters(theta);
+        let parameters = potential.law_parameters(theta);
         self.least_volume_ratio = f64::INFINITY;
-        for (cell, nodes) in potential.cells.iter().enumerate() {
+        let shapes = potential.shape_gradients.as_chunks::<N>().0;
+        for (cell, nodes) in potential.cells.as_chunks::<N>().0.iter().enumerate() {
             let motion = motion_of(nodes, displacement);
             let mut blocks: NodalBlocks<N> = [[[[0.0; 3]; N]; 3]; N];
             let first = cell * potential.points_per_cell;
             for point in first..first + potential.points_per_cell {
-                let (shape, volume) = (&potential.shape_gradients[point], potential.volumes[point]);
+                let (shape, volume) = (&shapes[point], potential.volumes[point]);
                 let h = potential.displacement_gradient(point, displacement);
-                let mut response =
-                    potential.law.response(parameters, &h, &potential.directions[point]);
+                let mut response = potential.material.response(point, parameters, &h);
                 if let Some(&pressure) = pressure.get(point) {
                     add_pressure(&mut response, &h, pressure);
                 }
@@ -170,15 +201,15 @@ impl Assembly {
         }
     }
 
-    fn add_patches<L: Law<D>, const D: usize, const N: usize>(
+    fn add_patches(
         &mut self,
-        potential: &TotalPotential<L, D, Exact, N>,
+        potential: &Body,
         sparsity: &Sparsity,
         State { displacement, theta, .. }: State,
         predicted: Option<&PredictedStress>,
         rounding: &mut Rounding,
     ) {
-        let parameters = TotalPotential::<L, D, Exact, N>::law_parameters(theta);
+        let parameters = potential.law_parameters(theta);
         self.least_volume_ratio = f64::INFINITY;
         self.patches.clear();
         // Of all points first: a patch that is turned over ends the assembly, and must be found among the worst.
@@ -201,7 +232,7 @@ impl Assembly {
             for (&point, (h, response)) in points.iter().zip(&patch.points) {
                 potential.add_forces(point, &response.stress, &mut self.gradient);
                 let motion = motion_of(potential.nodes_of_point(point), displacement);
-                let (shape, volume) = (&potential.shape_gradients[point], potential.volumes[point]);
+                let (shape, volume) = (potential.shape_of_point(point), potential.volumes[point]);
                 rounding.add_cell(shape, volume, motion, (h, response), common);
                 self.points[point] = (*h, *response);
             }
@@ -222,7 +253,7 @@ impl Assembly {
         }
     }
 
-    /// Adds a pressure; returns the squared norm of its nodal forces, facet by facet.
+    /// Adds a pressure; returns the norm of its nodal forces, facet by facet.
     fn add_pressure(
         &mut self,
         pressure: &PressureLoad,
@@ -232,7 +263,7 @@ impl Assembly {
         rounding: &mut Rounding,
     ) -> f64 {
         let magnitude = state.load_factor * pressure.magnitude.value(state.theta);
-        let mut squared = 0.0;
+        let mut norm = Norm::default();
         for (facet, nodes) in pressure.facets.iter().enumerate() {
             let response = pressure.facet_response(facet, state.displacement);
             self.energy += magnitude * response.energy;
@@ -240,7 +271,7 @@ impl Assembly {
             for (row, g) in response.gradient.iter().enumerate() {
                 let force = magnitude * g;
                 self.gradient[3 * nodes[row / 3] + row % 3] += force;
-                squared += force * force;
+                norm.add(force);
             }
             let (places, hessian) = (sparsity.facets.of(first_facet + facet), &response.hessian);
             let entry = |row: usize, column: usize| hessian[row][column];
@@ -252,10 +283,10 @@ impl Assembly {
                 self.matrix[slot as usize] += magnitude * value;
             }
         }
-        squared
+        norm.value()
     }
 
-    /// Adds a pressure on a surface of any element; returns the squared norm of its nodal forces.
+    /// Adds a pressure on a surface of any element; returns the norm of its nodal forces.
     fn add_surface(
         &mut self,
         surface: &PressureSurface,
@@ -265,7 +296,7 @@ impl Assembly {
         rounding: &mut Rounding,
     ) -> f64 {
         let magnitude = state.load_factor * surface.magnitude.value(state.theta);
-        let mut squared = 0.0;
+        let mut norm = Norm::default();
         let mut response = SurfaceResponse::default();
         for facet in 0..surface.facets() {
             surface.facet_response(facet, state.displacement, &mut response);
@@ -273,13 +304,13 @@ impl Assembly {
             self.energy += energy;
             rounding.energy += energy.abs();
             let nodes = surface.facet_nodes(facet);
-            squared += self.add_facet(nodes, sparsity, first_facet + facet, magnitude, &response);
+            norm.add(self.add_facet(nodes, sparsity, first_facet + facet, magnitude, &response));
         }
-        squared
+        norm.value()
     }
 
     /// Adds forces and the lower half of their derivative on one facet, counted over all surfaces; returns
-    /// the forces' squared norm.
+    /// the forces' norm.
     pub fn add_facet(
         &mut self,
         nodes: &[usize],
@@ -288,33 +319,33 @@ impl Assembly {
         magnitude: f64,
         response: &SurfaceResponse,
     ) -> f64 {
-        let mut squared = 0.0;
+        let mut norm = Norm::default();
         for (row, g) in response.gradient.iter().enumerate() {
             let force = magnitude * g;
             self.gradient[3 * nodes[row / 3] + row % 3] += force;
-            squared += force * force;
+            norm.add(force);
         }
         let (size, places) = (response.gradient.len(), sparsity.surfaces.of(facet));
         let entry = |row: usize, column: usize| response.hessian[row * size + column];
         if self.add_turned(&sparsity.frames, nodes, places, magnitude, entry) {
-            return squared;
+            return norm.value();
         }
         let lower = (0..size).flat_map(|row| &response.hessian[row * size..][..=row]);
         for (&place, value) in places.iter().zip(lower) {
             self.matrix[place as usize] += magnitude * value;
         }
-        squared
+        norm.value()
     }
 
     /// Adds the second derivative of Π times `direction` to `forces`, in all degrees of freedom.
-    pub fn add_stiffness_times<L: Law<D>, const D: usize, const N: usize>(
+    pub fn add_stiffness_times(
         &self,
-        potential: &TotalPotential<L, D, Exact, N>,
+        potential: &Body,
         state: State,
         direction: &[f64],
         forces: &mut [f64],
     ) {
-        for (cell, nodes) in potential.cells.iter().enumerate() {
+        for (cell, nodes) in potential.cell_nodes().enumerate() {
             if nodes.iter().all(|&node| direction[3 * node..3 * node + 3] == [0.0; 3]) {
                 continue;
             }
@@ -322,7 +353,7 @@ impl Assembly {
             for point in first..first + potential.points_per_cell {
                 let dh = potential.displacement_gradient(point, direction);
                 let stress = tangent_times(&self.points[point].1.tangent, &dh);
-                for (&node, g) in nodes.iter().zip(&potential.shape_gradients[point]) {
+                for (&node, g) in nodes.iter().zip(potential.shape_of_point(point)) {
                     for i in 0..3 {
                         let force: f64 = (0..3).map(|j| stress[i][j] * g[j]).sum();
                         forces[3 * node + i] += potential.volumes[point] * force;
@@ -375,11 +406,7 @@ impl Assembly {
 
     /// The stress at each point after a step along `direction` by the linear model of the stress,
     /// `S + C : sym(Fᵀ ∇direction)`.
-    pub fn predict_stress<L: Law<D>, const D: usize, const N: usize>(
-        &self,
-        potential: &TotalPotential<L, D, Exact, N>,
-        direction: &[f64],
-    ) -> PredictedStress {
+    pub fn predict_stress(&self, potential: &Body, direction: &[f64]) -> PredictedStress {
         let mut common =
             vec![Mat3::ZERO; self.points.len() * usize::from(!self.patches.is_empty())];
         for (points, patch) in potential.patches.iter().zip(&self.patches) {

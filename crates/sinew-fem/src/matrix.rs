@@ -2,13 +2,12 @@
 
 use crate::state::State;
 use crate::{Solution, SolveError, Solver};
-use sinew_energy::Law;
 
 /// The stiffness of the free degrees of freedom at an equilibrium, its lower half by entries.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stiffness {
     /// Degree of freedom `3 × node + component` of each row and column; along the axes of the node's frame, if
-    /// [`sinew_energy::TotalPotential::frames`] has one.
+    /// [`sinew_energy::Body::frames`] has one.
     pub degree_of_freedom: Vec<usize>,
     /// Rows of the entries; column by column.
     pub rows: Vec<usize>,
@@ -18,7 +17,7 @@ pub struct Stiffness {
     pub values: Vec<f64>,
 }
 
-impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
+impl Solver<'_> {
     /// Second derivative of the potential at a solution.
     ///
     /// # Errors
@@ -51,7 +50,7 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         self.check_displacement(direction)?;
         let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
         self.assembly.assemble(self.potential, &self.sparsity, state, None);
-        if !self.assembly.energy.is_finite() {
+        if !self.assembly.is_finite() {
             return Err(SolveError::Inadmissible { cell: self.assembly.worst_cell });
         }
         let mut forces = vec![0.0; displacement.len()];

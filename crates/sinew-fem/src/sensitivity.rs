@@ -1,23 +1,23 @@
 //! How an equilibrium moves with θ.
 
-use crate::dual::Dual;
 use crate::linear_solver::Solved;
 use crate::state::State;
+use crate::vector::dot;
 use crate::{Solution, SolveError, Solver};
-use sinew_energy::{Exact, Law, Magnitude, TotalPotential};
-use sinew_num::{Mat3, Slope};
+use sinew_energy::{Body, Magnitude};
+use sinew_num::Mat3;
 
 /// Residual of the linear systems relative to their right-hand sides, where they are solved by iteration.
 const ACCURACY: f64 = 1e-10;
 
-impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
+impl Solver<'_> {
     /// Derivative of the displacement in each entry of θ: one vector like the displacement per entry.
     ///
     /// The implicit function theorem `K ∂u/∂θ = −∂²Π/∂u∂θ`, with exact derivatives throughout and one
     /// factorisation for all entries.
     ///
     /// # Errors
-    /// A solution of another body, or [`SolveError::Singular`].
+    /// A solution of another body, [`SolveError::Singular`], or [`SolveError::Inadmissible`] where derivatives overflow.
     pub fn sensitivity(&mut self, solution: &Solution) -> Result<Vec<Vec<f64>>, SolveError> {
         self.factorise_at(solution)?;
         let Solution { displacement, theta, .. } = solution;
@@ -25,7 +25,7 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
             let forces = force_change(self.potential, displacement, theta, &unit(theta, index));
             let mut change = vec![0.0; displacement.len()];
             self.add_exactly(&forces, &mut change)?;
-            Ok(change)
+            self.finite(change)
         };
         (0..theta.len()).map(column).collect()
     }
@@ -48,9 +48,9 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         self.add_exactly(slope, &mut adjoint)?;
         let entry = |index: usize| {
             let forces = force_change(self.potential, displacement, theta, &unit(theta, index));
-            forces.iter().zip(&adjoint).map(|(f, a)| f * a).sum()
+            dot(&forces, &adjoint)
         };
-        Ok((0..theta.len()).map(entry).collect())
+        self.finite((0..theta.len()).map(entry).collect())
     }
 
     /// Factorises the stiffness at a solution.
@@ -60,7 +60,17 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
         let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
         self.assembly.assemble(self.potential, &self.sparsity, state, None);
         self.system.place(&self.potential.positions, displacement, &self.sparsity.frames);
+        if !self.assembly.is_finite() {
+            return Err(SolveError::Inadmissible { cell: self.assembly.worst_cell });
+        }
         self.factorise_assembled()
+    }
+
+    /// Derivatives that do not overflow where the energy does not yet.
+    fn finite(&self, slopes: Vec<f64>) -> Result<Vec<f64>, SolveError> {
+        let cell = self.assembly.worst_cell;
+        let finite = slopes.iter().all(|s| s.is_finite());
+        if finite { Ok(slopes) } else { Err(SolveError::Inadmissible { cell }) }
     }
 
     fn factorise_assembled(&mut self) -> Result<(), SolveError> {
@@ -91,31 +101,17 @@ fn unit(theta: &[f64], index: usize) -> Vec<f64> {
 }
 
 /// Change of the gradient of Π with θ along `direction`: `∂²Π/∂u∂θ · direction`.
-fn force_change<L: Law<D>, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, Exact, N>,
+fn force_change(
+    potential: &Body,
     displacement: &[f64],
     theta: &[f64],
     direction: &[f64],
 ) -> Vec<f64> {
-    let constant =
-        |value: f64| Dual { value: Slope::<9>::constant(value), derivative: Slope::constant(0.0) };
-    let moving = |(&value, &rate): (&f64, &f64)| Dual {
-        value: Slope::<9>::constant(value),
-        derivative: Slope::constant(rate),
-    };
-    let parameters: Vec<_> =
-        theta.iter().zip(direction).map(moving).take(L::PARAMETERS.len()).collect();
+    let (parameters, rates) =
+        (potential.law_parameters(theta), potential.law_parameters(direction));
     let mut forces = vec![0.0; displacement.len()];
-    let stress_change = |point: usize, h: &Mat3<f64>| {
-        let h = h.seeded(|value, index| Dual {
-            value: Slope::variable(value, index),
-            derivative: Slope::constant(0.0),
-        });
-        let directions = potential.directions[point].map(|d| d.map(constant));
-        let change =
-            potential.law.density(&parameters, &h, &directions, &Exact).derivative.gradient;
-        Mat3::from_fn(|i, j| change[3 * i + j])
-    };
+    let stress_change =
+        |point: usize, h: &Mat3<f64>| potential.material.stress_rate(point, parameters, rates, h);
     for points in &potential.patches {
         let Some(kinematics) = potential.patch_kinematics(points, displacement) else { continue };
         let volumes: Vec<_> = points.iter().map(|&point| potential.volumes[point]).collect();

@@ -1,7 +1,7 @@
 //! Geometries, samples and data sets.
 
 use serde::{Deserialize, Serialize};
-use sinew_energy::TotalPotential;
+use sinew_energy::Body;
 use sinew_graph::{GraphFeatures, Topology};
 
 use crate::error::{Error, Result, require_cartesian, require_count, require_finite};
@@ -38,9 +38,7 @@ impl Dirichlet {
     ///
     /// # Errors
     /// [`Error::InclinedSupports`]: only Cartesian components can be written over an output.
-    pub fn of_body<L, G, const D: usize, const N: usize>(
-        potential: &TotalPotential<L, D, G, N>,
-    ) -> Result<Self> {
+    pub fn of_body(potential: &Body) -> Result<Self> {
         require_cartesian(&potential.frames)?;
         Ok(Self { prescribed: potential.prescribed.clone() })
     }

@@ -1,8 +1,8 @@
 //! What a scene's outcomes become: fields for ParaView and the scene's part of the report.
 
 use crate::fields::{self, FieldCase};
+use crate::outcome::Outcome;
 use crate::report::{self, Metric, Times, TrainingHistory};
-use crate::run::Outcome;
 use crate::scenes::Beam;
 use crate::simulate::Simulations;
 use anyhow::Result;
@@ -19,7 +19,7 @@ use std::path::Path;
 pub(crate) fn write_fields(
     folder: &Path,
     beam: &Beam,
-    simulations: &Simulations,
+    simulations: &Simulations<'_>,
     outcomes: &[Outcome],
 ) -> Result<()> {
     let emulators: Vec<&Outcome> = outcomes.iter().filter(|outcome| on_test_set(outcome)).collect();
@@ -74,8 +74,9 @@ pub(crate) fn report(provenance: Provenance, notes: Vec<String>, scenes: Vec<Sec
 /// Numbers that a report refuses.
 pub(crate) fn section(
     beam: &Beam,
-    potential: &sinew_energy::TotalPotential<sinew_energy::laws::NeoHookean, 0>,
-    simulations: &Simulations,
+    body: &sinew_energy::Body,
+    train_samples: usize,
+    simulations: &Simulations<'_>,
     outcomes: &[Outcome],
 ) -> Result<Section> {
     let steps = Column::new("steps", "").about("optimiser steps");
@@ -88,7 +89,7 @@ pub(crate) fn section(
     }
     let mut blocks = vec![
         Block::Text(beam.description.into()),
-        Block::Facts(facts(beam, potential, simulations)),
+        Block::Facts(facts(beam, body, train_samples, simulations)),
         Block::List(table.summary()),
         Block::charts(
             "Speed against error",
@@ -115,8 +116,9 @@ pub(crate) fn section(
 
 fn facts(
     beam: &Beam,
-    potential: &sinew_energy::TotalPotential<sinew_energy::laws::NeoHookean, 0>,
-    simulations: &Simulations,
+    body: &sinew_energy::Body,
+    train_samples: usize,
+    simulations: &Simulations<'_>,
 ) -> Vec<(String, String)> {
     let test = &simulations.test;
     let norms = |field: &Vec<f64>| {
@@ -133,13 +135,13 @@ fn facts(
     let theta: Vec<_> = beam.scene.parameters.iter().map(theta).collect();
     let [thesis_mean, thesis_most] = beam.thesis.displacement_mm;
     let mesh = [
-        (potential.nodes, "nodes"),
-        (potential.cells.len(), "elements"),
-        (potential.free_degrees_of_freedom().len(), "unknowns"),
+        (body.nodes, "nodes"),
+        (body.cell_count(), "elements"),
+        (body.free_degrees_of_freedom().len(), "unknowns"),
     ]
     .map(|(number, what)| format!("{} {what}", count(number as u64)));
     let samples =
-        format!("{} training, {} test", simulations.training.thetas.len(), test.thetas.len());
+        format!("{} training, {} test", train_samples, test.thetas.len());
     let size =
         format!("mean {mean} mm, largest {most} mm (thesis: {thesis_mean} and {thesis_most} mm)");
     let units = format!("{}, {}", beam.scene.units.length, beam.scene.units.stress);
@@ -202,7 +204,7 @@ fn energies(histories: &[&TrainingHistory]) -> Block {
     )
 }
 
-fn surfaces(beam: &Beam, simulations: &Simulations, outcomes: &[Outcome]) -> Result<Surfaces> {
+fn surfaces(beam: &Beam, simulations: &Simulations<'_>, outcomes: &[Outcome]) -> Result<Surfaces> {
     let mesh = &beam.scene.mesh;
     let facets = sinew_mesh::boundary_facets(mesh);
     let triangles: Vec<[usize; 3]> = facets.iter().map(|&facet| mesh.facet_nodes(facet)).collect();

@@ -20,7 +20,6 @@
 mod case;
 pub mod cases;
 mod integrate;
-mod laws;
 mod options;
 mod program;
 pub mod reference;
