@@ -66,7 +66,7 @@ fn rows(
     cases: &[CaseErrors],
 ) -> Result<Vec<SampleRow>> {
     let spread = |values: &[f64]| {
-        Spread::of(&mut values.to_vec()).context("an error of a test case is not a number")
+        Spread::of(values.to_vec()).context("an error of a test case is not a number")
     };
     let row = |(sample, (case, theta)): (usize, (&CaseErrors, &Vec<f64>))| {
         Ok(SampleRow {

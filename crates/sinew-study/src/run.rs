@@ -1,19 +1,18 @@
 //! The whole study: scenes, simulations, emulators, rivals, report.
 
-use crate::manifest::Manifest;
 use crate::options::{BackendChoice, BeamOptions, Method};
 use crate::outcome::{Outcome, history};
 use crate::recipes::{self, Samples};
-use crate::report::{self, Report, SceneReport, SceneSamples, Times};
+use crate::report::{self, SceneSamples, Times};
 use crate::scenes::{Beam, once_clamped, twice_clamped};
 use crate::simulate::{self, Simulations};
 use crate::timing::WallClock;
-use crate::{present, store};
+use crate::{manifest, present, store};
 use anyhow::{Context, Result, ensure};
 use sinew_emulate::{Body, Recipe, Terminal};
 use sinew_gnn::Backend;
+use sinew_report::Section;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
 
 /// Newton steps that predictions are corrected by for the evaluation beside the report.
 const CORRECTIONS: usize = 2;
@@ -24,9 +23,9 @@ const CORRECTIONS: usize = 2;
 /// Whatever keeps the report from being made: options that contradict an interrupted run, a solver or a
 /// training that fails, files that cannot be written.
 pub fn reproduce_beam(options: &BeamOptions) -> Result<PathBuf> {
-    let manifest = Manifest::of_this_run(options.seed);
+    let provenance = manifest::of_this_run(options.seed, rayon::current_num_threads(), options)?;
     let clock = begin(options)?;
-    store::write_json(&options.out.join("manifest.json"), &manifest)?;
+    store::write_json(&options.out.join("manifest.json"), &provenance)?;
     Backend::from(options.backend).device()?;
     let mut scenes = Vec::new();
     let mut samples = Vec::new();
@@ -38,26 +37,16 @@ pub fn reproduce_beam(options: &BeamOptions) -> Result<PathBuf> {
         samples.push(run.samples);
         notes.extend(run.notes.iter().map(|note| format!("{}: {note}", beam.title)));
     }
-    let wall = clock.save()?;
-    let report = Report {
-        schema: report::SCHEMA,
-        command: manifest.command,
-        finished: report::utc_timestamp(SystemTime::now()),
-        wall_s: wall.as_secs_f64(),
-        threads: manifest.threads,
-        seed: manifest.seed,
-        revision: manifest.revision,
-        machine: manifest.machine,
-        versions: manifest.versions,
-        config: toml::to_string_pretty(options)?,
-        notes,
-        scenes,
-    };
-    report::write_all(&options.out, &report, &samples)?;
+    let provenance = provenance.finished(clock.save()?.as_secs_f64());
+    let report = present::report(provenance, notes, scenes);
+    let page = report.write(&options.out)?;
+    let mut table = Vec::new();
+    report::write_samples(&samples, &mut table)?;
+    store::write_text(&options.out.join("samples.csv"), &String::from_utf8(table)?)?;
     if options.json {
-        println!("{}", report::to_json(&report)?);
+        println!("{}", report.to_json()?);
     }
-    Ok(options.out.join("report.html"))
+    Ok(page)
 }
 
 /// Prepares the output folder; the clock goes on where that of the run that is resumed was last saved.
@@ -113,7 +102,7 @@ fn notes(options: &BeamOptions) -> Vec<String> {
 
 /// What a scene contributes to the report.
 struct SceneRun {
-    scene: SceneReport,
+    scene: Section,
     samples: SceneSamples,
     notes: Vec<String>,
 }
@@ -136,7 +125,7 @@ fn run_scene(options: &BeamOptions, beam: &Beam, clock: &WallClock) -> Result<Sc
 
     present::write_fields(&folder.join("fields"), beam, &simulations, &outcomes)?;
     let training = Samples::of(options).training;
-    let scene = present::scene_report(beam, &body, training, &simulations, &outcomes)?;
+    let scene = present::section(beam, &body, training, &simulations, &outcomes)?;
     let notes = scene_notes(simulations.fixture.discretisation_mm, &outcomes);
     let theta_names = body.parameters.iter().map(|p| format!("{}_{}", p.name, p.unit)).collect();
     let rows = outcomes.into_iter().flat_map(|outcome| outcome.samples).collect();
