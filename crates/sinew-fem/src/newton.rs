@@ -353,7 +353,7 @@ impl Solver<'_> {
 
     /// Whether a cell is as good as flat somewhere on the way from the assembled state along `direction`. A step
     /// through flat can lead out again: a bar that is drawn thin at once may come out turned inside.
-    fn passes_flat(&self, theta: &[f64], direction: &[f64], length: f64) -> bool {
+    pub(crate) fn passes_flat(&self, theta: &[f64], direction: &[f64], length: f64) -> bool {
         let passes = |(point, h): (usize, &Mat3<f64>)| {
             let step = self.potential.displacement_gradient(point, direction);
             let flattens = || {
