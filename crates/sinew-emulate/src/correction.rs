@@ -97,7 +97,7 @@ impl<'b> Emulator<'b> {
     /// Calls with the solver of the body, which is prepared once.
     pub(crate) fn with_solver<T>(
         &self,
-        call: impl FnOnce(&mut SolverOf<'b>) -> Result<T>,
+        call: impl FnOnce(&mut Solver<'b>) -> Result<T>,
     ) -> Result<T> {
         let mut kept = self.solver.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         let solver = match &mut *kept {
@@ -107,8 +107,6 @@ impl<'b> Emulator<'b> {
         call(solver)
     }
 }
-
-type SolverOf<'b> = Solver<'b, sinew_energy::laws::NeoHookean, 0>;
 
 /// What to say about steps from a prediction.
 fn misgivings(predicted: &[f64], steps: &[NewtonStep]) -> Vec<Warning> {

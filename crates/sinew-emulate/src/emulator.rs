@@ -28,7 +28,7 @@ pub struct Emulator<'b> {
     /// How it was made, and how far it is to be trusted.
     pub record: Record,
     /// Prepared when it is first needed.
-    pub(crate) solver: Mutex<Option<Solver<'b, sinew_energy::laws::NeoHookean, 0>>>,
+    pub(crate) solver: Mutex<Option<Solver<'b>>>,
 }
 
 /// How an emulator was made.

@@ -2,7 +2,7 @@
 
 use crate::quantiles::Quantiles;
 use crate::simulate::Simulations;
-use crate::{Body, Error, Guarded, Result};
+use crate::{Body, Error, Result};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Barriers, metrics};
@@ -85,11 +85,11 @@ impl<'b> TestSet<'b> {
         Ok(Errors::of(&self.cases(fields)?))
     }
 
-    fn guarded(&self) -> Guarded {
+    fn guarded(&self) -> Body {
         self.body.clone().with_barriers(Barriers::default())
     }
 
-    fn case(&self, body: &Guarded, case: usize, estimate: &[f64], free: &[usize]) -> CaseErrors {
+    fn case(&self, body: &Body, case: usize, estimate: &[f64], free: &[usize]) -> CaseErrors {
         let (theta, truth) = (&self.thetas[case], &self.fields[case]);
         let nodal = metrics::displacement_error(truth, estimate);
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();

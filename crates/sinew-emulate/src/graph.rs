@@ -12,7 +12,7 @@ use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_fe
 pub(crate) fn geometry(body: &Body, seed: u64) -> Result<(Topology, Geometry)> {
     let nodes = body.nodes;
     let config = AugmentationConfig { seed, ..AugmentationConfig::for_nodes(nodes) };
-    let topology = augment(&body.positions, &sinew_mesh::edges(&body.mesh), &config)?;
+    let topology = augment(&body.positions, &body.mesh.edges(), &config)?;
     let held = body.prescribed.chunks_exact(3).enumerate();
     let held: Vec<usize> =
         held.filter(|(_, row)| row.iter().all(Option::is_some)).map(|(node, _)| node).collect();

@@ -30,7 +30,7 @@ pub(crate) fn of(body: &Body) -> Identity {
     body.value_and_gradient(&probe, &body.centre(), &mut force);
     Identity {
         nodes: body.nodes,
-        cells: body.volumes.len() / body.points_per_cell.max(1),
+        cells: body.cell_count(),
         unknowns: body.free_degrees_of_freedom().len(),
         parameters: body.parameters.iter().map(|p| (p.name.clone(), p.range)).collect(),
         size,

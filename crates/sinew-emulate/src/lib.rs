@@ -1,6 +1,5 @@
 //! From a body to an emulator that knows its error.
 
-mod body;
 mod calibration;
 mod coordinates;
 mod correction;
@@ -25,7 +24,6 @@ mod terminal;
 mod timing;
 mod warning;
 
-pub use body::{Body, Guarded};
 pub use calibration::Calibration;
 pub use coordinates::Coordinates;
 pub use correction::{Correction, Estimate};
@@ -42,5 +40,6 @@ pub use sampling::Design;
 pub use simulate::{Failure, Simulations, simulate};
 #[cfg(feature = "terminal")]
 pub use terminal::Terminal;
+pub use sinew_energy::Body;
 pub use timing::median_seconds;
 pub use warning::Warning;

@@ -82,11 +82,6 @@ pub(crate) fn share_of(parameter: &Parameter, value: f64) -> f64 {
     }
 }
 
-/// Centre of the ranges, each on the scale of its sampling.
-pub(crate) fn centre(parameters: &[Parameter]) -> Vec<f64> {
-    parameters.iter().map(|parameter| at_share(parameter, 0.5)).collect()
-}
-
 fn check(parameter: &Parameter) -> Result<()> {
     let [low, high] = parameter.range;
     let positive = parameter.sampling == Sampling::Linear || low > 0.0;

@@ -6,7 +6,6 @@ use crate::linear_solver::Solved;
 use crate::state::State;
 use crate::supports::place;
 use crate::{SolveError, Solver};
-use sinew_energy::Law;
 use std::time::Instant;
 
 /// Residual of the step's linear system relative to its right-hand side, where it is solved by iteration.
@@ -51,7 +50,7 @@ impl NewtonStep {
     }
 }
 
-impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
+impl Solver<'_> {
     /// One step of Newton's method from a displacement \[length\] near equilibrium. Prescribed components are put in
     /// their places first.
     ///

@@ -71,10 +71,12 @@ impl DataDriven {
         if self.gradient_weight == 0.0 {
             return Ok(Box::new(DataFit::new(length)?));
         }
+        let points = 0..body.volumes.len();
         let operator = GradientOperator {
-            nodes_per_cell: 4,
-            cells: body.cells.as_flattened().to_vec(),
-            shape_gradients: body.shape_gradients.as_flattened().as_flattened().to_vec(),
+            nodes_per_cell: body.nodes_per_cell,
+            // Of every quadrature point.
+            cells: points.flat_map(|point| body.nodes_of_point(point).to_vec()).collect(),
+            shape_gradients: body.shape_gradients.as_flattened().to_vec(),
         };
         Ok(Box::new(DataFitWithGradient::new(length, self.gradient_weight, vec![operator])?))
     }

@@ -17,7 +17,7 @@ pub fn beam(weight: f64) -> Body {
         range: [8.0, 16.0],
         sampling: Sampling::Log,
     };
-    Body::new(&Scene {
+    let scene = Scene {
         name: "beam".into(),
         units: Units::mm_kpa(),
         mesh: box_tetrahedra([40.0, 8.0, 8.0], [6, 2, 2]),
@@ -26,7 +26,8 @@ pub fn beam(weight: f64) -> Body {
         parameters: vec![stiffness("mu"), stiffness("lambda")],
         loads: vec![Load::BodyForce([0.0, 0.0, -weight * GRAVITY])],
         supports: vec![Support::clamped("x_min")],
-    })
+    };
+    scene.lower().expect("the beam is held and loaded")
 }
 
 /// A network that trains in seconds.
