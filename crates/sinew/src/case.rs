@@ -27,6 +27,7 @@ pub use units::stress_in_kpa;
 use serde::Deserialize;
 use sinew_energy::{Body, Magnitude, SceneError};
 use source::Source;
+pub(crate) use source::advise;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -111,7 +112,7 @@ impl Case {
         }
         let text = std::fs::read_to_string(path).map_err(|source| {
             let known = crate::scenes::SCENES.iter().map(|scene| scene.name);
-            let advice = source::advise(&path.to_string_lossy(), known, "built-in scenes");
+            let advice = advise(&path.to_string_lossy(), known, "built-in scenes");
             CaseError::Unreadable { path: path.into(), source, advice }
         })?;
         let mut case = Self::parse(&text, &path.to_string_lossy())?;

@@ -153,9 +153,9 @@ pub(super) struct Parts {
 macro_rules! lower_each {
     ($parts:ident, $law:ident, $mesh:ident: $($kind:ident),*) => {
         match $mesh {
-            $(AnyMesh::$kind(mesh) => {
-                let scene = $parts.scene(mesh, $law);
-                if averaged { scene.lower_averaged() } else { scene.lower() }
+            $(AnyMesh::$kind(mesh) => match $parts.averaged {
+                true => $parts.scene(mesh, $law).lower_averaged(),
+                false => $parts.scene(mesh, $law).lower(),
             })*
         }
     };
@@ -167,7 +167,6 @@ impl Parts {
         mesh: AnyMesh,
         law: L,
     ) -> Result<Body, SceneError> {
-        let averaged = self.averaged;
         lower_each!(self, law, mesh: Tetrahedra, Triangles, QuadraticTetrahedra, QuadraticTriangles, Hexahedra)
     }
 

@@ -81,7 +81,7 @@ impl Case {
     pub(super) fn check_bounds(&self, body: &Body) -> Result<(), CaseError> {
         for (index, parameter) in body.parameters.iter().enumerate().take(body.material.parameters().len()) {
             let bounds = body.material.bounds(index);
-            if let Some(value) = parameter.range.iter().find(|value| !bounds.contains(value)) {
+            if let Some(value) = parameter.range.iter().find(|&value| !bounds.contains(value)) {
                 let (name, least, most) = (&parameter.name, bounds.start(), bounds.end());
                 let reason = format!("{value} {} makes no sense for this law; stay within {least:e} and {most:e}", parameter.unit);
                 return Err(self.source.error(&["parameters", name], reason));
