@@ -182,7 +182,10 @@ impl<'b> Emulator<'b> {
             }
         };
         let (body, record) = (identity::of(self.body), self.record.clone());
-        write_json(&folder.join(DESCRIPTION), &Description { version: VERSION, model, body, record })
+        write_json(
+            &folder.join(DESCRIPTION),
+            &Description { version: VERSION, model, body, record },
+        )
     }
 
     /// Reads an emulator of `body`.
@@ -191,8 +194,8 @@ impl<'b> Emulator<'b> {
     /// A folder without an emulator, files that are damaged, an emulator of another body.
     pub fn load(folder: &Path, body: &'b Body) -> Result<Self> {
         let file = folder.join(DESCRIPTION);
-        let Description { version, model, body: stored, record } = read_json(&file)?
-            .ok_or_else(|| Error::NoEmulator { folder: folder.into() })?;
+        let Description { version, model, body: stored, record } =
+            read_json(&file)?.ok_or_else(|| Error::NoEmulator { folder: folder.into() })?;
         if version != VERSION {
             return Err(content(&file, &format!("version {version} for {VERSION}")));
         }

@@ -108,7 +108,9 @@ pub enum Error {
         cases: usize,
     },
     /// Fields that cannot be compared with the true ones.
-    #[error("{found} fields for {expected} test cases, or a field that is not {length} finite numbers long")]
+    #[error(
+        "{found} fields for {expected} test cases, or a field that is not {length} finite numbers long"
+    )]
     Fields {
         /// Fields given.
         found: usize,

@@ -16,6 +16,8 @@ pub struct TestSet<'b> {
     pub thetas: Vec<Vec<f64>>,
     /// True displacements, case by case \[length\].
     pub fields: Vec<Vec<f64>>,
+    /// Median wall time of the solves \[s\].
+    pub median_solve_s: f64,
 }
 
 /// Errors of one case.
@@ -58,7 +60,8 @@ pub struct Errors {
 impl<'b> TestSet<'b> {
     /// From simulations; those that failed are no cases.
     pub fn new(body: &'b Body, simulations: Simulations) -> Self {
-        Self { body, thetas: simulations.thetas, fields: simulations.fields }
+        let median_solve_s = simulations.median_solve_s();
+        Self { body, thetas: simulations.thetas, fields: simulations.fields, median_solve_s }
     }
 
     /// Errors of `fields`, one displacement per case, in the same order.

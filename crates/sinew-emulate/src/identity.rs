@@ -46,8 +46,18 @@ pub(crate) fn difference(
     let close = |a: f64, b: f64| (a - b).abs() <= ROUNDING * a.abs().max(b.abs());
     let text = |value: &dyn std::fmt::Debug| format!("{value:?}");
     let pairs = [
-        ("the number of nodes", stored.nodes == found.nodes, text(&stored.nodes), text(&found.nodes)),
-        ("the number of cells", stored.cells == found.cells, text(&stored.cells), text(&found.cells)),
+        (
+            "the number of nodes",
+            stored.nodes == found.nodes,
+            text(&stored.nodes),
+            text(&found.nodes),
+        ),
+        (
+            "the number of cells",
+            stored.cells == found.cells,
+            text(&stored.cells),
+            text(&found.cells),
+        ),
         (
             "the number of free components",
             stored.unknowns == found.unknowns,
@@ -60,7 +70,12 @@ pub(crate) fn difference(
             text(&stored.parameters),
             text(&found.parameters),
         ),
-        ("the size of the mesh", close(stored.size, found.size), text(&stored.size), text(&found.size)),
+        (
+            "the size of the mesh",
+            close(stored.size, found.size),
+            text(&stored.size),
+            text(&found.size),
+        ),
         (
             "the work along a probing displacement",
             close(stored.probe, found.probe),

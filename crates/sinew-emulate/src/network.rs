@@ -85,6 +85,8 @@ pub(crate) struct Lesson<'a> {
 
 /// How a network learns.
 pub(crate) struct Plan<'a> {
+    /// Short name of the recipe.
+    pub recipe: &'static str,
     pub network: Network,
     pub coordinates: &'a Coordinates,
     pub training: &'a TrainingConfig,
@@ -203,7 +205,7 @@ impl Course {
         plan: &Plan<'_>,
         config: &TrainingConfig,
     ) -> Result<Surrogate> {
-        let stage = format!("train {name}");
+        let stage = format!("train {} ({name})", plan.recipe);
         let checkpoint = session.folder(name);
         let mut trainer = trainer(session, checkpoint.as_deref(), data, lesson, plan, config)?;
         let mut watch = Watch {

@@ -33,6 +33,8 @@ pub struct TrainingOptions {
     pub seed: u64,
     /// How the parameters of simulations and of training are spread.
     pub design: Design,
+    /// Parameters to train at in place of a design, within the ranges of the body's parameters.
+    pub thetas: Option<Vec<Vec<f64>>>,
     /// Simulations at uniform parameters that nothing is trained on: they calibrate the error estimate, and the
     /// curves of a training are drawn over them.
     pub held_out: usize,
@@ -54,6 +56,7 @@ impl Default for TrainingOptions {
             budget: Budget::default(),
             seed: 1,
             design: Design::default(),
+            thetas: None,
             held_out: 20,
             evaluations: 20,
             backend: Backend::default(),
@@ -120,7 +123,7 @@ fn steps_of(config: &TrainingConfig) -> f64 {
 }
 
 /// Cost of a training in decoded parameter sets.
-fn cost(config: &TrainingConfig) -> f64 {
+pub(crate) fn cost(config: &TrainingConfig) -> f64 {
     let step = config.embedding_share * PASS_COST + DECODER_COST + config.batch as f64;
     step * steps_of(config)
 }

@@ -23,13 +23,9 @@ pub(crate) fn scaling(body: &Body) -> Result<ParameterScaling> {
 }
 
 /// The parameters that lie outside their ranges.
-fn outside<'a>(
-    body: &'a Body,
-    theta: &'a [f64],
-) -> impl Iterator<Item = (&'a Parameter, f64)> {
-    let inside = |(p, value): &(&Parameter, f64)| {
-        (-SLACK..=1.0 + SLACK).contains(&share_of(p, *value))
-    };
+fn outside<'a>(body: &'a Body, theta: &'a [f64]) -> impl Iterator<Item = (&'a Parameter, f64)> {
+    let inside =
+        |(p, value): &(&Parameter, f64)| (-SLACK..=1.0 + SLACK).contains(&share_of(p, *value));
     body.parameters.iter().zip(theta.iter().copied()).filter(move |pair| !inside(pair))
 }
 
@@ -60,7 +56,13 @@ pub(crate) fn require_inside(body: &Body, thetas: &[Vec<f64>]) -> Result<()> {
         check_length(body, theta)?;
         if let Some((p, value)) = outside(body, theta).next() {
             let [low, high] = p.range;
-            return Err(Error::OutsideRange { sample, parameter: p.name.clone(), value, low, high });
+            return Err(Error::OutsideRange {
+                sample,
+                parameter: p.name.clone(),
+                value,
+                low,
+                high,
+            });
         }
     }
     Ok(())

@@ -51,12 +51,7 @@ pub(crate) struct Counter<'a> {
 
 impl<'a> Counter<'a> {
     /// Over `count` pieces, of which some are `kept` from an earlier run.
-    pub fn new(
-        observer: &'a mut dyn Observer,
-        stage: &'a str,
-        kept: usize,
-        count: usize,
-    ) -> Self {
+    pub fn new(observer: &'a mut dyn Observer, stage: &'a str, kept: usize, count: usize) -> Self {
         Self { observer, stage, start: std::time::Instant::now(), kept, done: kept, count }
     }
 

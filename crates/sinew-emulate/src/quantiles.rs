@@ -24,13 +24,16 @@ pub struct Quantiles {
 impl Quantiles {
     /// Of values; all NaN without any.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
-        let mut sorted: Vec<f64> = values.into_iter().map(|v| if v.is_nan() { f64::NAN } else { v }).collect();
+        let mut sorted: Vec<f64> =
+            values.into_iter().map(|v| if v.is_nan() { f64::NAN } else { v }).collect();
         sorted.sort_by(f64::total_cmp);
         let at = |share: f64| {
             let place = share * (sorted.len() as f64 - 1.0);
             let [below, above] = [place.floor(), place.ceil()].map(|at| at as usize);
             match (sorted.get(below), sorted.get(above)) {
-                (Some(low), Some(high)) if below < above => low + (place - below as f64) * (high - low),
+                (Some(low), Some(high)) if below < above => {
+                    low + (place - below as f64) * (high - low)
+                }
                 (Some(value), _) => *value,
                 _ => f64::NAN,
             }

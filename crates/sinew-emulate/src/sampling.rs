@@ -126,12 +126,8 @@ mod tests {
     use super::*;
 
     fn parameters() -> Vec<Parameter> {
-        let parameter = |range, sampling| Parameter {
-            name: "k".into(),
-            unit: "kPa".into(),
-            range,
-            sampling,
-        };
+        let parameter =
+            |range, sampling| Parameter { name: "k".into(), unit: "kPa".into(), range, sampling };
         vec![parameter([50.0, 100.0], Sampling::Log), parameter([-4.0, 25.0], Sampling::Linear)]
     }
 

@@ -1,6 +1,7 @@
 //! What the stages of one training share: body, options, observer, folder, simulations, warnings.
 
 use crate::evaluate::TestSet;
+use crate::parameters::require_inside;
 use crate::progress::Observer;
 use crate::simulate::{Simulations, simulate};
 use crate::store::{read_json, write_json};
@@ -70,9 +71,15 @@ impl<'a, 'b> Session<'a, 'b> {
         self.warnings.push(warning);
     }
 
-    /// Parameters to train at.
+    /// Parameters to train at: those of the options, or `count` new ones.
     pub fn thetas(&self, design: Design, count: usize, stream: Stream) -> Result<Vec<Vec<f64>>> {
-        design.sample(&self.body.parameters, count, self.seed(stream))
+        match &self.options.thetas {
+            Some(given) => {
+                require_inside(self.body, given)?;
+                Ok(given.clone())
+            }
+            None => design.sample(&self.body.parameters, count, self.seed(stream)),
+        }
     }
 
     /// Solves for `thetas`; those without a solution are left out with a warning.
@@ -100,17 +107,13 @@ impl<'a, 'b> Session<'a, 'b> {
 
     /// Cases that nothing is trained on.
     pub fn held_out(&mut self) -> Result<TestSet<'b>> {
-        let thetas = self.thetas(Design::Uniform, self.options.held_out, Stream::HeldOut)?;
+        let (count, seed) = (self.options.held_out, self.seed(Stream::HeldOut));
+        let thetas = Design::Uniform.sample(&self.body.parameters, count, seed)?;
         Ok(TestSet::new(self.body, self.simulate("held out", &thetas)?))
     }
 }
 
-fn prepare(
-    folder: &Path,
-    body: &Body,
-    recipe: &Recipe,
-    options: &TrainingOptions,
-) -> Result<()> {
+fn prepare(folder: &Path, body: &Body, recipe: &Recipe, options: &TrainingOptions) -> Result<()> {
     let file = folder.join(STARTED);
     let stored = read_json::<Started>(&file)?;
     let (recipe, body) = (recipe.clone(), identity::of(body));

@@ -33,7 +33,9 @@ pub enum Warning {
         of: String,
     },
     /// Simulations without a solution.
-    #[error("{failed} of {tried} simulations of `{stage}` failed and were left out; the first at theta = {theta:?}: {reason}")]
+    #[error(
+        "{failed} of {tried} simulations of `{stage}` failed and were left out; the first at theta = {theta:?}: {reason}"
+    )]
     FailedSimulations {
         /// The stage.
         stage: String,
@@ -49,7 +51,8 @@ pub enum Warning {
     /// Cross-validation promises less than was asked for.
     #[error(
         "the error foreseen is {:.2e} of the displacements where {:.2e} was asked for; simulate more, or allow more time",
-        error, target
+        error,
+        target
     )]
     TargetMissed {
         /// Relative error by cross-validation or on held-out cases.
@@ -58,7 +61,9 @@ pub enum Warning {
         target: f64,
     },
     /// A budget that was too short for what was planned.
-    #[error("the budget of {budget:.0} s ended after {solved} of {planned} simulations; allow more time, or ask for fewer")]
+    #[error(
+        "the budget of {budget:.0} s ended after {solved} of {planned} simulations; allow more time, or ask for fewer"
+    )]
     BudgetEnded {
         /// Seconds.
         budget: f64,
@@ -68,7 +73,9 @@ pub enum Warning {
         planned: usize,
     },
     /// Parameters outside the trained ranges.
-    #[error("{parameter} = {value} is outside the trained range from {low} to {high}: the prediction extrapolates")]
+    #[error(
+        "{parameter} = {value} is outside the trained range from {low} to {high}: the prediction extrapolates"
+    )]
     OutsideRange {
         /// Name of the parameter.
         parameter: String,

@@ -50,8 +50,7 @@ fn a_network_learns_from_simulations() {
     let base = DataDriven::default();
     let training = steps(&base.training, 600);
     let recipe = DataDriven { simulations: 40, network: small_network(), training, ..base };
-    let emulator =
-        Recipe::from(recipe).train(&body, &TrainingOptions::default(), &mut ()).unwrap();
+    let emulator = Recipe::from(recipe).train(&body, &TrainingOptions::default(), &mut ()).unwrap();
     check(&emulator, 0.02, 1.0);
 }
 
@@ -63,8 +62,7 @@ fn a_network_learns_from_the_energy_alone() {
     let coordinates = Coordinates::StiffnessAfter(steps(first, 400));
     let training = steps(&base.training, 600);
     let recipe = PhysicsInformed { network: small_network(), coordinates, training, ..base };
-    let emulator =
-        Recipe::from(recipe).train(&body, &TrainingOptions::default(), &mut ()).unwrap();
+    let emulator = Recipe::from(recipe).train(&body, &TrainingOptions::default(), &mut ()).unwrap();
     assert_eq!(emulator.record.simulations, 0);
     check(&emulator, 0.02, 1.0);
 }
@@ -75,8 +73,7 @@ fn a_network_learns_in_the_energy_norm() {
     let base = Hybrid::default();
     let training = steps(&base.training, 600);
     let recipe = Hybrid { simulations: 40, network: small_network(), training, ..base };
-    let emulator =
-        Recipe::from(recipe).train(&body, &TrainingOptions::default(), &mut ()).unwrap();
+    let emulator = Recipe::from(recipe).train(&body, &TrainingOptions::default(), &mut ()).unwrap();
     check(&emulator, 0.02, 1.0);
 }
 

@@ -33,7 +33,8 @@ fn estimates_are_within_a_factor_of_two_and_corrections_converge() {
     let mut within = 0;
     for (case, (theta, truth)) in test.thetas.iter().zip(&test.fields).enumerate() {
         let estimate = emulator.estimate(&prediction, case).unwrap();
-        let difference = |u: &[f64]| -> Vec<f64> { u.iter().zip(truth).map(|(a, b)| a - b).collect() };
+        let difference =
+            |u: &[f64]| -> Vec<f64> { u.iter().zip(truth).map(|(a, b)| a - b).collect() };
         let error = solver.energy_norm(truth, theta, &difference(prediction.field(case))).unwrap();
         let ratio = error / estimate.energy_norm;
         within += usize::from((0.5..2.0).contains(&ratio));
@@ -55,7 +56,8 @@ fn a_correction_from_far_away_says_so() {
     let emulator = quick_network(1).train(&body, &TrainingOptions::default(), &mut ()).unwrap();
     // An emulator that learned nothing is too far away for a step, at least at the ends of the ranges.
     let corrected = emulator.correct(&[8.0, 8.0], 1).unwrap();
-    let far = |w: &Warning| matches!(w, Warning::FarForCorrection { relative, .. } if *relative > 0.04);
+    let far =
+        |w: &Warning| matches!(w, Warning::FarForCorrection { relative, .. } if *relative > 0.04);
     assert!(corrected.warnings.iter().any(far), "{:?}", corrected.warnings);
     println!("{}", corrected.warnings[0]);
     // Whatever a step does, it raises no energy and inverts no cell.
@@ -79,7 +81,10 @@ fn parameters_outside_their_ranges_are_marked() {
     let error = emulator.predict(&[vec![8.0]]).unwrap_err().to_string();
     assert!(error.contains("mu, lambda"), "{error}");
     assert!(emulator.predict(&[vec![-1.0, 9.0]]).is_err());
-    assert!(matches!(emulator.estimate(&prediction, 2), Err(Error::NoSuchCase { case: 2, cases: 2 })));
+    assert!(matches!(
+        emulator.estimate(&prediction, 2),
+        Err(Error::NoSuchCase { case: 2, cases: 2 })
+    ));
 }
 
 fn saved_and_loaded(recipe: &Recipe) {

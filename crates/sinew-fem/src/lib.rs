@@ -76,6 +76,7 @@ mod state;
 mod stiffness_root;
 mod supports;
 mod sweep;
+mod vector;
 mod watch;
 
 pub use balance::{BalanceSolution, BalanceSolver, VolumeStep, VolumeTrace};

@@ -218,8 +218,7 @@ impl Solver<'_> {
         let mut gradient = vec![0.0; from.len()];
         let mut length = 1.0;
         while length >= SHORTEST_STEP {
-            let trial: Vec<f64> =
-                from.iter().zip(direction).map(|(u, d)| u + length * d).collect();
+            let trial: Vec<f64> = from.iter().zip(direction).map(|(u, d)| u + length * d).collect();
             let energy = self.potential.value_and_gradient(&trial, theta, &mut gradient);
             let residual = self.norm_of_free(&gradient);
             let lower = energy <= step.energy_before - SUFFICIENT * length * promised;

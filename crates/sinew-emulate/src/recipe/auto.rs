@@ -56,14 +56,23 @@ impl fmt::Display for Choice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for candidate in &self.candidates {
             let Candidate { recipe, simulations, error, seconds, detail } = candidate;
-            writeln!(f, "{recipe} on {simulations} simulations: error {error:.1e} after {seconds:.1} s ({detail})")?;
+            writeln!(
+                f,
+                "{recipe} on {simulations} simulations: error {error:.1e} after {seconds:.1} s ({detail})"
+            )?;
         }
         let Some(taken) = self.candidates.get(self.taken) else { return Ok(()) };
         let (recipe, error, target) = (&taken.recipe, taken.error, self.target);
         if error <= target {
-            write!(f, "{recipe} was taken, for its error {error:.1e} meets the target of {target:.1e}")
+            write!(
+                f,
+                "{recipe} was taken, for its error {error:.1e} meets the target of {target:.1e}"
+            )
         } else {
-            write!(f, "{recipe} was taken, for nothing met the target of {target:.1e} and its error {error:.1e} is the least")
+            write!(
+                f,
+                "{recipe} was taken, for nothing met the target of {target:.1e} and its error {error:.1e} is the least"
+            )
         }
     }
 }
@@ -79,7 +88,6 @@ impl Auto {
         let (regression, error) = self.regression.fit(session, record)?;
         let mut best = (Model::Regression(regression), error);
         let mut choice = record.choice.take().unwrap_or_default();
-        (choice.target, choice.taken) = (target, choice.candidates.len() - 1);
         for rival in self.rivals.iter().filter(|_| error > target) {
             let mut own = Record::new(rival.clone());
             let (spent, solved) = (session.simulate_s, session.simulations);

@@ -59,6 +59,7 @@ impl DataDriven {
         let objective = |_: &DataSet| self.objective(body, length);
         let training = TrainingConfig { seed: session.options.seed, ..self.training.clone() };
         let plan = Plan {
+            recipe: "dd",
             network: self.network,
             coordinates: &self.coordinates,
             training: &training,

@@ -50,12 +50,14 @@ impl Hybrid {
         let simulations = session.training(self.simulations)?;
         let (thetas, fields) = (&simulations.thetas, Some(&simulations.fields[..]));
         let lesson = Lesson { thetas, fields, linear_response: &[], held_out };
-        let root = coordinates::stiffness_root(session.body, lesson.central_simulation(session.body))?;
+        let root =
+            coordinates::stiffness_root(session.body, lesson.central_simulation(session.body))?;
         let objective = |data: &DataSet| -> Result<Box<dyn Objective>> {
             Ok(Box::new(EnergyNormFit::new(std::slice::from_ref(&root), data)?))
         };
         let training = TrainingConfig { seed: session.options.seed, ..self.training.clone() };
         let plan = Plan {
+            recipe: "hybrid",
             network: self.network,
             coordinates: &self.coordinates,
             training: &training,

@@ -14,8 +14,9 @@ pub use regression::Regression;
 
 use crate::emulator::Model;
 use crate::evaluate::TestSet;
+use crate::options::cost;
 use crate::session::Session;
-use crate::{Body, Calibration, Emulator, Observer, Record, Result, TrainingOptions};
+use crate::{Body, Calibration, Coordinates, Emulator, Observer, Record, Result, TrainingOptions};
 use serde::{Deserialize, Serialize};
 
 /// How an emulator is made. [`Recipe::auto`] decides by numbers; every recipe's own settings have defaults that are
@@ -68,6 +69,11 @@ impl Recipe {
         observer: &mut dyn Observer,
     ) -> Result<Emulator<'b>> {
         let mut session = Session::begin(body, self, options, observer)?;
+        let finished =
+            session.folder("emulator").filter(|folder| options.resume && folder.exists());
+        if let Some(folder) = finished {
+            return Emulator::load(&folder, body);
+        }
         let held_out = session.held_out()?;
         let mut record = Record::new(self.clone());
         // Held-out cases are no part of what the recipe costs.
@@ -85,6 +91,25 @@ impl Recipe {
             emulator.save(&folder.join("emulator"))?;
         }
         Ok(emulator)
+    }
+
+    /// Cost of the recipe's own training steps, in decoded parameter sets: what a budget is shared by between recipes. Zero
+    /// for a regression.
+    pub fn cost(&self) -> f64 {
+        let of = |coordinates: &Coordinates, training| {
+            let first = match coordinates {
+                Coordinates::StiffnessAfter(first) => cost(first),
+                _ => 0.0,
+            };
+            first + cost(training)
+        };
+        match self {
+            Self::DataDriven(recipe) => of(&recipe.coordinates, &recipe.training),
+            Self::PhysicsInformed(recipe) => of(&recipe.coordinates, &recipe.training),
+            Self::Hybrid(recipe) => of(&recipe.coordinates, &recipe.training),
+            Self::Regression(_) => 0.0,
+            Self::Auto(recipe) => recipe.rivals.iter().map(Self::cost).sum(),
+        }
     }
 
     pub(crate) fn model(

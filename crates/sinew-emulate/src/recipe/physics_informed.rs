@@ -56,27 +56,23 @@ impl PhysicsInformed {
         let (body, seed, centre) = (session.body, session.options.seed, session.body.centre());
         let thetas =
             session.thetas(session.options.design, self.parameter_sets, Stream::Training)?;
-        let linear_response = timed(&mut record.prepare_s, || {
-            Solver::new(body)?.linear_response(&centre)
-        })?;
+        let linear_response =
+            timed(&mut record.prepare_s, || Solver::new(body)?.linear_response(&centre))?;
         let potential = Arc::new(body.clone().with_barriers(Barriers::default()));
         let energy =
             MinimumPotential::energy_of_linear_response(&*potential, &linear_response, &centre)?;
         let objective = |_: &DataSet| -> Result<Box<dyn Objective>> {
             Ok(Box::new(MinimumPotential::new(vec![potential.clone()], energy)?))
         };
-        let lesson = Lesson {
-            thetas: &thetas,
-            fields: None,
-            linear_response: &linear_response,
-            held_out,
-        };
+        let lesson =
+            Lesson { thetas: &thetas, fields: None, linear_response: &linear_response, held_out };
         let training = TrainingConfig { seed, ..self.training.clone() };
         let mut coordinates = self.coordinates.clone();
         if let Coordinates::StiffnessAfter(first) = &mut coordinates {
             first.seed = seed;
         }
         let plan = Plan {
+            recipe: "pi",
             network: self.network,
             coordinates: &coordinates,
             training: &training,

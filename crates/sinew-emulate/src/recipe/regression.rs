@@ -28,7 +28,11 @@ impl Default for Regression {
 }
 
 impl Regression {
-    pub(crate) fn model(&self, session: &mut Session<'_, '_>, record: &mut Record) -> Result<Model> {
+    pub(crate) fn model(
+        &self,
+        session: &mut Session<'_, '_>,
+        record: &mut Record,
+    ) -> Result<Model> {
         let (regression, error) = self.fit(session, record)?;
         if error > self.target {
             session.warn(Warning::TargetMissed { error, target: self.target });
@@ -45,8 +49,10 @@ impl Regression {
         let most = self.most.max(self.simulations);
         // The first samples of Sobol's sequence are themselves a design, so that none is wasted when more follow.
         let thetas = session.thetas(Design::Sobol, most, Stream::Regression)?;
-        let mut count = self.simulations.max(2);
+        let most = thetas.len();
+        let mut count = self.simulations.clamp(2, most.max(2)).min(most);
         let choice = record.choice.get_or_insert_default();
+        choice.target = self.target;
         let mut found = Simulations::default();
         loop {
             let tried = found.thetas.len() + found.failures.len();
@@ -57,6 +63,7 @@ impl Regression {
             record.train_s += seconds;
             session.simulations = found.fields.len();
             let error = fit.leave_one_out();
+            choice.taken = choice.candidates.len();
             choice.candidates.push(Candidate {
                 recipe: "regression".into(),
                 simulations: found.fields.len(),

@@ -35,8 +35,8 @@ impl PodRegression {
     /// A file that is missing or damaged.
     pub fn load(folder: &Path, parameters: &[Parameter]) -> Result<Self> {
         let (file, table) = (folder.join("regression.json"), folder.join("modes.npy"));
-        let Description { fitted, leave_one_out } = read_json(&file)?
-            .ok_or_else(|| Error::NoEmulator { folder: folder.into() })?;
+        let Description { fitted, leave_one_out } =
+            read_json(&file)?.ok_or_else(|| Error::NoEmulator { folder: folder.into() })?;
         let rows = read_table(&table)?;
         let length = rows.first().map_or(0, Vec::len);
         let modes = rows.len().saturating_sub(1);
