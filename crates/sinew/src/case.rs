@@ -134,10 +134,14 @@ impl Case {
             case.name = stem.to_string_lossy().into_owned();
         }
         case.source = source;
+        if case.training.minutes.is_some() && case.training.steps.is_some() {
+            let reason = "give minutes or steps, not both".into();
+            return Err(case.source.error(&["training", "steps"], reason));
+        }
         Ok(case)
     }
 
-    /// Reads or makes the mesh of another file than the case names.
+    /// The same with the mesh of another file.
     pub fn with_mesh(mut self, file: PathBuf) -> Self {
         self.mesh = MeshSource { file: Some(file), unit: self.mesh.unit, ..MeshSource::default() };
         self
@@ -156,7 +160,10 @@ impl Case {
         }
         if self.formulation == Formulation::Quadratic {
             mesh = mesh::quadratic(mesh).map_err(|element| {
-                self.source.error(&["formulation"], format!("{element} have no quadratic form here; choose \"averaged\""))
+                self.source.error(
+                    &["formulation"],
+                    format!("{element} have no quadratic form here; choose \"averaged\""),
+                )
             })?;
         }
         let loads = self.lower_loads(&mesh, law)?;
@@ -208,7 +215,8 @@ impl Case {
             let advice = "the body is held nowhere; add { clamped = \"NODE SET\" }".into();
             return Err(self.source.error(&["supports"], advice));
         }
-        let lower = |(number, support): (usize, &Support)| support.lower(number, mesh, &self.source);
+        let lower =
+            |(number, support): (usize, &Support)| support.lower(number, mesh, &self.source);
         self.supports.iter().enumerate().map(lower).collect()
     }
 

@@ -66,12 +66,16 @@ impl ThetaArguments {
         if self.theta.is_empty() {
             thetas.push(body.centre());
         }
-        let said: Vec<_> = thetas.iter().flat_map(|theta| outside(&body.parameters, theta)).collect();
+        let said: Vec<_> =
+            thetas.iter().flat_map(|theta| outside(&body.parameters, theta)).collect();
         for warning in said.iter().take(MOST_WARNINGS) {
             eprintln!("warning: {warning}");
         }
         if said.len() > MOST_WARNINGS {
-            eprintln!("warning: {} more values are outside their ranges", said.len() - MOST_WARNINGS);
+            eprintln!(
+                "warning: {} more values are outside their ranges",
+                said.len() - MOST_WARNINGS
+            );
         }
         Ok(thetas)
     }
@@ -118,7 +122,9 @@ pub fn told(error: &anyhow::Error) -> String {
 
 /// Whether the person at the keyboard can mend it without a computation.
 pub fn is_usage(error: &anyhow::Error) -> bool {
-    error.chain().any(|cause| cause.is::<CaseError>() || cause.is::<ThetaText>() || cause.is::<Usage>())
+    error
+        .chain()
+        .any(|cause| cause.is::<CaseError>() || cause.is::<ThetaText>() || cause.is::<Usage>())
 }
 
 /// A command line that asks for what there is not.

@@ -1,7 +1,9 @@
 //! Errors and times of emulators beside the solver's.
 
 use serde::{Deserialize, Serialize};
-use sinew_emulate::{Emulator, Errors, Observer, Progress, Quantiles, TestSet, Warning, median_seconds};
+use sinew_emulate::{
+    Emulator, Errors, Observer, Progress, Quantiles, TestSet, Warning, median_seconds,
+};
 use sinew_fem::{Options, SolveError, Solver};
 use std::fmt;
 use std::ops::ControlFlow;
@@ -87,7 +89,8 @@ impl Evaluation {
             field.as_chunks::<3>().0.iter().map(|u| u.iter().map(|x| x * x).sum::<f64>().sqrt())
         });
         let centre = body.centre();
-        let solve = || -> Result<_, SolveError> { Solver::new(body)?.solve(&centre, &Options::default()) };
+        let solve =
+            || -> Result<_, SolveError> { Solver::new(body)?.solve(&centre, &Options::default()) };
         Self {
             scene: body.name.clone(),
             length_unit: body.units.length.clone(),
@@ -136,10 +139,14 @@ impl Evaluation {
             }
             step_s.extend(steps.iter().map(|step| step.seconds));
             let estimate = emulator.estimate(&prediction, case)?;
-            let error: Vec<f64> = raw[case].iter().zip(&test.fields[case]).map(|(a, b)| a - b).collect();
+            let error: Vec<f64> =
+                raw[case].iter().zip(&test.fields[case]).map(|(a, b)| a - b).collect();
             let actual = solver.energy_norm(&test.fields[case], theta, &error)?;
             let factor = |a: f64, b: f64| if a == b { 1.0 } else { (a / b).max(b / a) };
-            ratios.push([factor(actual, estimate.energy_norm), factor(estimate.between[1], estimate.energy_norm)]);
+            ratios.push([
+                factor(actual, estimate.energy_norm),
+                factor(estimate.between[1], estimate.energy_norm),
+            ]);
             let done = (case + 1) as f64 / test.thetas.len() as f64;
             let seconds_left = start.elapsed().as_secs_f64() * (1.0 - done) / done;
             let progress = Progress { stage: &stage, fraction: done, seconds_left, message: "" };
@@ -154,7 +161,8 @@ impl Evaluation {
             within_two: share(|[ratio, _]| *ratio <= 2.0),
             within_interval: share(|[ratio, spread]| ratio.is_finite() && ratio <= spread),
         };
-        let errors: Result<Vec<_>, _> = corrected.iter().map(|fields| test.errors(fields)).collect();
+        let errors: Result<Vec<_>, _> =
+            corrected.iter().map(|fields| test.errors(fields)).collect();
         let record = &emulator.record;
         self.methods.push(Method {
             name: name.into(),
@@ -196,14 +204,25 @@ impl fmt::Display for Evaluation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { scene, nodes, unknowns, cases, displacement, length_unit: unit, .. } = self;
         writeln!(f, "{scene}: {nodes} nodes, {unknowns} unknowns, {cases} test cases")?;
-        writeln!(f, "displacement: mean {:.3} {unit}, largest {:.3} {unit}", displacement.mean, displacement.max)?;
+        writeln!(
+            f,
+            "displacement: mean {:.3} {unit}, largest {:.3} {unit}",
+            displacement.mean, displacement.max
+        )?;
         if let Some(seconds) = self.solve_s {
             writeln!(f, "solver from rest: {}", duration(seconds))?;
         }
         writeln!(
             f,
             "{:<22} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}  {:>9}",
-            "medians", format!("err_u {unit}"), "largest", "err_F %", "err_I1 %", "err_Pi %", "err_V %", "time"
+            "medians",
+            format!("err_u {unit}"),
+            "largest",
+            "err_F %",
+            "err_I1 %",
+            "err_Pi %",
+            "err_V %",
+            "time"
         )?;
         for method in &self.methods {
             let times = &method.times;
@@ -217,11 +236,20 @@ impl fmt::Display for Evaluation {
                 f,
                 "  {} simulations {}, training {}; predicts in full {}, in a batch {}; estimates within a factor 2: {:.0} %, in their \
                  95 % interval: {:.0} %",
-                method.simulations, duration(times.simulate), duration(times.train), duration(times.full),
-                duration(times.batch), 100.0 * method.estimates.within_two, 100.0 * method.estimates.within_interval
+                method.simulations,
+                duration(times.simulate),
+                duration(times.train),
+                duration(times.full),
+                duration(times.batch),
+                100.0 * method.estimates.within_two,
+                100.0 * method.estimates.within_interval
             )?;
             if method.inverted > 0 {
-                writeln!(f, "  {} of {cases} predictions invert a cell and were not corrected", method.inverted)?;
+                writeln!(
+                    f,
+                    "  {} of {cases} predictions invert a cell and were not corrected",
+                    method.inverted
+                )?;
             }
         }
         Ok(())
@@ -233,7 +261,12 @@ fn row(f: &mut fmt::Formatter<'_>, name: &str, errors: &Errors, seconds: f64) ->
     writeln!(
         f,
         "{name:<22} {:>9.1e} {:>9.1e} {:>9.1e} {:>9.1e} {:>9.1e} {volume:>9}  {:>9}",
-        errors.err_u.q50, errors.err_u.max, errors.err_f.q50, errors.err_i1.q50, errors.err_pi.q50, duration(seconds)
+        errors.err_u.q50,
+        errors.err_u.max,
+        errors.err_f.q50,
+        errors.err_i1.q50,
+        errors.err_pi.q50,
+        duration(seconds)
     )
 }
 

@@ -45,6 +45,7 @@ pub mod case;
 mod evaluation;
 pub mod npz;
 pub mod output;
+mod page;
 pub mod scenes;
 mod theta;
 

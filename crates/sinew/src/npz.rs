@@ -62,7 +62,8 @@ fn archive(arrays: &[Named<'_>]) -> io::Result<Vec<u8>> {
 }
 
 fn fitting(length: usize) -> io::Result<u32> {
-    u32::try_from(length).map_err(|_| io::Error::other("the archive would exceed 4 GiB; write fewer cases"))
+    u32::try_from(length)
+        .map_err(|_| io::Error::other("the archive would exceed 4 GiB; write fewer cases"))
 }
 
 #[cfg(test)]
@@ -82,7 +83,8 @@ mod tests {
             ("energy.npy", sinew_mesh::to_npy(&[1], &[7.5])),
         ] {
             assert_eq!((at(entry), at(entry + 24) as usize), (0x0201_4b50, content.len()));
-            let (header, data) = (at(entry + 42) as usize, at(entry + 42) as usize + 30 + name.len());
+            let (header, data) =
+                (at(entry + 42) as usize, at(entry + 42) as usize + 30 + name.len());
             assert_eq!(at(header), 0x0403_4b50);
             assert_eq!(&bytes[header + 30..data], name.as_bytes());
             assert_eq!(&bytes[data..data + content.len()], content);

@@ -47,7 +47,8 @@ impl Fields<'_> {
         let (cases, nodes) = (self.thetas.len(), self.body.nodes);
         let theta = self.thetas.concat();
         let shapes = ([cases, self.body.parameters.len()], [cases, nodes, 3], [nodes, 3]);
-        let fields: Vec<_> = self.found.iter().map(|(name, fields)| (*name, fields.concat())).collect();
+        let fields: Vec<_> =
+            self.found.iter().map(|(name, fields)| (*name, fields.concat())).collect();
         let mut arrays: Vec<npz::Named<'_>> = vec![
             ("theta", &shapes.0, &theta),
             ("points", &shapes.2, self.body.positions.as_flattened()),
@@ -82,7 +83,9 @@ impl Fields<'_> {
             heads.push(format!("{name} mean u [{length}]"));
             heads.push(format!("{name} largest u [{length}]"));
             heads.push(format!("{name} energy [{stress} {length}3]"));
-            let volume = |cavity: &sinew_energy::Cavity| format!("{name} volume of {} [{length}3]", cavity.name);
+            let volume = |cavity: &sinew_energy::Cavity| {
+                format!("{name} volume of {} [{length}3]", cavity.name)
+            };
             heads.extend(body.cavities.iter().map(volume));
         }
         let mut text = heads.join(",") + "\n";
@@ -102,8 +105,10 @@ impl Fields<'_> {
 
 /// Mean and largest nodal displacement \[length\].
 pub fn mean_and_largest(displacement: &[f64]) -> [f64; 2] {
-    let lengths = displacement.as_chunks::<3>().0.iter().map(|u| u.iter().map(|x| x * x).sum::<f64>().sqrt());
-    let (sum, largest) = lengths.fold((0.0, 0.0), |(sum, largest): (f64, f64), u| (sum + u, largest.max(u)));
+    let lengths =
+        displacement.as_chunks::<3>().0.iter().map(|u| u.iter().map(|x| x * x).sum::<f64>().sqrt());
+    let (sum, largest) =
+        lengths.fold((0.0, 0.0), |(sum, largest): (f64, f64), u| (sum + u, largest.max(u)));
     [sum / (displacement.len() / 3).max(1) as f64, largest]
 }
 

@@ -59,15 +59,24 @@ pub fn read_thetas(path: &Path, parameters: &[Parameter]) -> Result<Vec<Vec<f64>
         !line.is_empty() && !line.starts_with('#')
     });
     let Some((first, header)) = lines.next() else {
-        return Err(error(1, format!("the table is empty; begin with a line of names: {}", listed(parameters))));
+        return Err(error(
+            1,
+            format!("the table is empty; begin with a line of names: {}", listed(parameters)),
+        ));
     };
-    let heads: Vec<(&str, &str)> = header.trim_start_matches('\u{feff}').split(',').map(head).collect();
+    let heads: Vec<(&str, &str)> =
+        header.trim_start_matches('\u{feff}').split(',').map(head).collect();
     let names: Vec<&str> = heads.iter().map(|(name, _)| *name).collect();
     let columns = columns(&names, parameters).map_err(|reason| error(first, reason))?;
     let row = |(line, text): (usize, &str)| {
         let cells: Vec<&str> = text.split(',').map(str::trim).collect();
         if cells.len() != heads.len() {
-            let reason = format!("{} values for the {} columns {}", cells.len(), heads.len(), names.join(", "));
+            let reason = format!(
+                "{} values for the {} columns {}",
+                cells.len(),
+                heads.len(),
+                names.join(", ")
+            );
             return Err(error(line, reason));
         }
         let read = |(parameter, &column): (&Parameter, &usize)| {
@@ -86,7 +95,9 @@ pub fn outside(parameters: &[Parameter], theta: &[f64]) -> Vec<String> {
         // Rounding of a bound that went through a text is no reason to warn.
         let slack = 1e-9 * low.abs().max(high.abs());
         let inside = (low - slack..=high + slack).contains(value);
-        (!inside).then(|| format!("{name} = {value} {unit} is outside its range from {low} to {high} {unit}"))
+        (!inside).then(|| {
+            format!("{name} = {value} {unit} is outside its range from {low} to {high} {unit}")
+        })
     };
     parameters.iter().zip(theta).filter_map(say).collect()
 }
@@ -104,14 +115,21 @@ fn head(text: &str) -> (&str, &str) {
 fn columns(names: &[&str], parameters: &[Parameter]) -> Result<Vec<usize>, String> {
     let known = || parameters.iter().map(|parameter| parameter.name.as_str());
     if let Some(name) = names.iter().find(|name| known().all(|known| known != **name)) {
-        return Err(format!("`{name}` is no parameter{}", crate::case::advise(name, known(), "parameters")));
+        return Err(format!(
+            "`{name}` is no parameter{}",
+            crate::case::advise(name, known(), "parameters")
+        ));
     }
     let column = |parameter: &Parameter| {
         let mut found = (0..names.len()).filter(|&column| names[column] == parameter.name);
         match (found.next(), found.next()) {
             (Some(column), None) => Ok(column),
             (Some(_), Some(_)) => Err(format!("`{}` is there twice", parameter.name)),
-            (None, _) => Err(format!("{} is missing; give all of {}", described(parameter), listed(parameters))),
+            (None, _) => Err(format!(
+                "{} is missing; give all of {}",
+                described(parameter),
+                listed(parameters)
+            )),
         }
     };
     parameters.iter().map(column).collect()
@@ -119,7 +137,8 @@ fn columns(names: &[&str], parameters: &[Parameter]) -> Result<Vec<usize>, Strin
 
 /// A value in the unit of its parameter; its own unit, or the given one, is converted.
 fn number(text: &str, unit: &str, parameter: &Parameter) -> Result<f64, String> {
-    let end = text.find(|c: char| !(c.is_ascii_digit() || "+-.eE".contains(c))).unwrap_or(text.len());
+    let end =
+        text.find(|c: char| !(c.is_ascii_digit() || "+-.eE".contains(c))).unwrap_or(text.len());
     let (digits, own) = (text[..end].trim(), text[end..].trim());
     let value: f64 = match digits.parse() {
         Ok(value) if f64::is_finite(value) => value,
@@ -183,7 +202,10 @@ mod tests {
         let table = read("# all\np [mmHg],b,a\n7.500616827,2,3\n\n15.001233654, 3, 2\n").unwrap();
         assert!((table[1][2] - 2.0).abs() < 1e-9 && table[0][..2] == [3.0, 2.0], "{table:?}");
         let error = read("a,b,p\n1,2,3\n1,2\n").unwrap_err();
-        assert!(error.contains("line 3") && error.contains("2 values for the 3 columns"), "{error}");
+        assert!(
+            error.contains("line 3") && error.contains("2 values for the 3 columns"),
+            "{error}"
+        );
         let error = read("a,b,p\n1,x,3\n").unwrap_err();
         assert!(error.contains("line 2") && error.contains("`x`"), "{error}");
         assert!(read("a,b,pp\n").unwrap_err().contains("did you mean `p`?"));

@@ -122,15 +122,22 @@ fn every_key_that_is_read_is_on_the_page() {
         format!("training = {{ recipe = \"qqqqqqqqqqqqqqqqqqqqqq\" }}\n{body}"),
         format!("training = {{ design = \"qqqqqqqqqqqqqqqqqqqqqq\" }}\n{body}"),
         format!("mesh.element = \"qqqqqqqqqqqqqqqqqqqqqq\"\n{body}"),
-        body.replace("mu = [1.0, 2.0]", "mu = { range = [1.0, 2.0], sampling = \"qqqqqqqqqqqqqqqqqqqqqq\" }"),
-        body.replace("mu = [1.0, 2.0]", "mu = { range = [1.0, 2.0], unit = \"qqqqqqqqqqqqqqqqqqqqqq\" }"),
+        body.replace(
+            "mu = [1.0, 2.0]",
+            "mu = { range = [1.0, 2.0], sampling = \"qqqqqqqqqqqqqqqqqqqqqq\" }",
+        ),
+        body.replace(
+            "mu = [1.0, 2.0]",
+            "mu = { range = [1.0, 2.0], unit = \"qqqqqqqqqqqqqqqqqqqqqq\" }",
+        ),
         body.replace("\"neo-hookean\"", "\"qqqqqqqqqqqqqqqqqqqqqq\""),
     ];
     for text in tables {
         let error = refusal(&text);
         let (_, known) = error.rsplit_once(": ").unwrap();
         for key in known.split(", ") {
-            let shown = [format!("`{key}`"), format!("`\"{key}\"`")].iter().any(|form| PAGE.contains(form));
+            let shown =
+                [format!("`{key}`"), format!("`\"{key}\"`")].iter().any(|form| PAGE.contains(form));
             assert!(shown, "{key} is not on the page: {error}");
         }
     }
@@ -151,7 +158,11 @@ fn values_that_make_no_sense_are_told_with_key_unit_and_range() {
             assert!(error.contains(word), "{word:?} is not in: {error}");
         }
     };
-    told("[4.0, 10.0], unit = \"mmHg\"", "[4.0, 10.0], unit = \"mmhg\"", &["parameters.p.unit", "did you mean `mmHg`?"]);
+    told(
+        "[4.0, 10.0], unit = \"mmHg\"",
+        "[4.0, 10.0], unit = \"mmhg\"",
+        &["parameters.p.unit", "did you mean `mmHg`?"],
+    );
     told("unit = \"1\"", "unit = \"kPa\"", &["parameters.b.unit", "number without unit"]);
     told("[4.0, 10.0]", "[10.0, 4.0]", &["parameters.p.range", "10 to 4 mmHg", "[4, 10]"]);
     told("a = [0.1, 0.26]", "a = [0.0, 0.26]", &["parameters.a", "sampling = \"linear\""]);
@@ -162,11 +173,23 @@ fn values_that_make_no_sense_are_told_with_key_unit_and_range() {
     told("a = [0.1, 0.26]", "a = \"soft\"", &["line ", "[smallest, largest]"]);
     told("pressure = \"p\"", "pressure = \"q\"", &["parameters.p", "did you mean `q`?"]);
     told("\"2 mmHg\"", "\"2 bar\"", &["`bar`", "mmHg"]);
-    told("pressure = \"p\", facets = \"endo\"", "pressure = \"p\", facets = \"end\"", &["loads.0.facets", "did you mean `endo`?"]);
+    told(
+        "pressure = \"p\", facets = \"endo\"",
+        "pressure = \"p\", facets = \"end\"",
+        &["loads.0.facets", "did you mean `endo`?"],
+    );
     told("pressure = \"p\", facets = \"endo\"", "pressure = \"p\"", &["loads.0", "endo, epi"]);
-    told("pressure = \"p\", facets", "pressure = \"p\", traction = [0.0, 0.0, 1.0], facets", &["loads.0", "one of"]);
+    told(
+        "pressure = \"p\", facets",
+        "pressure = \"p\", traction = [0.0, 0.0, 1.0], facets",
+        &["loads.0", "one of"],
+    );
     told("body_force = [0.0, 0.0, -9.8e-3]", "body_force = [0.0, 0.0, nan]", &["loads"]);
-    told("nodes = \"base\"\nz", "nodes = \"bass\"\nz", &["supports.0.nodes", "did you mean `base`?"]);
+    told(
+        "nodes = \"base\"\nz",
+        "nodes = \"bass\"\nz",
+        &["supports.0.nodes", "did you mean `base`?"],
+    );
     told("z = 0.0\n", "", &["supports.0", "x, y, z"]);
     told("bulk_modulus = 25.0", "bulk_modulus = -25.0", &["law", "-25"]);
     told(", bulk_modulus = 25.0", "", &["law", "bulk_modulus"]);
@@ -176,6 +199,7 @@ fn values_that_make_no_sense_are_told_with_key_unit_and_range() {
     told("short = [0.7, 1.0]", "short = [1.0, 0.7]", &["mesh.ellipsoid.short", "outer"]);
     told("\"tetrahedra\"", "\"hexahedra\"", &["fibres.rule", "tetrahedra"]);
     told("endocardium = \"endo\"", "endocardium = \"inside\"", &["fibres.rule", "inside"]);
+    told("minutes = 20.0", "minutes = 20.0\nsteps = 100", &["training.steps", "not both"]);
     told("[fibres.rule]", "[fibres]\nfield = \"fibre\"\n[fibres.rule]", &["fibres", "one of"]);
 }
 
@@ -184,7 +208,9 @@ fn a_range_is_converted_and_a_budget_is_read() {
     let case = Case::parse(blocks()[1], "page.toml").unwrap();
     let body = case.body().unwrap();
     let range = |index: usize| body.parameters[index].range;
-    assert!((range(2)[0] - 1.5).abs() < 1e-12 && (range(4)[0] - 4.0 * 0.133_322_387_415).abs() < 1e-12);
+    assert!(
+        (range(2)[0] - 1.5).abs() < 1e-12 && (range(4)[0] - 4.0 * 0.133_322_387_415).abs() < 1e-12
+    );
     // Two centimetres.
     let lowest = body.positions.iter().fold(0.0f64, |least, x| least.min(x[2]));
     assert!((lowest + 20.0).abs() < 1e-9, "{lowest}");

@@ -77,7 +77,10 @@ fn units_signs_order_and_orientation_change_nothing() {
 
     let fibres = mesh.cell_fields["fibre"].to_vectors::<3>().unwrap();
     let mut flipped = mesh.clone();
-    let turned: Vec<[f64; 3]> = (0..).zip(&fibres).map(|(cell, fibre)| fibre.map(|x| if cell % 3 == 0 { -x } else { x })).collect();
+    let turned: Vec<[f64; 3]> = (0..)
+        .zip(&fibres)
+        .map(|(cell, fibre)| fibre.map(|x| if cell % 3 == 0 { -x } else { x }))
+        .collect();
     flipped.cell_fields.insert("fibre".into(), Field::vectors(&turned));
     let (found, found_energy) = solve(&flipped, "mm");
     same(&found, found_energy);

@@ -30,7 +30,8 @@ fn sinew(folder: &Path, arguments: &str) -> Output {
 /// What it printed; it must succeed.
 fn done(folder: &Path, arguments: &str) -> String {
     let output = sinew(folder, arguments);
-    let [out, err] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text).into_owned());
+    let [out, err] =
+        [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text).into_owned());
     assert!(output.status.success(), "sinew {arguments}\n{out}{err}");
     out + &err
 }
@@ -118,7 +119,10 @@ fn mistakes_in_a_case_file_are_named_with_their_line() {
         text
     };
     let text = told("mu = [8.0, 16.0]", "mu = [16.0, 8.0]");
-    assert!(text.contains("wrong.toml, line 11, parameters.mu") && text.contains("[8, 16]"), "{text}");
+    assert!(
+        text.contains("wrong.toml, line 11, parameters.mu") && text.contains("[8, 16]"),
+        "{text}"
+    );
     let text = told("clamped = \"x_min\"", "clamped = \"x_mim\"");
     assert!(text.contains("line 4") && text.contains("did you mean `x_min`?"), "{text}");
     let text = told("mesh]\nbox", "mesh]\nbxo");

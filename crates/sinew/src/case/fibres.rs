@@ -47,9 +47,8 @@ impl Fibres {
         let rows: Vec<[[f64; 3]; 3]> = match (&self.field, &self.direction, &self.rule) {
             (Some(_), None, None) => return Ok(()),
             (None, Some(direction), None) => {
-                let frame = completed(&[*direction]).map_err(|reason| {
-                    source.error(&["fibres", "direction"], reason.to_string())
-                })?;
+                let frame = completed(&[*direction])
+                    .map_err(|reason| source.error(&["fibres", "direction"], reason.to_string()))?;
                 vec![frame; mesh.cell_count()]
             }
             (None, None, Some(rule)) => {
@@ -106,12 +105,14 @@ pub(super) fn directions(
     }
     let error = |key: &str, reason| source.error(&["fibres", key], reason);
     let Some(fibres) = fibres else {
-        let reason = format!("`{}` reads fibres; add [fibres] with field, direction or rule", law.name);
+        let reason =
+            format!("`{}` reads fibres; add [fibres] with field, direction or rule", law.name);
         return Err(source.error(&["law"], reason));
     };
     let names = fibres.fields();
     if names.len() < law.needed {
-        let reason = format!("`{}` reads {} directions; name the field of the sheets", law.name, law.needed);
+        let reason =
+            format!("`{}` reads {} directions; name the field of the sheets", law.name, law.needed);
         return Err(error("sheets", reason));
     }
     let keys = ["field", "sheets", "normal"];
@@ -123,13 +124,22 @@ pub(super) fn directions(
             return Err(error(key, format!("the mesh has no field `{name}`{advice}")));
         };
         field.to_vectors::<3>().ok_or_else(|| {
-            error(key, format!("the field `{name}` has {} components, a direction has 3", field.components))
+            error(
+                key,
+                format!(
+                    "the field `{name}` has {} components, a direction has 3",
+                    field.components
+                ),
+            )
         })
     };
     let columns = names.iter().zip(keys).take(law.directions).map(read);
     let columns: Vec<Vec<[f64; 3]>> = columns.collect::<Result<_, _>>()?;
     if columns.iter().any(|column| column.len() != columns[0].len()) {
-        return Err(error("sheets", "fibres and sheets must both be fields of cells, or both of nodes".into()));
+        return Err(error(
+            "sheets",
+            "fibres and sheets must both be fields of cells, or both of nodes".into(),
+        ));
     }
     let row = |index: usize| {
         let given: Vec<_> = columns.iter().map(|column| column[index]).collect();

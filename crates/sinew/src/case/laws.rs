@@ -49,12 +49,16 @@ pub static LAWS: &[Row] = &[
     row::<NeoHookean, 0>("neo-hookean", &[STRESS, STRESS], |_, mesh, parts| {
         parts.lower(mesh, NeoHookean)
     }),
-    row::<ByYoungPoisson<NeoHookean>, 0>("neo-hookean-young", &[STRESS, NUMBER], |_, mesh, parts| {
-        parts.lower(mesh, ByYoungPoisson(NeoHookean))
-    }),
-    row::<IsochoricNeoHookean, 0>("neo-hookean-isochoric", &[STRESS], |bulk_modulus, mesh, parts| {
-        parts.lower(mesh, IsochoricNeoHookean { bulk_modulus })
-    })
+    row::<ByYoungPoisson<NeoHookean>, 0>(
+        "neo-hookean-young",
+        &[STRESS, NUMBER],
+        |_, mesh, parts| parts.lower(mesh, ByYoungPoisson(NeoHookean)),
+    ),
+    row::<IsochoricNeoHookean, 0>(
+        "neo-hookean-isochoric",
+        &[STRESS],
+        |bulk_modulus, mesh, parts| parts.lower(mesh, IsochoricNeoHookean { bulk_modulus }),
+    )
     .with_bulk_modulus(),
     row::<HolzapfelOgden, 1>(
         "holzapfel-ogden",
@@ -128,12 +132,7 @@ impl Law {
         }
     }
 
-    pub(super) fn lower(
-        &self,
-        row: &Row,
-        mesh: AnyMesh,
-        parts: Parts,
-    ) -> Result<Body, SceneError> {
+    pub(super) fn lower(&self, row: &Row, mesh: AnyMesh, parts: Parts) -> Result<Body, SceneError> {
         (row.lower)(self.bulk_modulus.unwrap_or(f64::NAN), mesh, parts)
     }
 }

@@ -70,7 +70,8 @@ impl Load {
             Pressure::Parameter(name) => index(name),
         };
         let facets = || self.facet_set(&at, mesh, source);
-        let Self { body_force, traction, pressure, thesis_pressure, foundation, facets: given } = self;
+        let Self { body_force, traction, pressure, thesis_pressure, foundation, facets: given } =
+            self;
         Ok(match (body_force, traction, pressure, thesis_pressure, foundation) {
             (Some(force), None, None, None, None) if given.is_none() => {
                 sinew_energy::Load::BodyForce(*force)
@@ -112,7 +113,8 @@ impl Load {
             }
             None => {
                 let sets = known().collect::<Vec<_>>().join(", ");
-                let reason = format!("name the facets that it acts on; facet sets of the mesh: {sets}");
+                let reason =
+                    format!("name the facets that it acts on; facet sets of the mesh: {sets}");
                 Err(source.error(&["loads", at], reason))
             }
         }
@@ -126,7 +128,9 @@ impl<'de> Deserialize<'de> for Pressure {
         impl Visitor<'_> for Either {
             type Value = Pressure;
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a pressure in kPa, one with its unit (\"8 mmHg\"), or the name of a parameter")
+                f.write_str(
+                    "a pressure in kPa, one with its unit (\"8 mmHg\"), or the name of a parameter",
+                )
             }
             fn visit_f64<E>(self, kpa: f64) -> Result<Pressure, E> {
                 Ok(Pressure::Fixed(kpa))

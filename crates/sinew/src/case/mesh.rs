@@ -65,7 +65,9 @@ impl MeshSource {
         let unit = self.unit.as_deref().unwrap_or("mm");
         let Some(&(_, scale)) = LENGTHS.iter().find(|(name, _)| *name == unit) else {
             let advice = advise(unit, names(&LENGTHS), "units of length");
-            return Err(source.error(&["mesh", "unit"], format!("`{unit}` is no unit of length{advice}")));
+            return Err(
+                source.error(&["mesh", "unit"], format!("`{unit}` is no unit of length{advice}"))
+            );
         };
         let element = self.element.unwrap_or_default();
         let mut mesh = match (&self.file, &self.cuboid, &self.ellipsoid) {
@@ -76,7 +78,10 @@ impl MeshSource {
                 }
                 let error = |reason| source.error(&["mesh", "file"], reason);
                 if !file.exists() {
-                    let reason = format!("there is no file {}; put it there, or name another with --mesh FILE", file.display());
+                    let reason = format!(
+                        "there is no file {}; put it there, or name another with --mesh FILE",
+                        file.display()
+                    );
                     return Err(error(reason));
                 }
                 sinew_mesh::read(file).map_err(|reason| error(reason.to_string()))?.0
@@ -119,15 +124,28 @@ impl EllipsoidMesh {
         let error = |key, reason: String| Err(source.error(&["mesh", "ellipsoid", key], reason));
         for (key, [inner, outer]) in [("short", short), ("long", long)] {
             if !(inner > 0.0 && inner < outer && outer.is_finite()) {
-                return error(key, format!("{inner} and {outer} are no wall; give the inner, then a larger outer semi-axis"));
+                return error(
+                    key,
+                    format!(
+                        "{inner} and {outer} are no wall; give the inner, then a larger outer semi-axis"
+                    ),
+                );
             }
         }
         if base.is_nan() || base.abs() >= long[0] {
-            return error("base", format!("the plane z = {base} cuts no ellipsoid of semi-axis {}", long[0]));
+            return error(
+                "base",
+                format!("the plane z = {base} cuts no ellipsoid of semi-axis {}", long[0]),
+            );
         }
         let [layers, around, along] = cells;
         if layers == 0 || along == 0 || around == 0 || around % 8 != 0 || around >= 8 * along {
-            return error("cells", format!("{cells:?}: give layers, cells around (a multiple of 8 and less than 8 times those along) and cells from apex to base"));
+            return error(
+                "cells",
+                format!(
+                    "{cells:?}: give layers, cells around (a multiple of 8 and less than 8 times those along) and cells from apex to base"
+                ),
+            );
         }
         let wall = TruncatedEllipsoid { short, long, base }.wall(cells);
         Ok(match element {

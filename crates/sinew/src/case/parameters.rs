@@ -5,8 +5,8 @@ use super::source::advise;
 use super::units::{STRESSES, names, stress_in_kpa};
 use super::{Case, CaseError};
 use serde::Deserialize;
-use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 use sinew_energy::{Body, Parameter, Sampling};
 use std::fmt;
 
@@ -28,14 +28,18 @@ impl Case {
         let of_loads = self.load_parameters().into_iter().map(|name| (name, "kPa"));
         let expected: Vec<(&str, &str)> = of_law.chain(of_loads).collect();
         let known = || expected.iter().map(|(name, _)| *name);
-        if let Some(name) = self.parameters.keys().find(|name| known().all(|known| known != *name)) {
+        if let Some(name) = self.parameters.keys().find(|name| known().all(|known| known != *name))
+        {
             let what = format!("`{}` and the loads read", law.name);
             let reason = format!("nothing reads it{}", advise(name, known(), &what));
             return Err(self.source.error(&["parameters", name], reason));
         }
         let parameter = |&(name, unit): &(&str, &str)| {
             let range = self.parameters.get(name).ok_or_else(|| {
-                let reason = format!("`{name}` is missing; add {name} = [smallest, largest], in {}", spoken(unit));
+                let reason = format!(
+                    "`{name}` is missing; add {name} = [smallest, largest], in {}",
+                    spoken(unit)
+                );
                 self.source.error(&["parameters"], reason)
             })?;
             self.lower_range(name, unit, range)
@@ -63,9 +67,13 @@ impl Case {
         let reason = if !(low.is_finite() && high.is_finite()) {
             "give two finite numbers".to_string()
         } else if low > high {
-            format!("it goes from {low} to {high} {shown}; write the smaller number first: [{high}, {low}]")
+            format!(
+                "it goes from {low} to {high} {shown}; write the smaller number first: [{high}, {low}]"
+            )
         } else if range.sampling == Sampling::Log && low <= 0.0 {
-            format!("it begins at {low}, which has no logarithm; write {{ range = [{low}, {high}], sampling = \"linear\" }}")
+            format!(
+                "it begins at {low}, which has no logarithm; write {{ range = [{low}, {high}], sampling = \"linear\" }}"
+            )
         } else {
             return Ok(Parameter {
                 name: name.into(),
@@ -79,11 +87,16 @@ impl Case {
 
     /// Requires that the law makes sense in all of the ranges.
     pub(super) fn check_bounds(&self, body: &Body) -> Result<(), CaseError> {
-        for (index, parameter) in body.parameters.iter().enumerate().take(body.material.parameters().len()) {
+        for (index, parameter) in
+            body.parameters.iter().enumerate().take(body.material.parameters().len())
+        {
             let bounds = body.material.bounds(index);
             if let Some(value) = parameter.range.iter().find(|&value| !bounds.contains(value)) {
                 let (name, least, most) = (&parameter.name, bounds.start(), bounds.end());
-                let reason = format!("{value} {} makes no sense for this law; stay within {least:e} and {most:e}", parameter.unit);
+                let reason = format!(
+                    "{value} {} makes no sense for this law; stay within {least:e} and {most:e}",
+                    parameter.unit
+                );
                 return Err(self.source.error(&["parameters", name], reason));
             }
         }
@@ -115,7 +128,9 @@ impl<'de> Deserialize<'de> for Range {
         impl<'de> Visitor<'de> for Either {
             type Value = Range;
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("[smallest, largest], or a table { range = [smallest, largest], unit = \"…\" }")
+                f.write_str(
+                    "[smallest, largest], or a table { range = [smallest, largest], unit = \"…\" }",
+                )
             }
             fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Range, A::Error> {
                 let range = <[f64; 2]>::deserialize(SeqAccessDeserializer::new(seq))?;

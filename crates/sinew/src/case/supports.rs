@@ -61,8 +61,7 @@ impl Support {
                 return Err(source.error(&["supports", &at], reason.into()));
             }
         };
-        add_node_set(mesh, name)
-            .map_err(|reason| source.error(&["supports", &at, key], reason))?;
+        add_node_set(mesh, name).map_err(|reason| source.error(&["supports", &at, key], reason))?;
         Ok(sinew_energy::Support { nodes: name.clone(), displacement })
     }
 }
@@ -76,7 +75,10 @@ fn add_node_set(mesh: &mut AnyMesh, name: &str) -> Result<(), String> {
         facets.iter().flat_map(|&facet| mesh.nodes_of_facet(facet)).collect()
     } else if let Some(field) = mesh.point_fields().get(name) {
         if field.components != 1 {
-            return Err(format!("the point field `{name}` has {} components; name one that marks nodes by one number", field.components));
+            return Err(format!(
+                "the point field `{name}` has {} components; name one that marks nodes by one number",
+                field.components
+            ));
         }
         let marked = field.to_f64();
         (0..marked.len()).filter(|&node| marked[node] != 0.0).collect()
@@ -84,7 +86,9 @@ fn add_node_set(mesh: &mut AnyMesh, name: &str) -> Result<(), String> {
         let sets = mesh.node_sets().keys().chain(mesh.facet_sets().keys());
         let known = sets.chain(mesh.point_fields().keys()).map(String::as_str);
         let advice = advise(name, known, "the mesh has");
-        return Err(format!("the mesh has neither node set, facet set nor point field `{name}`{advice}"));
+        return Err(format!(
+            "the mesh has neither node set, facet set nor point field `{name}`{advice}"
+        ));
     };
     if nodes.is_empty() {
         return Err(format!("`{name}` marks no node"));

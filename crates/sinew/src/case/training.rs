@@ -50,9 +50,7 @@ impl Training {
     pub fn recipe(&self) -> Recipe {
         let network = self.network.unwrap_or_default();
         match self.recipe {
-            RecipeName::Auto => {
-                Auto { regression: self.regression(), ..Auto::default() }.into()
-            }
+            RecipeName::Auto => Auto { regression: self.regression(), ..Auto::default() }.into(),
             RecipeName::Regression => self.regression().into(),
             RecipeName::Hybrid => {
                 let own = Hybrid { network, ..Hybrid::default() };

@@ -20,8 +20,7 @@ pub(super) const STRESSES: [(&str, f64); 5] = [
 ];
 
 /// Units of length, and what they are in mm.
-pub(super) const LENGTHS: [(&str, f64); 4] =
-    [("mm", 1.0), ("cm", 10.0), ("m", 1e3), ("um", 1e-3)];
+pub(super) const LENGTHS: [(&str, f64); 4] = [("mm", 1.0), ("cm", 10.0), ("m", 1e3), ("um", 1e-3)];
 
 /// Names of units.
 pub(super) fn names(units: &'static [(&str, f64)]) -> impl Iterator<Item = &'static str> {

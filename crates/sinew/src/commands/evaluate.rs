@@ -37,20 +37,36 @@ impl Evaluate {
         let body = case.body()?;
         let folder = self.case.folder(&case);
         let mut found = trained(&folder)?;
-        if let Some(missing) = self.emulator.iter().find(|name| found.iter().all(|(known, _)| known != *name)) {
+        if let Some(missing) =
+            self.emulator.iter().find(|name| found.iter().all(|(known, _)| known != *name))
+        {
             let names: Vec<_> = found.iter().map(|(name, _)| name.as_str()).collect();
-            return Err(Usage(format!("there is no emulator `{missing}` in {}; there are: {}", folder.display(), names.join(", "))).into());
+            return Err(Usage(format!(
+                "there is no emulator `{missing}` in {}; there are: {}",
+                folder.display(),
+                names.join(", ")
+            ))
+            .into());
         }
         found.retain(|(name, _)| self.emulator.is_empty() || self.emulator.contains(name));
         if found.is_empty() {
-            return Err(Usage(format!("there is no emulator in {}; make one: sinew train", folder.display())).into());
+            return Err(Usage(format!(
+                "there is no emulator in {}; make one: sinew train",
+                folder.display()
+            ))
+            .into());
         }
         let thetas = Design::Uniform.sample(&body.parameters, self.cases, SEED)?;
         let mut terminal = sinew_emulate::Terminal::default();
         let kept = folder.join(format!("test/{}", self.cases));
-        let simulations = sinew::simulate(&body, &thetas, "solve test cases", Some(&kept), &mut terminal)?;
+        let simulations =
+            sinew::simulate(&body, &thetas, "solve test cases", Some(&kept), &mut terminal)?;
         for failure in &simulations.failures {
-            eprintln!("no equilibrium at {}: {}", super::shown(&body, &failure.theta), failure.reason);
+            eprintln!(
+                "no equilibrium at {}: {}",
+                super::shown(&body, &failure.theta),
+                failure.reason
+            );
         }
         let test = TestSet::new(&body, simulations);
         let mut evaluation = Evaluation::new(&test);
@@ -61,7 +77,8 @@ impl Evaluate {
         println!("{evaluation}");
         let path = folder.join("evaluation.json");
         let text = serde_json::to_string_pretty(&evaluation)?;
-        std::fs::write(&path, text).with_context(|| format!("{} cannot be written", path.display()))?;
+        std::fs::write(&path, text)
+            .with_context(|| format!("{} cannot be written", path.display()))?;
         println!("written: {}", path.display());
         Ok(())
     }

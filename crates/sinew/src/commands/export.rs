@@ -36,20 +36,28 @@ impl Export {
 fn arrays(body: &Body, path: &std::path::Path) -> std::io::Result<()> {
     let points = body.volumes.len();
     let cells: Vec<f64> = body.cells.iter().map(|&node| node as f64).collect();
-    let prescribed: Vec<f64> = body.prescribed.iter().map(|value| value.unwrap_or(f64::NAN)).collect();
+    let prescribed: Vec<f64> =
+        body.prescribed.iter().map(|value| value.unwrap_or(f64::NAN)).collect();
     let count = body.material.points().map_or(0, |_| body.material.directions(0).len());
     let directions: Vec<f64> = (0..if count == 0 { 0 } else { points })
         .flat_map(|point| body.material.directions(point).as_flattened().to_vec())
         .collect();
-    npz::write(path, &[
-        ("positions", &[body.nodes, 3], body.positions.as_flattened()),
-        ("cells", &[body.cell_count(), body.nodes_per_cell], &cells),
-        ("shape_gradients", &[points, body.nodes_per_cell, 3], body.shape_gradients.as_flattened()),
-        ("volumes", &[points], &body.volumes),
-        ("nodal_force", &[body.nodes, 3], &body.nodal_force),
-        ("prescribed", &[body.nodes, 3], &prescribed),
-        ("directions", &[directions.len() / (3 * count.max(1)), count, 3], &directions),
-    ])
+    npz::write(
+        path,
+        &[
+            ("positions", &[body.nodes, 3], body.positions.as_flattened()),
+            ("cells", &[body.cell_count(), body.nodes_per_cell], &cells),
+            (
+                "shape_gradients",
+                &[points, body.nodes_per_cell, 3],
+                body.shape_gradients.as_flattened(),
+            ),
+            ("volumes", &[points], &body.volumes),
+            ("nodal_force", &[body.nodes, 3], &body.nodal_force),
+            ("prescribed", &[body.nodes, 3], &prescribed),
+            ("directions", &[directions.len() / (3 * count.max(1)), count, 3], &directions),
+        ],
+    )
 }
 
 fn description(body: &Body) -> serde_json::Value {

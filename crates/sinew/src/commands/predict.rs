@@ -68,7 +68,11 @@ impl Asked {
             Some((_, folder)) => Ok(Emulator::load(folder, body)?),
             None if found.is_empty() => {
                 let folder = self.case.folder(case);
-                Err(Usage(format!("there is no emulator in {}; make one: sinew train", folder.display())).into())
+                Err(Usage(format!(
+                    "there is no emulator in {}; make one: sinew train",
+                    folder.display()
+                ))
+                .into())
             }
             None => Err(Usage(format!("choose one with --emulator NAME: {}", names())).into()),
         }
@@ -92,7 +96,10 @@ impl Predict {
         let unit = &body.units.length;
         for (index, theta) in thetas.iter().enumerate() {
             let [mean, largest] = mean_and_largest(prediction.field(index));
-            print!("{}: displacement mean {mean:.4} {unit}, largest {largest:.4} {unit}", shown(&body, theta));
+            print!(
+                "{}: displacement mean {mean:.4} {unit}, largest {largest:.4} {unit}",
+                shown(&body, theta)
+            );
             if self.quick {
                 println!();
                 continue;
@@ -100,7 +107,8 @@ impl Predict {
             match emulator.estimate(&prediction, index) {
                 Ok(estimate) => println!(
                     "; estimated error {:.1e} {unit} in the mean, {:.2} % in the energy norm",
-                    estimate.mean_distance, 100.0 * estimate.relative
+                    estimate.mean_distance,
+                    100.0 * estimate.relative
                 ),
                 Err(error) => println!("; no error estimate: {error}"),
             }
@@ -124,8 +132,11 @@ impl Correct {
             for (index, step) in correction.steps.iter().enumerate() {
                 println!(
                     "  step {}: residual {:.1e} to {:.1e} of the forces, energy norm of the step {:.1e}, {:.1} ms",
-                    index + 1, step.residual_before / step.force_scale, step.residual_after / step.force_scale,
-                    step.energy_norm, 1e3 * step.seconds
+                    index + 1,
+                    step.residual_before / step.force_scale,
+                    step.residual_after / step.force_scale,
+                    step.energy_norm,
+                    1e3 * step.seconds
                 );
             }
             for warning in correction.warnings.iter().take(MOST_WARNINGS) {

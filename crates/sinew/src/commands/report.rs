@@ -7,7 +7,9 @@ use sinew::Evaluation;
 
 /// Of which case.
 #[derive(Debug, Args)]
-#[command(after_help = "Run sinew evaluate first; this reads OUT/evaluation.json and computes nothing.")]
+#[command(
+    after_help = "Run sinew evaluate first; this reads OUT/evaluation.json and writes OUT/report.html and\nOUT/report.json."
+)]
 pub struct Report {
     #[command(flatten)]
     case: CaseArguments,
@@ -20,9 +22,12 @@ impl Report {
         let text = std::fs::read_to_string(&path).map_err(|error| {
             Usage(format!("{}: {error}; run sinew evaluate first", path.display()))
         })?;
-        let evaluation: Evaluation = serde_json::from_str(&text)
-            .with_context(|| format!("{} is damaged or of another version; run sinew evaluate again", path.display()))?;
+        let evaluation: Evaluation = serde_json::from_str(&text).with_context(|| {
+            format!("{} is damaged or of another version; run sinew evaluate again", path.display())
+        })?;
         println!("{evaluation}");
+        let page = evaluation.report()?.write(&self.case.folder(&case))?;
+        println!("written: {}", page.display());
         Ok(())
     }
 }

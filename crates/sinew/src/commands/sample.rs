@@ -51,13 +51,18 @@ impl Sample {
         let thetas = design.sample(&body.parameters, self.count, self.seed)?;
         let folder = self.case.folder(&case).join("sample");
         let path = folder.join("thetas.csv");
-        let written = std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&path, table(&body, &thetas)));
+        let written = std::fs::create_dir_all(&folder)
+            .and_then(|()| std::fs::write(&path, table(&body, &thetas)));
         written.with_context(|| format!("{} cannot be written", path.display()))?;
         if self.solve {
             let mut terminal = sinew_emulate::Terminal::default();
             let found = sinew::simulate(&body, &thetas, "solve", None, &mut terminal)?;
             for failure in &found.failures {
-                eprintln!("no equilibrium at {}: {}", super::shown(&body, &failure.theta), failure.reason);
+                eprintln!(
+                    "no equilibrium at {}: {}",
+                    super::shown(&body, &failure.theta),
+                    failure.reason
+                );
             }
             let (thetas, found) = (&found.thetas[..], vec![("solved", found.fields)]);
             Fields { body: &body, thetas, found }.write(&folder, 0)?;
@@ -69,10 +74,14 @@ impl Sample {
 
 /// A row per θ that is read back bit for bit.
 fn table(body: &Body, thetas: &[Vec<f64>]) -> String {
-    let heads: Vec<_> = body.parameters.iter().map(|p| match p.unit.as_str() {
-        "1" => p.name.clone(),
-        unit => format!("{} [{unit}]", p.name),
-    }).collect();
+    let heads: Vec<_> = body
+        .parameters
+        .iter()
+        .map(|p| match p.unit.as_str() {
+            "1" => p.name.clone(),
+            unit => format!("{} [{unit}]", p.name),
+        })
+        .collect();
     let row = |theta: &Vec<f64>| theta.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
     let rows: Vec<_> = std::iter::once(heads.join(",")).chain(thetas.iter().map(row)).collect();
     rows.join("\n") + "\n"

@@ -19,7 +19,12 @@ impl New {
     pub fn run(&self) -> Result<()> {
         let Some(scene) = scenes::find(Path::new(&self.name)) else {
             let names: Vec<_> = scenes::SCENES.iter().map(|scene| scene.name).collect();
-            return Err(Usage(format!("there is no scene `{}`; there are: {}", self.name, names.join(", "))).into());
+            return Err(Usage(format!(
+                "there is no scene `{}`; there are: {}",
+                self.name,
+                names.join(", ")
+            ))
+            .into());
         };
         print!("{}", scene.text);
         Ok(())

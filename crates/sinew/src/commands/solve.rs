@@ -28,7 +28,8 @@ impl Solve {
         let body = case.body()?;
         let thetas = self.theta.read(&body)?;
         for theta in &thetas {
-            body.check_theta(theta).map_err(|error| Usage(format!("{}: {error}", shown(&body, theta))))?;
+            body.check_theta(theta)
+                .map_err(|error| Usage(format!("{}: {error}", shown(&body, theta))))?;
         }
         let mut terminal = sinew_emulate::Terminal::default();
         let found = sinew::simulate(&body, &thetas, "solve", None, &mut terminal)?;
@@ -36,8 +37,15 @@ impl Solve {
         for (theta, field) in found.thetas.iter().zip(&found.fields) {
             let [mean, largest] = mean_and_largest(field);
             let volumes: Vec<_> = body.cavities.iter().zip(body.cavity_volumes(field)).collect();
-            let volumes: Vec<_> = volumes.iter().map(|(c, v)| format!(", volume of {} {v:.1} {unit}3", c.name)).collect();
-            println!("{}: displacement mean {mean:.4} {unit}, largest {largest:.4} {unit}{}", shown(&body, theta), volumes.concat());
+            let volumes: Vec<_> = volumes
+                .iter()
+                .map(|(c, v)| format!(", volume of {} {v:.1} {unit}3", c.name))
+                .collect();
+            println!(
+                "{}: displacement mean {mean:.4} {unit}, largest {largest:.4} {unit}{}",
+                shown(&body, theta),
+                volumes.concat()
+            );
         }
         for failure in &found.failures {
             eprintln!("no equilibrium at {}: {}", shown(&body, &failure.theta), failure.reason);
