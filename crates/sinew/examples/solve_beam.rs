@@ -4,29 +4,19 @@
 
 use sinew::laws::NeoHookean;
 use sinew::output::{Fields, mean_and_largest};
-use sinew::{Load, Options, Parameter, Sampling, Scene, Solver, Support};
+use sinew::{Load, Options, Parameter, Scene, Solver, Support};
 use std::error::Error;
 use std::path::Path;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder =
         std::env::args().nth(1).ok_or("name a folder for the results, such as out/beam")?;
-    let stiffness = |name: &str| Parameter {
-        name: name.into(),
-        unit: "kPa".into(),
-        range: [50.0, 100.0],
-        sampling: Sampling::Log,
-    };
-    let scene = Scene {
-        name: "beam".into(),
-        units: sinew_energy::Units::mm_kpa(),
-        mesh: sinew_mesh::box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]),
-        law: NeoHookean,
-        directions: vec![],
-        parameters: vec![stiffness("mu"), stiffness("lambda")],
-        loads: vec![Load::BodyForce([0.0, 0.0, -9.8e-3])], // 1 g/cm³ · 9.8 m/s² [kPa/mm]
-        supports: vec![Support::clamped("x_min")],
-    };
+    let beam = sinew_mesh::box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]);
+    let scene = Scene::new(beam, NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
+        .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
+        .load(Load::BodyForce([0.0, 0.0, -9.8e-3])) // 1 g/cm³ · 9.8 m/s² [kPa/mm]
+        .support(Support::clamped("x_min"));
     let body = scene.lower()?;
     let theta = vec![75.0, 75.0];
     let solution = Solver::new(&body)?.solve(&theta, &Options::default())?;

@@ -154,6 +154,7 @@ impl Case {
     /// with file, line and key.
     pub fn body(&self) -> Result<Body, CaseError> {
         let law = self.law.row(&self.source)?;
+        let parameters = self.lower_parameters(law)?;
         let mut mesh = self.mesh.make(&self.source)?;
         if let Some(fibres) = &self.fibres {
             fibres.lay(&mut mesh, &self.source)?;
@@ -172,7 +173,7 @@ impl Case {
         let parts = laws::Parts {
             name: self.name.clone(),
             directions,
-            parameters: self.lower_parameters(law)?,
+            parameters,
             loads,
             supports,
             averaged: self.formulation == Formulation::Averaged,

@@ -169,7 +169,7 @@ fn values_that_make_no_sense_are_told_with_key_unit_and_range() {
     told("a = [0.1, 0.26]", "a = [-0.1, 0.26]", &["parameters.a"]);
     told("a = [0.1, 0.26]", "a = [0.1, inf]", &["parameters.a", "finite"]);
     told("a = [0.1, 0.26]\n", "", &["parameters", "`a` is missing", "kPa"]);
-    told("a = [0.1, 0.26]", "a = [0.1, 0.26, 0.3]", &["line "]);
+    told("a = [0.1, 0.26]", "a = [0.1, 0.26, 0.3]", &["line ", "3 values where 2 belong"]);
     told("a = [0.1, 0.26]", "a = \"soft\"", &["line ", "[smallest, largest]"]);
     told("pressure = \"p\"", "pressure = \"q\"", &["parameters.p", "did you mean `q`?"]);
     told("\"2 mmHg\"", "\"2 bar\"", &["`bar`", "mmHg"]);
@@ -196,6 +196,8 @@ fn values_that_make_no_sense_are_told_with_key_unit_and_range() {
     told("\"holzapfel-ogden\"", "\"holzapfel-odgen\"", &["did you mean `holzapfel-ogden`?"]);
     told("unit = \"cm\"", "unit = \"inch\"", &["mesh.unit", "mm, cm, m"]);
     told("cells = [1, 16, 8]", "cells = [1, 15, 8]", &["mesh.ellipsoid.cells", "multiple of 8"]);
+    told("cells = [1, 16, 8]", "cells = [1, 16, 8, 2]", &["line "]);
+    told("cells = [1, 16, 8]", "cells = [1, 16, 8, 2]", &["line ", "4 values where 3 belong"]);
     told("short = [0.7, 1.0]", "short = [1.0, 0.7]", &["mesh.ellipsoid.short", "outer"]);
     told("\"tetrahedra\"", "\"hexahedra\"", &["fibres.rule", "tetrahedra"]);
     told("endocardium = \"endo\"", "endocardium = \"inside\"", &["fibres.rule", "inside"]);

@@ -2,7 +2,7 @@
 
 use super::CaseError;
 use super::laws::Row;
-use super::source::{Source, advise};
+use super::source::{Source, advise, exactly, exactly_if_any};
 use serde::Deserialize;
 use sinew_fem::fibres::{Depth, Surfaces, VentricleCoordinates};
 use sinew_mesh::{AnyMesh, Field};
@@ -16,6 +16,7 @@ pub struct Fibres {
     /// Cell or point field with the sheets, for laws that read them.
     pub sheets: Option<String>,
     /// The same direction everywhere.
+    #[serde(deserialize_with = "exactly_if_any")]
     pub direction: Option<[f64; 3]>,
     /// A rule for ventricles.
     pub rule: Option<FibreRule>,
@@ -32,9 +33,11 @@ pub struct FibreRule {
     /// Facet set of the base.
     pub base: String,
     /// Angles to the circumferential direction at the inner and outer surface, positive towards the base \[degrees\].
+    #[serde(deserialize_with = "exactly")]
     pub angles: [f64; 2],
     /// Angles of the sheets to the outward direction \[degrees\].
     #[serde(default)]
+    #[serde(deserialize_with = "exactly")]
     pub sheet_angles: [f64; 2],
 }
 

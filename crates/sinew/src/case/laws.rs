@@ -5,10 +5,12 @@ use super::source::{Source, advise};
 use serde::Deserialize;
 use serde::de::{Deserializer, MapAccess, Visitor, value::MapAccessDeserializer};
 use sinew_energy::laws::{
-    ByYoungPoisson, Guccione, HolzapfelOgden, HolzapfelOgden2009, HolzapfelOgdenCompressible,
-    IsochoricNeoHookean, LinearElastic, NeoHookean, PlaneStress,
+    ByYoungPoisson, Compressible, Guccione, HolzapfelOgden, HolzapfelOgden2009,
+    HolzapfelOgdenCompressible, LinearElastic, NeoHookean, NeoHookeanShape, PlaneStress,
 };
-use sinew_energy::{Body, Load, Parameter, Scene, SceneError, Support, Units};
+use sinew_energy::{
+    Body, Load, NearlyIncompressible, Parameter, Scene, SceneError, Solid, Support,
+};
 use sinew_mesh::{AnyMesh, Mesh};
 use std::fmt;
 
@@ -54,34 +56,42 @@ pub static LAWS: &[Row] = &[
         &[STRESS, NUMBER],
         |_, mesh, parts| parts.lower(mesh, ByYoungPoisson(NeoHookean)),
     ),
-    row::<IsochoricNeoHookean, 0>(
+    row::<NearlyIncompressible<NeoHookeanShape>, 0>(
         "neo-hookean-isochoric",
         &[STRESS],
-        |bulk_modulus, mesh, parts| parts.lower(mesh, IsochoricNeoHookean { bulk_modulus }),
+        |bulk_modulus, mesh, parts| {
+            parts.lower(mesh, NeoHookeanShape.nearly_incompressible(bulk_modulus))
+        },
     )
     .with_bulk_modulus(),
-    row::<HolzapfelOgden, 1>(
+    row::<NearlyIncompressible<HolzapfelOgden>, 1>(
         "holzapfel-ogden",
         &[STRESS, NUMBER, STRESS, NUMBER],
-        |bulk_modulus, mesh, parts| parts.lower(mesh, HolzapfelOgden { bulk_modulus }),
+        |bulk_modulus, mesh, parts| {
+            parts.lower(mesh, HolzapfelOgden.nearly_incompressible(bulk_modulus))
+        },
     )
     .with_bulk_modulus(),
-    row::<HolzapfelOgdenCompressible, 1>(
+    row::<Solid<HolzapfelOgdenCompressible, Compressible>, 1>(
         "holzapfel-ogden-thesis",
         &[STRESS, NUMBER, STRESS, NUMBER],
-        |bulk_modulus, mesh, parts| parts.lower(mesh, HolzapfelOgdenCompressible { bulk_modulus }),
+        |kappa, mesh, parts| {
+            parts.lower(mesh, Solid::new(HolzapfelOgdenCompressible, Compressible { kappa }))
+        },
     )
     .with_bulk_modulus(),
-    row::<HolzapfelOgden2009, 2>(
+    row::<NearlyIncompressible<HolzapfelOgden2009>, 2>(
         "holzapfel-ogden-orthotropic",
         &[STRESS, NUMBER, STRESS, NUMBER, STRESS, NUMBER, STRESS, NUMBER],
-        |bulk_modulus, mesh, parts| parts.lower(mesh, HolzapfelOgden2009 { bulk_modulus }),
+        |bulk_modulus, mesh, parts| {
+            parts.lower(mesh, HolzapfelOgden2009.nearly_incompressible(bulk_modulus))
+        },
     )
     .with_bulk_modulus(),
-    row::<Guccione, 3>(
+    row::<NearlyIncompressible<Guccione>, 3>(
         "guccione",
         &[STRESS, NUMBER, NUMBER, NUMBER],
-        |bulk_modulus, mesh, parts| parts.lower(mesh, Guccione { bulk_modulus }),
+        |bulk_modulus, mesh, parts| parts.lower(mesh, Guccione.nearly_incompressible(bulk_modulus)),
     )
     .with_bulk_modulus()
     .about_one_axis(),
@@ -176,8 +186,9 @@ impl Parts {
     ) -> Scene<L, D, N> {
         let Self { name, directions, parameters, loads, supports, .. } = self;
         let directions = directions.iter().map(|row| std::array::from_fn(|d| row[d])).collect();
-        let units = Units::mm_kpa();
-        Scene { name, units, mesh, law, directions, parameters, loads, supports }
+        Scene { parameters, loads, supports, ..Scene::new(mesh, law) }
+            .named(name)
+            .directions(directions)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Loads.
 
 use super::CaseError;
-use super::source::{Source, advise};
+use super::source::{Source, advise, exactly_if_any};
 use super::units::{STRESSES, names, quantity};
 use serde::Deserialize;
 use serde::de::{Deserializer, Visitor};
@@ -14,8 +14,10 @@ use std::fmt;
 #[serde(default, deny_unknown_fields)]
 pub struct Load {
     /// Force per reference volume [kPa/mm].
+    #[serde(deserialize_with = "exactly_if_any")]
     pub body_force: Option<[f64; 3]>,
     /// Dead force per reference area \[kPa\].
+    #[serde(deserialize_with = "exactly_if_any")]
     pub traction: Option<[f64; 3]>,
     /// Pressure against the solid that follows the surface.
     pub pressure: Option<Pressure>,

@@ -1,7 +1,7 @@
 //! Meshes: from a file, or made.
 
 use super::CaseError;
-use super::source::{Source, advise};
+use super::source::{Source, advise, exactly};
 use super::units::{LENGTHS, names};
 use serde::Deserialize;
 use sinew_mesh::{AnyMesh, TruncatedEllipsoid, box_hexahedra, box_tetrahedra};
@@ -29,8 +29,10 @@ pub struct MeshSource {
 #[serde(deny_unknown_fields)]
 pub struct BoxMesh {
     /// Edge lengths.
+    #[serde(deserialize_with = "exactly")]
     pub extent: [f64; 3],
     /// Cells along each edge; six tetrahedra each.
+    #[serde(deserialize_with = "exactly")]
     pub cells: [usize; 3],
 }
 
@@ -39,12 +41,15 @@ pub struct BoxMesh {
 #[serde(deny_unknown_fields)]
 pub struct EllipsoidMesh {
     /// Inner and outer semi-axis across.
+    #[serde(deserialize_with = "exactly")]
     pub short: [f64; 2],
     /// Inner and outer semi-axis along z.
+    #[serde(deserialize_with = "exactly")]
     pub long: [f64; 2],
     /// Height z of the plane of the base.
     pub base: f64,
     /// Layers, cells around (a multiple of 8) and from apex to base.
+    #[serde(deserialize_with = "exactly")]
     pub cells: [usize; 3],
 }
 

@@ -1,7 +1,7 @@
 //! Ranges of θ.
 
 use super::laws::Row;
-use super::source::advise;
+use super::source::{advise, exactly};
 use super::units::{STRESSES, names, stress_in_kpa};
 use super::{Case, CaseError};
 use serde::Deserialize;
@@ -120,6 +120,7 @@ impl<'de> Deserialize<'de> for Range {
         #[derive(Deserialize)]
         #[serde(deny_unknown_fields)]
         struct Table {
+            #[serde(deserialize_with = "exactly")]
             range: [f64; 2],
             unit: Option<String>,
             sampling: Option<Spread>,
@@ -133,7 +134,7 @@ impl<'de> Deserialize<'de> for Range {
                 )
             }
             fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Range, A::Error> {
-                let range = <[f64; 2]>::deserialize(SeqAccessDeserializer::new(seq))?;
+                let range = exactly(SeqAccessDeserializer::new(seq))?;
                 Ok(Range { range, unit: None, sampling: Sampling::Log })
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Range, A::Error> {

@@ -1,6 +1,8 @@
 //! The text of a case file: where its keys are, and what was meant by a misspelt one.
 
 use super::CaseError;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
 use toml::de::{DeTable, DeValue};
 
 /// Name and text of a case file.
@@ -92,6 +94,22 @@ pub(crate) fn advise<'a>(
         }
         _ => format!("; {what}: {}", known.join(", ")),
     }
+}
+
+/// An array that holds as many values as are read, not more: the TOML reader overlooks those.
+pub(crate) fn exactly<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: usize>(
+    deserializer: D,
+) -> Result<[T; N], D::Error> {
+    let all = Vec::deserialize(deserializer)?;
+    all.try_into()
+        .map_err(|all: Vec<T>| D::Error::custom(format!("{} values where {N} belong", all.len())))
+}
+
+/// [`exactly`] of a key that may be left out.
+pub(crate) fn exactly_if_any<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: usize>(
+    deserializer: D,
+) -> Result<Option<[T; N]>, D::Error> {
+    exactly(deserializer).map(Some)
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Supports.
 
 use super::CaseError;
-use super::source::{Source, advise};
+use super::source::{Source, advise, exactly_if_any};
 use serde::Deserialize;
 use sinew_energy::Prescribed;
 use sinew_mesh::AnyMesh;
@@ -23,10 +23,13 @@ pub struct Support {
     /// The same along z.
     pub z: Option<f64>,
     /// Normal of the plane that the nodes stay in: rollers.
+    #[serde(deserialize_with = "exactly_if_any")]
     pub normal: Option<[f64; 3]>,
     /// Direction of an axis that the nodes move radially from.
+    #[serde(deserialize_with = "exactly_if_any")]
     pub axis: Option<[f64; 3]>,
     /// A point on the axis \[mm\].
+    #[serde(deserialize_with = "exactly_if_any")]
     pub point: Option<[f64; 3]>,
 }
 
