@@ -70,7 +70,7 @@ mod regression;
 mod sampling;
 mod session;
 mod simulate;
-mod store;
+pub mod store;
 #[cfg(feature = "terminal")]
 mod terminal;
 mod timing;
