@@ -46,8 +46,8 @@
 //! - [`Recipe`]: [`recipe::Regression`] on few simulations, and networks: [`recipe::DataDriven`],
 //!   [`recipe::PhysicsInformed`], [`recipe::Hybrid`]; [`recipe::Auto`] chooses by cross-validation.
 //! - [`Emulator`] predicts, estimates its error by one Newton step ([`Estimate`], calibrated on held-out cases:
-//!   [`Calibration`]), corrects ([`Correction`]), is stored and loaded, and is evaluated against a [`TestSet`]
-//!   ([`Evaluation`]).
+//!   [`Calibration`]), corrects ([`Correction`]), is stored and loaded; a [`TestSet`] measures its
+//!   errors.
 //! - [`TrainingOptions`]: budget, seed, folder for what is kept and resumed. [`Observer`] hears of progress; what makes a
 //!   result less trustworthy is a [`Warning`] in it.
 
@@ -57,7 +57,6 @@ mod correction;
 mod emulator;
 mod error;
 mod evaluate;
-mod evaluation;
 mod graph;
 mod identity;
 mod network;
@@ -82,7 +81,6 @@ pub use correction::{Correction, Estimate};
 pub use emulator::{Emulator, Prediction, Record};
 pub use error::{Error, Result};
 pub use evaluate::{CaseErrors, Errors, TestSet, median_and_worst};
-pub use evaluation::{Corrected, Evaluation, Times};
 pub use network::{CurvePoint, Network};
 pub use options::{Budget, TrainingOptions};
 pub use progress::{Observer, Progress};
