@@ -22,6 +22,7 @@ pub use mesh::{BoxMesh, Element, EllipsoidMesh, MeshSource};
 pub use parameters::Range;
 pub use supports::Support;
 pub use training::{RecipeName, Training};
+pub(crate) use units::number_and_unit;
 pub use units::stress_in_kpa;
 
 use serde::Deserialize;

@@ -5,6 +5,7 @@ use sinew_emulate::{
     Emulator, Errors, Observer, Progress, Quantiles, TestSet, Warning, median_seconds,
 };
 use sinew_fem::{Options, SolveError, Solver};
+use sinew_report::format::seconds as duration;
 use std::fmt;
 use std::ops::ControlFlow;
 
@@ -65,7 +66,7 @@ pub struct Times {
     pub one: f64,
     /// A prediction within all test cases at once.
     pub batch: f64,
-    /// A Newton step.
+    /// A Newton step; 0 where none was made.
     pub step: f64,
 }
 
@@ -195,7 +196,7 @@ fn times(
         full: median_seconds(REPEATS, || emulator.predict_in_full(one))?,
         one: median_seconds(REPEATS, || emulator.predict(one))?,
         batch: batch / test.thetas.len().max(1) as f64,
-        step: Quantiles::of(steps.iter().copied()).q50,
+        step: if steps.is_empty() { 0.0 } else { Quantiles::of(steps.iter().copied()).q50 },
     })
 }
 
@@ -268,13 +269,4 @@ fn row(f: &mut fmt::Formatter<'_>, name: &str, errors: &Errors, seconds: f64) ->
         errors.err_pi.q50,
         duration(seconds)
     )
-}
-
-/// "3.2 ms", "4.5 s", "3 min 05 s".
-fn duration(seconds: f64) -> String {
-    match seconds {
-        s if s < 1.0 => format!("{:.3} ms", 1e3 * s),
-        s if s < 90.0 => format!("{s:.1} s"),
-        s => format!("{} min {:02} s", (s / 60.0) as u64, s as u64 % 60),
-    }
 }

@@ -1,6 +1,6 @@
 //! θ from the command line and from tables.
 
-use crate::case::stress_in_kpa;
+use crate::case::{number_and_unit, stress_in_kpa};
 use sinew_energy::Parameter;
 use std::path::Path;
 
@@ -137,9 +137,7 @@ fn columns(names: &[&str], parameters: &[Parameter]) -> Result<Vec<usize>, Strin
 
 /// A value in the unit of its parameter; its own unit, or the given one, is converted.
 fn number(text: &str, unit: &str, parameter: &Parameter) -> Result<f64, String> {
-    let end =
-        text.find(|c: char| !(c.is_ascii_digit() || "+-.eE".contains(c))).unwrap_or(text.len());
-    let (digits, own) = (text[..end].trim(), text[end..].trim());
+    let (digits, own) = number_and_unit(text);
     let value: f64 = match digits.parse() {
         Ok(value) if f64::is_finite(value) => value,
         _ => return Err(format!("`{text}` is no finite number for {}", described(parameter))),

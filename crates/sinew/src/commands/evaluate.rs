@@ -68,6 +68,12 @@ impl Evaluate {
                 failure.reason
             );
         }
+        if simulations.fields.is_empty() {
+            return Err(Usage(
+                "there is no test case with an equilibrium; ask for more --cases".into(),
+            )
+            .into());
+        }
         let test = TestSet::new(&body, simulations);
         let mut evaluation = Evaluation::new(&test);
         for (name, path) in &found {
