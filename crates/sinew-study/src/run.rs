@@ -1,7 +1,7 @@
 //! The whole study: scenes, simulations, emulators, rivals, report.
 
 use crate::options::{BackendChoice, BeamOptions, Method};
-use crate::outcome::{Outcome, history};
+use crate::outcome::Outcome;
 use crate::recipes::{self, Samples};
 use crate::report::{self, SceneSamples, Times};
 use crate::scenes::{Beam, once_clamped, twice_clamped};
@@ -176,7 +176,7 @@ impl EmulatorRun<'_> {
         let fields = emulator.predict(&test.thetas)?.fields();
         let outcome = Outcome::new(method, &description, test, times, fields)?;
         let concerns = record.warnings.iter().map(ToString::to_string).collect();
-        Ok(Outcome { history: history(method, &record.history), concerns, ..outcome })
+        Ok(Outcome { history: record.history.clone(), concerns, ..outcome })
     }
 }
 
