@@ -222,7 +222,10 @@ fn moduli_that_are_no_positive_numbers_are_refused_with_name_and_bounds() {
             Err(SolveError::Theta(ThetaError::OutOfBounds {
                 index: at, name, value: v, ..
             })) => {
-                assert_eq!((at, name), (index, <HolzapfelOgden as sinew_energy::ShapeEnergy<1>>::PARAMETERS[index]));
+                assert_eq!(
+                    (at, name),
+                    (index, <HolzapfelOgden as sinew_energy::ShapeEnergy<1>>::PARAMETERS[index])
+                );
                 assert_eq!(v.to_bits(), value.to_bits());
             }
             other => panic!("expected a refusal, got {other:?}"),
