@@ -7,6 +7,7 @@ mod arrows;
 mod ci;
 mod command;
 mod miri;
+mod page;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -49,6 +50,11 @@ enum Task {
     Arrows,
     /// Run the tests of modules with unsafe code under Miri, on the nightly toolchain
     Miri,
+    /// Open reports in a headless Chromium: errors, overlapping labels, contrast, in light and dark
+    Page {
+        /// Files such as out/reproduce-beam/report.html
+        pages: Vec<std::path::PathBuf>,
+    },
     /// Run the benchmarks; each prints its error beside its time
     Bench {
         /// Options of criterion, such as a filter on benchmark names
@@ -65,6 +71,7 @@ fn main() -> Result<()> {
         Task::Ci => ci::run(),
         Task::Arrows => arrows::check(),
         Task::Miri => miri::run(),
+        Task::Page { pages } => page::check(&pages),
         Task::Bench { options } => command::benches(&options),
     }
 }

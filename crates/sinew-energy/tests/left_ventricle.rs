@@ -4,12 +4,12 @@
 #[path = "../../../fixtures/organ/ventricles.rs"]
 mod ventricles;
 
-use sinew_energy::laws::HolzapfelOgdenCompressible;
-use sinew_energy::{Load, Magnitude, Parameter, Sampling, Scene, Support, Units, metrics};
+use sinew_energy::laws::{Compressible, HolzapfelOgdenCompressible};
+use sinew_energy::{Load, Magnitude, Parameter, Sampling, Scene, Solid, Support, Units, metrics};
 use sinew_mesh::TetMesh;
 use ventricles::{fixture, ventricles};
 
-type Ventricle = Scene<HolzapfelOgdenCompressible, 1>;
+type Ventricle = Scene<Solid<HolzapfelOgdenCompressible, Compressible>, 1>;
 
 /// θ = (a, b, a_f, b_f, pressure).
 fn scene(mesh: TetMesh, load: fn(String, Magnitude) -> Load) -> Ventricle {

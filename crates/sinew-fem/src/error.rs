@@ -69,9 +69,9 @@ pub enum SolveError {
         /// Why.
         problem: &'static str,
     },
-    /// A displacement at which a cell is inverted or the energy overflows.
+    /// A displacement at which a cell is inverted, or the energy or a derivative of it overflows.
     #[error(
-        "the energy is infinite at this displacement, worst in cell {cell}; give an admissible one"
+        "the energy or a derivative of it is infinite at this displacement, worst in cell {cell}; give an admissible one"
     )]
     Inadmissible {
         /// The cell of least volume ratio.

@@ -100,7 +100,7 @@ fn bending_at_poisson_ratio_0_499999_converges_and_keeps_the_volume() {
     assert_sound(&beam, &solution);
     let ratio =
         |cell| 1.0 + beam.displacement_gradient(cell, &solution.displacement).volume_change();
-    let worst = (0..beam.cells.len()).map(|c| f64::abs(ratio(c) - 1.0)).fold(0.0, f64::max);
+    let worst = (0..beam.volumes.len()).map(|c| f64::abs(ratio(c) - 1.0)).fold(0.0, f64::max);
     // The pressure is at most a few E, the bulk modulus 5e5 kPa.
     assert!(worst < 1e-4, "{worst:e}");
 }
@@ -147,7 +147,7 @@ fn fibres_ten_thousand_times_as_stiff_as_the_matrix_carry_the_load() {
     let stretch = valley(1.0, 1.5, total);
     assert!((1.0 + solution.displacement[3 * far] - stretch).abs() < SEARCHED, "{stretch}");
     // Across the fibres the same load stretches ten times as much at least.
-    let scene = Scene { directions: vec![[[0.0, 1.0, 0.0]]; bar.cells.len()], ..scene };
+    let scene = Scene { directions: vec![[[0.0, 1.0, 0.0]]; bar.volumes.len()], ..scene };
     let scene = Scene { loads: vec![traction("x_max", [0.2, 0.0, 0.0])], ..scene };
     let soft = scene.lower().unwrap();
     let solution = solve(&soft, &theta).unwrap();
