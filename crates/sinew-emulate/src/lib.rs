@@ -4,26 +4,15 @@
 //!
 //! ```
 //! use sinew_emulate::{Recipe, TrainingOptions};
-//! use sinew_energy::{Load, Parameter, Sampling, Scene, Support, Units, laws::NeoHookean};
+//! use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
 //! use sinew_mesh::box_tetrahedra;
 //!
-//! let stiffness = |name: &str| Parameter {
-//!     name: name.into(),
-//!     unit: "kPa".into(),
-//!     range: [8.0, 16.0],
-//!     sampling: Sampling::Log,
-//! };
-//! let scene = Scene {
-//!     name: "bar".into(),
-//!     units: Units::mm_kpa(),
-//!     mesh: box_tetrahedra([40.0, 8.0, 8.0], [6, 2, 2]),
-//!     law: NeoHookean,
-//!     directions: vec![],
-//!     parameters: vec![stiffness("mu"), stiffness("lambda")],
-//!     loads: vec![Load::BodyForce([0.0, 0.0, -9.8e-3])], // 1 g/cm³ · 9.8 m/s² [kPa/mm]
-//!     supports: vec![Support::clamped("x_min")],
-//! };
-//! let body = scene.lower()?;
+//! let body = Scene::new(box_tetrahedra([40.0, 8.0, 8.0], [6, 2, 2]), NeoHookean)
+//!     .parameter(Parameter::log("mu", "kPa", 8.0..=16.0))
+//!     .parameter(Parameter::log("lambda", "kPa", 8.0..=16.0))
+//!     .load(Load::BodyForce([0.0, 0.0, -9.8e-3])) // 1 g/cm³ · 9.8 m/s² [kPa/mm]
+//!     .support(Support::clamped("x_min"))
+//!     .lower()?;
 //!
 //! // Solves, trains, measures itself on held-out cases, and says why it is what it is.
 //! let emulator = Recipe::auto().train(&body, &TrainingOptions::default(), &mut ())?;
