@@ -221,8 +221,13 @@ impl Case {
             steps: self.network.message_passing_steps,
             ..EmulatorConfig::new(3, features.nodes.columns, features.edges.columns, 2)
         };
-        let dirichlet = Dirichlet::of_body(&potential)?;
-        let geometry = Geometry { features, global: Vec::new(), dirichlet, basis: None };
+        let dirichlet = Dirichlet::of_body(&potential);
+        let geometry = Geometry {
+            features,
+            global: Vec::new(),
+            dirichlet,
+            coordinates: sinew_gnn::Coordinates::Components,
+        };
         let ([a, b], [c, d]) = (self.parameters.mu, self.parameters.lambda);
         let scaling = ParameterScaling::logarithmic(&[a, c], &[b, d])?;
         Ok(Prepared { mesh, potential, topology, geometry, network, scaling })

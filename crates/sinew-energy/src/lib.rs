@@ -58,6 +58,7 @@ mod pressure;
 mod rim;
 mod scene;
 mod spring;
+mod stiffness;
 mod surface;
 
 pub use balance::{ForceBalance, PressureField};
@@ -74,4 +75,5 @@ pub use potential::TotalPotential;
 pub use pressure::{FacetResponse, Magnitude, PressureForm, PressureLoad};
 pub use scene::{Load, Parameter, Prescribed, Sampling, Scene, Support, Units};
 pub use spring::Spring;
+pub use stiffness::Stiffness;
 pub use surface::{PressureSurface, SurfaceResponse};

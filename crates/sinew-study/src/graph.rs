@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use sinew_energy::TotalPotential;
 use sinew_energy::laws::NeoHookean;
-use sinew_gnn::{Dirichlet, Geometry};
+use sinew_gnn::{Coordinates, Dirichlet, Geometry};
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 use sinew_mesh::TetMesh;
 
@@ -15,10 +15,9 @@ use sinew_mesh::TetMesh;
 pub fn geometry(
     mesh: &TetMesh,
     potential: &TotalPotential<NeoHookean, 0>,
-    seed: u64,
+    config: AugmentationConfig,
 ) -> Result<(Topology, Geometry)> {
     let nodes = mesh.points.len();
-    let config = AugmentationConfig { seed, ..AugmentationConfig::for_nodes(nodes) };
     let topology = augment(&mesh.points, &sinew_mesh::edges(mesh), &config)
         .context("the mesh could not be turned into a graph")?;
     let held = potential.prescribed.chunks_exact(3).enumerate();
@@ -26,6 +25,7 @@ pub fn geometry(
         held.filter(|(_, row)| row.iter().all(Option::is_some)).map(|(node, _)| node).collect();
     let indicator = FeatureMatrix::indicator(nodes, &held)?;
     let features = graph_features(&topology, &mesh.points, &indicator, 3)?;
-    let dirichlet = Dirichlet::of_body(potential)?;
-    Ok((topology, Geometry { features, global: Vec::new(), dirichlet, basis: None }))
+    let dirichlet = Dirichlet::of_body(potential);
+    let coordinates = Coordinates::Components;
+    Ok((topology, Geometry { features, global: Vec::new(), dirichlet, coordinates }))
 }

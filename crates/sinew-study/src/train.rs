@@ -90,24 +90,27 @@ impl Workshop<'_> {
         let mut watch = Watch::new(self)?;
         let mut geometry = self.body.geometry.clone();
         let (mut before, mut prepare_s) = ((0, 0.0), 0.0);
-        geometry.basis = match &plan.coordinates {
-            Coordinates::Components => None,
+        geometry.coordinates = match &plan.coordinates {
+            Coordinates::Components => sinew_gnn::Coordinates::Components,
             Coordinates::Simulations => {
                 let fields = self.simulations()?;
-                Some(timed(&mut prepare_s, || basis::of_simulations(fields))?)
+                sinew_gnn::Coordinates::Basis(timed(&mut prepare_s, || basis::of_simulations(fields))?)
             }
             Coordinates::StiffnessOfSimulation => {
                 let anchor = self.anchoring_simulation()?;
-                Some(timed(&mut prepare_s, || basis::at_anchor(self.body, anchor))?.basis)
+                let anchored = timed(&mut prepare_s, || basis::at_anchor(self.body, anchor))?;
+                sinew_gnn::Coordinates::Basis(anchored.basis)
             }
             Coordinates::StiffnessAfter(first) => {
-                geometry.basis = Some(timed(&mut prepare_s, || basis::at_rest(self.body))?);
+                let at_rest = timed(&mut prepare_s, || basis::at_rest(self.body))?;
+                geometry.coordinates = sinew_gnn::Coordinates::Basis(at_rest);
                 let (surrogate, report) = self.stage("anchor", &geometry, first, &mut watch)?;
                 before = (report.steps as u64, report.seconds);
                 watch.before = before;
                 let centre = std::slice::from_ref(&self.body.centre);
                 let anchor = surrogate.predict(&geometry, centre)?.displacement;
-                Some(timed(&mut prepare_s, || basis::at_anchor(self.body, &anchor))?.basis)
+                let anchored = timed(&mut prepare_s, || basis::at_anchor(self.body, &anchor))?;
+                sinew_gnn::Coordinates::Basis(anchored.basis)
             }
         };
         let (surrogate, report) = self.stage("train", &geometry, &plan.training, &mut watch)?;
@@ -205,8 +208,10 @@ impl Workshop<'_> {
         Ok(match self.method {
             Method::Dd => Box::new(DataFit::new(output.length())?),
             Method::Hybrid => {
-                let root = basis::stiffness_root(self.body, self.anchoring_simulation()?)?;
-                Box::new(EnergyNormFit::new(&[root], data)?)
+                let anchor = self.anchoring_simulation()?;
+                let stiffness = self.body.exact.stiffness(anchor, &self.body.centre);
+                let stiffness = stiffness.context("a simulation inverts a cell")?;
+                Box::new(EnergyNormFit::new(vec![stiffness], data)?)
             }
             Method::Fdd => {
                 let operator = GradientOperator {

@@ -10,13 +10,14 @@ use load_ramp::LoadRamp;
 use sinew_energy::Barriers;
 use sinew_fem::{Options, Solver, sweep};
 use sinew_gnn::{
-    Backend, Budget, Concern, DataFit, DataSet, EmulatorConfig, EnergyNormFit, Geometry,
-    HistoryPoint, MinimumPotential, Objective, Observer, OutputBasis, OutputScale,
+    Backend, Budget, Concern, DataFit, DataSet, Decoding, EmulatorConfig, EnergyNormFit, Geometry,
+    HistoryPoint, MinimumPotential, Motions, Objective, Observer, OutputBasis, OutputScale,
     ParameterScaling, Sample, Scales, Surrogate, Trainer, TrainingConfig, WeightedSum,
 };
 use sinew_study::evaluate::TestSet;
 use sinew_study::train::Body;
 use sinew_study::{basis, graph, sampling, scenes};
+use sinew_graph::AugmentationConfig;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -50,6 +51,27 @@ struct Arguments {
     /// Keep this share of an exponential average of the weights at every step, and end with the average
     #[arg(long)]
     average: Option<f32>,
+    /// Each layer of virtual nodes is so much smaller than the one below, down to one; 0 is the graph of the thesis
+    #[arg(long, default_value_t = 4)]
+    ratio: usize,
+    /// Factor of the outputs' size
+    #[arg(long, default_value_t = 1.0)]
+    size: f64,
+    /// Width M of the embeddings
+    #[arg(long, default_value_t = 40)]
+    latent: usize,
+    /// Message-passing steps
+    #[arg(long, default_value_t = 5)]
+    passes: usize,
+    /// Width of the hidden layers
+    #[arg(long, default_value_t = 128)]
+    width: usize,
+    /// Cells of the mesh
+    #[arg(long, num_args = 3)]
+    cells: Vec<usize>,
+    /// Number of test cases and of simulations trained on
+    #[arg(long, default_value_t = 100)]
+    tests: usize,
     /// Seed of data, weights and batches
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -66,6 +88,9 @@ enum Coordinates {
     Rest,
     Simulation,
     Prediction,
+    MotionsRest,
+    MotionsSimulation,
+    MotionsPrediction,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -133,6 +158,11 @@ fn simulate(arguments: &Arguments, seed: u64) -> Result<(Body, Vec<Vec<f64>>, Te
         "twice" => scenes::twice_clamped(),
         other => bail!("there is no beam `{other}`; write once or twice"),
     };
+    let mut beam = beam;
+    if let [x, y, z] = arguments.cells[..] {
+        let extent = if arguments.scene == "once" { [100.0, 10.0, 10.0] } else { [150.0, 10.0, 2.0] };
+        beam.scene.mesh = sinew_mesh::box_tetrahedra(extent, [x, y, z]);
+    }
     let exact = beam.scene.lower()?;
     let potential = exact.clone().with_guard(Barriers::default());
     let ranges: Vec<[f64; 2]> = beam.scene.parameters.iter().map(|p| p.range).collect();
@@ -144,12 +174,20 @@ fn simulate(arguments: &Arguments, seed: u64) -> Result<(Body, Vec<Vec<f64>>, Te
         Ok(solutions.iter().map(|solution| solution.displacement.clone()).collect())
     };
     let thetas = sampling::log_latin_hypercube(200, &ranges, seed);
-    let fields = solve(&thetas)?;
-    let tests = sampling::uniform(100, &ranges, !seed);
+    let needed = arguments.recipes.iter().any(|(c, g)| !matches!(c, Coordinates::MotionsRest | Coordinates::MotionsPrediction) || !matches!(g, Goal::Energy));
+    let fields = if needed { solve(&thetas)? } else { vec![Vec::new(); 200] };
+    let tests = sampling::uniform(arguments.tests, &ranges, !seed);
     let displacements = solve(&tests)?;
     let test = TestSet { potential: potential.clone(), displacements, thetas: tests };
 
-    let (topology, geometry) = graph::geometry(&beam.scene.mesh, &exact, seed)?;
+    let (topology, geometry) = {
+        let nodes = beam.scene.mesh.points.len();
+        let config = match arguments.ratio {
+            0 => AugmentationConfig::for_nodes(nodes),
+            ratio => AugmentationConfig::to_one_root(nodes, ratio),
+        };
+        graph::geometry(&beam.scene.mesh, &exact, AugmentationConfig { seed, ..config })?
+    };
     let mut nearly_unloaded = exact.clone();
     nearly_unloaded.nodal_force.iter_mut().for_each(|force| *force *= 1e-6);
     let linear = Solver::new(&nearly_unloaded)?.solve(&centre, &Options::default())?;
@@ -177,29 +215,33 @@ fn train(
 ) -> Result<Trained> {
     let start = Instant::now();
     let anchor = match (coordinates, before) {
-        (Coordinates::Prediction, Some((surrogate, geometry))) => {
+        (Coordinates::Prediction | Coordinates::MotionsPrediction, Some((surrogate, geometry))) => {
             surrogate.predict(&geometry, std::slice::from_ref(&body.centre))?.displacement
         }
-        (Coordinates::Prediction, None) => bail!("no training before this one"),
+        (Coordinates::Prediction | Coordinates::MotionsPrediction, None) => bail!("no training before this one"),
+        (Coordinates::MotionsRest, _) => vec![0.0; body.linear_response.len()],
         _ => basis::nearest_to_centre(body, fields).context("no simulation")?.to_vec(),
     };
     let mut geometry = body.geometry.clone();
-    geometry.basis = match coordinates {
-        Coordinates::Components | Coordinates::Nodes => None,
-        Coordinates::Rest => Some(basis::at_rest(body)?),
+    geometry.coordinates = match coordinates {
+        Coordinates::Components | Coordinates::Nodes => sinew_gnn::Coordinates::Components,
+        Coordinates::Rest => sinew_gnn::Coordinates::Basis(basis::at_rest(body)?),
         Coordinates::Simulation | Coordinates::Prediction => {
-            Some(basis::at_anchor(body, &anchor)?.basis)
+            sinew_gnn::Coordinates::Basis(basis::at_anchor(body, &anchor)?.basis)
         }
+        Coordinates::MotionsRest
+        | Coordinates::MotionsSimulation
+        | Coordinates::MotionsPrediction => motions(arguments, body, &anchor)?,
         Coordinates::Simulations => {
             let some = fields.iter().take(arguments.simulations).map(Vec::as_slice);
-            Some(OutputBasis::principal(some, arguments.power)?)
+            sinew_gnn::Coordinates::Basis(OutputBasis::principal(some, arguments.power)?)
         }
     };
     let output = match coordinates {
         Coordinates::Nodes => {
             OutputScale::standardising_every_node(fields.iter().map(Vec::as_slice))?
         }
-        _ => OutputScale::root_mean_square(3, fields.iter().map(Vec::as_slice))?,
+        _ => OutputScale::root_mean_square(3, [&body.linear_response[..]])?,
     };
     let samples = body.thetas.iter().zip(fields).map(|(theta, field)| Sample {
         geometry: 0,
@@ -223,7 +265,15 @@ fn train(
         ..TrainingConfig::default()
     };
     let columns = (geometry.features.nodes.columns, geometry.features.edges.columns);
-    let network = EmulatorConfig::new(3, columns.0, columns.1, body.centre.len());
+    let layers = data.topology.roots_per_layer.len();
+    let motions = matches!(geometry.coordinates, sinew_gnn::Coordinates::Motions(_));
+    let network = EmulatorConfig {
+        latent: arguments.latent,
+        steps: arguments.passes,
+        width: arguments.width,
+        decoding: if motions { Decoding::Motions { layers } } else { Decoding::Components },
+        ..EmulatorConfig::new(3, columns.0, columns.1, body.centre.len())
+    };
     let scales = Scales::over(&data.geometries, body.parameters.clone(), output)?;
     let device = Backend::Flex.device()?;
     let surrogate = Surrogate::new(&network, &data, scales, seed, &device)?;
@@ -250,7 +300,8 @@ fn objective(
 ) -> Result<Box<dyn Objective>> {
     let fit = || -> Result<Box<dyn Objective>> { Ok(Box::new(DataFit::new(output.length())?)) };
     let norm = || -> Result<Box<dyn Objective>> {
-        Ok(Box::new(EnergyNormFit::new(&[basis::stiffness_root(body, anchor)?], data)?))
+        let stiffness = body.exact.stiffness(anchor, &body.centre).context("inverted")?;
+        Ok(Box::new(EnergyNormFit::new(vec![stiffness], data)?))
     };
     let (potential, linear) = (&body.potential, &body.linear_response);
     let unit = || MinimumPotential::energy_of_linear_response(potential, linear, &body.centre);
@@ -296,4 +347,20 @@ impl Observer for Printer<'_> {
             Err(error) => println!("{:6} steps {:6.1} s: {error:#}", point.step, point.seconds),
         }
     }
+}
+
+/// Motions about an anchor; outputs of one stand for their share of the energy of the linear response.
+fn motions(arguments: &Arguments, body: &Body, anchor: &[f64]) -> Result<sinew_gnn::Coordinates> {
+    let (exact, dirichlet) = (&body.exact, &body.geometry.dirichlet);
+    let stiffness = exact.stiffness(anchor, &body.centre).context("an inverted anchor")?;
+    let motions = Motions::new(&body.topology, &exact.positions, anchor.to_vec(), &stiffness, dirichlet)?;
+    let start = Instant::now();
+    let rest = exact.stiffness(&vec![0.0; anchor.len()], &body.centre).context("rest")?;
+    let response = motions.linear_response(&rest, dirichlet, &exact.nodal_force)?;
+    let work: f64 = response.iter().zip(&exact.nodal_force).map(|(u, f)| u * f).sum();
+    let reference: f64 = body.linear_response.iter().zip(&exact.nodal_force).map(|(u, f)| u * f).sum();
+    println!("linear response in {:.2} s, work {work} against {reference}", start.elapsed().as_secs_f64());
+    let unknowns = dirichlet.prescribed.iter().filter(|p| p.is_none()).count();
+    let size = arguments.size * (work / unknowns as f64).sqrt();
+    Ok(sinew_gnn::Coordinates::Motions(motions.scaled(size)))
 }
