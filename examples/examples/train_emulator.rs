@@ -65,7 +65,7 @@ fn train(case: &Case) -> Result<()> {
     };
     let (output, objective): (_, Box<dyn Objective>) = match case.method {
         Method::Pi => {
-            let potential = Arc::new(body.potential.clone().with_guard(Barriers::default()));
+            let potential = Arc::new(body.potential.clone().with_barriers(Barriers::default()));
             let output = OutputScale::root_mean_square(3, [&solution.displacement[..]])?;
             (output, Box::new(MinimumPotential::new(vec![potential], solution.energy.abs())?))
         }

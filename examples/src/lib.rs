@@ -5,7 +5,7 @@
 use anyhow::{Context, Result, ensure};
 use serde::Deserialize;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Load, Magnitude, Parameter, Sampling, Scene, Support, TotalPotential, Units};
+use sinew_energy::{Body, Load, Magnitude, Parameter, Sampling, Scene, Support, Units};
 use sinew_gnn::{Dirichlet, EmulatorConfig, Geometry, ParameterScaling};
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 use sinew_mesh::{TetMesh, box_tetrahedra, read_tet_mesh};
@@ -129,7 +129,7 @@ pub struct Prepared {
     /// Mesh with its sets.
     pub mesh: TetMesh,
     /// Potential energy.
-    pub potential: TotalPotential<NeoHookean, 0>,
+    pub potential: Body,
     /// Augmented graph.
     pub topology: Topology,
     /// Features and supports.

@@ -46,7 +46,7 @@ fn energy_excess(beam: &Beam, surrogate: &Surrogate, solutions: &[Solution]) -> 
 fn training_on_energy_alone_approaches_the_minimum_from_above() {
     let beam = Beam::new();
     let response = beam.linear_response(&centre());
-    let potential = Arc::new(beam.potential.clone().with_guard(Barriers::default()));
+    let potential = Arc::new(beam.potential.clone().with_barriers(Barriers::default()));
     let energy =
         MinimumPotential::energy_of_linear_response(&*potential, &response, &centre()).unwrap();
     let objective = MinimumPotential::new(vec![potential], energy).unwrap();

@@ -4,8 +4,8 @@ mod support;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
-use sinew_energy::{Barriers, Law, Load, Magnitude, Scene, Support, TotalPotential, Units};
+use sinew_energy::laws::HolzapfelOgden;
+use sinew_energy::{Barriers, Body, Load, Magnitude, Scene, Support, Units};
 use sinew_fem::{Options, Solution, Solver};
 use sinew_gnn::Potential;
 use sinew_mesh::box_tetrahedra;
@@ -26,13 +26,10 @@ fn perturbed(prescribed: &[Option<f64>], u: &[f64], size: f64, seed: u64) -> Vec
 }
 
 /// Solves, then reads the training potential only.
-fn check<L: Law<D> + Send + Sync, const D: usize>(
-    potential: &TotalPotential<L, D>,
-    theta: &[f64],
-) -> Solution {
+fn check(potential: &Body, theta: &[f64]) -> Solution {
     let solution = Solver::new(potential).unwrap().solve(theta, &Options::default()).unwrap();
     assert!(solution.is_stable());
-    let guarded = potential.clone().with_guard(Barriers::default());
+    let guarded = potential.clone().with_barriers(Barriers::default());
     let training: &dyn Potential = &guarded;
 
     let mut gradient = vec![0.0; training.degrees_of_freedom()];
@@ -100,7 +97,7 @@ fn a_scene_that_went_through_a_file_has_the_same_equilibrium() {
     let bytes = sinew_mesh::to_vtu(&mesh).unwrap();
     let (read, _) = sinew_mesh::parse_tet_mesh("beam.vtu", &bytes).unwrap();
     let solve = |mesh| {
-        let potential: TotalPotential<NeoHookean, 0> = hanging(mesh, 0.02).lower().unwrap();
+        let potential: Body = hanging(mesh, 0.02).lower().unwrap();
         Solver::new(&potential).unwrap().solve(&[9.0, 15.0], &Options::default()).unwrap()
     };
     assert_eq!(solve(read).displacement, solve(mesh).displacement);

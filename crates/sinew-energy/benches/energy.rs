@@ -7,8 +7,8 @@ use sinew_energy::laws::{
     NeoHookean,
 };
 use sinew_energy::{
-    Barriers, Exact, Law, Magnitude, PressureForm, PressureLoad, Response, Scene, Support,
-    TotalPotential, Units, response_by_jets, stress_by_slopes,
+    Barriers, Body, Exact, Law, Magnitude, PressureForm, PressureLoad, Response, Scene, Support,
+    Units, response_by_jets, stress_by_slopes,
 };
 use sinew_mesh::{TetMesh, box_tetrahedra};
 use std::hint::black_box;
@@ -17,7 +17,7 @@ fn beam() -> TetMesh {
     box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5])
 }
 
-fn potential<L: Law<D>, const D: usize>(law: L) -> TotalPotential<L, D> {
+fn potential<L: Law<D>, const D: usize>(law: L) -> Body {
     let mesh = beam();
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let directions = std::array::from_fn(|d| axes[d]);
@@ -50,12 +50,13 @@ fn displacement(mesh: &TetMesh) -> Vec<f64> {
 
 fn compare<L: Law<D>, const D: usize>(criterion: &mut Criterion, label: &str, law: L) {
     let theta = vec![1.5; L::PARAMETERS.len()];
-    let potential = potential(law);
+    let potential = potential(law.clone());
     let u = displacement(&beam());
-    let cells = potential.cells.len();
+    let cells = potential.cell_count();
     let gradients: Vec<_> = (0..cells).map(|c| potential.displacement_gradient(c, &u)).collect();
-    let directions = &potential.directions[0];
-    let law = &potential.law;
+    let directions = potential.material.directions(0);
+    let directions: &[[f64; 3]; D] = directions.try_into().expect("one row per direction");
+    let law = &law;
 
     let difference = |h| {
         let (closed, jets) =
@@ -74,7 +75,7 @@ fn compare<L: Law<D>, const D: usize>(criterion: &mut Criterion, label: &str, la
     group.bench_function("potential, energy and gradient", |bench| {
         bench.iter(|| potential.value_and_gradient(black_box(&u), black_box(&theta), &mut gradient))
     });
-    let guarded = potential.clone().with_guard(Barriers::default());
+    let guarded = potential.clone().with_barriers(Barriers::default());
     group.bench_function("potential, energy and gradient, guarded", |bench| {
         bench.iter(|| guarded.value_and_gradient(black_box(&u), black_box(&theta), &mut gradient))
     });

@@ -1,30 +1,31 @@
 //! Equilibrium where there is no potential to minimise.
 
+use crate::body::{check_theta, theta_len};
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
-use crate::potential::{check_theta, theta_len};
-use crate::{Exact, Law, PressureSurface, ThetaError, TotalPotential};
+use crate::{Body, PressureSurface, ThetaError};
 use sinew_mesh::Mesh;
 
 /// A balance of forces that is not the minimum of a potential: pressures on surfaces with a loose rim,
 /// and incompressible bodies, whose pressure is an unknown field (a saddle point).
 #[derive(Clone, Debug)]
-pub struct ForceBalance<L, const D: usize, const N: usize> {
+pub struct ForceBalance {
     /// What has a potential.
-    pub potential: TotalPotential<L, D, Exact, N>,
+    pub body: Body,
     /// True follower pressures without one.
     pub followers: Vec<PressureSurface>,
     /// The field of pressure that makes the body incompressible, if it is.
     pub pressure_field: Option<PressureField>,
 }
 
-impl<L: Law<D>, const D: usize, const N: usize> ForceBalance<L, D, N> {
+impl ForceBalance {
     /// Checks that θ has the right length, is finite and gives every parameter a value that makes sense.
     ///
     /// # Errors
     /// The first entry that does not.
     pub fn check_theta(&self, theta: &[f64]) -> Result<(), ThetaError> {
         let followers = self.followers.iter().map(|surface| surface.magnitude);
-        check_theta::<L, D>(theta, theta_len::<L, D>(followers).max(self.potential.theta_len()))
+        let material = &*self.body.material;
+        check_theta(material, theta, theta_len(material, followers).max(self.body.theta_len()))
     }
 }
 

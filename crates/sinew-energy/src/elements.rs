@@ -6,6 +6,7 @@ mod tetrahedra;
 mod triangles;
 
 pub use facet::{FacetPoint, FacetRule};
+use sinew_mesh::{AnyMesh, Mesh};
 
 /// The element with `N` nodes: 4 and 10 are tetrahedra, 8 are hexahedra, 3 and 6 are triangles.
 ///
@@ -45,6 +46,8 @@ pub trait FiniteElement<const N: usize> {
     fn facet_rule() -> FacetRule;
     /// Values of the shape functions that are 1 at one corner and fall to 0 at the others.
     fn corner_shape(at: [f64; 3]) -> Vec<f64>;
+    /// A mesh of these elements without its type.
+    fn any(mesh: Mesh<N>) -> AnyMesh;
 }
 
 /// Elements whose mid-edge nodes enrich a linear simplex: those of Taylor and Hood.

@@ -329,7 +329,7 @@ fn add_geometric<const D: usize, const K: usize>(
 /// The parameters as constants of a Taylor type, without an allocation per cell.
 ///
 /// # Panics
-/// If there are too many or too few; [`crate::TotalPotential::check_theta`] tells.
+/// If there are too many or too few; [`crate::Body::check_theta`] tells.
 #[inline]
 fn constants<L: InvariantLaw<D>, S: Copy, const D: usize>(
     parameters: &[f64],

@@ -38,7 +38,7 @@ fn volume_penalty<S: Scalar>(volume_change: S, bulk_modulus: f64) -> S {
 /// The parameters of a law by name.
 ///
 /// # Panics
-/// If the slice has another length; [`crate::TotalPotential::check_theta`] tells before any law is called.
+/// If the slice has another length; [`crate::Body::check_theta`] tells before any law is called.
 fn named<S, const N: usize>(parameters: &[S]) -> &[S; N] {
     parameters.try_into().unwrap_or_else(|_| {
         panic!("the law reads {N} material parameters but was given {}", parameters.len())

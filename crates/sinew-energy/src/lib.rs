@@ -42,7 +42,10 @@
 //! ```
 
 mod balance;
+mod body;
+mod cavity;
 pub mod conformance;
+mod dual;
 mod elements;
 mod error;
 mod frames;
@@ -51,9 +54,9 @@ mod invariants;
 mod law;
 pub mod laws;
 mod lower;
+mod material;
 pub mod metrics;
 mod patches;
-mod potential;
 mod pressure;
 mod rim;
 mod scene;
@@ -62,6 +65,8 @@ mod stiffness;
 mod surface;
 
 pub use balance::{ForceBalance, PressureField};
+pub use body::Body;
+pub use cavity::Cavity;
 pub use elements::{
     FacetPoint, FacetRule, FiniteElement, Nodes, QuadraturePoint, TaylorHoodElement,
 };
@@ -70,8 +75,8 @@ pub use frames::Frames;
 pub use guard::{Barriers, Exact, Guard};
 pub use invariants::{InvariantLaw, Invariants};
 pub use law::{Law, Response, response_by_jets, stress_by_slopes};
+pub use material::{Material, at_points};
 pub use patches::PatchKinematics;
-pub use potential::TotalPotential;
 pub use pressure::{FacetResponse, Magnitude, PressureForm, PressureLoad};
 pub use scene::{Load, Parameter, Prescribed, Sampling, Scene, Support, Units};
 pub use spring::Spring;

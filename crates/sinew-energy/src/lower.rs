@@ -8,13 +8,12 @@ mod supports;
 
 use crate::balance::{ForceBalance, PressureField};
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint, TaylorHoodElement};
-use crate::{
-    Exact, Law, Load, Magnitude, PressureSurface, Sampling, Scene, SceneError, TotalPotential,
-};
+use crate::{Body, Law, Load, Magnitude, PressureSurface, Sampling, Scene, SceneError, at_points};
 use geometry::shape_functions;
 use overlaps::check_overlaps;
 use sinew_mesh::Facet;
 use std::collections::{BTreeMap, HashSet};
+use std::sync::Arc;
 pub(crate) use supports::Held;
 
 impl<L: Law<D>, const D: usize, const N: usize> Scene<L, D, N>
@@ -25,19 +24,19 @@ where
     ///
     /// # Errors
     /// The first thing found wrong, with advice.
-    pub fn lower(&self) -> Result<TotalPotential<L, D, Exact, N>, SceneError> {
-        let (potential, followers) = self.lower_by(Nodes::<N>::QUADRATURE, false)?;
+    pub fn lower(&self) -> Result<Body, SceneError> {
+        let (body, followers) = self.lower_by(Nodes::<N>::QUADRATURE, false)?;
         debug_assert!(followers.is_empty());
-        Ok(potential)
+        Ok(body)
     }
 
     /// Lowers a scene whose pressures may act on surfaces with a loose rim, so that they have no potential.
     ///
     /// # Errors
     /// The first thing found wrong, with advice.
-    pub fn lower_follower(&self) -> Result<ForceBalance<L, D, N>, SceneError> {
-        let (potential, followers) = self.lower_by(Nodes::<N>::QUADRATURE, true)?;
-        Ok(ForceBalance { potential, followers, pressure_field: None })
+    pub fn lower_follower(&self) -> Result<ForceBalance, SceneError> {
+        let (body, followers) = self.lower_by(Nodes::<N>::QUADRATURE, true)?;
+        Ok(ForceBalance { body, followers, pressure_field: None })
     }
 
     /// Lowers to the mixed formulation of Taylor and Hood: quadratic displacement, and a continuous linear
@@ -48,14 +47,14 @@ where
     ///
     /// # Errors
     /// The first thing found wrong, with advice.
-    pub fn lower_mixed(&self) -> Result<ForceBalance<L, D, N>, SceneError>
+    pub fn lower_mixed(&self) -> Result<ForceBalance, SceneError>
     where
         Nodes<N>: TaylorHoodElement<N>,
     {
         let rule = Nodes::<N>::FINE_QUADRATURE;
-        let (potential, followers) = self.lower_by(rule, true)?;
+        let (body, followers) = self.lower_by(rule, true)?;
         let pressure_field = Some(PressureField::new::<N>(rule, &self.mesh));
-        Ok(ForceBalance { potential, followers, pressure_field })
+        Ok(ForceBalance { body, followers, pressure_field })
     }
 
     /// The potential under one quadrature rule, and the pressures that have none.
@@ -63,7 +62,7 @@ where
         &self,
         rule: &[QuadraturePoint],
         loose_rims: bool,
-    ) -> Result<(TotalPotential<L, D, Exact, N>, Vec<PressureSurface>), SceneError> {
+    ) -> Result<(Body, Vec<PressureSurface>), SceneError> {
         self.mesh.check()?;
         if self.mesh.cells.is_empty() {
             return Err(SceneError::EmptyMesh);
@@ -76,25 +75,30 @@ where
         let nodal_force = self.nodal_force(rule, &volumes)?;
         let springs = self.springs()?;
         let pressures = self.pressures(&held, loose_rims)?;
-        let potential = TotalPotential {
-            law: self.law.clone(),
-            guard: Exact,
+        let body = Body {
+            name: self.name.clone(),
+            units: self.units.clone(),
+            parameters: self.parameters.clone(),
+            mesh: Arc::new(Nodes::<N>::any(self.mesh.clone())),
+            material: at_points(self.law.clone(), directions),
+            barriers: None,
             nodes: self.mesh.points.len(),
             positions: self.mesh.points.clone(),
-            cells: self.mesh.cells.clone(),
+            nodes_per_cell: N,
+            cells: self.mesh.cells.as_flattened().to_vec(),
             points_per_cell: rule.len(),
-            shape_gradients,
+            shape_gradients: shape_gradients.into_flattened(),
             volumes,
-            directions,
             patches: Vec::new(),
             nodal_force,
             springs,
             pressures: pressures.flat,
             surfaces: pressures.surfaces,
+            cavities: self.cavities()?,
             prescribed: held.prescribed,
             frames: held.frames,
         };
-        Ok((potential, pressures.followers))
+        Ok((body, pressures.followers))
     }
 
     fn check_parameters(&self) -> Result<(), SceneError> {

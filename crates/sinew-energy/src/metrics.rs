@@ -3,7 +3,7 @@
 //! Displacements are flat, `[u_x, u_y, u_z]` node by node. Relative errors are in percent; they are
 //! +∞ or NaN where the true value is zero.
 
-use crate::{Exact, Guard, Law, TotalPotential};
+use crate::Body;
 use sinew_num::Mat3;
 
 /// `‖u − û‖₂` of each node \[length\].
@@ -17,12 +17,8 @@ pub fn displacement_error(truth: &[f64], estimate: &[f64]) -> Vec<f64> {
 }
 
 /// `‖F − F̂‖_F / ‖F‖_F` at each quadrature point; for linear tetrahedra, of each cell [%].
-pub fn deformation_gradient_error<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, G, N>,
-    truth: &[f64],
-    estimate: &[f64],
-) -> Vec<f64> {
-    per_point(potential, truth, estimate, |h, other| {
+pub fn deformation_gradient_error(body: &Body, truth: &[f64], estimate: &[f64]) -> Vec<f64> {
+    per_point(body, truth, estimate, |h, other| {
         let difference = Mat3::from_fn(|i, j| h[i][j] - other[i][j]);
         let size = h.first_invariant_minus_three() + 3.0;
         100.0 * (difference.squared_norm() / size).sqrt()
@@ -30,12 +26,8 @@ pub fn deformation_gradient_error<L: Law<D>, G: Guard, const D: usize, const N: 
 }
 
 /// `|I₁ − Î₁| / I₁` at each quadrature point; for linear tetrahedra, of each cell [%].
-pub fn first_invariant_error<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, G, N>,
-    truth: &[f64],
-    estimate: &[f64],
-) -> Vec<f64> {
-    per_point(potential, truth, estimate, |h, other| {
+pub fn first_invariant_error(body: &Body, truth: &[f64], estimate: &[f64]) -> Vec<f64> {
+    per_point(body, truth, estimate, |h, other| {
         let (excess, estimate) =
             (h.first_invariant_minus_three(), other.first_invariant_minus_three());
         relative_percent(excess + 3.0, estimate + 3.0)
@@ -43,13 +35,8 @@ pub fn first_invariant_error<L: Law<D>, G: Guard, const D: usize, const N: usize
 }
 
 /// `|Π − Π̂| / |Π|` [%]; +∞ where the estimate inverts a cell.
-pub fn potential_error<L: Law<D>, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, Exact, N>,
-    theta: &[f64],
-    truth: &[f64],
-    estimate: &[f64],
-) -> f64 {
-    relative_percent(potential.value(truth, theta), potential.value(estimate, theta))
+pub fn potential_error(body: &Body, theta: &[f64], truth: &[f64], estimate: &[f64]) -> f64 {
+    relative_percent(body.value(truth, theta), body.value(estimate, theta))
 }
 
 /// `|V − V̂| / V` of a volume such as that of a ventricle's cavity, eq. (3.24) [%]; see [`deformed_volume`].
@@ -76,14 +63,14 @@ pub fn deformed_volume(
     facets.iter().map(six_volumes).sum::<f64>() / 6.0
 }
 
-fn per_point<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, G, N>,
+fn per_point(
+    body: &Body,
     truth: &[f64],
     estimate: &[f64],
     error: impl Fn(&Mat3<f64>, &Mat3<f64>) -> f64,
 ) -> Vec<f64> {
-    let gradient = |point, u| potential.displacement_gradient(point, u);
-    (0..potential.volumes.len())
+    let gradient = |point, u| body.displacement_gradient(point, u);
+    (0..body.volumes.len())
         .map(|point| error(&gradient(point, truth), &gradient(point, estimate)))
         .collect()
 }

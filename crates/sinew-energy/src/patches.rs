@@ -5,7 +5,7 @@
 //! Unlike theirs this is the derivative of an energy, so the tangent is symmetric.
 
 use crate::elements::{FiniteElement, Nodes};
-use crate::{Guard, Law, Scene, SceneError, TotalPotential};
+use crate::{Body, Law, Scene, SceneError};
 use sinew_mesh::Mesh;
 use sinew_num::Mat3;
 
@@ -21,7 +21,7 @@ where
     ///
     /// # Errors
     /// The first thing found wrong, with advice.
-    pub fn lower_averaged(&self) -> Result<TotalPotential<L, D, crate::Exact, N>, SceneError> {
+    pub fn lower_averaged(&self) -> Result<Body, SceneError> {
         self.lower_with_patches(CELLS_OF_PATCH)
     }
 
@@ -29,10 +29,7 @@ where
     ///
     /// # Errors
     /// The first thing found wrong, with advice.
-    pub fn lower_with_patches(
-        &self,
-        cells: usize,
-    ) -> Result<TotalPotential<L, D, crate::Exact, N>, SceneError> {
+    pub fn lower_with_patches(&self, cells: usize) -> Result<Body, SceneError> {
         let mut potential = self.lower()?;
         let of_cell = |&cell: &usize| {
             let first = cell * potential.points_per_cell;
@@ -132,7 +129,7 @@ pub struct PatchKinematics {
     pub scales: Vec<f64>,
 }
 
-impl<L: Law<D>, G: Guard, const D: usize, const N: usize> TotalPotential<L, D, G, N> {
+impl Body {
     /// Kinematics of a patch of points; `None` where a cell is inverted.
     pub fn patch_kinematics(
         &self,
@@ -166,13 +163,13 @@ impl<L: Law<D>, G: Guard, const D: usize, const N: usize> TotalPotential<L, D, G
 
     /// Energy of all patches [stress·length³]; +∞ where a cell is inverted.
     pub fn patches_value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
-        let parameters = Self::law_parameters(theta);
+        let (parameters, barriers) = (self.law_parameters(theta), self.barriers.as_ref());
         let of_patch = |patch: &Vec<usize>| {
             let Some(kinematics) = self.patch_kinematics(patch, displacement) else {
                 return f64::INFINITY;
             };
             let energies = patch.iter().zip(&kinematics.scaled).map(|(&point, h)| {
-                let energy = self.law.energy(parameters, h, &self.directions[point], &self.guard);
+                let energy = self.material.energy(point, parameters, h, barriers);
                 self.volumes[point] * energy
             });
             energies.sum()
@@ -187,7 +184,7 @@ impl<L: Law<D>, G: Guard, const D: usize, const N: usize> TotalPotential<L, D, G
         theta: &[f64],
         gradient: &mut [f64],
     ) -> f64 {
-        let parameters = Self::law_parameters(theta);
+        let (parameters, barriers) = (self.law_parameters(theta), self.barriers.as_ref());
         let mut total = 0.0;
         for patch in &self.patches {
             let Some(kinematics) = self.patch_kinematics(patch, displacement) else {
@@ -195,8 +192,7 @@ impl<L: Law<D>, G: Guard, const D: usize, const N: usize> TotalPotential<L, D, G
             };
             let mut stresses = Vec::with_capacity(patch.len());
             for (&point, h) in patch.iter().zip(&kinematics.scaled) {
-                let directions = &self.directions[point];
-                let (energy, stress) = self.law.stress(parameters, h, directions, &self.guard);
+                let (energy, stress) = self.material.stress(point, parameters, h, barriers);
                 total += self.volumes[point] * energy;
                 stresses.push(stress);
             }
@@ -212,7 +208,7 @@ impl<L: Law<D>, G: Guard, const D: usize, const N: usize> TotalPotential<L, D, G
     /// Adds the nodal forces of a first Piola–Kirchhoff stress at a point.
     pub fn add_forces(&self, point: usize, stress: &Mat3<f64>, forces: &mut [f64]) {
         let nodes = self.nodes_of_point(point);
-        for (&node, g) in nodes.iter().zip(&self.shape_gradients[point]) {
+        for (&node, g) in nodes.iter().zip(self.shape_of_point(point)) {
             for i in 0..3 {
                 let force: f64 = (0..3).map(|j| stress[i][j] * g[j]).sum();
                 forces[3 * node + i] += self.volumes[point] * force;

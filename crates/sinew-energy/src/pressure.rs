@@ -15,7 +15,7 @@ impl Magnitude {
     /// The size of the load \[stress\].
     ///
     /// # Panics
-    /// If θ is too short; [`crate::TotalPotential::check_theta`] tells.
+    /// If θ is too short; [`crate::Body::check_theta`] tells.
     pub fn value(self, theta: &[f64]) -> f64 {
         match self {
             Self::Fixed(value) => value,

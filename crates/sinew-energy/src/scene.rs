@@ -5,7 +5,7 @@ use sinew_mesh::Mesh;
 
 /// A body, its material, loads and supports, named the way a person names them.
 ///
-/// [`Scene::lower`] turns it into the plain arrays of a [`crate::TotalPotential`]. θ lists the
+/// [`Scene::lower`] turns it into the plain arrays of a [`crate::Body`]. θ lists the
 /// parameters of the law in the order of [`crate::Law::PARAMETERS`], then those of the loads.
 ///
 /// The number `N` of nodes of a cell chooses the element, see [`crate::Nodes`]: 4 are linear tetrahedra.

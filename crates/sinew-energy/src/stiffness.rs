@@ -1,6 +1,6 @@
 //! The stiffness of a body: what its potential energy costs to second order.
 
-use crate::{Guard, Law, TotalPotential};
+use crate::Body;
 
 /// Second derivative `∂²Π/∂u²` of cells and springs, in 3 × 3 blocks of neighbouring nodes [stress·length].
 ///
@@ -15,19 +15,18 @@ pub struct Stiffness {
     blocks: Vec<[[f64; 3]; 3]>,
 }
 
-impl<L: Law<D>, G: Guard, const D: usize, const N: usize> TotalPotential<L, D, G, N> {
+impl Body {
     /// The stiffness at a displacement \[length\]; `None` where a cell is inverted or its energy overflows.
     pub fn stiffness(&self, displacement: &[f64], theta: &[f64]) -> Option<Stiffness> {
-        let cells = self.cells.iter().map(|cell| &cell[..]);
-        let mut stiffness = Stiffness::zero(self.nodes, cells);
-        let parameters = Self::law_parameters(theta);
+        let mut stiffness = Stiffness::zero(self.nodes, self.cell_nodes());
+        let parameters = self.law_parameters(theta);
         for (point, &volume) in self.volumes.iter().enumerate() {
             let h = self.displacement_gradient(point, displacement);
-            let response = self.law.response(parameters, &h, &self.directions[point]);
+            let response = self.material.response(point, parameters, &h);
             if !response.energy.is_finite() {
                 return None;
             }
-            let (nodes, shape) = (self.nodes_of_point(point), &self.shape_gradients[point]);
+            let (nodes, shape) = (self.nodes_of_point(point), self.shape_of_point(point));
             stiffness.add_cell(nodes, shape, volume, &response.tangent);
         }
         for spring in &self.springs {

@@ -2,8 +2,8 @@
 
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{
-    Load, Magnitude, Parameter, PressureForm, PressureLoad, Sampling, Scene, SceneError, Support,
-    TotalPotential, Units, metrics,
+    Body, Load, Magnitude, Parameter, PressureForm, PressureLoad, Sampling, Scene, SceneError,
+    Support, Units, metrics,
 };
 use sinew_mesh::{boundary_facets, box_tetrahedra};
 
@@ -41,7 +41,7 @@ fn clamped() -> Vec<Support> {
     vec![Support::clamped("x_min")]
 }
 
-fn wobble<const D: usize>(potential: &TotalPotential<NeoHookean, D>, size: f64) -> Vec<f64>
+fn wobble<const D: usize>(potential: &Body, size: f64) -> Vec<f64>
 where
     NeoHookean: sinew_energy::Law<D>,
 {
@@ -191,7 +191,7 @@ fn a_rim_must_be_held_or_slide_in_a_coordinate_plane() {
 }
 
 /// The load on every free degree of freedom is the pressure on the deformed facets.
-fn check_sliding(potential: &TotalPotential<NeoHookean, 0>) {
+fn check_sliding(potential: &Body) {
     let load = &potential.pressures[0];
     assert_eq!(load.form, PressureForm::Follower);
     let u = wobble(potential, 0.1);

@@ -205,7 +205,7 @@ fn guards_keep_a_tangled_body_finite() {
     assert_eq!(potential.value(&wild, &theta), f64::INFINITY);
     assert_eq!(potential.value_and_gradient(&wild, &theta, &mut gradient), f64::INFINITY);
     assert!(gradient.iter().all(|g| !g.is_nan()));
-    let guarded = potential.with_guard(Barriers::default());
+    let guarded = potential.with_barriers(Barriers::default());
     assert!(guarded.value_and_gradient(&wild, &theta, &mut gradient).is_finite());
     assert!(gradient.iter().all(|g| g.is_finite()));
 }

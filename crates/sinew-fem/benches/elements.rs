@@ -5,8 +5,7 @@ use sinew_energy::laws::{
     Guccione, HolzapfelOgden, HolzapfelOgden2009, HolzapfelOgdenCompressible, NeoHookean,
 };
 use sinew_energy::{
-    Exact, FiniteElement, Law, Load, Nodes, Parameter, Sampling, Scene, Support, TotalPotential,
-    Units,
+    Body, FiniteElement, Law, Load, Nodes, Parameter, Sampling, Scene, Support, Units,
 };
 use sinew_fem::{Options, Solver};
 use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra};
@@ -54,7 +53,7 @@ fn element<const N: usize>(
     criterion: &mut Criterion,
     name: &str,
     scene: &Scene<NeoHookean, 0, N>,
-    body: &TotalPotential<NeoHookean, 0, Exact, N>,
+    body: &Body,
 ) where
     Nodes<N>: FiniteElement<N>,
 {

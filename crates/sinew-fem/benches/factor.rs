@@ -6,7 +6,7 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Load, Parameter, Sampling, Scene, Support, TotalPotential, Units};
+use sinew_energy::{Body, Load, Parameter, Sampling, Scene, Support, Units};
 use sinew_fem::measured::{Cholesky, fill_reducing_order};
 use sinew_fem::{History, LinearSolver, Solution, Solver, Stiffness};
 use sinew_mesh::box_tetrahedra;
@@ -17,7 +17,7 @@ use std::time::Duration;
 const SIZES: [[usize; 3]; 3] = [[12, 4, 5], [40, 13, 17], [60, 20, 25]];
 const THETA: [f64; 2] = [75.0, 75.0];
 
-fn beam(cells: [usize; 3]) -> TotalPotential<NeoHookean, 0> {
+fn beam(cells: [usize; 3]) -> Body {
     let stiffness = |name: &str| Parameter {
         name: name.into(),
         unit: "kPa".into(),
@@ -38,7 +38,7 @@ fn beam(cells: [usize; 3]) -> TotalPotential<NeoHookean, 0> {
 }
 
 /// The unloaded state, where CHOLMOD's matrix is taken too.
-fn rest(potential: &TotalPotential<NeoHookean, 0>) -> Solution {
+fn rest(potential: &Body) -> Solution {
     Solution {
         displacement: vec![0.0; 3 * potential.nodes],
         energy: 0.0,

@@ -2,7 +2,7 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Load, Parameter, Sampling, Scene, Support, TotalPotential, Units};
+use sinew_energy::{Body, Load, Parameter, Sampling, Scene, Support, Units};
 use sinew_fem::{Options, Solver, sweep};
 use sinew_mesh::box_tetrahedra;
 use std::hint::black_box;
@@ -11,7 +11,7 @@ use std::hint::black_box;
 const REFERENCE: f64 = -766.9706813353461;
 const THETA: [f64; 2] = [75.0, 75.0];
 
-fn beam() -> TotalPotential<NeoHookean, 0> {
+fn beam() -> Body {
     let stiffness = |name: &str| Parameter {
         name: name.into(),
         unit: "kPa".into(),

@@ -5,8 +5,7 @@
 
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{
-    Exact, FiniteElement, Load, Nodes, Parameter, Sampling, Scene, SceneError, Support,
-    TotalPotential, Units,
+    Body, FiniteElement, Load, Nodes, Parameter, Sampling, Scene, SceneError, Support, Units,
 };
 use sinew_fem::{BalanceSolver, Options, Solver};
 use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra};
@@ -37,7 +36,7 @@ fn beam<const N: usize>(mesh: Mesh<N>) -> Scene<NeoHookean, 0, N> {
 fn row<const N: usize>(
     element: &str,
     mesh: &Mesh<N>,
-    body: Result<TotalPotential<NeoHookean, 0, Exact, N>, SceneError>,
+    body: Result<Body, SceneError>,
     theta: &[f64],
 ) -> Result<(), Box<dyn Error>> {
     let body = body?;
@@ -93,8 +92,7 @@ fn small_deflection<const N: usize>(
     Ok(found.displacement[3 * end + 2])
 }
 
-type Lower<const N: usize> =
-    fn(&Scene<NeoHookean, 0, N>) -> Result<TotalPotential<NeoHookean, 0, Exact, N>, SceneError>;
+type Lower<const N: usize> = fn(&Scene<NeoHookean, 0, N>) -> Result<Body, SceneError>;
 
 /// The part of the deflection that linear elements reach: over K/mu against the same with averaged volume
 /// ratios, over slenderness and number of cubes across against quadratic tetrahedra.

@@ -5,9 +5,8 @@ use crate::cells::{CellValue, MOST_WORST, least, per_cell};
 use crate::patch::PatchResponse;
 use crate::sparsity::Sparsity;
 use crate::state::State;
-use sinew_energy::{
-    Exact, Law, PressureLoad, PressureSurface, Response, SurfaceResponse, TotalPotential,
-};
+use sinew_energy::with_nodes;
+use sinew_energy::{Body, PressureLoad, PressureSurface, Response, SurfaceResponse};
 use sinew_num::Mat3;
 
 /// Π with its derivatives at one displacement, and what the rounding errors in them are measured by.
@@ -57,9 +56,9 @@ impl Assembly {
     /// Evaluates everything at `displacement`, under the fraction `load_factor` of the loads.
     ///
     /// `predicted` replaces the stress in the geometric part of the stiffness, see [`crate::newton`].
-    pub fn assemble<L: Law<D>, const D: usize, const N: usize>(
+    pub fn assemble(
         &mut self,
-        potential: &TotalPotential<L, D, Exact, N>,
+        potential: &Body,
         sparsity: &Sparsity,
         state: State,
         predicted: Option<&PredictedStress>,
@@ -100,7 +99,9 @@ impl Assembly {
             }
         }
         if potential.patches.is_empty() {
-            self.add_cells(potential, sparsity, state, predicted, &mut rounding);
+            with_nodes!(potential.nodes_per_cell, N => {
+                self.add_cells::<N>(potential, sparsity, state, predicted, &mut rounding)
+            });
         } else {
             self.add_patches(potential, sparsity, state, predicted, &mut rounding);
         }
@@ -110,25 +111,25 @@ impl Assembly {
         self.force_scale = loads.sqrt() + reactions.map(|g| g * g).sum::<f64>().sqrt();
     }
 
-    fn add_cells<L: Law<D>, const D: usize, const N: usize>(
+    fn add_cells<const N: usize>(
         &mut self,
-        potential: &TotalPotential<L, D, Exact, N>,
+        potential: &Body,
         sparsity: &Sparsity,
         State { displacement, theta, pressure, .. }: State,
         predicted: Option<&PredictedStress>,
         rounding: &mut Rounding,
     ) {
-        let parameters = TotalPotential::<L, D, Exact, N>::law_parameters(theta);
+        let parameters = potential.law_parameters(theta);
         self.least_volume_ratio = f64::INFINITY;
-        for (cell, nodes) in potential.cells.iter().enumerate() {
+        let shapes = potential.shape_gradients.as_chunks::<N>().0;
+        for (cell, nodes) in potential.cells.as_chunks::<N>().0.iter().enumerate() {
             let motion = motion_of(nodes, displacement);
             let mut blocks: NodalBlocks<N> = [[[[0.0; 3]; N]; 3]; N];
             let first = cell * potential.points_per_cell;
             for point in first..first + potential.points_per_cell {
-                let (shape, volume) = (&potential.shape_gradients[point], potential.volumes[point]);
+                let (shape, volume) = (&shapes[point], potential.volumes[point]);
                 let h = potential.displacement_gradient(point, displacement);
-                let mut response =
-                    potential.law.response(parameters, &h, &potential.directions[point]);
+                let mut response = potential.material.response(point, parameters, &h);
                 if let Some(&pressure) = pressure.get(point) {
                     add_pressure(&mut response, &h, pressure);
                 }
@@ -170,15 +171,15 @@ impl Assembly {
         }
     }
 
-    fn add_patches<L: Law<D>, const D: usize, const N: usize>(
+    fn add_patches(
         &mut self,
-        potential: &TotalPotential<L, D, Exact, N>,
+        potential: &Body,
         sparsity: &Sparsity,
         State { displacement, theta, .. }: State,
         predicted: Option<&PredictedStress>,
         rounding: &mut Rounding,
     ) {
-        let parameters = TotalPotential::<L, D, Exact, N>::law_parameters(theta);
+        let parameters = potential.law_parameters(theta);
         self.least_volume_ratio = f64::INFINITY;
         self.patches.clear();
         // Of all points first: a patch that is turned over ends the assembly, and must be found among the worst.
@@ -201,7 +202,7 @@ impl Assembly {
             for (&point, (h, response)) in points.iter().zip(&patch.points) {
                 potential.add_forces(point, &response.stress, &mut self.gradient);
                 let motion = motion_of(potential.nodes_of_point(point), displacement);
-                let (shape, volume) = (&potential.shape_gradients[point], potential.volumes[point]);
+                let (shape, volume) = (potential.shape_of_point(point), potential.volumes[point]);
                 rounding.add_cell(shape, volume, motion, (h, response), common);
                 self.points[point] = (*h, *response);
             }
@@ -307,14 +308,14 @@ impl Assembly {
     }
 
     /// Adds the second derivative of Π times `direction` to `forces`, in all degrees of freedom.
-    pub fn add_stiffness_times<L: Law<D>, const D: usize, const N: usize>(
+    pub fn add_stiffness_times(
         &self,
-        potential: &TotalPotential<L, D, Exact, N>,
+        potential: &Body,
         state: State,
         direction: &[f64],
         forces: &mut [f64],
     ) {
-        for (cell, nodes) in potential.cells.iter().enumerate() {
+        for (cell, nodes) in potential.cell_nodes().enumerate() {
             if nodes.iter().all(|&node| direction[3 * node..3 * node + 3] == [0.0; 3]) {
                 continue;
             }
@@ -322,7 +323,7 @@ impl Assembly {
             for point in first..first + potential.points_per_cell {
                 let dh = potential.displacement_gradient(point, direction);
                 let stress = tangent_times(&self.points[point].1.tangent, &dh);
-                for (&node, g) in nodes.iter().zip(&potential.shape_gradients[point]) {
+                for (&node, g) in nodes.iter().zip(potential.shape_of_point(point)) {
                     for i in 0..3 {
                         let force: f64 = (0..3).map(|j| stress[i][j] * g[j]).sum();
                         forces[3 * node + i] += potential.volumes[point] * force;
@@ -375,11 +376,7 @@ impl Assembly {
 
     /// The stress at each point after a step along `direction` by the linear model of the stress,
     /// `S + C : sym(Fᵀ ∇direction)`.
-    pub fn predict_stress<L: Law<D>, const D: usize, const N: usize>(
-        &self,
-        potential: &TotalPotential<L, D, Exact, N>,
-        direction: &[f64],
-    ) -> PredictedStress {
+    pub fn predict_stress(&self, potential: &Body, direction: &[f64]) -> PredictedStress {
         let mut common =
             vec![Mat3::ZERO; self.points.len() * usize::from(!self.patches.is_empty())];
         for (points, patch) in potential.patches.iter().zip(&self.patches) {

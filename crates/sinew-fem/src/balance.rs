@@ -16,7 +16,7 @@ use crate::factor::Factor;
 use crate::rigid::check_supports;
 use crate::solver::check_arrays;
 use crate::sparsity::Sparsity;
-use sinew_energy::{ForceBalance, Law, SurfaceResponse};
+use sinew_energy::{ForceBalance, SurfaceResponse};
 
 /// Finds equilibria of a body for which there is no potential to minimise.
 ///
@@ -58,14 +58,14 @@ use sinew_energy::{ForceBalance, Law, SurfaceResponse};
 /// assert!((z - 4.05).abs() < 0.1, "{z}"); // mm; 4.16 on fine meshes
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub struct BalanceSolver<'p, L, const D: usize, const N: usize> {
-    system: System<'p, L, D, N>,
+pub struct BalanceSolver<'p> {
+    system: System<'p>,
     factor: Factor,
 }
 
 /// The balance with its derivatives where they were assembled last.
-struct System<'p, L, const D: usize, const N: usize> {
-    body: &'p ForceBalance<L, D, N>,
+struct System<'p> {
+    body: &'p ForceBalance,
     sparsity: Sparsity,
     assembly: Assembly,
     /// Forces of the facets of the followers with their derivatives, where last assembled.
@@ -76,13 +76,13 @@ struct System<'p, L, const D: usize, const N: usize> {
     moduli: Vec<f64>,
 }
 
-impl<'p, L: Law<D>, const D: usize, const N: usize> BalanceSolver<'p, L, D, N> {
+impl<'p> BalanceSolver<'p> {
     /// Prepares the solver.
     ///
     /// # Errors
     /// A potential that is malformed or whose supports leave a part of the body free to move.
-    pub fn new(body: &'p ForceBalance<L, D, N>) -> Result<Self, SolveError> {
-        let potential = &body.potential;
+    pub fn new(body: &'p ForceBalance) -> Result<Self, SolveError> {
+        let potential = &body.body;
         check_arrays(potential)?;
         check_supports(potential)?;
         let sparsity = Sparsity::new(potential, &body.followers)?;
@@ -90,7 +90,7 @@ impl<'p, L: Law<D>, const D: usize, const N: usize> BalanceSolver<'p, L, D, N> {
         let points = potential.volumes.len();
         let assembly = Assembly::new(&sparsity, points, potential.prescribed.len());
         let corners = body.pressure_field.as_ref().map_or(0, |field| field.corners);
-        let coupling = vec![0.0; potential.cells.len() * corners * 3 * N];
+        let coupling = vec![0.0; potential.cell_count() * corners * 3 * potential.nodes_per_cell];
         let (followers, moduli) = (Vec::new(), vec![0.0; points]);
         let system = System { body, sparsity, assembly, followers, coupling, moduli };
         Ok(Self { system, factor })

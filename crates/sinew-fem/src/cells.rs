@@ -1,8 +1,7 @@
 //! Volume ratios and shapes of cells, and the worst of them.
 
 use nalgebra::{Matrix3, Vector3};
-use sinew_energy::{Guard, Law, TotalPotential};
-use sinew_mesh::Mesh;
+use sinew_energy::Body;
 use std::fmt;
 
 /// So many of the worst cells are named.
@@ -52,19 +51,13 @@ pub(crate) fn per_cell(
 }
 
 /// J at each quadrature point.
-pub(crate) fn volume_ratios<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, G, N>,
-    displacement: &[f64],
-) -> Vec<f64> {
+pub(crate) fn volume_ratios(potential: &Body, displacement: &[f64]) -> Vec<f64> {
     let ratio = |p| 1.0 + potential.displacement_gradient(p, displacement).volume_change();
     (0..potential.volumes.len()).map(ratio).collect()
 }
 
 /// Largest principal stretch, the root of the largest eigenvalue of C = FᵀF, at each quadrature point.
-pub(crate) fn largest_stretches<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, G, N>,
-    displacement: &[f64],
-) -> Vec<f64> {
+pub(crate) fn largest_stretches(potential: &Body, displacement: &[f64]) -> Vec<f64> {
     let stretch = |p| {
         let h = potential.displacement_gradient(p, displacement);
         let f = Matrix3::identity() + Matrix3::from_fn(|i, j| h[i][j]);
@@ -76,22 +69,23 @@ pub(crate) fn largest_stretches<L: Law<D>, G: Guard, const D: usize, const N: us
 /// The mean ratio of each cell's corners at reference positions plus `displacement`, from 1 (equal edges and
 /// angles) to 0 (flat or turned inside out), after A. Liu and B. Joe, BIT 34 (1994): `12 (3V)^(2/3) / Σ l²` of
 /// tetrahedra, `4√3 A / Σ l²` of triangles, the least of `3 det^(2/3) / Σ l²` over the corners of hexahedra.
-pub(crate) fn mean_ratios<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, G, N>,
-    displacement: &[f64],
-) -> Vec<f64> {
+pub(crate) fn mean_ratios(potential: &Body, displacement: &[f64]) -> Vec<f64> {
     let place = |node: usize| {
         Vector3::from_fn(|i, _| potential.positions[node][i] + displacement[3 * node + i])
     };
-    potential.cells.iter().map(|nodes| mean_ratio::<N>(&nodes.map(place))).collect()
+    let ratio = |nodes: &[usize]| {
+        let places: Vec<_> =
+            nodes[..potential.element().corners].iter().map(|&n| place(n)).collect();
+        mean_ratio(&places)
+    };
+    potential.cell_nodes().map(ratio).collect()
 }
 
 /// Neighbours of each corner of a hexahedron, right-handed.
 const HEXAHEDRON: [[usize; 3]; 8] =
     [[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]];
 
-fn mean_ratio<const N: usize>(nodes: &[Vector3<f64>; N]) -> f64 {
-    let corners = &nodes[..Mesh::<N>::ELEMENT.corners];
+fn mean_ratio(corners: &[Vector3<f64>]) -> f64 {
     match corners {
         [a, b, c] => {
             let twice = (b - a).cross(&(c - a)).z.max(0.0);

@@ -2,8 +2,7 @@
 
 use crate::RigidMode;
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
-use sinew_energy::{Guard, Law, TotalPotential};
-use sinew_mesh::Mesh;
+use sinew_energy::Body;
 
 /// More hinged pieces than this are not analysed: the dense eigenvalues would take longer than a solve.
 const MOST_PIECES: usize = 100;
@@ -24,10 +23,7 @@ struct Piece {
 }
 
 /// A piece that can move although the body as a whole is held: a node of it, the number of its nodes, and how.
-pub(crate) fn free_piece<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, G, N>,
-    parts: usize,
-) -> Option<(usize, usize, Vec<RigidMode>)> {
+pub(crate) fn free_piece(potential: &Body, parts: usize) -> Option<(usize, usize, Vec<RigidMode>)> {
     let pieces = pieces(potential);
     if pieces.len() == parts || pieces.len() > MOST_PIECES {
         return None;
@@ -62,10 +58,7 @@ pub(crate) fn free_piece<L: Law<D>, G: Guard, const D: usize, const N: usize>(
 }
 
 /// What joints and supports forbid, as unit velocities that must vanish: six columns per piece.
-fn rows<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, G, N>,
-    pieces: &[Piece],
-) -> Vec<DVector<f64>> {
+fn rows(potential: &Body, pieces: &[Piece]) -> Vec<DVector<f64>> {
     let mut owners = vec![Vec::new(); potential.nodes];
     for (index, piece) in pieces.iter().enumerate() {
         piece.nodes.iter().for_each(|&node| owners[node].push(index));
@@ -110,21 +103,20 @@ fn rows<L: Law<D>, G: Guard, const D: usize, const N: usize>(
 }
 
 /// Rigid pieces: a cell that shares three nodes off a line with a piece (two in a plane) belongs to it.
-fn pieces<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, G, N>,
-) -> Vec<Piece> {
+fn pieces(potential: &Body) -> Vec<Piece> {
     let mut cells_of = vec![Vec::new(); potential.nodes];
-    for (cell, nodes) in potential.cells.iter().enumerate() {
+    for (cell, nodes) in potential.cell_nodes().enumerate() {
         nodes.iter().for_each(|&node| cells_of[node].push(cell));
     }
     let position = |node: &usize| Vector3::from(potential.positions[*node]);
+    let plane = potential.element().dimension == 2;
     const NONE: usize = usize::MAX;
-    let mut piece_of_cell = vec![NONE; potential.cells.len()];
+    let mut piece_of_cell = vec![NONE; potential.cell_count()];
     // The piece that a node was last counted for (it may belong to many), and that a cell shares nodes with.
     let mut piece_of_node = vec![NONE; potential.nodes];
-    let mut shared = vec![(NONE, 0); potential.cells.len()];
+    let mut shared = vec![(NONE, 0); potential.cell_count()];
     let mut pieces: Vec<Piece> = Vec::new();
-    for start in 0..potential.cells.len() {
+    for start in 0..potential.cell_count() {
         if piece_of_cell[start] != NONE {
             continue;
         }
@@ -132,7 +124,7 @@ fn pieces<L: Law<D>, G: Guard, const D: usize, const N: usize>(
         let (mut nodes, mut joining) = (Vec::new(), vec![start]);
         piece_of_cell[start] = index;
         while let Some(cell) = joining.pop() {
-            for &node in &potential.cells[cell] {
+            for &node in potential.nodes_of_cell(cell) {
                 if std::mem::replace(&mut piece_of_node[node], index) == index {
                     continue;
                 }
@@ -145,8 +137,8 @@ fn pieces<L: Law<D>, G: Guard, const D: usize, const N: usize>(
                     let count = if last == index { count + 1 } else { 1 };
                     shared[other] = (index, count);
                     let fixed = || {
-                        let corners = potential.cells[other].iter();
-                        fixes::<N>(corners.filter(|&&n| piece_of_node[n] == index).map(position))
+                        let corners = potential.nodes_of_cell(other).iter();
+                        fixes(plane, corners.filter(|&&n| piece_of_node[n] == index).map(position))
                     };
                     if count >= FIXING && fixed() {
                         piece_of_cell[other] = index;
@@ -162,9 +154,8 @@ fn pieces<L: Law<D>, G: Guard, const D: usize, const N: usize>(
 }
 
 /// Whether nodes that do not move fix a cell: in space three off a line, in a plane two.
-fn fixes<const N: usize>(mut places: impl Iterator<Item = Vector3<f64>>) -> bool {
+fn fixes(plane: bool, mut places: impl Iterator<Item = Vector3<f64>>) -> bool {
     let (Some(first), Some(second)) = (places.next(), places.next()) else { return false };
-    let plane = Mesh::<N>::ELEMENT.dimension == 2;
     let along = second - first;
     // Nodes of a cell are not nearly on a line unless they are on an edge.
     plane
@@ -173,10 +164,7 @@ fn fixes<const N: usize>(mut places: impl Iterator<Item = Vector3<f64>>) -> bool
 }
 
 /// Centres of the joints of each piece (of all its nodes if it has none), and sizes.
-fn place<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, G, N>,
-    pieces: &mut [Piece],
-) {
+fn place(potential: &Body, pieces: &mut [Piece]) {
     let mut owners = vec![0; potential.nodes];
     pieces.iter().flat_map(|piece| &piece.nodes).for_each(|&node| owners[node] += 1);
     for piece in pieces {

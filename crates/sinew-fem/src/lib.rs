@@ -51,7 +51,6 @@ mod assembly;
 mod balance;
 mod cell;
 mod cells;
-mod dual;
 mod error;
 mod factor;
 pub mod fibres;

@@ -3,7 +3,7 @@
 use crate::newton::Equilibrium;
 use crate::watch::{Log, Progress};
 use crate::{Options, Solution, SolveError, Solver};
-use sinew_energy::Law;
+
 use std::time::Instant;
 
 /// First load step when the whole load at once fails; later ones adapt.
@@ -12,7 +12,7 @@ const FIRST_STEP: f64 = 0.25;
 const GROWTH: f64 = 1.5;
 const CUT: f64 = 0.5;
 
-impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
+impl Solver<'_> {
     /// The equilibrium for θ, starting from the reference configuration.
     ///
     /// # Errors

@@ -7,8 +7,8 @@ mod proportions;
 
 pub use proportions::Proportions;
 
-use sinew_energy::{Guard, Law, ThetaError, TotalPotential};
-use sinew_mesh::{Element, Mesh};
+use sinew_energy::{Body, ThetaError};
+use sinew_mesh::Element;
 use sinew_num::Mat3;
 use std::fmt;
 
@@ -77,12 +77,9 @@ pub struct LockingWarning {
 ///
 /// # Errors
 /// θ that makes no sense.
-pub fn locking<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, G, N>,
-    theta: &[f64],
-) -> Result<Option<LockingWarning>, ThetaError> {
+pub fn locking(potential: &Body, theta: &[f64]) -> Result<Option<LockingWarning>, ThetaError> {
     potential.check_theta(theta)?;
-    let element = Mesh::<N>::ELEMENT;
+    let element = potential.element();
     if element.is_quadratic() {
         return Ok(None);
     }
@@ -97,13 +94,10 @@ pub fn locking<L: Law<D>, G: Guard, const D: usize, const N: usize>(
 }
 
 /// K/μ of the tangent at rest; `None` without resistance to changes of volume.
-fn bulk_to_shear<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, G, N>,
-    theta: &[f64],
-) -> Option<f64> {
-    let parameters = TotalPotential::<L, D, G, N>::law_parameters(theta);
+fn bulk_to_shear(potential: &Body, theta: &[f64]) -> Option<f64> {
+    let parameters = potential.law_parameters(theta);
     // Turning the directions changes neither K nor the trace: one point speaks for all.
-    let response = potential.law.response(parameters, &Mat3::ZERO, potential.directions.first()?);
+    let response = potential.material.response(0, parameters, &Mat3::ZERO);
     let tangent = &response.tangent;
     let bulk = [0, 4, 8].map(|i| tangent[i][0] + tangent[i][4] + tangent[i][8]);
     let bulk = bulk.iter().sum::<f64>() / 9.0;

@@ -2,13 +2,12 @@
 
 use crate::state::State;
 use crate::{Solution, SolveError, Solver};
-use sinew_energy::Law;
 
 /// The stiffness of the free degrees of freedom at an equilibrium, its lower half by entries.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stiffness {
     /// Degree of freedom `3 × node + component` of each row and column; along the axes of the node's frame, if
-    /// [`sinew_energy::TotalPotential::frames`] has one.
+    /// [`sinew_energy::Body::frames`] has one.
     pub degree_of_freedom: Vec<usize>,
     /// Rows of the entries; column by column.
     pub rows: Vec<usize>,
@@ -18,7 +17,7 @@ pub struct Stiffness {
     pub values: Vec<f64>,
 }
 
-impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
+impl Solver<'_> {
     /// Second derivative of the potential at a solution.
     ///
     /// # Errors

@@ -19,7 +19,7 @@ use crate::state::State;
 use crate::supports::place;
 use crate::watch::Log;
 use crate::{Iteration, Options, Solver};
-use sinew_energy::{Exact, Law, TotalPotential};
+
 use sinew_num::Mat3;
 
 /// The energy must fall by this part of what the slope promises (Armijo's condition, the usual value).
@@ -103,7 +103,7 @@ impl Search<'_> {
     }
 }
 
-impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
+impl Solver<'_> {
     /// Searches the equilibrium under a fraction of all loads and prescribed motion.
     ///
     /// `None` when there is no progress; `history` tells.
@@ -368,10 +368,9 @@ impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
 
     /// Whether the law forbids cells that are turned over; linear elasticity does not.
     fn minds_turned_cells(&self, theta: &[f64]) -> bool {
-        let TotalPotential { law, guard, directions, .. } = self.potential;
-        let parameters = TotalPotential::<L, D, Exact, N>::law_parameters(theta);
+        let parameters = self.potential.law_parameters(theta);
         let mirrored = Mat3::from_fn(|i, j| if (i, j) == (0, 0) { -2.0 } else { 0.0 });
-        law.energy(parameters, &mirrored, &directions[0], guard) == f64::INFINITY
+        self.potential.material.energy(0, parameters, &mirrored, None) == f64::INFINITY
     }
 
     /// Largest rotation \[rad\] of a cell along `direction`, to first order.

@@ -2,7 +2,7 @@
 
 use crate::cell::inverse;
 use crate::sparsity::patch_nodes_of;
-use sinew_energy::{Exact, Law, Response, TotalPotential};
+use sinew_energy::{Body, Response};
 use sinew_num::Mat3;
 
 /// Energy of a patch with its derivatives.
@@ -29,8 +29,8 @@ pub(crate) struct PatchResponse {
 
 impl PatchResponse {
     /// `None` where a cell is inverted or an energy overflows.
-    pub fn new<L: Law<D>, const D: usize, const N: usize>(
-        potential: &TotalPotential<L, D, Exact, N>,
+    pub fn new(
+        potential: &Body,
         points: &[usize],
         displacement: &[f64],
         parameters: &[f64],
@@ -39,7 +39,7 @@ impl PatchResponse {
         let volumes: Vec<_> = points.iter().map(|&point| potential.volumes[point]).collect();
         let at_points = || points.iter().zip(&kinematics.scaled);
         let scaled: Vec<_> = at_points()
-            .map(|(&point, h)| potential.law.response(parameters, h, &potential.directions[point]))
+            .map(|(&point, h)| potential.material.response(point, parameters, h))
             .collect();
         let energy = scaled.iter().zip(&volumes).map(|(r, v)| v * r.energy).sum();
         let mut stresses: Vec<_> = scaled.iter().map(|r| r.stress).collect();
@@ -79,16 +79,15 @@ impl PatchResponse {
     }
 
     /// Adds `weight × Gᵀ values` to a vector over the patch.
-    fn add<L: Law<D>, const D: usize, const N: usize>(
+    fn add(
         &mut self,
-        potential: &TotalPotential<L, D, Exact, N>,
+        potential: &Body,
         point: usize,
         values: &Mat3<f64>,
         weight: f64,
         vector: impl Fn(&mut Self) -> &mut Vec<f64>,
     ) {
-        for (node, g) in
-            potential.nodes_of_point(point).iter().zip(&potential.shape_gradients[point])
+        for (node, g) in potential.nodes_of_point(point).iter().zip(potential.shape_of_point(point))
         {
             let local = self.nodes.partition_point(|n| n < node);
             for i in 0..3 {
@@ -99,27 +98,19 @@ impl PatchResponse {
     }
 
     /// The stiffness against changes of the mean volume \[stress\]: the bulk modulus, for small strain.
-    pub fn common_stiffness<L: Law<D>, const D: usize, const N: usize>(
-        &self,
-        potential: &TotalPotential<L, D, Exact, N>,
-        points: &[usize],
-    ) -> f64 {
+    pub fn common_stiffness(&self, potential: &Body, points: &[usize]) -> f64 {
         self.square.abs() / points.iter().map(|&point| potential.volumes[point]).sum::<f64>()
     }
 
     /// Lower half of the second derivative, row by row in the order of the patch's nodes.
-    pub fn stiffness<L: Law<D>, const D: usize, const N: usize>(
-        &self,
-        potential: &TotalPotential<L, D, Exact, N>,
-        points: &[usize],
-    ) -> Vec<f64> {
+    pub fn stiffness(&self, potential: &Body, points: &[usize]) -> Vec<f64> {
         let size = 3 * self.nodes.len();
         let mut lower = vec![0.0; size * (size + 1) / 2];
         for (&point, (_, response)) in points.iter().zip(&self.points) {
-            let (nodes, shape) =
-                (potential.nodes_of_point(point), &potential.shape_gradients[point]);
-            let local = nodes.map(|node| self.nodes.partition_point(|&n| n < node));
-            for a in 0..N {
+            let (nodes, shape) = (potential.nodes_of_point(point), potential.shape_of_point(point));
+            let place = |&node: &usize| self.nodes.partition_point(|&n| n < node);
+            let local: Vec<_> = nodes.iter().map(place).collect();
+            for a in 0..nodes.len() {
                 for i in 0..3 {
                     let mut left = [0.0; 9];
                     for (kl, entry) in left.iter_mut().enumerate() {
@@ -127,7 +118,7 @@ impl PatchResponse {
                         *entry = potential.volumes[point] * (column(0) + column(1) + column(2));
                     }
                     let row = 3 * local[a] + i;
-                    for b in (0..N).filter(|&b| local[b] <= local[a]) {
+                    for b in (0..nodes.len()).filter(|&b| local[b] <= local[a]) {
                         for k in 0..3 {
                             let column = 3 * local[b] + k;
                             if column <= row {

@@ -14,7 +14,7 @@ use crate::cells::{
 use crate::solver::check_arrays;
 use crate::{BalanceSolution, Solution, SolveError, locking};
 use forces::Forces;
-use sinew_energy::{Exact, ForceBalance, Law, TotalPotential};
+use sinew_energy::{Body, ForceBalance};
 
 /// The numbers to look at before a solution is believed; its `Display` is a readable block.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,10 +73,7 @@ pub struct SolutionReport {
 /// # Errors
 /// A potential that is malformed, or a solution that is not one of this potential: by the length of
 /// displacement or θ.
-pub fn report<L: Law<D>, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, Exact, N>,
-    solution: &Solution,
-) -> Result<SolutionReport, SolveError> {
+pub fn report(potential: &Body, solution: &Solution) -> Result<SolutionReport, SolveError> {
     let Solution { displacement, theta, .. } = solution;
     check_arrays(potential)?;
     potential.check_theta(theta)?;
@@ -96,12 +93,12 @@ pub fn report<L: Law<D>, const D: usize, const N: usize>(
 ///
 /// # Errors
 /// As for [`report()`].
-pub fn report_balance<L: Law<D>, const D: usize, const N: usize>(
-    body: &ForceBalance<L, D, N>,
+pub fn report_balance(
+    body: &ForceBalance,
     solution: &BalanceSolution,
 ) -> Result<SolutionReport, SolveError> {
     let BalanceSolution { displacement, pressure, theta, .. } = solution;
-    let potential = &body.potential;
+    let potential = &body.body;
     check_arrays(potential)?;
     body.check_theta(theta)?;
     check_length(potential.prescribed.len(), displacement)?;
@@ -126,8 +123,8 @@ struct Outcome {
     negative_pivots: usize,
 }
 
-fn assess<L: Law<D>, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, Exact, N>,
+fn assess(
+    potential: &Body,
     displacement: &[f64],
     forces: &Forces,
     Outcome { relative_residual, negative_pivots }: Outcome,

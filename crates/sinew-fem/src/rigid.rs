@@ -3,7 +3,7 @@
 use crate::SolveError;
 use crate::hinges::free_piece;
 use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
-use sinew_energy::{Guard, Law, TotalPotential};
+use sinew_energy::Body;
 use std::collections::HashMap;
 use std::fmt;
 
@@ -56,9 +56,7 @@ impl fmt::Display for Axis<'_> {
 
 /// Checks that each connected part of the body, and each piece of it that is only hinged to the others, is held
 /// against all rigid motions.
-pub(crate) fn check_supports<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, G, N>,
-) -> Result<(), SolveError> {
+pub(crate) fn check_supports(potential: &Body) -> Result<(), SolveError> {
     let parts = parts(potential)?;
     for part in &parts {
         let modes = free_modes(part, potential);
@@ -77,11 +75,9 @@ pub(crate) fn check_supports<L: Law<D>, G: Guard, const D: usize, const N: usize
 type Part = Vec<(usize, Vector3<f64>)>;
 
 /// Connected parts.
-fn parts<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, G, N>,
-) -> Result<Vec<Part>, SolveError> {
+fn parts(potential: &Body) -> Result<Vec<Part>, SolveError> {
     let mut cells_of = vec![Vec::new(); potential.nodes];
-    for (cell, nodes) in potential.cells.iter().enumerate() {
+    for (cell, nodes) in potential.cell_nodes().enumerate() {
         nodes.iter().for_each(|&node| cells_of[node].push(cell));
     }
     let position = |node: usize| Vector3::from(potential.positions[node]);
@@ -103,7 +99,7 @@ fn parts<L: Law<D>, G: Guard, const D: usize, const N: usize>(
         while next < part.len() {
             let node = part[next].0;
             next += 1;
-            for &other in cells_of[node].iter().flat_map(|&cell| &potential.cells[cell]) {
+            for &other in cells_of[node].iter().flat_map(|&cell| potential.nodes_of_cell(cell)) {
                 if !std::mem::replace(&mut seen[other], true) {
                     part.push((other, position(other) - position(start)));
                 }
@@ -115,11 +111,8 @@ fn parts<L: Law<D>, G: Guard, const D: usize, const N: usize>(
 }
 
 /// Rigid motions of a part that neither prescribed displacements nor springs resist.
-fn free_modes<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    part: &Part,
-    potential: &TotalPotential<L, D, G, N>,
-) -> Vec<RigidMode> {
-    let TotalPotential { prescribed, frames, springs, .. } = potential;
+fn free_modes(part: &Part, potential: &Body) -> Vec<RigidMode> {
+    let Body { prescribed, frames, springs, .. } = potential;
     let sprung: HashMap<_, _> = springs.iter().map(|s| (s.node, &s.stiffness)).collect();
     let stiffest = springs.iter().flat_map(|s| s.stiffness.as_flattened());
     let stiffest = stiffest.fold(f64::MIN_POSITIVE, |m: f64, k| m.max(k.abs()));

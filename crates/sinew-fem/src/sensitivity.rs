@@ -1,16 +1,15 @@
 //! How an equilibrium moves with θ.
 
-use crate::dual::Dual;
 use crate::linear_solver::Solved;
 use crate::state::State;
 use crate::{Solution, SolveError, Solver};
-use sinew_energy::{Exact, Law, Magnitude, TotalPotential};
-use sinew_num::{Mat3, Slope};
+use sinew_energy::{Body, Magnitude};
+use sinew_num::Mat3;
 
 /// Residual of the linear systems relative to their right-hand sides, where they are solved by iteration.
 const ACCURACY: f64 = 1e-10;
 
-impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
+impl Solver<'_> {
     /// Derivative of the displacement in each entry of θ: one vector like the displacement per entry.
     ///
     /// The implicit function theorem `K ∂u/∂θ = −∂²Π/∂u∂θ`, with exact derivatives throughout and one
@@ -91,31 +90,17 @@ fn unit(theta: &[f64], index: usize) -> Vec<f64> {
 }
 
 /// Change of the gradient of Π with θ along `direction`: `∂²Π/∂u∂θ · direction`.
-fn force_change<L: Law<D>, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, Exact, N>,
+fn force_change(
+    potential: &Body,
     displacement: &[f64],
     theta: &[f64],
     direction: &[f64],
 ) -> Vec<f64> {
-    let constant =
-        |value: f64| Dual { value: Slope::<9>::constant(value), derivative: Slope::constant(0.0) };
-    let moving = |(&value, &rate): (&f64, &f64)| Dual {
-        value: Slope::<9>::constant(value),
-        derivative: Slope::constant(rate),
-    };
-    let parameters: Vec<_> =
-        theta.iter().zip(direction).map(moving).take(L::PARAMETERS.len()).collect();
+    let (parameters, rates) =
+        (potential.law_parameters(theta), potential.law_parameters(direction));
     let mut forces = vec![0.0; displacement.len()];
-    let stress_change = |point: usize, h: &Mat3<f64>| {
-        let h = h.seeded(|value, index| Dual {
-            value: Slope::variable(value, index),
-            derivative: Slope::constant(0.0),
-        });
-        let directions = potential.directions[point].map(|d| d.map(constant));
-        let change =
-            potential.law.density(&parameters, &h, &directions, &Exact).derivative.gradient;
-        Mat3::from_fn(|i, j| change[3 * i + j])
-    };
+    let stress_change =
+        |point: usize, h: &Mat3<f64>| potential.material.stress_rate(point, parameters, rates, h);
     for points in &potential.patches {
         let Some(kinematics) = potential.patch_kinematics(points, displacement) else { continue };
         let volumes: Vec<_> = points.iter().map(|&point| potential.volumes[point]).collect();

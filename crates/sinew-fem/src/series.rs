@@ -3,29 +3,22 @@
 use crate::Progress;
 use crate::cells::{per_cell, volume_ratios};
 use crate::supports::part;
-use sinew_energy::{Guard, Law, TotalPotential};
-use sinew_mesh::{Field, Mesh, MeshError, write_pvd, write_vtu};
+use sinew_energy::Body;
+use sinew_mesh::{AnyMesh, Field, MeshError, write_pvd};
 use std::path::{Path, PathBuf};
 
 /// The reference mesh of a body with the state of an iteration.
-fn iteration_mesh<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, G, N>,
-    progress: &Progress<'_>,
-) -> Mesh<N> {
+fn iteration_mesh(potential: &Body, progress: &Progress<'_>) -> AnyMesh {
     let rows = |values: &[f64]| Field::vectors(values.as_chunks::<3>().0);
     let forces = progress.forces.as_chunks::<3>().0.iter().enumerate();
     let residual: Vec<_> =
         forces.flat_map(|(node, force)| part(potential, node, force, false)).collect();
     let ratios = volume_ratios(potential, progress.displacement);
     let ratios = per_cell(&ratios, potential.points_per_cell, f64::min);
-    let mut mesh = Mesh::<N> {
-        points: potential.positions.clone(),
-        cells: potential.cells.clone(),
-        ..Mesh::default()
-    };
-    mesh.point_fields.insert("displacement".into(), rows(progress.displacement));
-    mesh.point_fields.insert("residual_force".into(), rows(&residual));
-    mesh.cell_fields.insert("volume_ratio".into(), Field::scalars(ratios));
+    let mut mesh = AnyMesh::clone(&potential.mesh);
+    mesh.point_fields_mut().insert("displacement".into(), rows(progress.displacement));
+    mesh.point_fields_mut().insert("residual_force".into(), rows(&residual));
+    mesh.cell_fields_mut().insert("volume_ratio".into(), Field::scalars(ratios));
     mesh
 }
 
@@ -33,10 +26,10 @@ fn iteration_mesh<L: Law<D>, G: Guard, const D: usize, const N: usize>(
 ///
 /// They show the mesh at rest with the point fields `displacement` \[length\] and `residual_force` (unbalanced at
 /// free degrees of freedom, zero at prescribed ones; \[stress·length²\]) and the cell field `volume_ratio` (the
-/// least J of each cell). For a [`crate::BalanceSolver`], give the `potential` of its body.
+/// least J of each cell). For a [`crate::BalanceSolver`], give its `body`.
 ///
 /// ```no_run
-/// # fn f(potential: &sinew_energy::TotalPotential<sinew_energy::laws::NeoHookean, 0>) -> Result<(), Box<dyn std::error::Error>> {
+/// # fn f(potential: &sinew_energy::Body) -> Result<(), Box<dyn std::error::Error>> {
 /// use sinew_fem::{IterationSeries, Options, Solver};
 /// let mut series = IterationSeries::new(potential, "out/beam");
 /// let solved = Solver::new(potential)?
@@ -45,16 +38,16 @@ fn iteration_mesh<L: Law<D>, G: Guard, const D: usize, const N: usize>(
 /// solved?;
 /// # Ok(()) }
 /// ```
-pub struct IterationSeries<'p, L, G, const D: usize, const N: usize> {
-    potential: &'p TotalPotential<L, D, G, N>,
+pub struct IterationSeries<'p> {
+    potential: &'p Body,
     stem: PathBuf,
     written: Vec<PathBuf>,
     failure: Option<MeshError>,
 }
 
-impl<'p, L: Law<D>, G: Guard, const D: usize, const N: usize> IterationSeries<'p, L, G, D, N> {
+impl<'p> IterationSeries<'p> {
     /// A series of files whose names begin with `stem`, in a folder that exists.
-    pub fn new(potential: &'p TotalPotential<L, D, G, N>, stem: impl AsRef<Path>) -> Self {
+    pub fn new(potential: &'p Body, stem: impl AsRef<Path>) -> Self {
         let stem = stem.as_ref().to_path_buf();
         Self { potential, stem, written: Vec::new(), failure: None }
     }
@@ -65,7 +58,7 @@ impl<'p, L: Law<D>, G: Guard, const D: usize, const N: usize> IterationSeries<'p
             return;
         }
         let path = self.path(&format!("_{:04}.vtu", self.written.len()));
-        match write_vtu(&path, &iteration_mesh(self.potential, progress)) {
+        match iteration_mesh(self.potential, progress).write_vtu(&path) {
             Ok(()) => self.written.push(path),
             Err(failure) => self.failure = Some(failure),
         }

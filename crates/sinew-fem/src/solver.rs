@@ -5,25 +5,25 @@ use crate::linear_solver::{LinearSolver, LinearSystem};
 use crate::rigid::check_supports;
 use crate::sparsity::Sparsity;
 use crate::{Solution, SolveError};
-use sinew_energy::{Exact, Law, TotalPotential};
+use sinew_energy::Body;
 use std::sync::Arc;
 
 /// Finds equilibria of one body for any θ.
 ///
 /// Sparsity, ordering and symbolic factorisation are prepared once; the memory of the numbers is reused.
-pub struct Solver<'p, L, const D: usize, const N: usize = 4> {
-    pub(crate) potential: &'p TotalPotential<L, D, Exact, N>,
+pub struct Solver<'p> {
+    pub(crate) potential: &'p Body,
     pub(crate) sparsity: Arc<Sparsity>,
     pub(crate) system: LinearSystem,
     pub(crate) assembly: Assembly,
 }
 
-impl<'p, L: Law<D>, const D: usize, const N: usize> Solver<'p, L, D, N> {
+impl<'p> Solver<'p> {
     /// Prepares the solver.
     ///
     /// # Errors
     /// A potential that is malformed or whose supports leave a part of the body free to move.
-    pub fn new(potential: &'p TotalPotential<L, D, Exact, N>) -> Result<Self, SolveError> {
+    pub fn new(potential: &'p Body) -> Result<Self, SolveError> {
         Self::with_linear_solver(potential, LinearSolver::Automatic)
     }
 
@@ -32,7 +32,7 @@ impl<'p, L: Law<D>, const D: usize, const N: usize> Solver<'p, L, D, N> {
     /// # Errors
     /// As for [`Solver::new`].
     pub fn with_linear_solver(
-        potential: &'p TotalPotential<L, D, Exact, N>,
+        potential: &'p Body,
         linear_solver: LinearSolver,
     ) -> Result<Self, SolveError> {
         check_arrays(potential)?;
@@ -50,18 +50,14 @@ impl<'p, L: Law<D>, const D: usize, const N: usize> Solver<'p, L, D, N> {
         Ok(Self::assembled(self.potential, self.sparsity.clone(), self.system.fresh()?))
     }
 
-    fn assembled(
-        potential: &'p TotalPotential<L, D, Exact, N>,
-        sparsity: Arc<Sparsity>,
-        system: LinearSystem,
-    ) -> Self {
+    fn assembled(potential: &'p Body, sparsity: Arc<Sparsity>, system: LinearSystem) -> Self {
         let assembly =
             Assembly::new(&sparsity, potential.volumes.len(), potential.prescribed.len());
         Self { potential, sparsity, system, assembly }
     }
 
     /// The body that is solved.
-    pub fn potential(&self) -> &'p TotalPotential<L, D, Exact, N> {
+    pub fn body(&self) -> &'p Body {
         self.potential
     }
 
@@ -98,10 +94,8 @@ impl<'p, L: Law<D>, const D: usize, const N: usize> Solver<'p, L, D, N> {
 }
 
 /// The fields of a potential are public: checks that they fit each other.
-pub(crate) fn check_arrays<L: Law<D>, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, Exact, N>,
-) -> Result<(), SolveError> {
-    let (cells, nodes) = (potential.cells.len(), potential.nodes);
+pub(crate) fn check_arrays(potential: &Body) -> Result<(), SolveError> {
+    let (cells, nodes) = (potential.cell_count(), potential.nodes);
     if cells == 0 {
         return Err(SolveError::EmptyMesh);
     }
@@ -112,24 +106,25 @@ pub(crate) fn check_arrays<L: Law<D>, const D: usize, const N: usize>(
     let springs = || potential.springs.iter();
     let points = cells * potential.points_per_cell;
     let frames = || potential.frames.nodes();
+    let material = potential.material.points();
     let held = || potential.prescribed.iter().flatten();
     let checks = [
-        ("cells", "name nodes that do not exist", known(potential.cells.as_flattened())),
+        ("cells", "name nodes that do not exist", known(&potential.cells)),
         ("pressures", "name nodes that do not exist", facets().all(|&node| node < nodes)),
         ("surfaces", "name nodes that do not exist", surfaces().all(|&node| node < nodes)),
         ("springs", "name nodes that do not exist", springs().all(|s| s.node < nodes)),
         ("positions", "are not one per node", potential.positions.len() == nodes),
         ("positions", "are not finite", finite(potential.positions.as_flattened())),
-        ("shape gradients", "are not one per point", potential.shape_gradients.len() == points),
-        ("volumes", "are not one per point", potential.volumes.len() == points),
-        ("directions", "are not one row per point", potential.directions.len() == points),
-        ("nodal forces", "are not three per node", potential.nodal_force.len() == 3 * nodes),
-        ("supports", "are not three per node", potential.prescribed.len() == 3 * nodes),
         (
             "shape gradients",
-            "are not finite",
-            finite(potential.shape_gradients.as_flattened().as_flattened()),
+            "are not one per point",
+            potential.shape_gradients.len() == points * potential.nodes_per_cell,
         ),
+        ("volumes", "are not one per point", potential.volumes.len() == points),
+        ("directions", "are not one row per point", material.is_none_or(|rows| rows == points)),
+        ("nodal forces", "are not three per node", potential.nodal_force.len() == 3 * nodes),
+        ("supports", "are not three per node", potential.prescribed.len() == 3 * nodes),
+        ("shape gradients", "are not finite", finite(potential.shape_gradients.as_flattened())),
         (
             "volumes",
             "are not positive",

@@ -3,7 +3,7 @@
 use crate::SolveError;
 use crate::linear::ordering::fill_reducing_order;
 use faer::sparse::SymbolicSparseColMat;
-use sinew_energy::{Frames, Guard, Law, PressureSurface, TotalPotential};
+use sinew_energy::{Body, Frames, PressureSurface};
 
 /// Marks a degree of freedom that is prescribed, so no unknown.
 const PRESCRIBED: u32 = u32::MAX;
@@ -50,13 +50,10 @@ impl Slots {
 
 impl Sparsity {
     /// The sparsity of a potential; `followers` are pressures beside it.
-    pub fn new<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-        potential: &TotalPotential<L, D, G, N>,
-        followers: &[PressureSurface],
-    ) -> Result<Self, SolveError> {
+    pub fn new(potential: &Body, followers: &[PressureSurface]) -> Result<Self, SolveError> {
         let patches = patch_nodes(potential);
         let neighbours = if patches.is_empty() {
-            neighbours(potential.nodes, potential.cells.iter().map(|nodes| &nodes[..]))
+            neighbours(potential.nodes, potential.cell_nodes())
         } else {
             neighbours(potential.nodes, patches.iter().map(|nodes| &nodes[..]))
         };
@@ -78,7 +75,7 @@ impl Sparsity {
             columns.push_node(node, &neighbours[node]);
         }
         let cells = if patches.is_empty() {
-            columns.slots(potential.cells.iter().map(|nodes| &nodes[..]))
+            columns.slots(potential.cell_nodes())
         } else {
             columns.slots(patches.iter().map(|nodes| &nodes[..]))
         };
@@ -141,19 +138,14 @@ impl Sparsity {
 }
 
 /// Nodes of each patch, ascending.
-fn patch_nodes<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, G, N>,
-) -> Vec<Vec<usize>> {
+fn patch_nodes(potential: &Body) -> Vec<Vec<usize>> {
     potential.patches.iter().map(|points| patch_nodes_of(potential, points)).collect()
 }
 
 /// Nodes of a patch of quadrature points, ascending.
-pub(crate) fn patch_nodes_of<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, G, N>,
-    points: &[usize],
-) -> Vec<usize> {
+pub(crate) fn patch_nodes_of(potential: &Body, points: &[usize]) -> Vec<usize> {
     let mut nodes: Vec<_> =
-        points.iter().flat_map(|&point| *potential.nodes_of_point(point)).collect();
+        points.iter().flat_map(|&point| potential.nodes_of_point(point)).copied().collect();
     nodes.sort_unstable();
     nodes.dedup();
     nodes

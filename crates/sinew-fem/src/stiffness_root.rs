@@ -6,7 +6,6 @@ use faer::diag::Diag;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::{Mat, Par};
-use sinew_energy::Law;
 
 /// Most unknowns: the dense matrices are then of 0.3 GB each.
 const MOST_UNKNOWNS: usize = 6000;
@@ -14,7 +13,7 @@ const MOST_UNKNOWNS: usize = 6000;
 /// Smallest eigenvalue that is used, relative to the largest: rounding makes up what is below.
 const SMALLEST_EIGENVALUE: f64 = 1e-9;
 
-impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
+impl Solver<'_> {
     /// `|K|^(−power)` with the stiffness `K = ∂²Π/∂u²` at `displacement`: a symmetric matrix over all degrees
     /// of freedom, row by row, zero in the rows and columns of prescribed ones.
     ///

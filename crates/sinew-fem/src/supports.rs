@@ -1,19 +1,15 @@
 //! Supports along the coordinate axes or the axes of a node's own frame.
 
 use crate::assembly::Assembly;
-use sinew_energy::{Frames, Guard, Law, TotalPotential};
+use sinew_energy::{Body, Frames};
 
 /// A held node of a turned frame that is off its place by less than this, relative to how far it moved, is
 /// there: rounding is no motion of a support.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// Puts prescribed degrees of freedom where a fraction of the prescribed motion takes them.
-pub(crate) fn place<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, G, N>,
-    load_factor: f64,
-    displacement: &mut [f64],
-) {
-    let TotalPotential { prescribed, frames, .. } = potential;
+pub(crate) fn place(potential: &Body, load_factor: f64, displacement: &mut [f64]) {
+    let Body { prescribed, frames, .. } = potential;
     for (dof, target) in prescribed.iter().enumerate() {
         let Some(target) = target.map(|u| load_factor * u) else { continue };
         if frames.get(dof / 3).is_none() {
@@ -30,12 +26,7 @@ pub(crate) fn place<L: Law<D>, G: Guard, const D: usize, const N: usize>(
 }
 
 /// The part of a node's vector that is along its held (or else its free) directions.
-pub(crate) fn part<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, G, N>,
-    node: usize,
-    vector: &[f64; 3],
-    held: bool,
-) -> [f64; 3] {
+pub(crate) fn part(potential: &Body, node: usize, vector: &[f64; 3], held: bool) -> [f64; 3] {
     let prescribed = &potential.prescribed[3 * node..3 * node + 3];
     let counts = |i: usize| prescribed[i].is_some() == held;
     let Some(frame) = potential.frames.get(node) else {

@@ -3,7 +3,7 @@
 use crate::order::{log_coordinates, nearest_neighbour_path};
 use crate::{Options, Solution, SolveError, Solver};
 use rayon::prelude::*;
-use sinew_energy::{Exact, Law, TotalPotential};
+use sinew_energy::Body;
 use thiserror::Error;
 
 /// Residual of a guess' linear system relative to its right-hand side, where it is solved by iteration.
@@ -72,8 +72,8 @@ impl Sweep {
 ///
 /// # Errors
 /// A body that cannot be solved for any θ, see [`Solver::new`]; failures of single samples are in the results.
-pub fn sweep<L: Law<D>, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, Exact, N>,
+pub fn sweep(
+    potential: &Body,
     thetas: &[Vec<f64>],
     options: &Options,
     progress: impl Fn() + Sync,
@@ -103,7 +103,7 @@ pub fn sweep<L: Law<D>, const D: usize, const N: usize>(
     Ok(Sweep { thetas: thetas.to_vec(), results })
 }
 
-impl<L: Law<D>, const D: usize, const N: usize> Solver<'_, L, D, N> {
+impl Solver<'_> {
     /// The equilibrium for θ from the one this solver found last, moved along its derivative in θ.
     fn solve_near(
         &mut self,

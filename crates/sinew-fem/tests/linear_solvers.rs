@@ -3,7 +3,7 @@
 mod support;
 
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Exact, Load, Prescribed, Scene, Support, TotalPotential, Units};
+use sinew_energy::{Body, Load, Prescribed, Scene, Support, Units};
 use sinew_fem::{LinearSolver, Options, Solution, Solver};
 use sinew_mesh::box_tetrahedra;
 use support::{difference, gravity, lower, parameters};
@@ -12,15 +12,12 @@ const THETA: [f64; 2] = [75.0, 75.0];
 /// Both end at the rounding floor of the forces; the beam's softest mode makes that 1e-10 of the displacement.
 const SAME: f64 = 1e-9;
 
-fn beam(cells: [usize; 3]) -> TotalPotential<NeoHookean, 0> {
+fn beam(cells: [usize; 3]) -> Body {
     let mesh = box_tetrahedra([100.0, 10.0, 10.0], cells);
     lower(NeoHookean, mesh, gravity(1.0), vec![Support::clamped("x_min")])
 }
 
-fn both<const N: usize>(
-    potential: &TotalPotential<NeoHookean, 0, Exact, N>,
-    theta: &[f64],
-) -> [Solution; 2] {
+fn both(potential: &Body, theta: &[f64]) -> [Solution; 2] {
     [LinearSolver::Direct, LinearSolver::Iterative].map(|choice| {
         let mut solver = Solver::with_linear_solver(potential, choice).unwrap();
         solver.solve(theta, &Options::default()).unwrap()

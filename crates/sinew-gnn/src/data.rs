@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use sinew_energy::TotalPotential;
+use sinew_energy::Body;
 use sinew_graph::{GraphFeatures, Topology};
 
 use crate::error::{Error, Result, require_count, require_finite};
@@ -40,12 +40,10 @@ impl Dirichlet {
     }
 
     /// What the supports of a body prescribe.
-    pub fn of_body<L, G, const D: usize, const N: usize>(
-        potential: &TotalPotential<L, D, G, N>,
-    ) -> Self {
-        let frame = |node| potential.frames.get(node).map(|axes| (node, axes.0));
-        let axes = potential.frames.nodes().filter_map(frame).collect();
-        Self { prescribed: potential.prescribed.clone(), axes }
+    pub fn of_body(body: &Body) -> Self {
+        let frame = |node| body.frames.get(node).map(|axes| (node, axes.0));
+        let axes = body.frames.nodes().filter_map(frame).collect();
+        Self { prescribed: body.prescribed.clone(), axes }
     }
 
     /// Component `i` of the direction of a node's degree of freedom `k`.
@@ -183,7 +181,7 @@ mod tests {
     use sinew_mesh::box_tetrahedra;
 
     #[test]
-    fn supports_along_other_directions_than_the_axes_are_refused() {
+    fn supports_leave_what_they_do_not_hold() {
         let parameter = |name: &str| Parameter {
             name: name.into(),
             unit: "kPa".into(),
@@ -199,16 +197,27 @@ mod tests {
                 directions: Vec::new(),
                 parameters: vec![parameter("mu"), parameter("lambda")],
                 loads: Vec::new(),
-                supports: vec![Support::clamped("x_min"), support],
+                supports: vec![support],
             };
             scene.lower().unwrap()
         };
-        let straight = lowered(Support::roller_on_plane("x_max", [0.0, 2.0, 0.0]));
-        let dirichlet = Dirichlet::of_body(&straight).unwrap();
-        assert_eq!(dirichlet.prescribed, straight.prescribed);
-        let inclined = lowered(Support::roller_on_plane("x_max", [1.0, 2.0, 0.0]));
-        let error = Dirichlet::of_body(&inclined).unwrap_err();
-        let Error::InclinedSupports { nodes: 4, first } = error else { panic!("{error}") };
-        assert!(inclined.positions[first][0] == 1.0);
+        let close = |found: &[f64], expected: &[f64]| {
+            let pairs = found.iter().zip(expected);
+            assert!(pairs.clone().all(|(a, b)| (a - b).abs() < 1e-15), "{found:?}");
+        };
+        // Held by 0.5 along (3, 0, 4) / 5, and free across it.
+        let body = lowered(Support::along("x_max", [3.0, 0.0, 4.0], 0.5));
+        let dirichlet = Dirichlet::of_body(&body);
+        assert_eq!(dirichlet.axes.len(), 4);
+        let node = *dirichlet.axes.keys().next().unwrap();
+        let projector = &dirichlet.projectors(3)[9 * node..9 * node + 9];
+        close(projector, &[0.64, 0.0, -0.48, 0.0, 1.0, 0.0, -0.48, 0.0, 0.36]);
+        close(&dirichlet.held(3)[3 * node..3 * node + 3], &[0.3, 0.0, 0.4]);
+        // Along an axis no frame is needed.
+        let body = lowered(Support::along("x_max", [0.0, 2.0, 0.0], 0.5));
+        let dirichlet = Dirichlet::of_body(&body);
+        assert!(dirichlet.axes.is_empty());
+        close(&dirichlet.projectors(3)[9 * node..9 * node + 9], &[1., 0., 0., 0., 0., 0., 0., 0., 1.]);
+        close(&dirichlet.held(3)[3 * node..3 * node + 3], &[0.0, 0.5, 0.0]);
     }
 }

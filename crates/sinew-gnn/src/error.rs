@@ -138,7 +138,7 @@ pub enum Error {
     /// A state to which the potential gives no energy.
     #[error(
         "at step {step} of the training {inadmissible} of {samples} predictions invert a cell, and their energy is not \
-         finite; train on a potential with barriers (TotalPotential::with_guard), begin from a displacement that \
+         finite; train on a potential with barriers (Body::with_barriers), begin from a displacement that \
          inverts no cell, or lower the learning rate"
     )]
     InvertedCells {

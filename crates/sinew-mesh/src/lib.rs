@@ -68,6 +68,7 @@
 //! compressed blocks are held to the size they declare and to what deflate can reach. Every
 //! error names the file, the line (in text) or byte, what was expected and what to do.
 
+mod any;
 mod check;
 mod distort;
 mod element;
@@ -82,6 +83,7 @@ mod quality;
 mod surface;
 mod topology;
 
+pub use any::AnyMesh;
 pub use element::Element;
 pub use error::{Defect, MeshError, Place, Problem};
 pub use generate::{
@@ -90,7 +92,7 @@ pub use generate::{
 };
 pub use geometry::repair_orientation;
 pub use io::{
-    AnyMesh, NpyArray, ReadReport, VtkEncoding, parse, parse_mesh, parse_npy, parse_tet_mesh,
+    NpyArray, ReadReport, VtkEncoding, parse, parse_mesh, parse_npy, parse_tet_mesh,
     parse_triangle_mesh, read, read_mesh, read_npy, read_tet_mesh, read_triangle_mesh, to_npy,
     to_pvd, to_vtk, to_vtu, write_npy, write_pvd, write_vtk, write_vtu,
 };

@@ -3,15 +3,14 @@
 use crate::report::{ErrorSamples, Method, PerMetric, SampleRow, Spread, quantiles};
 use anyhow::{Context, Result, ensure};
 use rayon::prelude::*;
-use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Barriers, TotalPotential, metrics};
+use sinew_energy::metrics;
 
 /// Test cases with their true displacements and energies.
 #[derive(Clone, Debug)]
 pub struct TestSet {
     /// Potential whose guard keeps the energy of a bad prediction finite; a guard is the identity
     /// at every admissible state.
-    pub potential: TotalPotential<NeoHookean, 0, Barriers>,
+    pub potential: sinew_energy::Body,
     /// Parameters, case by case.
     pub thetas: Vec<Vec<f64>>,
     /// True displacements, case by case \[mm\].

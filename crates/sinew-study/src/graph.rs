@@ -1,8 +1,6 @@
 //! The graph of a scene: what every emulator of it starts from.
 
 use anyhow::{Context, Result};
-use sinew_energy::TotalPotential;
-use sinew_energy::laws::NeoHookean;
 use sinew_gnn::{Coordinates, Dirichlet, Geometry};
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 use sinew_mesh::TetMesh;
@@ -14,7 +12,7 @@ use sinew_mesh::TetMesh;
 /// A mesh that has no valid graph, or supports along other directions than the coordinate axes.
 pub fn geometry(
     mesh: &TetMesh,
-    potential: &TotalPotential<NeoHookean, 0>,
+    potential: &sinew_energy::Body,
     config: AugmentationConfig,
 ) -> Result<(Topology, Geometry)> {
     let nodes = mesh.points.len();

@@ -45,7 +45,7 @@ fn on_test_set(outcome: &Outcome) -> bool {
 /// Numbers that a report refuses.
 pub(crate) fn scene_report(
     beam: &Beam,
-    potential: &sinew_energy::TotalPotential<sinew_energy::laws::NeoHookean, 0>,
+    potential: &sinew_energy::Body,
     simulations: &Simulations,
     outcomes: &[Outcome],
 ) -> Result<SceneReport> {

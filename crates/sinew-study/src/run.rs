@@ -156,7 +156,7 @@ fn run_scene(
     let potential = beam.scene.lower()?;
     let simulations = simulate::run(beam, &potential, counts, options.seed, &folder)?;
     clock.save()?;
-    let guarded = potential.clone().with_guard(Barriers::default());
+    let guarded = potential.clone().with_barriers(Barriers::default());
     let test_set = |set: &simulate::Set| TestSet {
         potential: guarded.clone(),
         thetas: set.thetas.clone(),
@@ -355,10 +355,7 @@ fn pod_outcome(simulations: &Simulations, test: &TestSet, folder: &Path) -> Resu
 }
 
 /// The solver itself, cold and warm, against the independent solutions.
-fn fem_outcomes(
-    simulations: &Simulations,
-    guarded: &sinew_energy::TotalPotential<sinew_energy::laws::NeoHookean, 0, Barriers>,
-) -> Result<Vec<Outcome>> {
+fn fem_outcomes(simulations: &Simulations, guarded: &sinew_energy::Body) -> Result<Vec<Outcome>> {
     let fixture = &simulations.fixture;
     let truth = TestSet {
         potential: guarded.clone(),

@@ -5,13 +5,11 @@ use crate::scenes::Beam;
 use crate::{progress, sampling, store};
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
-use sinew_energy::TotalPotential;
-use sinew_energy::laws::NeoHookean;
 use sinew_fem::{Options, Solver, sweep};
 use std::path::Path;
 use std::time::Instant;
 
-type Potential = TotalPotential<NeoHookean, 0>;
+type Potential = sinew_energy::Body;
 
 /// Parameters with their equilibria.
 #[derive(Clone, Debug)]

@@ -10,8 +10,6 @@ use anyhow::{Context, Result};
 use burn::tensor::Device;
 use indicatif::ProgressBar;
 use serde::{Deserialize, Serialize};
-use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Barriers, TotalPotential};
 use sinew_gnn::{
     Concern, DataFit, DataFitWithGradient, DataSet, EmulatorConfig, EnergyNormFit, Geometry,
     GradientOperator, HistoryPoint, MinimumPotential, Objective, OutputScale, Progress, Sample,
@@ -25,9 +23,9 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub struct Body {
     /// Potential of the solver.
-    pub exact: TotalPotential<NeoHookean, 0>,
+    pub exact: sinew_energy::Body,
     /// The same with barriers, for training.
-    pub potential: TotalPotential<NeoHookean, 0, Barriers>,
+    pub potential: sinew_energy::Body,
     /// Augmented graph.
     pub topology: sinew_graph::Topology,
     /// Features and supports.
@@ -215,13 +213,9 @@ impl Workshop<'_> {
             }
             Method::Fdd => {
                 let operator = GradientOperator {
-                    nodes_per_cell: 4,
-                    cells: potential.cells.as_flattened().to_vec(),
-                    shape_gradients: potential
-                        .shape_gradients
-                        .as_flattened()
-                        .as_flattened()
-                        .to_vec(),
+                    nodes_per_cell: potential.nodes_per_cell,
+                    cells: potential.cells.clone(),
+                    shape_gradients: potential.shape_gradients.as_flattened().to_vec(),
                 };
                 Box::new(DataFitWithGradient::new(
                     output.length(),

@@ -3,8 +3,8 @@
 use crate::case::{Cost, Formulation};
 use anyhow::Result;
 use sinew_energy::{
-    Exact, FiniteElement, ForceBalance, Law, Load, Nodes, Parameter, Sampling, Scene, SceneError,
-    Support, TaylorHoodElement, TotalPotential, Units,
+    Body, FiniteElement, ForceBalance, Law, Load, Nodes, Parameter, Sampling, Scene, SceneError,
+    Support, TaylorHoodElement, Units,
 };
 use sinew_fem::{BalanceSolution, BalanceSolver, Options, Solution, Solver};
 use sinew_mesh::{Mesh, boundary_facets};
@@ -48,10 +48,7 @@ pub(crate) fn with_directions<L: Law<D>, const D: usize, const N: usize>(
 }
 
 /// The minimum of a potential; the time covers preparation and solve.
-pub(crate) fn minimum<L: Law<D>, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, Exact, N>,
-    theta: &[f64],
-) -> Result<(Solution, Cost)> {
+pub(crate) fn minimum(potential: &Body, theta: &[f64]) -> Result<(Solution, Cost)> {
     let start = Instant::now();
     let mut solver = Solver::new(potential)?;
     let solution = solver.solve(theta, &Options::default())?;
@@ -59,10 +56,7 @@ pub(crate) fn minimum<L: Law<D>, const D: usize, const N: usize>(
 }
 
 /// A balance of forces; the time covers preparation and solve.
-pub(crate) fn balance<L: Law<D>, const D: usize, const N: usize>(
-    body: &ForceBalance<L, D, N>,
-    theta: &[f64],
-) -> Result<(BalanceSolution, Cost)> {
+pub(crate) fn balance(body: &ForceBalance, theta: &[f64]) -> Result<(BalanceSolution, Cost)> {
     let start = Instant::now();
     let mut solver = BalanceSolver::new(body)?;
     let solution = solver.solve(theta, &Options::default())?;
@@ -74,7 +68,7 @@ pub(crate) fn balance<L: Law<D>, const D: usize, const N: usize>(
 pub(crate) fn lower<L: Law<D>, const D: usize, const N: usize>(
     scene: &Scene<L, D, N>,
     formulation: Formulation,
-) -> Result<TotalPotential<L, D, Exact, N>, SceneError>
+) -> Result<Body, SceneError>
 where
     Nodes<N>: FiniteElement<N>,
 {

@@ -2,7 +2,7 @@
 #![allow(dead_code)] // every test program uses its part
 
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Load, Parameter, Sampling, Scene, Support, TotalPotential, Units};
+use sinew_energy::{Body, Load, Parameter, Sampling, Scene, Support, Units};
 use sinew_fem::{Options, Solution, Solver, sweep};
 use sinew_gnn::{
     Backend, Coordinates, Dirichlet, EmulatorConfig, Geometry, Objective, OutputScale, ParameterScaling, Sample,
@@ -37,7 +37,7 @@ pub fn hanging(mesh: TetMesh, weight: f64) -> Scene<NeoHookean, 0> {
 
 /// A coarse beam of 63 nodes with its graph: emulators of it train in seconds.
 pub struct Beam {
-    pub potential: TotalPotential<NeoHookean, 0>,
+    pub potential: Body,
     pub topology: Topology,
     pub geometry: Geometry,
 }

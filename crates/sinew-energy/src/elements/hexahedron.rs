@@ -1,6 +1,7 @@
 //! Trilinear hexahedra on \[−1, 1\]³.
 
 use super::{FacetRule, FiniteElement, Nodes, QuadraturePoint, point};
+use sinew_mesh::{AnyMesh, Mesh};
 
 /// Corners in the order of VTK.
 const CORNERS: [[f64; 3]; 8] = [
@@ -48,5 +49,9 @@ impl FiniteElement<8> for Nodes<8> {
 
     fn corner_shape(at: [f64; 3]) -> Vec<f64> {
         Self::shape(at).to_vec()
+    }
+
+    fn any(mesh: Mesh<8>) -> AnyMesh {
+        mesh.into()
     }
 }

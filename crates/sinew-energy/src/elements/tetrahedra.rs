@@ -1,6 +1,7 @@
 //! Linear and quadratic tetrahedra.
 
 use super::{FacetRule, FiniteElement, Nodes, QuadraturePoint, point};
+use sinew_mesh::{AnyMesh, Mesh};
 
 /// Edges in the order of VTK's quadratic tetrahedron.
 const EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
@@ -68,6 +69,10 @@ impl FiniteElement<4> for Nodes<4> {
     fn corner_shape(at: [f64; 3]) -> Vec<f64> {
         barycentric(at).to_vec()
     }
+
+    fn any(mesh: Mesh<4>) -> AnyMesh {
+        mesh.into()
+    }
 }
 
 impl FiniteElement<10> for Nodes<10> {
@@ -101,5 +106,9 @@ impl FiniteElement<10> for Nodes<10> {
 
     fn corner_shape(at: [f64; 3]) -> Vec<f64> {
         barycentric(at).to_vec()
+    }
+
+    fn any(mesh: Mesh<10>) -> AnyMesh {
+        mesh.into()
     }
 }

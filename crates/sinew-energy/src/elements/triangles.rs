@@ -1,6 +1,7 @@
 //! Linear and quadratic triangles of unit thickness in plane strain.
 
 use super::{FacetRule, FiniteElement, Nodes, QuadraturePoint, point};
+use sinew_mesh::{AnyMesh, Mesh};
 
 const EDGES: [[usize; 2]; 3] = [[0, 1], [1, 2], [2, 0]];
 const SLOPES: [[f64; 3]; 3] = [[-1.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
@@ -51,6 +52,10 @@ impl FiniteElement<3> for Nodes<3> {
     fn corner_shape(at: [f64; 3]) -> Vec<f64> {
         barycentric(at).to_vec()
     }
+
+    fn any(mesh: Mesh<3>) -> AnyMesh {
+        mesh.into()
+    }
 }
 
 impl FiniteElement<6> for Nodes<6> {
@@ -84,5 +89,9 @@ impl FiniteElement<6> for Nodes<6> {
 
     fn corner_shape(at: [f64; 3]) -> Vec<f64> {
         barycentric(at).to_vec()
+    }
+
+    fn any(mesh: Mesh<6>) -> AnyMesh {
+        mesh.into()
     }
 }

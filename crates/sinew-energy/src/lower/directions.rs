@@ -20,7 +20,7 @@ where
         let (cells, given) = (self.mesh.cells.len(), self.directions.len());
         let points = cells * rule.len();
         if D == 0 {
-            return Ok(vec![[[0.0; 3]; D]; points]);
+            return Ok(Vec::new());
         }
         let nodes = self.mesh.points.len();
         if ![cells, points, nodes].contains(&given) {

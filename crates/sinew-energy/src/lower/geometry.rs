@@ -5,7 +5,7 @@ use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
 use sinew_mesh::Mesh;
 
 /// Gradients of the shape functions at each quadrature point, and the volumes that the points stand for.
-#[expect(clippy::type_complexity, reason = "the two arrays of TotalPotential")]
+#[expect(clippy::type_complexity, reason = "the two arrays of Body")]
 pub(super) fn shape_functions<const N: usize>(
     mesh: &Mesh<N>,
     rule: &[QuadraturePoint],

@@ -2,6 +2,7 @@
 
 use super::geometry::{cross, dot, sub};
 use super::{Held, finite};
+use crate::cavity::Cavity;
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
 use crate::rim::rim_origin;
 use crate::{
@@ -121,6 +122,23 @@ where
     fn facet_nodes(&self, name: &str) -> Result<Vec<Vec<usize>>, SceneError> {
         let facets = self.facets(name)?.iter();
         Ok(facets.map(|&facet| self.mesh.nodes_of_facet(facet).collect()).collect())
+    }
+
+    /// The cavities that pressures act in, in three dimensions.
+    pub(super) fn cavities(&self) -> Result<Vec<Cavity>, SceneError> {
+        let element = sinew_mesh::Mesh::<N>::ELEMENT;
+        let mut cavities: Vec<Cavity> = Vec::new();
+        for load in &self.loads {
+            let (Load::Pressure { facets, .. } | Load::ThesisPressure { facets, .. }) = load else {
+                continue;
+            };
+            if element.dimension == 3 && cavities.iter().all(|cavity| cavity.name != *facets) {
+                let nodes = self.facet_nodes(facets)?;
+                let corners = element.facet_corners;
+                cavities.push(Cavity::new(facets, &nodes, corners, &self.mesh.points));
+            }
+        }
+        Ok(cavities)
     }
 
     pub(super) fn pressures(&self, held: &Held, loose_rims: bool) -> Result<Pressures, SceneError> {

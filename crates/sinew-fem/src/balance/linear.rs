@@ -7,7 +7,6 @@ use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{MatMut, Side};
-use sinew_energy::Law;
 
 /// Residual of a linear system relative to its right-hand side: Newton's method stays quadratic down to it.
 const LINEAR_TOLERANCE: f64 = 1e-9;
@@ -24,7 +23,7 @@ pub(super) struct Preconditioner {
     pub shift: f64,
 }
 
-impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
+impl BalanceSolver<'_> {
     /// Factorises what was assembled last.
     pub(super) fn precondition(&mut self) -> Result<Preconditioner, SolveError> {
         let (mut shift, mut negative_pivots) = (0.0, 0);
@@ -57,7 +56,7 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
                 let size = pressures.len();
                 schur.solve_in_place(MatMut::from_column_major_slice_mut(pressures, size, 1));
                 pressures.iter_mut().for_each(|p| *p = -*p);
-                let mut full = vec![0.0; system.body.potential.prescribed.len()];
+                let mut full = vec![0.0; system.body.body.prescribed.len()];
                 system.add_pressure_forces(pressures, &mut full);
                 let gathered = system.sparsity.gather(&full);
                 forces.iter_mut().zip(gathered).for_each(|(force, more)| *force -= more);
@@ -76,7 +75,7 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
     }
 }
 
-impl<L: Law<D>, const D: usize, const N: usize> System<'_, L, D, N> {
+impl System<'_> {
     fn schur_factor(&self) -> Result<Option<Llt<usize, f64>>, SolveError> {
         let Some(field) = &self.body.pressure_field else { return Ok(None) };
         let mut triplets = Vec::with_capacity(field.cells.len() * field.corners);
@@ -85,7 +84,7 @@ impl<L: Law<D>, const D: usize, const N: usize> System<'_, L, D, N> {
                 for (b, &column) in corners.iter().enumerate().filter(|(_, c)| **c <= row) {
                     let first = cell * field.shape.len();
                     let terms = field.shape.iter().enumerate().map(|(q, n)| {
-                        let volume = self.body.potential.volumes[first + q];
+                        let volume = self.body.body.volumes[first + q];
                         volume * n[a] * n[b] * (1.0 / self.moduli[first + q] + field.compliance)
                     });
                     triplets.push(Triplet::new(row, column, terms.sum::<f64>()));
@@ -111,7 +110,7 @@ impl<L: Law<D>, const D: usize, const N: usize> System<'_, L, D, N> {
         if self.followers.is_empty() && self.body.pressure_field.is_none() {
             return;
         }
-        let mut direction = vec![0.0; self.body.potential.prescribed.len()];
+        let mut direction = vec![0.0; self.body.body.prescribed.len()];
         self.sparsity.scatter(displacements.iter().copied(), &mut direction);
         let mut full = vec![0.0; direction.len()];
         self.add_skew(&direction, &mut full);
@@ -130,7 +129,7 @@ impl<L: Law<D>, const D: usize, const N: usize> System<'_, L, D, N> {
         }
         for (cell, corners) in field.cells.chunks(field.corners).enumerate() {
             for (q, n) in field.shape.iter().enumerate() {
-                let weight = self.body.potential.volumes[cell * field.shape.len() + q];
+                let weight = self.body.body.volumes[cell * field.shape.len() + q];
                 let p: f64 = n.iter().zip(corners).map(|(n, &c)| n * pressures[c]).sum();
                 for (n, &c) in n.iter().zip(corners) {
                     volumes[c] -= field.compliance * weight * n * p;

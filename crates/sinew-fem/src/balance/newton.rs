@@ -6,7 +6,6 @@ use crate::state::State;
 use crate::supports::place;
 use crate::watch::Log;
 use crate::{Iteration, Options};
-use sinew_energy::Law;
 
 /// Iterations of one load step; beyond, smaller load steps are cheaper.
 const MOST_ITERATIONS: usize = 20;
@@ -30,7 +29,7 @@ pub(super) struct Equilibrium {
     pub linear_iterations: usize,
 }
 
-impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
+impl BalanceSolver<'_> {
     /// Searches the equilibrium under a fraction of all loads and prescribed motion.
     pub(super) fn equilibrium(
         &mut self,
@@ -41,8 +40,8 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
         history: &mut Log<'_>,
     ) -> Option<Equilibrium> {
         let mut at = initial.clone();
-        place(&self.system.body.potential, load_factor, &mut at.displacement);
-        let volume: f64 = self.system.body.potential.volumes.iter().sum();
+        place(&self.system.body.body, load_factor, &mut at.displacement);
+        let volume: f64 = self.system.body.body.volumes.iter().sum();
         let (mut before, mut linear_iterations, mut negative_pivots) = (f64::INFINITY, 0, 0);
         for iteration in 0..MOST_ITERATIONS {
             if history.iterations.len() >= options.iterations {
@@ -91,7 +90,7 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
         while length >= SHORTEST_STEP {
             let mut displacement = at.displacement.clone();
             sparsity.scatter(change.iter().map(|step| length * step), &mut displacement);
-            let potential = &self.system.body.potential;
+            let potential = &self.system.body.body;
             let ratios = (0..potential.volumes.len())
                 .map(|p| 1.0 + potential.displacement_gradient(p, &displacement).volume_change());
             let safe = ratios.fold(f64::INFINITY, f64::min) > least;

@@ -5,7 +5,6 @@ use super::newton::Equilibrium;
 use super::state::Unknowns;
 use crate::watch::{Log, Progress};
 use crate::{History, Options, SolveError};
-use sinew_energy::Law;
 use std::time::Instant;
 
 /// First load step when the whole load at once fails; later ones adapt.
@@ -46,7 +45,7 @@ pub struct BalanceSolution {
     pub seconds: f64,
 }
 
-impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
+impl BalanceSolver<'_> {
     /// The equilibrium for θ, reached from the reference configuration: at once if that works, else under
     /// loads and prescribed motions that rise step by step.
     ///
@@ -100,7 +99,7 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
 
     pub(super) fn rest(&self) -> Unknowns {
         let [_, pressures] = self.unknowns();
-        let displacement = vec![0.0; self.system.body.potential.prescribed.len()];
+        let displacement = vec![0.0; self.system.body.body.prescribed.len()];
         Unknowns { displacement, pressure: vec![0.0; pressures] }
     }
 

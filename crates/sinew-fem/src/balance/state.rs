@@ -3,7 +3,7 @@
 use super::System;
 use crate::cells::CellValue;
 use crate::state::State;
-use sinew_energy::{Law, SurfaceResponse};
+use sinew_energy::SurfaceResponse;
 use sinew_num::Mat3;
 
 /// Unknowns at one load: displacement of all nodes and the field of pressure.
@@ -24,10 +24,10 @@ pub(crate) struct Residual {
     pub volume: f64,
 }
 
-impl<L: Law<D>, const D: usize, const N: usize> System<'_, L, D, N> {
+impl System<'_> {
     /// Evaluates the balance and its derivatives under a fraction of the loads.
     pub(super) fn assemble(&mut self, at: &Unknowns, theta: &[f64], load_factor: f64) -> Residual {
-        let potential = &self.body.potential;
+        let potential = &self.body.body;
         let pressure = self.pressure_at_points(&at.pressure);
         let displacement = &at.displacement[..];
         let state = State { displacement, theta, load_factor, pressure: &pressure };
@@ -43,13 +43,13 @@ impl<L: Law<D>, const D: usize, const N: usize> System<'_, L, D, N> {
 
     /// The cells of least J where assembled last.
     pub(super) fn worst_cells(&self) -> Vec<CellValue> {
-        self.assembly.worst_cells(self.body.potential.points_per_cell)
+        self.assembly.worst_cells(self.body.body.points_per_cell)
     }
 
     /// Adds the loose followers: their forces, and the symmetric part of their tangent.
     fn add_followers(&mut self, displacement: &[f64], theta: &[f64], load_factor: f64) {
         self.followers.clear();
-        let mut place = self.body.potential.surfaces.iter().map(|s| s.facets()).sum::<usize>();
+        let mut place = self.body.body.surfaces.iter().map(|s| s.facets()).sum::<usize>();
         let mut squared = 0.0;
         for surface in &self.body.followers {
             let magnitude = load_factor * surface.magnitude.value(theta);
@@ -91,7 +91,7 @@ impl<L: Law<D>, const D: usize, const N: usize> System<'_, L, D, N> {
 
     /// Derivative of the balance in the load factor.
     pub(super) fn load_derivative(&self, displacement: &[f64], theta: &[f64]) -> Vec<f64> {
-        let potential = &self.body.potential;
+        let potential = &self.body.body;
         let mut forces: Vec<_> = potential.nodal_force.iter().map(|f| -f).collect();
         for pressure in &potential.pressures {
             pressure.value_and_add_gradient(displacement, theta, &mut forces);
@@ -132,7 +132,7 @@ impl<L: Law<D>, const D: usize, const N: usize> System<'_, L, D, N> {
         let Some(field) = &self.body.pressure_field else { return Vec::new() };
         let at_points = self.pressure_at_points(pressure);
         let mut residual = vec![0.0; field.unknowns];
-        let potential = &self.body.potential;
+        let potential = &self.body.body;
         for (point, h) in self.assembly.displacement_gradients().enumerate() {
             let (cell, local) = (point / field.shape.len(), point % field.shape.len());
             let change = h.volume_change() - field.compliance * at_points[point];
@@ -147,20 +147,21 @@ impl<L: Law<D>, const D: usize, const N: usize> System<'_, L, D, N> {
     /// Fills the coupling of volume and displacement, and the moduli that scale its Schur complement.
     fn couple(&mut self) {
         let Some(field) = &self.body.pressure_field else { return };
-        let potential = &self.body.potential;
+        let potential = &self.body.body;
         self.coupling.fill(0.0);
-        let stride = field.corners * 3 * N;
+        let width = 3 * potential.nodes_per_cell;
+        let stride = field.corners * width;
         for (point, (h, response)) in self.assembly.responses().enumerate() {
             let (cell, local) = (point / field.shape.len(), point % field.shape.len());
             let rows = &mut self.coupling[cell * stride..(cell + 1) * stride];
             let f = Mat3::from_fn(|i, j| h[i][j] + if i == j { 1.0 } else { 0.0 });
             let cofactor = Mat3::from_fn(|i, j| f.cofactor(i, j));
-            for (b, g) in potential.shape_gradients[point].iter().enumerate() {
+            for (b, g) in potential.shape_of_point(point).iter().enumerate() {
                 for i in 0..3 {
                     let slope = potential.volumes[point]
                         * (0..3).map(|j| cofactor[i][j] * g[j]).sum::<f64>();
                     for (a, n) in field.shape[local].iter().enumerate() {
-                        rows[a * 3 * N + 3 * b + i] += n * slope;
+                        rows[a * width + 3 * b + i] += n * slope;
                     }
                 }
             }
@@ -171,7 +172,7 @@ impl<L: Law<D>, const D: usize, const N: usize> System<'_, L, D, N> {
     /// Adds `Bᵀ pressure` to the forces on all degrees of freedom.
     pub(super) fn add_pressure_forces(&self, pressure: &[f64], forces: &mut [f64]) {
         self.for_coupling(|corners, nodes, rows| {
-            for (row, &corner) in rows.chunks(3 * N).zip(corners) {
+            for (row, &corner) in rows.chunks(3 * nodes.len()).zip(corners) {
                 for (entry, column) in row.iter().zip(0..) {
                     let dof = 3 * nodes[column / 3] + column % 3;
                     forces[dof] += entry * pressure[corner];
@@ -183,7 +184,7 @@ impl<L: Law<D>, const D: usize, const N: usize> System<'_, L, D, N> {
     /// Adds `B direction` to the changes of volume.
     pub(super) fn add_volume_changes(&self, direction: &[f64], changes: &mut [f64]) {
         self.for_coupling(|corners, nodes, rows| {
-            for (row, &corner) in rows.chunks(3 * N).zip(corners) {
+            for (row, &corner) in rows.chunks(3 * nodes.len()).zip(corners) {
                 let terms = row.iter().zip(0..);
                 changes[corner] +=
                     terms.map(|(b, c)| b * direction[3 * nodes[c / 3] + c % 3]).sum::<f64>();
@@ -191,10 +192,11 @@ impl<L: Law<D>, const D: usize, const N: usize> System<'_, L, D, N> {
         });
     }
 
-    fn for_coupling(&self, mut visit: impl FnMut(&[usize], &[usize; N], &[f64])) {
+    fn for_coupling(&self, mut visit: impl FnMut(&[usize], &[usize], &[f64])) {
         let Some(field) = &self.body.pressure_field else { return };
-        let rows = self.coupling.chunks(field.corners * 3 * N);
-        let cells = field.cells.chunks(field.corners).zip(&self.body.potential.cells);
+        let body = &self.body.body;
+        let rows = self.coupling.chunks(field.corners * 3 * body.nodes_per_cell);
+        let cells = field.cells.chunks(field.corners).zip(body.cell_nodes());
         cells.zip(rows).for_each(|((corners, nodes), rows)| visit(corners, nodes, rows));
     }
 }

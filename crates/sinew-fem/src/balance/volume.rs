@@ -6,7 +6,7 @@ use super::state::Unknowns;
 use super::{BalanceSolution, BalanceSolver};
 use crate::watch::Log;
 use crate::{Options, SolveError};
-use sinew_energy::{Law, Magnitude, PressureLoad, PressureSurface};
+use sinew_energy::{Magnitude, PressureLoad, PressureSurface};
 use std::time::Instant;
 
 /// Iterations of one step; beyond, smaller steps are cheaper.
@@ -47,7 +47,7 @@ impl Controlled {
     }
 }
 
-impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
+impl BalanceSolver<'_> {
     /// Equilibria at which the first pressure's surface has swept the given volumes \[length³\] one after the
     /// other; all loads are scaled by one unknown factor. Passes limit points, where the load that a body
     /// bears has a maximum.
@@ -109,7 +109,7 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
     }
 
     fn controlled(&self) -> Result<Controlled, SolveError> {
-        let potential = &self.system.body.potential;
+        let potential = &self.system.body.body;
         if potential.prescribed.iter().flatten().any(|&u| u != 0.0) {
             return Err(SolveError::VolumeControl { problem: "supports prescribe a motion" });
         }
@@ -135,7 +135,7 @@ impl<L: Law<D>, const D: usize, const N: usize> BalanceSolver<'_, L, D, N> {
         history: &mut Log<'_>,
     ) -> Option<(f64, Equilibrium)> {
         let Point { swept: goal, mut load_factor, unknowns: mut at } = guess;
-        let potential = &self.system.body.potential;
+        let potential = &self.system.body.body;
         let volume: f64 = potential.volumes.iter().sum();
         let mut slope = vec![0.0; at.displacement.len()];
         let (mut before, mut linear_iterations) = (f64::INFINITY, 0);

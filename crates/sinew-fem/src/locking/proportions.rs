@@ -1,8 +1,7 @@
 //! How slender a body is, and how finely it is divided.
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
-use sinew_energy::{Guard, Law, TotalPotential};
-use sinew_mesh::{Mesh, boundary_facets};
+use sinew_energy::Body;
 
 /// Proportions of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,10 +14,8 @@ pub struct Proportions {
 
 impl Proportions {
     /// `None` where the body has no size.
-    pub(super) fn of<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-        potential: &TotalPotential<L, D, G, N>,
-    ) -> Option<Self> {
-        let element = Mesh::<N>::ELEMENT;
+    pub(super) fn of(potential: &Body) -> Option<Self> {
+        let element = potential.element();
         let [longest, least] = principal_extents(&potential.positions, element.dimension)?;
         let volume: f64 = potential.volumes.iter().sum();
         // A strip's area is its length times half its edges, a rod's volume its length times a quarter of its
@@ -30,7 +27,7 @@ impl Proportions {
             4 => 6.0,
             _ => 1.0,
         };
-        let box_volume = volume * cells_of_box / potential.cells.len() as f64;
+        let box_volume = volume * cells_of_box / potential.cell_count() as f64;
         let size = box_volume.powf(1.0 / element.dimension as f64);
         (thickness > 0.0 && size > 0.0 && size.is_finite()).then_some(Self {
             slenderness: longest / thickness,
@@ -40,16 +37,11 @@ impl Proportions {
 }
 
 /// Area of the surface at rest, length of the edges in two dimensions.
-fn surface<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, G, N>,
-) -> f64 {
-    let mesh = Mesh::<N> {
-        points: potential.positions.clone(),
-        cells: potential.cells.clone(),
-        ..Mesh::default()
-    };
+fn surface(potential: &Body) -> f64 {
+    let mesh = &potential.mesh;
     let size = |facet| {
-        let corners = mesh.nodes_of_facet(facet).map(|node| Vector3::from(mesh.points[node]));
+        let nodes = mesh.nodes_of_facet(facet).into_iter();
+        let corners = nodes.map(|node| Vector3::from(potential.positions[node]));
         match corners.collect::<Vec<_>>()[..] {
             [a, b] => (b - a).norm(),
             [a, b, c] => 0.5 * (b - a).cross(&(c - a)).norm(),
@@ -58,7 +50,7 @@ fn surface<L: Law<D>, G: Guard, const D: usize, const N: usize>(
             _ => 0.0,
         }
     };
-    boundary_facets(&mesh).into_iter().map(size).sum()
+    mesh.boundary_facets().into_iter().map(size).sum()
 }
 
 /// Largest and least extent of points along the principal axes of their scatter, without the third axis in

@@ -1,7 +1,7 @@
 //! Nodal forces and energies of a solution.
 
 use crate::BalanceSolution;
-use sinew_energy::{Exact, ForceBalance, Law, SurfaceResponse, TotalPotential};
+use sinew_energy::{Body, ForceBalance, SurfaceResponse};
 use sinew_num::Mat3;
 
 /// What acts on a body.
@@ -20,8 +20,8 @@ pub(super) struct Forces {
 
 impl Forces {
     /// Of what has a potential, under a fraction of the loads.
-    pub fn of_potential<L: Law<D>, const D: usize, const N: usize>(
-        potential: &TotalPotential<L, D, Exact, N>,
+    pub fn of_potential(
+        potential: &Body,
         displacement: &[f64],
         theta: &[f64],
         load_factor: f64,
@@ -51,12 +51,9 @@ impl Forces {
     }
 
     /// With loose followers and the field of pressure.
-    pub fn of_balance<L: Law<D>, const D: usize, const N: usize>(
-        body: &ForceBalance<L, D, N>,
-        solution: &BalanceSolution,
-    ) -> Self {
+    pub fn of_balance(body: &ForceBalance, solution: &BalanceSolution) -> Self {
         let BalanceSolution { displacement, theta, load_factor, .. } = solution;
-        let mut forces = Self::of_potential(&body.potential, displacement, theta, *load_factor);
+        let mut forces = Self::of_potential(&body.body, displacement, theta, *load_factor);
         let mut followers = vec![0.0; displacement.len()];
         let mut response = SurfaceResponse::default();
         for surface in &body.followers {
@@ -78,21 +75,17 @@ impl Forces {
 }
 
 /// Adds the nodal forces `∫ p cof F ∇N dV` of the field of pressure.
-fn add_pressure_field<L: Law<D>, const D: usize, const N: usize>(
-    body: &ForceBalance<L, D, N>,
-    solution: &BalanceSolution,
-    forces: &mut [f64],
-) {
+fn add_pressure_field(body: &ForceBalance, solution: &BalanceSolution, forces: &mut [f64]) {
     let Some(field) = &body.pressure_field else { return };
-    for point in 0..body.potential.volumes.len() {
+    for point in 0..body.body.volumes.len() {
         let (cell, local) = (point / field.shape.len(), point % field.shape.len());
         let corners = &field.cells[cell * field.corners..][..field.corners];
         let terms = field.shape[local].iter().zip(corners).map(|(n, &c)| n * solution.pressure[c]);
         let pressure: f64 = terms.sum();
-        let h = body.potential.displacement_gradient(point, &solution.displacement);
+        let h = body.body.displacement_gradient(point, &solution.displacement);
         let f = Mat3::from_fn(|i, j| h[i][j] + if i == j { 1.0 } else { 0.0 });
         let stress = Mat3::from_fn(|i, j| pressure * f.cofactor(i, j));
-        body.potential.add_forces(point, &stress, forces);
+        body.body.add_forces(point, &stress, forces);
     }
 }
 

@@ -2,8 +2,7 @@
 
 use crate::supports::part;
 use nalgebra::Vector3;
-use sinew_energy::{Guard, Law, TotalPotential};
-use sinew_mesh::Mesh;
+use sinew_energy::Body;
 
 /// Resultant of the supports of a group of nodes on the body.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,15 +19,11 @@ pub struct Reaction {
 
 /// Reactions of held nodes, in groups that share cells: the two ends of a beam are two groups. The third
 /// direction of a body in two dimensions, which is held everywhere, does not count.
-pub(super) fn groups<L: Law<D>, G: Guard, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, G, N>,
-    displacement: &[f64],
-    forces: &[f64],
-) -> Vec<Reaction> {
-    let axes = Mesh::<N>::ELEMENT.dimension;
+pub(super) fn groups(potential: &Body, displacement: &[f64], forces: &[f64]) -> Vec<Reaction> {
+    let axes = potential.element().dimension;
     let held = |node: usize| (0..axes).any(|i| potential.prescribed[3 * node + i].is_some());
     let mut parent: Vec<_> = (0..potential.nodes).collect();
-    for nodes in &potential.cells {
+    for nodes in potential.cell_nodes() {
         let mut of_cell = nodes.iter().copied().filter(|&node| held(node));
         let Some(first) = of_cell.next() else { continue };
         for node in of_cell {

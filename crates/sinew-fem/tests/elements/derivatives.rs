@@ -2,15 +2,13 @@
 
 use crate::scene::{scene, with_boundary, wobble};
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Exact, FiniteElement, Load, Magnitude, Nodes, Scene, TotalPotential};
+use sinew_energy::{Body, FiniteElement, Load, Magnitude, Nodes, Scene};
 use sinew_fem::Solver;
 use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra, rectangle_triangles, sphere_octant};
 
 /// Central differences with this step err by about its square times the third derivative.
 const STEP: f64 = 1e-5;
 const THETA: [f64; 2] = [1.0, 20.0];
-
-type Body<const N: usize> = TotalPotential<NeoHookean, 0, Exact, N>;
 
 /// Held by springs alone, under weight, traction and a pressure all round, which all have a potential.
 fn loaded<const N: usize>(mesh: Mesh<N>) -> Scene<NeoHookean, 0, N> {
@@ -25,7 +23,7 @@ fn loaded<const N: usize>(mesh: Mesh<N>) -> Scene<NeoHookean, 0, N> {
 }
 
 /// Along two directions: one through all nodes, and one of a single node.
-fn check<const N: usize>(name: &str, body: &Body<N>, size: f64) {
+fn check(name: &str, body: &Body, size: f64) {
     let count = body.prescribed.len();
     let mut u = wobble(count, size);
     let mut all: Vec<f64> = (0..count).map(|i| ((i * 104_729) % 17) as f64 / 8.0 - 1.0).collect();

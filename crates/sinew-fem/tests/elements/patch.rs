@@ -2,7 +2,7 @@
 
 use crate::scene::{distance, roller, scene, with_boundary};
 use sinew_energy::laws::{Guccione, HolzapfelOgden, IsochoricNeoHookean, NeoHookean};
-use sinew_energy::{Exact, FiniteElement, Law, Nodes, Scene, Support, TotalPotential};
+use sinew_energy::{Body, FiniteElement, Law, Nodes, Scene, Support};
 use sinew_fem::{BalanceSolver, Options, Solver};
 use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
 
@@ -40,7 +40,7 @@ fn check<L: Law<D>, const D: usize, const N: usize>(
     scene: &Scene<L, D, N>,
     theta: &[f64],
     f: &Gradient,
-    lower: impl Fn(&Scene<L, D, N>) -> TotalPotential<L, D, Exact, N>,
+    lower: impl Fn(&Scene<L, D, N>) -> Body,
 ) {
     let mut scene = scene.clone();
     scene.supports = vec![Support::moved("boundary", &scene.mesh, motion(f))];
@@ -86,7 +86,7 @@ where
 fn lowered<L: Law<D>, const D: usize, const N: usize>(
     scene: &Scene<L, D, N>,
     averaged: bool,
-) -> TotalPotential<L, D, Exact, N>
+) -> Body
 where
     Nodes<N>: FiniteElement<N>,
 {

@@ -29,7 +29,7 @@ where
     assert!(u[3 * tip + 2] > 0.5, "the strip bends far up: {}", u[3 * tip + 2]);
 
     let mut unbalanced = vec![0.0; u.len()];
-    body.potential.value_and_gradient(u, &[5.0, 5.0], &mut unbalanced);
+    body.body.value_and_gradient(u, &[5.0, 5.0], &mut unbalanced);
     let follower = &body.followers[0];
     let mut response = SurfaceResponse::default();
     let mut total = [0.0; 3];
@@ -50,7 +50,7 @@ where
         assert!((total[i] - PRESSURE * area[i]).abs() < 1e-13 * size, "{N}: {total:?} {area:?}");
         assert!((reaction(i) - PRESSURE * area[i]).abs() < BALANCE * size, "{N} {i}");
     }
-    for i in body.potential.free_degrees_of_freedom() {
+    for i in body.body.free_degrees_of_freedom() {
         assert!(unbalanced[i].abs() < BALANCE * size, "{N} {i}: {:e}", unbalanced[i]);
     }
 }
@@ -116,7 +116,7 @@ fn the_tangent_of_a_loose_follower_agrees_with_differences() {
         let support = Support::clamped("x_min");
         let body = scene(NeoHookean, mesh, vec![load], vec![support]).lower_follower().unwrap();
         let follower = &body.followers[0];
-        let u = wobble(body.potential.prescribed.len(), 0.1);
+        let u = wobble(body.body.prescribed.len(), 0.1);
         let mut centre = SurfaceResponse::default();
         follower.facet_force(0, &u, &mut centre);
         let size = centre.gradient.len();

@@ -1,7 +1,7 @@
 //! Scenes that the cases start from.
 
 pub use crate::support::{gravity, lower, once, parameters, twice};
-use sinew_energy::{Law, Load, Scene, Support, TotalPotential, Units};
+use sinew_energy::{Body, Law, Load, Scene, Support, Units};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
 /// A scene without loads, clamped at `x_min`.
@@ -87,8 +87,8 @@ pub fn turn_about_x(angle: f64, centre: [f64; 2]) -> impl Fn([f64; 3]) -> [f64; 
 }
 
 /// Prescribed motions of one body in another position: the same potential with other targets.
-pub fn prescribe<L: Law<D>, const D: usize>(
-    potential: &mut TotalPotential<L, D>,
+pub fn prescribe(
+    potential: &mut Body,
     mesh: &TetMesh,
     set: &str,
     motion: impl Fn([f64; 3]) -> [f64; 3],

@@ -1,17 +1,14 @@
 //! What every result is held against.
 
 pub use crate::support::difference;
-use sinew_energy::{Law, TotalPotential};
+use sinew_energy::Body;
 use sinew_fem::{NotConverged, Options, Solution, SolveError, Solver};
 
 /// Unbalanced forces relative to loads and reactions: rounding in sums of some thousand terms.
 const BALANCE: f64 = 1e-9;
 
 /// A cold solve with the usual options.
-pub fn solve<L: Law<D>, const D: usize>(
-    potential: &TotalPotential<L, D>,
-    theta: &[f64],
-) -> Result<Solution, SolveError> {
+pub fn solve(potential: &Body, theta: &[f64]) -> Result<Solution, SolveError> {
     let solution = Solver::new(potential)?.solve(theta, &Options::default())?;
     println!(
         "{} iterations, {} load steps, min J {:.3}, residual {:.1e}, {:.1} ms",
@@ -26,10 +23,7 @@ pub fn solve<L: Law<D>, const D: usize>(
 
 /// A stable equilibrium, see [`assert_equilibrium`].
 #[track_caller]
-pub fn assert_sound<L: Law<D>, const D: usize>(
-    potential: &TotalPotential<L, D>,
-    solution: &Solution,
-) {
+pub fn assert_sound(potential: &Body, solution: &Solution) {
     assert_equilibrium(potential, solution);
     assert!(solution.is_stable());
     assert_minimum(potential, solution);
@@ -37,10 +31,7 @@ pub fn assert_sound<L: Law<D>, const D: usize>(
 
 /// Supports obeyed, forces balanced, no cell turned over: by the potential, not by the solver's own assembly.
 #[track_caller]
-pub fn assert_equilibrium<L: Law<D>, const D: usize>(
-    potential: &TotalPotential<L, D>,
-    solution: &Solution,
-) {
+pub fn assert_equilibrium(potential: &Body, solution: &Solution) {
     let Solution { displacement, theta, .. } = solution;
     let (gradient, energy) = gradient_and_energy(potential, displacement, theta);
     assert!(energy.is_finite() && solution.least_volume_ratio > 0.0);
@@ -66,10 +57,7 @@ pub fn assert_equilibrium<L: Law<D>, const D: usize>(
 
 /// No disturbance lowers the energy: scattered ones of three sizes, and more or less of the same motion.
 #[track_caller]
-pub fn assert_minimum<L: Law<D>, const D: usize>(
-    potential: &TotalPotential<L, D>,
-    solution: &Solution,
-) {
+pub fn assert_minimum(potential: &Body, solution: &Solution) {
     let Solution { displacement, theta, energy, .. } = solution;
     let largest = displacement.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
     let size = if largest > 0.0 { largest } else { 1.0 };
@@ -99,8 +87,8 @@ pub fn assert_minimum<L: Law<D>, const D: usize>(
 }
 
 /// Derivative of the potential in every degree of freedom, and its value.
-pub fn gradient_and_energy<L: Law<D>, const D: usize>(
-    potential: &TotalPotential<L, D>,
+pub fn gradient_and_energy(
+    potential: &Body,
     displacement: &[f64],
     theta: &[f64],
 ) -> (Vec<f64>, f64) {
@@ -110,11 +98,7 @@ pub fn gradient_and_energy<L: Law<D>, const D: usize>(
 }
 
 /// The force \[stress·length²\] that holds the nodes of a set.
-pub fn reaction<L: Law<D>, const D: usize>(
-    potential: &TotalPotential<L, D>,
-    solution: &Solution,
-    nodes: &[usize],
-) -> [f64; 3] {
+pub fn reaction(potential: &Body, solution: &Solution, nodes: &[usize]) -> [f64; 3] {
     let (gradient, _) = gradient_and_energy(potential, &solution.displacement, &solution.theta);
     std::array::from_fn(|i| nodes.iter().map(|node| gradient[3 * node + i]).sum())
 }
@@ -135,7 +119,7 @@ pub fn failure(result: Result<Solution, SolveError>) -> NotConverged {
 
 /// The error of a solver that cannot be prepared.
 #[track_caller]
-pub fn refusal<L: Law<D>, const D: usize>(potential: &TotalPotential<L, D>) -> SolveError {
+pub fn refusal(potential: &Body) -> SolveError {
     match Solver::new(potential) {
         Err(error) => {
             println!("{error}");

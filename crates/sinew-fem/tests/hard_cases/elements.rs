@@ -3,9 +3,7 @@
 use crate::bodies::parameters;
 use crate::checks::*;
 use sinew_energy::laws::{ByYoungPoisson, NeoHookean};
-use sinew_energy::{
-    Exact, FiniteElement, Law, Load, Nodes, Scene, SceneError, Support, TotalPotential, Units,
-};
+use sinew_energy::{Body, FiniteElement, Law, Load, Nodes, Scene, SceneError, Support, Units};
 use sinew_fem::{BalanceSolver, Options, SolveError, Solver};
 use sinew_mesh::{Defect, Mesh, TriangleMesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
 use std::f64::consts::PI;
@@ -24,13 +22,15 @@ fn scene<L: Law<0>, const N: usize>(law: L, mesh: Mesh<N>) -> Scene<L, 0, N> {
     }
 }
 
-fn displacement<L: Law<0>, const N: usize>(
-    potential: &TotalPotential<L, 0, Exact, N>,
-    theta: &[f64],
-) -> Vec<f64> {
+fn displacement(potential: &Body, theta: &[f64]) -> Vec<f64> {
     let solution = Solver::new(potential).unwrap().solve(theta, &Options::default());
     let solution = solution.unwrap_or_else(|error| panic!("{error}"));
-    println!("{N} nodes: {} iterations, {:.1} ms", solution.iterations(), 1e3 * solution.seconds);
+    println!(
+        "{} nodes: {} iterations, {:.1} ms",
+        potential.nodes_per_cell,
+        solution.iterations(),
+        1e3 * solution.seconds
+    );
     assert!(solution.is_stable() && solution.least_volume_ratio > 0.0);
     solution.displacement
 }

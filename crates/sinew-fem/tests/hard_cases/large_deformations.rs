@@ -3,7 +3,7 @@
 use crate::bodies::*;
 use crate::checks::*;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Load, Support, TotalPotential};
+use sinew_energy::{Body, Load, Support};
 use sinew_fem::{Advice, Options, Solution, SolveError, Solver, Stiffness};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 use std::f64::consts::{PI, TAU};
@@ -12,7 +12,7 @@ const SOFT: [f64; 2] = [1.0, 1.0];
 
 /// Moves `x_max` along a path of prescribed motions, each solved from the last: all solutions.
 fn follow<M: Fn([f64; 3]) -> [f64; 3]>(
-    body: &mut TotalPotential<NeoHookean, 0>,
+    body: &mut Body,
     mesh: &TetMesh,
     set: &str,
     steps: usize,

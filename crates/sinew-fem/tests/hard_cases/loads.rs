@@ -3,7 +3,7 @@
 use crate::bodies::*;
 use crate::checks::*;
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
-use sinew_energy::{Load, Magnitude, Sampling, Scene, SceneError, Support, TotalPotential};
+use sinew_energy::{Body, Load, Magnitude, Sampling, Scene, SceneError, Support};
 use sinew_fem::Advice;
 use sinew_mesh::{Facet, TetMesh, box_tetrahedra};
 
@@ -122,7 +122,7 @@ fn a_load_of_1e_minus_12_keeps_its_digits() {
 
 /// A cube between rollers under a pressure on the three sides that face away: a closed surface by the rule for
 /// rims that slide.
-fn pressed(law: HolzapfelOgden, magnitude: Magnitude) -> TotalPotential<HolzapfelOgden, 1> {
+fn pressed(law: HolzapfelOgden, magnitude: Magnitude) -> Body {
     let mut mesh = distorted_cube(2);
     let sides = ["x_max", "y_max", "z_max"].map(|side| mesh.facet_sets[side].clone());
     mesh.facet_sets.insert("away".into(), sides.concat());

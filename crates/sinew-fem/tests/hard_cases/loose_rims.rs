@@ -3,7 +3,7 @@
 use crate::bodies::*;
 use crate::checks::*;
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
-use sinew_energy::{ForceBalance, Law, Load, Magnitude, Scene, Support, ThetaError};
+use sinew_energy::{ForceBalance, Load, Magnitude, Scene, Support, ThetaError};
 use sinew_fem::{BalanceSolution, BalanceSolver, NotConverged, Options, SolveError};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
@@ -20,8 +20,8 @@ fn mesh() -> TetMesh {
     box_tetrahedra([4.0, 1.0, 1.0], [8, 2, 2])
 }
 
-fn solved<L: Law<D>, const D: usize>(
-    body: &ForceBalance<L, D, 4>,
+fn solved(
+    body: &ForceBalance,
     theta: &[f64],
     options: &Options,
 ) -> Result<BalanceSolution, SolveError> {
@@ -76,7 +76,7 @@ fn a_large_pressure_on_a_free_rim_balances_forces_and_moments() {
     let x = |node: usize| -> [f64; 3] {
         std::array::from_fn(|i| scene.mesh.points[node][i] + solution.displacement[3 * node + i])
     };
-    let (internal, _) = gradient_and_energy(&body.potential, &solution.displacement, &THETA);
+    let (internal, _) = gradient_and_energy(&body.body, &solution.displacement, &THETA);
     let cross = |a: [f64; 3], b: [f64; 3]| -> [f64; 3] {
         std::array::from_fn(|i| {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
@@ -172,7 +172,7 @@ fn limits_on_iterations_are_kept_by_the_balance_too() {
 #[test]
 fn a_free_body_is_refused_by_the_balance_too() {
     let mut body = pressed(0.1).lower_follower().unwrap();
-    body.potential.prescribed.fill(None);
+    body.body.prescribed.fill(None);
     let error = BalanceSolver::new(&body).map(|_| ()).unwrap_err();
     assert!(matches!(error, SolveError::FreeToMove { modes, .. } if modes.len() == 6));
 }

@@ -3,7 +3,8 @@
 use crate::bodies::*;
 use crate::checks::*;
 use sinew_energy::ThetaError;
-use sinew_energy::laws::NeoHookean;
+use sinew_energy::at_points;
+use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
 use sinew_energy::{Scene, SceneError};
 use sinew_fem::{Advice, Options, SolveError, Solver};
 
@@ -63,15 +64,17 @@ fn an_initial_state_of_inverted_cells_is_left_for_load_steps() {
 
 #[test]
 fn a_potential_whose_arrays_do_not_fit_or_hold_no_numbers_is_refused() {
-    type Change = fn(&mut sinew_energy::TotalPotential<NeoHookean, 0>);
+    type Change = fn(&mut sinew_energy::Body);
     let changes: [Change; 8] = [
         |p| p.nodal_force[0] = f64::NAN,
         |p| p.prescribed[0] = Some(f64::INFINITY),
         |p| p.volumes[3] = 0.0,
         |p| p.volumes.truncate(5),
-        |p| p.shape_gradients[7][2][1] = f64::NAN,
-        |p| p.cells[0][0] = 390,
-        |p| p.directions.truncate(5),
+        |p| p.shape_gradients[7 * 4 + 2][1] = f64::NAN,
+        |p| p.cells[0] = 390,
+        |p| {
+            p.material = at_points(HolzapfelOgden { bulk_modulus: 1.0 }, vec![[[1.0, 0.0, 0.0]]; 5])
+        },
         |p| p.nodes = 391,
     ];
     for change in changes {

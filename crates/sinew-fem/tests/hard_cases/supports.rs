@@ -3,15 +3,12 @@
 use crate::bodies::*;
 use crate::checks::*;
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Load, Scene, SceneError, Support, TotalPotential};
+use sinew_energy::{Body, Load, Scene, SceneError, Support};
 use sinew_fem::{RigidMode, SolveError, Solver};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
 /// A cube of edge 10 with a node set of all nodes that `chosen` picks, and these supports.
-fn held_at(
-    chosen: impl Fn([f64; 3]) -> bool,
-    supports: Vec<Support>,
-) -> Result<TotalPotential<NeoHookean, 0>, SceneError> {
+fn held_at(chosen: impl Fn([f64; 3]) -> bool, supports: Vec<Support>) -> Result<Body, SceneError> {
     let mut mesh = box_tetrahedra([10.0; 3], [2; 3]);
     let nodes = (0..mesh.points.len()).filter(|&n| chosen(mesh.points[n])).collect();
     mesh.node_sets.insert("chosen".into(), nodes);
@@ -19,7 +16,7 @@ fn held_at(
 }
 
 #[track_caller]
-fn free_modes(potential: &TotalPotential<NeoHookean, 0>) -> Vec<RigidMode> {
+fn free_modes(potential: &Body) -> Vec<RigidMode> {
     match refusal(potential) {
         SolveError::FreeToMove { modes, .. } => modes,
         other => panic!("{other}"),

@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test file uses a part")]
 
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Law, Load, Parameter, Sampling, Scene, Support, TotalPotential, Units};
+use sinew_energy::{Body, Law, Load, Parameter, Sampling, Scene, Support, Units};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
 /// Gravity on tissue of 1 g/cm³, downwards [kPa/mm].
@@ -19,12 +19,7 @@ pub fn parameters(names: &[&str]) -> Vec<Parameter> {
 }
 
 /// A scene of an isotropic law, lowered.
-pub fn lower<L: Law<0>>(
-    law: L,
-    mesh: TetMesh,
-    loads: Vec<Load>,
-    supports: Vec<Support>,
-) -> TotalPotential<L, 0> {
+pub fn lower<L: Law<0>>(law: L, mesh: TetMesh, loads: Vec<Load>, supports: Vec<Support>) -> Body {
     Scene {
         name: "test".into(),
         units: Units::mm_kpa(),
@@ -40,13 +35,13 @@ pub fn lower<L: Law<0>>(
 }
 
 /// The thesis' OnceClampedBeam.
-pub fn once() -> TotalPotential<NeoHookean, 0> {
+pub fn once() -> Body {
     let mesh = box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]);
     lower(NeoHookean, mesh, gravity(1.0), vec![Support::clamped("x_min")])
 }
 
 /// The thesis' TwiceClampedBeam.
-pub fn twice() -> TotalPotential<NeoHookean, 0> {
+pub fn twice() -> Body {
     let mesh = box_tetrahedra([150.0, 10.0, 2.0], [12, 4, 5]);
     let supports = vec![Support::clamped("x_min"), Support::clamped("x_max")];
     lower(NeoHookean, mesh, gravity(1.0), supports)

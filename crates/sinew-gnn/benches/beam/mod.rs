@@ -68,7 +68,7 @@ pub fn energy(data: &DataSet) -> Box<dyn Objective> {
         loads: vec![Load::BodyForce([0.0, 0.0, -9.8e-3])],
         supports: vec![Support::clamped("x_min")],
     };
-    let potential = scene.lower().expect("a complete scene").with_guard(Barriers::default());
+    let potential = scene.lower().expect("a complete scene").with_barriers(Barriers::default());
     let sample = &data.training[0];
     let scale = potential.value(&sample.displacement, &sample.theta).abs();
     Box::new(MinimumPotential::new(vec![Arc::new(potential)], scale).expect("a positive energy"))

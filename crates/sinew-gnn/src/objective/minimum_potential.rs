@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use burn::tensor::Tensor;
 use sinew_burn::BatchPotential;
-use sinew_energy::{Guard, Law, TotalPotential};
+use sinew_energy::Body;
 
 use super::{Batch, Objective};
 use crate::data::{DataSet, Sample};
@@ -135,9 +135,7 @@ impl BatchPotential for AtParameters {
     }
 }
 
-impl<L: Law<D> + Send + Sync, G: Guard + Send + Sync, const D: usize, const N: usize> Potential
-    for TotalPotential<L, D, G, N>
-{
+impl Potential for Body {
     fn degrees_of_freedom(&self) -> usize {
         3 * self.nodes
     }
@@ -147,9 +145,7 @@ impl<L: Law<D> + Send + Sync, G: Guard + Send + Sync, const D: usize, const N: u
     }
 
     fn admits(&self, displacement: &[f64]) -> bool {
-        let points = 0..self.volumes.len();
-        let change = |point| self.displacement_gradient(point, displacement).volume_change();
-        points.map(change).all(|change: f64| change > -1.0)
+        self.admits(displacement)
     }
 
     fn value_and_gradient(&self, displacement: &[f64], theta: &[f64], gradient: &mut [f64]) -> f64 {

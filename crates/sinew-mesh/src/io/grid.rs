@@ -46,8 +46,6 @@ impl UnstructuredGrid {
 
 /// VTK's numbers of the cell types that are used by name.
 pub(crate) mod vtk_type {
-    pub const TRIANGLE: u8 = 5;
-    pub const TETRAHEDRON: u8 = 10;
     pub const QUADRATIC_EDGE: u8 = 21;
     pub const QUADRATIC_TETRAHEDRON: u8 = 24;
 }

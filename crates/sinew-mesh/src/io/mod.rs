@@ -22,20 +22,11 @@ pub use npy::{NpyArray, parse_npy, to_npy};
 pub use vtk_write::{VtkEncoding, to_vtk};
 pub use vtu_write::{to_pvd, to_vtu};
 
-use crate::{Mesh, MeshError, Problem, TetMesh, TriangleMesh};
-use grid::{UnstructuredGrid, vtk_type};
+use crate::{AnyMesh, Element, Mesh, MeshError, Problem, TetMesh, TriangleMesh};
+use grid::UnstructuredGrid;
 
-/// A mesh whose kind of cell the file decides.
-#[derive(Clone, Debug, PartialEq)]
-pub enum AnyMesh {
-    /// The file has tetrahedra.
-    Tetrahedra(TetMesh),
-    /// The file has triangles and no tetrahedra.
-    Triangles(TriangleMesh),
-}
-
-/// Reads a mesh from a legacy VTK, VTU or gmsh MSH file, which is told by its content: a
-/// [`TetMesh`] when it has tetrahedra, otherwise a [`TriangleMesh`]. Other cells are read by [`read_mesh`].
+/// Reads a mesh from a legacy VTK, VTU or gmsh MSH file, which is told by its content, as is the kind of cell:
+/// the first of quadratic tetrahedra, hexahedra, tetrahedra, quadratic triangles and triangles that it has.
 ///
 /// # Errors
 /// [`MeshError::File`] when the file cannot be read, [`MeshError::Content`] with the place and
@@ -86,13 +77,26 @@ pub fn read_mesh<const N: usize>(
 /// # Errors
 /// [`MeshError::Content`] with the place and the reason.
 pub fn parse(file: &str, bytes: &[u8]) -> Result<(AnyMesh, ReadReport), MeshError> {
-    let grid = parse_grid(file, bytes)?;
-    if grid.types.contains(&vtk_type::TRIANGLE) && !grid.types.contains(&vtk_type::TETRAHEDRON) {
-        let (mesh, report) = convert::to_mesh(file, grid)?;
-        return Ok((AnyMesh::Triangles(mesh), report));
+    fn of<const N: usize>(
+        file: &str,
+        grid: UnstructuredGrid,
+    ) -> Result<(AnyMesh, ReadReport), MeshError>
+    where
+        AnyMesh: From<Mesh<N>>,
+    {
+        let (mesh, report) = convert::to_mesh::<N>(file, grid)?;
+        Ok((mesh.into(), report))
     }
-    let (mesh, report) = convert::to_mesh(file, grid)?;
-    Ok((AnyMesh::Tetrahedra(mesh), report))
+    let grid = parse_grid(file, bytes)?;
+    let has = |nodes| grid.types.contains(&Element::with_nodes(nodes).vtk_type);
+    // A file without any of them is refused as one of tetrahedra.
+    match [10, 8, 4, 6, 3].into_iter().find(|&nodes| has(nodes)) {
+        Some(10) => of::<10>(file, grid),
+        Some(8) => of::<8>(file, grid),
+        Some(6) => of::<6>(file, grid),
+        Some(3) => of::<3>(file, grid),
+        _ => of::<4>(file, grid),
+    }
 }
 
 /// Reads the bytes of a tetrahedral mesh file; see [`read_tet_mesh`].

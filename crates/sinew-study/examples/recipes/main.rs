@@ -164,7 +164,7 @@ fn simulate(arguments: &Arguments, seed: u64) -> Result<(Body, Vec<Vec<f64>>, Te
         beam.scene.mesh = sinew_mesh::box_tetrahedra(extent, [x, y, z]);
     }
     let exact = beam.scene.lower()?;
-    let potential = exact.clone().with_guard(Barriers::default());
+    let potential = exact.clone().with_barriers(Barriers::default());
     let ranges: Vec<[f64; 2]> = beam.scene.parameters.iter().map(|p| p.range).collect();
     let centre: Vec<f64> = ranges.iter().map(|[low, high]| (low * high).sqrt()).collect();
     let (lower, upper): (Vec<f64>, Vec<f64>) = ranges.iter().map(|[a, b]| (*a, *b)).unzip();

@@ -5,7 +5,7 @@ use sinew_energy::laws::{
     ByYoungPoisson, Guccione, HolzapfelOgden, HolzapfelOgden2009, HolzapfelOgdenCompressible,
     IsochoricNeoHookean, LinearElastic, NeoHookean,
 };
-use sinew_energy::{Exact, Guard, Law, Response, TotalPotential};
+use sinew_energy::{Body, Guard, Law, Response};
 use sinew_num::{Mat3, Scalar};
 use std::ops::RangeInclusive;
 
@@ -181,11 +181,7 @@ pub(super) fn exponentials() -> Vec<Exponential> {
 }
 
 /// Mean first Piola–Kirchhoff stress \[stress\] of a body without body force: `∫P dV = Σ reaction ⊗ X`.
-pub(super) fn mean_stress<L: Law<D>, const D: usize, const N: usize>(
-    potential: &TotalPotential<L, D, Exact, N>,
-    displacement: &[f64],
-    theta: &[f64],
-) -> Matrix {
+pub(super) fn mean_stress(potential: &Body, displacement: &[f64], theta: &[f64]) -> Matrix {
     let mut forces = vec![0.0; displacement.len()];
     potential.value_and_gradient(displacement, theta, &mut forces);
     let volume: f64 = potential.volumes.iter().sum();

@@ -103,7 +103,7 @@ where
     let bar = bar(mesh, BULK);
     let mut body = bar.lower_follower()?;
     let unloaded = Scene { loads: Vec::new(), ..bar.clone() };
-    body.potential.patches = lower(&unloaded, formulation)?.patches;
+    body.body.patches = lower(&unloaded, formulation)?.patches;
     let (solution, cost) = balance(&body, &THETA)?;
     Ok((bar.mesh, Found { displacement: solution.displacement, cost }))
 }

@@ -220,8 +220,8 @@ fn solve_mixed(mesh: &Mesh<10>) -> Result<([f64; 3], Cost)> {
         .map(|side| Support::moved(side, mesh, exact))
         .into();
     let mut body = scene(mesh.clone(), NeoHookean, &THETA, vec![], held).lower_mixed()?;
-    add_body_force::<Incompressible, 10>(mesh, THETA, &mut body.potential.nodal_force);
-    add_traction::<Incompressible>(mesh, THETA, &mut body.potential.nodal_force);
+    add_body_force::<Incompressible, 10>(mesh, THETA, &mut body.body.nodal_force);
+    add_traction::<Incompressible>(mesh, THETA, &mut body.body.nodal_force);
     let (solution, cost) = balance(&body, &THETA)?;
     let [value, slope] = displacement_errors::<Incompressible, 10>(mesh, &solution.displacement);
     let mut at_node = vec![0.0; mesh.points.len()];

@@ -148,7 +148,7 @@ impl Meshes {
         let body = scene.lower_mixed()?;
         let theta = &state.material.theta;
         let (solution, cost) = balance(&body, theta)?;
-        let mut piola = mean_stress(&body.potential, &solution.displacement, theta);
+        let mut piola = mean_stress(&body.body, &solution.displacement, theta);
         // The field of pressure adds p cof F, here p J/s along the load with J = 1.
         let loaded = state.loaded()[0];
         piola[loaded][loaded] += solution.pressure[0] / state.stretch;

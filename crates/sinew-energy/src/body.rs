@@ -1,0 +1,351 @@
+//! A body: its total potential energy in plain arrays.
+
+use crate::cavity::Cavity;
+use crate::{
+    Barriers, Frames, Magnitude, Material, Parameter, PressureLoad, PressureSurface, Sampling,
+    Spring, ThetaError, Units,
+};
+use sinew_mesh::{AnyMesh, Element};
+use sinew_num::Mat3;
+use std::sync::Arc;
+
+/// A body with its material, loads and supports, lowered from a [`crate::Scene`]: its total potential energy
+/// Π(u; θ), thesis eqs. (3.15)–(3.16), integrated by quadrature.
+///
+/// What Newton's method, the physics-informed objective, errors and reports all read; neither law, element
+/// nor load is in its type. Everything is in plain arrays; a load that a scene does not list is an empty
+/// array. Displacements are flat, `[u_x, u_y, u_z]` node by node. Linear tetrahedra have one quadrature
+/// point each, which is exact for them.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// Name, for reports and files.
+    pub name: String,
+    /// Units of all its numbers.
+    pub units: Units,
+    /// The entries of θ: first those of the material, then those of the loads.
+    pub parameters: Vec<Parameter>,
+    /// The reference configuration with its named sets and fields.
+    pub mesh: Arc<AnyMesh>,
+    /// The law with its directions at the quadrature points.
+    pub material: Arc<dyn Material>,
+    /// What keeps the energy finite in training; `None` for the energy as it is, +∞ outside its domain.
+    pub barriers: Option<Barriers>,
+    /// Number of nodes.
+    pub nodes: usize,
+    /// Reference positions of the nodes \[length\].
+    pub positions: Vec<[f64; 3]>,
+    /// Nodes of a cell: 4 and 10 are tetrahedra, 8 hexahedra, 3 and 6 triangles.
+    pub nodes_per_cell: usize,
+    /// Nodes of the cells, one cell after the other.
+    pub cells: Vec<usize>,
+    /// Quadrature points of a cell. The next two arrays are ordered by point, cell by cell.
+    pub points_per_cell: usize,
+    /// Gradients `∂N_a/∂X_j` of the shape functions [1/length], `nodes_per_cell` rows per point.
+    pub shape_gradients: Vec<[f64; 3]>,
+    /// Reference volume that each point stands for \[length³\].
+    pub volumes: Vec<f64>,
+    /// Quadrature points that share one volume ratio, see [`crate::Scene::lower_averaged`]: all of them in
+    /// patches, or none.
+    pub patches: Vec<Vec<usize>>,
+    /// Dead loads lumped to the nodes [stress·length²], `3 × nodes`.
+    pub nodal_force: Vec<f64>,
+    /// Elastic supports lumped to the nodes.
+    pub springs: Vec<Spring>,
+    /// Pressures on flat triangles.
+    pub pressures: Vec<PressureLoad>,
+    /// Pressures on the facets of other elements.
+    pub surfaces: Vec<PressureSurface>,
+    /// The cavities that pressures act in.
+    pub cavities: Vec<Cavity>,
+    /// Prescribed displacement of each degree of freedom \[length\], `None` where it is free; `3 × nodes`.
+    /// Degrees of freedom are along the coordinate axes, or the axes of the node's frame if it has one.
+    pub prescribed: Vec<Option<f64>>,
+    /// Frames of the nodes that supports hold along other directions than the coordinate axes.
+    pub frames: Frames,
+}
+
+/// Evaluates an expression with the number of nodes of a cell as a constant `N`, so that loops over them unroll:
+/// `with_nodes!(body.nodes_per_cell, N => forces::<N>(body))`.
+#[macro_export]
+macro_rules! with_nodes {
+    ($nodes:expr, $N:ident => $value:expr) => {
+        match $nodes {
+            4 => {
+                const $N: usize = 4;
+                $value
+            }
+            10 => {
+                const $N: usize = 10;
+                $value
+            }
+            8 => {
+                const $N: usize = 8;
+                $value
+            }
+            3 => {
+                const $N: usize = 3;
+                $value
+            }
+            6 => {
+                const $N: usize = 6;
+                $value
+            }
+            other => unreachable!("no element has {other} nodes"),
+        }
+    };
+}
+
+impl Body {
+    /// What a cell looks like.
+    pub fn element(&self) -> &'static Element {
+        Element::with_nodes(self.nodes_per_cell)
+    }
+
+    /// Nodes of every cell.
+    pub fn cell_nodes(&self) -> impl ExactSizeIterator<Item = &[usize]> + Clone {
+        self.cells.chunks_exact(self.nodes_per_cell)
+    }
+
+    /// Number of cells.
+    pub fn cell_count(&self) -> usize {
+        self.cells.len() / self.nodes_per_cell
+    }
+
+    /// Nodes of a cell.
+    #[inline]
+    pub fn nodes_of_cell(&self, cell: usize) -> &[usize] {
+        &self.cells[cell * self.nodes_per_cell..][..self.nodes_per_cell]
+    }
+
+    /// Nodes of the cell that a quadrature point belongs to.
+    #[inline]
+    pub fn nodes_of_point(&self, point: usize) -> &[usize] {
+        self.nodes_of_cell(if self.points_per_cell == 1 {
+            point
+        } else {
+            point / self.points_per_cell
+        })
+    }
+
+    /// Gradients of the shape functions at a quadrature point [1/length], one row per node of the cell.
+    #[inline]
+    pub fn shape_of_point(&self, point: usize) -> &[[f64; 3]] {
+        &self.shape_gradients[point * self.nodes_per_cell..][..self.nodes_per_cell]
+    }
+
+    /// Displacement gradient H = ∂u/∂X at one quadrature point; for linear tetrahedra, of one cell.
+    #[inline]
+    pub fn displacement_gradient(&self, point: usize, displacement: &[f64]) -> Mat3<f64> {
+        with_nodes!(self.nodes_per_cell, N => self.gradient_of::<N>(point, displacement))
+    }
+
+    #[inline(always)]
+    fn gradient_of<const N: usize>(&self, point: usize, displacement: &[f64]) -> Mat3<f64> {
+        let (u, _) = displacement.as_chunks::<3>();
+        let cell = if self.points_per_cell == 1 { point } else { point / self.points_per_cell };
+        let nodes = &self.cells.as_chunks::<N>().0[cell];
+        let shape = &self.shape_gradients.as_chunks::<N>().0[point];
+        let origin = u[nodes[0]];
+        // The shape functions' gradients sum to zero, so only differences of u enter.
+        let mut h = Mat3::ZERO;
+        for a in 1..N {
+            let (v, g) = (&u[nodes[a]], &shape[a]);
+            for i in 0..3 {
+                for j in 0..3 {
+                    h.0[i][j] += (v[i] - origin[i]) * g[j];
+                }
+            }
+        }
+        h
+    }
+
+    /// Π(u; θ) [stress·length³]; +∞ where a cell is inverted or an energy overflows.
+    pub fn value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
+        self.load_value(displacement, theta) + self.inner_value(displacement, theta)
+    }
+
+    /// Energy of the material and of elastic supports [stress·length³]; +∞ where a cell is inverted or an
+    /// energy overflows.
+    pub fn inner_value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
+        let parameters = self.law_parameters(theta);
+        let springs = self.springs.iter().map(|spring| spring.value(displacement)).sum::<f64>();
+        if !self.patches.is_empty() {
+            return springs + self.patches_value(displacement, theta);
+        }
+        let mut total = springs;
+        for point in 0..self.volumes.len() {
+            let h = self.displacement_gradient(point, displacement);
+            let energy = self.material.energy(point, parameters, &h, self.barriers.as_ref());
+            total += self.volumes[point] * energy;
+            if total == f64::INFINITY {
+                break;
+            }
+        }
+        total
+    }
+
+    /// Potential of the loads alone, dead and pressures [stress·length³].
+    pub fn load_value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
+        let mut total = -dot(&self.nodal_force, displacement);
+        for pressure in &self.pressures {
+            total += pressure.value(displacement, theta);
+        }
+        for surface in &self.surfaces {
+            total += surface.value(displacement, theta);
+        }
+        total
+    }
+
+    /// Π(u; θ), and its gradient (internal minus external nodal forces) written to `gradient`.
+    ///
+    /// The gradient covers all degrees of freedom; at prescribed ones it is the reaction force.
+    pub fn value_and_gradient(
+        &self,
+        displacement: &[f64],
+        theta: &[f64],
+        gradient: &mut [f64],
+    ) -> f64 {
+        let mut total = -dot(&self.nodal_force, displacement);
+        gradient.iter_mut().zip(&self.nodal_force).for_each(|(g, f)| *g = -f);
+        total += if self.patches.is_empty() {
+            with_nodes!(self.nodes_per_cell, N => {
+                self.points_value_and_add_gradient::<N>(displacement, theta, gradient)
+            })
+        } else {
+            self.patches_value_and_add_gradient(displacement, theta, gradient)
+        };
+        for spring in &self.springs {
+            total += spring.value_and_add_gradient(displacement, gradient);
+        }
+        for pressure in &self.pressures {
+            total += pressure.value_and_add_gradient(displacement, theta, gradient);
+        }
+        for surface in &self.surfaces {
+            total += surface.value_and_add_gradient(displacement, theta, gradient);
+        }
+        total
+    }
+
+    /// Energy of all points; its derivative is added to `gradient`.
+    fn points_value_and_add_gradient<const N: usize>(
+        &self,
+        displacement: &[f64],
+        theta: &[f64],
+        gradient: &mut [f64],
+    ) -> f64 {
+        let parameters = self.law_parameters(theta);
+        let mut total = 0.0;
+        let (rows, _) = gradient.as_chunks_mut::<3>();
+        let cells = self.cells.as_chunks::<N>().0;
+        for (point, shape) in self.shape_gradients.as_chunks::<N>().0.iter().enumerate() {
+            let (nodes, volume) = (&cells[point / self.points_per_cell], self.volumes[point]);
+            let h = self.gradient_of::<N>(point, displacement);
+            let (energy, stress) =
+                self.material.stress(point, parameters, &h, self.barriers.as_ref());
+            total += volume * energy;
+            let mut sum = [0.0; 3];
+            for (&node, shape) in nodes.iter().zip(shape).skip(1) {
+                for i in 0..3 {
+                    let force =
+                        stress[i][0] * shape[0] + stress[i][1] * shape[1] + stress[i][2] * shape[2];
+                    rows[node][i] += volume * force;
+                    sum[i] += volume * force;
+                }
+            }
+            (0..3).for_each(|i| rows[nodes[0]][i] -= sum[i]);
+        }
+        total
+    }
+
+    /// Whether no cell is inverted at a displacement: J > 0 at every quadrature point.
+    pub fn admits(&self, displacement: &[f64]) -> bool {
+        let change = |point| self.displacement_gradient(point, displacement).volume_change();
+        (0..self.volumes.len()).map(change).all(|change: f64| change > -1.0)
+    }
+
+    /// The part of θ that the law reads.
+    ///
+    /// # Panics
+    /// If θ is too short; [`Body::check_theta`] tells.
+    pub fn law_parameters<'t>(&self, theta: &'t [f64]) -> &'t [f64] {
+        &theta[..self.material.parameters().len()]
+    }
+
+    /// Number of entries of θ that law and loads read.
+    pub fn theta_len(&self) -> usize {
+        let of_pressures = self.pressures.iter().map(|pressure| pressure.magnitude);
+        let of_surfaces = self.surfaces.iter().map(|surface| surface.magnitude);
+        theta_len(&*self.material, of_pressures.chain(of_surfaces))
+    }
+
+    /// Checks that θ has the right length, is finite and gives every parameter a value that makes sense.
+    ///
+    /// # Errors
+    /// The first entry that does not.
+    pub fn check_theta(&self, theta: &[f64]) -> Result<(), ThetaError> {
+        check_theta(&*self.material, theta, self.theta_len())
+    }
+
+    /// The middle of the range of every parameter, of its logarithm where it is sampled so.
+    pub fn centre(&self) -> Vec<f64> {
+        let middle = |parameter: &Parameter| {
+            let [low, high] = parameter.range;
+            match parameter.sampling {
+                Sampling::Log => (low * high).sqrt(),
+                Sampling::Linear => 0.5 * (low + high),
+            }
+        };
+        self.parameters.iter().map(middle).collect()
+    }
+
+    /// Indices `3 × node + component` that no support prescribes, ascending; components of the node's frame, if
+    /// it is in [`Body::frames`].
+    pub fn free_degrees_of_freedom(&self) -> Vec<usize> {
+        (0..self.prescribed.len()).filter(|&i| self.prescribed[i].is_none()).collect()
+    }
+
+    /// Nodes that supports leave free along some direction, ascending.
+    pub fn free_nodes(&self) -> Vec<usize> {
+        let rows = self.prescribed.chunks_exact(3).enumerate();
+        rows.filter(|(_, row)| row.contains(&None)).map(|(node, _)| node).collect()
+    }
+
+    /// The same body with barriers that keep its energy finite, for training.
+    pub fn with_barriers(self, barriers: Barriers) -> Self {
+        Self { barriers: Some(barriers), ..self }
+    }
+}
+
+/// Number of entries of θ that a law and loads of these sizes read.
+pub(crate) fn theta_len(material: &dyn Material, loads: impl Iterator<Item = Magnitude>) -> usize {
+    let ends = loads.map(|magnitude| match magnitude {
+        Magnitude::Fixed(_) => 0,
+        Magnitude::Theta(index) => index + 1,
+    });
+    ends.fold(material.parameters().len(), usize::max)
+}
+
+/// Checks θ against the bounds of a law and the number of entries that are read.
+pub(crate) fn check_theta(
+    material: &dyn Material,
+    theta: &[f64],
+    needed: usize,
+) -> Result<(), ThetaError> {
+    let (given, names) = (theta.len(), material.parameters());
+    if given != needed {
+        return Err(ThetaError::Length { given, needed, names });
+    }
+    for (index, &value) in theta.iter().enumerate() {
+        let load = (&"a load", f64::MIN..=f64::MAX);
+        let (&name, bounds) = names.get(index).map_or(load, |name| (name, material.bounds(index)));
+        if !bounds.contains(&value) {
+            let (least, most) = (*bounds.start(), *bounds.end());
+            return Err(ThetaError::OutOfBounds { index, name, value, least, most });
+        }
+    }
+    Ok(())
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}

@@ -1,0 +1,160 @@
+//! A law at the quadrature points of a body, whatever the law is.
+
+use crate::dual::Dual;
+use crate::{Barriers, Exact, Law, Response};
+use sinew_num::{Mat3, Slope};
+use std::fmt::Debug;
+use std::ops::RangeInclusive;
+
+/// A strain-energy law with its material directions at every quadrature point of a body: what a [`crate::Body`]
+/// is made of, without the law's type.
+///
+/// Every [`Law`] is one by [`at_points`]. Parameters are those of the law, in the order of
+/// [`Material::parameters`]; H = ∂u/∂X is the displacement gradient at the point.
+pub trait Material: Debug + Send + Sync {
+    /// Name of the law, with its source.
+    fn name(&self) -> &'static str;
+    /// Names of the law's parameters, which come first in θ.
+    fn parameters(&self) -> &'static [&'static str];
+    /// Values of a parameter that make sense.
+    fn bounds(&self, index: usize) -> RangeInclusive<f64>;
+    /// Number of points; `None` for an isotropic law, which is the same everywhere.
+    fn points(&self) -> Option<usize>;
+    /// Unit material directions at a point; none for an isotropic law.
+    fn directions(&self, point: usize) -> &[[f64; 3]];
+    /// Energy density \[stress\]; +∞ outside the law's domain, unless barriers keep it finite.
+    fn energy(
+        &self,
+        point: usize,
+        parameters: &[f64],
+        h: &Mat3<f64>,
+        barriers: Option<&Barriers>,
+    ) -> f64;
+    /// Energy density and first Piola–Kirchhoff stress ∂Ψ/∂H \[stress\].
+    fn stress(
+        &self,
+        point: usize,
+        parameters: &[f64],
+        h: &Mat3<f64>,
+        barriers: Option<&Barriers>,
+    ) -> (f64, Mat3<f64>);
+    /// Energy density, stress and tangent \[stress\], without barriers.
+    fn response(&self, point: usize, parameters: &[f64], h: &Mat3<f64>) -> Response;
+    /// Change of the stress with the parameters along `rates`, one per parameter: `∂²Ψ/∂H∂θ · rates`.
+    fn stress_rate(
+        &self,
+        point: usize,
+        parameters: &[f64],
+        rates: &[f64],
+        h: &Mat3<f64>,
+    ) -> Mat3<f64>;
+}
+
+/// A law with one row of directions per quadrature point.
+#[derive(Debug)]
+struct AtPoints<L, const D: usize> {
+    law: L,
+    /// Takes no storage for isotropic laws.
+    directions: Vec<[[f64; 3]; D]>,
+}
+
+/// The material of a law with its directions, one row per quadrature point; an isotropic law reads none.
+///
+/// ```
+/// use sinew_energy::{at_points, laws::NeoHookean};
+/// use sinew_num::Mat3;
+///
+/// let material = at_points(NeoHookean, vec![]);
+/// assert_eq!(material.parameters(), ["mu", "lambda"]);
+/// assert_eq!(material.energy(0, &[1.0, 2.0], &Mat3::ZERO, None), 0.0);
+/// ```
+pub fn at_points<L: Law<D>, const D: usize>(
+    law: L,
+    directions: Vec<[[f64; 3]; D]>,
+) -> std::sync::Arc<dyn Material> {
+    std::sync::Arc::new(AtPoints { law, directions })
+}
+
+impl<L: Law<D>, const D: usize> AtPoints<L, D> {
+    #[inline]
+    fn at(&self, point: usize) -> &[[f64; 3]; D] {
+        if D == 0 { &[[0.0; 3]; D] } else { &self.directions[point] }
+    }
+}
+
+impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
+    fn name(&self) -> &'static str {
+        L::NAME
+    }
+
+    fn parameters(&self) -> &'static [&'static str] {
+        L::PARAMETERS
+    }
+
+    fn bounds(&self, index: usize) -> RangeInclusive<f64> {
+        L::bounds(index)
+    }
+
+    fn points(&self) -> Option<usize> {
+        (D > 0).then_some(self.directions.len())
+    }
+
+    fn directions(&self, point: usize) -> &[[f64; 3]] {
+        self.at(point)
+    }
+
+    fn energy(
+        &self,
+        point: usize,
+        parameters: &[f64],
+        h: &Mat3<f64>,
+        barriers: Option<&Barriers>,
+    ) -> f64 {
+        match barriers {
+            None => self.law.energy(parameters, h, self.at(point), &Exact),
+            Some(barriers) => self.law.energy(parameters, h, self.at(point), barriers),
+        }
+    }
+
+    fn stress(
+        &self,
+        point: usize,
+        parameters: &[f64],
+        h: &Mat3<f64>,
+        barriers: Option<&Barriers>,
+    ) -> (f64, Mat3<f64>) {
+        match barriers {
+            None => self.law.stress(parameters, h, self.at(point), &Exact),
+            Some(barriers) => self.law.stress(parameters, h, self.at(point), barriers),
+        }
+    }
+
+    fn response(&self, point: usize, parameters: &[f64], h: &Mat3<f64>) -> Response {
+        self.law.response(parameters, h, self.at(point))
+    }
+
+    fn stress_rate(
+        &self,
+        point: usize,
+        parameters: &[f64],
+        rates: &[f64],
+        h: &Mat3<f64>,
+    ) -> Mat3<f64> {
+        let constant = |value: f64| Dual {
+            value: Slope::<9>::constant(value),
+            derivative: Slope::constant(0.0),
+        };
+        let moving = |(&value, &rate): (&f64, &f64)| Dual {
+            value: Slope::<9>::constant(value),
+            derivative: Slope::constant(rate),
+        };
+        let parameters: Vec<_> = parameters.iter().zip(rates).map(moving).collect();
+        let h = h.seeded(|value, index| Dual {
+            value: Slope::variable(value, index),
+            derivative: Slope::constant(0.0),
+        });
+        let directions = self.at(point).map(|d| d.map(constant));
+        let change = self.law.density(&parameters, &h, &directions, &Exact).derivative.gradient;
+        Mat3::from_fn(|i, j| change[3 * i + j])
+    }
+}

@@ -1,0 +1,153 @@
+//! A mesh whose kind of cell is decided at run time.
+
+use crate::{
+    Defect, Element, Facet, Field, HexMesh, Mesh, MeshError, QuadraticTetMesh,
+    QuadraticTriangleMesh, TetMesh, TriangleMesh,
+};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// A mesh of any one kind of cell, as files hold it.
+///
+/// ```
+/// use sinew_mesh::{AnyMesh, box_hexahedra};
+///
+/// let mesh = AnyMesh::from(box_hexahedra([1.0; 3], [2, 1, 1]));
+/// assert_eq!((mesh.element().name, mesh.points().len(), mesh.cells().len()), ("hexahedron", 12, 16));
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub enum AnyMesh {
+    /// Linear tetrahedra.
+    Tetrahedra(TetMesh),
+    /// Linear triangles.
+    Triangles(TriangleMesh),
+    /// Quadratic tetrahedra.
+    QuadraticTetrahedra(QuadraticTetMesh),
+    /// Quadratic triangles.
+    QuadraticTriangles(QuadraticTriangleMesh),
+    /// Trilinear hexahedra.
+    Hexahedra(HexMesh),
+}
+
+/// Evaluates an expression on the mesh, whatever its cells are.
+macro_rules! each {
+    ($mesh:expr, $inner:ident => $body:expr) => {
+        match $mesh {
+            AnyMesh::Tetrahedra($inner) => $body,
+            AnyMesh::Triangles($inner) => $body,
+            AnyMesh::QuadraticTetrahedra($inner) => $body,
+            AnyMesh::QuadraticTriangles($inner) => $body,
+            AnyMesh::Hexahedra($inner) => $body,
+        }
+    };
+}
+
+impl AnyMesh {
+    /// What a cell looks like.
+    pub fn element(&self) -> &'static Element {
+        fn of<const N: usize>(_: &Mesh<N>) -> &'static Element {
+            Mesh::<N>::ELEMENT
+        }
+        each!(self, mesh => of(mesh))
+    }
+
+    /// Node positions [length unit of the scene].
+    pub fn points(&self) -> &[[f64; 3]] {
+        each!(self, mesh => &mesh.points)
+    }
+
+    /// Nodes of the cells, one cell after the other.
+    pub fn cells(&self) -> &[usize] {
+        each!(self, mesh => mesh.cells.as_flattened())
+    }
+
+    /// Number of cells.
+    pub fn cell_count(&self) -> usize {
+        each!(self, mesh => mesh.cells.len())
+    }
+
+    /// Named sets of nodes, ascending.
+    pub fn node_sets(&self) -> &BTreeMap<String, Vec<usize>> {
+        each!(self, mesh => &mesh.node_sets)
+    }
+
+    /// Named sets of nodes, to add to.
+    pub fn node_sets_mut(&mut self) -> &mut BTreeMap<String, Vec<usize>> {
+        each!(self, mesh => &mut mesh.node_sets)
+    }
+
+    /// Named sets of facets.
+    pub fn facet_sets(&self) -> &BTreeMap<String, Vec<Facet>> {
+        each!(self, mesh => &mesh.facet_sets)
+    }
+
+    /// Named fields with one row per node.
+    pub fn point_fields(&self) -> &BTreeMap<String, Field> {
+        each!(self, mesh => &mesh.point_fields)
+    }
+
+    /// Named fields with one row per node, to add to.
+    pub fn point_fields_mut(&mut self) -> &mut BTreeMap<String, Field> {
+        each!(self, mesh => &mut mesh.point_fields)
+    }
+
+    /// Named fields with one row per cell.
+    pub fn cell_fields(&self) -> &BTreeMap<String, Field> {
+        each!(self, mesh => &mesh.cell_fields)
+    }
+
+    /// Named fields with one row per cell, to add to.
+    pub fn cell_fields_mut(&mut self) -> &mut BTreeMap<String, Field> {
+        each!(self, mesh => &mut mesh.cell_fields)
+    }
+
+    /// Whether the mesh is sound, see [`Mesh::check`].
+    ///
+    /// # Errors
+    /// The first defect.
+    pub fn check(&self) -> Result<(), Defect> {
+        each!(self, mesh => mesh.check())
+    }
+
+    /// The unique undirected edges, see [`crate::edges`].
+    pub fn edges(&self) -> Vec<[usize; 2]> {
+        each!(self, mesh => crate::edges(mesh))
+    }
+
+    /// The facets that belong to one cell only, see [`crate::boundary_facets`].
+    pub fn boundary_facets(&self) -> Vec<Facet> {
+        each!(self, mesh => crate::boundary_facets(mesh))
+    }
+
+    /// Nodes of a facet, counterclockwise seen from outside.
+    pub fn nodes_of_facet(&self, facet: Facet) -> Vec<usize> {
+        each!(self, mesh => mesh.nodes_of_facet(facet).collect())
+    }
+
+    /// Moves every node.
+    pub fn map_points(&mut self, place: impl Fn([f64; 3]) -> [f64; 3]) {
+        each!(self, mesh => mesh.points.iter_mut().for_each(|x| *x = place(*x)));
+    }
+
+    /// Writes a VTU file, see [`crate::to_vtu`].
+    ///
+    /// # Errors
+    /// As [`crate::to_vtu`], and when the file cannot be written.
+    pub fn write_vtu(&self, path: impl AsRef<Path>) -> Result<(), MeshError> {
+        each!(self, mesh => crate::write_vtu(path, mesh))
+    }
+}
+
+macro_rules! from {
+    ($($mesh:ty => $variant:ident),*) => {
+        $(impl From<$mesh> for AnyMesh {
+            fn from(mesh: $mesh) -> Self {
+                Self::$variant(mesh)
+            }
+        })*
+    };
+}
+from!(
+    TetMesh => Tetrahedra, TriangleMesh => Triangles, QuadraticTetMesh => QuadraticTetrahedra,
+    QuadraticTriangleMesh => QuadraticTriangles, HexMesh => Hexahedra
+);
