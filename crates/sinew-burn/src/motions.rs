@@ -123,12 +123,8 @@ impl MotionTree {
         for cluster in (0..count).rev() {
             let [t, w] = self.own_motion(cluster, &outputs[6 * cluster..6 * cluster + 6]);
             let turn = Turn::new(w);
-            let own = Motion {
-                shift: t.clone(),
-                rotation: turn.less_identity(),
-                translation: t,
-                turn,
-            };
+            let own =
+                Motion { shift: t.clone(), rotation: turn.less_identity(), translation: t, turn };
             motions.push(match self.cluster_parents[cluster] {
                 None => own,
                 Some(parent) => {

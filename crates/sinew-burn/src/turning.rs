@@ -78,11 +78,7 @@ impl<S: Number> Turn<S> {
     fn skew(&self) -> Mat3<S> {
         let [x, y, z] = self.vector.clone();
         let zero = x.constant(0.0);
-        Mat3([
-            [zero.clone(), -z.clone(), y.clone()],
-            [z, zero.clone(), -x.clone()],
-            [-y, x, zero],
-        ])
+        Mat3([[zero.clone(), -z.clone(), y.clone()], [z, zero.clone(), -x.clone()], [-y, x, zero]])
     }
 
     /// `exp([ω]) − I`.

@@ -47,7 +47,8 @@ fn add(block: &mut [[f64; 3]; 3], term: &[[f64; 3]; 3]) {
 
 impl Stiffness {
     fn zero<'a>(nodes: usize, cells: impl Iterator<Item = &'a [usize]> + Clone) -> Self {
-        let of_cell = |cell: &'a [usize]| cell.iter().flat_map(move |&a| cell.iter().map(move |&b| (a, b)));
+        let of_cell =
+            |cell: &'a [usize]| cell.iter().flat_map(move |&a| cell.iter().map(move |&b| (a, b)));
         let own = (0..nodes).map(|node| (node, node));
         let mut pairs: Vec<(usize, usize)> = cells.flat_map(of_cell).chain(own).collect();
         pairs.sort_unstable();
@@ -148,7 +149,8 @@ mod tests {
         body.stiffness(&u, &theta).unwrap().apply(&direction, &mut found);
         const STEP: f64 = 1e-5;
         let gradient = |sign: f64| {
-            let moved: Vec<f64> = u.iter().zip(&direction).map(|(u, d)| u + sign * STEP * d).collect();
+            let moved: Vec<f64> =
+                u.iter().zip(&direction).map(|(u, d)| u + sign * STEP * d).collect();
             let mut gradient = vec![0.0; u.len()];
             body.value_and_gradient(&moved, &theta, &mut gradient);
             gradient

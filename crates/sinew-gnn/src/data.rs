@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use sinew_energy::Body;
 use sinew_graph::{GraphFeatures, Topology};
 
-use crate::error::{Error, Result, require_count, require_finite};
 use crate::coordinates::Coordinates;
+use crate::error::{Error, Result, require_count, require_finite};
 
 /// Prescribed displacements, written over the network's output (hard enforcement, thesis §3.2.3).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -165,7 +165,11 @@ impl Geometry {
         }
         if let Coordinates::Motions(motions) = &self.coordinates {
             let clusters = motions.tree().cluster_parents.len();
-            require_count("clusters of the outputs", clusters, topology.nodes - topology.real_nodes)?;
+            require_count(
+                "clusters of the outputs",
+                clusters,
+                topology.nodes - topology.real_nodes,
+            )?;
         }
         require_finite("node features", &self.features.nodes.values)?;
         require_finite("edge features", &self.features.edges.values)?;
@@ -217,7 +221,10 @@ mod tests {
         let body = lowered(Support::along("x_max", [0.0, 2.0, 0.0], 0.5));
         let dirichlet = Dirichlet::of_body(&body);
         assert!(dirichlet.axes.is_empty());
-        close(&dirichlet.projectors(3)[9 * node..9 * node + 9], &[1., 0., 0., 0., 0., 0., 0., 0., 1.]);
+        close(
+            &dirichlet.projectors(3)[9 * node..9 * node + 9],
+            &[1., 0., 0., 0., 0., 0., 0., 0., 1.],
+        );
         close(&dirichlet.held(3)[3 * node..3 * node + 3], &[0.0, 0.5, 0.0]);
     }
 }

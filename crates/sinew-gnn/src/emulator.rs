@@ -65,12 +65,10 @@ impl Emulator {
         let mut decoder = |outputs| Perceptron::decoder(source, config, inputs, outputs);
         let decoders = match config.decoding {
             Decoding::Components => (0..config.dimensions).map(|_| decoder(1)).collect(),
-            Decoding::Motions { layers } => {
-                std::iter::once(config.dimensions)
-                    .chain(std::iter::repeat_n(MOTION, layers))
-                    .map(decoder)
-                    .collect()
-            }
+            Decoding::Motions { layers } => std::iter::once(config.dimensions)
+                .chain(std::iter::repeat_n(MOTION, layers))
+                .map(decoder)
+                .collect(),
         };
         let kernels = Kernels { choice: KernelChoice::default(), activation: config.activation };
         Ok(Self {

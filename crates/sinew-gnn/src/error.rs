@@ -168,6 +168,14 @@ pub enum Error {
         /// What the potential objects to.
         reason: String,
     },
+    /// A body whose stiffness cannot be formed.
+    #[error(
+        "the stiffness of the body is not finite at the displacement given: it inverts a cell, or an energy overflows; give a smaller one"
+    )]
+    NoStiffness,
+    /// Parameters that do not suit a body.
+    #[error(transparent)]
+    Theta(#[from] sinew_energy::ThetaError),
     /// Features do not fit the graph.
     #[error(transparent)]
     Graph(sinew_graph::GraphError),

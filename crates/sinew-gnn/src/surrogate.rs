@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use sinew_graph::{FeatureStatistics, Topology};
 
 use crate::config::{Decoding, EmulatorConfig};
-use crate::coordinates::OutputMap;
+use crate::coordinates::{Coordinates, OutputMap};
 use crate::data::{DataSet, Geometry};
 use crate::emulator::Emulator;
 use crate::error::{Error, Result, require_count};
@@ -198,6 +198,11 @@ impl Surrogate {
     pub(crate) fn prepare(&self, geometry: &Geometry) -> Result<GeometryTensors> {
         let dimensions = self.emulator.config().dimensions;
         geometry.check(&self.topology, dimensions)?;
+        let layers = match geometry.coordinates {
+            Coordinates::Motions(_) => self.topology.roots_per_layer.len(),
+            _ => 0,
+        };
+        require_count("layers of virtual nodes that the network decodes", self.layers(), layers)?;
         let features = self.scales.features.standardise(&geometry.features)?;
         let global = self.scales.global.standardise(&geometry.global)?;
         let table = |values: &[f64], rows| matrix(values, rows, &self.device);
@@ -213,6 +218,14 @@ impl Surrogate {
             global: (!global.is_empty()).then(|| table(&global, 1)),
             output,
         })
+    }
+
+    /// Layers of virtual nodes that the network decodes.
+    fn layers(&self) -> usize {
+        match self.emulator.config().decoding {
+            Decoding::Components => 0,
+            Decoding::Motions { layers } => layers,
+        }
     }
 
     /// The same surrogate on the device that records gradients, or off it.

@@ -99,7 +99,8 @@ fn terms_of_a_sum_enter_with_their_weights() {
 #[test]
 fn an_energy_norm_needs_a_fitting_stiffness_and_simulations() {
     let (data, _) = prediction();
-    let attempt = |cells, data: &DataSet| EnergyNormFit::new(vec![stiffness(cells)], data).unwrap_err();
+    let attempt =
+        |cells, data: &DataSet| EnergyNormFit::new(vec![stiffness(cells)], data).unwrap_err();
     assert!(matches!(attempt([2, 1, 1], &data), Error::Count { .. }));
     let mut without = data.clone();
     without.training[1].displacement.clear();

@@ -46,7 +46,8 @@ fn a_diagonal_basis_is_one_scale_per_component() {
 fn supports_sensitivities_and_storage_hold_in_any_basis() {
     let (_, mut data) = plane_data();
     for geometry in &mut data.geometries {
-        geometry.coordinates = Coordinates::Basis(mixing_basis(geometry.dirichlet.prescribed.len()));
+        geometry.coordinates =
+            Coordinates::Basis(mixing_basis(geometry.dirichlet.prescribed.len()));
     }
     let config = small_config(&data, 2);
     let folder = tempfile::tempdir().unwrap();

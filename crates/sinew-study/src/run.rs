@@ -17,8 +17,8 @@ use anyhow::{Context, Result, ensure};
 use burn::tensor::Device;
 use serde::{Deserialize, Serialize};
 use sinew_energy::Barriers;
-use sinew_graph::AugmentationConfig;
 use sinew_gnn::{Backend, ParameterScaling};
+use sinew_graph::AugmentationConfig;
 use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime};
 
@@ -165,7 +165,14 @@ fn run_scene(
     let (validation, test) = (test_set(&simulations.validation), test_set(&simulations.test));
 
     let graph_start = Instant::now();
-    let (topology, geometry) = graph::geometry(&beam.scene.mesh, &potential, AugmentationConfig { seed: options.seed, ..AugmentationConfig::for_nodes(beam.scene.mesh.points.len()) })?;
+    let (topology, geometry) = graph::geometry(
+        &beam.scene.mesh,
+        &potential,
+        AugmentationConfig {
+            seed: options.seed,
+            ..AugmentationConfig::for_nodes(beam.scene.mesh.points.len())
+        },
+    )?;
     let graph_s = graph_start.elapsed().as_secs_f64();
     let ranges: Vec<[f64; 2]> = beam.scene.parameters.iter().map(|p| p.range).collect();
     let (lower, upper): (Vec<f64>, Vec<f64>) = ranges.iter().map(|[a, b]| (*a, *b)).unzip();

@@ -92,7 +92,9 @@ impl Workshop<'_> {
             Coordinates::Components => sinew_gnn::Coordinates::Components,
             Coordinates::Simulations => {
                 let fields = self.simulations()?;
-                sinew_gnn::Coordinates::Basis(timed(&mut prepare_s, || basis::of_simulations(fields))?)
+                sinew_gnn::Coordinates::Basis(timed(&mut prepare_s, || {
+                    basis::of_simulations(fields)
+                })?)
             }
             Coordinates::StiffnessOfSimulation => {
                 let anchor = self.anchoring_simulation()?;

@@ -5,8 +5,8 @@ use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Body, Load, Parameter, Sampling, Scene, Support, Units};
 use sinew_fem::{Options, Solution, Solver, sweep};
 use sinew_gnn::{
-    Backend, Coordinates, Dirichlet, EmulatorConfig, Geometry, Objective, OutputScale, ParameterScaling, Sample,
-    Scales, Surrogate, Trainer, TrainingConfig,
+    Backend, Coordinates, Dirichlet, EmulatorConfig, Geometry, Objective, OutputScale,
+    ParameterScaling, Sample, Scales, Surrogate, Trainer, TrainingConfig,
 };
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 use sinew_mesh::{TetMesh, box_tetrahedra};

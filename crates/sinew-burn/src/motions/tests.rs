@@ -41,9 +41,8 @@ fn composed(clusters: &Tensor<2>, nodes: &Tensor<2>, tree: &MotionTree) -> Tenso
     let mut displacement = Vec::new();
     for node in 0..NODES {
         let at = tree.positions[node];
-        let mut x: Vec<Tensor<2>> = (0..3)
-            .map(|i| combine(nodes, 3 * node, &tree.node_scales[node][i]) + at[i])
-            .collect();
+        let mut x: Vec<Tensor<2>> =
+            (0..3).map(|i| combine(nodes, 3 * node, &tree.node_scales[node][i]) + at[i]).collect();
         let mut cluster = Some(tree.node_parents[node]);
         while let Some(k) = cluster {
             let motion: Vec<Tensor<2>> =
@@ -61,7 +60,8 @@ fn composed(clusters: &Tensor<2>, nodes: &Tensor<2>, tree: &MotionTree) -> Tenso
                     let cross = w[j].clone() * arm[k].clone() - w[k].clone() * arm[j].clone();
                     arm[i].clone() * angle.clone().cos()
                         + cross * angle.clone().sin() / angle.clone()
-                        + w[i].clone() * along.clone() * (1.0 - angle.clone().cos()) / square.clone()
+                        + w[i].clone() * along.clone() * (1.0 - angle.clone().cos())
+                            / square.clone()
                         + motion[i].clone()
                         + centre[i]
                 })
@@ -119,7 +119,8 @@ fn tangents_and_the_linear_frame_are_derivatives() {
         }
     }
     // The frame and its transpose: f · B z = Bᵀ f · z.
-    let (z, f) = (wide(&values([1, 6 * CLUSTERS + 3 * NODES], 7)), wide(&values([1, 3 * NODES], 8)));
+    let (z, f) =
+        (wide(&values([1, 6 * CLUSTERS + 3 * NODES], 7)), wide(&values([1, 3 * NODES], 8)));
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let (work, same) = (dot(&f, &tree.spread(&z)), dot(&tree.gather(&f), &z));
     assert!((work - same).abs() < 1e-12 * work.abs());
@@ -156,9 +157,8 @@ fn one_rigid_motion_of_the_whole_body_strains_nothing() {
     let (device, tree) = (device(), tree());
     let mut whole = (*tree).clone();
     whole.cluster_parents = vec![Some(2), Some(2), Some(3), None];
-    whole.cluster_scales[3] = std::array::from_fn(|i| {
-        std::array::from_fn(|j| f64::from(u8::from(i == j)))
-    });
+    whole.cluster_scales[3] =
+        std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
     let mut clusters = vec![0.0f32; 6 * CLUSTERS];
     let turn = 170f64.to_radians();
     let motion = [30.0, -20.0, 10.0, 0.48 * turn, -0.6 * turn, 0.64 * turn];
@@ -170,9 +170,8 @@ fn one_rigid_motion_of_the_whole_body_strains_nothing() {
     let place = |n: usize, moved: f64| -> [f64; 3] {
         std::array::from_fn(|i| whole.positions[n][i] + moved * u[3 * n + i])
     };
-    let distance = |a: [f64; 3], b: [f64; 3]| {
-        (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
-    };
+    let distance =
+        |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
     for (a, b) in (0..NODES).flat_map(|a| (0..a).map(move |b| (a, b))) {
         let (rest, moved) =
             (distance(place(a, 0.0), place(b, 0.0)), distance(place(a, 1.0), place(b, 1.0)));

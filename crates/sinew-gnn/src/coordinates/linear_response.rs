@@ -1,10 +1,11 @@
 //! One linear solve without a factorisation.
 
-use sinew_energy::Stiffness;
+use sinew_energy::{Body, Stiffness};
 
 use super::Motions;
+use super::motions::stiffness;
 use crate::data::Dirichlet;
-use crate::error::{Error, Result, require_count, require_finite};
+use crate::error::{Error, Result, require_count};
 
 /// Energy of what the iteration would still change, relative to the response's own, at which it ends.
 const ACCURACY: f64 = 1e-16;
@@ -12,25 +13,34 @@ const ACCURACY: f64 = 1e-16;
 const MOST_ITERATIONS: usize = 5000;
 
 impl Motions {
-    /// The displacement u with `K u = f` where nothing is held, zero where it is \[length\]: conjugate gradients that these
-    /// motions precondition, in time and memory proportional to the body.
-    ///
-    /// A typical energy for training without simulations is `½ f·u`, and a typical [size](Motions::scaled)
-    /// of the outputs is `√(f·u / unknowns)`.
+    /// Response of a body to its loads and supports as if it were linear about rest, at θ \[length\]: conjugate gradients that
+    /// these motions precondition, in time and memory proportional to the body.
     ///
     /// # Errors
-    /// Arrays that do not fit each other, forces that are not finite, a body that can move freely.
-    pub fn linear_response(
+    /// Another body than the motions', θ that does not suit it, a body that can move freely.
+    pub fn linear_response(&self, body: &Body, theta: &[f64]) -> Result<Vec<f64>> {
+        let size = 3 * body.nodes;
+        require_count("nodes of the body", body.nodes, self.tree().positions.len())?;
+        let dirichlet = Dirichlet::of_body(body);
+        let mut response = dirichlet.held(3);
+        let stiffness = stiffness(body, &vec![0.0; size], theta)?;
+        let (mut forces, mut of_supports) = (vec![0.0; size], vec![0.0; size]);
+        body.value_and_gradient(&vec![0.0; size], theta, &mut forces);
+        stiffness.apply(&response, &mut of_supports);
+        forces.iter_mut().zip(&of_supports).for_each(|(force, held)| *force = -*force - held);
+        let response_to_forces = self.solve(&stiffness, &dirichlet, &forces)?;
+        add(1.0, &response_to_forces, &mut response);
+        Ok(response)
+    }
+
+    /// The displacement u with `K u = f` where nothing is held, zero where it is.
+    fn solve(
         &self,
         stiffness: &Stiffness,
         dirichlet: &Dirichlet,
         forces: &[f64],
     ) -> Result<Vec<f64>> {
-        let size = 3 * self.tree().positions.len();
-        require_count("nodes of the stiffness", 3 * stiffness.nodes(), size)?;
-        require_count("prescribed entries", dirichlet.prescribed.len(), size)?;
-        require_count("forces", forces.len(), size)?;
-        require_finite("forces", forces)?;
+        let size = forces.len();
         let projectors = dirichlet.projectors(3);
         let project = |vector: &[f64]| project(&projectors, vector);
         let precondition = |r: &[f64]| project(&self.tree().spread(&self.tree().gather(r)));
@@ -53,7 +63,10 @@ impl Motions {
             let before = std::mem::replace(&mut decrease, dot(&residual, &next));
             direction.iter_mut().zip(&next).for_each(|(d, n)| *d = n + decrease / before * *d);
         }
-        Err(Error::NoLinearResponse { iterations: MOST_ITERATIONS, left: (decrease / first).sqrt() })
+        Err(Error::NoLinearResponse {
+            iterations: MOST_ITERATIONS,
+            left: (decrease / first).sqrt(),
+        })
     }
 }
 

@@ -70,9 +70,8 @@ impl OutputMap {
         let change = match (&self.rule, &output.clusters, change.clusters) {
             (Rule::Motions(tree), Some(clusters), Some(cluster_change)) => {
                 let shape = change.nodes.dims();
-                let numbers = |x: &Tensor<3>| -> Vec<f32> {
-                    x.clone().into_data().iter::<f32>().collect()
-                };
+                let numbers =
+                    |x: &Tensor<3>| -> Vec<f32> { x.clone().into_data().iter::<f32>().collect() };
                 let at = (&numbers(clusters)[..], &numbers(&output.nodes)[..]);
                 let along = (&numbers(&cluster_change)[..], &numbers(&change.nodes)[..]);
                 let tangent = rigid_motions_tangent(at, along, tree);

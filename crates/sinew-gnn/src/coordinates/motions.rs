@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
 use serde::{Deserialize, Serialize};
 use sinew_burn::MotionTree;
-use sinew_energy::Stiffness;
+use sinew_energy::{Body, Stiffness};
 use sinew_graph::{Topology, pool_positions};
 
 use super::packed;
@@ -24,6 +24,7 @@ use crate::error::{Error, Result, require_count, require_finite, require_positiv
 pub struct Motions {
     /// Displacement of zero outputs, at every real node \[length\].
     origin: Arc<[f64]>,
+    unknowns: usize,
     tree: Arc<MotionTree>,
 }
 
@@ -31,26 +32,25 @@ pub struct Motions {
 const SMALLEST_STIFFNESS: f64 = 1e-9;
 
 impl Motions {
-    /// About a body at `positions` + `origin` that `stiffness` belongs to. An output of one then costs an energy of ½; see
-    /// [`Motions::scaled`].
+    /// About a displacement of a body \[length\], which zero outputs stand for, with its stiffness there at θ. An output of one then
+    /// costs an energy of ½; see [`Motions::of_energy`].
     ///
     /// # Errors
-    /// Arrays that do not fit each other, numbers that are not finite, a graph without virtual nodes, a body that no
-    /// motion costs energy.
-    pub fn new(
+    /// A graph or a displacement that does not belong to the body, cells that the displacement inverts, a graph without
+    /// virtual nodes, a body that no motion costs energy.
+    pub fn about(
+        displacement: &[f64],
         topology: &Topology,
-        positions: &[[f64; 3]],
-        origin: Vec<f64>,
-        stiffness: &Stiffness,
-        dirichlet: &Dirichlet,
+        body: &Body,
+        theta: &[f64],
     ) -> Result<Self> {
         let nodes = topology.real_nodes;
-        require_count("displacement values of the origin", origin.len(), 3 * nodes)?;
-        require_finite("the origin of the outputs", &origin)?;
-        require_count("nodes of the stiffness", stiffness.nodes(), nodes)?;
-        require_count("prescribed entries", dirichlet.prescribed.len(), 3 * nodes)?;
-        let (u, _) = origin.as_chunks::<3>();
-        let places: Vec<[f64; 3]> = positions
+        require_count("nodes of the body", body.nodes, nodes)?;
+        let stiffness = stiffness(body, displacement, theta)?;
+        let dirichlet = Dirichlet::of_body(body);
+        let (u, _) = displacement.as_chunks::<3>();
+        let places: Vec<[f64; 3]> = body
+            .positions
             .iter()
             .zip(u)
             .map(|(x, u)| std::array::from_fn(|i| x[i] + u[i]))
@@ -68,7 +68,7 @@ impl Motions {
         let table = dirichlet.projectors(3);
         let (rows, _) = table.as_chunks::<3>();
         let (free, _) = rows.as_chunks::<3>();
-        let costs = Costs { stiffness, free, places: &places };
+        let costs = Costs { stiffness: &stiffness, free, places: &places };
         let node_scales = (0..nodes).map(|node| inverse_root(costs.of_node(node)));
         let mut tree = MotionTree {
             node_scales: node_scales.collect(),
@@ -92,18 +92,25 @@ impl Motions {
                 *ancestor = tree.cluster_parents[*ancestor].unwrap_or(*ancestor);
             }
         }
-        let largest = tree.node_scales.as_flattened().as_flattened().iter().fold(0f64, |m, s| m.max(s.abs()));
+        let largest =
+            tree.node_scales.as_flattened().as_flattened().iter().fold(0f64, |m, s| m.max(s.abs()));
         require_positive("the displacement of a unit output", largest)?;
-        Ok(Self { origin: origin.into(), tree: tree.into() })
+        let unknowns = dirichlet.prescribed.iter().filter(|value| value.is_none()).count();
+        Ok(Self { origin: displacement.into(), unknowns, tree: tree.into() })
     }
 
-    /// With outputs `size` times as large [√energy]; see [`Motions::linear_response`] for a good one.
-    pub fn scaled(mut self, size: f64) -> Self {
+    /// With outputs so large that, if all displacements of nodes were of size one, they would cost this `energy`.
+    ///
+    /// # Errors
+    /// An energy that is not positive.
+    pub fn of_energy(mut self, energy: f64) -> Result<Self> {
+        require_positive("the energy of outputs of one", energy)?;
+        let size = (2.0 * energy / self.unknowns as f64).sqrt();
         let tree = Arc::make_mut(&mut self.tree);
         let of_nodes = tree.node_scales.as_flattened_mut().as_flattened_mut();
         let of_clusters = tree.cluster_scales.as_flattened_mut().as_flattened_mut();
         of_nodes.iter_mut().chain(of_clusters).for_each(|entry| *entry *= size);
-        self
+        Ok(self)
     }
 
     /// Displacement of zero outputs, node by node \[length\].
@@ -114,6 +121,14 @@ impl Motions {
     pub(crate) fn tree(&self) -> &Arc<MotionTree> {
         &self.tree
     }
+}
+
+/// The stiffness of a body at a displacement.
+pub(super) fn stiffness(body: &Body, displacement: &[f64], theta: &[f64]) -> Result<Stiffness> {
+    require_count("displacement values", displacement.len(), 3 * body.nodes)?;
+    require_finite("a displacement", displacement)?;
+    body.check_theta(theta)?;
+    body.stiffness(displacement, theta).ok_or(Error::NoStiffness)
 }
 
 /// What motions of nodes and of clusters cost.
@@ -187,13 +202,15 @@ fn inverse_root<const N: usize>(cost: SMatrix<f64, N, N>) -> [[f64; N]; N] {
     let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(symmetric);
     let floor = SMALLEST_STIFFNESS * eigenvalues.amax();
     let power = |value: f64| if value.abs() > floor { value.abs().powf(-0.5) } else { 0.0 };
-    let root = &eigenvectors * DMatrix::from_diagonal(&eigenvalues.map(power)) * eigenvectors.transpose();
+    let root =
+        &eigenvectors * DMatrix::from_diagonal(&eigenvalues.map(power)) * eigenvectors.transpose();
     std::array::from_fn(|i| std::array::from_fn(|j| root[(i, j)]))
 }
 
 /// How motions are stored: numbers as bytes, so that they come back the same.
 #[derive(Serialize, Deserialize)]
 struct Packed {
+    unknowns: usize,
     node_parents: Vec<usize>,
     cluster_parents: Vec<Option<usize>>,
     origin: String,
@@ -207,6 +224,7 @@ impl From<Motions> for Packed {
     fn from(motions: Motions) -> Self {
         let tree = &motions.tree;
         Self {
+            unknowns: motions.unknowns,
             node_parents: tree.node_parents.clone(),
             cluster_parents: tree.cluster_parents.clone(),
             origin: packed::doubles(&motions.origin),
@@ -233,11 +251,16 @@ impl TryFrom<Packed> for Motions {
             positions: read(&packed.positions, 3 * nodes)?.as_chunks().0.to_vec(),
             centres: read(&packed.centres, 3 * clusters)?.as_chunks().0.to_vec(),
             node_scales: read(&packed.node_scales, 9 * nodes)?.as_chunks().0.as_chunks().0.to_vec(),
-            cluster_scales: read(&packed.cluster_scales, 36 * clusters)?.as_chunks().0.as_chunks().0.to_vec(),
+            cluster_scales: read(&packed.cluster_scales, 36 * clusters)?
+                .as_chunks()
+                .0
+                .as_chunks()
+                .0
+                .to_vec(),
             node_parents: packed.node_parents,
             cluster_parents: packed.cluster_parents,
         };
         let origin = read(&packed.origin, 3 * nodes)?.into();
-        Ok(Self { origin, tree: tree.into() })
+        Ok(Self { origin, unknowns: packed.unknowns, tree: tree.into() })
     }
 }

@@ -10,7 +10,8 @@ pub(super) fn doubles(values: &[f64]) -> String {
 
 /// `count` finite numbers.
 pub(super) fn read_doubles(text: &str, count: usize) -> Result<Vec<f64>, String> {
-    let bytes = STANDARD.decode(text).map_err(|error| format!("numbers of the outputs: {error}"))?;
+    let bytes =
+        STANDARD.decode(text).map_err(|error| format!("numbers of the outputs: {error}"))?;
     let (numbers, rest) = bytes.as_chunks();
     let values: Vec<f64> = numbers.iter().map(|&bytes| f64::from_le_bytes(bytes)).collect();
     if values.len() != count || !rest.is_empty() {

@@ -19,7 +19,8 @@ impl Supports {
         let nodes = dirichlet.prescribed.len() / dimensions;
         let field = |values: Vec<f64>| matrix(&values, nodes, device).unsqueeze_dim::<3>(0);
         let table = dirichlet.projectors(dimensions);
-        let entry = |node: usize, i: usize, j: usize| table[(node * dimensions + i) * dimensions + j];
+        let entry =
+            |node: usize, i: usize, j: usize| table[(node * dimensions + i) * dimensions + j];
         let rows = || (0..nodes * dimensions).map(|at| (at / dimensions, at % dimensions));
         let projectors = if dirichlet.axes.is_empty() {
             vec![field(rows().map(|(node, i)| entry(node, i, i)).collect())]

@@ -14,10 +14,10 @@ use sinew_gnn::{
     HistoryPoint, MinimumPotential, Motions, Objective, Observer, OutputBasis, OutputScale,
     ParameterScaling, Sample, Scales, Surrogate, Trainer, TrainingConfig, WeightedSum,
 };
+use sinew_graph::AugmentationConfig;
 use sinew_study::evaluate::TestSet;
 use sinew_study::train::Body;
 use sinew_study::{basis, graph, sampling, scenes};
-use sinew_graph::AugmentationConfig;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -31,17 +31,17 @@ struct Arguments {
     #[arg(required = true, value_parser = parse_recipe)]
     recipes: Vec<(Coordinates, Goal)>,
     /// Parameter sets per step
-    #[arg(long, default_value_t = 8)]
-    batch: usize,
+    #[arg(long, value_delimiter = ',', default_value = "8")]
+    batch: Vec<usize>,
     /// Steps of each training
-    #[arg(long, default_value_t = 1000)]
-    steps: usize,
+    #[arg(long, value_delimiter = ',', default_value = "1000")]
+    steps: Vec<usize>,
     /// Share of the steps that train the node embeddings
-    #[arg(long, default_value_t = 0.1)]
-    share: f64,
+    #[arg(long, value_delimiter = ',', default_value = "0.1")]
+    share: Vec<f64>,
     /// Peak of the learning rate
-    #[arg(long, default_value_t = 4e-3)]
-    learning_rate: f64,
+    #[arg(long, value_delimiter = ',', default_value = "4e-3")]
+    learning_rate: Vec<f64>,
     /// Simulations that the coordinates are taken from
     #[arg(long, default_value_t = 200)]
     simulations: usize,
@@ -55,8 +55,8 @@ struct Arguments {
     #[arg(long, default_value_t = 4)]
     ratio: usize,
     /// Factor of the outputs' size
-    #[arg(long, default_value_t = 1.0)]
-    size: f64,
+    #[arg(long, value_delimiter = ',', default_value = "1")]
+    size: Vec<f64>,
     /// Width M of the embeddings
     #[arg(long, default_value_t = 40)]
     latent: usize,
@@ -117,7 +117,8 @@ fn main() -> Result<()> {
         let mut before = None;
         for (index, &recipe) in arguments.recipes.iter().enumerate() {
             println!("seed {seed}: {recipe:?}");
-            let trained = train(&arguments, seed, recipe, &body, &fields, &test, before.take());
+            let trained =
+                train(&arguments, seed, (index, recipe), &body, &fields, &test, before.take());
             match trained {
                 Ok(Trained { surrogate, geometry, err_u_mm, concerns }) => {
                     finals[index].push(err_u_mm);
@@ -144,6 +145,11 @@ fn main() -> Result<()> {
     Ok(())
 }
 
+/// The value of a training among those given for all; the last one goes on.
+fn nth<T: Copy>(values: &[T], index: usize) -> T {
+    values[index.min(values.len() - 1)]
+}
+
 /// The end of a training.
 struct Trained {
     surrogate: Surrogate,
@@ -160,7 +166,8 @@ fn simulate(arguments: &Arguments, seed: u64) -> Result<(Body, Vec<Vec<f64>>, Te
     };
     let mut beam = beam;
     if let [x, y, z] = arguments.cells[..] {
-        let extent = if arguments.scene == "once" { [100.0, 10.0, 10.0] } else { [150.0, 10.0, 2.0] };
+        let extent =
+            if arguments.scene == "once" { [100.0, 10.0, 10.0] } else { [150.0, 10.0, 2.0] };
         beam.scene.mesh = sinew_mesh::box_tetrahedra(extent, [x, y, z]);
     }
     let exact = beam.scene.lower()?;
@@ -174,7 +181,10 @@ fn simulate(arguments: &Arguments, seed: u64) -> Result<(Body, Vec<Vec<f64>>, Te
         Ok(solutions.iter().map(|solution| solution.displacement.clone()).collect())
     };
     let thetas = sampling::log_latin_hypercube(200, &ranges, seed);
-    let needed = arguments.recipes.iter().any(|(c, g)| !matches!(c, Coordinates::MotionsRest | Coordinates::MotionsPrediction) || !matches!(g, Goal::Energy));
+    let needed = arguments.recipes.iter().any(|(c, g)| {
+        !matches!(c, Coordinates::MotionsRest | Coordinates::MotionsPrediction)
+            || !matches!(g, Goal::Energy)
+    });
     let fields = if needed { solve(&thetas)? } else { vec![Vec::new(); 200] };
     let tests = sampling::uniform(arguments.tests, &ranges, !seed);
     let displacements = solve(&tests)?;
@@ -207,18 +217,21 @@ fn simulate(arguments: &Arguments, seed: u64) -> Result<(Body, Vec<Vec<f64>>, Te
 fn train(
     arguments: &Arguments,
     seed: u64,
-    (coordinates, goal): (Coordinates, Goal),
+    (index, (coordinates, goal)): (usize, (Coordinates, Goal)),
     body: &Body,
     fields: &[Vec<f64>],
     test: &TestSet,
     before: Option<(Surrogate, Geometry)>,
 ) -> Result<Trained> {
     let start = Instant::now();
+    let steps = nth(&arguments.steps, index);
     let anchor = match (coordinates, before) {
         (Coordinates::Prediction | Coordinates::MotionsPrediction, Some((surrogate, geometry))) => {
             surrogate.predict(&geometry, std::slice::from_ref(&body.centre))?.displacement
         }
-        (Coordinates::Prediction | Coordinates::MotionsPrediction, None) => bail!("no training before this one"),
+        (Coordinates::Prediction | Coordinates::MotionsPrediction, None) => {
+            bail!("no training before this one")
+        }
         (Coordinates::MotionsRest, _) => vec![0.0; body.linear_response.len()],
         _ => basis::nearest_to_centre(body, fields).context("no simulation")?.to_vec(),
     };
@@ -231,7 +244,7 @@ fn train(
         }
         Coordinates::MotionsRest
         | Coordinates::MotionsSimulation
-        | Coordinates::MotionsPrediction => motions(arguments, body, &anchor)?,
+        | Coordinates::MotionsPrediction => motions(nth(&arguments.size, index), body, &anchor)?,
         Coordinates::Simulations => {
             let some = fields.iter().take(arguments.simulations).map(Vec::as_slice);
             sinew_gnn::Coordinates::Basis(OutputBasis::principal(some, arguments.power)?)
@@ -254,12 +267,12 @@ fn train(
         training: samples.collect(),
         validation: Vec::new(),
     };
-    let objective = objective(goal, body, &anchor, &output, &data, arguments.steps)?;
+    let objective = objective(goal, body, &anchor, &output, &data, steps)?;
     let config = TrainingConfig {
-        batch: arguments.batch,
-        budget: Budget::Steps(arguments.steps),
-        learning_rate: arguments.learning_rate,
-        embedding_share: arguments.share,
+        batch: nth(&arguments.batch, index),
+        budget: Budget::Steps(steps),
+        learning_rate: nth(&arguments.learning_rate, index),
+        embedding_share: nth(&arguments.share, index),
         seed,
         evaluations: 4,
         ..TrainingConfig::default()
@@ -277,8 +290,7 @@ fn train(
     let scales = Scales::over(&data.geometries, body.parameters.clone(), output)?;
     let device = Backend::Flex.device()?;
     let surrogate = Surrogate::new(&network, &data, scales, seed, &device)?;
-    let averaged =
-        arguments.average.map(|decay| Averaged::new(&config.optimiser, decay, arguments.steps));
+    let averaged = arguments.average.map(|decay| Averaged::new(&config.optimiser, decay, steps));
     let mut trainer = Trainer::new(surrogate, data, objective, config)?;
     if let Some(averaged) = averaged {
         trainer = trainer.with_optimiser(Box::new(averaged));
@@ -349,18 +361,10 @@ impl Observer for Printer<'_> {
     }
 }
 
-/// Motions about an anchor; outputs of one stand for their share of the energy of the linear response.
-fn motions(arguments: &Arguments, body: &Body, anchor: &[f64]) -> Result<sinew_gnn::Coordinates> {
-    let (exact, dirichlet) = (&body.exact, &body.geometry.dirichlet);
-    let stiffness = exact.stiffness(anchor, &body.centre).context("an inverted anchor")?;
-    let motions = Motions::new(&body.topology, &exact.positions, anchor.to_vec(), &stiffness, dirichlet)?;
-    let start = Instant::now();
-    let rest = exact.stiffness(&vec![0.0; anchor.len()], &body.centre).context("rest")?;
-    let response = motions.linear_response(&rest, dirichlet, &exact.nodal_force)?;
-    let work: f64 = response.iter().zip(&exact.nodal_force).map(|(u, f)| u * f).sum();
-    let reference: f64 = body.linear_response.iter().zip(&exact.nodal_force).map(|(u, f)| u * f).sum();
-    println!("linear response in {:.2} s, work {work} against {reference}", start.elapsed().as_secs_f64());
-    let unknowns = dirichlet.prescribed.iter().filter(|p| p.is_none()).count();
-    let size = arguments.size * (work / unknowns as f64).sqrt();
-    Ok(sinew_gnn::Coordinates::Motions(motions.scaled(size)))
+/// Motions about an anchor; outputs of one cost so much of what a linear response would.
+fn motions(size: f64, body: &Body, anchor: &[f64]) -> Result<sinew_gnn::Coordinates> {
+    let motions = Motions::about(anchor, &body.topology, &body.exact, &body.centre)?;
+    let response = motions.linear_response(&body.exact, &body.centre)?;
+    let energy = -0.5 * body.exact.load_value(&response, &body.centre);
+    Ok(sinew_gnn::Coordinates::Motions(motions.of_energy(size * size * energy)?))
 }
