@@ -2,83 +2,37 @@
 //! took and how far from the solver it is.
 //!
 //! ```sh
-//! cargo run -p sinew-examples --example predict_batch -- examples/cases/hanging_bar.toml 200
+//! cargo run -p sinew-examples --example predict_batch -- 200
 //! ```
 
-use anyhow::{Context, Result, bail};
-use sinew_energy::metrics::displacement_error;
-use sinew_examples::Case;
-use sinew_fem::{Options, Solver, sweep};
-use sinew_gnn::{Backend, Surrogate};
+use anyhow::{Context, Result};
+use sinew_emulate::{Design, Emulator, Terminal, TestSet, simulate};
 use std::path::Path;
-use std::time::Instant;
-
-const HELP: &str = "usage: predict_batch [CASE.toml [COUNT]]
-
-Run train_emulator with the same case first. Without arguments: the case that comes with the examples
-and 200 parameter sets.";
 
 fn main() -> Result<()> {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let (case, count) = match arguments.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-        ["--help" | "-h"] => {
-            println!("{HELP}");
-            return Ok(());
-        }
-        [] => (Case::bundled()?, 200),
-        [path] => (Case::read(Path::new(path))?, 200),
-        [path, count] => {
-            let count = count.parse().with_context(|| format!("COUNT is {count:?}\n\n{HELP}"))?;
-            (Case::read(Path::new(path))?, count)
-        }
-        _ => bail!("too many arguments\n\n{HELP}"),
-    };
-    predict(&case, count)
-}
-
-fn predict(case: &Case, count: usize) -> Result<()> {
-    let body = case.prepare()?;
-    let surrogate = Surrogate::load(&case.output.join("emulator"), &Backend::Flex.device()?)
-        .context("run train_emulator with the same case first")?;
-    // Parameter sets beyond those trained on.
-    let thetas = case.thetas(case.training.samples..case.training.samples + count.max(1));
-
-    // Message passing once, then only the decoder. The first batch warms caches and threads.
-    let fixed = surrogate.fixed_geometry(&body.geometry)?;
-    fixed.predict(&thetas)?;
-    let start = Instant::now();
-    let prediction = fixed.predict(&thetas)?;
-    let emulated_ms = 1e3 * start.elapsed().as_secs_f64() / thetas.len() as f64;
-
-    let start = Instant::now();
-    let swept = sweep(&body.potential, &thetas, &Options::default(), || ())?;
-    let solved_ms = 1e3 * start.elapsed().as_secs_f64() / thetas.len() as f64;
-    let solutions = swept.solutions()?;
-    let mut errors = Vec::new();
-    for (index, solution) in solutions.iter().enumerate() {
-        errors.extend(displacement_error(&solution.displacement, prediction.field(index)));
-    }
-    errors.sort_by(f64::total_cmp);
-    println!("{} parameter sets, {} nodes", thetas.len(), body.potential.nodes);
+    let count = std::env::args().nth(1).unwrap_or_else(|| "200".into());
+    let count: usize = count.parse().with_context(|| format!("{count:?} is no count"))?;
+    let body = sinew_examples::bar()?;
+    let emulator = Emulator::load(Path::new("out/bar/emulator"), &body)
+        .context("run train_emulator in this folder first")?;
+    let thetas = Design::Sobol.sample(&body.parameters, count, 7)?;
+    let solved = simulate(&body, &thetas, "solve", None, &mut Terminal::default())?;
+    let solver_ms = 1e3 * solved.seconds / thetas.len() as f64;
+    let evaluation = emulator.evaluate(&TestSet::new(&body, solved), 1)?;
+    println!("{count} parameter sets, {} nodes", body.nodes);
+    let (raw, corrected) = (&evaluation.raw.err_u, &evaluation.corrected[0].errors.err_u);
     println!(
-        "emulator  {emulated_ms:.3} ms per set, median error {:.2e} mm, largest {:.2e} mm",
-        errors[errors.len() / 2],
-        errors[errors.len() - 1]
+        "emulator  {:.3} ms per set, median error {:.2e} mm, largest {:.2e} mm",
+        1e3 * evaluation.times.predict_batch_per_theta_s,
+        raw.q50,
+        raw.max
     );
-    println!("solver    {solved_ms:.3} ms per set, the reference of these errors");
-
-    // One row per parameter, as the displacements.
-    let emulated = fixed.sensitivity(&thetas[..1])?.derivative;
-    let solved = Solver::new(&body.potential)?.sensitivity(solutions[0])?;
-    let largest = |row: &[f64]| row.iter().fold(0.0f64, |most, d| most.max(d.abs()));
-    println!("largest derivatives at mu, lambda = {:.1?} kPa [mm/kPa]", thetas[0]);
-    let rows = emulated.chunks_exact(prediction.field(0).len()).zip(&solved);
-    for (name, (emulated, solved)) in ["mu", "lambda"].iter().zip(rows) {
-        println!(
-            "  |du/d{name}|: emulator {:.3}, solver {:.3}",
-            largest(emulated),
-            largest(solved)
-        );
-    }
+    println!(
+        "corrected {:.3} ms more,    median error {:.2e} mm, largest {:.2e} mm",
+        1e3 * evaluation.times.correction_s,
+        corrected.q50,
+        corrected.max
+    );
+    println!("solver    {solver_ms:.3} ms per set, the reference of these errors");
     Ok(())
 }

@@ -1,94 +1,108 @@
-//! The arrows between the crates, read from `cargo metadata` and compared with docs/architecture.md.
+//! The table of crates in docs/architecture.md, held against `cargo metadata` in both directions: what a crate
+//! depends on is listed, and what is listed is depended on. A new crate is a new row there and nothing here.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-/// Crates of ours that each crate may name in its normal dependencies.
-const ARROWS: &[(&str, &[&str])] = &[
-    ("sinew-num", &[]),
-    ("sinew-mesh", &[]),
-    ("sinew-energy", &["sinew-num", "sinew-mesh"]),
-    ("sinew-fem", &["sinew-num", "sinew-mesh", "sinew-energy"]),
-    ("sinew-graph", &["sinew-mesh"]),
-    ("sinew-burn", &["sinew-num"]),
-    ("sinew-gp", &["sinew-num", "sinew-burn"]),
-    ("sinew-gnn", &["sinew-num", "sinew-mesh", "sinew-energy", "sinew-graph", "sinew-burn"]),
-    (
-        "sinew-study",
-        &[
-            "sinew-num",
-            "sinew-mesh",
-            "sinew-energy",
-            "sinew-fem",
-            "sinew-graph",
-            "sinew-burn",
-            "sinew-gnn",
-            "sinew-gp",
-        ],
-    ),
-    ("sinew-verify", &["sinew-num", "sinew-mesh", "sinew-energy", "sinew-fem"]),
-    ("sinew-tests", &[]),
-    ("sinew-examples", &["sinew-mesh", "sinew-energy", "sinew-fem", "sinew-graph", "sinew-gnn"]),
-    ("xtask", &[]),
-];
+const TABLE: &str = "docs/architecture.md";
+/// First cells of the table's head.
+const HEAD: &str = "| crate | holds | depends on (ours) | heavy dependency |";
+/// Packages that are named in the last column; no crate has one that is not named by it or a crate below it.
+const HEAVY: &[&str] = &["burn", "faer", "kiddo", "linfa", "quick-xml"];
 
-/// Heavy packages and the only crates of ours that may have them anywhere in their trees.
-const HEAVY: &[(&str, &[&str])] = &[
-    ("burn", &["sinew-burn", "sinew-gnn", "sinew-gp", "sinew-study", "sinew-examples"]),
-    ("faer", &["sinew-fem", "sinew-gp", "sinew-study", "sinew-verify", "sinew-examples"]),
-    (
-        "quick-xml",
-        &[
-            "sinew-mesh",
-            "sinew-energy",
-            "sinew-fem",
-            "sinew-graph",
-            "sinew-gnn",
-            "sinew-study",
-            "sinew-verify",
-            "sinew-examples",
-        ],
-    ),
-];
+/// Names of ours and of heavy packages that a crate depends on directly.
+#[derive(Debug, Default, PartialEq)]
+struct Row {
+    ours: BTreeSet<String>,
+    heavy: BTreeSet<String>,
+}
 
-/// Fails with every forbidden arrow by name.
+/// Fails with every difference by name.
 pub fn check() -> Result<()> {
     let metadata = MetadataCommand::new().exec().context("cargo metadata failed")?;
-    let ours: BTreeSet<&str> =
-        metadata.workspace_packages().iter().map(|package| package.name.as_str()).collect();
-    let mut wrong = Vec::new();
-    for package in metadata.workspace_packages() {
-        let Some((_, allowed)) = ARROWS.iter().find(|(name, _)| *name == package.name.as_str())
-        else {
-            wrong.push(format!("{} is not in the table of xtask/src/arrows.rs", package.name));
-            continue;
-        };
-        for dependency in normal_dependencies(package) {
-            if ours.contains(dependency) && !allowed.contains(&dependency) {
-                wrong.push(format!("{} must not depend on {dependency}", package.name));
-            }
-        }
+    let path = metadata.workspace_root.join(TABLE);
+    let text = std::fs::read_to_string(&path).with_context(|| format!("{path} is unreadable"))?;
+    let table = rows(&text)?;
+    let packages = metadata.workspace_packages();
+    let ours: BTreeSet<&str> = packages.iter().map(|package| package.name.as_str()).collect();
+    let actual = packages.iter().map(|&package| (package.name.to_string(), row(package, &ours)));
+    let mut wrong = differences(&table, &actual.collect());
+    for package in packages {
         let tree = normal_tree(&metadata, package);
-        for (heavy, owners) in HEAVY {
-            if tree.contains(*heavy) && !owners.contains(&package.name.as_str()) {
-                wrong.push(format!("{} must not have {heavy} in its tree", package.name));
+        for heavy in HEAVY.iter().filter(|heavy| tree.contains(**heavy)) {
+            if !reaches(&table, &package.name, heavy) {
+                wrong.push(format!("{} has {heavy} below it through none of ours", package.name));
             }
         }
     }
     if !wrong.is_empty() {
-        bail!("forbidden dependencies (docs/architecture.md):\n  {}", wrong.join("\n  "));
+        bail!("the crates and the table of {TABLE} differ:\n  {}", wrong.join("\n  "));
     }
-    eprintln!("dependency arrows: {} crates keep to docs/architecture.md", ours.len());
+    eprintln!("dependency arrows: {} crates are as {TABLE} says", table.len());
     Ok(())
 }
 
-fn normal_dependencies(package: &Package) -> impl Iterator<Item = &str> {
-    package
-        .dependencies
-        .iter()
-        .filter(|dependency| dependency.kind == DependencyKind::Normal)
-        .map(|dependency| dependency.name.as_str())
+/// Rows of the table by the name of the package; `num` in a row stands for `sinew-num`.
+fn rows(text: &str) -> Result<BTreeMap<String, Row>> {
+    let lines = text.lines().skip_while(|line| *line != HEAD).skip(2);
+    let mut table = BTreeMap::new();
+    for line in lines.take_while(|line| line.starts_with('|')) {
+        let cells: Vec<_> = line.trim_matches('|').split('|').map(str::trim).collect();
+        let [name, _, ours, heavy] = cells[..] else {
+            bail!("{TABLE}: a row of four cells, not of {}: {line}", cells.len());
+        };
+        let names = |cell: &str| -> Vec<String> {
+            cell.split(',').map(str::trim).filter(|name| !name.is_empty()).map(Into::into).collect()
+        };
+        let row = Row {
+            ours: names(ours).iter().map(|name| format!("sinew-{name}")).collect(),
+            heavy: names(heavy).iter().map(|name| name.to_lowercase()).collect(),
+        };
+        table.insert(name.trim_matches('`').into(), row);
+    }
+    ensure!(!table.is_empty(), "{TABLE} has no table under `{HEAD}`");
+    Ok(table)
+}
+
+/// What `cargo metadata` says of a package.
+fn row(package: &Package, ours: &BTreeSet<&str>) -> Row {
+    let normal = |name: &&str| {
+        let of_kind = |d: &&cargo_metadata::Dependency| d.kind == DependencyKind::Normal;
+        package.dependencies.iter().filter(of_kind).any(|d| d.name == *name)
+    };
+    let owned = |name: &str| name.to_string();
+    Row {
+        ours: ours.iter().copied().filter(normal).map(owned).collect(),
+        heavy: HEAVY.iter().copied().filter(normal).map(owned).collect(),
+    }
+}
+
+/// One sentence per name that is only in the table or only in the crates.
+fn differences(table: &BTreeMap<String, Row>, actual: &BTreeMap<String, Row>) -> Vec<String> {
+    let mut wrong: Vec<_> = (table.keys().filter(|name| !actual.contains_key(*name)))
+        .map(|name| format!("{name} is in the table and no package of the workspace"))
+        .collect();
+    for (name, found) in actual {
+        let Some(listed) = table.get(name) else {
+            wrong.push(format!("{name} is not in the table"));
+            continue;
+        };
+        for (listed, found) in [(&listed.ours, &found.ours), (&listed.heavy, &found.heavy)] {
+            let forbidden = found.difference(listed);
+            wrong.extend(forbidden.map(|other| format!("{name} must not depend on {other}")));
+            let unused = listed.difference(found);
+            wrong.extend(unused.map(|other| format!("{name} may depend on {other} and does not")));
+        }
+    }
+    wrong
+}
+
+/// Whether a crate of the table, or one below it, lists a heavy package.
+fn reaches(table: &BTreeMap<String, Row>, name: &str, heavy: &str) -> bool {
+    table.get(name).is_some_and(|row| {
+        row.heavy.contains(heavy) || row.ours.iter().any(|below| reaches(table, below, heavy))
+    })
 }
 
 /// Names of all packages in the tree of normal dependencies below `root`.
@@ -109,4 +123,56 @@ fn normal_tree(metadata: &Metadata, root: &Package) -> BTreeSet<String> {
         }
     }
     names
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "Before.\n\n| crate | holds | depends on (ours) | heavy dependency |\n|---|---|---|---|\n\
+        | `sinew-num` | numbers | | |\n| `sinew-fem` | solver | num | faer |\n\
+        | `sinew-top` | programs | fem | |\n\nAfter.\n| `sinew-late` | no row | | |\n";
+
+    fn with(name: &str, change: impl Fn(&mut Row)) -> Vec<String> {
+        let mut actual = rows(TEXT).unwrap();
+        change(actual.get_mut(name).unwrap());
+        differences(&rows(TEXT).unwrap(), &actual)
+    }
+
+    #[test]
+    fn forbidden_and_unused_arrows_are_named() {
+        assert!(with("sinew-num", |_| {}).is_empty());
+        let forbidden = with("sinew-num", |row| _ = row.ours.insert("sinew-fem".into()));
+        assert_eq!(forbidden, ["sinew-num must not depend on sinew-fem"]);
+        let heavy = with("sinew-num", |row| _ = row.heavy.insert("burn".into()));
+        assert_eq!(heavy, ["sinew-num must not depend on burn"]);
+        let unused = with("sinew-fem", |row| *row = Row::default());
+        let expected =
+            ["sinew-num", "faer"].map(|o| format!("sinew-fem may depend on {o} and does not"));
+        assert_eq!(unused, expected);
+    }
+
+    #[test]
+    fn crates_and_rows_without_a_partner_are_named() {
+        let (table, mut actual) = (rows(TEXT).unwrap(), rows(TEXT).unwrap());
+        actual.insert("sinew-new".into(), Row::default());
+        actual.remove("sinew-top");
+        let wrong = differences(&table, &actual);
+        assert_eq!(wrong.len(), 2);
+        assert!(wrong[0].contains("sinew-top") && wrong[1] == "sinew-new is not in the table");
+    }
+
+    #[test]
+    fn heavy_packages_are_reached_through_rows_below() {
+        let table = rows(TEXT).unwrap();
+        assert!(reaches(&table, "sinew-top", "faer") && !reaches(&table, "sinew-num", "faer"));
+        assert!(!reaches(&table, "sinew-top", "burn"));
+    }
+
+    #[test]
+    fn a_missing_table_and_a_short_row_are_refused() {
+        assert!(rows("no table").is_err());
+        let short = TEXT.replace("| numbers | | |", "| numbers | |");
+        assert!(rows(&short).unwrap_err().to_string().contains("not of 3"));
+    }
 }

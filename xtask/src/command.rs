@@ -3,6 +3,7 @@
 use anyhow::{Context, Result, bail};
 use cargo_metadata::MetadataCommand;
 use std::process::Command;
+use std::time::Instant;
 
 /// Runs cargo with `arguments`, showing what is run.
 pub fn cargo(arguments: &[&str], environment: &[(&str, &str)]) -> Result<()> {
@@ -23,34 +24,42 @@ pub fn cargo(arguments: &[&str], environment: &[(&str, &str)]) -> Result<()> {
 /// Naming an example beside the program makes cargo resolve features as it does for the tests of the whole
 /// workspace, so that the heavy dependencies are compiled once for both.
 pub fn study(name: &str, options: &[String]) -> Result<()> {
-    let mut build = vec![
-        "build",
-        "--quiet",
-        "--workspace",
-        "--bin",
-        "sinew-study",
-        "--example",
-        "mesh_quality",
-    ];
+    let mut build =
+        vec!["build", "--workspace", "--bin", "sinew-study", "--example", "mesh_quality"];
     // A backend is compiled in by its feature, so that the default build stays small.
     let ndarray = options.windows(2).any(|pair| pair == ["--backend", "ndarray"])
         || options.iter().any(|option| option == "--backend=ndarray");
     if ndarray {
         build.extend(["--features", "sinew-study/ndarray"]);
     }
-    cargo(&build, &[])?;
     let arguments = [&[name.to_string()], options].concat();
-    start("sinew-study", name, &arguments)
+    start(&build, STUDIES_COLD, "sinew-study", name, &arguments)
 }
 
 /// Builds and runs the benchmarks of `sinew-verify`, which needs none of the heavy dependencies of the studies.
 pub fn verify(options: &[String]) -> Result<()> {
-    cargo(&["build", "--quiet", "--package", "sinew-verify", "--bin", "verify"], &[])?;
-    start("verify", "verify", options)
+    let build = ["build", "--package", "sinew-verify", "--bin", "verify"];
+    start(&build, VERIFY_COLD, "verify", "verify", options)
 }
 
-/// Runs a program that was built.
-fn start(program: &str, task: &str, arguments: &[String]) -> Result<()> {
+/// What a build from nothing takes on two cores (docs/design.md, "Building").
+const STUDIES_COLD: &str = "five minutes";
+const VERIFY_COLD: &str = "two minutes";
+
+/// Builds a program in view of the reader, and runs it.
+fn start(
+    build: &[&str],
+    cold: &str,
+    program: &str,
+    task: &str,
+    arguments: &[String],
+) -> Result<()> {
+    eprintln!(
+        "Building {program}: about {cold} on two cores the first time, seconds from then on."
+    );
+    let clock = Instant::now();
+    cargo(build, &[])?;
+    eprintln!("Built {program} in {:.0} s.\n", clock.elapsed().as_secs_f64());
     let folder = MetadataCommand::new().no_deps().exec()?.target_directory;
     let program = folder.join("debug").join(format!("{program}{}", std::env::consts::EXE_SUFFIX));
     let status = Command::new(&program)

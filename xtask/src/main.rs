@@ -6,6 +6,8 @@
 mod arrows;
 mod ci;
 mod command;
+mod miri;
+mod page;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -44,8 +46,15 @@ enum Task {
     },
     /// Format, lints, documentation, dependency arrows and tests: what continuous integration runs
     Ci,
-    /// Check the arrows between the crates
+    /// Hold the crates' dependencies against the table in docs/architecture.md
     Arrows,
+    /// Run the tests of modules with unsafe code under Miri, on the nightly toolchain
+    Miri,
+    /// Open reports in a headless Chromium: errors, overlapping labels, contrast, in light and dark
+    Page {
+        /// Files such as out/reproduce-beam/report.html
+        pages: Vec<std::path::PathBuf>,
+    },
     /// Run the benchmarks; each prints its error beside its time
     Bench {
         /// Options of criterion, such as a filter on benchmark names
@@ -61,6 +70,8 @@ fn main() -> Result<()> {
         Task::Verify { options } => command::verify(&options),
         Task::Ci => ci::run(),
         Task::Arrows => arrows::check(),
+        Task::Miri => miri::run(),
+        Task::Page { pages } => page::check(&pages),
         Task::Bench { options } => command::benches(&options),
     }
 }

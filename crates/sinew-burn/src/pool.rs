@@ -4,6 +4,7 @@
 //! a fault per 4 KiB, a tenth of the step; buffers returned here are handed out again, and the
 //! allocator is brought to keep what Burn's tensors free.
 
+use bytemuck::{Pod, Zeroable};
 use std::fmt;
 use std::ops::{Deref, DerefMut};
 use std::sync::{Mutex, Once, PoisonError};
@@ -16,9 +17,8 @@ const LARGEST_MISFIT: usize = 4;
 
 /// As many numbers as a cache line holds, at its place: registers are as wide at most, and loads
 /// across two lines cost twice.
-#[derive(Clone, Copy)]
-#[repr(align(64))]
-#[allow(dead_code)] // read through the slice of numbers
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C, align(64))]
 struct Line([f32; LINE]);
 
 /// Numbers of a cache line.
@@ -91,15 +91,13 @@ impl Drop for Buffer {
 impl Deref for Buffer {
     type Target = [f32];
     fn deref(&self) -> &[f32] {
-        // SAFETY: a line is nothing but its numbers, and there are at least `len` of them.
-        unsafe { std::slice::from_raw_parts(self.lines.as_ptr().cast(), self.len) }
+        &bytemuck::cast_slice(&self.lines)[..self.len]
     }
 }
 
 impl DerefMut for Buffer {
     fn deref_mut(&mut self) -> &mut [f32] {
-        // SAFETY: as above, and the buffer is borrowed exclusively.
-        unsafe { std::slice::from_raw_parts_mut(self.lines.as_mut_ptr().cast(), self.len) }
+        &mut bytemuck::cast_slice_mut(&mut self.lines)[..self.len]
     }
 }
 

@@ -220,7 +220,8 @@ impl Task<'_> {
         let Factor { values, row_stride, step } = self.factor;
         let last = |count: usize, stride: usize| (count - 1) * stride;
         assert!(self.count > 0 && output.len() == self.count * self.columns);
-        assert!(self.start < self.columns && width.is_multiple_of(LANES) && width <= 4 * LANES);
+        assert!(self.start < self.columns && width.is_multiple_of(LANES));
+        assert!((LANES..=4 * LANES).contains(&width));
         if self.depth > 0 {
             assert!(last(self.count, row_stride) + last(self.depth, step) < values.len());
             assert!(last(self.depth, self.stride) + width <= self.panel.len());

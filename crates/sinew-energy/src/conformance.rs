@@ -246,9 +246,11 @@ impl<L: Law<D>, const D: usize> Suite<'_, L, D> {
 mod tests {
     use super::*;
     use crate::Guard;
+    use crate::Solid;
     use crate::laws::{
-        ByYoungPoisson, Guccione, HolzapfelOgden, HolzapfelOgden2009, HolzapfelOgdenCompressible,
-        IsochoricNeoHookean, LinearElastic, NeoHookean, PlaneStress,
+        ActiveTension, ByYoungPoisson, Compressible, FixedTension, Guccione, HolzapfelOgden,
+        HolzapfelOgden2009, HolzapfelOgdenCompressible, LinearElastic, NeoHookean, NeoHookeanShape,
+        PlaneStress,
     };
     use sinew_num::Scalar;
 
@@ -276,15 +278,23 @@ mod tests {
     fn every_law_conforms() {
         holds(NeoHookean, &[1.5, 2.5], SOLID);
         holds(ByYoungPoisson(NeoHookean), &[10.0, 0.3], SOLID);
-        holds(IsochoricNeoHookean { bulk_modulus: BULK }, &[1.5], SOLID);
+        holds(NeoHookeanShape.nearly_incompressible(BULK), &[1.5], SOLID);
         holds(LinearElastic, &[1.5, 2.5], SMALL_DISPLACEMENT);
         holds(PlaneStress(LinearElastic), &[1.5, 2.5], SMALL_DISPLACEMENT);
         holds(ByYoungPoisson(PlaneStress(LinearElastic)), &[10.0, 0.3], SMALL_DISPLACEMENT);
-        holds(HolzapfelOgden { bulk_modulus: BULK }, &[0.18, 2.6, 3.34, 2.73], SOLID);
+        holds(HolzapfelOgden.nearly_incompressible(BULK), &[0.18, 2.6, 3.34, 2.73], SOLID);
         holds(HolzapfelOgdenCompressible::THESIS_KPA, &[0.18, 2.6, 3.34, 2.73], SOLID);
         let orthotropic = [0.059, 8.023, 18.472, 16.026, 2.481, 11.12, 0.216, 11.436];
-        holds(HolzapfelOgden2009 { bulk_modulus: BULK }, &orthotropic, SOLID);
-        holds(Guccione { bulk_modulus: BULK }, &[2.0, 8.0, 2.0, 4.0], SOLID);
+        holds(HolzapfelOgden2009.nearly_incompressible(BULK), &orthotropic, SOLID);
+        holds(Guccione.nearly_incompressible(BULK), &[2.0, 8.0, 2.0, 4.0], SOLID);
+        let whole = Guccione.nearly_incompressible(BULK).of_whole_strain();
+        holds(whole, &[2.0, 8.0, 2.0, 4.0], SOLID);
+        holds(Solid::new(NeoHookeanShape, Compressible { kappa: BULK }), &[1.5], SOLID);
+        let contracting = Claims { stress_free_at_rest: false, ..SOLID };
+        let muscle = HolzapfelOgden.nearly_incompressible(BULK);
+        holds(muscle.with_active(ActiveTension), &[0.18, 2.6, 3.34, 2.73, 4.0], contracting);
+        let fixed = FixedTension { tension: 4.0 };
+        holds(muscle.with_active(fixed), &[0.18, 2.6, 3.34, 2.73], contracting);
     }
 
     /// `Ψ = ½μ(I₁ − 3)` from F itself: stressed at rest, blind to inversion, and poor in single precision.

@@ -156,7 +156,7 @@ fn argument<const D: usize>(p: usize, q: usize) -> usize {
 }
 
 /// The most parameters that a law may have.
-const MOST_PARAMETERS: usize = 8;
+pub(crate) const MOST_PARAMETERS: usize = 9;
 
 /// A deformation with what the derivatives of its invariants need.
 struct State<'a, const D: usize> {

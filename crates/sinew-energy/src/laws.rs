@@ -1,38 +1,52 @@
-//! The laws, one file each.
+//! The laws and the parts of solids, one file each.
 
+mod active_tension;
+mod compressible;
 mod elastic_constants;
 mod guccione;
 mod holzapfel_ogden;
 mod holzapfel_ogden_2009;
 mod holzapfel_ogden_compressible;
-mod isochoric_neo_hookean;
 mod linear_elastic;
 mod neo_hookean;
+mod neo_hookean_shape;
+mod penalty;
 mod plane_stress;
 
-use crate::Guard;
+use crate::{Guard, NearlyIncompressible, Solid};
 use sinew_num::Scalar;
 
+pub use active_tension::{ActiveTension, FixedTension};
+pub use compressible::Compressible;
 use elastic_constants::lame_bounds;
 pub use elastic_constants::{ByYoungPoisson, lame_from_young_poisson, young_poisson_from_lame};
 pub use guccione::Guccione;
 pub use holzapfel_ogden::HolzapfelOgden;
 pub use holzapfel_ogden_2009::HolzapfelOgden2009;
 pub use holzapfel_ogden_compressible::HolzapfelOgdenCompressible;
-pub use isochoric_neo_hookean::IsochoricNeoHookean;
 pub use linear_elastic::LinearElastic;
 pub use neo_hookean::NeoHookean;
+pub use neo_hookean_shape::NeoHookeanShape;
+pub use penalty::Penalty;
 pub use plane_stress::PlaneStress;
+
+/// Solids of these shape energies in one call.
+macro_rules! solids {
+    ($($shape:ident),*) => {
+        $(impl $shape {
+            /// The nearly incompressible solid with the energy `½P(J−1)²`; P in the unit of stress.
+            pub const fn nearly_incompressible(self, bulk_modulus: f64) -> NearlyIncompressible<Self> {
+                Solid::new(self, Penalty { bulk_modulus })
+            }
+        })*
+    };
+}
+solids!(Guccione, HolzapfelOgden, HolzapfelOgden2009, HolzapfelOgdenCompressible, NeoHookeanShape);
 
 /// `a/(2b) (e^{b x} − 1)` with a guarded exponent.
 fn fung<S: Scalar, G: Guard>(a: &S, b: &S, x: S, guard: &G) -> S {
     let exponent = guard.exponent(b.clone() * x);
     a.clone() / b.clone() * exponent.exp_m1() * 0.5
-}
-
-/// `½P(J − 1)²`.
-fn volume_penalty<S: Scalar>(volume_change: S, bulk_modulus: f64) -> S {
-    volume_change.squared() * (0.5 * bulk_modulus)
 }
 
 /// The parameters of a law by name.

@@ -3,41 +3,30 @@
 //! A beam that bends under its own weight:
 //!
 //! ```
-//! use sinew_energy::{Load, Parameter, Sampling, Scene, Support, Units, laws::NeoHookean};
+//! use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
 //! use sinew_mesh::box_tetrahedra;
 //!
-//! let stiffness = |name: &str| Parameter {
-//!     name: name.into(),
-//!     unit: "kPa".into(),
-//!     range: [50.0, 100.0],
-//!     sampling: Sampling::Log,
-//! };
-//! let scene = Scene {
-//!     name: "beam".into(),
-//!     units: Units::mm_kpa(),
-//!     mesh: box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]),
-//!     law: NeoHookean,
-//!     directions: vec![], // an isotropic law reads none
-//!     parameters: vec![stiffness("mu"), stiffness("lambda")],
-//!     loads: vec![Load::BodyForce([0.0, 0.0, -9.8e-3])], // 1 g/cm³ · 9.8 m/s² [kPa/mm]
-//!     supports: vec![Support::clamped("x_min")],
-//! };
-//! let potential = scene.lower()?;
-//! let theta = [75.0, 75.0]; // μ, λ \[kPa\]
-//! potential.check_theta(&theta)?;
+//! let body = Scene::new(box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]), NeoHookean)
+//!     .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
+//!     .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
+//!     .load(Load::BodyForce([0.0, 0.0, -9.8e-3])) // 1 g/cm³ · 9.8 m/s² [kPa/mm]
+//!     .support(Support::clamped("x_min"))
+//!     .lower()?;
+//! let theta = body.centre(); // μ, λ \[kPa\]
+//! body.check_theta(&theta)?;
 //!
-//! let mut displacement = vec![0.0; 3 * potential.nodes];
-//! assert_eq!(potential.value(&displacement, &theta), 0.0);
+//! let mut displacement = vec![0.0; 3 * body.nodes];
+//! assert_eq!(body.value(&displacement, &theta), 0.0);
 //!
 //! // The gradient at rest is minus the weight: 10⁴ mm³ · 9.8e-3 kPa/mm.
 //! let mut gradient = displacement.clone();
-//! potential.value_and_gradient(&displacement, &theta, &mut gradient);
+//! body.value_and_gradient(&displacement, &theta, &mut gradient);
 //! let weight: f64 = gradient.iter().skip(2).step_by(3).sum();
 //! assert!((weight - 98.0).abs() < 1e-10);
 //!
 //! // A turned-over cell costs infinitely much.
 //! displacement[3] = -1000.0;
-//! assert_eq!(potential.value(&displacement, &theta), f64::INFINITY);
+//! assert_eq!(body.value(&displacement, &theta), f64::INFINITY);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -60,6 +49,7 @@ mod patches;
 mod pressure;
 mod rim;
 mod scene;
+mod solid;
 mod spring;
 mod stiffness;
 mod surface;
@@ -79,6 +69,9 @@ pub use material::{Material, at_points};
 pub use patches::PatchKinematics;
 pub use pressure::{FacetResponse, Magnitude, PressureForm, PressureLoad};
 pub use scene::{Load, Parameter, Prescribed, Sampling, Scene, Support, Units};
+pub use solid::{
+    ActiveStress, NearlyIncompressible, Passive, ShapeEnergy, Solid, Strain, VolumeEnergy,
+};
 pub use spring::Spring;
 pub use stiffness::Stiffness;
 pub use surface::{PressureSurface, SurfaceResponse};

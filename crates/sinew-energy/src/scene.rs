@@ -2,6 +2,7 @@
 
 use crate::Magnitude;
 use sinew_mesh::Mesh;
+use std::ops::RangeInclusive;
 
 /// A body, its material, loads and supports, named the way a person names them.
 ///
@@ -31,6 +32,67 @@ pub struct Scene<L, const D: usize, const N: usize = 4> {
     pub supports: Vec<Support>,
 }
 
+impl<L, const D: usize, const N: usize> Scene<L, D, N> {
+    /// A scene in millimetres and kilopascals without parameters, loads and supports, to be added by the calls below.
+    ///
+    /// ```
+    /// use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
+    ///
+    /// let beam = Scene::new(sinew_mesh::box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]), NeoHookean)
+    ///     .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
+    ///     .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
+    ///     .load(Load::BodyForce([0.0, 0.0, -9.8e-3])) // 1 g/cm³ · 9.8 m/s² [kPa/mm]
+    ///     .support(Support::clamped("x_min"));
+    /// assert_eq!(beam.lower()?.theta_len(), 2);
+    /// # Ok::<(), sinew_energy::SceneError>(())
+    /// ```
+    pub fn new(mesh: Mesh<N>, law: L) -> Self {
+        Self {
+            name: "body".into(),
+            units: Units::mm_kpa(),
+            mesh,
+            law,
+            directions: Vec::new(),
+            parameters: Vec::new(),
+            loads: Vec::new(),
+            supports: Vec::new(),
+        }
+    }
+
+    /// Names the scene.
+    pub fn named(self, name: impl Into<String>) -> Self {
+        Self { name: name.into(), ..self }
+    }
+
+    /// Sets the units.
+    pub fn units(self, units: Units) -> Self {
+        Self { units, ..self }
+    }
+
+    /// Sets the material directions, see [`Scene::directions`].
+    pub fn directions(self, directions: Vec<[[f64; 3]; D]>) -> Self {
+        Self { directions, ..self }
+    }
+
+    /// Adds an entry of θ.
+    pub fn parameter(mut self, parameter: Parameter) -> Self {
+        self.parameters.push(parameter);
+        self
+    }
+
+    /// Adds a load.
+    pub fn load(mut self, load: Load) -> Self {
+        self.loads.push(load);
+        self
+    }
+
+    /// Adds a support.
+    pub fn support(mut self, support: Support) -> Self {
+        self.supports.push(support);
+        self
+    }
+}
+
 /// A consistent system of units; the others follow, such as force = stress·length².
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Units {
@@ -58,6 +120,41 @@ pub struct Parameter {
     pub range: [f64; 2],
     /// How samples are spread over the range.
     pub sampling: Sampling,
+}
+
+impl Parameter {
+    /// A parameter whose samples are uniform in the logarithm, such as a stiffness.
+    pub fn log(
+        name: impl Into<String>,
+        unit: impl Into<String>,
+        range: RangeInclusive<f64>,
+    ) -> Self {
+        Self::sampled(name, unit, range, Sampling::Log)
+    }
+
+    /// A parameter whose samples are uniform, such as a pressure.
+    pub fn linear(
+        name: impl Into<String>,
+        unit: impl Into<String>,
+        range: RangeInclusive<f64>,
+    ) -> Self {
+        Self::sampled(name, unit, range, Sampling::Linear)
+    }
+
+    fn sampled(
+        name: impl Into<String>,
+        unit: impl Into<String>,
+        range: RangeInclusive<f64>,
+        sampling: Sampling,
+    ) -> Self {
+        let range = [*range.start(), *range.end()];
+        Self { name: name.into(), unit: unit.into(), range, sampling }
+    }
+
+    /// Whether a value lies in the range.
+    pub fn contains(&self, value: f64) -> bool {
+        (self.range[0]..=self.range[1]).contains(&value)
+    }
 }
 
 /// How samples of a parameter are spread over its range.

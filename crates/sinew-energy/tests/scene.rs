@@ -167,7 +167,7 @@ fn directions_must_be_unit_vectors() {
     let mut scene = Scene {
         name,
         units,
-        law: HolzapfelOgden { bulk_modulus: 10.0 },
+        law: HolzapfelOgden.nearly_incompressible(10.0),
         directions: vec![[[1.0, 0.0, 0.0]]; mesh.cells.len()],
         mesh,
         parameters: ["a", "b", "a_f", "b_f"].map(parameter).into(),

@@ -3,11 +3,14 @@
 
 #[path = "../tests/support/ventricle.rs"]
 mod ventricle;
+#[path = "../../../fixtures/organ/ventricles.rs"]
+mod ventricles;
 
 use sinew_energy::metrics::deformed_volume;
 use sinew_fem::{Options, SolveError, Solver};
 use std::io::Write;
-use ventricle::{BULK_MODULUS, MMHG, mesh, scene, thetas};
+use ventricle::{BULK_MODULUS, MMHG, scene, thetas};
+use ventricles::ventricles;
 
 const USAGE: &str = "\
 Usage: ventricle_sweep [--points N] [--pressure MMHG] [--bulk KPA] [--csv FILE]
@@ -17,7 +20,8 @@ Usage: ventricle_sweep [--points N] [--pressure MMHG] [--bulk KPA] [--csv FILE]
   --bulk KPA       bulk modulus P of the law               [25]
   --csv FILE       where the table goes                    [ventricle_sweep.csv]
 
-The mesh is read from ../shared/meshes/left_ventricle.vtk beside the repository.";
+The mesh is ../shared/meshes/left_ventricle.vtk beside the repository where there is one, else the small one of
+fixtures/organ.";
 
 struct Arguments {
     points: usize,
@@ -48,7 +52,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("{USAGE}");
         return Ok(());
     };
-    let Some(mesh) = mesh() else { return Ok(()) };
+    let Some((name, mesh)) = ventricles().pop() else { return Ok(()) };
+    println!("the {name} ventricle");
     let scene = scene(mesh, arguments.bulk_modulus);
     let potential = scene.lower()?;
     let facets = &potential.pressures[0].facets;

@@ -5,6 +5,7 @@ use crate::cells::{CellValue, MOST_WORST, least, per_cell};
 use crate::patch::PatchResponse;
 use crate::sparsity::Sparsity;
 use crate::state::State;
+use crate::vector::Norm;
 use sinew_energy::with_nodes;
 use sinew_energy::{Body, PressureLoad, PressureSurface, Response, SurfaceResponse};
 use sinew_num::Mat3;
@@ -33,6 +34,13 @@ pub(crate) struct Assembly {
     /// What the points of each patch have in common, if there are patches.
     patches: Vec<PatchResponse>,
 }
+
+/// How often the estimate of rounding errors is tolerated: measured residuals at the floor are 0.9–1.6 of it.
+const FLOOR_FACTOR: f64 = 4.0;
+/// Most that an equilibrium may leave of loads and reactions, whatever the rounding errors are.
+const MOST_LEFT: f64 = 1e-6;
+/// Strain from which on a body is not at rest.
+const STRAINED: f64 = 1e-6;
 
 /// Second Piola–Kirchhoff stress at each quadrature point as Newton's linear model foresees it.
 pub(crate) type PredictedStress = Vec<Mat3<f64>>;
@@ -65,23 +73,23 @@ impl Assembly {
     ) {
         let State { displacement, load_factor, .. } = state;
         self.matrix.fill(0.0);
-        let mut loads = 0.0;
+        let mut loads = Norm::default();
         let work: f64 = displacement.iter().zip(&potential.nodal_force).map(|(u, f)| u * f).sum();
         self.energy = -load_factor * work;
         let mut rounding = Rounding::default();
         rounding.energy += self.energy.abs();
         for (g, f) in self.gradient.iter_mut().zip(&potential.nodal_force) {
             *g = -load_factor * f;
-            loads += *g * *g;
+            loads.add(*g);
         }
         let mut facet = 0;
         for pressure in &potential.pressures {
-            loads += self.add_pressure(pressure, sparsity, facet, state, &mut rounding);
+            loads.add(self.add_pressure(pressure, sparsity, facet, state, &mut rounding));
             facet += pressure.facets.len();
         }
         let mut facet = 0;
         for surface in &potential.surfaces {
-            loads += self.add_surface(surface, sparsity, facet, state, &mut rounding);
+            loads.add(self.add_surface(surface, sparsity, facet, state, &mut rounding));
             facet += surface.facets();
         }
         for (index, spring) in potential.springs.iter().enumerate() {
@@ -108,7 +116,29 @@ impl Assembly {
         (self.floor, self.energy_noise) = (rounding.force_noise(), rounding.energy_noise());
         let held = potential.prescribed.iter().enumerate().filter(|(_, p)| p.is_some());
         let reactions = held.map(|(dof, _)| sparsity.frames.component(dof, &self.gradient));
-        self.force_scale = loads.sqrt() + reactions.map(|g| g * g).sum::<f64>().sqrt();
+        self.force_scale = loads.value() + reactions.collect::<Norm>().value();
+    }
+
+    /// Whether everything that an equilibrium is judged by is a number.
+    pub fn is_finite(&self) -> bool {
+        [self.energy, self.energy_noise, self.floor, self.force_scale].iter().all(|x| x.is_finite())
+    }
+
+    /// Residual at which an equilibrium is reached \[stress·length²\]: what the rounding errors amount to, but no more than
+    /// [`MOST_LEFT`] of the forces in a body that is strained. Forces on a body at rest may be nothing but rounding errors.
+    pub fn tolerance(&self) -> f64 {
+        let (floor, most) = (FLOOR_FACTOR * self.floor, MOST_LEFT * self.force_scale);
+        if floor <= most || !self.is_strained() { floor } else { most }
+    }
+
+    fn is_strained(&self) -> bool {
+        let strained = |h: &Mat3<f64>| {
+            let twice = |i: usize, j: usize| {
+                h[i][j] + h[j][i] + (0..3).map(|k| h[k][i] * h[k][j]).sum::<f64>()
+            };
+            (0..9).any(|entry| twice(entry / 3, entry % 3).abs() > 2.0 * STRAINED)
+        };
+        self.displacement_gradients().any(strained)
     }
 
     fn add_cells<const N: usize>(
@@ -223,7 +253,7 @@ impl Assembly {
         }
     }
 
-    /// Adds a pressure; returns the squared norm of its nodal forces, facet by facet.
+    /// Adds a pressure; returns the norm of its nodal forces, facet by facet.
     fn add_pressure(
         &mut self,
         pressure: &PressureLoad,
@@ -233,7 +263,7 @@ impl Assembly {
         rounding: &mut Rounding,
     ) -> f64 {
         let magnitude = state.load_factor * pressure.magnitude.value(state.theta);
-        let mut squared = 0.0;
+        let mut norm = Norm::default();
         for (facet, nodes) in pressure.facets.iter().enumerate() {
             let response = pressure.facet_response(facet, state.displacement);
             self.energy += magnitude * response.energy;
@@ -241,7 +271,7 @@ impl Assembly {
             for (row, g) in response.gradient.iter().enumerate() {
                 let force = magnitude * g;
                 self.gradient[3 * nodes[row / 3] + row % 3] += force;
-                squared += force * force;
+                norm.add(force);
             }
             let (places, hessian) = (sparsity.facets.of(first_facet + facet), &response.hessian);
             let entry = |row: usize, column: usize| hessian[row][column];
@@ -253,10 +283,10 @@ impl Assembly {
                 self.matrix[slot as usize] += magnitude * value;
             }
         }
-        squared
+        norm.value()
     }
 
-    /// Adds a pressure on a surface of any element; returns the squared norm of its nodal forces.
+    /// Adds a pressure on a surface of any element; returns the norm of its nodal forces.
     fn add_surface(
         &mut self,
         surface: &PressureSurface,
@@ -266,7 +296,7 @@ impl Assembly {
         rounding: &mut Rounding,
     ) -> f64 {
         let magnitude = state.load_factor * surface.magnitude.value(state.theta);
-        let mut squared = 0.0;
+        let mut norm = Norm::default();
         let mut response = SurfaceResponse::default();
         for facet in 0..surface.facets() {
             surface.facet_response(facet, state.displacement, &mut response);
@@ -274,13 +304,13 @@ impl Assembly {
             self.energy += energy;
             rounding.energy += energy.abs();
             let nodes = surface.facet_nodes(facet);
-            squared += self.add_facet(nodes, sparsity, first_facet + facet, magnitude, &response);
+            norm.add(self.add_facet(nodes, sparsity, first_facet + facet, magnitude, &response));
         }
-        squared
+        norm.value()
     }
 
     /// Adds forces and the lower half of their derivative on one facet, counted over all surfaces; returns
-    /// the forces' squared norm.
+    /// the forces' norm.
     pub fn add_facet(
         &mut self,
         nodes: &[usize],
@@ -289,22 +319,22 @@ impl Assembly {
         magnitude: f64,
         response: &SurfaceResponse,
     ) -> f64 {
-        let mut squared = 0.0;
+        let mut norm = Norm::default();
         for (row, g) in response.gradient.iter().enumerate() {
             let force = magnitude * g;
             self.gradient[3 * nodes[row / 3] + row % 3] += force;
-            squared += force * force;
+            norm.add(force);
         }
         let (size, places) = (response.gradient.len(), sparsity.surfaces.of(facet));
         let entry = |row: usize, column: usize| response.hessian[row * size + column];
         if self.add_turned(&sparsity.frames, nodes, places, magnitude, entry) {
-            return squared;
+            return norm.value();
         }
         let lower = (0..size).flat_map(|row| &response.hessian[row * size..][..=row]);
         for (&place, value) in places.iter().zip(lower) {
             self.matrix[place as usize] += magnitude * value;
         }
-        squared
+        norm.value()
     }
 
     /// Adds the second derivative of Π times `direction` to `forces`, in all degrees of freedom.

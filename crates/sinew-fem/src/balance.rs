@@ -40,7 +40,7 @@ use sinew_energy::{ForceBalance, SurfaceResponse};
 ///     name: "land 1".into(),
 ///     units: Units::mm_kpa(),
 ///     mesh: box_tetrahedra([10.0, 1.0, 1.0], [10, 1, 1]).quadratic(),
-///     law: Guccione { bulk_modulus: 3.0 }, // the field of pressure brings the rest
+///     law: Guccione.nearly_incompressible(3.0), // the field of pressure brings the rest
 ///     directions: vec![Guccione::frame([1.0, 0.0, 0.0]); 60],
 ///     parameters: vec![
 ///         parameter("C", "kPa", 2.0),

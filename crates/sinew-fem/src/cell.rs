@@ -1,5 +1,6 @@
 //! Kernels of one cell.
 
+use crate::vector::Norm;
 use sinew_energy::Response;
 use sinew_num::Mat3;
 
@@ -129,7 +130,7 @@ const ENERGY_ROUNDINGS: f64 = 16.0;
 pub(crate) struct Rounding {
     /// Sum of the magnitudes of the terms of the energy.
     pub energy: f64,
-    squared_force: f64,
+    force: Norm,
 }
 
 impl Rounding {
@@ -147,13 +148,13 @@ impl Rounding {
         let (slope, strain) = (largest(shape.as_flattened()), largest(h.0.as_flattened()));
         let stiffness = (0..9).map(|i| response.tangent[i][i].abs()).fold(common, f64::max);
         let force = volume * slope * stiffness * (1.0 + slope * motion);
-        self.squared_force += force * force;
+        self.force.add(force);
         self.energy += volume * stiffness * strain * (1.0 + strain);
     }
 
     /// Estimated norm of the error in the nodal forces.
     pub fn force_noise(&self) -> f64 {
-        f64::EPSILON * self.squared_force.sqrt()
+        f64::EPSILON * self.force.value()
     }
 
     /// Bound on the error in the energy.

@@ -69,23 +69,13 @@ pub enum SolveError {
         /// Why.
         problem: &'static str,
     },
-    /// A displacement at which a cell is inverted or the energy overflows.
+    /// A displacement at which a cell is inverted, or the energy or a derivative of it overflows.
     #[error(
-        "the energy is infinite at this displacement, worst in cell {cell}; give an admissible one"
+        "the energy or a derivative of it is infinite at this displacement, worst in cell {cell}; give an admissible one"
     )]
     Inadmissible {
         /// The cell of least volume ratio.
         cell: usize,
-    },
-    /// A dense matrix of the stiffness' size would not fit in memory.
-    #[error(
-        "{unknowns} unknowns are too many for a dense matrix (at most {most}); coarsen the mesh"
-    )]
-    TooLargeForDense {
-        /// Number of unknowns.
-        unknowns: usize,
-        /// Most unknowns.
-        most: usize,
     },
     /// The factor does not fit in memory.
     #[error("no memory for the factor of {unknowns} unknowns; coarsen the mesh")]

@@ -37,7 +37,7 @@ pub(crate) enum Solved {
     Done,
     /// The matrix turned out not to be positive definite.
     Indefinite,
-    /// The iteration is too slow.
+    /// The iteration is too slow, or overflows where a factor need not.
     TooSlow,
 }
 
@@ -119,7 +119,8 @@ impl LinearSystem {
             let end = set.then(|| iterative.solve(&mut right, PROBE_ACCURACY, MOST_ITERATIONS).end);
             match end {
                 Some(End::Converged) => return true,
-                Some(End::Exhausted) if self.factorise_instead(sparsity).is_ok() => {}
+                Some(End::Exhausted | End::NotFinite)
+                    if self.factorise_instead(sparsity).is_ok() => {}
                 _ => return false,
             }
         }
@@ -152,8 +153,8 @@ impl LinearSystem {
             Self::Iterative(iterative) => {
                 match iterative.solve(right, accuracy, MOST_ITERATIONS).end {
                     End::Converged => Solved::Done,
-                    End::NegativeCurvature | End::NotFinite => Solved::Indefinite,
-                    End::Exhausted => Solved::TooSlow,
+                    End::NegativeCurvature => Solved::Indefinite,
+                    End::Exhausted | End::NotFinite => Solved::TooSlow,
                 }
             }
         }

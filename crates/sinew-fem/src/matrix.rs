@@ -50,7 +50,7 @@ impl Solver<'_> {
         self.check_displacement(direction)?;
         let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
         self.assembly.assemble(self.potential, &self.sparsity, state, None);
-        if !self.assembly.energy.is_finite() {
+        if !self.assembly.is_finite() {
             return Err(SolveError::Inadmissible { cell: self.assembly.worst_cell });
         }
         let mut forces = vec![0.0; displacement.len()];

@@ -17,6 +17,7 @@ use crate::cell::{is_short, volume_ratios_along};
 use crate::linear_solver::Solved;
 use crate::state::State;
 use crate::supports::place;
+use crate::vector::{dot, norm};
 use crate::watch::Log;
 use crate::{Iteration, Options, Solver};
 
@@ -41,8 +42,6 @@ const SHORTEST_STEP: f64 = 1e-8;
 const LONGEST_STEP: f64 = 64.0;
 /// Iterations of one load step; beyond, smaller load steps are cheaper.
 const MOST_ITERATIONS: usize = 40;
-/// How often the estimate of rounding errors is tolerated: measured residuals at the floor are 0.9–1.6 of it.
-const FLOOR_FACTOR: f64 = 4.0;
 /// A residual this small \[relative to the forces\] is at the floor when it stops falling.
 const STALLED: f64 = 1e-9;
 /// Steps without progress before a residual counts as stalled.
@@ -133,13 +132,12 @@ impl Solver<'_> {
             self.assemble(&search);
             let residual = self.residual();
             self.record(&search, residual, history);
-            let admissible = residual.is_finite() && self.assembly.energy.is_finite();
-            if !admissible {
+            if !(residual.is_finite() && self.assembly.is_finite()) {
                 return None;
             }
             stalls = if residual > 0.5 * least { stalls + 1 } else { 0 };
             least = least.min(residual);
-            let floor = residual <= FLOOR_FACTOR * self.assembly.floor;
+            let floor = residual <= self.assembly.tolerance();
             let stalled = stalls >= MOST_STALLS && residual <= STALLED * self.assembly.force_scale;
             if (floor || stalled) && search.negative_pivots.is_some() {
                 let negative_pivots = match search.negative_pivots {
@@ -161,15 +159,14 @@ impl Solver<'_> {
     }
 
     fn residual(&self) -> f64 {
-        let free = self.sparsity.gather(&self.assembly.gradient);
-        free.map(|g| g * g).sum::<f64>().sqrt()
+        norm(&self.sparsity.gather(&self.assembly.gradient).collect::<Vec<_>>())
     }
 
     fn record(&self, search: &Search, residual: f64, history: &mut Log<'_>) {
         let iteration = Iteration {
             load_factor: search.load_factor,
             residual,
-            tolerance: FLOOR_FACTOR * self.assembly.floor,
+            tolerance: self.assembly.tolerance(),
             energy: self.assembly.energy,
             least_volume_ratio: self.assembly.least_volume_ratio,
             worst_cell: self.assembly.worst_cell,
@@ -284,11 +281,15 @@ impl Solver<'_> {
         }
         let gradient = std::mem::take(&mut self.assembly.gradient);
         let mut direction = vec![0.0; gradient.len()];
-        let (shift, negative) = self.add_descent(&gradient, &mut direction, (shift, negative))?;
+        let found = self.add_descent(&gradient, &mut direction, (shift, negative));
+        let promised = -dot(&gradient, &direction);
+        self.assembly.gradient = gradient;
+        let (shift, negative) = found?;
         search.negative_pivots = Some(negative);
         record.shift = shift;
-        let promised = -gradient.iter().zip(&direction).map(|(g, d)| g * d).sum::<f64>();
-        self.assembly.gradient = gradient;
+        if !promised.is_finite() {
+            return None;
+        }
         record.step = self.line_search(search, &direction, promised, shift > 0.0)?;
         Some(())
     }
@@ -353,7 +354,7 @@ impl Solver<'_> {
 
     /// Whether a cell is as good as flat somewhere on the way from the assembled state along `direction`. A step
     /// through flat can lead out again: a bar that is drawn thin at once may come out turned inside.
-    fn passes_flat(&self, theta: &[f64], direction: &[f64], length: f64) -> bool {
+    pub(crate) fn passes_flat(&self, theta: &[f64], direction: &[f64], length: f64) -> bool {
         let passes = |(point, h): (usize, &Mat3<f64>)| {
             let step = self.potential.displacement_gradient(point, direction);
             let flattens = || {

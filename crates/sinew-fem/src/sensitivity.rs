@@ -2,6 +2,7 @@
 
 use crate::linear_solver::Solved;
 use crate::state::State;
+use crate::vector::dot;
 use crate::{Solution, SolveError, Solver};
 use sinew_energy::{Body, Magnitude};
 use sinew_num::Mat3;
@@ -16,7 +17,7 @@ impl Solver<'_> {
     /// factorisation for all entries.
     ///
     /// # Errors
-    /// A solution of another body, or [`SolveError::Singular`].
+    /// A solution of another body, [`SolveError::Singular`], or [`SolveError::Inadmissible`] where derivatives overflow.
     pub fn sensitivity(&mut self, solution: &Solution) -> Result<Vec<Vec<f64>>, SolveError> {
         self.factorise_at(solution)?;
         let Solution { displacement, theta, .. } = solution;
@@ -24,7 +25,7 @@ impl Solver<'_> {
             let forces = force_change(self.potential, displacement, theta, &unit(theta, index));
             let mut change = vec![0.0; displacement.len()];
             self.add_exactly(&forces, &mut change)?;
-            Ok(change)
+            self.finite(change)
         };
         (0..theta.len()).map(column).collect()
     }
@@ -47,9 +48,9 @@ impl Solver<'_> {
         self.add_exactly(slope, &mut adjoint)?;
         let entry = |index: usize| {
             let forces = force_change(self.potential, displacement, theta, &unit(theta, index));
-            forces.iter().zip(&adjoint).map(|(f, a)| f * a).sum()
+            dot(&forces, &adjoint)
         };
-        Ok((0..theta.len()).map(entry).collect())
+        self.finite((0..theta.len()).map(entry).collect())
     }
 
     /// Factorises the stiffness at a solution.
@@ -59,7 +60,17 @@ impl Solver<'_> {
         let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
         self.assembly.assemble(self.potential, &self.sparsity, state, None);
         self.system.place(&self.potential.positions, displacement, &self.sparsity.frames);
+        if !self.assembly.is_finite() {
+            return Err(SolveError::Inadmissible { cell: self.assembly.worst_cell });
+        }
         self.factorise_assembled()
+    }
+
+    /// Derivatives that do not overflow where the energy does not yet.
+    fn finite(&self, slopes: Vec<f64>) -> Result<Vec<f64>, SolveError> {
+        let cell = self.assembly.worst_cell;
+        let finite = slopes.iter().all(|s| s.is_finite());
+        if finite { Ok(slopes) } else { Err(SolveError::Inadmissible { cell }) }
     }
 
     fn factorise_assembled(&mut self) -> Result<(), SolveError> {

@@ -129,9 +129,10 @@ impl Solver<'_> {
         let forces: Vec<_> = up.iter().zip(&down).map(quotient).collect();
         // The last factor belongs to the iterate before the last: near enough for a guess.
         let mut guess = displacement.clone();
-        // A guess that cannot be had is the last equilibrium itself.
         self.add_newton_step(&forces, &mut guess, GUESS_ACCURACY);
-        self.solve_from(&guess, theta, options)
+        // A guess that cannot be had is the last equilibrium itself.
+        let found = guess.iter().all(|u| u.is_finite());
+        self.solve_from(if found { &guess } else { displacement }, theta, options)
     }
 }
 

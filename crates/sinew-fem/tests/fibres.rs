@@ -1,13 +1,14 @@
 //! Rule-based fibres against closed forms, symmetry and a published field.
 
-#[path = "support/ventricle.rs"]
-mod ventricle;
+#[path = "../../../fixtures/organ/ventricles.rs"]
+mod ventricles;
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use sinew_fem::fibres::{
     Depth, EllipsoidWall, FibreError, FibreRule, Frame, Surfaces, VentricleCoordinates,
 };
 use sinew_mesh::{TetMesh, TruncatedEllipsoid, box_tetrahedra, repair_orientation};
+use ventricles::ventricles;
 
 const SURFACES: Surfaces<'static> =
     Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
@@ -132,11 +133,17 @@ fn frames_turn_with_the_mesh() {
 }
 
 #[test]
-fn a_real_ventricle_was_published_with_such_fibres() {
-    let Some(mesh) = ventricle::mesh() else { return };
+fn ventricles_were_published_with_such_fibres() {
+    ventricles().iter().for_each(|(name, mesh)| {
+        println!("{name}");
+        compare_with_published(mesh);
+    });
+}
+
+fn compare_with_published(mesh: &TetMesh) {
     let published = mesh.cell_fields["fibre"].to_vectors::<3>().unwrap();
     let surfaces = Surfaces { endocardium: "region:1", epicardium: "epicardium", base: "base" };
-    let wall = VentricleCoordinates::new(&mesh, &surfaces).unwrap();
+    let wall = VentricleCoordinates::new(mesh, &surfaces).unwrap();
     let axes = wall.cell_frames(&FibreRule::new(0.0, 0.0).unwrap(), Depth::Thickness);
     let mut tilts = Vec::new();
     let mut angles = vec![Vec::new(); 10];

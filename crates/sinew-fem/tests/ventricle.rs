@@ -1,12 +1,18 @@
-//! The thesis' left ventricle under a true follower pressure: the softest body, points of the parameter box,
-//! and the work of the pressure.
+//! Left ventricles under a true follower pressure: the softest body, points of the thesis' parameter box, and the
+//! work of the pressure.
 
+#[path = "support/organ.rs"]
+mod organ;
 #[path = "support/ventricle.rs"]
 mod ventricle;
+#[path = "../../../fixtures/organ/ventricles.rs"]
+mod ventricles;
 
 use sinew_energy::metrics::deformed_volume;
 use sinew_fem::{Options, Solution, Solver};
-use ventricle::{BOX, BULK_MODULUS, MMHG, mesh, scene, thetas};
+use sinew_mesh::TetMesh;
+use ventricle::{BOX, BULK_MODULUS, MMHG, scene, thetas};
+use ventricles::{fixture, ventricles};
 
 /// Rounding of the nodal forces, relative to the forces themselves.
 const BALANCED: f64 = 1e-12;
@@ -29,8 +35,23 @@ fn assert_sound(solution: &Solution) {
 }
 
 #[test]
+fn the_fixture_is_what_the_generator_writes() {
+    let file = std::fs::read_to_string(fixture("ventricle.vtk")).expect("part of the repository");
+    assert!(
+        file == organ::file(),
+        "`cargo run -p sinew-fem --example small_ventricle` writes another"
+    );
+}
+
+#[test]
 fn the_softest_body_and_sobol_points_converge_at_ten_mmhg() {
-    let Some(mesh) = mesh() else { return };
+    for (name, mesh) in ventricles() {
+        println!("{name}");
+        assert_converges(mesh);
+    }
+}
+
+fn assert_converges(mesh: TetMesh) {
     let potential = scene(mesh, BULK_MODULUS).lower().unwrap();
     let mut solver = Solver::new(&potential).unwrap();
     let samples = thetas(6, 10.0 * MMHG);
@@ -51,7 +72,13 @@ fn the_softest_body_and_sobol_points_converge_at_ten_mmhg() {
 
 #[test]
 fn the_pressure_does_its_work_on_the_cavity() {
-    let Some(mesh) = mesh() else { return };
+    for (name, mesh) in ventricles() {
+        println!("{name}");
+        assert_works_on_the_cavity(mesh);
+    }
+}
+
+fn assert_works_on_the_cavity(mesh: TetMesh) {
     let scene = scene(mesh, BULK_MODULUS);
     let potential = scene.lower().unwrap();
     let mut solver = Solver::new(&potential).unwrap();

@@ -1,4 +1,4 @@
-//! Wall times: of calls, without those that one slow call spoils, and of runs over their interruptions.
+//! Wall times of runs over their interruptions.
 
 use crate::store;
 use anyhow::Result;
@@ -44,31 +44,4 @@ impl WallClock {
         store::write_json(&self.file, &wall)?;
         Ok(wall)
     }
-}
-
-/// Median wall time of `repeats` calls after one that warms up \[s\].
-///
-/// # Errors
-/// The first error of a call.
-pub fn median_seconds<T, E>(
-    repeats: usize,
-    mut call: impl FnMut() -> Result<T, E>,
-) -> Result<f64, E> {
-    call()?;
-    let mut seconds = Vec::with_capacity(repeats);
-    for _ in 0..repeats.max(1) {
-        let start = Instant::now();
-        std::hint::black_box(call()?);
-        seconds.push(start.elapsed().as_secs_f64());
-    }
-    seconds.sort_by(f64::total_cmp);
-    Ok(seconds[seconds.len() / 2])
-}
-
-/// Does some work and adds its wall time to `total` \[s\].
-pub fn timed<T>(total: &mut f64, work: impl FnOnce() -> T) -> T {
-    let start = Instant::now();
-    let done = work();
-    *total += start.elapsed().as_secs_f64();
-    done
 }

@@ -1,10 +1,9 @@
 //! The experiments with Gaussian processes, small: what `cargo xtask reproduce-gp --quick` runs.
 
 use clap::Parser;
+use sinew_report::{Block, Report, Row};
 use sinew_study::gaussian::experiments::Name;
-use sinew_study::gaussian::report::{GaussianReport, read_json};
 use sinew_study::gaussian::reproduce_gp;
-use sinew_study::gaussian::row::{Row, Spread};
 use sinew_study::options::{GpOptions, Options, Study};
 use std::path::Path;
 
@@ -18,36 +17,41 @@ fn options(out: &Path, more: &[&str]) -> GpOptions {
     }
 }
 
-fn report(out: &Path, more: &[&str]) -> GaussianReport {
+fn report(out: &Path, more: &[&str]) -> Report {
     reproduce_gp(&options(out, more)).unwrap();
-    read_json(&out.join("report.json")).unwrap()
+    Report::read(&out.join("report.json")).unwrap()
 }
 
-fn rows(report: &GaussianReport) -> impl Iterator<Item = &Row> {
-    report.experiments.iter().flat_map(|experiment| &experiment.rows)
+fn rows(report: &Report) -> impl Iterator<Item = &Row> {
+    report.tables().flat_map(|table| &table.rows)
 }
 
 /// Every number of a row that does not depend on the clock.
 fn numbers(row: &Row) -> Vec<f64> {
-    let spread = |s: &Spread| [s.median, s.low, s.high];
-    let optional = [row.err_f, row.err_theta, row.evaluations];
-    let spreads = [row.err_u()].into_iter().chain(optional.into_iter().flatten());
-    let restarts = row.restarts.iter().flat_map(|end| {
-        [end.log_evidence, end.evaluations as f64].into_iter().chain(end.theta.clone())
+    row.errors.iter().chain(&row.others).flat_map(|cell| cell.value.numbers()).collect()
+}
+
+/// What the restarts of all fits came to.
+fn restarts(report: &Report) -> Vec<f64> {
+    let blocks = report.sections.iter().flat_map(|section| &section.blocks);
+    let listings = blocks.filter_map(|block| match block {
+        Block::Listing { rows, .. } => Some(rows.iter().flatten()),
+        _ => None,
     });
-    let rest = restarts.chain(row.jitter).chain([row.collapsed as f64]);
-    spreads.chain(row.theta.iter().copied()).flat_map(|s| spread(&s)).chain(rest).collect()
+    listings.flatten().flat_map(|cell| cell.value.numbers()).collect()
 }
 
 #[test]
 fn a_quick_run_has_a_finite_row_for_every_case() {
     let folder = tempfile::tempdir().unwrap();
     let report = report(folder.path(), &[]);
-    let names: Vec<&str> = report.experiments.iter().map(|e| e.name.as_str()).collect();
+    let names: Vec<&str> = report.sections.iter().map(|e| e.name.as_str()).collect();
     assert_eq!(names, Name::DEFAULT.map(Name::key).each_ref().map(String::as_str));
     for row in rows(&report) {
-        assert!(numbers(row).iter().all(|x| x.is_finite()), "{:?}", row.label);
-        assert!(row.seconds().median > 0.0 && row.failures.is_empty(), "{:?}", row.label);
+        assert!(numbers(row).iter().all(|x| x.is_finite()), "{}", row.name());
+        assert!(row.times[0].value.median().unwrap() > 0.0, "{}", row.name());
+        let collapsed = row.others.last().unwrap();
+        assert!(collapsed.note.is_empty(), "{}: {}", row.name(), collapsed.note);
     }
     let cases = Name::DEFAULT.map(|name| {
         name.experiment(sinew_study::gaussian::experiment::Scale { quick: true })
@@ -65,13 +69,17 @@ fn a_quick_run_has_a_finite_row_for_every_case() {
 fn numbers_do_not_depend_on_threads_and_stored_fits_are_kept() {
     let folder = tempfile::tempdir().unwrap();
     let only = ["--only", "heat-1,coverage-wave-1", "--seeds", "2"];
-    let of = |report: &GaussianReport| rows(report).map(numbers).collect::<Vec<_>>();
+    let of =
+        |report: &Report| rows(report).map(numbers).chain([restarts(report)]).collect::<Vec<_>>();
     let run =
         |name: &str, more: &[&str]| report(&folder.path().join(name), &[&only, more].concat());
     let alone = run("one", &["--threads", "1"]);
     assert_eq!(of(&alone), of(&run("two", &["--threads", "2"])));
-    assert_eq!(of(&alone).len(), 4);
-    assert!(rows(&alone).last().unwrap().coverage.is_some());
+    assert_eq!(rows(&alone).count(), 4);
+    assert!(!restarts(&alone).is_empty());
+    let coverage =
+        |block: &Block| matches!(block, Block::Text(text) if text.contains("95 % intervals held"));
+    assert!(alone.sections.last().unwrap().blocks.iter().any(coverage));
 
     // A mark in a stored fit comes back, one that is missing is done again to the same numbers.
     let case = folder.path().join("one/heat-1/heat-bvp-1-hcgp");
@@ -80,7 +88,7 @@ fn numbers_do_not_depend_on_threads_and_stored_fits_are_kept() {
     std::fs::write(case.join("0000.json"), text.replace(seconds, "\"seconds\": 4321.0,")).unwrap();
     std::fs::remove_file(case.join("0001.json")).unwrap();
     let resumed = run("one", &["--resume"]);
-    assert_eq!(rows(&resumed).next().unwrap().seconds().high, 4321.0);
+    assert_eq!(rows(&resumed).next().unwrap().times[0].value.numbers()[6], 4321.0);
     assert_eq!(of(&resumed), of(&alone));
 
     let other = options(&folder.path().join("one"), &["--resume", "--seed", "7"]);

@@ -1,8 +1,9 @@
 //! The whole path from mesh to report, small: what `cargo xtask reproduce-beam --quick` runs.
 
 use clap::Parser;
+use sinew_report::{Report, Row};
 use sinew_study::options::{BeamOptions, Options, Study};
-use sinew_study::report::{Method, Metric, Report, read_json};
+use sinew_study::report::Method;
 use sinew_study::run::reproduce_beam;
 use std::path::Path;
 
@@ -16,9 +17,13 @@ fn options(out: &Path, more: &[&str]) -> BeamOptions {
     }
 }
 
+fn read(out: &Path) -> Report {
+    Report::read(&out.join("report.json")).unwrap()
+}
+
 fn medians(report: &Report) -> Vec<f64> {
-    let rows = report.scenes.iter().flat_map(|scene| &scene.methods);
-    rows.flat_map(|row| Metric::ALL.map(|metric| row.median(metric))).collect()
+    let rows = report.tables().flat_map(|table| &table.rows);
+    rows.flat_map(|row| row.errors.iter().map(|cell| cell.value.median().unwrap())).collect()
 }
 
 #[test]
@@ -26,14 +31,18 @@ fn a_quick_run_reports_every_method_and_resumes_to_the_same_numbers() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path();
     reproduce_beam(&options(out, &[])).unwrap();
-    let report = read_json(&out.join("report.json")).unwrap();
-    let scene = &report.scenes[0];
+    let report = read(out);
+    let table = report.section("once").unwrap().tables().next().unwrap();
+    let row = |method: Method| -> &Row {
+        table.row(method.label()).unwrap_or_else(|| panic!("no row of {}", method.key()))
+    };
     for method in Method::ALL.into_iter().filter(|&method| method != Method::Fdd) {
-        let row = scene.row(method).unwrap_or_else(|| panic!("no row of {}", method.key()));
-        assert!(row.times().predict_full_s > 0.0);
+        let full = table.times.iter().position(|column| column.name == "full").unwrap();
+        assert!(row(method).times[full].value.median().unwrap() > 0.0);
     }
     // The solver agrees with the independent program; regression on a dozen solves is close.
-    let error = |method| scene.row(method).unwrap().median(Metric::ErrU);
+    assert_eq!(table.errors[0].name, "err_u");
+    let error = |method| row(method).errors[0].value.median().unwrap();
     assert!(error(Method::FemCold) < 1e-9, "{:e}", error(Method::FemCold));
     assert!(error(Method::FemWarm) < 1e-9, "{:e}", error(Method::FemWarm));
     assert!(error(Method::Pod) < 1e-2, "{:e}", error(Method::Pod));
@@ -48,14 +57,14 @@ fn a_quick_run_reports_every_method_and_resumes_to_the_same_numbers() {
     std::fs::remove_file(out.join("once/pi/result.json")).unwrap();
     std::fs::remove_file(out.join("report.json")).unwrap();
     reproduce_beam(&options(out, &["--resume"])).unwrap();
-    let resumed = read_json(&out.join("report.json")).unwrap();
+    let resumed = read(out);
     assert_eq!(medians(&resumed), medians(&report));
 
     // Without its last checkpoint the second training starts again, and ends at the same numbers.
     std::fs::remove_file(out.join("once/pi/result.json")).unwrap();
     std::fs::remove_dir_all(out.join("once/pi/train")).unwrap();
     reproduce_beam(&options(out, &["--resume"])).unwrap();
-    let repeated = read_json(&out.join("report.json")).unwrap();
+    let repeated = read(out);
     assert_eq!(medians(&repeated), medians(&report));
 
     let other = reproduce_beam(&options(out, &["--resume", "--seed", "7"])).unwrap_err();

@@ -1,6 +1,5 @@
 //! What a benchmark is, and the rows it gives.
 
-use serde::Serialize;
 use std::time::Instant;
 
 /// A benchmark: one file in [`crate::cases`].
@@ -22,8 +21,7 @@ pub trait Case: Sync {
 }
 
 /// How much time a run may take.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
     /// The coarse meshes of each case.
     Quick,
@@ -42,8 +40,7 @@ impl Effort {
 }
 
 /// What a body is discretised with; each has its own colour and marker in plots.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Formulation {
     /// Linear simplices.
     P1,
@@ -78,7 +75,7 @@ impl Formulation {
 }
 
 /// What a row is about.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Label {
     /// The element.
     pub formulation: Formulation,
@@ -101,7 +98,7 @@ impl Label {
 
 /// Where an error must lie. A lower end larger than zero states a known weakness, such as locking: a
 /// smaller error would mean that the benchmark no longer measures it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Band {
     /// Smallest error.
     pub least: f64,
@@ -127,8 +124,7 @@ impl Band {
 }
 
 /// How an error is measured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Measure {
     /// |value − reference| / |reference|.
     Relative,
@@ -137,7 +133,7 @@ pub enum Measure {
 }
 
 /// What a value took.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
     /// Unknowns of the linear systems, pressures included.
     pub unknowns: usize,
@@ -153,11 +149,10 @@ impl Cost {
 }
 
 /// A value beside its reference. Cannot be made without error, band and cost, all finite.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Row {
     /// What it is about.
-    #[serde(flatten)]
     pub label: Label,
     /// What the solver gives.
     pub value: f64,
@@ -170,7 +165,6 @@ pub struct Row {
     /// Where the error must lie.
     pub band: Band,
     /// What the value took.
-    #[serde(flatten)]
     pub cost: Cost,
 }
 

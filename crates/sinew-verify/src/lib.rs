@@ -14,16 +14,12 @@
 //! assert!(outcome.rows.iter().all(|row| row.error <= row.band.most));
 //! ```
 //!
-//! `cargo xtask verify` runs them all, prints the table, writes `verify.json` and `verify.html`, and ends with an
+//! `cargo xtask verify` runs them all, prints the table, writes `report.json` and `report.html`, and ends with an
 //! error when a value falls outside its band.
 
 mod case;
 pub mod cases;
-mod chart;
-mod format;
-mod html;
 mod integrate;
-mod laws;
 mod options;
 mod program;
 pub mod reference;
@@ -35,5 +31,5 @@ mod table;
 pub use case::{Band, Case, Cost, Effort, Formulation, Label, Measure, Row, RowError, Rows};
 pub use options::Options;
 pub use program::verify;
-pub use report::{Report, SCHEMA};
+pub use report::report;
 pub use table::{summary, table};

@@ -3,7 +3,7 @@
 use clap::Parser;
 use std::path::PathBuf;
 
-/// Compare the solver with references that share no code with it: a table, `verify.json` and `verify.html`.
+/// Compare the solver with references that share no code with it: a table, `report.json` and `report.html`.
 /// Ends with an error when a value falls outside its stated band.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "cargo xtask verify", version)]
@@ -17,7 +17,7 @@ pub struct Options {
     /// Coarse meshes only
     #[arg(long)]
     pub quick: bool,
-    /// Folder of verify.json and verify.html
+    /// Folder of report.json and report.html
     #[arg(long, value_name = "DIR", default_value = "out/verify")]
     pub out: PathBuf,
 }

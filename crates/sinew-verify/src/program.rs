@@ -1,8 +1,7 @@
 //! The program: which cases, with progress, to which files.
 
 use crate::case::{Case, Effort};
-use crate::report::Report;
-use crate::{Options, run, table};
+use crate::{Options, report, run, table};
 use anyhow::{Result, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::time::Duration;
@@ -33,9 +32,9 @@ pub fn verify(cases: &[Box<dyn Case>], options: &Options) -> Result<bool> {
     }
     bar.finish_and_clear();
     println!("\n{}", table::summary(&outcomes));
-    let report = Report::of_this_run(effort, outcomes);
+    let report = report::report(effort, &outcomes)?;
     println!("report: {}", report.write(&options.out)?.display());
-    Ok(report.passed)
+    Ok(outcomes.iter().all(run::Outcome::passes))
 }
 
 fn chosen<'a>(cases: &'a [Box<dyn Case>], only: &[String]) -> Result<Vec<&'a dyn Case>> {
@@ -81,7 +80,7 @@ mod tests {
         };
         assert!(passes(0.01));
         assert!(!passes(0.05));
-        assert!(folder.path().join("verify.html").exists());
+        assert!(folder.path().join("report.html").exists());
     }
 
     #[test]

@@ -1,103 +1,154 @@
-//! What a run leaves: `verify.json` for programs and `verify.html` for people.
+//! The report of a run: `report.json` for programs and `report.html` for people.
 
-use crate::case::Effort;
-use crate::format::utc;
-use crate::html;
+use crate::case::{Effort, Formulation, Measure, Row};
 use crate::run::Outcome;
-use anyhow::{Context, Result};
-use serde::Serialize;
-use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
-use std::time::SystemTime;
+use crate::table;
+use sinew_report::{
+    Block, Cell, Chart, Column, Provenance, Report, ReportError, Section, Series, Style, Table,
+    Verdict, format,
+};
 
-/// Version of `verify.json`, raised with any change of its fields.
-pub const SCHEMA: u32 = 1;
-
-/// A run of the benchmarks with what it was made with.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Report {
-    /// Version of these fields.
-    pub schema: u32,
-    /// The command line.
-    pub command: String,
-    /// Version of the workspace.
-    pub version: String,
-    /// Git revision of the sources, `-dirty` appended when they were changed; "unknown" outside a checkout.
-    pub revision: String,
-    /// Processor and operating system.
-    pub machine: String,
-    /// Cores that the program may use.
-    pub cores: usize,
-    /// When the run ended.
-    pub finished: String,
-    /// Coarse meshes only, or everything.
-    pub effort: Effort,
-    /// Whether every case passed.
-    pub passed: bool,
-    /// The cases.
-    pub cases: Vec<Outcome>,
+/// The report of a run.
+///
+/// # Errors
+/// A row whose error or time is not a number.
+pub fn report(effort: Effort, cases: &[Outcome]) -> Result<Report, ReportError> {
+    let mut provenance = Provenance::of_this_run("cargo xtask verify", env!("CARGO_MANIFEST_DIR"));
+    provenance.versions.insert("sinew-verify".into(), env!("CARGO_PKG_VERSION").into());
+    provenance.wall_s = cases.iter().map(|case| case.seconds).sum();
+    let extent = match effort {
+        Effort::Quick => "coarse meshes only",
+        Effort::Full => "everything",
+    };
+    let title = "The solver against references it shares no code with";
+    let mut report = Report::new(title, format!("Extent: {extent}."), provenance);
+    report.headline = table::summary(cases);
+    report.sections.push(overview(cases));
+    for case in cases {
+        report.sections.push(section(case)?);
+    }
+    Ok(report)
 }
 
-impl Report {
-    /// The report of a run that ends now.
-    pub fn of_this_run(effort: Effort, cases: Vec<Outcome>) -> Self {
-        let arguments = std::env::args().skip(1);
-        Self {
-            schema: SCHEMA,
-            command: ["cargo xtask verify".to_string()]
-                .into_iter()
-                .chain(arguments)
-                .collect::<Vec<_>>()
-                .join(" "),
-            version: env!("CARGO_PKG_VERSION").into(),
-            revision: revision(),
-            machine: machine(),
-            cores: std::thread::available_parallelism().map_or(1, usize::from),
-            finished: utc(SystemTime::now()),
-            effort,
-            passed: cases.iter().all(Outcome::passes),
-            cases,
+/// One line per case: its verdict and the row that is nearest to the upper end of its band.
+fn overview(cases: &[Outcome]) -> Section {
+    let head = ["case", "verdict", "values", "closest to its band's end", "error", "band", "time"];
+    let rows = cases.iter().map(|case| {
+        let used = |row: &&Row| row.error / row.band.most;
+        let closest = case.rows.iter().max_by(|a, b| used(a).total_cmp(&used(b)));
+        let closest = closest.map_or([const { String::new() }; 3], |row| {
+            [table::subject(row), table::error(row.error, row.measure), table::band(row)]
+        });
+        let verdict = if case.passes() { "passes" } else { "fails" };
+        let [subject, error, band] = closest.map(Cell::from);
+        let time = format::seconds(case.seconds);
+        vec![
+            case.name.as_str().into(),
+            verdict.into(),
+            (case.rows.len() as f64).into(),
+            subject,
+            error,
+            band,
+            time.into(),
+        ]
+    });
+    let listing = Block::Listing {
+        title: "All cases".into(),
+        head: head.map(String::from).to_vec(),
+        rows: rows.collect(),
+    };
+    Section { name: "overview".into(), title: "Overview".into(), blocks: vec![listing] }
+}
+
+fn section(case: &Outcome) -> Result<Section, ReportError> {
+    let mut blocks = vec![Block::Text(format!("Reference: {}", case.provenance))];
+    blocks.extend(case.failure.iter().map(|failure| Block::Text(format!("Failed: {failure}"))));
+    blocks.extend(convergence(&case.rows));
+    let mut table = Table::new(
+        [Column::new("error", "")
+            .about("relative to the reference, or in the unit of the quantity where it says so")],
+        [Column::new("time", "s").about("wall time of preparing and solving")],
+        ["value", "reference", "unknowns"].map(|name| Column::new(name, "")),
+    );
+    for row in &case.rows {
+        let band = Verdict {
+            met: row.passes(),
+            limit: row.band.most,
+            text: format!("band {}", table::band(row)),
+        };
+        let error = Cell { verdict: Some(band), ..row.error.into() };
+        let mut setup = row.label.setup.clone();
+        if row.measure == Measure::Absolute {
+            setup.push_str(" (absolute)");
+        }
+        let row = sinew_report::Row::new(row.label.formulation.label(), error, row.cost.seconds)?
+            .on(row.label.quantity.as_str(), setup)
+            .other(row.value)
+            .other(row.reference)
+            .other(row.cost.unknowns as f64);
+        table.push(row)?;
+    }
+    if !table.rows.is_empty() {
+        blocks.push(Block::Table(table));
+    }
+    Ok(Section { name: case.name.clone(), title: case.title.clone(), blocks })
+}
+
+/// Error against unknowns and against time for each quantity that some formulation gave on several meshes.
+fn convergence(rows: &[Row]) -> Vec<Block> {
+    let mut quantities: Vec<&str> = Vec::new();
+    for row in rows {
+        if !quantities.contains(&row.label.quantity.as_str()) {
+            quantities.push(&row.label.quantity);
         }
     }
-
-    /// Writes both files into a folder, which is made if need be; gives the path of the page.
-    ///
-    /// # Errors
-    /// When a file cannot be written.
-    pub fn write(&self, folder: &Path) -> Result<PathBuf> {
-        let put = |name: &str, text: &str| {
-            let path = folder.join(name);
-            fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
-            Ok::<_, anyhow::Error>(path)
+    let of = |quantity: &str, formulation| {
+        let quantity = quantity.to_string();
+        let chosen = move |row: &&Row| {
+            row.label.quantity == quantity && row.label.formulation == formulation
         };
-        fs::create_dir_all(folder)
-            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
-        put("verify.json", &(serde_json::to_string_pretty(self)? + "\n"))?;
-        put("verify.html", &html::render(self))
-    }
-}
-
-fn revision() -> String {
-    let git = |arguments: &[&str]| {
-        let folder = env!("CARGO_MANIFEST_DIR");
-        let output = Command::new("git").args(arguments).current_dir(folder).output().ok()?;
-        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_string())
+        rows.iter().filter(chosen).collect::<Vec<_>>()
     };
-    match (git(&["rev-parse", "--short=12", "HEAD"]), git(&["status", "--porcelain"])) {
-        (Some(revision), Some(changes)) if changes.is_empty() => revision,
-        (Some(revision), _) => format!("{revision}-dirty"),
-        (None, _) => "unknown".to_string(),
-    }
+    let is_ladder = |rows: Vec<&Row>| {
+        let mut unknowns: Vec<_> = rows.iter().map(|row| row.cost.unknowns).collect();
+        unknowns.sort_unstable();
+        unknowns.dedup();
+        unknowns.len() > 1 && unknowns.len() == rows.len()
+    };
+    quantities.retain(|quantity| Formulation::ALL.iter().any(|&f| is_ladder(of(quantity, f))));
+    let block = |quantity: &str| {
+        let chart = |name: &str, abscissa: fn(&Row) -> f64| {
+            let mut chart = Chart::new(format!("Error against {name}"), [name, "error"], [true; 2]);
+            for formulation in Formulation::ALL {
+                let mut rows = of(quantity, formulation);
+                rows.sort_by(|a, b| abscissa(a).total_cmp(&abscissa(b)));
+                let points = rows.iter().map(|row| [abscissa(row), row.error]);
+                let hints = rows.iter().map(|row| hint(row)).collect();
+                let series = Series::new(formulation.label(), Style::Marked, points);
+                if !rows.is_empty() {
+                    chart.series.push(Series { hints, ..series });
+                }
+            }
+            chart
+        };
+        let charts = [
+            chart("unknowns", |row| row.cost.unknowns as f64),
+            chart("seconds", |row| row.cost.seconds),
+        ];
+        Block::charts(quantity, "", charts)
+    };
+    quantities.into_iter().map(block).collect()
 }
 
-fn machine() -> String {
-    let processor = fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
-        let line = text.lines().find(|line| line.starts_with("model name"))?;
-        Some(line.split_once(':')?.1.trim().to_string())
-    });
-    let processor = processor.as_deref().unwrap_or("unknown processor");
-    format!("{processor}, {} {}", std::env::consts::OS, std::env::consts::ARCH)
+fn hint(row: &Row) -> String {
+    format!(
+        "{}: {}, error {}, {} unknowns, {}",
+        table::subject(row),
+        format::trimmed(row.value, 6),
+        table::error(row.error, row.measure),
+        format::count(row.cost.unknowns as u64),
+        format::seconds(row.cost.seconds)
+    )
 }
 
 #[cfg(test)]
@@ -108,23 +159,16 @@ mod tests {
     #[test]
     fn both_files_hold_errors_times_and_bands() {
         let outcome = run(&Fake { error: 0.01, breaks: None }, Effort::Full, &mut |_| ());
-        let report = Report::of_this_run(Effort::Full, vec![outcome]);
-        let folder = tempfile::tempdir().unwrap();
-        let page = report.write(&folder.path().join("new")).unwrap();
-        let page = fs::read_to_string(page).unwrap();
-        let json = fs::read_to_string(folder.path().join("new/verify.json")).unwrap();
-        let json: serde_json::Value = serde_json::from_str(&json).unwrap();
-        assert_eq!(json["passed"], true);
-        assert!(json["cores"].as_u64().unwrap() >= 1);
-        let row = &json["cases"][0]["rows"][1];
-        assert_eq!((&row["formulation"], &row["unknowns"]), (&"p2".into(), &1000.into()));
-        assert!((row["error"].as_f64().unwrap() - 0.01).abs() < 1e-12);
-        assert_eq!(row["band"]["most"], 0.1);
-        assert_eq!(row["seconds"], 0.1);
+        let report = report(Effort::Full, &[outcome]).unwrap();
+        let row = &report.section("fake").unwrap().tables().next().unwrap().rows[1];
+        assert_eq!((row.method.as_str(), row.others[2].value.median()), ("P2", Some(1000.0)));
+        let error = &row.errors[0];
+        assert!((error.value.median().unwrap() - 0.01).abs() < 1e-12);
+        assert_eq!(error.verdict.as_ref().map(|band| (band.met, band.limit)), Some((true, 0.1)));
+        assert_eq!(row.times[0].value.median(), Some(0.1));
+        let page = report.to_html();
         assert!(page.contains("A made-up &lt;case&gt;") && !page.contains("A made-up <case>"));
-        // Error against unknowns and error against seconds, with two markers each and one in the legend.
-        assert_eq!(page.matches("<svg class=\"chart\"").count(), 2);
-        assert_eq!(page.matches("class=\"dot ").count(), 5);
-        assert!(!page.contains("<script") && !page.contains("http"));
+        // Error against unknowns and error against seconds.
+        assert_eq!(page.matches("<svg ").count(), 2);
     }
 }

@@ -1,12 +1,11 @@
 //! Running benchmarks one after the other.
 
 use crate::case::{Case, Effort, Row, Rows};
-use serde::Serialize;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
 /// What a case gave.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     /// Short name.
     pub name: String,

@@ -1,8 +1,8 @@
 //! The table on the terminal.
 
-use crate::case::Row;
-use crate::format::{count, error, seconds, significant};
+use crate::case::{Measure, Row};
 use crate::run::Outcome;
+use sinew_report::format::{count, digits, seconds, trimmed};
 use std::fmt::Write;
 
 const HEADINGS: [&str; 7] = ["value", "reference", "error", "band", "time", "unknowns", ""];
@@ -50,14 +50,22 @@ pub(crate) fn subject(row: &Row) -> String {
 fn cells(row: &Row) -> [String; 7] {
     let verdict = if row.passes() { "" } else { "OUTSIDE" };
     [
-        significant(row.value, 8),
-        significant(row.reference, 8),
+        trimmed(row.value, 8),
+        trimmed(row.reference, 8),
         error(row.error, row.measure),
         band(row),
         seconds(row.cost.seconds),
         count(row.cost.unknowns as u64),
         verdict.into(),
     ]
+}
+
+/// An error: relative ones from a hundredth of a percent on in percent.
+pub(crate) fn error(value: f64, measure: Measure) -> String {
+    match measure == Measure::Relative && value >= 0.999e-4 {
+        true => format!("{} %", trimmed(100.0 * value, 2)),
+        false => digits(value, 2),
+    }
 }
 
 /// Where the error must lie.
@@ -100,7 +108,7 @@ mod tests {
         let lines: Vec<_> = text.lines().skip(2).collect();
         assert!(lines[0].contains("value") && lines[0].contains("band"));
         assert!(lines[1].contains("20 %") && lines[1].ends_with("OUTSIDE"), "{text}");
-        assert!(lines[2].contains("≤ 10 %") && lines[2].contains("0.10 s"), "{text}");
+        assert!(lines[2].contains("≤ 10 %") && lines[2].contains("100 ms"), "{text}");
         assert!(lines[2].ends_with("1\u{202f}000"), "{text}");
         assert!(summary(&[outcome]).contains("1 of 2 values within their bands, 1 cases"));
     }

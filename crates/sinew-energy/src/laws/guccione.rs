@@ -1,7 +1,7 @@
 //! Guccione's solid.
 
-use super::{named, volume_penalty};
-use crate::{Guard, InvariantLaw, Invariants};
+use super::named;
+use crate::{Guard, Invariants, ShapeEnergy};
 use sinew_num::Scalar;
 
 /// Nearly incompressible, transversely isotropic Guccione solid, thesis eq. (3.6), after Guccione,
@@ -10,11 +10,8 @@ use sinew_num::Scalar;
 ///
 /// θ = (C \[stress\], b_f, b_t, b_fs). The directions are an orthonormal frame that starts with the
 /// fibre; [`Guccione::frame`] makes one from the fibre, and it does not matter which.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Guccione {
-    /// P, the penalty on changes of volume \[stress\].
-    pub bulk_modulus: f64,
-}
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Guccione;
 
 impl Guccione {
     /// An orthonormal right-handed frame whose first vector is the unit vector `fibre`,
@@ -30,13 +27,9 @@ impl Guccione {
     }
 }
 
-impl InvariantLaw<3> for Guccione {
+impl ShapeEnergy<3> for Guccione {
     const NAME: &'static str = "Guccione, thesis (3.6)";
     const PARAMETERS: &'static [&'static str] = &["C", "b_f", "b_t", "b_fs"];
-
-    fn constants(&self) -> Vec<(&'static str, f64)> {
-        vec![("bulk modulus", self.bulk_modulus)]
-    }
 
     #[inline]
     fn density_of<S: Scalar, G: Guard>(
@@ -46,13 +39,12 @@ impl InvariantLaw<3> for Guccione {
         guard: &G,
     ) -> S {
         let [c, b_f, b_t, b_fs] = named(parameters);
-        let Invariants { volume_change, strain, .. } = invariants.isochoric(guard);
-        let square = |p: usize, q: usize| strain[p][q].clone().squared();
+        let square = |p: usize, q: usize| invariants.strain[p][q].clone().squared();
         let along = b_f.clone() * square(0, 0);
         let across = b_t.clone() * (square(1, 1) + square(2, 2) + square(1, 2) * 2.0);
         let shear = b_fs.clone() * (square(0, 1) + square(0, 2)) * 2.0;
         // A quarter, because Ē is half of C̄ − I.
         let exponent = guard.exponent((along + across + shear) * 0.25);
-        c.clone() * exponent.exp_m1() * 0.5 + volume_penalty(volume_change, self.bulk_modulus)
+        c.clone() * exponent.exp_m1() * 0.5
     }
 }

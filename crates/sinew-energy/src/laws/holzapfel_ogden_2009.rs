@@ -1,7 +1,7 @@
 //! The full, orthotropic Holzapfel–Ogden solid.
 
-use super::{fung, named, volume_penalty};
-use crate::{Guard, InvariantLaw, Invariants};
+use super::{fung, named};
+use crate::{Guard, Invariants, ShapeEnergy};
 use sinew_num::Scalar;
 
 /// Nearly incompressible, orthotropic Holzapfel–Ogden solid, Holzapfel & Ogden, Phil. Trans. R. Soc. A 367
@@ -9,20 +9,13 @@ use sinew_num::Scalar;
 /// + a_fs/(2b_fs)(e^{b_fs Ī₈²} − 1) + ½P(J−1)²` with `Ī₈ = f₀·C̄s₀`.
 ///
 /// θ = (a, b, a_f, b_f, a_s, b_s, a_fs, b_fs), the a's \[stress\]; the directions are fibre and sheet.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HolzapfelOgden2009 {
-    /// P, the penalty on changes of volume \[stress\].
-    pub bulk_modulus: f64,
-}
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct HolzapfelOgden2009;
 
-impl InvariantLaw<2> for HolzapfelOgden2009 {
+impl ShapeEnergy<2> for HolzapfelOgden2009 {
     const NAME: &'static str = "Holzapfel-Ogden, orthotropic, 2009";
     const PARAMETERS: &'static [&'static str] =
         &["a", "b", "a_f", "b_f", "a_s", "b_s", "a_fs", "b_fs"];
-
-    fn constants(&self) -> Vec<(&'static str, f64)> {
-        vec![("bulk modulus", self.bulk_modulus)]
-    }
 
     #[inline]
     fn density_of<S: Scalar, G: Guard>(
@@ -32,13 +25,11 @@ impl InvariantLaw<2> for HolzapfelOgden2009 {
         guard: &G,
     ) -> S {
         let [a, b, a_f, b_f, a_s, b_s, a_fs, b_fs] = named(parameters);
-        let Invariants { volume_change, first, strain: [[fibre, shear], [_, sheet]] } =
-            invariants.isochoric(guard);
-        let [fibre, sheet] = [fibre, sheet].map(|i| guard.fibre_invariant(i).at_least(0.0));
-        fung(a, b, guard.first_invariant(first), guard)
+        let [[fibre, shear], [_, sheet]] = &invariants.strain;
+        let [fibre, sheet] = [fibre, sheet].map(|i| guard.fibre_invariant(i.clone()).at_least(0.0));
+        fung(a, b, guard.first_invariant(invariants.first.clone()), guard)
             + fung(a_f, b_f, fibre.squared(), guard)
             + fung(a_s, b_s, sheet.squared(), guard)
-            + fung(a_fs, b_fs, shear.squared(), guard)
-            + volume_penalty(volume_change, self.bulk_modulus)
+            + fung(a_fs, b_fs, shear.clone().squared(), guard)
     }
 }

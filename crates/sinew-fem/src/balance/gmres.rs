@@ -1,5 +1,7 @@
 //! Restarted GMRES for systems whose matrix is not symmetric positive definite.
 
+use crate::vector::{dot, norm};
+
 /// Krylov vectors that are kept before a restart.
 const RESTART: usize = 80;
 
@@ -120,14 +122,6 @@ fn back_substitute(triangle: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
         solution[row] /= triangle[row][row];
     }
     solution
-}
-
-pub(crate) fn norm(x: &[f64]) -> f64 {
-    dot(x, x).sqrt()
-}
-
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! Newton's method on the balance of forces at one load.
 
-use super::BalanceSolver;
 use super::state::{Residual, Unknowns};
+use super::{BalanceSolver, System};
+use crate::assembly::PredictedStress;
 use crate::state::State;
 use crate::supports::place;
 use crate::watch::Log;
@@ -41,22 +42,17 @@ impl BalanceSolver<'_> {
     ) -> Option<Equilibrium> {
         let mut at = initial.clone();
         place(&self.system.body.body, load_factor, &mut at.displacement);
-        let volume: f64 = self.system.body.body.volumes.iter().sum();
+        let mut predicted = None;
         let (mut before, mut linear_iterations, mut negative_pivots) = (f64::INFINITY, 0, 0);
         for iteration in 0..MOST_ITERATIONS {
             if history.iterations.len() >= options.iterations {
                 return None;
             }
-            let residual = self.system.assemble(&at, theta, load_factor);
+            let residual = self.system.assemble(&at, theta, load_factor, predicted.as_ref());
             self.record(&at, load_factor, &residual, history);
-            let forces = residual.force / self.system.assembly.force_scale.max(f64::MIN_POSITIVE);
-            let size = forces.max(residual.volume / volume);
-            let admissible = size.is_finite() && self.system.assembly.energy.is_finite();
-            if !admissible {
-                return None;
-            }
-            let at_floor = residual.force <= 4.0 * self.system.assembly.floor
-                && residual.volume <= TOLERANCE * volume;
+            let size = self.system.size(&residual)?;
+            let at_floor = residual.force <= self.system.assembly.tolerance()
+                && residual.volume <= TOLERANCE * self.system.volume();
             let stalled = size <= STALLED && size > 0.5 * before;
             if iteration > 0 && (size <= TOLERANCE || at_floor || stalled) {
                 return Some(Equilibrium {
@@ -78,8 +74,17 @@ impl BalanceSolver<'_> {
             let last = history.iterations.last_mut()?;
             last.shift = preconditioner.shift;
             last.step = self.take(&mut at, &change, theta)?;
+            predicted = self.predict_stress(&change, last.step);
         }
         None
+    }
+
+    /// The stress that the linear model foresees after a step; with a field of pressure the change of that would be missing.
+    fn predict_stress(&self, change: &[f64], length: f64) -> Option<PredictedStress> {
+        let System { body, sparsity, assembly, .. } = &self.system;
+        let mut step = vec![0.0; body.body.prescribed.len()];
+        sparsity.scatter(change.iter().map(|c| length * c), &mut step);
+        body.pressure_field.is_none().then(|| assembly.predict_stress(&body.body, &step))
     }
 
     /// Takes the longest of the steps 1, ½, ¼, … that squeezes no cell too much.
@@ -117,7 +122,11 @@ impl BalanceSolver<'_> {
         let iteration = Iteration {
             load_factor,
             residual: residual.force,
-            tolerance: TOLERANCE * self.system.assembly.force_scale,
+            tolerance: self
+                .system
+                .assembly
+                .tolerance()
+                .max(TOLERANCE * self.system.assembly.force_scale),
             energy: self.system.assembly.energy,
             least_volume_ratio: self.system.assembly.least_volume_ratio,
             worst_cell: self.system.assembly.worst_cell,

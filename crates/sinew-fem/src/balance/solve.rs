@@ -9,9 +9,13 @@ use std::time::Instant;
 
 /// First load step when the whole load at once fails; later ones adapt.
 const FIRST_STEP: f64 = 0.25;
-/// Factors of the load step after a success and after a failure.
+/// Most and least that a load step changes by from one to the next.
 const GROWTH: f64 = 1.5;
 const CUT: f64 = 0.5;
+/// Iterations of a load step after which the next one is as long.
+const USUAL_ITERATIONS: f64 = 8.0;
+/// Equilibria that the next one is extrapolated from.
+const PATH: usize = 4;
 
 /// An equilibrium of forces.
 #[derive(Clone, Debug, PartialEq)]
@@ -133,20 +137,13 @@ impl BalanceSolver<'_> {
         options: &Options,
         history: &mut Log<'_>,
     ) -> Result<(Equilibrium, usize), (f64, Unknowns)> {
-        let mut reached = (0.0, self.rest());
-        let mut before: Option<(f64, Unknowns)> = None;
+        let mut path = vec![(0.0, self.rest())];
         let (mut step, mut steps, mut linear_iterations) = (FIRST_STEP, 0, 0);
         while step >= options.least_load_step && history.iterations.len() < options.iterations {
-            let target = f64::min(reached.0 + step, 1.0);
-            let guess = extrapolate(before.as_ref(), &reached, target);
+            let target = f64::min(path[path.len() - 1].0 + step, 1.0);
+            let guess = extrapolate(&path, target);
+            let before = history.iterations.len();
             let found = self.equilibrium(&guess, theta, target, options, history);
-            // A secant that leads astray is no reason for a smaller step yet.
-            let found = match found {
-                None if before.is_some() => {
-                    self.equilibrium(&reached.1, theta, target, options, history)
-                }
-                found => found,
-            };
             let Some(mut found) = found else {
                 step *= CUT;
                 continue;
@@ -157,26 +154,28 @@ impl BalanceSolver<'_> {
                 found.linear_iterations = linear_iterations;
                 return Ok((found, steps));
             }
-            before = Some(std::mem::replace(&mut reached, (target, found.unknowns)));
-            step *= GROWTH;
+            path.push((target, found.unknowns));
+            path.drain(..path.len().saturating_sub(PATH));
+            let iterations = (history.iterations.len() - before) as f64;
+            step *= (USUAL_ITERATIONS / iterations).clamp(CUT, GROWTH);
         }
-        Err(reached)
+        Err(path.swap_remove(path.len() - 1))
     }
 }
 
-/// The unknowns on the line through the last two equilibria.
-fn extrapolate(
-    before: Option<&(f64, Unknowns)>,
-    (load, last): &(f64, Unknowns),
-    target: f64,
-) -> Unknowns {
-    let Some((earlier, previous)) = before else { return last.clone() };
-    let ratio = (target - load) / (load - earlier);
-    let line = |now: &[f64], then: &[f64]| {
-        now.iter().zip(then).map(|(u, v)| u + ratio * (u - v)).collect()
-    };
-    Unknowns {
-        displacement: line(&last.displacement, &previous.displacement),
-        pressure: line(&last.pressure, &previous.pressure),
+/// The unknowns on the polynomial through the last equilibria, which are at different loads.
+fn extrapolate(path: &[(f64, Unknowns)], target: f64) -> Unknowns {
+    let [displacement, pressure] = [&path[0].1.displacement, &path[0].1.pressure].map(Vec::len);
+    let mut guess =
+        Unknowns { displacement: vec![0.0; displacement], pressure: vec![0.0; pressure] };
+    for (load, at) in path {
+        let others = path.iter().map(|(other, _)| other).filter(|other| *other != load);
+        let weight: f64 = others.map(|other| (target - other) / (load - other)).product();
+        let add = |sum: &mut [f64], values: &[f64]| {
+            sum.iter_mut().zip(values).for_each(|(s, v)| *s += weight * v);
+        };
+        add(&mut guess.displacement, &at.displacement);
+        add(&mut guess.pressure, &at.pressure);
     }
+    guess
 }

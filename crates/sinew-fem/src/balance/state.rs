@@ -1,8 +1,10 @@
 //! The residual of a balance of forces, and the derivatives that its linear systems are made of.
 
 use super::System;
+use crate::assembly::PredictedStress;
 use crate::cells::CellValue;
 use crate::state::State;
+use crate::vector::{Norm, norm};
 use sinew_energy::SurfaceResponse;
 use sinew_num::Mat3;
 
@@ -25,20 +27,40 @@ pub(crate) struct Residual {
 }
 
 impl System<'_> {
-    /// Evaluates the balance and its derivatives under a fraction of the loads.
-    pub(super) fn assemble(&mut self, at: &Unknowns, theta: &[f64], load_factor: f64) -> Residual {
+    /// Evaluates the balance and its derivatives under a fraction of the loads; `predicted` as in [`Assembly::assemble`].
+    pub(super) fn assemble(
+        &mut self,
+        at: &Unknowns,
+        theta: &[f64],
+        load_factor: f64,
+        predicted: Option<&PredictedStress>,
+    ) -> Residual {
         let potential = &self.body.body;
         let pressure = self.pressure_at_points(&at.pressure);
         let displacement = &at.displacement[..];
         let state = State { displacement, theta, load_factor, pressure: &pressure };
-        self.assembly.assemble(potential, &self.sparsity, state, None);
+        self.assembly.assemble(potential, &self.sparsity, state, predicted);
         self.add_followers(displacement, theta, load_factor);
         let mut values: Vec<f64> = self.sparsity.gather(&self.assembly.gradient).collect();
-        let force = super::gmres::norm(&values);
+        let force = norm(&values);
         values.extend(self.volume_residual(&at.pressure));
-        let volume = super::gmres::norm(&values[self.sparsity.unknowns()..]);
+        let volume = norm(&values[self.sparsity.unknowns()..]);
         self.couple();
         Residual { values, force, volume }
+    }
+
+    /// Reference volume of the body.
+    pub(super) fn volume(&self) -> f64 {
+        self.body.body.volumes.iter().sum()
+    }
+
+    /// What is unbalanced where assembled last: forces relative to loads and reactions, or volumes relative to the
+    /// body's, whichever is larger. `None` where something overflows.
+    pub(super) fn size(&self, residual: &Residual) -> Option<f64> {
+        let forces = residual.force / self.assembly.force_scale.max(f64::MIN_POSITIVE);
+        let volumes = residual.volume / self.volume();
+        let finite = forces.is_finite() && volumes.is_finite() && self.assembly.is_finite();
+        finite.then_some(forces.max(volumes))
     }
 
     /// The cells of least J where assembled last.
@@ -50,7 +72,7 @@ impl System<'_> {
     fn add_followers(&mut self, displacement: &[f64], theta: &[f64], load_factor: f64) {
         self.followers.clear();
         let mut place = self.body.body.surfaces.iter().map(|s| s.facets()).sum::<usize>();
-        let mut squared = 0.0;
+        let mut loads = Norm::default();
         for surface in &self.body.followers {
             let magnitude = load_factor * surface.magnitude.value(theta);
             for facet in 0..surface.facets() {
@@ -66,8 +88,8 @@ impl System<'_> {
                     }
                 }
                 let nodes = surface.facet_nodes(facet);
-                squared +=
-                    self.assembly.add_facet(nodes, &self.sparsity, place, magnitude, &symmetric);
+                let assembly = &mut self.assembly;
+                loads.add(assembly.add_facet(nodes, &self.sparsity, place, magnitude, &symmetric));
                 for (entry, symmetric) in response.hessian.iter_mut().zip(&symmetric.hessian) {
                     *entry = magnitude * (*entry - symmetric);
                 }
@@ -75,7 +97,7 @@ impl System<'_> {
                 place += 1;
             }
         }
-        self.assembly.force_scale = self.assembly.force_scale.hypot(squared.sqrt());
+        self.assembly.force_scale = self.assembly.force_scale.hypot(loads.value());
     }
 
     /// Adds the skew part of the tangent of the loose followers times `direction` to `forces`.

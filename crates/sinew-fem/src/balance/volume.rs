@@ -1,9 +1,9 @@
 //! Following an equilibrium by the volume that its pressure sweeps, through limit points.
 
-use super::gmres::dot;
 use super::newton::Equilibrium;
 use super::state::Unknowns;
 use super::{BalanceSolution, BalanceSolver};
+use crate::vector::dot;
 use crate::watch::Log;
 use crate::{Options, SolveError};
 use sinew_energy::{Magnitude, PressureLoad, PressureSurface};
@@ -63,6 +63,9 @@ impl BalanceSolver<'_> {
     ) -> Result<VolumeTrace, SolveError> {
         self.system.body.check_theta(theta)?;
         let controlled = self.controlled()?;
+        if volumes.iter().any(|volume| !volume.is_finite()) {
+            return Err(SolveError::VolumeControl { problem: "a volume asked for is not finite" });
+        }
         let mut trace: VolumeTrace = Vec::with_capacity(volumes.len());
         let mut reached = Point { swept: 0.0, load_factor: 0.0, unknowns: self.rest() };
         let mut before: Option<Point> = None;
@@ -135,8 +138,6 @@ impl BalanceSolver<'_> {
         history: &mut Log<'_>,
     ) -> Option<(f64, Equilibrium)> {
         let Point { swept: goal, mut load_factor, unknowns: mut at } = guess;
-        let potential = &self.system.body.body;
-        let volume: f64 = potential.volumes.iter().sum();
         let mut slope = vec![0.0; at.displacement.len()];
         let (mut before, mut linear_iterations) = (f64::INFINITY, 0);
         let mut negative_pivots = 0;
@@ -144,15 +145,10 @@ impl BalanceSolver<'_> {
             if history.iterations.len() >= options.iterations {
                 return None;
             }
-            let residual = self.system.assemble(&at, theta, load_factor);
+            let residual = self.system.assemble(&at, theta, load_factor, None);
             let gap = goal - controlled.swept(&at.displacement, &mut slope);
             self.record(&at, load_factor, &residual, history);
-            let forces = residual.force / self.system.assembly.force_scale.max(f64::MIN_POSITIVE);
-            let size = forces.max(residual.volume / volume).max(gap.abs() / volume);
-            let admissible = size.is_finite() && self.system.assembly.energy.is_finite();
-            if !admissible {
-                return None;
-            }
+            let size = self.system.size(&residual)?.max(gap.abs() / self.system.volume());
             let stalled = size <= STALLED && size > 0.5 * before;
             if iteration > 0 && (size <= TOLERANCE || stalled) {
                 let found =

@@ -1,6 +1,7 @@
 //! Groups of neighbouring nodes, and coarse functions on them.
 
 use super::blocks::{Block, BlockMatrix};
+use crate::vector::norm;
 
 /// Rigid motions of a body.
 pub(super) const MODES: usize = 6;
@@ -17,19 +18,17 @@ pub(super) fn aggregates<const B: usize>(
     matrix: &BlockMatrix<f64, B, B>,
     strong: f64,
 ) -> (Vec<u32>, usize) {
-    let strength = strong * strong;
     const NONE: u32 = u32::MAX;
     let size = matrix.height();
-    let squared =
-        |block: &Block<f64, B, B>| block.as_flattened().iter().map(|x| x * x).sum::<f64>();
+    let size_of = |block: &Block<f64, B, B>| norm(block.as_flattened());
     let diagonal: Vec<f64> = (0..size)
-        .map(|row| matrix.row(row).find(|&(c, _)| c == row).map_or(0.0, |(_, b)| squared(b)))
+        .map(|row| matrix.row(row).find(|&(c, _)| c == row).map_or(0.0, |(_, b)| size_of(b)))
         .collect();
-    let strong = |row: usize| {
+    let strongly_coupled = |row: usize| {
         let diagonal = &diagonal;
         matrix.row(row).filter_map(move |(column, block)| {
-            let coupling = squared(block);
-            let scale = strength * (diagonal[row] * diagonal[column]).sqrt();
+            let coupling = size_of(block);
+            let scale = strong * diagonal[row].sqrt() * diagonal[column].sqrt();
             (column != row && coupling > scale).then_some((column, coupling))
         })
     };
@@ -37,16 +36,16 @@ pub(super) fn aggregates<const B: usize>(
     let mut count = 0;
     // Whole neighbourhoods first.
     for node in 0..size {
-        if group[node] == NONE && strong(node).all(|(n, _)| group[n] == NONE) {
+        if group[node] == NONE && strongly_coupled(node).all(|(n, _)| group[n] == NONE) {
             group[node] = count;
-            strong(node).for_each(|(n, _)| group[n] = count);
+            strongly_coupled(node).for_each(|(n, _)| group[n] = count);
             count += 1;
         }
     }
     // What is left joins the group that it is coupled to most.
     let whole = group.clone();
     for node in (0..size).filter(|&node| whole[node] == NONE) {
-        let beside = strong(node).filter(|&(n, _)| whole[n] != NONE);
+        let beside = strongly_coupled(node).filter(|&(n, _)| whole[n] != NONE);
         if let Some((nearest, _)) = beside.max_by(|a, b| a.1.total_cmp(&b.1)) {
             group[node] = whole[nearest];
         }
@@ -54,7 +53,7 @@ pub(super) fn aggregates<const B: usize>(
     for node in 0..size {
         if group[node] == NONE {
             group[node] = count;
-            for (neighbour, _) in strong(node) {
+            for (neighbour, _) in strongly_coupled(node) {
                 if group[neighbour] == NONE {
                     group[neighbour] = count;
                 }

@@ -1,5 +1,7 @@
 //! Preconditioned conjugate gradients.
 
+use crate::vector::{dot, norm};
+
 /// How an iterative solve ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Outcome {
@@ -40,7 +42,7 @@ pub(crate) fn conjugate_gradients(
     [most_halfway, most]: [usize; 2],
 ) -> Outcome {
     solution.fill(0.0);
-    let scale = dot(right, right).sqrt();
+    let scale = norm(right);
     let mut outcome = Outcome { iterations: 0, relative_residual: 0.0, end: End::Converged };
     if scale == 0.0 {
         return outcome;
@@ -51,7 +53,7 @@ pub(crate) fn conjugate_gradients(
     precondition(&residual, &mut direction);
     let mut slope = dot(&residual, &direction);
     loop {
-        outcome.relative_residual = dot(&residual, &residual).sqrt() / scale;
+        outcome.relative_residual = norm(&residual) / scale;
         if outcome.relative_residual <= tolerance {
             return outcome;
         }
@@ -84,10 +86,6 @@ pub(crate) fn conjugate_gradients(
         direction.iter_mut().zip(&product).for_each(|(p, z)| *p = z + turn * *p);
         slope = next;
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
 #[cfg(test)]

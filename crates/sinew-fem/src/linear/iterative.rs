@@ -178,8 +178,11 @@ impl Iterative {
         let Self { component, matrix, multigrid: Some(multigrid), .. } = self else {
             return Outcome { iterations: 0, relative_residual: 1.0, end: End::NegativeCurvature };
         };
+        // A power of two, so that nothing but overflow changes.
+        let largest = right.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let unit = if largest > 0.0 { largest.log2().floor().exp2() } else { 1.0 };
         let mut spread = vec![0.0; 3 * matrix.height()];
-        component.iter().zip(&*right).for_each(|(&at, &value)| spread[at as usize] = value);
+        component.iter().zip(&*right).for_each(|(&at, &value)| spread[at as usize] = value / unit);
         let mut solution = vec![0.0; spread.len()];
         let outcome = conjugate_gradients(
             |x, y| matrix.multiply(x.as_chunks().0, y.as_chunks_mut().0),
@@ -189,7 +192,7 @@ impl Iterative {
             tolerance,
             most_iterations,
         );
-        component.iter().zip(right).for_each(|(&at, value)| *value = solution[at as usize]);
+        component.iter().zip(right).for_each(|(&at, value)| *value = unit * solution[at as usize]);
         outcome
     }
 

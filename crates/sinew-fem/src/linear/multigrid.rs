@@ -4,6 +4,7 @@ use super::aggregates::{MODES, aggregates, tentative};
 use super::blocks::{Block, BlockMatrix, definite_inverse, times};
 use super::cholesky::Cholesky;
 use super::ordering::fill_reducing_order;
+use crate::vector::norm;
 use rayon::prelude::*;
 
 /// Systems with up to this many block rows are solved directly.
@@ -234,19 +235,15 @@ fn largest_eigenvalue<const B: usize>(
     let mut next = vec![[0.0; B]; size];
     let mut eigenvalue = 1.0;
     for _ in 0..POWER_ITERATIONS {
-        let length = norm(&vector);
+        let length = norm(vector.as_flattened());
         vector.as_flattened_mut().iter_mut().for_each(|x| *x /= length);
         matrix.multiply(&vector, &mut next);
         for ((x, y), inverse) in vector.iter_mut().zip(&next).zip(inverse_diagonal) {
             *x = times(inverse, y);
         }
-        eigenvalue = norm(&vector);
+        eigenvalue = norm(vector.as_flattened());
     }
     eigenvalue
-}
-
-fn norm<const B: usize>(vector: &[[f64; B]]) -> f64 {
-    vector.as_flattened().iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// Gives coarse functions that are zero, since their group has fewer motions, a diagonal of 1.

@@ -1,7 +1,7 @@
 //! Patch tests: a homogeneous deformation of the whole boundary is followed by the interior of any mesh.
 
 use crate::scene::{distance, roller, scene, with_boundary};
-use sinew_energy::laws::{Guccione, HolzapfelOgden, IsochoricNeoHookean, NeoHookean};
+use sinew_energy::laws::{Guccione, HolzapfelOgden, NeoHookean, NeoHookeanShape};
 use sinew_energy::{Body, FiniteElement, Law, Nodes, Scene, Support};
 use sinew_fem::{BalanceSolver, Options, Solver};
 use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
@@ -69,7 +69,8 @@ where
     for f in deformations {
         let plain = scene(NeoHookean, mesh.clone(), vec![], vec![]);
         check(name, &plain, &[1.0, 10.0], f, |s| lowered(s, averaged));
-        let mut fibres = scene(HolzapfelOgden { bulk_modulus: 10.0 }, mesh.clone(), vec![], vec![]);
+        let mut fibres =
+            scene(HolzapfelOgden.nearly_incompressible(10.0), mesh.clone(), vec![], vec![]);
         let theta = [0.5, 1.5, 1.0, 1.2];
         fibres.directions = vec![[FIBRE]; cells];
         check(name, &fibres, &theta, f, |s| lowered(s, averaged));
@@ -77,7 +78,7 @@ where
         fibres.directions =
             (0..nodes).map(|node| [if node % 3 == 0 { FIBRE } else { opposite }]).collect();
         check(name, &fibres, &theta, f, |s| lowered(s, averaged));
-        let mut frames = scene(Guccione { bulk_modulus: 10.0 }, mesh.clone(), vec![], vec![]);
+        let mut frames = scene(Guccione.nearly_incompressible(10.0), mesh.clone(), vec![], vec![]);
         frames.directions = vec![Guccione::frame(FIBRE); nodes];
         check(name, &frames, &[1.0, 3.0, 1.0, 2.0], f, |s| lowered(s, averaged));
     }
@@ -165,7 +166,7 @@ fn an_incompressible_bar_stretches_as_rivlin_says() {
         Support::uniform("x_max", [Some(STRETCH - 1.0), None, None]),
     ];
     let far = mesh.node_sets["x_max"].clone();
-    let bar = scene(IsochoricNeoHookean { bulk_modulus: 5.0 }, mesh, vec![], supports);
+    let bar = scene(NeoHookeanShape.nearly_incompressible(5.0), mesh, vec![], supports);
     let body = bar.lower_mixed().unwrap();
     let solution = BalanceSolver::new(&body).unwrap().solve(&[2.0], &Options::default()).unwrap();
     let lateral = STRETCH.powf(-0.5) - 1.0;

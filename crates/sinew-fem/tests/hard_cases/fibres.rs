@@ -6,7 +6,8 @@ use sinew_energy::laws::{Guccione, HolzapfelOgden};
 use sinew_energy::{Prescribed, Scene, SceneError, Support};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
-const HO: HolzapfelOgden = HolzapfelOgden { bulk_modulus: 50.0 };
+const HO: sinew_energy::NearlyIncompressible<HolzapfelOgden> =
+    HolzapfelOgden.nearly_incompressible(50.0);
 const SOFT: [f64; 4] = [1.0, 2.0, 5.0, 3.0];
 
 /// What lowering says about a block whose cell 4 has this fibre.
@@ -54,8 +55,11 @@ fn missing_fibres_are_refused_with_both_counts() {
 
 #[test]
 fn a_frame_that_is_not_perpendicular_is_refused_with_the_product() {
-    let mut scene =
-        with_directions(Guccione { bulk_modulus: 50.0 }, cube(1), Guccione::frame([1.0, 0.0, 0.0]));
+    let mut scene = with_directions(
+        Guccione.nearly_incompressible(50.0),
+        cube(1),
+        Guccione::frame([1.0, 0.0, 0.0]),
+    );
     scene.directions[2][1] = [0.6, 0.8, 0.0];
     let error = scene.lower().unwrap_err();
     let SceneError::NotPerpendicular { cell: 2, pair: [0, 1], product } = error else {

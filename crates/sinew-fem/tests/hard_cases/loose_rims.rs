@@ -179,7 +179,7 @@ fn a_free_body_is_refused_by_the_balance_too() {
 
 #[test]
 fn fibres_near_overflow_under_a_loose_pressure_are_solved_or_refused() {
-    let law = HolzapfelOgden { bulk_modulus: 100.0 };
+    let law = HolzapfelOgden.nearly_incompressible(100.0);
     let loads = vec![Load::Pressure { facets: "x_max".into(), magnitude: Magnitude::Fixed(-30.0) }];
     let scene = Scene { loads, ..with_directions(law, mesh(), [[1.0, 0.0, 0.0]]) };
     let body = scene.lower_follower().unwrap();

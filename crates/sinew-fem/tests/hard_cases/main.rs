@@ -17,6 +17,7 @@ mod loads;
 mod loose_rims;
 mod materials;
 mod meshes;
+mod overflow;
 mod refused_input;
 mod repeated_solves;
 mod scales;

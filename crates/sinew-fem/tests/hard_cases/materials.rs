@@ -100,7 +100,7 @@ fn bending_at_poisson_ratio_0_499999_converges_and_keeps_the_volume() {
     assert_sound(&beam, &solution);
     let ratio =
         |cell| 1.0 + beam.displacement_gradient(cell, &solution.displacement).volume_change();
-    let worst = (0..beam.cells.len()).map(|c| f64::abs(ratio(c) - 1.0)).fold(0.0, f64::max);
+    let worst = (0..beam.volumes.len()).map(|c| f64::abs(ratio(c) - 1.0)).fold(0.0, f64::max);
     // The pressure is at most a few E, the bulk modulus 5e5 kPa.
     assert!(worst < 1e-4, "{worst:e}");
 }
@@ -126,7 +126,8 @@ fn poisson_ratio_one_half_is_refused_and_its_neighbour_is_solved_or_refused() {
     }
 }
 
-const HO: HolzapfelOgden = HolzapfelOgden { bulk_modulus: 100.0 };
+const HO: sinew_energy::NearlyIncompressible<HolzapfelOgden> =
+    HolzapfelOgden.nearly_incompressible(100.0);
 const ALONG: [[f64; 3]; 1] = [[1.0, 0.0, 0.0]];
 
 #[test]
@@ -146,7 +147,7 @@ fn fibres_ten_thousand_times_as_stiff_as_the_matrix_carry_the_load() {
     let stretch = valley(1.0, 1.5, total);
     assert!((1.0 + solution.displacement[3 * far] - stretch).abs() < SEARCHED, "{stretch}");
     // Across the fibres the same load stretches ten times as much at least.
-    let scene = Scene { directions: vec![[[0.0, 1.0, 0.0]]; bar.cells.len()], ..scene };
+    let scene = Scene { directions: vec![[[0.0, 1.0, 0.0]]; bar.volumes.len()], ..scene };
     let scene = Scene { loads: vec![traction("x_max", [0.2, 0.0, 0.0])], ..scene };
     let soft = scene.lower().unwrap();
     let solution = solve(&soft, &theta).unwrap();
@@ -206,7 +207,7 @@ fn a_holzapfel_ogden_matrix_stretched_to_overflow_is_refused() {
 
 #[test]
 fn a_guccione_solid_stretched_to_overflow_is_refused() {
-    let law = Guccione { bulk_modulus: 100.0 };
+    let law = Guccione.nearly_incompressible(100.0);
     assert_overflow(law, Guccione::frame([1.0, 0.0, 0.0]), &[1.0, 400.0, 100.0, 100.0]);
 }
 
@@ -221,7 +222,10 @@ fn moduli_that_are_no_positive_numbers_are_refused_with_name_and_bounds() {
             Err(SolveError::Theta(ThetaError::OutOfBounds {
                 index: at, name, value: v, ..
             })) => {
-                assert_eq!((at, name), (index, <HolzapfelOgden as Law<1>>::PARAMETERS[index]));
+                assert_eq!(
+                    (at, name),
+                    (index, <HolzapfelOgden as sinew_energy::ShapeEnergy<1>>::PARAMETERS[index])
+                );
                 assert_eq!(v.to_bits(), value.to_bits());
             }
             other => panic!("expected a refusal, got {other:?}"),
@@ -308,15 +312,19 @@ fn an_inclusion_a_million_times_as_stiff_turns_without_deforming() {
 #[test]
 fn a_law_whose_bulk_modulus_is_no_positive_number_is_refused() {
     for bulk_modulus in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        let scene = with_directions(HolzapfelOgden { bulk_modulus }, cube(1), ALONG);
+        let scene =
+            with_directions(HolzapfelOgden.nearly_incompressible(bulk_modulus), cube(1), ALONG);
         let error = scene.lower().unwrap_err();
         println!("{error}");
         assert!(error.to_string().contains("bulk modulus"), "{error}");
     }
     let mesh = cube(1);
-    let error =
-        with_directions(Guccione { bulk_modulus: -3.0 }, mesh, Guccione::frame([0.0, 0.0, 1.0]))
-            .lower()
-            .unwrap_err();
+    let error = with_directions(
+        Guccione.nearly_incompressible(-3.0),
+        mesh,
+        Guccione::frame([0.0, 0.0, 1.0]),
+    )
+    .lower()
+    .unwrap_err();
     assert!(error.to_string().contains("-3"), "{error}");
 }

@@ -73,7 +73,8 @@ fn a_potential_whose_arrays_do_not_fit_or_hold_no_numbers_is_refused() {
         |p| p.shape_gradients[7 * 4 + 2][1] = f64::NAN,
         |p| p.cells[0] = 390,
         |p| {
-            p.material = at_points(HolzapfelOgden { bulk_modulus: 1.0 }, vec![[[1.0, 0.0, 0.0]]; 5])
+            p.material =
+                at_points(HolzapfelOgden.nearly_incompressible(1.0), vec![[[1.0, 0.0, 0.0]]; 5])
         },
         |p| p.nodes = 391,
     ];

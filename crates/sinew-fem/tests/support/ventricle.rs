@@ -1,10 +1,9 @@
-//! The thesis' left ventricle (§3.3.4) under a true follower pressure, and points of its parameter box.
+//! A left ventricle like the thesis' (§3.3.4) under a true follower pressure, and points of its parameter box.
 #![allow(dead_code, reason = "each program uses a part")]
 
 use sinew_energy::laws::HolzapfelOgden;
 use sinew_energy::{Load, Magnitude, Parameter, Sampling, Scene, Support, Units};
-use sinew_mesh::{Facet, TetMesh, boundary_facets, read_tet_mesh};
-use std::path::Path;
+use sinew_mesh::TetMesh;
 
 /// One millimetre of mercury [kPa].
 pub const MMHG: f64 = 0.133_322;
@@ -16,30 +15,11 @@ pub const BULK_MODULUS: f64 = 25.0;
 pub const BOX: [(&str, [f64; 2]); 4] =
     [("a", [0.1, 0.26]), ("b", [1.0, 4.2]), ("a_f", [1.5, 5.18]), ("b_f", [1.0, 4.46])];
 
-/// The mesh with its surfaces `region:1` (endocardium), `base` and `epicardium`; `None`, with a message, where it is missing.
-pub fn mesh() -> Option<TetMesh> {
-    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/meshes");
-    let path = shared.join("left_ventricle.vtk");
-    if !path.exists() {
-        eprintln!("skipped: there is no {}", path.display());
-        return None;
-    }
-    let (mut mesh, _) = read_tet_mesh(path).expect("a readable mesh");
-    let held = mesh.nodes_where_nonzero("clamped").expect("a marker of the base");
-    let on_base = |facet: &Facet| {
-        mesh.facet_nodes(*facet).iter().all(|node| held.binary_search(node).is_ok())
-    };
-    let cavity = &mesh.facet_sets["region:1"];
-    let outer = boundary_facets(&mesh).into_iter().filter(|facet| !cavity.contains(facet));
-    let (base, epicardium) = outer.partition(on_base);
-    mesh.facet_sets.insert("base".into(), base);
-    mesh.facet_sets.insert("epicardium".into(), epicardium);
-    mesh.node_sets.insert("base".into(), held);
-    Some(mesh)
-}
-
 /// The scene; θ = (a, b, a_f, b_f, pressure \[kPa\]).
-pub fn scene(mesh: TetMesh, bulk_modulus: f64) -> Scene<HolzapfelOgden, 1> {
+pub fn scene(
+    mesh: TetMesh,
+    bulk_modulus: f64,
+) -> Scene<sinew_energy::NearlyIncompressible<HolzapfelOgden>, 1> {
     let fibres = mesh.cell_fields["fibre"].to_vectors::<3>().expect("three components");
     let parameter = |name: &str, range| Parameter {
         name: name.into(),
@@ -52,7 +32,7 @@ pub fn scene(mesh: TetMesh, bulk_modulus: f64) -> Scene<HolzapfelOgden, 1> {
     Scene {
         name: "LeftVentricle".into(),
         units: Units::mm_kpa(),
-        law: HolzapfelOgden { bulk_modulus },
+        law: HolzapfelOgden.nearly_incompressible(bulk_modulus),
         directions: fibres.into_iter().map(|fibre| [fibre]).collect(),
         parameters,
         loads: vec![Load::Pressure { facets: "region:1".into(), magnitude: Magnitude::Theta(4) }],

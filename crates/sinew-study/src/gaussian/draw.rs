@@ -1,9 +1,10 @@
 //! Drawings of what a fit says of u.
 
 use crate::gaussian::inference::{Inference, Observed};
-use crate::gaussian::picture::{Curves, Figure, Line, Map, Panel, rounded};
 use crate::gaussian::row::Row;
 use sinew_gp::{Domain, Fit, GpError, Posterior};
+use sinew_report::format;
+use sinew_report::{Chart, Distribution, Figure, Level, Map, Panel, Series, Style};
 
 /// Half-width of a 95 % band in standard deviations.
 pub const BAND: f64 = 1.959_964;
@@ -31,19 +32,19 @@ pub fn posterior<const D: usize>(
         let points = line(domain, inference.scale.pick(CURVE_POINTS, FEW_POINTS));
         let prediction = posterior.predict(&points)?;
         let exact: Vec<f64> = points.iter().map(|x| (setting.solution)(*x)).collect();
-        vec![Panel::Curves(Curves {
-            title: format!("{label}: u with its 95 % band"),
-            axes: [domain.names()[0].clone(), "u".into()],
-            lines: vec![
-                curve("exact", "exact", &points, &exact),
-                Line {
-                    band: band(&prediction.mean, &prediction.deviation),
-                    ..curve(label, inference.approach.method().key(), &points, &prediction.mean)
-                },
-            ],
-            marks: observed.collocation.iter().map(|x| [x[0], (setting.solution)(*x)]).collect(),
-            ..Curves::default()
-        })]
+        let chart = Chart::new(
+            format!("{label}: u with its 95 % band"),
+            [&domain.names()[0], "u"],
+            [false; 2],
+        );
+        let band = band(&prediction.mean, &prediction.deviation);
+        let marks = observed.collocation.iter().map(|x| [x[0], (setting.solution)(*x)]);
+        vec![Panel::Chart(
+            chart
+                .with(curve("exact", &points, &exact))
+                .with(Series { band, ..curve(label, &points, &prediction.mean) })
+                .with(Series::new("equation imposed", Style::Points, marks)),
+        )]
     } else {
         let slice = Slice::of(domain, inference.scale.pick(MAP_POINTS, FEW_POINTS));
         let prediction = posterior.predict(&slice.points)?;
@@ -53,8 +54,9 @@ pub fn posterior<const D: usize>(
         let width: Vec<f64> = prediction.deviation.iter().map(|s| BAND * s).collect();
         let shared = Map::range(&slice.rows(&exact));
         let with_data = |map: Map| Map {
-            observations: observed.places.iter().map(|x| [x[0], x[1]]).collect(),
-            collocation: observed.collocation.iter().map(|x| [x[0], x[1]]).collect(),
+            marks: [("u observed", &observed.places), ("equation imposed", &observed.collocation)]
+                .map(|(name, places)| (name.into(), places.iter().map(|x| [x[0], x[1]]).collect()))
+                .to_vec(),
             ..map
         };
         [
@@ -88,23 +90,22 @@ pub fn traces<const D: usize>(inference: &Inference<D>, fit: &Fit<D>) -> Figure 
     let outcomes = fit.restarts.iter().filter_map(|restart| restart.outcome.as_ref().ok());
     let lines = outcomes.map(|outcome| {
         let values = outcome.trace.iter().filter_map(|theta| theta.first());
-        Line {
-            class: format!("{} trace", method.key()),
-            points: values.enumerate().map(|(k, theta)| [k as f64, rounded(*theta)]).collect(),
-            ..Line::default()
-        }
+        Series::new("", Style::Line, values.enumerate().map(|(k, theta)| [k as f64, *theta]))
     });
     let truth = inference.setting.truth.first();
+    let level =
+        |value| Level { name: "true value".into(), value, upright: false, published: false };
     Figure {
         title: format!("{}, {}: restarts", inference.setting.name, method.label()),
-        caption: String::new(),
-        panels: vec![Panel::Curves(Curves {
-            title: format!("{}: parameter after each iteration", method.label()),
-            axes: ["iteration".into(), truth.map_or("θ", |truth| &truth.name).into()],
-            logarithmic: true,
-            lines: lines.collect(),
-            level: truth.map(|truth| ("true value".into(), truth.value)),
-            ..Curves::default()
+        caption: "Dashed: the true value.".into(),
+        panels: vec![Panel::Chart(Chart {
+            series: lines.collect(),
+            levels: truth.map(|truth| level(truth.value)).into_iter().collect(),
+            ..Chart::new(
+                format!("{}: parameter after each iteration", method.label()),
+                ["iteration", truth.map_or("θ", |truth| &truth.name)],
+                [false, true],
+            )
         })],
     }
 }
@@ -121,14 +122,13 @@ pub fn line<const D: usize>(domain: &Domain<D>, count: usize) -> Vec<[f64; D]> {
 }
 
 /// A line through values at points of an interval.
-pub fn curve<const D: usize>(name: &str, class: &str, points: &[[f64; D]], values: &[f64]) -> Line {
-    let pairs = points.iter().zip(values);
-    Line {
-        name: name.into(),
-        class: class.into(),
-        points: pairs.map(|(x, y)| [rounded(x[0]), rounded(*y)]).collect(),
-        band: Vec::new(),
-    }
+pub fn curve<const D: usize>(name: &str, points: &[[f64; D]], values: &[f64]) -> Series {
+    Series::new(name, Style::Line, points.iter().zip(values).map(|(x, y)| [x[0], *y]))
+}
+
+/// With as many digits as a drawing shows.
+fn rounded(value: f64) -> f64 {
+    format::rounded(value, 5)
 }
 
 fn band(mean: &[f64], deviation: &[f64]) -> Vec<[f64; 2]> {
@@ -185,12 +185,10 @@ impl<const D: usize> Slice<D> {
             title: title.into(),
             axes: self.names.clone(),
             ranges: self.ranges,
-            columns: self.places.len(),
             // Errors and widths are seen against zero.
             scale: scale.unwrap_or([0.0, Map::range(&rows)[1]]),
             rows,
-            observations: Vec::new(),
-            collocation: Vec::new(),
+            marks: Vec::new(),
         }
     }
 }
@@ -200,26 +198,19 @@ pub fn sweep(
     title: &str,
     axes: [&str; 2],
     rows: &[&Row],
-    value: impl Fn(&Row) -> Option<crate::gaussian::row::Spread>,
+    value: impl Fn(&Row) -> Option<&Distribution>,
 ) -> Panel {
-    let mut lines: Vec<Line> = Vec::new();
+    let mut chart = Chart::new(title, axes, [false, true]);
     for row in rows {
-        let (Some(x), Some(spread)) = (row.label.abscissa, value(row)) else { continue };
-        let method = row.label.method;
-        let position = lines.iter().position(|line| line.class == method.key());
+        let (Some(x), Some(found)) = (row.label.abscissa, value(row)) else { continue };
+        let name = row.label.method.label();
+        let position = chart.series.iter().position(|series| series.name == name);
         let position = position.unwrap_or_else(|| {
-            let (name, class) = (method.label().into(), method.key().into());
-            lines.push(Line { name, class, ..Line::default() });
-            lines.len() - 1
+            chart.series.push(Series::new(name, Style::Marked, []));
+            chart.series.len() - 1
         });
-        lines[position].points.push([x, spread.median]);
-        lines[position].band.push([spread.low, spread.high]);
+        chart.series[position].points.push([x, found.q50]);
+        chart.series[position].band.push([found.q0, found.q100]);
     }
-    Panel::Curves(Curves {
-        title: title.into(),
-        axes: axes.map(String::from),
-        logarithmic: true,
-        lines,
-        ..Curves::default()
-    })
+    Panel::Chart(chart)
 }

@@ -1,10 +1,10 @@
 //! What an experiment is: cases, each run on several data sets.
 
-use crate::gaussian::picture::Figure;
 use crate::gaussian::row::{Label, Row, Run};
 use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use sinew_report::Figure;
 
 /// How much is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

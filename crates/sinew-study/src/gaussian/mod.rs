@@ -9,16 +9,12 @@ mod draw;
 pub mod experiment;
 pub mod experiments;
 mod floor;
-mod html;
 mod inference;
 mod pentagon;
-pub mod picture;
 mod problems;
 pub mod report;
 pub mod row;
 mod run;
-mod svg;
-mod table;
 mod workers;
 
 pub use run::reproduce_gp;

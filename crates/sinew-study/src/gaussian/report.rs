@@ -1,76 +1,173 @@
-//! The result of `reproduce-gp` as data: `report.json`.
+//! Rows as the tables and sections of a report.
 
-use crate::gaussian::picture::Figure;
-use crate::gaussian::row::Row;
-use crate::report::ReportError;
-use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
-use std::fs;
-use std::path::Path;
+use crate::gaussian::row::{Label, Row};
+use sinew_report::format::{digits, rounded};
+use sinew_report::{Block, Cell, Column, Figure, ReportError, Section, Table, Value};
 
-/// Version of the file, raised with any change of its fields.
-pub const SCHEMA: u32 = 1;
-
-/// All experiments of a run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct GaussianReport {
-    /// [`SCHEMA`].
-    pub schema: u32,
-    /// Command line of the run.
-    pub command: String,
-    /// End of the run, `2026-03-01 14:05:09 UTC`.
-    pub finished: String,
-    /// Wall time of the whole run \[s\].
-    pub wall_s: f64,
-    /// Fits side by side, each on one thread.
-    pub threads: usize,
-    /// Seed that all seeds derive from.
-    pub seed: u64,
-    /// Data sets behind every median.
-    pub data_sets: usize,
-    /// Revision of the source.
-    pub revision: String,
-    /// Processor and operating system.
-    pub machine: String,
-    /// Version of each package that numbers depend on.
-    pub versions: BTreeMap<String, String>,
-    /// Options as used.
-    pub config: String,
-    /// What has to be known beside the numbers.
-    pub notes: Vec<String>,
-    /// The experiments.
-    pub experiments: Vec<ExperimentReport>,
-}
-
-/// One experiment.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ExperimentReport {
-    /// Name on the command line.
-    pub name: String,
-    /// Title, with the thesis' section.
-    pub title: String,
-    /// What is done.
-    pub about: String,
-    /// One row per method and setting.
-    pub rows: Vec<Row>,
-    /// Drawings.
-    pub figures: Vec<Figure>,
-}
-
-/// Reads `report.json`.
+/// One experiment: its rows, coverage, drawings and restarts.
 ///
 /// # Errors
-/// [`ReportError::Schema`] for another version, [`ReportError::Json`] for anything that is no report,
-/// [`ReportError::Io`] if the file cannot be read.
-pub fn read_json(path: &Path) -> Result<GaussianReport, ReportError> {
-    #[derive(Deserialize)]
-    struct Version {
-        schema: u64,
+/// A row whose error or time is not a number.
+pub fn section(
+    name: String,
+    title: &str,
+    about: &str,
+    rows: &[Row],
+    figures: Vec<Figure>,
+) -> Result<Section, ReportError> {
+    let mut table = Table::new(
+        [
+            Column::new("err_u", "").about(
+                "mean |u − û| over a grid of the domain (4.50); û is the posterior mean, or the network",
+            ),
+            Column::new("err_f", "").about("mean |f − f̂|, f the right-hand side"),
+            Column::new("‖θ − θ̂‖", "").about("Euclidean distance from the true values (4.50)"),
+        ],
+        [Column::new("seconds", "").about(
+            "one fit on one thread: prior, model, all restarts; with NUTS the sampling too",
+        )],
+        [
+            Column::new("θ̂", "").about("the equation’s parameters at the fit, in the order of the problem"),
+            Column::new("θ̂, thesis", ""),
+            Column::new("evaluations", "").about(
+                "of evidence (or loss) and gradient, over all restarts; empty where they are not counted",
+            ),
+            Column::new("jitter", "").about("largest relative jitter that a covariance needed at the end of a fit"),
+            Column::new("collapsed", "").about(
+                "data sets whose fit explains less than a tenth of what was measured and takes the rest for noise",
+            ),
+        ],
+    );
+    for row in rows {
+        table.push(self::row(row)?)?;
     }
-    let text = fs::read_to_string(path).map_err(|source| ReportError::io(path, source))?;
-    let found = serde_json::from_str::<Version>(&text)?.schema;
-    if found != u64::from(SCHEMA) {
-        return Err(ReportError::Schema { found, expected: SCHEMA });
+    let mut blocks = vec![Block::Text(about.into()), Block::Table(table)];
+    blocks.extend(rows.iter().filter_map(coverage).map(Block::Text));
+    blocks.extend(figures.into_iter().map(Block::Figure));
+    blocks.extend(restarts(rows));
+    Ok(Section { name, title: title.into(), blocks })
+}
+
+fn row(row: &Row) -> Result<sinew_report::Row, ReportError> {
+    let (label, thesis) = (&row.label, &row.label.thesis);
+    let cell = |value: Value, printed| Cell::from(value).against("the thesis’", printed);
+    let own = sinew_report::Row::new(
+        label.method.label(),
+        cell(row.err_u().clone().into(), thesis.err_u),
+        row.seconds().clone(),
+    )?;
+    let failed = match row.failures.len() {
+        0 => String::new(),
+        failed => format!("{failed} more gave no result: {}", row.failures.join("; ")),
+    };
+    let collapsed = Value::Text(format!("{} of {}", row.collapsed, row.runs));
+    Ok(own
+        .on(label.problem.as_str(), label.setting.as_str())
+        .error(cell(row.err_f.clone().into(), thesis.err_f))
+        .error(cell(row.err_theta.clone().into(), thesis.err_theta(&label.truth)))
+        .other(Value::Several(row.theta.iter().cloned().map(Value::from).collect()))
+        .other(printed(label))
+        .other(row.evaluations.clone())
+        .other(row.jitter.map(|jitter| rounded(jitter, 2)))
+        .other(Cell { note: failed, ..Cell::from(collapsed) }))
+}
+
+/// The thesis' parameters with the digits it prints.
+fn printed(label: &Label) -> String {
+    let thesis = &label.thesis;
+    let text = |(value, digit): (&f64, &f64)| {
+        let decimals = (-digit.log10()).round().max(0.0) as usize;
+        format!("{value:.decimals$}")
+    };
+    thesis.theta.iter().zip(&thesis.digit).map(text).collect::<Vec<_>>().join(", ")
+}
+
+/// Every restart of the first data set: what the best one was chosen from.
+fn restarts(rows: &[Row]) -> Option<Block> {
+    let restarted = rows.iter().filter(|row| row.restarts.len() > 1);
+    let lines: Vec<Vec<Cell>> = restarted
+        .flat_map(|row| {
+            let label = &row.label;
+            let name = format!("{} {} {}", label.problem, label.method.label(), label.setting);
+            row.restarts.iter().enumerate().map(move |(number, end)| {
+                let theta: Vec<String> = end.theta.iter().map(|value| digits(*value, 4)).collect();
+                vec![
+                    name.trim_end().into(),
+                    (number as f64 + 1.0).into(),
+                    (end.evaluations as f64).into(),
+                    end.log_evidence.into(),
+                    theta.join(", ").into(),
+                    if end.collapsed { "yes" } else { "no" }.into(),
+                ]
+            })
+        })
+        .collect();
+    let head = ["method", "restart", "evaluations", "log evidence", "θ̂", "collapsed"]
+        .map(String::from)
+        .to_vec();
+    let title = "All restarts on the first data set".to_string();
+    (!lines.is_empty()).then_some(Block::Listing { title, head, rows: lines })
+}
+
+/// How often intervals held the truth, in a sentence; none if that was not asked.
+fn coverage(row: &Row) -> Option<String> {
+    let coverage = row.coverage.as_ref()?;
+    let percent = |share: f64| format!("{:.1}", 100.0 * share);
+    let held = coverage.theta.iter().zip(&coverage.theta_share);
+    let theta: Vec<String> = row
+        .label
+        .truth
+        .iter()
+        .zip(held)
+        .map(|(truth, (held, share))| {
+            let [share, low, high] = share.map(percent);
+            let (name, of) = (&truth.name, row.runs);
+            format!("{name}: {held} of {of} = {share} % (95 % interval {low} to {high})")
+        })
+        .collect();
+    Some(format!(
+        "{}: 95 % intervals held {}; the band held u on {} % of the places (median data set {} %, worst {} %).",
+        [row.label.problem.as_str(), &row.label.setting].join(", ").trim_end_matches(", "),
+        theta.join("; "),
+        percent(coverage.u_mean),
+        percent(coverage.u_share.q50),
+        percent(coverage.u_share.q0),
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gaussian::row::{Findings, Method, Run, Thesis, Truth};
+
+    fn row(err_u: f64, theta: f64) -> Row {
+        let label = Label {
+            problem: "Heat-BVP-1".into(),
+            setting: String::new(),
+            method: Method::Hcgp,
+            abscissa: None,
+            truth: vec![Truth { name: "theta".into(), value: 1.0 }],
+            thesis: Thesis {
+                err_u: Some(4.9e-5),
+                theta: vec![1.0],
+                digit: vec![1e-3],
+                ..Thesis::default()
+            },
+        };
+        let found = Findings { theta: vec![theta], ..Findings::default() };
+        let run = Run::new(err_u, 0.5, found).unwrap();
+        Row::of(label, &[run], Vec::new()).unwrap()
     }
-    Ok(serde_json::from_str(&text)?)
+
+    #[test]
+    fn what_is_missed_is_said_plainly() {
+        let section = |row| section("heat".into(), "Heat", "", &[row], Vec::new()).unwrap();
+        let reached = section(row(4.94e-5, 1.0004));
+        assert!(reached.tables().flat_map(Table::verdicts).all(|found| found.3.met));
+        let missed = section(row(9.8e-5, 1.02));
+        let texts: Vec<_> =
+            missed.tables().flat_map(Table::verdicts).map(|found| found.3.text.clone()).collect();
+        assert_eq!(texts, ["2.0× the thesis’ 4.9×10⁻⁵", "40× the thesis’ 5.0×10⁻⁴"]);
+        assert_eq!(missed.tables().next().unwrap().rows[0].others[1].value, Value::from("1.000"));
+    }
 }

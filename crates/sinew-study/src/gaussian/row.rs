@@ -1,8 +1,7 @@
 //! One line of a table: an error and a time, over several data sets, beside the thesis' figure.
 
-use crate::gaussian::picture::Figure;
-use crate::report::{ReportError, quantiles};
 use serde::{Deserialize, Serialize};
+use sinew_report::{Distribution, Figure, ReportError};
 
 /// How the boundary conditions are accounted for (§4.8), and by what kind of function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -114,7 +113,7 @@ impl Run {
     pub fn new(err_u: f64, seconds: f64, found: Findings) -> Result<Self, ReportError> {
         for (field, value) in [("err_u", err_u), ("seconds", seconds)] {
             if !(value.is_finite() && value >= 0.0) {
-                return Err(ReportError::Number { field: field.into(), value });
+                return Err(ReportError::Number(field.into(), value));
             }
         }
         Ok(Self { err_u, seconds, found })
@@ -128,26 +127,6 @@ impl Run {
     /// Time of prior, model and all restarts on one thread \[s\].
     pub fn seconds(&self) -> f64 {
         self.seconds
-    }
-}
-
-/// Median and range over data sets.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Spread {
-    /// Median.
-    pub median: f64,
-    /// Least.
-    pub low: f64,
-    /// Largest.
-    pub high: f64,
-}
-
-impl Spread {
-    /// Of some numbers; none if there are none, or one is NaN.
-    pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
-        let mut values: Vec<f64> = values.into_iter().collect();
-        let found = quantiles(&mut values)?;
-        Some(Self { median: found.q50, low: values[0], high: found.q100 })
     }
 }
 
@@ -206,10 +185,10 @@ pub struct Label {
 pub struct Coverage {
     /// Data sets whose interval held it, for each parameter.
     pub theta: Vec<usize>,
-    /// The share that this is, within its own 95 % interval (Wilson 1927).
-    pub theta_share: Vec<Spread>,
+    /// The share that this is, and the ends of its own 95 % interval (Wilson 1927).
+    pub theta_share: Vec<[f64; 3]>,
     /// Share of the domain where the band held u, with its range over the data sets.
-    pub u_share: Spread,
+    pub u_share: Distribution,
     /// The same on average.
     pub u_mean: f64,
 }
@@ -221,16 +200,16 @@ pub struct Row {
     pub label: Label,
     /// Number of data sets behind every figure.
     pub runs: usize,
-    err_u: Spread,
-    seconds: Spread,
+    err_u: Distribution,
+    seconds: Distribution,
     /// Mean |f − f̂|.
-    pub err_f: Option<Spread>,
+    pub err_f: Option<Distribution>,
     /// ‖θ − θ̂‖ (4.50).
-    pub err_theta: Option<Spread>,
+    pub err_theta: Option<Distribution>,
     /// Each parameter as inferred.
-    pub theta: Vec<Spread>,
+    pub theta: Vec<Distribution>,
     /// Evaluations over all restarts of a fit.
-    pub evaluations: Option<Spread>,
+    pub evaluations: Option<Distribution>,
     /// Largest relative jitter.
     pub jitter: Option<f64>,
     /// Data sets that ended in the trivial solution.
@@ -246,9 +225,10 @@ pub struct Row {
 impl Row {
     /// Of the runs of one case; none if there are none.
     pub fn of(label: Label, runs: &[Run], failures: Vec<String>) -> Option<Self> {
-        let spread = |value: &dyn Fn(&Run) -> f64| Spread::of(runs.iter().map(value));
+        let spread =
+            |value: &dyn Fn(&Run) -> f64| Distribution::of(runs.iter().map(value).collect());
         let optional = |value: &dyn Fn(&Run) -> Option<f64>| {
-            runs.iter().map(value).collect::<Option<Vec<f64>>>().and_then(Spread::of)
+            runs.iter().map(value).collect::<Option<Vec<f64>>>().and_then(Distribution::of)
         };
         let distance = |run: &Run| {
             let squares =
@@ -276,27 +256,13 @@ impl Row {
     }
 
     /// Mean |u − û| over a grid (4.50).
-    pub fn err_u(&self) -> Spread {
-        self.err_u
+    pub fn err_u(&self) -> &Distribution {
+        &self.err_u
     }
 
     /// Time of prior, model and all restarts on one thread \[s\].
-    pub fn seconds(&self) -> Spread {
-        self.seconds
-    }
-
-    /// Our medians beside the thesis' figures, as (symbol, ours, thesis').
-    pub fn comparisons(&self) -> Vec<(&'static str, f64, f64)> {
-        let thesis = &self.label.thesis;
-        let pairs = [
-            ("err_u", Some(self.err_u), thesis.err_u),
-            ("err_f", self.err_f, thesis.err_f),
-            ("err_theta", self.err_theta, thesis.err_theta(&self.label.truth)),
-        ];
-        pairs
-            .into_iter()
-            .filter_map(|(symbol, ours, theirs)| Some((symbol, ours?.median, theirs?)))
-            .collect()
+    pub fn seconds(&self) -> &Distribution {
+        &self.seconds
     }
 }
 
@@ -309,19 +275,19 @@ fn coverage(runs: &[Run], parameters: usize) -> Option<Coverage> {
     Some(Coverage {
         theta_share: theta.iter().map(|held| wilson(*held, runs.len())).collect(),
         theta,
-        u_share: Spread::of(covered.iter().map(|covered| covered.u))?,
+        u_share: Distribution::of(covered.iter().map(|covered| covered.u).collect())?,
         u_mean: covered.iter().map(|covered| covered.u).sum::<f64>() / runs.len() as f64,
     })
 }
 
 /// A share with its 95 % interval by the score method (Wilson 1927), which holds near 0 and 1 too.
-fn wilson(held: usize, of: usize) -> Spread {
+fn wilson(held: usize, of: usize) -> [f64; 3] {
     const NORMAL_95: f64 = 1.959_964;
     let (n, z2) = (of as f64, NORMAL_95 * NORMAL_95);
     let share = held as f64 / n;
     let centre = (share + z2 / (2.0 * n)) / (1.0 + z2 / n);
     let half = NORMAL_95 / (1.0 + z2 / n) * (share * (1.0 - share) / n + z2 / (4.0 * n * n)).sqrt();
-    Spread { median: share, low: (centre - half).max(0.0), high: (centre + half).min(1.0) }
+    [share, (centre - half).max(0.0), (centre + half).min(1.0)]
 }
 
 #[cfg(test)]
@@ -364,19 +330,18 @@ mod tests {
             })
             .collect();
         let row = Row::of(label(), &runs, Vec::new()).unwrap();
-        assert_eq!(row.theta[0], Spread { median: 1.005, low: 0.98, high: 1.03 });
-        assert!((row.err_theta.unwrap().median - 0.02).abs() < 1e-12);
-        let [u, theta] = row.comparisons()[..] else { panic!("two figures to compare") };
-        assert_eq!((u.0, u.2), ("err_u", 1e-3));
-        assert!((theta.2 - 0.015).abs() < 1e-12, "half a digit of rounding counts");
+        assert_eq!((row.theta[0].q0, row.theta[0].q50, row.theta[0].q100), (0.98, 1.005, 1.03));
+        assert!((row.err_theta.unwrap().q50 - 0.02).abs() < 1e-12);
+        let printed = row.label.thesis.err_theta(&row.label.truth).unwrap();
+        assert!((printed - 0.015).abs() < 1e-12, "half a digit of rounding counts");
     }
 
     #[test]
     fn a_binomial_interval_stays_between_zero_and_one() {
         let all = wilson(20, 20);
-        assert!(all.median == 1.0 && (all.high - 1.0).abs() < 1e-12);
-        assert!((all.low - 0.8389).abs() < 1e-3);
+        assert!(all[0] == 1.0 && (all[2] - 1.0).abs() < 1e-12);
+        assert!((all[1] - 0.8389).abs() < 1e-3);
         let most = wilson(188, 200);
-        assert!((most.low - 0.898).abs() < 2e-3 && (most.high - 0.965).abs() < 2e-3);
+        assert!((most[1] - 0.898).abs() < 2e-3 && (most[2] - 0.965).abs() < 2e-3);
     }
 }

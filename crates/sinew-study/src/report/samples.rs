@@ -4,7 +4,9 @@ use std::io::Write;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Method, ReportError, quantiles};
+use super::Method;
+use anyhow::{Result, ensure};
+use sinew_report::Distribution;
 
 /// Mean, median and largest value of an error over the nodes or elements of one case.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,9 +20,9 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// The spread of `samples`, which are sorted; `None` if there are none or one is NaN.
-    pub fn of(samples: &mut [f64]) -> Option<Self> {
-        quantiles(samples).map(|found| Self {
+    /// The spread of `samples`; `None` if there are none or one is NaN.
+    pub fn of(samples: Vec<f64>) -> Option<Self> {
+        Distribution::of(samples).map(|found| Self {
             mean: found.mean,
             median: found.q50,
             max: found.q100,
@@ -50,7 +52,7 @@ pub struct SampleRow {
 /// All test cases of one scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SceneSamples {
-    /// [`super::SceneReport::name`].
+    /// Name of the scene.
     pub scene: String,
     /// Name of each parameter with its unit, e.g. `mu_kPa`: a column of the file.
     pub theta_names: Vec<String>,
@@ -62,9 +64,8 @@ pub struct SceneSamples {
 /// for each parameter name of any scene; it is empty for scenes without that parameter.
 ///
 /// # Errors
-/// [`ReportError::Length`] if θ of a row and the names of its scene differ in number,
-/// [`ReportError::Io`] if `writer` fails.
-pub fn write_samples(scenes: &[SceneSamples], writer: &mut impl Write) -> Result<(), ReportError> {
+/// If θ of a row and the names of its scene differ in number, or `writer` fails.
+pub fn write_samples(scenes: &[SceneSamples], writer: &mut impl Write) -> Result<()> {
     let columns = theta_columns(scenes);
     let mut text = String::from("scene,sample,method");
     for name in &columns {
@@ -82,9 +83,7 @@ pub fn write_samples(scenes: &[SceneSamples], writer: &mut impl Write) -> Result
             push_row(&mut text, scene, row, &columns)?;
         }
     }
-    writer
-        .write_all(text.as_bytes())
-        .map_err(|source| ReportError::io("samples.csv".as_ref(), source))
+    Ok(writer.write_all(text.as_bytes())?)
 }
 
 fn theta_columns(scenes: &[SceneSamples]) -> Vec<&str> {
@@ -102,14 +101,14 @@ fn push_row(
     scene: &SceneSamples,
     row: &SampleRow,
     columns: &[&str],
-) -> Result<(), ReportError> {
-    if row.theta.len() != scene.theta_names.len() {
-        return Err(ReportError::Length {
-            what: format!("theta of sample {} of {}", row.sample, scene.scene),
-            found: row.theta.len(),
-            expected: scene.theta_names.len(),
-        });
-    }
+) -> Result<()> {
+    let (found, expected) = (row.theta.len(), scene.theta_names.len());
+    let name = &scene.scene;
+    ensure!(
+        found == expected,
+        "{found} parameters of sample {} of {name}, expected {expected}",
+        row.sample
+    );
     text.push_str(&format!("{},{},{}", quoted(&scene.scene), row.sample, row.method.key()));
     for column in columns {
         let position = scene.theta_names.iter().position(|name| name == column);
@@ -138,7 +137,7 @@ mod tests {
     use super::*;
 
     fn scene(name: &str, theta: &[&str], values: &[f64]) -> SceneSamples {
-        let spread = Spread::of(&mut [0.25, 0.5, 0.75]).unwrap();
+        let spread = Spread::of(vec![0.25, 0.5, 0.75]).unwrap();
         SceneSamples {
             scene: name.to_owned(),
             theta_names: theta.iter().map(|&name| name.to_owned()).collect(),

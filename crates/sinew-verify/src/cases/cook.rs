@@ -4,7 +4,7 @@ use crate::case::{Band, Case, Effort, Formulation, Label, Row, Rows};
 use crate::reference::published;
 use crate::solve::{Found, displaced, displacement_at, mixed, scene};
 use anyhow::Result;
-use sinew_energy::laws::IsochoricNeoHookean;
+use sinew_energy::laws::NeoHookeanShape;
 use sinew_energy::{Load, Scene, Support};
 use sinew_mesh::{Mesh, cook_membrane};
 
@@ -93,10 +93,13 @@ impl Case for Cook {
     }
 }
 
-fn membrane<const N: usize>(mesh: Mesh<N>, bulk_modulus: f64) -> Scene<IsochoricNeoHookean, 0, N> {
+fn membrane<const N: usize>(
+    mesh: Mesh<N>,
+    bulk_modulus: f64,
+) -> Scene<sinew_energy::NearlyIncompressible<NeoHookeanShape>, 0, N> {
     let loads = vec![Load::Traction { facets: "x_max".into(), value: [0.0, SHEAR, 0.0] }];
     let supports = vec![Support::clamped("x_min")];
-    scene(mesh, IsochoricNeoHookean { bulk_modulus }, &THETA, loads, supports)
+    scene(mesh, NeoHookeanShape.nearly_incompressible(bulk_modulus), &THETA, loads, supports)
 }
 
 fn push<const N: usize>(

@@ -2,120 +2,34 @@
 
 use crate::reference::Fung;
 use sinew_energy::laws::{
-    ByYoungPoisson, Guccione, HolzapfelOgden, HolzapfelOgden2009, HolzapfelOgdenCompressible,
-    IsochoricNeoHookean, LinearElastic, NeoHookean,
+    Compressible, Guccione, HolzapfelOgden, HolzapfelOgden2009, HolzapfelOgdenCompressible,
+    NeoHookeanShape,
 };
-use sinew_energy::{Body, Guard, Law, Response};
-use sinew_num::{Mat3, Scalar};
-use std::ops::RangeInclusive;
+use sinew_energy::{Body, Law, Solid, at_points};
+use std::sync::Arc;
 
 pub(super) type Matrix = [[f64; 3]; 3];
 
 /// Fibres, sheets and normals along the axes.
 pub(super) const FRAME: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
-/// Any of the laws, so that one solver is compiled for all of them. Parameters are padded to [`PARAMETERS`], and
-/// every law is handed a whole frame.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum EveryLaw {
-    NeoHookean(NeoHookean),
-    ByYoungPoisson(ByYoungPoisson<NeoHookean>),
-    LinearElastic(LinearElastic),
-    IsochoricNeoHookean(IsochoricNeoHookean),
-    HolzapfelOgden(HolzapfelOgden),
-    ThesisCode(HolzapfelOgdenCompressible),
-    HolzapfelOgden2009(HolzapfelOgden2009),
-    Guccione(Guccione),
-}
-
-/// As many as the law with most of them has.
-const PARAMETERS: usize = 8;
-
-/// Calls a method of the law with the parameters and directions that it reads.
-macro_rules! dispatch {
-    ($every:expr, $method:ident($parameters:expr, $gradient:expr, $frame:expr $(, $guard:expr)?)) => {{
-        let (theta, [fibre, sheet, _]) = ($parameters, $frame);
-        match $every {
-            EveryLaw::NeoHookean(law) => law.$method(&theta[..2], $gradient, &[] $(, $guard)?),
-            EveryLaw::ByYoungPoisson(law) => law.$method(&theta[..2], $gradient, &[] $(, $guard)?),
-            EveryLaw::LinearElastic(law) => law.$method(&theta[..2], $gradient, &[] $(, $guard)?),
-            EveryLaw::IsochoricNeoHookean(law) => {
-                law.$method(&theta[..1], $gradient, &[] $(, $guard)?)
-            }
-            EveryLaw::HolzapfelOgden(law) => {
-                law.$method(&theta[..4], $gradient, std::array::from_ref(fibre) $(, $guard)?)
-            }
-            EveryLaw::ThesisCode(law) => {
-                law.$method(&theta[..4], $gradient, std::array::from_ref(fibre) $(, $guard)?)
-            }
-            EveryLaw::HolzapfelOgden2009(law) => {
-                law.$method(theta, $gradient, &[fibre.clone(), sheet.clone()] $(, $guard)?)
-            }
-            EveryLaw::Guccione(law) => law.$method(&theta[..4], $gradient, $frame $(, $guard)?),
-        }
-    }};
-}
-
-impl Law<3> for EveryLaw {
-    const NAME: &'static str = "any of the laws";
-    const PARAMETERS: &'static [&'static str] = &["1", "2", "3", "4", "5", "6", "7", "8"];
-
-    fn bounds(_index: usize) -> RangeInclusive<f64> {
-        0.0..=f64::MAX
-    }
-
-    fn density<S: Scalar, G: Guard>(
-        &self,
-        parameters: &[S],
-        displacement_gradient: &Mat3<S>,
-        directions: &[[S; 3]; 3],
-        guard: &G,
-    ) -> S {
-        dispatch!(self, density(parameters, displacement_gradient, directions, guard))
-    }
-
-    fn energy<G: Guard>(
-        &self,
-        parameters: &[f64],
-        displacement_gradient: &Mat3<f64>,
-        directions: &Matrix,
-        guard: &G,
-    ) -> f64 {
-        dispatch!(self, energy(parameters, displacement_gradient, directions, guard))
-    }
-
-    fn stress<G: Guard>(
-        &self,
-        parameters: &[f64],
-        displacement_gradient: &Mat3<f64>,
-        directions: &Matrix,
-        guard: &G,
-    ) -> (f64, Mat3<f64>) {
-        dispatch!(self, stress(parameters, displacement_gradient, directions, guard))
-    }
-
-    fn response(
-        &self,
-        parameters: &[f64],
-        displacement_gradient: &Mat3<f64>,
-        directions: &Matrix,
-    ) -> Response {
-        dispatch!(self, response(parameters, displacement_gradient, directions))
-    }
-}
-
-/// A law with parameters.
+/// A law with parameters, fibres, sheets and normals along the axes.
 pub(super) struct Material {
     pub name: String,
-    pub law: EveryLaw,
-    pub theta: [f64; PARAMETERS],
+    at: Box<dyn Fn(usize) -> Arc<dyn sinew_energy::Material>>,
+    pub theta: Vec<f64>,
 }
 
 impl Material {
-    pub fn new(name: impl Into<String>, law: EveryLaw, theta: &[f64]) -> Self {
-        // Any number that is allowed will do for parameters that are not read.
-        let padded = std::array::from_fn(|i| theta.get(i).copied().unwrap_or(1.0));
-        Self { name: name.into(), law, theta: padded }
+    pub fn new<L: Law<D>, const D: usize>(name: impl Into<String>, law: L, theta: &[f64]) -> Self {
+        let axes: [_; D] = std::array::from_fn(|direction| FRAME[direction]);
+        let at = move |points| at_points(law.clone(), vec![axes; points]);
+        Self { name: name.into(), at: Box::new(at), theta: theta.to_vec() }
+    }
+
+    /// The body of a scene, whatever its law, made of this material.
+    pub fn fill(&self, body: Body) -> Body {
+        Body { material: (self.at)(body.volumes.len()), ..body }
     }
 }
 
@@ -126,13 +40,18 @@ pub(super) struct Exponential {
     pub bulk: f64,
 }
 
+fn exponential<L: Law<D>, const D: usize>(
+    name: &str,
+    law: L,
+    theta: &[f64],
+    reference: Fung,
+    bulk: f64,
+) -> Exponential {
+    Exponential { material: Material::new(name, law, theta), reference, bulk }
+}
+
 /// The exponential laws, and the isochoric neo-Hookean one that is their limit.
 pub(super) fn exponentials() -> Vec<Exponential> {
-    let body = |name: &str, law, theta: &[f64], reference, bulk| Exponential {
-        material: Material::new(name, law, theta),
-        reference,
-        bulk,
-    };
     // Bulk modulus of the thesis' ventricle \[kPa\].
     let bulk_modulus = 25.0;
     // Factors of the thesis.
@@ -142,37 +61,37 @@ pub(super) fn exponentials() -> Vec<Exponential> {
     // Problem 1 of Land et al. (2015).
     let land = [2.0, 8.0, 2.0, 4.0];
     vec![
-        body(
+        exponential(
             "isochoric neo-Hookean",
-            EveryLaw::IsochoricNeoHookean(IsochoricNeoHookean { bulk_modulus }),
+            NeoHookeanShape.nearly_incompressible(bulk_modulus),
             &[2.0],
             Fung::NeoHookean([2.0]),
             bulk_modulus,
         ),
-        body(
+        exponential(
             "Holzapfel–Ogden",
-            EveryLaw::HolzapfelOgden(HolzapfelOgden { bulk_modulus }),
+            HolzapfelOgden.nearly_incompressible(bulk_modulus),
             &thesis,
             Fung::HolzapfelOgden(thesis),
             bulk_modulus,
         ),
-        body(
+        exponential(
             "variant of the thesis' code",
-            EveryLaw::ThesisCode(HolzapfelOgdenCompressible { bulk_modulus }),
+            Solid::new(HolzapfelOgdenCompressible, Compressible { kappa: bulk_modulus }),
             &thesis,
             Fung::ThesisCode(thesis),
             bulk_modulus,
         ),
-        body(
+        exponential(
             "Holzapfel–Ogden 2009",
-            EveryLaw::HolzapfelOgden2009(HolzapfelOgden2009 { bulk_modulus }),
+            HolzapfelOgden2009.nearly_incompressible(bulk_modulus),
             &dokos,
             Fung::HolzapfelOgden2009(dokos),
             bulk_modulus,
         ),
-        body(
+        exponential(
             "Guccione",
-            EveryLaw::Guccione(Guccione { bulk_modulus: 100.0 }),
+            Guccione.nearly_incompressible(100.0),
             &land,
             Fung::Guccione(land),
             100.0,

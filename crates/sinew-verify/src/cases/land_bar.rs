@@ -2,10 +2,10 @@
 
 use super::homogeneous::FRAME;
 use crate::case::{Band, Case, Effort, Formulation, Label, Row, Rows};
-use crate::laws::LandGuccione;
 use crate::reference::published;
 use crate::solve::{Found, balance, displacement_at, lower, mixed, scene, with_directions};
 use anyhow::Result;
+use sinew_energy::laws::Guccione;
 use sinew_energy::{FiniteElement, Load, Magnitude, Nodes, Scene, Support};
 use sinew_mesh::{Mesh, box_tetrahedra};
 
@@ -87,11 +87,23 @@ impl Case for LandBar {
     }
 }
 
-fn bar<const N: usize>(mesh: Mesh<N>, bulk_modulus: f64) -> Scene<LandGuccione, 3, N> {
+fn bar<const N: usize>(
+    mesh: Mesh<N>,
+    bulk_modulus: f64,
+) -> Scene<sinew_energy::NearlyIncompressible<Guccione>, 3, N> {
     let magnitude = Magnitude::Fixed(PRESSURE);
     let loads = vec![Load::Pressure { facets: "z_min".into(), magnitude }];
     let supports = vec![Support::clamped("x_min")];
-    with_directions(scene(mesh, LandGuccione { bulk_modulus }, &THETA, loads, supports), FRAME)
+    with_directions(
+        scene(
+            mesh,
+            Guccione.nearly_incompressible(bulk_modulus).of_whole_strain(),
+            &THETA,
+            loads,
+            supports,
+        ),
+        FRAME,
+    )
 }
 
 /// Displacements alone, with ½κ(J − 1)². The rim of the loaded side is loose, so the patches of a bar without load

@@ -3,10 +3,10 @@
 use super::homogeneous::FRAME;
 use super::radial::rollers;
 use crate::case::{Band, Case, Effort, Formulation, Label, Row, Rows};
-use crate::laws::LandGuccione;
 use crate::reference::published;
 use crate::solve::{displacement_at, mixed, scene, with_directions};
 use anyhow::Result;
+use sinew_energy::laws::Guccione;
 use sinew_energy::{Load, Magnitude, Support};
 use sinew_mesh::TruncatedEllipsoid;
 
@@ -48,7 +48,7 @@ impl Case for LandVentricle {
             let loads = vec![Load::Pressure { facets: "endo".into(), magnitude }];
             let mut supports = rollers(&[("x_min", 0), ("y_min", 1)]);
             supports.push(Support::clamped("base"));
-            let law = LandGuccione { bulk_modulus: BULK };
+            let law = Guccione.nearly_incompressible(BULK).of_whole_strain();
             let ventricle = with_directions(scene(mesh, law, &THETA, loads, supports), FRAME);
             let found = mixed(&ventricle, 0.0, &THETA)?;
             for (apex, height, exact) in [

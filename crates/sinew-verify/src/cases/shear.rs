@@ -1,8 +1,8 @@
 //! Simple shear of every law.
 
-use super::homogeneous::{EveryLaw, FRAME, Material, exponentials, mean_stress};
+use super::homogeneous::{Material, exponentials, mean_stress};
 use crate::case::{Band, Case, Effort, Formulation, Label, Row, Rows};
-use crate::solve::{BOUNDARY, lower, minimum, scene, with_boundary, with_directions};
+use crate::solve::{BOUNDARY, lower, minimum, scene, with_boundary};
 use anyhow::{Context, Result};
 use sinew_energy::laws::{ByYoungPoisson, LinearElastic, NeoHookean};
 use sinew_energy::{FiniteElement, Nodes, Support};
@@ -42,11 +42,11 @@ impl Case for Shear {
         };
         // μ = 2, from E = 5 and ν = 1/4 in the second.
         let linear_in_shear = |_: usize, _: usize, amount: f64| 2.0 * amount;
-        let young = EveryLaw::ByYoungPoisson(ByYoungPoisson(NeoHookean));
+        let young = ByYoungPoisson(NeoHookean);
         for material in [
-            Material::new("neo-Hookean", EveryLaw::NeoHookean(NeoHookean), &[2.0, 3.0]),
+            Material::new("neo-Hookean", NeoHookean, &[2.0, 3.0]),
             Material::new("neo-Hookean by E and ν", young, &[5.0, 0.25]),
-            Material::new("linear elastic", EveryLaw::LinearElastic(LinearElastic), &[2.0, 3.0]),
+            Material::new("linear elastic", LinearElastic, &[2.0, 3.0]),
         ] {
             meshes.shear(rows, effort, &material, &linear_in_shear)?;
         }
@@ -93,7 +93,7 @@ fn worst<const N: usize>(
 where
     Nodes<N>: FiniteElement<N>,
 {
-    let Material { name, law, theta } = material;
+    let Material { name, theta, .. } = material;
     let mut worst: Option<Row> = None;
     for &amount in effort.levels(1, &AMOUNTS) {
         for &(normal, along, plane) in effort.levels(1, &PLANES) {
@@ -104,8 +104,8 @@ where
             };
             let mesh = with_boundary(mesh.clone());
             let supports = vec![Support::moved(BOUNDARY, &mesh, slide)];
-            let scene = with_directions(scene(mesh, *law, theta, vec![], supports), FRAME);
-            let potential = lower(&scene, formulation)?;
+            let scene = scene(mesh, NeoHookean, &[1.0; 2], vec![], supports);
+            let potential = material.fill(lower(&scene, formulation)?);
             let (solution, cost) = minimum(&potential, theta)?;
             let piola = mean_stress(&potential, &solution.displacement, theta);
             // σ = PFᵀ with F = I + γ e_along ⊗ e_normal, J = 1.

@@ -1,11 +1,9 @@
 //! Stretched blocks with free faces, of every law.
 
-use super::homogeneous::{
-    EveryLaw, Exponential, FRAME, Material, Matrix, exponentials, mean_stress,
-};
+use super::homogeneous::{Exponential, Material, Matrix, exponentials, mean_stress};
 use crate::case::{Band, Case, Cost, Effort, Formulation, Label, Row, Rows};
 use crate::reference::{Biaxial, Fung, equibiaxial_bar, uniaxial_bar};
-use crate::solve::{balance, displacement_at, lower, minimum, scene, with_directions};
+use crate::solve::{balance, displacement_at, lower, minimum, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{FiniteElement, Nodes, Scene, Support};
@@ -95,8 +93,7 @@ struct Meshes {
 impl Meshes {
     fn neo_hookean(&self, rows: &mut Rows<'_>, effort: Effort) -> Result<()> {
         let body = |lame: f64| {
-            let law = EveryLaw::NeoHookean(NeoHookean);
-            Material::new(format!("neo-Hookean, λ/μ = {lame}"), law, &[1.0, lame])
+            Material::new(format!("neo-Hookean, λ/μ = {lame}"), NeoHookean, &[1.0, lame])
         };
         for &(lame, stretch) in effort.levels(2, &BARS) {
             let (bar, material, load) =
@@ -145,7 +142,8 @@ impl Meshes {
 
     fn compare_mixed(&self, rows: &mut Rows<'_>, state: &State<'_>) -> Result<()> {
         let scene = block(&self.tets.quadratic(), state);
-        let body = scene.lower_mixed()?;
+        let mut body = scene.lower_mixed()?;
+        body.body = state.material.fill(body.body);
         let theta = &state.material.theta;
         let (solution, cost) = balance(&body, theta)?;
         let mut piola = mean_stress(&body.body, &solution.displacement, theta);
@@ -157,7 +155,7 @@ impl Meshes {
 }
 
 /// A block on rollers, stretched.
-fn block<const N: usize>(mesh: &Mesh<N>, state: &State<'_>) -> Scene<EveryLaw, 3, N> {
+fn block<const N: usize>(mesh: &Mesh<N>, state: &State<'_>) -> Scene<NeoHookean, 0, N> {
     let along = |axis: usize, by: f64| std::array::from_fn(|i| (i == axis).then_some(by));
     let name = |axis: usize, end: &str| format!("{}_{end}", ["x", "y", "z"][axis]);
     let mut supports: Vec<_> =
@@ -165,8 +163,7 @@ fn block<const N: usize>(mesh: &Mesh<N>, state: &State<'_>) -> Scene<EveryLaw, 3
     for &axis in state.loaded() {
         supports.push(Support::uniform(name(axis, "max"), along(axis, state.stretch - 1.0)));
     }
-    let Material { law, theta, .. } = state.material;
-    with_directions(scene(mesh.clone(), *law, theta, vec![], supports), FRAME)
+    scene(mesh.clone(), NeoHookean, &[1.0; 2], vec![], supports)
 }
 
 fn displaced<const N: usize>(
@@ -178,7 +175,7 @@ fn displaced<const N: usize>(
 where
     Nodes<N>: FiniteElement<N>,
 {
-    let potential = lower(&block(mesh, state), formulation)?;
+    let potential = state.material.fill(lower(&block(mesh, state), formulation)?);
     let theta = &state.material.theta;
     let (solution, cost) = minimum(&potential, theta)?;
     let piola = mean_stress(&potential, &solution.displacement, theta);

@@ -4,10 +4,10 @@ use crate::gaussian::draw;
 use crate::gaussian::experiment::{Experiment, Scale};
 use crate::gaussian::floor;
 use crate::gaussian::inference::{About, Approach, Inference, NOISE, Sampling};
-use crate::gaussian::picture::Figure;
 use crate::gaussian::problems;
 use crate::gaussian::row::Row;
 use anyhow::Result;
+use sinew_report::Figure;
 
 /// Values, and as many collocation points.
 const SIZES: [usize; 4] = [10, 25, 75, 150];
@@ -49,7 +49,7 @@ fn figures(rows: &[Row]) -> Vec<Figure> {
     let axes = |y| ["N_u + N_f", y];
     let panels = vec![
         draw::sweep("Error of the parameters", axes("‖θ − θ̂‖"), &rows, |row| {
-            row.err_theta
+            row.err_theta.as_ref()
         }),
         draw::sweep("Error of the solution", axes("mean |u − û|"), &rows, |row| {
             Some(row.err_u())

@@ -5,7 +5,6 @@ use crate::gaussian::experiment::{Case, Experiment, Purpose, Scale, Task, no_fig
 use crate::gaussian::inference::{
     About, Approach, Drawings, Inference, Observed, evaluations, standard_normal,
 };
-use crate::gaussian::picture::Figure;
 use crate::gaussian::problems::{Setting, allen_cahn};
 use crate::gaussian::row::{Covered, Findings, Run};
 use anyhow::Result;
@@ -15,6 +14,7 @@ use sinew_gp::{
     Derivative, Domain, Evidence, FitOptions, Noise, Prediction, SemiLinear, Solution,
     SquaredExponential, Variational, VariationalOptions, laplace,
 };
+use sinew_report::Figure;
 use std::time::Instant;
 
 /// Steps of linearisation at most.

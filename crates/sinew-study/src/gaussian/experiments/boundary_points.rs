@@ -3,10 +3,10 @@
 use crate::gaussian::draw;
 use crate::gaussian::experiment::{Case, Experiment, Scale};
 use crate::gaussian::inference::{About, Approach, Inference, NOISE, Sampling};
-use crate::gaussian::picture::{Figure, Panel};
 use crate::gaussian::problems::{self, Setting};
-use crate::gaussian::row::{Method, Row, Spread};
+use crate::gaussian::row::{Method, Row};
 use anyhow::Result;
+use sinew_report::{Distribution, Figure, Level, Panel};
 
 const COUNTS: [usize; 6] = [10, 25, 50, 75, 100, 150];
 
@@ -45,17 +45,22 @@ fn figures(rows: &[Row]) -> Vec<Figure> {
     for problem in ["Heat-BVP-1", "Heat-BVP-2"] {
         let rows: Vec<&Row> = rows.iter().filter(|row| row.label.problem == problem).collect();
         for (what, value) in [
-            ("parameter", (|row: &Row| row.err_theta) as fn(&Row) -> Option<Spread>),
+            (
+                "parameter",
+                (|row: &Row| row.err_theta.as_ref()) as fn(&Row) -> Option<&Distribution>,
+            ),
             ("solution", |row: &Row| Some(row.err_u())),
         ] {
             let symbol = if what == "parameter" { "|θ − θ̂|" } else { "mean |u − û|" };
             let title = format!("{problem}: {what}");
             let mut panel = draw::sweep(&title, ["N_b", symbol], &rows, value);
-            if let Panel::Curves(curves) = &mut panel {
+            if let Panel::Chart(chart) = &mut panel {
                 let constrained = rows.iter().find(|row| row.label.method == Method::Hcgp);
-                let median = constrained.and_then(|row| value(row)).map(|spread| spread.median);
-                curves.level = median.map(|level| ("HCGP".into(), level));
-                if !curves.lines.is_empty() {
+                let median = constrained.and_then(|row| value(row)).map(|found| found.q50);
+                let level =
+                    |value| Level { name: "HCGP".into(), value, upright: false, published: false };
+                chart.levels.extend(median.map(level));
+                if !chart.series.is_empty() {
                     panels.push(panel);
                 }
             }

@@ -4,10 +4,10 @@ use super::heat::BOUNDARY_POINTS;
 use crate::gaussian::draw;
 use crate::gaussian::experiment::{Case, Experiment, Scale};
 use crate::gaussian::inference::{About, Approach, Error, Inference, Sampling};
-use crate::gaussian::picture::Figure;
 use crate::gaussian::problems::{self, Setting};
 use crate::gaussian::row::Row;
 use anyhow::Result;
+use sinew_report::Figure;
 
 /// Noise in percent of the standard deviation of u.
 const LEVELS: [f64; 5] = [0.0, 2.5, 5.0, 7.5, 10.0];
@@ -62,7 +62,7 @@ fn figures(rows: &[Row]) -> Vec<Figure> {
             Some(row.err_u())
         }));
         panels.push(draw::sweep(&title("parameter"), axes("|θ − θ̂|"), &rows, |row| {
-            row.err_theta
+            row.err_theta.as_ref()
         }));
     }
     vec![Figure {

@@ -5,10 +5,10 @@
 use crate::gaussian::deep::{Jet, WEIGHTS, adam, backward, forward, random_weights};
 use crate::gaussian::draw;
 use crate::gaussian::experiment::{Case, Experiment, Purpose, Scale, Task, no_figures};
-use crate::gaussian::picture::{Curves, Figure, Panel};
 use crate::gaussian::row::{Findings, Label, Method, Run, Thesis};
 use anyhow::Result;
 use sinew_gp::{Domain, Functional, Operator};
+use sinew_report::{Chart, Figure, Panel};
 use std::time::Instant;
 
 const COLLOCATION: usize = 50;
@@ -119,15 +119,9 @@ fn run(method: Method, scale: Scale, task: &Task) -> Result<Run> {
     let err_f = mean(&|x, jet| jet[2] + load(x));
     let panel = |title: &str, symbol: &str, exact: fn(f64) -> f64, values: Vec<f64>| {
         let exact: Vec<f64> = grid.iter().map(|[x]| exact(*x)).collect();
-        Panel::Curves(Curves {
-            title: format!("{}: {title}", method.label()),
-            axes: ["x".into(), symbol.into()],
-            lines: vec![
-                draw::curve("exact", "exact", &grid, &exact),
-                draw::curve(method.label(), method.key(), &grid, &values),
-            ],
-            ..Curves::default()
-        })
+        let chart = Chart::new(format!("{}: {title}", method.label()), ["x", symbol], [false; 2]);
+        let exact = draw::curve("exact", &grid, &exact);
+        Panel::Chart(chart.with(exact).with(draw::curve(method.label(), &grid, &values)))
     };
     let figure = || Figure {
         title: format!("{} (Fig. 1.4)", method.label()),

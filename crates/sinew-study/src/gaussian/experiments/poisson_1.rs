@@ -4,7 +4,6 @@
 use crate::gaussian::draw;
 use crate::gaussian::experiment::{Case, Experiment, Purpose, Scale, Task, derived, no_figures};
 use crate::gaussian::inference::{About, Approach, Drawings, Inference, Observed};
-use crate::gaussian::picture::{Curves, Figure, Line, Panel};
 use crate::gaussian::problems::{self, Setting};
 use crate::gaussian::row::{Findings, Label, Method, Run};
 use anyhow::Result;
@@ -14,6 +13,7 @@ use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
     Data, Evidence, GpError, Model, Network, NetworkOptions, Noise, Prior, SquaredExponential,
 };
+use sinew_report::{Chart, Figure, Panel, Series, Style};
 use std::time::Instant;
 
 /// Where both random starts of a network are shown (Fig. 4.3 c, d).
@@ -105,16 +105,14 @@ fn prior_samples(setting: &Setting<1>, task: &Task) -> Result<Figure, GpError> {
             let column = eigen.eigenvectors.column(mode);
             values.iter_mut().zip(column.iter()).for_each(|(v, e)| *v += factor * e);
         }
-        Line { name: String::new(), ..draw::curve("", "sample", &points, &values) }
+        draw::curve("", &points, &values)
     });
     Ok(Figure {
         title: "Prior of the HCGP (Fig. 4.3 a)".into(),
         caption: "Every function satisfies u(0) = u′(0) = 0 and u′(2) = u(2).".into(),
-        panels: vec![Panel::Curves(Curves {
-            title: "functions drawn from the prior".into(),
-            axes: ["x".into(), "u".into()],
-            lines: lines.collect(),
-            ..Curves::default()
+        panels: vec![Panel::Chart(Chart {
+            series: lines.collect(),
+            ..Chart::new("functions drawn from the prior", ["x", "u"], [false; 2])
         })],
     })
 }
@@ -168,23 +166,17 @@ fn two_starts(setting: &Setting<1>, scale: Scale, seed: u64) -> Result<Figure, G
     let [first, second] = networks;
     let networks = [first?, second?];
     let panel = |title: &str, symbol: &str, exact: Vec<f64>, values: [Vec<f64>; 2]| {
-        let mut lines = vec![draw::curve("exact", "exact", &points, &exact)];
-        for ((values, name), class) in
-            values.iter().zip(["HCNN 1", "HCNN 2"]).zip(["hcnn", "hcnn-2"])
-        {
-            lines.push(draw::curve(name, class, &points, values));
+        let mut chart = Chart::new(title, ["x", symbol], [false; 2]);
+        chart.series.push(draw::curve("exact", &points, &exact));
+        for (values, name) in values.iter().zip(["HCNN 1", "HCNN 2"]) {
+            chart.series.push(draw::curve(name, &points, values));
         }
-        let marks = match symbol {
-            "f" => observed(setting, SHOWN).collocation.iter().map(|[x]| [*x, -2.0]).collect(),
-            _ => Vec::new(),
-        };
-        Panel::Curves(Curves {
-            title: title.into(),
-            axes: ["x".into(), symbol.into()],
-            lines,
-            marks,
-            ..Curves::default()
-        })
+        if symbol == "f" {
+            let places = observed(setting, SHOWN).collocation;
+            let marks = places.iter().map(|[x]| [*x, -2.0]);
+            chart.series.push(Series::new("equation imposed", Style::Points, marks));
+        }
+        Panel::Chart(chart)
     };
     let exact = |of: &dyn Fn([f64; 1]) -> f64| points.iter().map(|x| of(*x)).collect();
     let [first, second] = &networks;

@@ -1,0 +1,217 @@
+//! A trained emulator of one body: prediction, storage.
+
+use crate::calibration::Calibration;
+use crate::evaluate::Errors;
+use crate::identity::{self, Identity};
+use crate::network::{CurvePoint, TrainedNetwork};
+use crate::parameters::{check_length, extrapolation};
+use crate::recipe::{Choice, Recipe};
+use crate::store::{content, read_json, write_json};
+use crate::{Body, Error, PodRegression, Result, Warning};
+use serde::{Deserialize, Serialize};
+use sinew_fem::Solver;
+use sinew_gnn::Backend;
+use std::path::Path;
+use std::sync::Mutex;
+
+/// What predicts.
+#[derive(Debug)]
+pub(crate) enum Model {
+    Network(Box<TrainedNetwork>),
+    Regression(PodRegression),
+}
+
+/// An emulator of one body, from [`Recipe::train`] or [`Emulator::load`].
+pub struct Emulator<'b> {
+    pub(crate) body: &'b Body,
+    pub(crate) model: Model,
+    /// How it was made, and how far it is to be trusted.
+    pub record: Record,
+    /// Prepared when it is first needed.
+    pub(crate) solver: Mutex<Option<Solver<'b>>>,
+}
+
+/// How an emulator was made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// By which recipe.
+    pub recipe: Recipe,
+    /// Simulations that it learned from.
+    pub simulations: usize,
+    /// Wall time of them \[s\].
+    pub simulate_s: f64,
+    /// Wall time of graph and coordinates \[s\].
+    pub prepare_s: f64,
+    /// Wall time of training \[s\].
+    pub train_s: f64,
+    /// Optimiser steps of all stages.
+    pub steps: u64,
+    /// Errors on the held-out cases on the way; empty for a regression.
+    pub history: Vec<CurvePoint>,
+    /// What was tried and why this was taken, where there was a choice.
+    pub choice: Option<Choice>,
+    /// How well the error estimate does.
+    pub calibration: Calibration,
+    /// Errors on the held-out cases.
+    pub held_out: Option<Errors>,
+    /// Reasons not to trust it; none after a training that went well.
+    pub warnings: Vec<Warning>,
+}
+
+impl Record {
+    pub(crate) fn new(recipe: Recipe) -> Self {
+        Self {
+            recipe,
+            simulations: 0,
+            simulate_s: 0.0,
+            prepare_s: 0.0,
+            train_s: 0.0,
+            steps: 0,
+            history: Vec::new(),
+            choice: None,
+            calibration: Calibration::default(),
+            held_out: None,
+            warnings: Vec::new(),
+        }
+    }
+}
+
+/// Displacements for some parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prediction {
+    /// The parameters, case by case.
+    pub thetas: Vec<Vec<f64>>,
+    /// Displacements, case by case, node by node \[length\].
+    pub displacement: Vec<f64>,
+    /// For every case the parameters outside their trained ranges: the prediction extrapolates there.
+    pub outside: Vec<Vec<Warning>>,
+}
+
+impl Prediction {
+    /// Displacement of one case, node by node \[length\].
+    ///
+    /// # Panics
+    /// If there is no such case.
+    pub fn field(&self, case: usize) -> &[f64] {
+        let length = self.displacement.len() / self.thetas.len().max(1);
+        &self.displacement[case * length..(case + 1) * length]
+    }
+
+    /// All displacements.
+    pub fn fields(&self) -> Vec<Vec<f64>> {
+        (0..self.thetas.len()).map(|case| self.field(case).to_vec()).collect()
+    }
+}
+
+const VERSION: u32 = 1;
+const DESCRIPTION: &str = "emulator.json";
+
+#[derive(Serialize, Deserialize)]
+struct Description {
+    version: u32,
+    model: Kind,
+    body: Identity,
+    record: Record,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Kind {
+    Network,
+    Regression,
+}
+
+impl<'b> Emulator<'b> {
+    pub(crate) fn new(body: &'b Body, model: Model, record: Record) -> Self {
+        Self { body, model, record, solver: Mutex::new(None) }
+    }
+
+    pub(crate) fn into_parts(self) -> (Model, Record) {
+        (self.model, self.record)
+    }
+
+    /// The body.
+    pub fn body(&self) -> &'b Body {
+        self.body
+    }
+
+    /// Displacements for each of `thetas`. Those outside the trained ranges are marked.
+    ///
+    /// # Errors
+    /// θ of the wrong length, not finite, or not positive where samples are uniform in the logarithm.
+    pub fn predict(&self, thetas: &[Vec<f64>]) -> Result<Prediction> {
+        thetas.iter().try_for_each(|theta| check_length(self.body, theta))?;
+        let displacement = match &self.model {
+            Model::Network(network) => network.fixed.predict(thetas)?.displacement,
+            Model::Regression(regression) => {
+                let fields: Result<Vec<_>, _> =
+                    thetas.iter().map(|theta| regression.predict(theta)).collect();
+                fields?.concat()
+            }
+        };
+        let outside = thetas.iter().map(|theta| extrapolation(self.body, theta)).collect();
+        Ok(Prediction { thetas: thetas.to_vec(), displacement, outside })
+    }
+
+    /// As [`Emulator::predict`], with the message passing of a network done anew: what a geometry that was never seen
+    /// would take. The same as `predict` for a regression.
+    ///
+    /// # Errors
+    /// As [`Emulator::predict`].
+    pub fn predict_in_full(&self, thetas: &[Vec<f64>]) -> Result<Prediction> {
+        let Model::Network(network) = &self.model else { return self.predict(thetas) };
+        thetas.iter().try_for_each(|theta| check_length(self.body, theta))?;
+        let displacement = network.surrogate.predict(&network.geometry, thetas)?.displacement;
+        let outside = thetas.iter().map(|theta| extrapolation(self.body, theta)).collect();
+        Ok(Prediction { thetas: thetas.to_vec(), displacement, outside })
+    }
+
+    /// Writes a folder that [`Emulator::load`] reads.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn save(&self, folder: &Path) -> Result<()> {
+        let model = match &self.model {
+            Model::Network(network) => {
+                network.surrogate.save(&folder.join("network"))?;
+                Kind::Network
+            }
+            Model::Regression(regression) => {
+                regression.save(&folder.join("regression"))?;
+                Kind::Regression
+            }
+        };
+        let (body, record) = (identity::of(self.body), self.record.clone());
+        write_json(
+            &folder.join(DESCRIPTION),
+            &Description { version: VERSION, model, body, record },
+        )
+    }
+
+    /// Reads an emulator of `body`.
+    ///
+    /// # Errors
+    /// A folder without an emulator, files that are damaged, an emulator of another body.
+    pub fn load(folder: &Path, body: &'b Body) -> Result<Self> {
+        let file = folder.join(DESCRIPTION);
+        let Description { version, model, body: stored, record } =
+            read_json(&file)?.ok_or_else(|| Error::NoEmulator { folder: folder.into() })?;
+        if version != VERSION {
+            return Err(content(&file, &format!("version {version} for {VERSION}")));
+        }
+        if let Some((what, stored, found)) = identity::difference(&stored, &identity::of(body)) {
+            return Err(Error::OtherBody { folder: folder.into(), what, stored, found });
+        }
+        let model = match model {
+            Kind::Network => {
+                let network = TrainedNetwork::load(&folder.join("network"), Backend::default())?;
+                Model::Network(Box::new(network))
+            }
+            Kind::Regression => Model::Regression(PodRegression::load(
+                &folder.join("regression"),
+                &body.parameters,
+            )?),
+        };
+        Ok(Self::new(body, model, record))
+    }
+}

@@ -1,0 +1,141 @@
+//! Errors over test cases, thesis (3.22) and (3.24).
+
+use crate::quantiles::Quantiles;
+use crate::simulate::Simulations;
+use crate::{Body, Error, Result};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use sinew_energy::{Barriers, metrics};
+
+/// Test cases with their true displacements.
+#[derive(Clone, Debug)]
+pub struct TestSet<'b> {
+    /// The body.
+    pub body: &'b Body,
+    /// Parameters, case by case.
+    pub thetas: Vec<Vec<f64>>,
+    /// True displacements, case by case \[length\].
+    pub fields: Vec<Vec<f64>>,
+    /// Median wall time of the solves \[s\].
+    pub median_solve_s: f64,
+}
+
+/// Errors of one case.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CaseErrors {
+    /// `‖u − û‖` per node that some support leaves free \[length\]: clamped ones are exact for every method and would
+    /// flatter the medians.
+    pub err_u: Vec<f64>,
+    /// `‖F − F̂‖ / ‖F‖` per quadrature point [%].
+    pub err_f: Vec<f64>,
+    /// `|I₁ − Î₁| / I₁` per quadrature point [%].
+    pub err_i1: Vec<f64>,
+    /// `|Π − Π̂| / |Π|` [%]; barriers keep the energy of an inverted prediction finite.
+    pub err_pi: f64,
+    /// `|V − V̂| / V` of each cavity [%].
+    pub err_volume: Vec<f64>,
+    /// `‖u − û‖ / ‖u‖` over all nodes together.
+    pub relative: f64,
+    /// Energy above the minimum, relative to it.
+    pub energy_excess: f64,
+}
+
+/// Quantiles of the errors over all cases, with nodes and quadrature points pooled.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Errors {
+    /// Nodal distance \[length\].
+    pub err_u: Quantiles,
+    /// Deformation gradient [%].
+    pub err_f: Quantiles,
+    /// First invariant [%].
+    pub err_i1: Quantiles,
+    /// Total potential energy [%].
+    pub err_pi: Quantiles,
+    /// Cavity volumes [%], where there are cavities.
+    pub err_volume: Option<Quantiles>,
+    /// `‖u − û‖ / ‖u‖` per case.
+    pub relative: Quantiles,
+}
+
+impl<'b> TestSet<'b> {
+    /// From simulations; those that failed are no cases.
+    pub fn new(body: &'b Body, simulations: Simulations) -> Self {
+        let median_solve_s = simulations.median_solve_s();
+        Self { body, thetas: simulations.thetas, fields: simulations.fields, median_solve_s }
+    }
+
+    /// Errors of `fields`, one displacement per case, in the same order.
+    ///
+    /// # Errors
+    /// A number of fields, or a field, that does not fit or is not finite.
+    pub fn cases(&self, fields: &[Vec<f64>]) -> Result<Vec<CaseErrors>> {
+        let (found, expected) = (fields.len(), self.thetas.len());
+        let length = self.body.prescribed.len();
+        let fits = |field: &Vec<f64>| field.len() == length && field.iter().all(|u| u.is_finite());
+        if found != expected || !fields.iter().all(fits) {
+            return Err(Error::Fields { found, expected, length });
+        }
+        let (guarded, free) = (self.guarded(), self.body.free_nodes());
+        let case = |case: usize| self.case(&guarded, case, &fields[case], &free);
+        Ok((0..expected).into_par_iter().map(case).collect())
+    }
+
+    /// Quantiles of the errors of `fields`.
+    ///
+    /// # Errors
+    /// As [`TestSet::cases`].
+    pub fn errors(&self, fields: &[Vec<f64>]) -> Result<Errors> {
+        Ok(Errors::of(&self.cases(fields)?))
+    }
+
+    fn guarded(&self) -> Body {
+        self.body.clone().with_barriers(Barriers::default())
+    }
+
+    fn case(&self, body: &Body, case: usize, estimate: &[f64], free: &[usize]) -> CaseErrors {
+        let (theta, truth) = (&self.thetas[case], &self.fields[case]);
+        let nodal = metrics::displacement_error(truth, estimate);
+        let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let (energy, minimum) = (body.value(estimate, theta), body.value(truth, theta));
+        let volumes = self.body.cavity_volumes(truth).into_iter();
+        let volumes = volumes.zip(self.body.cavity_volumes(estimate));
+        CaseErrors {
+            err_u: free.iter().map(|&node| nodal[node]).collect(),
+            err_f: metrics::deformation_gradient_error(body, truth, estimate),
+            err_i1: metrics::first_invariant_error(body, truth, estimate),
+            err_pi: metrics::relative_percent(minimum, energy),
+            err_volume: volumes.map(|(a, b)| metrics::relative_percent(a, b)).collect(),
+            relative: norm(&nodal) / norm(truth),
+            energy_excess: (energy - minimum) / minimum.abs(),
+        }
+    }
+}
+
+impl Errors {
+    /// Over cases.
+    pub fn of(cases: &[CaseErrors]) -> Self {
+        let pooled = |of: fn(&CaseErrors) -> &[f64]| {
+            Quantiles::of(cases.iter().flat_map(|case| of(case).iter().copied()))
+        };
+        let has_cavities = cases.iter().any(|case| !case.err_volume.is_empty());
+        Self {
+            err_u: pooled(|case| &case.err_u),
+            err_f: pooled(|case| &case.err_f),
+            err_i1: pooled(|case| &case.err_i1),
+            err_pi: Quantiles::of(cases.iter().map(|case| case.err_pi)),
+            err_volume: has_cavities.then(|| pooled(|case| &case.err_volume)),
+            relative: Quantiles::of(cases.iter().map(|case| case.relative)),
+        }
+    }
+}
+
+/// Cases of median and of largest mean nodal error.
+pub fn median_and_worst(cases: &[CaseErrors]) -> [usize; 2] {
+    let mean = |case: usize| {
+        let errors = &cases[case].err_u;
+        errors.iter().sum::<f64>() / errors.len() as f64
+    };
+    let mut order: Vec<usize> = (0..cases.len()).collect();
+    order.sort_by(|&a, &b| mean(a).total_cmp(&mean(b)));
+    [order[(order.len() - 1) / 2], order[order.len() - 1]]
+}

@@ -1,0 +1,98 @@
+//! From a body to an emulator that knows its error: sampling, simulations, recipes, error estimates, corrections.
+//!
+//! A soft bar that bends under its own weight, for any stiffness in a range:
+//!
+//! ```
+//! use sinew_emulate::{Recipe, TrainingOptions};
+//! use sinew_energy::{Load, Parameter, Sampling, Scene, Support, Units, laws::NeoHookean};
+//! use sinew_mesh::box_tetrahedra;
+//!
+//! let stiffness = |name: &str| Parameter {
+//!     name: name.into(),
+//!     unit: "kPa".into(),
+//!     range: [8.0, 16.0],
+//!     sampling: Sampling::Log,
+//! };
+//! let scene = Scene {
+//!     name: "bar".into(),
+//!     units: Units::mm_kpa(),
+//!     mesh: box_tetrahedra([40.0, 8.0, 8.0], [6, 2, 2]),
+//!     law: NeoHookean,
+//!     directions: vec![],
+//!     parameters: vec![stiffness("mu"), stiffness("lambda")],
+//!     loads: vec![Load::BodyForce([0.0, 0.0, -9.8e-3])], // 1 g/cm³ · 9.8 m/s² [kPa/mm]
+//!     supports: vec![Support::clamped("x_min")],
+//! };
+//! let body = scene.lower()?;
+//!
+//! // Solves, trains, measures itself on held-out cases, and says why it is what it is.
+//! let emulator = Recipe::auto().train(&body, &TrainingOptions::default(), &mut ())?;
+//! println!("{}", emulator.record.choice.as_ref().ok_or("auto chooses")?);
+//! assert!(emulator.record.warnings.is_empty());
+//!
+//! // Microseconds; what extrapolates is marked.
+//! let prediction = emulator.predict(&[vec![10.0, 12.0], vec![20.0, 12.0]])?;
+//! assert!(prediction.outside[0].is_empty() && !prediction.outside[1].is_empty());
+//!
+//! // How far from the truth, and nearer to it.
+//! let estimate = emulator.estimate(&prediction, 0)?;
+//! assert!(estimate.mean_distance < 1e-3); // mm
+//! let corrected = emulator.correct(&[10.0, 12.0], 1)?;
+//! assert!(corrected.steps[0].residual_after < 1e-3 * corrected.steps[0].residual_before);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! - [`Design`] samples the box of the parameters; [`simulate()`] solves there, stores, resumes and lists failures.
+//! - [`Recipe`]: [`recipe::Regression`] on few simulations, and networks: [`recipe::DataDriven`],
+//!   [`recipe::PhysicsInformed`], [`recipe::Hybrid`]; [`recipe::Auto`] chooses by cross-validation.
+//! - [`Emulator`] predicts, estimates its error by one Newton step ([`Estimate`], calibrated on held-out cases:
+//!   [`Calibration`]), corrects ([`Correction`]), is stored and loaded, and is evaluated against a [`TestSet`]
+//!   ([`Evaluation`]).
+//! - [`TrainingOptions`]: budget, seed, folder for what is kept and resumed. [`Observer`] hears of progress; what makes a
+//!   result less trustworthy is a [`Warning`] in it.
+
+mod calibration;
+mod coordinates;
+mod correction;
+mod emulator;
+mod error;
+mod evaluate;
+mod evaluation;
+mod graph;
+mod identity;
+mod network;
+mod options;
+mod parameters;
+mod progress;
+mod quantiles;
+pub mod recipe;
+mod regression;
+mod sampling;
+mod session;
+mod simulate;
+mod store;
+#[cfg(feature = "terminal")]
+mod terminal;
+mod timing;
+mod warning;
+
+pub use calibration::Calibration;
+pub use coordinates::Coordinates;
+pub use correction::{Correction, Estimate};
+pub use emulator::{Emulator, Prediction, Record};
+pub use error::{Error, Result};
+pub use evaluate::{CaseErrors, Errors, TestSet, median_and_worst};
+pub use evaluation::{Corrected, Evaluation, Times};
+pub use network::{CurvePoint, Network};
+pub use options::{Budget, TrainingOptions};
+pub use progress::{Observer, Progress};
+pub use quantiles::Quantiles;
+pub use recipe::Recipe;
+pub use regression::{Interpolation, PodRegression, RegressionError};
+pub use sampling::Design;
+pub use simulate::{Failure, Simulations, simulate};
+pub use sinew_energy::Body;
+#[cfg(feature = "terminal")]
+pub use terminal::Terminal;
+pub use timing::median_seconds;
+pub use warning::Warning;

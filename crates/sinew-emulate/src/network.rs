@@ -1,0 +1,350 @@
+//! Training one network, with progress, curves and resumption.
+
+use crate::coordinates::{self, Coordinates};
+use crate::evaluate::{Errors, TestSet};
+use crate::options::scale;
+use crate::progress::{Observer, Progress};
+use crate::sampling::share_of;
+use crate::session::Session;
+use crate::store::{read_json, write_json};
+use crate::timing::timed;
+use crate::{Body, Error, Record, Result, Warning, graph, parameters};
+use serde::{Deserialize, Serialize};
+use sinew_gnn::Coordinates as Meaning;
+use sinew_gnn::{
+    Backend, Concern, DataSet, Decoding, EmulatorConfig, FixedGeometry, Geometry, HistoryPoint,
+    Objective, OutputScale, Sample, Scales, StopReason, Surrogate, Trainer, TrainingConfig,
+    TrainingReport,
+};
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+/// Sizes of a network; the defaults are the thesis'.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Network {
+    /// Width of the embeddings of nodes, edges and parameters.
+    pub latent: usize,
+    /// Width of the hidden layers.
+    pub width: usize,
+    /// Message-passing steps.
+    pub message_passing_steps: usize,
+}
+
+impl Default for Network {
+    fn default() -> Self {
+        Self { latent: 40, width: 128, message_passing_steps: 5 }
+    }
+}
+
+/// A trained network on its geometry.
+#[derive(Debug)]
+pub(crate) struct TrainedNetwork {
+    pub surrogate: Surrogate,
+    pub geometry: Geometry,
+    /// Message passing done once.
+    pub fixed: FixedGeometry,
+}
+
+impl TrainedNetwork {
+    pub fn new(surrogate: Surrogate, geometry: Geometry) -> Result<Self> {
+        let fixed = surrogate.fixed_geometry(&geometry)?;
+        Ok(Self { surrogate, geometry, fixed })
+    }
+
+    pub fn load(folder: &Path, backend: Backend) -> Result<Self> {
+        let surrogate = Surrogate::load(folder, &backend.device()?)?;
+        let geometry = surrogate.geometries()[0].clone();
+        Self::new(surrogate, geometry)
+    }
+}
+
+/// An evaluation on the held-out cases during training.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CurvePoint {
+    /// Steps made, of all stages.
+    pub step: u64,
+    /// Seconds of training.
+    pub train_s: f64,
+    /// Mean training loss since the evaluation before.
+    pub loss: f64,
+    /// Medians over the held-out cases, as in [`Errors`](crate::Errors): `err_u` \[length\], `err_F`, `err_I1` and `err_Π`
+    /// [%]. `None` where one is not finite.
+    pub medians: Option<[f64; 4]>,
+    /// Mean energy above the minimum [%]; `None` where it is not finite.
+    pub energy_excess_pct: Option<f64>,
+}
+
+/// What a network learns from.
+pub(crate) struct Lesson<'a> {
+    pub thetas: &'a [Vec<f64>],
+    /// Simulated displacements at the parameters; `None` for training without any.
+    pub fields: Option<&'a [Vec<f64>]>,
+    /// Displacement of the linearised body at the centre of the ranges, where there are no simulations \[length\].
+    pub linear_response: &'a [f64],
+    /// Energy of that response.
+    pub energy: f64,
+    pub held_out: &'a TestSet<'a>,
+}
+
+/// How a network learns.
+pub(crate) struct Plan<'a> {
+    /// Short name of the recipe.
+    pub recipe: &'static str,
+    pub network: Network,
+    pub coordinates: &'a Coordinates,
+    pub training: &'a TrainingConfig,
+    /// The one place where recipes differ.
+    pub objective: &'a dyn Fn(&DataSet) -> Result<Box<dyn Objective>>,
+}
+
+/// Trains by `plan`; an interrupted run goes on from its last checkpoint.
+pub(crate) fn train(
+    session: &mut Session<'_, '_>,
+    lesson: &Lesson<'_>,
+    plan: &Plan<'_>,
+    record: &mut Record,
+) -> Result<TrainedNetwork> {
+    let body = session.body;
+    let mut prepare_s = 0.0;
+    let (topology, mut geometry) = timed(&mut prepare_s, || {
+        graph::geometry(body, plan.coordinates.are_motions(), session.options.seed)
+    })?;
+    let mut data = DataSet {
+        topology,
+        geometries: Vec::new(),
+        training: lesson.samples(),
+        validation: Vec::new(),
+    };
+    let (mut coordinates, mut training) = (plan.coordinates.clone(), plan.training.clone());
+    let mut stages = vec![&mut training];
+    if let Coordinates::MotionsAfter(first) = &mut coordinates {
+        stages.push(first);
+    }
+    for stage in &mut stages {
+        stage.evaluations = stage.evaluations.min(session.options.evaluations).max(1);
+    }
+    scale(&mut stages, session.options.budget, session.simulate_s);
+    let mut course = Course::new(session)?;
+    let topology = data.topology.clone();
+    let at_rest = || coordinates::at_rest(body, &topology, lesson.energy);
+    let at_anchor = |anchor: &[f64]| coordinates::at_anchor(body, &topology, anchor);
+    geometry.coordinates = match &coordinates {
+        Coordinates::Components => Meaning::Components,
+        Coordinates::Simulations => {
+            let fields = lesson.fields.unwrap_or_default();
+            Meaning::Basis(timed(&mut prepare_s, || coordinates::of_simulations(fields))?)
+        }
+        Coordinates::Motions => Meaning::Motions(timed(&mut prepare_s, at_rest)?),
+        Coordinates::MotionsOfSimulation => {
+            let anchor = lesson.central_simulation(body);
+            Meaning::Motions(timed(&mut prepare_s, || at_anchor(anchor))?)
+        }
+        Coordinates::MotionsAfter(first) => {
+            geometry.coordinates = Meaning::Motions(timed(&mut prepare_s, at_rest)?);
+            data.geometries = vec![geometry.clone()];
+            let surrogate = course.stage(session, "anchor", &data, lesson, plan, first)?;
+            let anchor = surrogate.predict(&geometry, &[body.centre()])?.displacement;
+            Meaning::Motions(timed(&mut prepare_s, || at_anchor(&anchor))?)
+        }
+    };
+    data.geometries = vec![geometry.clone()];
+    let surrogate = course.stage(session, "train", &data, lesson, plan, &training)?;
+    (record.steps, record.train_s) = course.before;
+    record.prepare_s += prepare_s;
+    record.history = course.curve;
+    TrainedNetwork::new(surrogate, geometry)
+}
+
+impl Lesson<'_> {
+    /// Sizes of displacements, from simulations where there are any.
+    pub fn output_scale(&self) -> Result<OutputScale> {
+        Ok(match self.fields {
+            Some(fields) => OutputScale::root_mean_square(3, fields.iter().map(Vec::as_slice))?,
+            None => OutputScale::root_mean_square(3, [self.linear_response])?,
+        })
+    }
+
+    fn samples(&self) -> Vec<Sample> {
+        let sample = |(index, theta): (usize, &Vec<f64>)| Sample {
+            geometry: 0,
+            theta: theta.clone(),
+            displacement: self.fields.map(|fields| fields[index].clone()).unwrap_or_default(),
+        };
+        self.thetas.iter().enumerate().map(sample).collect()
+    }
+
+    /// The simulation whose parameters are nearest to the centre of the ranges, on the scales of their sampling.
+    pub fn central_simulation(&self, body: &Body) -> &[f64] {
+        let distance = |theta: &[f64]| -> f64 {
+            let shares = body.parameters.iter().zip(theta).map(|(p, &value)| share_of(p, value));
+            shares.map(|share| (share - 0.5).powi(2)).sum()
+        };
+        let pairs = self.thetas.iter().zip(self.fields.unwrap_or_default());
+        let nearest = pairs.min_by(|a, b| distance(a.0).total_cmp(&distance(b.0)));
+        nearest.map_or(&[], |(_, field)| field)
+    }
+}
+
+/// The stages of a training and what they leave.
+struct Course {
+    curve: Vec<CurvePoint>,
+    file: Option<PathBuf>,
+    /// Steps and seconds of the stages before.
+    before: (u64, f64),
+}
+
+impl Course {
+    fn new(session: &Session<'_, '_>) -> Result<Self> {
+        let file = session.folder("curve.json");
+        let stored = match &file {
+            Some(file) if session.options.resume => read_json(file)?,
+            _ => None,
+        };
+        Ok(Self { curve: stored.unwrap_or_default(), file, before: (0, 0.0) })
+    }
+
+    fn stage(
+        &mut self,
+        session: &mut Session<'_, '_>,
+        name: &str,
+        data: &DataSet,
+        lesson: &Lesson<'_>,
+        plan: &Plan<'_>,
+        config: &TrainingConfig,
+    ) -> Result<Surrogate> {
+        let stage = format!("train {} ({name})", plan.recipe);
+        let checkpoint = session.folder(name);
+        let mut trainer = trainer(session, checkpoint.as_deref(), data, lesson, plan, config)?;
+        let mut watch = Watch {
+            course: self,
+            observer: &mut *session.observer,
+            stage: &stage,
+            lesson,
+            geometry: &data.geometries[0],
+            failure: None,
+            warned: false,
+        };
+        let report = trainer.run(&mut watch)?;
+        watch.failure.take().map_or(Ok(()), Err)?;
+        if report.stop == StopReason::Interrupted {
+            return Err(Error::Interrupted { stage });
+        }
+        self.finish(session, &stage, report);
+        Ok(trainer.into_surrogate())
+    }
+
+    fn finish(&mut self, session: &mut Session<'_, '_>, stage: &str, report: TrainingReport) {
+        let error = self.curve.last().and_then(|point| point.medians);
+        let error = error.map_or(String::new(), |[u, ..]| format!(", median error {u:.2e}"));
+        session.observer.finished(stage, &format!("{} steps{error}", report.steps), report.seconds);
+        for concern in report.concerns {
+            session.warn(Warning::Training { stage: stage.into(), concern });
+        }
+        self.before.0 += report.steps as u64;
+        self.before.1 += report.seconds;
+    }
+}
+
+/// A new trainer, or the one of the checkpoint.
+fn trainer(
+    session: &Session<'_, '_>,
+    checkpoint: Option<&Path>,
+    data: &DataSet,
+    lesson: &Lesson<'_>,
+    plan: &Plan<'_>,
+    config: &TrainingConfig,
+) -> Result<Trainer> {
+    let device = session.options.backend.device()?;
+    let objective = (plan.objective)(data)?;
+    if let Some(folder) = checkpoint.filter(|folder| session.options.resume && folder.exists()) {
+        return Ok(Trainer::resume(folder, data.clone(), objective, &device)?);
+    }
+    let features = &data.geometries[0].features;
+    let (nodes, edges) = (features.nodes.columns, features.edges.columns);
+    let Network { latent, width, message_passing_steps: steps } = plan.network;
+    let sizes = EmulatorConfig::new(3, nodes, edges, session.body.parameters.len());
+    let decoding = match data.geometries[0].coordinates {
+        Meaning::Motions(_) => Decoding::Motions { layers: data.topology.roots_per_layer.len() },
+        _ => Decoding::Components,
+    };
+    let sizes = EmulatorConfig { latent, width, steps, decoding, ..sizes };
+    let inputs = parameters::scaling(session.body)?;
+    let scales = Scales::over(&data.geometries, inputs, lesson.output_scale()?)?;
+    let surrogate = Surrogate::new(&sizes, data, scales, config.seed, &device)?;
+    let trainer = Trainer::new(surrogate, data.clone(), objective, config.clone())?;
+    Ok(match checkpoint {
+        Some(folder) => trainer.with_checkpoints(folder),
+        None => trainer,
+    })
+}
+
+/// Hears a trainer, and tells the observer.
+struct Watch<'a> {
+    course: &'a mut Course,
+    observer: &'a mut dyn Observer,
+    stage: &'a str,
+    lesson: &'a Lesson<'a>,
+    geometry: &'a Geometry,
+    failure: Option<Error>,
+    /// Whether a concern of this stage was said before its end.
+    warned: bool,
+}
+
+impl Watch<'_> {
+    fn record(&mut self, surrogate: &Surrogate, point: &HistoryPoint) -> Result<()> {
+        let held_out = self.lesson.held_out;
+        let prediction = surrogate.predict(self.geometry, &held_out.thetas)?;
+        let cases = 0..held_out.thetas.len();
+        let fields: Vec<_> = cases.map(|case| prediction.field(case).to_vec()).collect();
+        let cases = held_out.cases(&fields)?;
+        let errors = Errors::of(&cases);
+        let medians = [errors.err_u, errors.err_f, errors.err_i1, errors.err_pi].map(|q| q.q50);
+        let excess = cases.iter().map(|case| 100.0 * case.energy_excess).sum::<f64>();
+        let excess = excess / cases.len() as f64;
+        let (steps, seconds) = self.course.before;
+        let (step, train_s) = (steps + point.step as u64, seconds + point.seconds);
+        // A run that was killed after its last checkpoint repeats some evaluations.
+        self.course.curve.retain(|earlier| earlier.step < step);
+        self.course.curve.push(CurvePoint {
+            step,
+            train_s,
+            loss: point.loss,
+            medians: medians.iter().all(|m| m.is_finite()).then_some(medians),
+            energy_excess_pct: excess.is_finite().then_some(excess),
+        });
+        match &self.course.file {
+            Some(file) => write_json(file, &self.course.curve),
+            None => Ok(()),
+        }
+    }
+}
+
+impl sinew_gnn::Observer for Watch<'_> {
+    fn progress(&mut self, progress: &sinew_gnn::Progress) -> ControlFlow<()> {
+        if self.failure.is_some() {
+            return ControlFlow::Break(());
+        }
+        let error = self.course.curve.last().and_then(|point| point.medians);
+        let error = error.map_or(String::new(), |[u, ..]| format!("  median error {u:.2e}"));
+        self.observer.progress(&Progress {
+            stage: self.stage,
+            fraction: progress.share,
+            seconds_left: progress.remaining_seconds,
+            message: &format!("loss {:.3e}{error}", progress.loss),
+        })
+    }
+
+    fn evaluate(&mut self, surrogate: &Surrogate, point: &HistoryPoint) {
+        if let Err(error) = self.record(surrogate, point) {
+            self.failure = Some(error);
+        }
+    }
+
+    fn concern(&mut self, concern: &Concern) {
+        if !std::mem::replace(&mut self.warned, true) {
+            let stage = format!("{}, so far", self.stage);
+            self.observer.warning(&Warning::Training { stage, concern: *concern });
+        }
+    }
+}

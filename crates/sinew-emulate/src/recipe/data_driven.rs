@@ -1,0 +1,84 @@
+//! A network on simulated displacements.
+
+use crate::coordinates::Coordinates;
+use crate::emulator::Model;
+use crate::evaluate::TestSet;
+use crate::network::{Lesson, Network, Plan, train};
+use crate::session::Session;
+use crate::{Body, Record, Result};
+use serde::{Deserialize, Serialize};
+use sinew_gnn::{
+    Budget, DataFit, DataFitWithGradient, DataSet, GradientOperator, Objective, TrainingConfig,
+};
+
+/// Mean nodal distance to simulated displacements, thesis (3.11), in the directions in which the simulations differ.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DataDriven {
+    /// Simulations to learn from.
+    pub simulations: usize,
+    /// Weight of the distance between deformation gradients, thesis (B.1); 0 leaves them out.
+    pub gradient_weight: f64,
+    /// What the outputs mean.
+    pub coordinates: Coordinates,
+    /// Sizes of the network.
+    pub network: Network,
+    /// Optimiser, schedule, batch, steps.
+    pub training: TrainingConfig,
+}
+
+impl Default for DataDriven {
+    fn default() -> Self {
+        let training = TrainingConfig {
+            batch: 8,
+            budget: Budget::Steps(2000),
+            embedding_share: 0.1,
+            ..TrainingConfig::default()
+        };
+        Self {
+            simulations: 200,
+            gradient_weight: 0.0,
+            coordinates: Coordinates::Simulations,
+            network: Network::default(),
+            training,
+        }
+    }
+}
+
+impl DataDriven {
+    pub(crate) fn model(
+        &self,
+        session: &mut Session<'_, '_>,
+        held_out: &TestSet<'_>,
+        record: &mut Record,
+    ) -> Result<Model> {
+        let simulations = session.training(self.simulations)?;
+        let (thetas, fields) = (&simulations.thetas, Some(&simulations.fields[..]));
+        let lesson = Lesson { thetas, fields, linear_response: &[], energy: 0.0, held_out };
+        let (body, length) = (session.body, lesson.output_scale()?.length());
+        let objective = |_: &DataSet| self.objective(body, length);
+        let training = TrainingConfig { seed: session.options.seed, ..self.training.clone() };
+        let plan = Plan {
+            recipe: "dd",
+            network: self.network,
+            coordinates: &self.coordinates,
+            training: &training,
+            objective: &objective,
+        };
+        Ok(Model::Network(Box::new(train(session, &lesson, &plan, record)?)))
+    }
+
+    fn objective(&self, body: &Body, length: f64) -> Result<Box<dyn Objective>> {
+        if self.gradient_weight == 0.0 {
+            return Ok(Box::new(DataFit::new(length)?));
+        }
+        let points = 0..body.volumes.len();
+        let operator = GradientOperator {
+            nodes_per_cell: body.nodes_per_cell,
+            // Of every quadrature point.
+            cells: points.flat_map(|point| body.nodes_of_point(point).to_vec()).collect(),
+            shape_gradients: body.shape_gradients.as_flattened().to_vec(),
+        };
+        Ok(Box::new(DataFitWithGradient::new(length, self.gradient_weight, vec![operator])?))
+    }
+}

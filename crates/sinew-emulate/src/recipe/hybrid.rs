@@ -1,0 +1,71 @@
+//! A network on simulated displacements, errors weighed by the stiffness.
+
+use crate::coordinates::{self, Coordinates};
+use crate::emulator::Model;
+use crate::evaluate::TestSet;
+use crate::network::{Lesson, Network, Plan, train};
+use crate::session::Session;
+use crate::{Record, Result};
+use serde::{Deserialize, Serialize};
+use sinew_gnn::{Budget, DataSet, EnergyNormFit, Objective, TrainingConfig};
+
+/// Distance to simulated displacements in the energy norm, `‖K^½ (u − û)‖`, in coordinates in which that is plain.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Hybrid {
+    /// Simulations to learn from.
+    pub simulations: usize,
+    /// What the outputs mean.
+    pub coordinates: Coordinates,
+    /// Sizes of the network.
+    pub network: Network,
+    /// Optimiser, schedule, batch, steps.
+    pub training: TrainingConfig,
+}
+
+impl Default for Hybrid {
+    fn default() -> Self {
+        let training = TrainingConfig {
+            batch: 8,
+            learning_rate: 8e-3,
+            budget: Budget::Steps(2000),
+            embedding_share: 0.15,
+            ..TrainingConfig::default()
+        };
+        Self {
+            simulations: 200,
+            coordinates: Coordinates::MotionsOfSimulation,
+            network: Network::default(),
+            training,
+        }
+    }
+}
+
+impl Hybrid {
+    pub(crate) fn model(
+        &self,
+        session: &mut Session<'_, '_>,
+        held_out: &TestSet<'_>,
+        record: &mut Record,
+    ) -> Result<Model> {
+        let simulations = session.training(self.simulations)?;
+        let (thetas, fields) = (&simulations.thetas, Some(&simulations.fields[..]));
+        let lesson = Lesson { thetas, fields, linear_response: &[], energy: 0.0, held_out };
+        let body = session.body;
+        let central = coordinates::admissible(body, lesson.central_simulation(body));
+        let stiffness =
+            body.stiffness(&central, &body.centre()).ok_or(sinew_gnn::Error::NoStiffness)?;
+        let objective = |data: &DataSet| -> Result<Box<dyn Objective>> {
+            Ok(Box::new(EnergyNormFit::new(vec![stiffness.clone()], data)?))
+        };
+        let training = TrainingConfig { seed: session.options.seed, ..self.training.clone() };
+        let plan = Plan {
+            recipe: "hybrid",
+            network: self.network,
+            coordinates: &self.coordinates,
+            training: &training,
+            objective: &objective,
+        };
+        Ok(Model::Network(Box::new(train(session, &lesson, &plan, record)?)))
+    }
+}

@@ -1,0 +1,108 @@
+//! A network by minimum potential energy.
+
+use crate::coordinates::{self, Coordinates};
+use crate::emulator::Model;
+use crate::evaluate::TestSet;
+use crate::network::{Lesson, Network, Plan, train};
+use crate::session::{Session, Stream};
+use crate::timing::timed;
+use crate::{Record, Result, Warning};
+use serde::{Deserialize, Serialize};
+use sinew_energy::Barriers;
+use sinew_fem::{SolveError, Solver};
+use sinew_gnn::{Budget, DataSet, MinimumPotential, Objective, TrainingConfig};
+use std::sync::Arc;
+
+/// Mean potential energy, thesis (3.12): no simulation enters. One linear solve sets the scale of displacement and
+/// energy.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PhysicsInformed {
+    /// Parameter sets to train at.
+    pub parameter_sets: usize,
+    /// What the outputs mean.
+    pub coordinates: Coordinates,
+    /// Sizes of the network.
+    pub network: Network,
+    /// Optimiser, schedule, batch, steps.
+    pub training: TrainingConfig,
+}
+
+impl Default for PhysicsInformed {
+    fn default() -> Self {
+        let config = |steps, evaluations| TrainingConfig {
+            batch: 4,
+            learning_rate: 8e-3,
+            budget: Budget::Steps(steps),
+            embedding_share: 0.3,
+            evaluations,
+            ..TrainingConfig::default()
+        };
+        Self {
+            parameter_sets: 200,
+            coordinates: Coordinates::MotionsAfter(config(400, 5)),
+            network: Network::default(),
+            training: config(1600, 20),
+        }
+    }
+}
+
+impl PhysicsInformed {
+    pub(crate) fn model(
+        &self,
+        session: &mut Session<'_, '_>,
+        held_out: &TestSet<'_>,
+        record: &mut Record,
+    ) -> Result<Model> {
+        let (body, seed, centre) = (session.body, session.options.seed, session.body.centre());
+        let thetas =
+            session.thetas(session.options.design, self.parameter_sets, Stream::Training)?;
+        let linear_response =
+            timed(&mut record.prepare_s, || Solver::new(body)?.linear_response(&centre))?;
+        let potential = Arc::new(body.clone().with_barriers(Barriers::default()));
+        let energy =
+            MinimumPotential::energy_of_linear_response(&*potential, &linear_response, &centre)?;
+        let objective = |_: &DataSet| -> Result<Box<dyn Objective>> {
+            Ok(Box::new(MinimumPotential::new(vec![potential.clone()], energy)?))
+        };
+        let lesson = Lesson {
+            thetas: &thetas,
+            fields: None,
+            linear_response: &linear_response,
+            energy,
+            held_out,
+        };
+        let training = TrainingConfig { seed, ..self.training.clone() };
+        let mut coordinates = self.coordinates.clone();
+        if let Coordinates::MotionsAfter(first) = &mut coordinates {
+            first.seed = seed;
+        }
+        let plan = Plan {
+            recipe: "pi",
+            network: self.network,
+            coordinates: &coordinates,
+            training: &training,
+            objective: &objective,
+        };
+        let network = train(session, &lesson, &plan, record)?;
+        let predicted = network.fixed.predict(std::slice::from_ref(&centre))?.displacement;
+        judge_equilibrium(session, &predicted)?;
+        Ok(Model::Network(Box::new(network)))
+    }
+}
+
+/// Without simulations nothing but equilibrium tells whether a training went well.
+fn judge_equilibrium(session: &mut Session<'_, '_>, predicted: &[f64]) -> Result<()> {
+    /// The energy is then off by about as much.
+    const FAR: f64 = 1e-2;
+    match coordinates::excess(session.body, predicted) {
+        Ok(excess) if excess > FAR => session.warn(Warning::FarFromEquilibrium { excess }),
+        Ok(_) => {}
+        Err(crate::Error::Solve(SolveError::Inadmissible { .. })) => {
+            let of = "for the centre of the parameter range".into();
+            session.warn(Warning::Inverted { of });
+        }
+        Err(other) => return Err(other),
+    }
+    Ok(())
+}

@@ -1,0 +1,86 @@
+//! Decomposition of few simulations, and a Gaussian process.
+
+use crate::emulator::Model;
+use crate::recipe::Candidate;
+use crate::session::{Session, Stream};
+use crate::simulate::Simulations;
+use crate::{Budget, Design, PodRegression, Record, Result, Warning};
+use serde::{Deserialize, Serialize};
+use std::time::Instant;
+
+/// Proper orthogonal decomposition of few simulations and interpolation of its coefficients, see [`PodRegression`].
+/// The number of simulations doubles until the leave-one-out error meets the target.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Regression {
+    /// Simulations at first.
+    pub simulations: usize,
+    /// Simulations at most.
+    pub most: usize,
+    /// Leave-one-out error to be met, root mean square norm relative to that of the displacements.
+    pub target: f64,
+}
+
+impl Default for Regression {
+    fn default() -> Self {
+        Self { simulations: 25, most: 200, target: 1e-3 }
+    }
+}
+
+impl Regression {
+    pub(crate) fn model(
+        &self,
+        session: &mut Session<'_, '_>,
+        record: &mut Record,
+    ) -> Result<Model> {
+        let (regression, error) = self.fit(session, record)?;
+        if error > self.target {
+            session.warn(Warning::TargetMissed { error, target: self.target });
+        }
+        Ok(Model::Regression(regression))
+    }
+
+    /// The regression and its leave-one-out error; every number of simulations that was tried is in the record.
+    pub(crate) fn fit(
+        &self,
+        session: &mut Session<'_, '_>,
+        record: &mut Record,
+    ) -> Result<(PodRegression, f64)> {
+        let most = self.most.max(self.simulations);
+        // The first samples of Sobol's sequence are themselves a design, so that none is wasted when more follow.
+        let thetas = session.thetas(Design::Sobol, most, Stream::Regression)?;
+        let most = thetas.len();
+        let mut count = self.simulations.clamp(2, most.max(2)).min(most);
+        let choice = record.choice.get_or_insert_default();
+        choice.target = self.target;
+        let mut found = Simulations::default();
+        loop {
+            let tried = found.thetas.len() + found.failures.len();
+            found.extend(session.simulate(&format!("regression {count}"), &thetas[tried..count])?);
+            let start = Instant::now();
+            let fit = PodRegression::fit(&session.body.parameters, &found.thetas, &found.fields)?;
+            let seconds = start.elapsed().as_secs_f64();
+            record.train_s += seconds;
+            session.simulations = found.fields.len();
+            let error = fit.leave_one_out();
+            choice.taken = choice.candidates.len();
+            choice.candidates.push(Candidate {
+                recipe: "regression".into(),
+                simulations: found.fields.len(),
+                error,
+                seconds: found.seconds + seconds,
+                detail: format!("{} modes, {}", fit.modes(), fit.interpolation()),
+            });
+            let outcome = format!("{count} simulations: error {error:.1e} by leaving one out");
+            session.observer.finished("regression", &outcome, seconds);
+            let affordable = match session.options.budget {
+                Budget::Seconds(budget) => 3.0 * session.simulate_s < budget,
+                _ => true,
+            };
+            if error <= self.target || count >= most || !affordable {
+                return Ok((fit, error));
+            }
+            count = (2 * count).min(most);
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! Interpolation of mode coefficients, and polynomials with a ridge penalty for it.
+
+use nalgebra::{Cholesky, DMatrix, RowDVector};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// What predicts the coefficients, for reports.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Interpolation {
+    /// Polynomial of a total degree, fitted with a ridge penalty.
+    Polynomial {
+        /// Total degree.
+        degree: usize,
+        /// Penalty per sample on the squares of all coefficients but the constant.
+        ridge: f64,
+    },
+    /// Gaussian process with the kernel `exp(−½ Σ_d (x_d − x'_d)²/ℓ_d²)` about a polynomial.
+    GaussianProcess {
+        /// Total degree of the polynomial.
+        trend: usize,
+        /// ℓ, one per parameter, in standard deviations of its range.
+        lengths: Vec<f64>,
+        /// Variance of the noise relative to that of the signal.
+        nugget: f64,
+    },
+}
+
+impl fmt::Display for Interpolation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Polynomial { degree, ridge } => {
+                write!(f, "polynomial of degree {degree}, ridge {ridge:.0e}")
+            }
+            Self::GaussianProcess { trend, lengths, nugget } => write!(
+                f,
+                "Gaussian process about a polynomial of degree {trend}, lengths {lengths:.2?}, nugget {nugget:.0e}"
+            ),
+        }
+    }
+}
+
+/// An interpolation with what it needs to predict; one column of weights per mode.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Fitted {
+    pub(super) interpolation: Interpolation,
+    pub(super) basis: Basis,
+    #[serde(with = "super::storage::matrix")]
+    pub(super) weights: DMatrix<f64>,
+    /// Sum over the samples of the squared error of the field.
+    pub(super) leave_one_out: f64,
+}
+
+impl Fitted {
+    /// The coefficients at one point.
+    pub(super) fn at(&self, x: &RowDVector<f64>) -> RowDVector<f64> {
+        self.basis.at(x) * &self.weights
+    }
+}
+
+/// The functions of `x` that the weights belong to: kernels with these lengths at these points, one per row, and then
+/// monomials.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Basis {
+    pub(super) lengths: Vec<f64>,
+    #[serde(with = "super::storage::matrix")]
+    pub(super) points: DMatrix<f64>,
+    /// One row of exponents per monomial.
+    pub(super) exponents: Vec<Vec<i32>>,
+}
+
+impl Basis {
+    pub(super) fn monomials(exponents: Vec<Vec<i32>>) -> Self {
+        Self { lengths: Vec::new(), points: DMatrix::zeros(0, 0), exponents }
+    }
+
+    /// The functions at one point.
+    pub(super) fn at(&self, x: &RowDVector<f64>) -> RowDVector<f64> {
+        let kernels = self.points.row_iter().map(|point| {
+            let scaled = (0..self.lengths.len()).map(|d| (x[d] - point[d]) / self.lengths[d]);
+            (-0.5 * scaled.map(|s| s * s).sum::<f64>()).exp()
+        });
+        let monomial = |e: &Vec<i32>| x.iter().zip(e).map(|(x, &e)| x.powi(e)).product();
+        let monomials = self.exponents.iter().map(monomial);
+        let count = self.points.nrows() + self.exponents.len();
+        RowDVector::from_iterator(count, kernels.chain(monomials))
+    }
+
+    /// One row per point.
+    pub(super) fn at_all(&self, points: &DMatrix<f64>) -> DMatrix<f64> {
+        let rows: Vec<_> = points.row_iter().map(|x| self.at(&x.into_owned())).collect();
+        DMatrix::from_rows(&rows)
+    }
+}
+
+/// The degree and ridge of least leave-one-out error.
+pub(super) fn fit_polynomial(
+    points: &DMatrix<f64>,
+    targets: &DMatrix<f64>,
+    degree: usize,
+) -> Fitted {
+    let mut best = constant(targets);
+    for degree in 1..=degree {
+        // With as many coefficients as samples, leaving one out leaves nothing to learn from.
+        let Some(exponents) = monomials(points.ncols(), degree, points.nrows() - 1) else { break };
+        let basis = Basis::monomials(exponents);
+        let values = basis.at_all(points);
+        for exponent in -14..=0 {
+            let ridge = 10f64.powi(exponent);
+            let Some((weights, leave_one_out)) = solve_ridge(&values, targets, ridge) else {
+                continue;
+            };
+            if leave_one_out < best.leave_one_out {
+                let interpolation = Interpolation::Polynomial { degree, ridge };
+                best = Fitted { interpolation, basis: basis.clone(), weights, leave_one_out };
+            }
+        }
+    }
+    best
+}
+
+/// The polynomial of degree 0; the targets have mean zero, so it is zero.
+fn constant(targets: &DMatrix<f64>) -> Fitted {
+    let samples = targets.nrows() as f64;
+    Fitted {
+        interpolation: Interpolation::Polynomial { degree: 0, ridge: 0.0 },
+        basis: Basis::monomials(vec![Vec::new()]),
+        weights: DMatrix::zeros(1, targets.ncols()),
+        leave_one_out: targets.norm_squared() * (samples / (samples - 1.0)).powi(2),
+    }
+}
+
+/// Exponents of all monomials up to a total degree, the constant first; none if more than `most`.
+pub(super) fn monomials(variables: usize, degree: usize, most: usize) -> Option<Vec<Vec<i32>>> {
+    let mut exponents = vec![vec![0; variables]];
+    let mut start = 0;
+    for _ in 0..degree {
+        let end = exponents.len();
+        for at in start..end {
+            // Raising only from the last variable used on makes each monomial once.
+            let last = exponents[at].iter().rposition(|&e| e > 0).unwrap_or(0);
+            for variable in last..variables {
+                let mut next = exponents[at].clone();
+                next[variable] += 1;
+                exponents.push(next);
+            }
+            if exponents.len() > most {
+                return None;
+            }
+        }
+        start = end;
+    }
+    Some(exponents)
+}
+
+/// Weights of least squares with a penalty on all but the first function, and the
+/// leave-one-out sum of squares: residuals over one minus the leverage (Allen, 1974).
+pub(super) fn solve_ridge(
+    values: &DMatrix<f64>,
+    targets: &DMatrix<f64>,
+    ridge: f64,
+) -> Option<(DMatrix<f64>, f64)> {
+    let mut normal = values.tr_mul(values);
+    for i in 1..normal.nrows() {
+        normal[(i, i)] += ridge * values.nrows() as f64;
+    }
+    let factor = Cholesky::new(normal)?;
+    let weights = factor.solve(&values.tr_mul(targets));
+    let smoother = factor.solve(&values.transpose());
+    let residuals = targets - values * &weights;
+    let squares = residuals.row_iter().enumerate().map(|(i, residual)| {
+        let leverage = values.row(i).transpose().dot(&smoother.column(i));
+        residual.norm_squared() / (1.0 - leverage).powi(2)
+    });
+    let leave_one_out = squares.sum::<f64>();
+    leave_one_out.is_finite().then_some((weights, leave_one_out))
+}

@@ -1,0 +1,175 @@
+//! Regression: proper orthogonal decomposition of a few finite-element solutions, and interpolation of its coefficients
+//! over the parameters.
+//!
+//! On one geometry a body's displacement is a smooth function of a handful of parameters, so a few dozen solutions span
+//! nearly all others: the best emulator of a fixed geometry (docs/design.md).
+//!
+//! 1. The training fields, less their mean, are decomposed into orthonormal modes (Sirovich,
+//!    "Turbulence and the dynamics of coherent structures", 1987); the leading ones are kept.
+//! 2. Their coefficients are regressed on `x`, the parameters on the scale of their sampling with mean zero and
+//!    variance one over their ranges, by a polynomial with a ridge penalty and by Gaussian processes about
+//!    polynomial trends. Hyperparameters, and which of them is used, are decided by the leave-one-out error, which
+//!    all have in closed form. The modes are orthonormal, so that is an error of the field.
+
+mod decomposition;
+mod error;
+mod interpolation;
+mod process;
+mod storage;
+
+use crate::sampling::share_of;
+use decomposition::{Decomposition, decompose};
+pub use error::RegressionError;
+pub use interpolation::Interpolation;
+use interpolation::{Fitted, fit_polynomial};
+use nalgebra::{DMatrix, DVector, RowDVector};
+use process::fit_process;
+use sinew_energy::Parameter;
+
+/// Modes are dropped from the last on while the dropped share of the fields' sum of squares about their mean stays
+/// within this.
+const DROPPED_ENERGY: f64 = 1e-14;
+/// Largest total degree of the polynomial. Lower ones are tried too, and only those with fewer coefficients than there
+/// are samples.
+const HIGHEST_DEGREE: usize = 4;
+
+/// Proper orthogonal decomposition of few finite-element solutions, and interpolation between them.
+///
+/// ```
+/// use sinew_emulate::PodRegression;
+/// use sinew_energy::{Parameter, Sampling};
+///
+/// let stiffness = Parameter {
+///     name: "k".into(), unit: "kPa".into(), range: [1.0, 3.0], sampling: Sampling::Log,
+/// };
+/// let thetas: Vec<Vec<f64>> = (0..9).map(|i| vec![1.0 + 0.25 * i as f64]).collect();
+/// let fields: Vec<Vec<f64>> = thetas.iter().map(|t| vec![5.0 / t[0], t[0].ln()]).collect();
+/// let regression = PodRegression::fit(&[stiffness], &thetas, &fields)?;
+/// let field = regression.predict(&[2.6])?;
+/// assert!((field[0] - 5.0 / 2.6).abs() < 1e-4 && (field[1] - 2.6f64.ln()).abs() < 1e-4);
+/// # Ok::<(), sinew_emulate::RegressionError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct PodRegression {
+    mean: DVector<f64>,
+    /// One orthonormal mode per column.
+    modes: DMatrix<f64>,
+    parameters: Vec<Parameter>,
+    fitted: Vec<Fitted>,
+    leave_one_out: f64,
+}
+
+impl PodRegression {
+    /// Fits to `thetas`, one vector of the named parameters per sample, and `fields`, for each the flattened
+    /// displacement of all nodes \[length\].
+    ///
+    /// # Errors
+    /// When samples are too few, differ in length, or hold a value that is not usable.
+    pub fn fit(
+        parameters: &[Parameter],
+        thetas: &[Vec<f64>],
+        fields: &[Vec<f64>],
+    ) -> Result<Self, RegressionError> {
+        check_samples(parameters, thetas, fields)?;
+        let snapshots = DMatrix::from_fn(fields[0].len(), fields.len(), |i, j| fields[j][i]);
+        let Decomposition { mean, modes, coefficients } = decompose(&snapshots, DROPPED_ENERGY)?;
+        let rows: Vec<_> = thetas.iter().map(|theta| inputs(parameters, theta)).collect();
+        let points = DMatrix::from_rows(&rows);
+        let polynomial = fit_polynomial(&points, &coefficients, HIGHEST_DEGREE);
+        let process = fit_process(&points, &coefficients);
+        let fitted = match process {
+            Some(process) if process.leave_one_out < polynomial.leave_one_out => process,
+            _ => polynomial,
+        };
+        let (error, size) = (fitted.leave_one_out, snapshots.norm_squared());
+        let leave_one_out = if size > 0.0 { (error / size).sqrt() } else { 0.0 };
+        let parameters = parameters.to_vec();
+        Ok(Self { mean, modes, parameters, fitted: vec![fitted], leave_one_out })
+    }
+
+    /// The field at `theta`, flattened as the training fields were.
+    ///
+    /// # Errors
+    /// When `theta` has another length than in training, or a value that its scale has no place for.
+    pub fn predict(&self, theta: &[f64]) -> Result<Vec<f64>, RegressionError> {
+        check_theta(0, &self.parameters, theta)?;
+        let x = inputs(&self.parameters, theta);
+        let mut field = self.mean.clone();
+        let mut first = 0;
+        for fitted in &self.fitted {
+            let coefficients = fitted.at(&x);
+            let modes = self.modes.columns(first, coefficients.len());
+            field.gemv(1.0, &modes, &coefficients.transpose(), 1.0);
+            first += coefficients.len();
+        }
+        Ok(field.as_slice().to_vec())
+    }
+
+    /// Number of modes kept.
+    pub fn modes(&self) -> usize {
+        self.modes.ncols()
+    }
+
+    /// Which interpolation won, with its hyperparameters.
+    pub fn interpolation(&self) -> &Interpolation {
+        &self.fitted[0].interpolation
+    }
+
+    /// Leave-one-out error of the regression: root mean square norm of the field's error relative
+    /// to that of the fields. It uses the modes of all samples and hyperparameters chosen by
+    /// itself, so it is a little optimistic.
+    pub fn leave_one_out(&self) -> f64 {
+        self.leave_one_out
+    }
+}
+
+/// θ on the scale of its sampling, with mean zero and variance one over its ranges.
+fn inputs(parameters: &[Parameter], theta: &[f64]) -> RowDVector<f64> {
+    let input = |(p, &value): (&Parameter, &f64)| 12f64.sqrt() * (share_of(p, value) - 0.5);
+    RowDVector::from_iterator(theta.len(), parameters.iter().zip(theta).map(input))
+}
+
+fn check_samples(
+    parameters: &[Parameter],
+    thetas: &[Vec<f64>],
+    fields: &[Vec<f64>],
+) -> Result<(), RegressionError> {
+    if thetas.len() != fields.len() {
+        return Err(RegressionError::SampleCount { thetas: thetas.len(), fields: fields.len() });
+    }
+    if thetas.len() < 2 {
+        return Err(RegressionError::TooFewSamples { found: thetas.len() });
+    }
+    for (sample, (theta, field)) in thetas.iter().zip(fields).enumerate() {
+        check_theta(sample, parameters, theta)?;
+        let (what, expected, found) = ("field values", fields[0].len().max(1), field.len());
+        if found != expected {
+            return Err(RegressionError::Length { what, sample, expected, found });
+        }
+        if let Some(index) = field.iter().position(|value| !value.is_finite()) {
+            return Err(RegressionError::Field { sample, index, value: field[index] });
+        }
+    }
+    Ok(())
+}
+
+fn check_theta(
+    sample: usize,
+    parameters: &[Parameter],
+    theta: &[f64],
+) -> Result<(), RegressionError> {
+    let (what, expected, found) = ("parameters", parameters.len(), theta.len());
+    if found != expected {
+        return Err(RegressionError::Length { what, sample, expected, found });
+    }
+    let mut pairs = parameters.iter().zip(theta);
+    match pairs.find(|(p, value)| !share_of(p, **value).is_finite()) {
+        None => Ok(()),
+        Some((p, &value)) => {
+            Err(RegressionError::Parameter { sample, parameter: p.name.clone(), value })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

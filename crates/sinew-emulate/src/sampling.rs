@@ -1,0 +1,193 @@
+//! Where in the box of parameters simulations are run.
+
+use crate::{Error, Result};
+use rand::seq::SliceRandom;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+use sinew_energy::{Parameter, Sampling};
+
+/// How samples are spread over the box that the parameters' ranges span, each on the scale of its
+/// [`Sampling`].
+///
+/// ```
+/// use sinew_emulate::Design;
+/// use sinew_energy::{Parameter, Sampling};
+///
+/// let stiffness = Parameter {
+///     name: "mu".into(), unit: "kPa".into(), range: [1.0, 100.0], sampling: Sampling::Log,
+/// };
+/// let thetas = Design::LatinHypercube.sample(&[stiffness], 10, 1)?;
+/// let below = thetas.iter().filter(|theta| theta[0] < 10.0).count();
+/// assert_eq!(below, 5); // half of the logarithmic range
+/// # Ok::<(), sinew_emulate::Error>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Design {
+    /// Every range is cut into as many slices as there are samples, and each slice holds one sample (McKay et al.
+    /// 1979, thesis §3.3.1).
+    #[default]
+    LatinHypercube,
+    /// Sobol's sequence with Owen's scrambling (Burley 2020): more even than a hypercube, and the first samples are
+    /// themselves a design.
+    Sobol,
+    /// Independent and uniform: what errors are tested with.
+    Uniform,
+}
+
+/// Samples and parameters that Sobol's sequence is tabulated for.
+const SOBOL_LIMITS: [usize; 2] = [1 << 16, sobol_burley::NUM_DIMENSIONS as usize];
+
+impl Design {
+    /// `count` values of θ. Same seed, same values.
+    ///
+    /// # Errors
+    /// A range that is empty, or not positive on a logarithmic scale; more than Sobol's sequence is tabulated for.
+    pub fn sample(
+        self,
+        parameters: &[Parameter],
+        count: usize,
+        seed: u64,
+    ) -> Result<Vec<Vec<f64>>> {
+        parameters.iter().try_for_each(check)?;
+        let shares = match self {
+            Self::LatinHypercube => latin_hypercube(count, parameters.len(), seed),
+            Self::Sobol => sobol(count, parameters.len(), seed)?,
+            Self::Uniform => uniform(count, parameters.len(), seed),
+        };
+        let theta = |shares: Vec<f64>| {
+            parameters.iter().zip(shares).map(|(p, share)| at_share(p, share)).collect()
+        };
+        Ok(shares.into_iter().map(theta).collect())
+    }
+}
+
+/// The value at a share of a parameter's range, on the scale of its sampling.
+pub(crate) fn at_share(parameter: &Parameter, share: f64) -> f64 {
+    let [low, high] = parameter.range;
+    match parameter.sampling {
+        Sampling::Log => low * (high / low).powf(share),
+        Sampling::Linear => low + (high - low) * share,
+    }
+}
+
+/// The share of a parameter's range at which a value lies, on the scale of its sampling: within 0 and 1 inside. NaN where
+/// the scale has no such value.
+pub(crate) fn share_of(parameter: &Parameter, value: f64) -> f64 {
+    let [low, high] = parameter.range;
+    match parameter.sampling {
+        Sampling::Log => (value / low).ln() / (high / low).ln(),
+        Sampling::Linear => (value - low) / (high - low),
+    }
+}
+
+fn check(parameter: &Parameter) -> Result<()> {
+    let [low, high] = parameter.range;
+    let positive = parameter.sampling == Sampling::Linear || low > 0.0;
+    if low.is_finite() && high.is_finite() && low < high && positive {
+        return Ok(());
+    }
+    Err(Error::Range { parameter: parameter.name.clone(), low, high })
+}
+
+fn latin_hypercube(count: usize, axes: usize, seed: u64) -> Vec<Vec<f64>> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut points = vec![vec![0.0; axes]; count];
+    for axis in 0..axes {
+        let mut slices: Vec<usize> = (0..count).collect();
+        slices.shuffle(&mut rng);
+        for (point, slice) in points.iter_mut().zip(slices) {
+            point[axis] = (slice as f64 + rng.random::<f64>()) / count as f64;
+        }
+    }
+    points
+}
+
+fn uniform(count: usize, axes: usize, seed: u64) -> Vec<Vec<f64>> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    (0..count).map(|_| (0..axes).map(|_| rng.random()).collect()).collect()
+}
+
+fn sobol(count: usize, axes: usize, seed: u64) -> Result<Vec<Vec<f64>>> {
+    let [most, most_axes] = SOBOL_LIMITS;
+    if count > most || axes > most_axes {
+        return Err(Error::Sobol { count, axes, most, most_axes });
+    }
+    let seed = (seed ^ (seed >> 32)) as u32;
+    let at = |index: usize, axis: usize| {
+        f64::from(sobol_burley::sample(index as u32, axis as u32, seed))
+    };
+    Ok((0..count).map(|index| (0..axes).map(|axis| at(index, axis)).collect()).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parameters() -> Vec<Parameter> {
+        let parameter =
+            |range, sampling| Parameter { name: "k".into(), unit: "kPa".into(), range, sampling };
+        vec![parameter([50.0, 100.0], Sampling::Log), parameter([-4.0, 25.0], Sampling::Linear)]
+    }
+
+    const DESIGNS: [Design; 3] = [Design::LatinHypercube, Design::Sobol, Design::Uniform];
+
+    #[test]
+    fn every_slice_of_a_latin_hypercube_holds_one_sample() {
+        let points = Design::LatinHypercube.sample(&parameters(), 40, 3).unwrap();
+        for (axis, parameter) in parameters().iter().enumerate() {
+            let slice = |p: &Vec<f64>| (share_of(parameter, p[axis]) * 40.0) as usize;
+            let mut slices: Vec<usize> = points.iter().map(slice).collect();
+            slices.sort_unstable();
+            assert_eq!(slices, (0..40).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn every_half_and_quarter_holds_its_share_of_a_sobol_sequence() {
+        let points = Design::Sobol.sample(&parameters(), 64, 5).unwrap();
+        for boxes in [2, 4, 8] {
+            let mut counts = vec![0; boxes * boxes];
+            for point in &points {
+                let place = |axis: usize| {
+                    let share = share_of(&parameters()[axis], point[axis]);
+                    ((share * boxes as f64) as usize).min(boxes - 1)
+                };
+                counts[place(0) * boxes + place(1)] += 1;
+            }
+            assert!(counts.iter().all(|&count| count == 64 / (boxes * boxes)), "{counts:?}");
+        }
+    }
+
+    #[test]
+    fn samples_repeat_with_the_seed_and_stay_in_the_box() {
+        for design in DESIGNS {
+            let sample = |seed| design.sample(&parameters(), 50, seed).unwrap();
+            assert_eq!(sample(7), sample(7));
+            assert_ne!(sample(7), sample(8));
+            let inside = |p: &Vec<f64>| {
+                p.iter().zip(parameters()).all(|(x, k)| (k.range[0]..=k.range[1]).contains(x))
+            };
+            assert!(sample(7).iter().all(inside));
+        }
+    }
+
+    #[test]
+    fn shares_and_values_are_inverse() {
+        for parameter in &parameters() {
+            for share in [0.0, 0.3, 1.0, 1.2] {
+                assert!((share_of(parameter, at_share(parameter, share)) - share).abs() < 1e-14);
+            }
+        }
+    }
+
+    #[test]
+    fn ranges_that_make_no_sense_are_named() {
+        let mut parameters = parameters();
+        parameters[0].range = [0.0, 1.0];
+        let error = Design::Uniform.sample(&parameters, 3, 1).unwrap_err().to_string();
+        assert!(error.contains('k') && error.contains('0'), "{error}");
+        assert!(matches!(sobol(1 << 17, 2, 1), Err(Error::Sobol { .. })));
+    }
+}

@@ -1,0 +1,146 @@
+//! What the stages of one training share: body, options, observer, folder, simulations, warnings.
+
+use crate::evaluate::TestSet;
+use crate::parameters::require_inside;
+use crate::progress::Observer;
+use crate::simulate::{Simulations, simulate};
+use crate::store::{read_json, write_json};
+use crate::{Body, Design, Error, Recipe, Result, TrainingOptions, Warning, identity};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// Independent streams of random numbers, derived from the run's seed.
+#[derive(Clone, Copy)]
+pub(crate) enum Stream {
+    Training,
+    HeldOut,
+    Regression = 3,
+}
+
+/// One training under way.
+pub(crate) struct Session<'a, 'b> {
+    pub body: &'b Body,
+    pub options: &'a TrainingOptions,
+    pub observer: &'a mut dyn Observer,
+    /// Reasons not to trust the result so far.
+    pub warnings: Vec<Warning>,
+    /// Wall time of simulations so far \[s\].
+    pub simulate_s: f64,
+    /// Simulations solved so far for training.
+    pub simulations: usize,
+}
+
+/// What a run was started with, kept in its folder.
+#[derive(Serialize, Deserialize)]
+struct Started {
+    recipe: Recipe,
+    options: TrainingOptions,
+    body: identity::Identity,
+}
+
+const STARTED: &str = "run.json";
+
+impl<'a, 'b> Session<'a, 'b> {
+    /// Prepares the folder: emptied of an earlier run, or checked to hold the one to be resumed.
+    pub fn begin(
+        body: &'b Body,
+        recipe: &Recipe,
+        options: &'a TrainingOptions,
+        observer: &'a mut dyn Observer,
+    ) -> Result<Self> {
+        options.check()?;
+        if let Some(folder) = &options.folder {
+            prepare(folder, body, recipe, options)?;
+        }
+        Ok(Self { body, options, observer, warnings: Vec::new(), simulate_s: 0.0, simulations: 0 })
+    }
+
+    /// A folder within that of the run.
+    pub fn folder(&self, name: &str) -> Option<PathBuf> {
+        self.options.folder.as_ref().map(|folder| folder.join(name))
+    }
+
+    /// A seed of its own.
+    pub fn seed(&self, stream: Stream) -> u64 {
+        self.options.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ stream as u64
+    }
+
+    /// Keeps a reason for mistrust, and says it at once.
+    pub fn warn(&mut self, warning: Warning) {
+        self.observer.warning(&warning);
+        self.warnings.push(warning);
+    }
+
+    /// Parameters to train at: those of the options, or `count` new ones.
+    pub fn thetas(&self, design: Design, count: usize, stream: Stream) -> Result<Vec<Vec<f64>>> {
+        match &self.options.thetas {
+            Some(given) => {
+                require_inside(self.body, given)?;
+                Ok(given.clone())
+            }
+            None => design.sample(&self.body.parameters, count, self.seed(stream)),
+        }
+    }
+
+    /// Solves for `thetas`; those without a solution are left out with a warning.
+    pub fn simulate(&mut self, name: &str, thetas: &[Vec<f64>]) -> Result<Simulations> {
+        let (stage, folder) = (format!("simulate {name}"), self.folder("simulations"));
+        let folder = folder.map(|folder| folder.join(name));
+        let found = simulate(self.body, thetas, &stage, folder.as_deref(), self.observer)?;
+        found.require(2)?;
+        self.simulate_s += found.seconds;
+        if let Some(first) = found.failures.first() {
+            let (theta, reason) = (first.theta.clone(), first.reason.clone());
+            let (failed, tried) = (found.failures.len(), thetas.len());
+            self.warn(Warning::FailedSimulations { stage, failed, tried, theta, reason });
+        }
+        Ok(found)
+    }
+
+    /// Solves for training.
+    pub fn training(&mut self, count: usize) -> Result<Simulations> {
+        let thetas = self.thetas(self.options.design, count, Stream::Training)?;
+        let found = self.simulate("training", &thetas)?;
+        self.simulations = found.fields.len();
+        Ok(found)
+    }
+
+    /// Cases that nothing is trained on.
+    pub fn held_out(&mut self) -> Result<TestSet<'b>> {
+        let (count, seed) = (self.options.held_out, self.seed(Stream::HeldOut));
+        let thetas = Design::Uniform.sample(&self.body.parameters, count, seed)?;
+        Ok(TestSet::new(self.body, self.simulate("held out", &thetas)?))
+    }
+}
+
+fn prepare(folder: &Path, body: &Body, recipe: &Recipe, options: &TrainingOptions) -> Result<()> {
+    let file = folder.join(STARTED);
+    let stored = read_json::<Started>(&file)?;
+    let (recipe, body) = (recipe.clone(), identity::of(body));
+    if options.resume
+        && let Some(stored) = stored
+    {
+        let others = TrainingOptions { folder: None, resume: false, ..options.clone() };
+        let differs = if stored.recipe != recipe {
+            Some("the recipe")
+        } else if stored.options != others {
+            Some("the options")
+        } else {
+            identity::difference(&stored.body, &body).map(|(what, _, _)| what)
+        };
+        return match differs {
+            Some(differs) => Err(Error::OtherRun { folder: folder.into(), differs }),
+            None => Ok(()),
+        };
+    }
+    let file_error = |source| Error::File { path: folder.into(), source };
+    if folder.exists() {
+        let mut entries = std::fs::read_dir(folder).map_err(file_error)?;
+        if stored.is_some() {
+            std::fs::remove_dir_all(folder).map_err(file_error)?;
+        } else if entries.next().is_some() {
+            return Err(Error::ForeignFolder { folder: folder.into() });
+        }
+    }
+    write_json(&file, &Started { recipe, options: options.clone(), body })
+}

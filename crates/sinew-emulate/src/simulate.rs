@@ -1,0 +1,166 @@
+//! Finite-element solutions that emulators learn from and are judged by.
+
+use crate::progress::{Counter, Observer};
+use crate::store::{read_json, read_table, write_json, write_table};
+use crate::{Body, Error, Result};
+use serde::{Deserialize, Serialize};
+use sinew_fem::{Options, sweep};
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Samples that are solved and stored together: what a killed run loses at most. The partition depends on nothing
+/// else, so a resumed run gives the numbers of an uninterrupted one.
+const BLOCK: usize = 100;
+
+/// Parameters with their equilibria.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Simulations {
+    /// Parameters, sample by sample.
+    pub thetas: Vec<Vec<f64>>,
+    /// Displacements, sample by sample, node by node \[length\].
+    pub fields: Vec<Vec<f64>>,
+    /// Samples that have no solution.
+    pub failures: Vec<Failure>,
+    /// Wall time of all solves on all threads \[s\].
+    pub seconds: f64,
+    /// Wall time of each solve on its thread \[s\].
+    pub solve_seconds: Vec<f64>,
+}
+
+/// A sample that was not solved.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Failure {
+    /// Its parameters.
+    pub theta: Vec<f64>,
+    /// What the solver says.
+    pub reason: String,
+}
+
+/// What is stored beside the fields; written last, so that it says how many rows count.
+#[derive(Default, Serialize, Deserialize)]
+struct Log {
+    /// Samples that were tried.
+    tried: usize,
+    failures: Vec<Failure>,
+    seconds: f64,
+    solve_seconds: Vec<f64>,
+}
+
+impl Simulations {
+    /// Median wall time of a solve in the sweep \[s\].
+    pub fn median_solve_s(&self) -> f64 {
+        crate::timing::median(&self.solve_seconds)
+    }
+
+    /// Appends more of them.
+    pub(crate) fn extend(&mut self, more: Self) {
+        self.thetas.extend(more.thetas);
+        self.fields.extend(more.fields);
+        self.failures.extend(more.failures);
+        self.solve_seconds.extend(more.solve_seconds);
+        self.seconds += more.seconds;
+    }
+
+    /// Requires `least` solutions.
+    pub(crate) fn require(&self, least: usize) -> Result<()> {
+        if self.fields.len() >= least {
+            return Ok(());
+        }
+        let tried = self.fields.len() + self.failures.len();
+        let first = self.failures.first().map_or(String::new(), |failure| {
+            format!("; the first failed at theta = {:?}: {}", failure.theta, failure.reason)
+        });
+        Err(Error::TooFewSimulations { solved: self.fields.len(), tried, least, first })
+    }
+}
+
+/// Solves a body for each of `thetas` on all cores.
+///
+/// With a `folder`, fields and failures are stored there after every hundred samples (`theta.npy`,
+/// `displacement.npy`, `simulations.json`), and what it already holds for the same θ is kept.
+///
+/// # Errors
+/// A body that cannot be solved for any θ, files that cannot be written or hold other samples, an observer that
+/// breaks. Samples without a solution are no error, see [`Simulations::failures`].
+pub fn simulate(
+    body: &Body,
+    thetas: &[Vec<f64>],
+    stage: &str,
+    folder: Option<&Path>,
+    observer: &mut dyn Observer,
+) -> Result<Simulations> {
+    let (mut tried, mut simulations) = match folder {
+        Some(folder) => stored(folder, thetas)?,
+        None => (0, Simulations::default()),
+    };
+    if tried == thetas.len() {
+        return Ok(simulations);
+    }
+    let counter = Mutex::new(Counter::new(observer, stage, tried, thetas.len()));
+    for block in thetas[tried..].chunks(BLOCK) {
+        let start = Instant::now();
+        let stop = AtomicBool::new(false);
+        let count = || {
+            let mut counter = counter.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+            if let ControlFlow::Break(()) = counter.step("") {
+                stop.store(true, Ordering::Relaxed);
+            }
+        };
+        let swept = sweep(body, block, &Options::default(), count)?;
+        if stop.into_inner() {
+            return Err(Error::Interrupted { stage: stage.into() });
+        }
+        for (theta, result) in block.iter().zip(swept.results) {
+            match result {
+                Ok(solution) => {
+                    simulations.thetas.push(theta.clone());
+                    simulations.fields.push(solution.displacement);
+                    simulations.solve_seconds.push(solution.seconds);
+                }
+                Err(error) => simulations
+                    .failures
+                    .push(Failure { theta: theta.clone(), reason: error.to_string() }),
+            }
+        }
+        tried += block.len();
+        simulations.seconds += start.elapsed().as_secs_f64();
+        if let Some(folder) = folder {
+            store(folder, tried, &simulations)?;
+        }
+    }
+    let counter = counter.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let failed = match simulations.failures.len() {
+        0 => String::new(),
+        failed => format!(", {failed} failed"),
+    };
+    counter.finish(&format!("{} solves{failed}", simulations.fields.len()));
+    Ok(simulations)
+}
+
+fn store(folder: &Path, tried: usize, simulations: &Simulations) -> Result<()> {
+    write_table(&folder.join("theta.npy"), &simulations.thetas)?;
+    write_table(&folder.join("displacement.npy"), &simulations.fields)?;
+    let Simulations { failures, seconds, solve_seconds, .. } = simulations.clone();
+    write_json(&folder.join("simulations.json"), &Log { tried, failures, seconds, solve_seconds })
+}
+
+/// What a folder holds of the samples `thetas`, and how many of them were tried.
+fn stored(folder: &Path, thetas: &[Vec<f64>]) -> Result<(usize, Simulations)> {
+    let file = folder.join("simulations.json");
+    let Some(log) = read_json::<Log>(&file)? else { return Ok((0, Simulations::default())) };
+    let solved = log.solve_seconds.len();
+    let mut rows = read_table(&folder.join("theta.npy"))?;
+    let mut fields = read_table(&folder.join("displacement.npy"))?;
+    rows.truncate(solved);
+    fields.truncate(solved);
+    let failed = |theta: &Vec<f64>| log.failures.iter().any(|failure| &failure.theta == theta);
+    let expected = thetas.iter().take(log.tried).filter(|theta| !failed(theta));
+    if log.tried > thetas.len() || fields.len() != solved || !expected.eq(&rows) {
+        return Err(Error::OtherSamples { folder: folder.into() });
+    }
+    let Log { tried, failures, seconds, solve_seconds } = log;
+    Ok((tried, Simulations { thetas: rows, fields, failures, seconds, solve_seconds }))
+}

@@ -1,0 +1,97 @@
+//! Files that appear whole or not at all.
+
+use crate::{Error, Result};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::fs;
+use std::path::Path;
+
+/// Writes `value` as JSON at once: a reader sees the old file or the new one, never a part.
+///
+/// # Errors
+/// A folder or file that cannot be written, by path.
+pub fn write_json(path: &Path, value: &impl Serialize) -> Result<()> {
+    let bytes = serde_json::to_vec_pretty(value).map_err(|e| content(path, &e))?;
+    write_bytes(path, &bytes)
+}
+
+/// Reads what [`write_json`] wrote; `None` if there is no such file.
+///
+/// # Errors
+/// A file that cannot be read or holds something else, by path.
+pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<Option<T>> {
+    if !path.exists() {
+        return Ok(None);
+    }
+    let text = fs::read(path).map_err(|source| Error::File { path: path.into(), source })?;
+    serde_json::from_slice(&text).map(Some).map_err(|e| content(path, &e))
+}
+
+/// Writes rows of equal length as a npy table.
+///
+/// # Errors
+/// A folder or file that cannot be written, by path.
+pub fn write_table(path: &Path, rows: &[Vec<f64>]) -> Result<()> {
+    let columns = rows.first().map_or(0, Vec::len);
+    write_bytes(path, &sinew_mesh::to_npy(&[rows.len(), columns], &rows.concat()))
+}
+
+/// Reads what [`write_table`] wrote.
+///
+/// # Errors
+/// A file that cannot be read or is no table, by path.
+pub fn read_table(path: &Path) -> Result<Vec<Vec<f64>>> {
+    let bytes = fs::read(path).map_err(|source| Error::File { path: path.into(), source })?;
+    let array = sinew_mesh::parse_npy(&path.display().to_string(), &bytes)
+        .map_err(|error| content(path, &error))?;
+    match (array.shape.as_slice(), array.values) {
+        ([0, ..], _) => Ok(Vec::new()),
+        (&[rows, ..], sinew_mesh::FieldValues::Float(values)) => {
+            Ok(values.chunks((values.len() / rows).max(1)).map(<[f64]>::to_vec).collect())
+        }
+        _ => Err(content(path, &"it holds no table of numbers")),
+    }
+}
+
+/// An error about what a file holds.
+pub(crate) fn content(path: &Path, reason: &dyn std::fmt::Display) -> Error {
+    Error::Content { path: path.into(), reason: reason.to_string() }
+}
+
+fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let partial = path.with_extension("partial");
+    fs::create_dir_all(folder)
+        .and_then(|()| fs::write(&partial, bytes))
+        .and_then(|()| fs::rename(&partial, path))
+        .map_err(|source| Error::File { path: path.into(), source })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("deep/numbers.json");
+        assert_eq!(read_json::<Vec<f64>>(&path).unwrap(), None);
+        write_json(&path, &vec![0.1, f64::MIN_POSITIVE]).unwrap();
+        assert_eq!(read_json(&path).unwrap(), Some(vec![0.1, f64::MIN_POSITIVE]));
+        let rows = vec![vec![1.0, 2.0 / 3.0, -0.0], vec![3e300, 4.0, 5.0]];
+        let path = folder.path().join("table.npy");
+        write_table(&path, &rows).unwrap();
+        assert_eq!(read_table(&path).unwrap(), rows);
+        write_table(&path, &[]).unwrap();
+        assert_eq!(read_table(&path).unwrap(), Vec::<Vec<f64>>::new());
+    }
+
+    #[test]
+    fn a_damaged_file_says_what_to_do() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("numbers.json");
+        fs::write(&path, "[1, 2").unwrap();
+        let message = read_json::<Vec<f64>>(&path).unwrap_err().to_string();
+        assert!(message.contains("numbers.json") && message.contains("delete"), "{message}");
+    }
+}

@@ -1,0 +1,143 @@
+//! Every recipe beside the solver. The bounds are three times what was measured.
+
+mod support;
+
+use sinew_emulate::recipe::{Auto, DataDriven, Hybrid, PhysicsInformed, Regression};
+use sinew_emulate::{
+    Coordinates, Design, Emulator, Errors, Observer, Recipe, TestSet, TrainingOptions, Warning,
+    simulate,
+};
+use support::{beam, small_network, steps};
+
+/// Errors over cases that the emulator has not seen, neither in training nor in calibration.
+fn errors(emulator: &Emulator<'_>) -> Errors {
+    let body = emulator.body();
+    let thetas = Design::Uniform.sample(&body.parameters, 40, 77).unwrap();
+    let test = TestSet::new(body, simulate(body, &thetas, "test", None, &mut ()).unwrap());
+    test.errors(&emulator.predict(&test.thetas).unwrap().fields()).unwrap()
+}
+
+fn check(emulator: &Emulator<'_>, relative: f64, energy_pct: f64) {
+    let errors = errors(emulator);
+    println!(
+        "{}: relative {:.1e} (worst {:.1e}), err_u {:.1e} mm, err_F {:.1e} %, err_Pi {:.1e} %, {:?}",
+        emulator.record.recipe.key(),
+        errors.relative.q50,
+        errors.relative.max,
+        errors.err_u.q50,
+        errors.err_f.q50,
+        errors.err_pi.q50,
+        emulator.record.calibration,
+    );
+    assert!(errors.relative.q50 < relative, "{:.2e}", errors.relative.q50);
+    assert!(errors.err_pi.q50 < energy_pct, "{:.2e}", errors.err_pi.q50);
+    assert!(emulator.record.calibration.within_two >= 0.95, "{:?}", emulator.record.calibration);
+    assert_eq!(emulator.record.warnings, []);
+}
+
+#[test]
+fn regression_on_few_simulations_is_nearly_exact() {
+    let body = beam(1.0);
+    let recipe = Recipe::from(Regression { simulations: 16, ..Regression::default() });
+    let emulator = recipe.train(&body, &TrainingOptions::default(), &mut ()).unwrap();
+    assert_eq!(emulator.record.simulations, 16);
+    check(&emulator, 1e-4, 1e-4);
+}
+
+#[test]
+fn a_network_learns_from_simulations() {
+    let body = beam(1.0);
+    let base = DataDriven::default();
+    let training = steps(&base.training, 600);
+    let recipe = DataDriven { simulations: 40, network: small_network(), training, ..base };
+    let emulator = Recipe::from(recipe).train(&body, &TrainingOptions::default(), &mut ()).unwrap();
+    check(&emulator, 0.02, 1.0);
+}
+
+#[test]
+fn a_network_learns_from_the_energy_alone() {
+    let body = beam(1.0);
+    let base = PhysicsInformed::default();
+    let Coordinates::MotionsAfter(first) = &base.coordinates else { panic!("another default") };
+    let coordinates = Coordinates::MotionsAfter(steps(first, 400));
+    let training = steps(&base.training, 600);
+    let recipe = PhysicsInformed { network: small_network(), coordinates, training, ..base };
+    let emulator = Recipe::from(recipe).train(&body, &TrainingOptions::default(), &mut ()).unwrap();
+    assert_eq!(emulator.record.simulations, 0);
+    check(&emulator, 0.02, 1.0);
+}
+
+#[test]
+fn a_network_learns_in_the_energy_norm() {
+    let body = beam(1.0);
+    let base = Hybrid::default();
+    let training = steps(&base.training, 600);
+    let recipe = Hybrid { simulations: 40, network: small_network(), training, ..base };
+    let emulator = Recipe::from(recipe).train(&body, &TrainingOptions::default(), &mut ()).unwrap();
+    check(&emulator, 0.02, 1.0);
+}
+
+#[test]
+fn auto_says_why_it_took_what_it_took() {
+    let body = beam(1.0);
+    let emulator = Recipe::auto().train(&body, &TrainingOptions::default(), &mut ()).unwrap();
+    let choice = emulator.record.choice.clone().unwrap();
+    assert_eq!((choice.candidates.len(), choice.candidates[0].simulations), (1, 25));
+    assert!(choice.to_string().contains("meets the target"), "{choice}");
+    assert!(errors(&emulator).relative.max < 1e-3);
+
+    // A target out of reach: regression doubles its simulations, a rival is tried, and the least error wins.
+    let base = Hybrid::default();
+    let training = steps(&base.training, 20);
+    let rival = Hybrid { simulations: 12, network: small_network(), training, ..base };
+    let regression = Regression { simulations: 5, most: 10, target: 1e-12 };
+    let recipe = Recipe::from(Auto { regression, rivals: vec![rival.into()] });
+    let emulator = recipe.train(&body, &TrainingOptions::default(), &mut ()).unwrap();
+    let choice = emulator.record.choice.clone().unwrap();
+    println!("{choice}");
+    let tried: Vec<_> =
+        choice.candidates.iter().map(|c| (c.recipe.as_str(), c.simulations)).collect();
+    assert_eq!(tried, [("regression", 5), ("regression", 10), ("hybrid", 12)]);
+    let least = choice.candidates.iter().map(|c| c.error).fold(f64::INFINITY, f64::min);
+    assert_eq!(choice.candidates[choice.taken].error, least);
+    assert_eq!(choice.candidates[choice.taken].recipe, "regression");
+    assert!(choice.to_string().contains("is the least"), "{choice}");
+    assert!(
+        emulator.record.warnings.iter().any(|w| matches!(w, Warning::TargetMissed { .. })),
+        "{:?}",
+        emulator.record.warnings
+    );
+}
+
+/// Keeps what it hears.
+#[derive(Default)]
+struct Ear {
+    warnings: Vec<Warning>,
+}
+
+impl Observer for Ear {
+    fn warning(&mut self, warning: &Warning) {
+        self.warnings.push(warning.clone());
+    }
+}
+
+#[test]
+fn a_training_that_learned_nothing_says_so() {
+    let body = beam(1.0);
+    let base = PhysicsInformed::default();
+    let Coordinates::MotionsAfter(first) = &base.coordinates else { panic!("another default") };
+    let coordinates = Coordinates::MotionsAfter(steps(first, 2));
+    let training = steps(&base.training, 2);
+    let recipe = PhysicsInformed { network: small_network(), coordinates, training, ..base };
+    let mut ear = Ear::default();
+    let emulator =
+        Recipe::from(recipe).train(&body, &TrainingOptions::default(), &mut ear).unwrap();
+    let warnings = &emulator.record.warnings;
+    let far = warnings.iter().any(|w| {
+        matches!(w, Warning::FarFromEquilibrium { excess } if *excess > 0.01)
+            || matches!(w, Warning::Inverted { .. })
+    });
+    assert!(far, "{warnings:?}");
+    assert!(warnings.iter().all(|warning| ear.warnings.contains(warning)));
+    println!("{}", warnings[0]);
+}

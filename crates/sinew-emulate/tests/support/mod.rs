@@ -1,0 +1,40 @@
+//! A small beam that bends under its own weight by a sixth to a third of its length.
+#![allow(dead_code, reason = "each program uses a part")]
+
+use sinew_emulate::{Body, Network};
+use sinew_energy::laws::NeoHookean;
+use sinew_energy::{Load, Parameter, Sampling, Scene, Support, Units};
+use sinew_gnn::{Budget, TrainingConfig};
+use sinew_mesh::box_tetrahedra;
+
+/// Weight of a density of 1 g/cm³ at g = 9.8 m/s² [kPa/mm].
+const GRAVITY: f64 = 9.8e-3;
+
+pub fn beam(weight: f64) -> Body {
+    let stiffness = |name: &str| Parameter {
+        name: name.into(),
+        unit: "kPa".into(),
+        range: [8.0, 16.0],
+        sampling: Sampling::Log,
+    };
+    let scene = Scene {
+        name: "beam".into(),
+        units: Units::mm_kpa(),
+        mesh: box_tetrahedra([40.0, 8.0, 8.0], [6, 2, 2]),
+        law: NeoHookean,
+        directions: Vec::new(),
+        parameters: vec![stiffness("mu"), stiffness("lambda")],
+        loads: vec![Load::BodyForce([0.0, 0.0, -weight * GRAVITY])],
+        supports: vec![Support::clamped("x_min")],
+    };
+    scene.lower().expect("the beam is held and loaded")
+}
+
+/// A network that trains in seconds.
+pub fn small_network() -> Network {
+    Network { latent: 16, width: 32, message_passing_steps: 3 }
+}
+
+pub fn steps(config: &TrainingConfig, steps: usize) -> TrainingConfig {
+    TrainingConfig { budget: Budget::Steps(steps), ..config.clone() }
+}

@@ -1,0 +1,213 @@
+//! What an emulator says about its own error, what a correction does, and what misuse leads to.
+
+mod support;
+
+use sinew_emulate::recipe::{DataDriven, Hybrid, Regression};
+use sinew_emulate::{
+    Budget, Design, Emulator, Error, Observer, Progress, Recipe, TestSet, TrainingOptions, Warning,
+    simulate,
+};
+use sinew_fem::Solver;
+use std::ops::ControlFlow;
+use std::path::Path;
+use support::{beam, small_network, steps};
+
+fn quick_network(count: usize) -> Recipe {
+    let base = DataDriven::default();
+    let training = steps(&base.training, count);
+    DataDriven { simulations: 30, network: small_network(), training, ..base }.into()
+}
+
+fn test_set<'b>(body: &'b sinew_emulate::Body, count: usize) -> TestSet<'b> {
+    let thetas = Design::Uniform.sample(&body.parameters, count, 77).unwrap();
+    TestSet::new(body, simulate(body, &thetas, "test", None, &mut ()).unwrap())
+}
+
+#[test]
+fn estimates_are_within_a_factor_of_two_and_corrections_converge() {
+    let body = beam(1.0);
+    let emulator = quick_network(300).train(&body, &TrainingOptions::default(), &mut ()).unwrap();
+    let test = test_set(&body, 40);
+    let prediction = emulator.predict(&test.thetas).unwrap();
+    let mut solver = Solver::new(&body).unwrap();
+    let mut within = 0;
+    for (case, (theta, truth)) in test.thetas.iter().zip(&test.fields).enumerate() {
+        let estimate = emulator.estimate(&prediction, case).unwrap();
+        let difference =
+            |u: &[f64]| -> Vec<f64> { u.iter().zip(truth).map(|(a, b)| a - b).collect() };
+        let error = solver.energy_norm(truth, theta, &difference(prediction.field(case))).unwrap();
+        let ratio = error / estimate.energy_norm;
+        within += usize::from((0.5..2.0).contains(&ratio));
+        assert!(estimate.between[0] <= estimate.energy_norm && estimate.seconds > 0.0);
+        assert!(estimate.residual > 0.0 && estimate.warnings.is_empty());
+
+        let corrected = emulator.correct(theta, 2).unwrap();
+        assert_eq!(corrected.steps.len(), 2);
+        let after = solver.energy_norm(truth, theta, &difference(&corrected.displacement)).unwrap();
+        assert!(after < 1e-2 * error, "{error:e} before, {after:e} after");
+    }
+    println!("{within} of 40 estimates within a factor of two; {:?}", emulator.record.calibration);
+    assert!(within >= 38, "{within} of 40");
+}
+
+#[test]
+fn a_correction_from_far_away_says_so() {
+    let body = beam(1.0);
+    let emulator = quick_network(1).train(&body, &TrainingOptions::default(), &mut ()).unwrap();
+    // An emulator that learned nothing is too far away for a step, at least at the ends of the ranges.
+    let corrected = emulator.correct(&[8.0, 8.0], 1).unwrap();
+    let far =
+        |w: &Warning| matches!(w, Warning::FarForCorrection { relative, .. } if *relative > 0.04);
+    assert!(corrected.warnings.iter().any(far), "{:?}", corrected.warnings);
+    println!("{}", corrected.warnings[0]);
+    // Whatever a step does, it raises no energy and inverts no cell.
+    for step in &corrected.steps {
+        assert!(step.energy_after <= step.energy_before && step.energy_after.is_finite());
+    }
+}
+
+#[test]
+fn parameters_outside_their_ranges_are_marked() {
+    let body = beam(1.0);
+    let recipe = Recipe::from(Regression { simulations: 9, ..Regression::default() });
+    let emulator = recipe.train(&body, &TrainingOptions::default(), &mut ()).unwrap();
+    let prediction = emulator.predict(&[vec![8.0, 16.0], vec![20.0, 12.0]]).unwrap();
+    assert_eq!(prediction.outside[0], []);
+    let message = prediction.outside[1][0].to_string();
+    assert!(message.contains("mu = 20") && message.contains("16"), "{message}");
+    assert_eq!(emulator.estimate(&prediction, 1).unwrap().warnings, prediction.outside[1]);
+    assert_eq!(emulator.correct(&[20.0, 12.0], 1).unwrap().warnings[0], prediction.outside[1][0]);
+
+    let error = emulator.predict(&[vec![8.0]]).unwrap_err().to_string();
+    assert!(error.contains("mu, lambda"), "{error}");
+    assert!(emulator.predict(&[vec![-1.0, 9.0]]).is_err());
+    assert!(matches!(
+        emulator.estimate(&prediction, 2),
+        Err(Error::NoSuchCase { case: 2, cases: 2 })
+    ));
+}
+
+fn saved_and_loaded(recipe: &Recipe) {
+    let body = beam(1.0);
+    let folder = tempfile::tempdir().unwrap();
+    let emulator = recipe.train(&body, &TrainingOptions::default(), &mut ()).unwrap();
+    emulator.save(folder.path()).unwrap();
+    let loaded = Emulator::load(folder.path(), &body).unwrap();
+    assert_eq!(loaded.record, emulator.record);
+    let thetas = [vec![9.0, 14.0], vec![30.0, 12.0]];
+    assert_eq!(loaded.predict(&thetas).unwrap(), emulator.predict(&thetas).unwrap());
+
+    let heavier = beam(1.1);
+    let error = Emulator::load(folder.path(), &heavier).err().unwrap().to_string();
+    assert!(error.contains("another body") && error.contains("work"), "{error}");
+    let nothing = Emulator::load(&folder.path().join("nothing"), &body).err().unwrap();
+    assert!(matches!(nothing, Error::NoEmulator { .. }), "{nothing}");
+}
+
+#[test]
+fn an_emulator_survives_storage_and_knows_its_body() {
+    saved_and_loaded(&Regression { simulations: 9, ..Regression::default() }.into());
+    saved_and_loaded(&quick_network(10));
+}
+
+/// Breaks after some calls, as a person with a key does.
+struct Impatient {
+    calls: usize,
+}
+
+impl Observer for Impatient {
+    fn progress(&mut self, _: &Progress<'_>) -> ControlFlow<()> {
+        self.calls = self.calls.saturating_sub(1);
+        if self.calls == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+#[test]
+fn a_resumed_run_equals_an_uninterrupted_one_bit_for_bit() {
+    let body = beam(1.0);
+    let base = Hybrid::default();
+    let training = steps(&base.training, 60);
+    let recipe: Recipe =
+        Hybrid { simulations: 24, network: small_network(), training, ..base }.into();
+    let folder = tempfile::tempdir().unwrap();
+    let options = |name: &str, resume| TrainingOptions {
+        folder: Some(folder.path().join(name)),
+        resume,
+        held_out: 6,
+        ..TrainingOptions::default()
+    };
+    let whole = recipe.train(&body, &options("whole", false), &mut ()).unwrap();
+    // Held-out cases, simulations and a part of the training; then twice more.
+    for (calls, resume) in [(3, false), (20, true), (40, true), (25, true)] {
+        let result = recipe.train(&body, &options("pieces", resume), &mut Impatient { calls });
+        let error = result.err().expect("it is interrupted");
+        assert!(matches!(error, Error::Interrupted { .. }), "{error}");
+    }
+    let pieces = recipe.train(&body, &options("pieces", true), &mut ()).unwrap();
+    let thetas = [vec![9.0, 14.0], vec![13.0, 12.0]];
+    assert_eq!(pieces.predict(&thetas).unwrap(), whole.predict(&thetas).unwrap());
+    let losses = |emulator: &Emulator<'_>| -> Vec<(u64, Option<[f64; 4]>)> {
+        emulator.record.history.iter().map(|point| (point.step, point.medians)).collect()
+    };
+    let known = losses(&whole);
+    // An interruption adds a point to the curve; the others are the same.
+    assert!(known.iter().all(|point| losses(&pieces).contains(point)));
+    assert!(Emulator::load(&folder.path().join("pieces/emulator"), &body).is_ok());
+}
+
+#[test]
+fn a_folder_is_neither_mixed_up_nor_overwritten() {
+    let body = beam(1.0);
+    let recipe = Recipe::from(Regression { simulations: 6, ..Regression::default() });
+    let folder = tempfile::tempdir().unwrap();
+    let options = |path: &Path, resume| TrainingOptions {
+        folder: Some(path.into()),
+        resume,
+        held_out: 2,
+        ..TrainingOptions::default()
+    };
+    let run = folder.path().join("run");
+    recipe.train(&body, &options(&run, false), &mut ()).unwrap();
+    let error = |result: sinew_emulate::Result<Emulator<'_>>| result.err().unwrap().to_string();
+    let other = Recipe::from(Regression { simulations: 7, ..Regression::default() });
+    assert!(error(other.train(&body, &options(&run, true), &mut ())).contains("the recipe"));
+    let seeded = TrainingOptions { seed: 2, ..options(&run, true) };
+    assert!(error(recipe.train(&body, &seeded, &mut ())).contains("the options"));
+    let heavier = beam(1.1);
+    assert!(error(recipe.train(&heavier, &options(&run, true), &mut ())).contains("work"));
+    let foreign = folder.path().join("foreign");
+    std::fs::create_dir(&foreign).unwrap();
+    std::fs::write(foreign.join("diary.txt"), "dear diary").unwrap();
+    let message = error(recipe.train(&body, &options(&foreign, false), &mut ()));
+    assert!(message.contains("not of an earlier training"), "{message}");
+    assert!(foreign.join("diary.txt").exists());
+}
+
+#[test]
+fn failures_are_listed_with_their_parameters() {
+    let body = beam(1.0);
+    let folder = tempfile::tempdir().unwrap();
+    let thetas = vec![vec![9.0, 9.0], vec![-5.0, 9.0], vec![10.0, 9.0]];
+    let solve = || simulate(&body, &thetas, "test", Some(folder.path()), &mut ()).unwrap();
+    let found = solve();
+    assert_eq!((found.fields.len(), found.failures.len()), (2, 1));
+    assert_eq!(found.failures[0].theta, thetas[1]);
+    assert!(found.failures[0].reason.contains("-5"), "{}", found.failures[0].reason);
+    assert_eq!(solve(), found);
+    let others = vec![vec![9.0, 9.5]; 3];
+    let error = simulate(&body, &others, "test", Some(folder.path()), &mut ()).unwrap_err();
+    assert!(matches!(error, Error::OtherSamples { .. }), "{error}");
+}
+
+#[test]
+fn budgets_and_counts_that_admit_nothing_are_refused() {
+    let body = beam(1.0);
+    let train = |recipe: &Recipe, options: TrainingOptions| {
+        recipe.train(&body, &options, &mut ()).err().map(|error| error.to_string())
+    };
+    let recipe = quick_network(5);
+    let budget = TrainingOptions { budget: Budget::Seconds(-1.0), ..TrainingOptions::default() };
+    assert!(train(&recipe, budget).unwrap().contains("-1"));
+    let none = DataDriven { simulations: 1, ..DataDriven::default() }.into();
+    assert!(train(&none, TrainingOptions::default()).unwrap().contains("2 are needed"));
+}

@@ -1,0 +1,240 @@
+//! Single steps of Newton's method from a displacement that something else foresaw: how far it is from equilibrium, and
+//! a correction of it.
+
+use crate::assembly::PredictedStress;
+use crate::linear_solver::Solved;
+use crate::state::State;
+use crate::supports::place;
+use crate::{SolveError, Solver};
+use std::time::Instant;
+
+/// Residual of the step's linear system relative to its right-hand side, where it is solved by iteration.
+const ACCURACY: f64 = 1e-8;
+/// The energy must fall by this part of what the slope promises (Armijo's condition, the usual value).
+const SUFFICIENT: f64 = 1e-4;
+/// Shorter steps correct nothing.
+const SHORTEST_STEP: f64 = 1.0 / 64.0;
+
+/// One step of Newton's method.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NewtonStep {
+    /// Displacement after the step \[length\].
+    pub displacement: Vec<f64>,
+    /// Energy norm `‖K⁻¹r‖_K = √(rᵀK⁻¹r)` of the whole step [√(stress·length³)], with residual r and stiffness K where it
+    /// started: an estimate of the error there that becomes exact as the error becomes small.
+    pub energy_norm: f64,
+    /// Norm of the unbalanced nodal forces before the step \[stress·length²\].
+    pub residual_before: f64,
+    /// The same after it.
+    pub residual_after: f64,
+    /// Norm of loads and reactions \[stress·length²\], to compare residuals with.
+    pub force_scale: f64,
+    /// Total potential energy before the step \[stress·length³\].
+    pub energy_before: f64,
+    /// The same after it.
+    pub energy_after: f64,
+    /// Part of the whole step that was taken: shorter ones keep cells from turning over and lower the energy; 0 when
+    /// none does, and the displacement is the one that was given.
+    pub length: f64,
+    /// Multiple of the mean diagonal that made the stiffness positive definite; 0 when it was.
+    pub shift: f64,
+    /// Wall-clock time \[s\].
+    pub seconds: f64,
+}
+
+impl NewtonStep {
+    /// Whether the forces are less balanced than before, though the energy fell: the displacement was too far from
+    /// equilibrium for one step to be trusted.
+    pub fn residual_rose(&self) -> bool {
+        self.residual_after > self.residual_before
+    }
+}
+
+impl Solver<'_> {
+    /// One step of Newton's method from a displacement \[length\] near equilibrium. Prescribed components are put in
+    /// their places first.
+    ///
+    /// # Errors
+    /// θ or a displacement that does not belong to the body, [`SolveError::Inadmissible`] where the displacement inverts a
+    /// cell, [`SolveError::Singular`].
+    pub fn newton_step(
+        &mut self,
+        displacement: &[f64],
+        theta: &[f64],
+    ) -> Result<NewtonStep, SolveError> {
+        Ok(self.newton_steps(displacement, theta, 1)?.remove(0))
+    }
+
+    /// At most `count` steps of Newton's method, each from where the one before ended; fewer when one of length 0 ends them.
+    ///
+    /// From the second step on the geometric stiffness is built from the stress that the step before foresaw, as in
+    /// [`Solver::solve`].
+    ///
+    /// # Errors
+    /// As for [`Solver::newton_step`].
+    pub fn newton_steps(
+        &mut self,
+        displacement: &[f64],
+        theta: &[f64],
+        count: usize,
+    ) -> Result<Vec<NewtonStep>, SolveError> {
+        self.potential.check_theta(theta)?;
+        self.check_displacement(displacement)?;
+        let mut from = displacement.to_vec();
+        place(self.potential, 1.0, &mut from);
+        let mut predicted = None;
+        let mut steps: Vec<NewtonStep> = Vec::with_capacity(count);
+        for _ in 0..count {
+            let step = self.step_from(&from, theta, &mut predicted)?;
+            from.clone_from(&step.displacement);
+            let stuck = step.length == 0.0;
+            steps.push(step);
+            if stuck {
+                break;
+            }
+        }
+        Ok(steps)
+    }
+
+    /// Displacement \[length\] of the linearised body under all loads and prescribed motions at θ: one linear system with
+    /// the stiffness of the unloaded body at rest. The scale of displacements and energies that training without
+    /// simulations starts from.
+    ///
+    /// # Errors
+    /// θ that makes no sense, or [`SolveError::Singular`].
+    pub fn linear_response(&mut self, theta: &[f64]) -> Result<Vec<f64>, SolveError> {
+        self.potential.check_theta(theta)?;
+        let rest = vec![0.0; self.potential.prescribed.len()];
+        let mut motion = rest.clone();
+        place(self.potential, 1.0, &mut motion);
+        let loaded = State { displacement: &rest, theta, load_factor: 1.0, pressure: &[] };
+        self.assembly.assemble(self.potential, &self.sparsity, loaded, None);
+        let mut forces = self.assembly.gradient.clone();
+        let unloaded = State { load_factor: 0.0, ..loaded };
+        self.assembly.assemble(self.potential, &self.sparsity, unloaded, None);
+        self.system.place(&self.potential.positions, &rest, &self.sparsity.frames);
+        self.assembly.add_stiffness_times(self.potential, unloaded, &motion, &mut forces);
+        self.descend(&forces, &mut motion)?;
+        Ok(motion)
+    }
+
+    /// Energy norm `√(eᵀ K e)` of a difference of displacements \[length\], with the stiffness K at `displacement`
+    /// [√(stress·length³)].
+    ///
+    /// # Errors
+    /// θ or displacements that do not belong to the body, or [`SolveError::Inadmissible`].
+    pub fn energy_norm(
+        &mut self,
+        displacement: &[f64],
+        theta: &[f64],
+        difference: &[f64],
+    ) -> Result<f64, SolveError> {
+        self.potential.check_theta(theta)?;
+        self.check_displacement(displacement)?;
+        self.check_displacement(difference)?;
+        self.assemble_at(displacement, theta, None)?;
+        let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
+        let mut forces = vec![0.0; difference.len()];
+        self.assembly.add_stiffness_times(self.potential, state, difference, &mut forces);
+        Ok(forces.iter().zip(difference).map(|(f, e)| f * e).sum::<f64>().max(0.0).sqrt())
+    }
+
+    /// Assembles at an admissible displacement.
+    fn assemble_at(
+        &mut self,
+        displacement: &[f64],
+        theta: &[f64],
+        predicted: Option<&PredictedStress>,
+    ) -> Result<(), SolveError> {
+        let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
+        self.assembly.assemble(self.potential, &self.sparsity, state, predicted);
+        self.system.place(&self.potential.positions, displacement, &self.sparsity.frames);
+        if self.assembly.energy.is_finite() {
+            return Ok(());
+        }
+        Err(SolveError::Inadmissible { cell: self.assembly.worst_cell })
+    }
+
+    fn step_from(
+        &mut self,
+        from: &[f64],
+        theta: &[f64],
+        predicted: &mut Option<PredictedStress>,
+    ) -> Result<NewtonStep, SolveError> {
+        let start = Instant::now();
+        self.assemble_at(from, theta, predicted.as_ref())?;
+        let (energy_before, force_scale) = (self.assembly.energy, self.assembly.force_scale);
+        let gradient = self.assembly.gradient.clone();
+        let residual_before = self.norm_of_free(&gradient);
+        let mut direction = vec![0.0; from.len()];
+        let shift = self.descend(&gradient, &mut direction)?;
+        let promised = -gradient.iter().zip(&direction).map(|(g, d)| g * d).sum::<f64>();
+        let mut step = NewtonStep {
+            displacement: from.to_vec(),
+            energy_norm: promised.max(0.0).sqrt(),
+            residual_before,
+            residual_after: residual_before,
+            force_scale,
+            energy_before,
+            energy_after: energy_before,
+            length: 0.0,
+            shift,
+            seconds: 0.0,
+        };
+        self.search(&mut step, theta, &direction, promised);
+        let taken: Vec<f64> = direction.iter().map(|d| step.length * d).collect();
+        *predicted = Some(self.assembly.predict_stress(self.potential, &taken));
+        step.seconds = start.elapsed().as_secs_f64();
+        Ok(step)
+    }
+
+    /// Adds `−K⁻¹ forces` to the free degrees of freedom of `direction`, with the shift that makes K positive definite.
+    fn descend(&mut self, forces: &[f64], direction: &mut [f64]) -> Result<f64, SolveError> {
+        let mut shift = 0.0;
+        if !self.system.positive_definite(&self.sparsity, &self.assembly.matrix) {
+            shift = self.more_shift(0.0)?;
+        }
+        loop {
+            match self.add_newton_step(forces, direction, ACCURACY) {
+                Solved::Done => return Ok(shift),
+                Solved::Indefinite => shift = self.more_shift(shift)?,
+                Solved::TooSlow => {
+                    self.system.factorise_instead(&self.sparsity)?;
+                    return self.descend(forces, direction);
+                }
+            }
+        }
+    }
+
+    fn more_shift(&mut self, above: f64) -> Result<f64, SolveError> {
+        let matrix = &mut self.assembly.matrix;
+        self.system.shifted(&self.sparsity, matrix, above).ok_or(SolveError::Singular)
+    }
+
+    /// The longest of the steps 1, ½, ¼, … that turns no cell over and lowers the energy, or else the residual where the
+    /// energy is down to its rounding error.
+    fn search(&self, step: &mut NewtonStep, theta: &[f64], direction: &[f64], promised: f64) {
+        let from = step.displacement.clone();
+        let mut gradient = vec![0.0; from.len()];
+        let mut length = 1.0;
+        while length >= SHORTEST_STEP {
+            let trial: Vec<f64> = from.iter().zip(direction).map(|(u, d)| u + length * d).collect();
+            let energy = self.potential.value_and_gradient(&trial, theta, &mut gradient);
+            let residual = self.norm_of_free(&gradient);
+            let lower = energy <= step.energy_before - SUFFICIENT * length * promised;
+            let hidden = length * promised <= self.assembly.energy_noise;
+            let better = lower || (hidden && residual <= step.residual_before);
+            if energy.is_finite() && better && !self.passes_flat(theta, direction, length) {
+                step.displacement = trial;
+                (step.energy_after, step.residual_after) = (energy, residual);
+                step.length = length;
+                return;
+            }
+            length *= 0.5;
+        }
+    }
+
+    fn norm_of_free(&self, gradient: &[f64]) -> f64 {
+        self.sparsity.gather(gradient).map(|g| g * g).sum::<f64>().sqrt()
+    }
+}

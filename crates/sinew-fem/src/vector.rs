@@ -1,0 +1,63 @@
+//! Products and norms of vectors.
+
+/// Root of a sum of squares, which overflows or vanishes only where the root does.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Norm {
+    largest: f64,
+    /// Sum of the squares in units of the largest.
+    squares: f64,
+}
+
+impl Norm {
+    pub fn add(&mut self, value: f64) {
+        let size = value.abs();
+        if size > self.largest {
+            let ratio = self.largest / size;
+            (self.largest, self.squares) = (size, 1.0 + self.squares * ratio * ratio);
+        } else if size != 0.0 {
+            let ratio = size / self.largest;
+            self.squares += ratio * ratio;
+        }
+    }
+
+    pub fn value(self) -> f64 {
+        self.largest * self.squares.sqrt()
+    }
+}
+
+impl FromIterator<f64> for Norm {
+    fn from_iter<I: IntoIterator<Item = f64>>(values: I) -> Self {
+        let mut norm = Self::default();
+        values.into_iter().for_each(|value| norm.add(value));
+        norm
+    }
+}
+
+/// Norm of a vector: by plain squares where they can be had.
+pub(crate) fn norm(x: &[f64]) -> f64 {
+    /// Squares between these bounds lose nothing to overflow or underflow.
+    const PLAIN: std::ops::Range<f64> = 1e-140..1e150;
+    let plain = dot(x, x).sqrt();
+    if PLAIN.contains(&plain) { plain } else { x.iter().copied().collect::<Norm>().value() }
+}
+
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_norm_is_had_wherever_it_is_a_number() {
+        for scale in [1e-300, 1e-160, 1.0, 1e160, 1e300] {
+            let long = norm(&[0.0, 3.0 * scale, -4.0 * scale, 12.0 * scale]);
+            assert!((long / scale - 13.0).abs() < 1e-14, "{scale:e} {long:e}");
+        }
+        assert_eq!((norm(&[]), norm(&[0.0, -0.0])), (0.0, 0.0));
+        assert!(!norm(&[1.0, f64::INFINITY]).is_finite());
+        assert!(norm(&[1.0, f64::NAN]).is_nan() && norm(&[f64::NAN, 1.0]).is_nan());
+        assert!(norm(&[0.0, f64::NAN, 1e200]).is_nan());
+    }
+}

@@ -1,0 +1,211 @@
+//! What is drawn, as data: charts of curves and points, maps of colours.
+
+use crate::format::{digits, rounded, seconds};
+use crate::{Table, Value};
+use serde::{Deserialize, Serialize};
+
+/// Drawings that belong together.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Figure {
+    /// Title.
+    pub title: String,
+    /// What is to be seen; may be empty.
+    pub caption: String,
+    /// Its drawings.
+    pub panels: Vec<Panel>,
+}
+
+/// One drawing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Panel {
+    /// Curves and points between two axes.
+    Chart(Chart),
+    /// Colours over a rectangle.
+    Map(Map),
+}
+
+/// Curves and points between two axes.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Chart {
+    /// Title.
+    pub title: String,
+    /// Names of the axes, with units.
+    pub axes: [String; 2],
+    /// Which axes are logarithmic.
+    pub logarithmic: [bool; 2],
+    /// The curves.
+    pub series: Vec<Series>,
+    /// Values to compare with.
+    pub levels: Vec<Level>,
+}
+
+/// A curve. Points that are not finite, or not positive on a logarithmic axis, are gaps; the page counts them.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Series {
+    /// Name, which chooses the colour; empty for a thin line without an entry in the legend.
+    pub name: String,
+    /// How it is drawn.
+    pub style: Style,
+    /// (x, y); `null` in the file where a number is not finite.
+    #[serde(with = "nullable")]
+    pub points: Vec<[f64; 2]>,
+    /// Lower and upper end of a band at each point; may be empty.
+    #[serde(with = "nullable", skip_serializing_if = "Vec::is_empty")]
+    pub band: Vec<[f64; 2]>,
+    /// What is said of each point under the pointer; may be empty.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub hints: Vec<String>,
+}
+
+/// How a curve is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Style {
+    /// A line, with a marker at its end.
+    #[default]
+    Line,
+    /// A line with a marker at every point.
+    Marked,
+    /// Markers only.
+    Points,
+    /// A line over a filled area.
+    Area,
+}
+
+/// A value to compare with, such as a published one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Level {
+    /// The series whose colour it has; any other name makes it grey.
+    pub name: String,
+    /// The value.
+    pub value: f64,
+    /// Whether it lies on the first axis instead of the second.
+    pub upright: bool,
+    /// Whether it is dotted, as published values are, instead of dashed.
+    pub published: bool,
+}
+
+impl Series {
+    /// A curve of a style.
+    pub fn new(
+        name: impl Into<String>,
+        style: Style,
+        points: impl IntoIterator<Item = [f64; 2]>,
+    ) -> Self {
+        let points = points.into_iter().map(|point| point.map(|x| rounded(x, 6))).collect();
+        Self { name: name.into(), style, points, ..Self::default() }
+    }
+}
+
+impl Chart {
+    /// An empty chart.
+    pub fn new(title: impl Into<String>, axes: [&str; 2], logarithmic: [bool; 2]) -> Self {
+        Self { title: title.into(), axes: axes.map(String::from), logarithmic, ..Self::default() }
+    }
+
+    /// With one more curve.
+    pub fn with(mut self, series: Series) -> Self {
+        self.series.push(series);
+        self
+    }
+
+    /// Time against one error of a table, all its rows: every time that is not paid once is a point.
+    pub fn speed_against_error(table: &Table, error: usize) -> Self {
+        let name = format!("median {}", table.errors[error].head());
+        let mut chart = Self::new("Time against error", ["time [s]", &name], [true; 2]);
+        for row in &table.rows {
+            let Some(height) = row.errors[error].value.median() else { continue };
+            let times = row.times.iter().zip(&table.times).filter(|(_, column)| !column.once);
+            let times =
+                times.filter_map(|(cell, column)| Some((cell.value.median()?, &column.name)));
+            let (points, hints): (Vec<_>, Vec<_>) = times
+                .map(|(time, name)| {
+                    let hint = format!(
+                        "{}, {name}: {}, error {}",
+                        row.method,
+                        seconds(time),
+                        digits(height, 2)
+                    );
+                    ([time, height], hint)
+                })
+                .unzip();
+            let series = Series { hints, ..Series::new(&row.method, Style::Marked, points) };
+            chart.series.push(series);
+        }
+        chart
+    }
+
+    /// Densities of one error of a table, with medians and published figures.
+    pub fn densities(table: &Table, error: usize) -> Self {
+        let column = &table.errors[error];
+        let mut chart = Self::new(
+            format!("Density of {}", column.name),
+            [&column.head(), "density per decade"],
+            [true, false],
+        );
+        for row in table.ranked() {
+            let Value::Distribution(found) = &row.errors[error].value else { continue };
+            let highest = found.density.iter().map(|p| p[1]).fold(0.0, f64::max);
+            // Tails that could not be seen would stretch the axis.
+            let seen = found.density.iter().filter(|p| p[1] > 2e-3 * highest).copied();
+            chart.series.push(Series::new(&row.method, Style::Area, seen));
+            let level = |value, published| Level {
+                name: row.method.clone(),
+                value,
+                upright: true,
+                published,
+            };
+            chart.levels.push(level(found.q50, false));
+            let verdict = row.errors[error].verdict.iter();
+            chart.levels.extend(verdict.map(|verdict| level(verdict.limit, true)));
+        }
+        chart
+    }
+}
+
+/// Values on a grid over a rectangle.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Map {
+    /// Title.
+    pub title: String,
+    /// Names of the axes.
+    pub axes: [String; 2],
+    /// Ends of the axes.
+    pub ranges: [[f64; 2]; 2],
+    /// Values at points of the second axis from low to high, each over the first axis; none outside of the domain.
+    pub rows: Vec<Vec<Option<f64>>>,
+    /// Values of the lowest and highest colour.
+    pub scale: [f64; 2],
+    /// Named points: the first with circles, the others with crosses.
+    pub marks: Vec<(String, Vec<[f64; 2]>)>,
+}
+
+impl Map {
+    /// Smallest and largest value.
+    pub fn range(rows: &[Vec<Option<f64>>]) -> [f64; 2] {
+        let values = rows.iter().flatten().flatten().filter(|value| value.is_finite());
+        let ends = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+            [low.min(*value), high.max(*value)]
+        });
+        if ends[0] <= ends[1] { ends } else { [0.0, 1.0] }
+    }
+}
+
+/// Pairs of numbers, of which those that are not finite are `null` in the file and NaN when read back.
+mod nullable {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub fn serialize<S: Serializer>(pairs: &[[f64; 2]], serializer: S) -> Result<S::Ok, S::Error> {
+        pairs.serialize(serializer)
+    }
+
+    pub fn deserialize<'a, D: Deserializer<'a>>(
+        deserializer: D,
+    ) -> Result<Vec<[f64; 2]>, D::Error> {
+        let pairs = Vec::<[Option<f64>; 2]>::deserialize(deserializer)?;
+        Ok(pairs.into_iter().map(|pair| pair.map(|x| x.unwrap_or(f64::NAN))).collect())
+    }
+}

@@ -1,0 +1,92 @@
+//! Colours over a rectangle.
+
+use crate::Map;
+use crate::format::trimmed;
+use kuva::prelude::ColorMap;
+use maud::{Markup, html};
+use std::fmt::Write;
+
+/// Sides of the coloured rectangle and its left and upper end \[px\].
+const SIDE: [f64; 2] = [226.0, 190.0];
+const CORNER: [f64; 2] = [50.0, 8.0];
+/// Colours: few enough that neighbours of one colour join into long rectangles.
+const LEVELS: usize = 32;
+
+/// The colour at a position from 0 to 1.
+pub(super) fn colour(position: f64) -> String {
+    ColorMap::Viridis.map(position.clamp(0.0, 1.0))
+}
+
+/// Steps of colour from the lowest to the highest; a gradient's identifier would repeat on the page.
+pub(super) fn bar([x, y]: [f64; 2], width: f64) -> Markup {
+    let step = width / LEVELS as f64;
+    html! { @for level in 0..LEVELS {
+        rect x=(x + step * level as f64) y=(y) width=(width - step * level as f64) height="10"
+            fill=(colour(level as f64 / (LEVELS - 1) as f64)) {}
+    } }
+}
+
+pub(super) fn map(map: &Map) -> Markup {
+    let [[left, right], [bottom, top]] = map.ranges;
+    let place = |[x, y]: [f64; 2]| {
+        let across = (x - left) / (right - left);
+        let up = (y - bottom) / (top - bottom);
+        (CORNER[0] + SIDE[0] * across, CORNER[1] + SIDE[1] * (1.0 - up))
+    };
+    let [end, foot] = [0, 1].map(|axis| CORNER[axis] + SIDE[axis]);
+    let ends = |axis: usize| map.ranges[axis].map(|end| trimmed(end, 3));
+    let middle = CORNER[1] + 0.5 * SIDE[1];
+    html! { figure {
+        figcaption { (map.title) }
+        svg viewBox="0 0 290 272" role="img" aria-label=(map.title) fill="var(--text)" font-size="11" {
+            @for (level, path) in rectangles(map).iter().enumerate().filter(|(_, path)| !path.is_empty()) {
+                path fill=(colour(level as f64 / (LEVELS - 1) as f64)) shape-rendering="crispEdges" d=(path) {}
+            }
+            rect x=(CORNER[0]) y=(CORNER[1]) width=(SIDE[0]) height=(SIDE[1]) fill="none" stroke="var(--dim)" {}
+            @for (kind, (name, points)) in map.marks.iter().enumerate() { @for point in points {
+                @let (x, y) = place(*point);
+                @if kind == 0 { circle.mark cx=(x) cy=(y) r="2.5" { title { (name) } } }
+                @else {
+                    path.halo d={ "M" (x - 3.0) " " (y - 3.0) "l6 6m0 -6l-6 6" } {}
+                    path.mark d={ "M" (x - 2.5) " " (y - 2.5) "l5 5m0 -5l-5 5" } { title { (name) } }
+                }
+            } }
+            text x=(CORNER[0]) y=(foot + 14.0) { (ends(0)[0]) }
+            text x=(end) y=(foot + 14.0) text-anchor="end" { (ends(0)[1]) }
+            text x=(CORNER[0] + 0.5 * SIDE[0]) y=(foot + 14.0) text-anchor="middle" { (map.axes[0]) }
+            text x=(CORNER[0] - 5.0) y=(foot) text-anchor="end" { (ends(1)[0]) }
+            text x=(CORNER[0] - 5.0) y=(CORNER[1] + 9.0) text-anchor="end" { (ends(1)[1]) }
+            text x=(CORNER[0] - 10.0) y=(middle) text-anchor="middle"
+                transform={ "rotate(-90 " (CORNER[0] - 10.0) " " (middle) ")" } { (map.axes[1]) }
+            (bar([CORNER[0], foot + 30.0], SIDE[0]))
+            text x=(CORNER[0]) y=(foot + 54.0) { (trimmed(map.scale[0], 3)) }
+            text x=(end) y=(foot + 54.0) text-anchor="end" { (trimmed(map.scale[1], 3)) }
+        }
+    } }
+}
+
+/// For every level of colour, the rectangles that have it, equal neighbours joined.
+fn rectangles(map: &Map) -> Vec<String> {
+    let mut paths = vec![String::new(); LEVELS];
+    let [low, high] = map.scale;
+    let level = |value: &Option<f64>| {
+        let share = ((*value)? - low) / (high - low).max(f64::MIN_POSITIVE);
+        // `as` cuts off at both ends.
+        share.is_finite().then_some(((share * LEVELS as f64) as usize).min(LEVELS - 1))
+    };
+    let height = SIDE[1] / map.rows.len().max(1) as f64;
+    for (number, row) in map.rows.iter().enumerate() {
+        let levels: Vec<_> = row.iter().map(level).collect();
+        let width = SIDE[0] / row.len().max(1) as f64;
+        let y = CORNER[1] + SIDE[1] - height * (number + 1) as f64;
+        let mut from = 0;
+        for stretch in levels.chunk_by(|a, b| a == b) {
+            let (x, long) = (CORNER[0] + width * from as f64, width * stretch.len() as f64);
+            if let Some(level) = stretch[0] {
+                let _ = write!(paths[level], "M{x:.1} {y:.1}h{long:.1}v{height:.1}h-{long:.1}z");
+            }
+            from += stretch.len();
+        }
+    }
+    paths
+}

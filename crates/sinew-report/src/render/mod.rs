@@ -1,0 +1,190 @@
+//! The page: one file, made from the data alone.
+
+mod chart;
+mod map;
+mod surface;
+mod table;
+
+use crate::format::seconds;
+use crate::{Block, Figure, Panel, Report, Section};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use std::cell::Cell;
+
+const STYLE: &str = include_str!("style.css");
+/// Colours of the style sheet.
+const COLOURS: usize = 8;
+
+/// Which name has which colour, and how many charts are drawn.
+struct Palette<'a> {
+    names: Vec<&'a str>,
+    charts: Cell<usize>,
+}
+
+impl<'a> Palette<'a> {
+    /// Names in the order in which a reader meets them, those of tables first.
+    fn of(report: &'a Report) -> Self {
+        let methods = report.tables().flat_map(|table| &table.rows).map(|row| &row.method);
+        let mut names: Vec<&str> = Vec::new();
+        let drawn =
+            report.sections.iter().flat_map(|section| &section.blocks).flat_map(names_drawn);
+        for name in methods.map(String::as_str).chain(drawn) {
+            if !name.is_empty() && !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        Self { names, charts: Cell::new(0) }
+    }
+
+    fn number(&self, name: &str) -> Option<usize> {
+        self.names.iter().position(|known| *known == name)
+    }
+
+    fn colour(&self, name: &str) -> String {
+        self.number(name).map_or("var(--dim)".into(), |n| format!("var(--c{})", n % COLOURS))
+    }
+}
+
+fn names_drawn(block: &Block) -> Vec<&str> {
+    let Block::Figure(figure) = block else { return Vec::new() };
+    let charts = figure.panels.iter().filter_map(|panel| match panel {
+        Panel::Chart(chart) => Some(chart),
+        Panel::Map(_) => None,
+    });
+    charts.flat_map(|chart| &chart.series).map(|series| series.name.as_str()).collect()
+}
+
+/// The whole page.
+pub(crate) fn page(report: &Report) -> Markup {
+    let palette = Palette::of(report);
+    html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (report.title) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body {
+                main {
+                    header { h1 { (report.title) } p { (report.about) } (provenance(report)) }
+                    (summary(report))
+                    @for section in &report.sections { (self::section(section, &palette)) }
+                    (making(report))
+                }
+            }
+        }
+    }
+}
+
+fn facts<'a>(facts: impl IntoIterator<Item = (&'a str, &'a str)>) -> Markup {
+    html! { dl.facts { @for (name, value) in facts { div { dt { (name) } dd { (value) } } } } }
+}
+
+fn provenance(report: &Report) -> Markup {
+    let from = &report.provenance;
+    let seed = from.seed.map_or("none".into(), |seed| seed.to_string());
+    facts([
+        ("machine", from.machine.as_str()),
+        ("threads", &from.threads.to_string()),
+        ("wall time", &seconds(from.wall_s)),
+        ("seed", &seed),
+        ("revision", &from.revision),
+        ("finished", &from.finished),
+    ])
+}
+
+/// The result, what falls short of what it is held against, and what has to be known.
+fn summary(report: &Report) -> Markup {
+    let judged = report.tables().flat_map(crate::Table::verdicts);
+    let short: Vec<_> = judged.filter(|found| !found.3.met).collect();
+    html! {
+        section.summary {
+            h2 { "In short" }
+            @if !report.headline.is_empty() { p.headline { (report.headline) } }
+            @if !short.is_empty() {
+                details open[short.len() < 9] {
+                    summary.missed { "✗ " (short.len()) " of " (report.verdicts()[0]) " not met" }
+                    ul { @for (row, column, cell, verdict) in short {
+                        li { (column.name) " of " (row.name()) ": " (table::value(&cell.value, 2)) ", " (verdict.text) }
+                    } }
+                }
+            }
+            ul { @for note in &report.notes { li { (note) } } }
+            @if report.sections.len() > 1 {
+                nav aria-label="Sections" { @for section in &report.sections {
+                    a href={ "#" (section.name) } { (section.title) } " "
+                } }
+            }
+        }
+    }
+}
+
+fn section(section: &Section, palette: &Palette) -> Markup {
+    html! {
+        section aria-labelledby=(section.name) {
+            h2 id=(section.name) { (section.title) }
+            @for block in &section.blocks { (self::block(block, palette)) }
+        }
+    }
+}
+
+fn block(block: &Block, palette: &Palette) -> Markup {
+    match block {
+        Block::Text(text) => html! { p { (text) } },
+        Block::List(sentences) => html! { ul { @for sentence in sentences { li { (sentence) } } } },
+        Block::Facts(list) => {
+            facts(list.iter().map(|(name, value)| (name.as_str(), value.as_str())))
+        }
+        Block::Table(table) => table::table(table, palette),
+        Block::Listing { title, head, rows } => html! {
+            details { summary { (title) } div.scroll tabindex="0" { table {
+                thead { tr { @for name in head { th scope="col" { (name) } } } }
+                tbody { @for row in rows { tr { @for cell in row { td { (table::value(&cell.value, 5)) } } } } }
+            } } }
+        },
+        Block::Figure(figure) => self::figure(figure, palette),
+        Block::Surfaces(surfaces) => surface::surfaces(surfaces, palette),
+    }
+}
+
+fn figure(figure: &Figure, palette: &Palette) -> Markup {
+    let maps = figure.panels.iter().all(|panel| matches!(panel, Panel::Map(_)));
+    let wide = figure.panels.len() == 1;
+    html! {
+        h3 { (figure.title) }
+        @if !figure.caption.is_empty() { p.note { (figure.caption) } }
+        div.panels.maps[maps].wide[wide && !maps] { @for panel in &figure.panels {
+            @match panel {
+                Panel::Chart(chart) => { (chart::chart(chart, palette, wide)) }
+                Panel::Map(map) => { (map::map(map)) }
+            }
+        } }
+    }
+}
+
+/// Command, definitions, configuration and versions.
+fn making(report: &Report) -> Markup {
+    let from = &report.provenance;
+    let columns = report.tables().flat_map(|t| t.errors.iter().chain(&t.times).chain(&t.others));
+    let own = report.definitions.iter().map(|(term, text)| (term.as_str(), text.as_str()));
+    let mut terms: Vec<(&str, &str)> =
+        columns.map(|c| (c.name.as_str(), c.about.as_str())).chain(own).collect();
+    let mut seen = std::collections::HashSet::new();
+    terms.retain(|(term, text)| !text.is_empty() && seen.insert(*term));
+    html! {
+        section {
+            h2 { "How these numbers were made" }
+            pre { code { (from.command) } }
+            dl.definitions { @for (term, text) in terms { dt { (term) } dd { (text) } } }
+            @if !from.config.is_empty() {
+                details { summary { "Configuration" } pre { code { (from.config) } } }
+            }
+            @if !from.versions.is_empty() {
+                details { summary { "Versions" } (facts(from.versions.iter().map(|(n, v)| (n.as_str(), v.as_str())))) }
+            }
+            p.note { "The same numbers are in " code { "report.json" } ", schema " (report.schema) "." }
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! The report as a whole, and its files.
+
+use crate::{Cell, Figure, Panel, Provenance, ReportError, Surfaces, Table, render};
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Version of `report.json`, raised with any change of its fields (`docs/report-schema.md`).
+pub const SCHEMA: u32 = 2;
+
+/// A result: what it was made with, and sections of text, tables and drawings.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// Version of the file, [`SCHEMA`].
+    pub schema: u32,
+    /// Title.
+    pub title: String,
+    /// What it is about, in a line.
+    pub about: String,
+    /// The result in a sentence; may be empty.
+    pub headline: String,
+    /// What it was made with.
+    pub provenance: Provenance,
+    /// What has to be known beside the numbers.
+    pub notes: Vec<String>,
+    /// The sections.
+    pub sections: Vec<Section>,
+    /// Terms with their definitions, beside those of the columns.
+    pub definitions: Vec<(String, String)>,
+}
+
+/// A part of the report.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Section {
+    /// Short name, unique on the page.
+    pub name: String,
+    /// Title.
+    pub title: String,
+    /// What stands in it, from top to bottom.
+    pub blocks: Vec<Block>,
+}
+
+/// A part of a section.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Block {
+    /// A paragraph.
+    Text(String),
+    /// Sentences.
+    List(Vec<String>),
+    /// Names with values.
+    Facts(Vec<(String, String)>),
+    /// Errors beside times.
+    Table(Table),
+    /// Anything else in rows, folded.
+    Listing {
+        /// Title.
+        title: String,
+        /// Heads of the columns.
+        head: Vec<String>,
+        /// Cells, row by row.
+        rows: Vec<Vec<Cell>>,
+    },
+    /// Drawings.
+    Figure(Figure),
+    /// Surfaces coloured by a value.
+    Surfaces(Surfaces),
+}
+
+impl Block {
+    /// A figure of charts.
+    pub fn charts(
+        title: impl Into<String>,
+        caption: impl Into<String>,
+        charts: impl IntoIterator<Item = crate::Chart>,
+    ) -> Self {
+        let panels = charts.into_iter().map(Panel::Chart).collect();
+        Self::Figure(Figure { title: title.into(), caption: caption.into(), panels })
+    }
+}
+
+impl Section {
+    /// All tables.
+    pub fn tables(&self) -> impl Iterator<Item = &Table> {
+        self.blocks
+            .iter()
+            .filter_map(|block| if let Block::Table(t) = block { Some(t) } else { None })
+    }
+}
+
+impl Report {
+    /// Without sections.
+    pub fn new(title: impl Into<String>, about: impl Into<String>, provenance: Provenance) -> Self {
+        let (title, about) = (title.into(), about.into());
+        Self { schema: SCHEMA, title, about, provenance, ..Self::default() }
+    }
+
+    /// The section of a name.
+    pub fn section(&self, name: &str) -> Option<&Section> {
+        self.sections.iter().find(|section| section.name == name)
+    }
+
+    /// All tables of all sections.
+    pub fn tables(&self) -> impl Iterator<Item = &Table> {
+        self.sections.iter().flat_map(Section::tables)
+    }
+
+    /// How many errors are judged, and how many of them meet what they are held against.
+    pub fn verdicts(&self) -> [usize; 2] {
+        let all = || self.tables().flat_map(Table::verdicts);
+        [all().count(), all().filter(|found| found.3.met).count()]
+    }
+
+    /// The page: one file without scripts, fonts or links to anything outside. A function of the report alone.
+    pub fn to_html(&self) -> String {
+        render::page(self).into_string()
+    }
+
+    /// The text of `report.json`.
+    ///
+    /// # Errors
+    /// [`ReportError::Json`] if it cannot be written.
+    pub fn to_json(&self) -> Result<String, ReportError> {
+        Ok(serde_json::to_string(self)? + "\n")
+    }
+
+    /// A report from the text of `report.json`.
+    ///
+    /// # Errors
+    /// [`ReportError::Schema`] for another version, [`ReportError::Json`] for anything that is no report, and whatever
+    /// keeps a row or a surface from being made.
+    pub fn from_json(text: &str) -> Result<Self, ReportError> {
+        // The schema first, so that another version is named as such and not as a missing field.
+        #[derive(Deserialize)]
+        struct Version {
+            schema: u64,
+        }
+        let found = serde_json::from_str::<Version>(text)?.schema;
+        if found != u64::from(SCHEMA) {
+            return Err(ReportError::Schema(found, SCHEMA));
+        }
+        let report: Self = serde_json::from_str(text)?;
+        for block in report.sections.iter().flat_map(|section| &section.blocks) {
+            match block {
+                Block::Table(table) => table.rows.iter().try_for_each(|row| table.check(row))?,
+                Block::Surfaces(surfaces) => surfaces.check()?,
+                _ => (),
+            }
+        }
+        Ok(report)
+    }
+
+    /// Reads `report.json`.
+    ///
+    /// # Errors
+    /// [`ReportError::Io`] if the file cannot be read, otherwise as [`Report::from_json`].
+    pub fn read(path: &Path) -> Result<Self, ReportError> {
+        Self::from_json(&fs::read_to_string(path).map_err(ReportError::io(path))?)
+    }
+
+    /// Writes `report.json` and `report.html` into a folder, which is made if need be; the path of the page.
+    ///
+    /// # Errors
+    /// [`ReportError::Io`] with the path.
+    pub fn write(&self, folder: &Path) -> Result<PathBuf, ReportError> {
+        fs::create_dir_all(folder).map_err(ReportError::io(folder))?;
+        let put = |name: &str, text: String| {
+            let path = folder.join(name);
+            fs::write(&path, text).map_err(ReportError::io(&path))?;
+            Ok(path)
+        };
+        put("report.json", self.to_json()?)?;
+        put("report.html", self.to_html())
+    }
+}

@@ -1,0 +1,109 @@
+//! Surfaces of a body, coloured by a value at their nodes.
+
+use crate::ReportError;
+use serde::{Deserialize, Serialize};
+
+/// One drawing of the surface.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SurfaceCase {
+    /// Which case this is.
+    pub title: String,
+    /// The method it belongs to.
+    pub method: String,
+    /// Deformed position per node, in the unit of length.
+    pub deformed: Vec<[f32; 3]>,
+    /// Value per node; `null` in the file and not coloured where it is not finite.
+    pub values: Vec<Option<f32>>,
+}
+
+/// A surface and the cases drawn on it, with one view and one logarithmic scale of colours for all.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Surfaces {
+    /// What the values are.
+    pub quantity: String,
+    /// Unit of the values.
+    pub unit: String,
+    /// Unit of positions.
+    pub length: String,
+    /// Triangles over the nodes.
+    pub triangles: Vec<[usize; 3]>,
+    /// Undeformed position per node.
+    pub reference: Vec<[f32; 3]>,
+    /// The drawings.
+    pub cases: Vec<SurfaceCase>,
+    /// Row of each node in the mesh that cases are given on.
+    #[serde(skip)]
+    nodes: Vec<usize>,
+}
+
+impl Surfaces {
+    /// The surface of a mesh: `triangles` name rows of `points`, the undeformed positions of all its nodes.
+    ///
+    /// # Errors
+    /// [`ReportError::Triangle`] if a triangle names a node that does not exist.
+    pub fn new(triangles: &[[usize; 3]], points: &[[f64; 3]]) -> Result<Self, ReportError> {
+        check_triangles(triangles, points.len())?;
+        let mut nodes: Vec<usize> = triangles.iter().flatten().copied().collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let rank = |node| nodes.partition_point(|&other| other < node);
+        Ok(Self {
+            triangles: triangles.iter().map(|t| t.map(rank)).collect(),
+            reference: nodes.iter().map(|&node| points[node].map(|x| x as f32)).collect(),
+            nodes,
+            ..Self::default()
+        })
+    }
+
+    /// Adds a case: deformed positions and values of all mesh nodes, of which those of the surface are kept.
+    ///
+    /// # Errors
+    /// [`ReportError::Length`] if a list does not cover the surface, [`ReportError::Number`] for a position that is not
+    /// finite.
+    pub fn push(
+        &mut self,
+        method: impl Into<String>,
+        title: impl Into<String>,
+        deformed: &[[f64; 3]],
+        values: &[f64],
+    ) -> Result<(), ReportError> {
+        let expected = self.nodes.last().map_or(0, |last| last + 1);
+        for (what, found) in [("deformed", deformed.len()), ("values", values.len())] {
+            if found < expected {
+                return Err(ReportError::Length(what.into(), found, expected));
+            }
+        }
+        let coordinates = self.nodes.iter().flat_map(|&node| deformed[node]);
+        if let Some(value) = coordinates.into_iter().find(|x| !x.is_finite()) {
+            return Err(ReportError::Number("a deformed position".into(), value));
+        }
+        let value = |&node: &usize| Some(values[node] as f32).filter(|value| value.is_finite());
+        self.cases.push(SurfaceCase {
+            title: title.into(),
+            method: method.into(),
+            deformed: self.nodes.iter().map(|&node| deformed[node].map(|x| x as f32)).collect(),
+            values: self.nodes.iter().map(value).collect(),
+        });
+        Ok(())
+    }
+
+    /// Refuses what a damaged file may hold.
+    pub(crate) fn check(&self) -> Result<(), ReportError> {
+        check_triangles(&self.triangles, self.reference.len())?;
+        let expected = self.reference.len();
+        let lists = self.cases.iter().flat_map(|case| [case.deformed.len(), case.values.len()]);
+        match lists.into_iter().find(|&found| found != expected) {
+            Some(found) => Err(ReportError::Length("a surface case".into(), found, expected)),
+            None => Ok(()),
+        }
+    }
+}
+
+fn check_triangles(triangles: &[[usize; 3]], nodes: usize) -> Result<(), ReportError> {
+    for (triangle, corners) in triangles.iter().enumerate() {
+        if let Some(&node) = corners.iter().find(|&&node| node >= nodes) {
+            return Err(ReportError::Triangle(triangle, node, nodes));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,161 @@
+//! What the options of the beams mean: recipes, budgets, numbers of simulations.
+
+use crate::options::{BeamOptions, Method};
+use serde::{Deserialize, Serialize};
+use sinew_emulate::recipe::{DataDriven, Hybrid, PhysicsInformed, Regression};
+use sinew_emulate::{Budget, Coordinates, Recipe, TrainingOptions};
+use sinew_gnn::{OptimiserConfig, Schedule, TrainingConfig};
+use std::path::Path;
+
+/// Numbers of simulations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Samples {
+    /// Latin hypercube for training.
+    pub training: usize,
+    /// Uniform points that the training curves are drawn over.
+    pub validation: usize,
+    /// Uniform points that every error in the tables is over.
+    pub test: usize,
+    /// For the regression.
+    pub regression: usize,
+}
+
+impl Samples {
+    /// The thesis' 200 and 100; few for a quick check.
+    pub fn of(options: &BeamOptions) -> Self {
+        if options.quick {
+            Self { training: 32, validation: 4, test: 8, regression: 12 }
+        } else {
+            Self { training: 200, validation: 20, test: 100, regression: 25 }
+        }
+    }
+}
+
+/// The recipe of an emulator.
+pub fn recipe(options: &BeamOptions, method: Method) -> Recipe {
+    let simulations = Samples::of(options).training;
+    let thesis = options.full.then(|| (Coordinates::Components, thesis()));
+    match method {
+        Method::Dd | Method::Fdd => {
+            let base = DataDriven::default();
+            let (coordinates, training) = thesis.unwrap_or((base.coordinates, base.training));
+            // Both terms of (B.1) are then of one size at the start.
+            let gradient_weight = if method == Method::Fdd { 1.0 } else { 0.0 };
+            DataDriven { simulations, gradient_weight, coordinates, training, ..base }.into()
+        }
+        Method::Pi => {
+            let base = PhysicsInformed::default();
+            let (coordinates, training) = thesis.unwrap_or((base.coordinates, base.training));
+            let parameter_sets = simulations;
+            PhysicsInformed { parameter_sets, coordinates, training, ..base }.into()
+        }
+        Method::Hybrid => {
+            let base = Hybrid::default();
+            let (coordinates, training) = thesis.unwrap_or((base.coordinates, base.training));
+            Hybrid { simulations, coordinates, training, ..base }.into()
+        }
+    }
+}
+
+/// The regression beside them.
+pub fn regression(options: &BeamOptions) -> Recipe {
+    let simulations = Samples::of(options).regression;
+    Regression { simulations, most: simulations, ..Regression::default() }.into()
+}
+
+/// How one recipe is trained in a run.
+pub fn training(options: &BeamOptions, recipe: &Recipe, folder: &Path) -> TrainingOptions {
+    TrainingOptions {
+        budget: budget(options, recipe),
+        seed: options.seed,
+        held_out: Samples::of(options).validation,
+        evaluations: if options.full {
+            500
+        } else if options.quick {
+            2
+        } else {
+            20
+        },
+        backend: options.backend.into(),
+        folder: Some(folder.to_path_buf()),
+        resume: options.resume,
+        ..TrainingOptions::default()
+    }
+}
+
+/// The thesis' schedule (§3.3.1): 5000 epochs of 200 samples, one by one, Adam at 1e-4.
+fn thesis() -> TrainingConfig {
+    TrainingConfig {
+        optimiser: OptimiserConfig::adam(),
+        learning_rate: 1e-4,
+        schedule: Schedule::Constant,
+        budget: sinew_gnn::Budget::Steps(5000 * 200),
+        batch: 1,
+        gradient_norm_limit: None,
+        embedding_share: 1.0,
+        seed: 0,
+        evaluations: 500,
+        patience: None,
+    }
+}
+
+/// What simulations, evaluation of the tests, regression and report of one scene take \[s\].
+const FIXED_SECONDS: f64 = 10.0;
+/// Share of a budget that emulators get at least.
+const LEAST_SHARE: f64 = 0.2;
+/// Steps of a quick check.
+const QUICK_STEPS: usize = 40;
+
+/// This recipe's share of the run's budget, in proportion to the cost of the default run.
+fn budget(options: &BeamOptions, recipe: &Recipe) -> Budget {
+    let Some(budget) = options.budget.map(|budget| budget.as_secs_f64()) else {
+        let quick = options.quick && recipe.cost() > 0.0;
+        return if quick { Budget::Steps(QUICK_STEPS) } else { Budget::Effort(options.effort) };
+    };
+    let scenes = options.scene.names().len() as f64;
+    let total: f64 =
+        options.method.iter().map(|&method| self::recipe(options, method).cost()).sum();
+    let left = (budget - FIXED_SECONDS * scenes).max(LEAST_SHARE * budget);
+    match recipe.cost() {
+        0.0 => Budget::default(),
+        cost => Budget::Seconds(left / scenes * cost / total),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::options::{Options, Study};
+    use clap::Parser;
+
+    fn options(arguments: &[&str]) -> BeamOptions {
+        let start = ["sinew-study", "reproduce-beam"];
+        let parsed = Options::try_parse_from(start.iter().chain(arguments)).unwrap();
+        match parsed.study {
+            Study::ReproduceBeam(options) => options,
+            other => panic!("{other:?} is another study"),
+        }
+    }
+
+    #[test]
+    fn a_budget_is_split_without_rest() {
+        let options = options(&["--budget", "10m"]);
+        let seconds = |method| match budget(&options, &recipe(&options, method)) {
+            Budget::Seconds(seconds) => seconds,
+            other => panic!("{other:?}"),
+        };
+        let total: f64 = options.method.iter().map(|&method| 2.0 * seconds(method)).sum();
+        assert!((total - (600.0 - 2.0 * FIXED_SECONDS)).abs() < 1e-9, "{total}");
+        assert!(seconds(Method::Pi) > seconds(Method::Dd));
+    }
+
+    #[test]
+    fn the_full_schedule_is_the_thesis() {
+        let options = options(&["--full"]);
+        let Recipe::PhysicsInformed(pi) = recipe(&options, Method::Pi) else { panic!("pi") };
+        assert_eq!(pi.coordinates, Coordinates::Components);
+        assert_eq!(pi.training.budget, sinew_gnn::Budget::Steps(1_000_000));
+        assert_eq!((pi.training.learning_rate, pi.training.embedding_share), (1e-4, 1.0));
+        assert_eq!(budget(&options, &pi.into()), Budget::Effort(1.0));
+    }
+}

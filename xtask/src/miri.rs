@@ -1,0 +1,45 @@
+//! Modules with unsafe code, interpreted by Miri, which finds reads and writes outside of what they may touch.
+
+use anyhow::{Context, Result, bail};
+use std::process::Command;
+
+/// Unit tests of the modules that hold unsafe code or call vector instructions.
+const TESTS: &[(&str, &[&str])] =
+    &[("sinew-burn", &["product::", "pool::", "simd::"]), ("sinew-gp", &["gram::"])];
+/// What the interpreted processor has; Miri knows no AVX-512.
+const PROCESSORS: &[(&str, &str)] =
+    &[("without vector instructions", ""), ("AVX2", "-C target-feature=+avx2,+fma")];
+
+/// Runs the tests on each processor.
+pub fn run() -> Result<()> {
+    if !miri(&["--version"], "")? {
+        bail!(
+            "Miri is not installed; `rustup toolchain install nightly --component miri,rust-src` installs it"
+        );
+    }
+    for (processor, flags) in PROCESSORS {
+        for (package, tests) in TESTS {
+            eprintln!("-- {package}, {processor}");
+            let test = ["test", "--package", package, "--lib", "--"];
+            if !miri(&[&test, *tests].concat(), flags)? {
+                bail!("{package} failed under Miri, {processor}");
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Whether `cargo miri` of the nightly toolchain succeeds.
+fn miri(arguments: &[&str], flags: &str) -> Result<bool> {
+    let status = Command::new("rustup")
+        .args(["run", "nightly", "cargo", "miri"])
+        .args(arguments)
+        .env("RUSTFLAGS", flags)
+        // The toolchain that runs this task must not reach the other one.
+        .env_remove("RUSTC")
+        .env_remove("RUSTUP_TOOLCHAIN")
+        .env_remove("CARGO")
+        .status()
+        .context("rustup could not be started")?;
+    Ok(status.success())
+}
