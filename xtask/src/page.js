@@ -32,6 +32,7 @@ const behind = (element) => {
 const seen = new Set();
 for (const element of document.querySelectorAll("main *")) {
   if (![...element.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim())) continue;
+  if (element.tagName === "title") continue;
   const style = getComputedStyle(element);
   const colours = [element.closest("svg") ? style.fill : style.color, behind(element)];
   const [dark, bright] = colours.map(light).sort((a, b) => a - b);

@@ -54,14 +54,14 @@ fn a_quick_run_reports_every_method_and_resumes_to_the_same_numbers() {
     assert_eq!(cases.lines().count(), 4 * 8 + 2 * 10 + 1);
 
     // As after a kill while pi was in its second training: dd is kept, pi goes on from its checkpoint.
-    std::fs::remove_file(out.join("once/pi/result.json")).unwrap();
+    std::fs::remove_dir_all(out.join("once/pi/emulator")).unwrap();
     std::fs::remove_file(out.join("report.json")).unwrap();
     reproduce_beam(&options(out, &["--resume"])).unwrap();
     let resumed = read(out);
     assert_eq!(medians(&resumed), medians(&report));
 
     // Without its last checkpoint the second training starts again, and ends at the same numbers.
-    std::fs::remove_file(out.join("once/pi/result.json")).unwrap();
+    std::fs::remove_dir_all(out.join("once/pi/emulator")).unwrap();
     std::fs::remove_dir_all(out.join("once/pi/train")).unwrap();
     reproduce_beam(&options(out, &["--resume"])).unwrap();
     let repeated = read(out);

@@ -23,6 +23,8 @@ const MARKERS: [MarkerShape; super::COLOURS] = [
 ];
 /// kuva takes what is below 1e-10 on a logarithmic axis for 1e-10; smaller data are scaled up to this.
 const LEAST: f64 = 1e-6;
+/// What has a place on a logarithmic axis: scaled values stay finite.
+const LOGARITHMIC: std::ops::Range<f64> = 1e-100..1e100;
 
 /// One axis: what can be drawn on it, and by how much it is scaled.
 #[derive(Clone, Copy)]
@@ -39,19 +41,31 @@ impl Axis {
             Some(ends.map_or([x, x], |[low, high]| [low.min(x), high.max(x)]))
         });
         let [low, high] = ends?;
-        let exponent = if logarithmic && low < LEAST { -low.log10().floor() } else { 0.0 };
-        let room = (0.04 * (high - low)).max(1e-3 * high.abs()).max(f64::MIN_POSITIVE);
+        let largest = low.abs().max(high.abs());
+        let exponent = match logarithmic {
+            true if low < LEAST => -low.log10().floor(),
+            // Ticks of the library are made for numbers of usual size.
+            false if largest > 0.0 && !(LEAST..1.0 / LEAST).contains(&largest) => {
+                -largest.log10().floor()
+            }
+            _ => 0.0,
+        };
+        let room = (0.04 * (high - low)).max(1e-3 * largest);
+        let room = if room > 0.0 { room } else { 1.0 };
         let ends = match logarithmic {
-            // At least half a decade to each side of a single value.
             true if high < 10.0 * low => [low / 2.0, high * 2.0],
-            true => [low / 1.1, high * 1.1],
+            // Markers at the ends stay whole.
+            true => {
+                let room = (high / low).powf(0.04);
+                [low / room, high * room]
+            }
             false => [low - room, high + room],
         };
         Some(Self { logarithmic, scale: 10f64.powf(exponent), ends })
     }
 
     fn shows(&self, value: f64) -> bool {
-        value.is_finite() && (!self.logarithmic || value > 0.0)
+        value.is_finite() && (!self.logarithmic || LOGARITHMIC.contains(&value))
     }
 
     fn scaled_ends(&self) -> [f64; 2] {

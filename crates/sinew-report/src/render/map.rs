@@ -28,9 +28,11 @@ pub(super) fn bar([x, y]: [f64; 2], width: f64) -> Markup {
 
 pub(super) fn map(map: &Map) -> Markup {
     let [[left, right], [bottom, top]] = map.ranges;
+    // A range without extent still has a place.
+    let extent = |[low, high]: [f64; 2]| if high > low { high - low } else { 1.0 };
     let place = |[x, y]: [f64; 2]| {
-        let across = (x - left) / (right - left);
-        let up = (y - bottom) / (top - bottom);
+        let across = (x - left) / extent([left, right]);
+        let up = (y - bottom) / extent([bottom, top]);
         (CORNER[0] + SIDE[0] * across, CORNER[1] + SIDE[1] * (1.0 - up))
     };
     let [end, foot] = [0, 1].map(|axis| CORNER[axis] + SIDE[axis]);

@@ -60,6 +60,7 @@ fn row(table: &Table, row: &Row, palette: &Palette) -> Markup {
         let least = ranked().filter_map(|other| pick(other)[column].value.median());
         ranked().count() > 1
             && ranked().any(|r| std::ptr::eq(r, row))
+            && own.is_some()
             && own == least.reduce(f64::min)
     };
     html! {

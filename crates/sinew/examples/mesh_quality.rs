@@ -1,7 +1,7 @@
 //! Reads a mesh (VTK, VTU or gmsh) and prints the quality of its tetrahedra:
 //!
 //! ```text
-//! cargo run --example mesh_quality -- organ.vtk
+//! cargo run -p sinew --example mesh_quality -- organ.vtk
 //! ```
 //!
 //! Without a path it reads a small box that gmsh has meshed.
@@ -14,7 +14,7 @@ use sinew_mesh::{
 };
 
 fn main() -> Result<(), MeshError> {
-    let bundled = concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures/mesh/gmsh_41_binary.msh");
+    let bundled = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/mesh/gmsh_41_binary.msh");
     let path = std::env::args_os().nth(1).map_or_else(|| PathBuf::from(bundled), PathBuf::from);
 
     let (mesh, report) = read_tet_mesh(&path)?;

@@ -1,0 +1,248 @@
+//! Case files: a body, its parameters and its training in one TOML file.
+//!
+//! Every key is described in `docs/case-file.md`. Lengths are in mm and stresses in kPa throughout; meshes, ranges and
+//! pressures may be given in other units, which are converted when the file is read.
+
+mod error;
+mod fibres;
+pub mod laws;
+mod loads;
+mod mesh;
+mod parameters;
+mod source;
+mod supports;
+mod training;
+mod units;
+
+pub use error::CaseError;
+pub use fibres::{FibreRule, Fibres};
+pub use laws::Law;
+pub use loads::{FoundationLoad, Load, Pressure};
+pub use mesh::{BoxMesh, Element, EllipsoidMesh, MeshSource};
+pub use parameters::Range;
+pub use supports::Support;
+pub use training::{RecipeName, Training};
+pub use units::stress_in_kpa;
+
+use serde::Deserialize;
+use sinew_energy::{Body, Magnitude, SceneError};
+use source::Source;
+pub(crate) use source::advise;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// What a case file says.
+///
+/// ```
+/// use sinew::case::Case;
+///
+/// let case = Case::parse(
+///     r#"
+///     law = "neo-hookean"
+///     loads = [{ body_force = [0.0, 0.0, -9.8e-3] }]
+///     supports = [{ clamped = "x_min" }]
+///
+///     [mesh]
+///     box = { extent = [100.0, 10.0, 10.0], cells = [12, 4, 5] }
+///
+///     [parameters]
+///     mu = [50.0, 100.0]
+///     lambda = [50.0, 100.0]
+///     "#,
+///     "beam.toml",
+/// )?;
+/// let body = case.body()?;
+/// assert_eq!((body.name.as_str(), body.nodes, body.parameters.len()), ("beam", 390, 2));
+/// # Ok::<(), sinew::case::CaseError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Case {
+    /// Name of the scene, for reports and folders; that of the file where there is none.
+    #[serde(default)]
+    pub name: String,
+    /// What it is, in a line.
+    #[serde(default)]
+    pub about: String,
+    /// Where the mesh comes from.
+    pub mesh: MeshSource,
+    /// The law, by its name, with its constants.
+    pub law: Law,
+    /// How volumes are integrated.
+    #[serde(default)]
+    pub formulation: Formulation,
+    /// Ranges of θ by name, in any order: the law's parameters and those that loads name.
+    pub parameters: BTreeMap<String, Range>,
+    /// Directions of fibres, for laws that read them.
+    pub fibres: Option<Fibres>,
+    /// What acts on the body.
+    #[serde(default)]
+    pub loads: Vec<Load>,
+    /// Where it is held.
+    pub supports: Vec<Support>,
+    /// How an emulator is trained.
+    #[serde(default)]
+    pub training: Training,
+    #[serde(skip)]
+    pub(crate) source: Source,
+}
+
+/// How volumes are integrated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Formulation {
+    /// The cells of the mesh as they are.
+    #[default]
+    Plain,
+    /// One mean volume ratio per hexahedron or patch of tetrahedra: for materials that hardly change their volume.
+    Averaged,
+    /// Quadratic cells made of linear tetrahedra or triangles.
+    Quadratic,
+}
+
+impl Case {
+    /// Reads a case file, or the built-in scene of that name where there is no such file. A mesh file is relative to the
+    /// case file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or what [`Case::parse`] refuses.
+    pub fn read(path: &Path) -> Result<Self, CaseError> {
+        if let (false, Some(scene)) = (path.exists(), crate::scenes::find(path)) {
+            return Self::parse(scene.text, scene.name);
+        }
+        let text = std::fs::read_to_string(path).map_err(|source| {
+            let known = crate::scenes::SCENES.iter().map(|scene| scene.name);
+            let advice = advise(&path.to_string_lossy(), known, "built-in scenes");
+            CaseError::Unreadable { path: path.into(), source, advice }
+        })?;
+        let mut case = Self::parse(&text, &path.to_string_lossy())?;
+        if let Some(file) = &mut case.mesh.file {
+            *file = path.parent().unwrap_or(Path::new(".")).join(&*file);
+        }
+        Ok(case)
+    }
+
+    /// Reads a case from text; `file` names it in errors.
+    ///
+    /// # Errors
+    /// What is no TOML; a key that is missing, misspelt or of the wrong type, with its line and the key that was meant.
+    pub fn parse(text: &str, file: &str) -> Result<Self, CaseError> {
+        let source = Source::new(file, text);
+        let mut case: Self = toml::from_str(text).map_err(|error| source.syntax(&error))?;
+        if case.name.is_empty() {
+            let stem = Path::new(file).file_stem().unwrap_or_default();
+            case.name = stem.to_string_lossy().into_owned();
+        }
+        case.source = source;
+        if case.training.minutes.is_some() && case.training.steps.is_some() {
+            let reason = "give minutes or steps, not both".into();
+            return Err(case.source.error(&["training", "steps"], reason));
+        }
+        Ok(case)
+    }
+
+    /// The same with the mesh of another file.
+    pub fn with_mesh(mut self, file: PathBuf) -> Self {
+        self.mesh = MeshSource { file: Some(file), unit: self.mesh.unit, ..MeshSource::default() };
+        self
+    }
+
+    /// The body, in mm and kPa.
+    ///
+    /// # Errors
+    /// A mesh that cannot be read or made; names that mesh or law lack; ranges, units and loads that make no sense: each
+    /// with file, line and key.
+    pub fn body(&self) -> Result<Body, CaseError> {
+        let law = self.law.row(&self.source)?;
+        let parameters = self.lower_parameters(law)?;
+        let mut mesh = self.mesh.make(&self.source)?;
+        if let Some(fibres) = &self.fibres {
+            fibres.lay(&mut mesh, &self.source)?;
+        }
+        if self.formulation == Formulation::Quadratic {
+            mesh = mesh::quadratic(mesh).map_err(|element| {
+                self.source.error(
+                    &["formulation"],
+                    format!("{element} have no quadratic form here; choose \"averaged\""),
+                )
+            })?;
+        }
+        let loads = self.lower_loads(&mesh, law)?;
+        let supports = self.lower_supports(&mut mesh)?;
+        let directions = fibres::directions(self.fibres.as_ref(), law, &mesh, &self.source)?;
+        let parts = laws::Parts {
+            name: self.name.clone(),
+            directions,
+            parameters,
+            loads,
+            supports,
+            averaged: self.formulation == Formulation::Averaged,
+        };
+        let body = self.law.lower(law, mesh, parts).map_err(|error| self.place(error))?;
+        self.check_bounds(&body)?;
+        Ok(body)
+    }
+
+    /// Names of the parameters that loads read, each once, as they come.
+    fn load_parameters(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = Vec::new();
+        for name in self.loads.iter().filter_map(Load::parameter) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
+    }
+
+    fn lower_loads(
+        &self,
+        mesh: &sinew_mesh::AnyMesh,
+        law: &laws::Row,
+    ) -> Result<Vec<sinew_energy::Load>, CaseError> {
+        let names = self.load_parameters();
+        let index = |name: &str| {
+            let at = names.iter().position(|known| *known == name).unwrap_or_default();
+            Magnitude::Theta(law.parameters.len() + at)
+        };
+        let lower = |(number, load): (usize, &Load)| load.lower(number, mesh, index, &self.source);
+        self.loads.iter().enumerate().map(lower).collect()
+    }
+
+    fn lower_supports(
+        &self,
+        mesh: &mut sinew_mesh::AnyMesh,
+    ) -> Result<Vec<sinew_energy::Support>, CaseError> {
+        if self.supports.is_empty() {
+            let advice = "the body is held nowhere; add { clamped = \"NODE SET\" }".into();
+            return Err(self.source.error(&["supports"], advice));
+        }
+        let lower =
+            |(number, support): (usize, &Support)| support.lower(number, mesh, &self.source);
+        self.supports.iter().enumerate().map(lower).collect()
+    }
+
+    /// Names the key behind an error of the scene, where it is known.
+    fn place(&self, error: SceneError) -> CaseError {
+        let key: &[&str] = match &error {
+            SceneError::Range { name, .. } => &["parameters", name],
+            SceneError::NotUnit { .. }
+            | SceneError::NotPerpendicular { .. }
+            | SceneError::DirectionCount { .. } => &["fibres"],
+            SceneError::FreeToMove { .. }
+            | SceneError::LooseNodes { .. }
+            | SceneError::Contradiction { .. }
+            | SceneError::Conflict { .. }
+            | SceneError::SupportDirection { .. }
+            | SceneError::OnAxis { .. } => &["supports"],
+            SceneError::EmptyFacetSet { .. }
+            | SceneError::NotFinite { .. }
+            | SceneError::NegativeStiffness { .. }
+            | SceneError::ThesisPressure { .. }
+            | SceneError::LooseRim { .. }
+            | SceneError::RimPlanes { .. } => &["loads"],
+            SceneError::Constant { .. } => &["law"],
+            _ => &["mesh"],
+        };
+        self.source.error(key, error.to_string())
+    }
+}

@@ -1,0 +1,187 @@
+//! Directions of fibres.
+
+use super::CaseError;
+use super::laws::Row;
+use super::source::{Source, advise, exactly, exactly_if_any};
+use serde::Deserialize;
+use sinew_fem::fibres::{Depth, Surfaces, VentricleCoordinates};
+use sinew_mesh::{AnyMesh, Field};
+
+/// Where directions come from: a field of the mesh, one direction for all of it, or a rule.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Fibres {
+    /// Cell or point field with the fibres; need not be of unit length.
+    pub field: Option<String>,
+    /// Cell or point field with the sheets, for laws that read them.
+    pub sheets: Option<String>,
+    /// The same direction everywhere.
+    #[serde(deserialize_with = "exactly_if_any")]
+    pub direction: Option<[f64; 3]>,
+    /// A rule for ventricles.
+    pub rule: Option<FibreRule>,
+}
+
+/// Fibres that turn linearly through the wall of a ventricle.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FibreRule {
+    /// Facet set of the inner surface.
+    pub endocardium: String,
+    /// Facet set of the outer surface.
+    pub epicardium: String,
+    /// Facet set of the base.
+    pub base: String,
+    /// Angles to the circumferential direction at the inner and outer surface, positive towards the base \[degrees\].
+    #[serde(deserialize_with = "exactly")]
+    pub angles: [f64; 2],
+    /// Angles of the sheets to the outward direction \[degrees\].
+    #[serde(default)]
+    #[serde(deserialize_with = "exactly")]
+    pub sheet_angles: [f64; 2],
+}
+
+/// Fields that directions by rule and from one direction are written to.
+const WRITTEN: [&str; 3] = ["fibre", "sheet", "normal"];
+
+impl Fibres {
+    /// Writes directions that no field holds into the mesh.
+    pub(super) fn lay(&self, mesh: &mut AnyMesh, source: &Source) -> Result<(), CaseError> {
+        let rows: Vec<[[f64; 3]; 3]> = match (&self.field, &self.direction, &self.rule) {
+            (Some(_), None, None) => return Ok(()),
+            (None, Some(direction), None) => {
+                let frame = completed(&[*direction])
+                    .map_err(|reason| source.error(&["fibres", "direction"], reason.to_string()))?;
+                vec![frame; mesh.cell_count()]
+            }
+            (None, None, Some(rule)) => {
+                let frames = rule.frames(mesh);
+                frames.map_err(|reason| source.error(&["fibres", "rule"], reason))?
+            }
+            _ => {
+                let reason = "give one of `field`, `direction` and `rule`".into();
+                return Err(source.error(&["fibres"], reason));
+            }
+        };
+        for (index, name) in WRITTEN.iter().enumerate() {
+            let rows: Vec<_> = rows.iter().map(|frame| frame[index]).collect();
+            mesh.cell_fields_mut().insert((*name).into(), Field::vectors(&rows));
+        }
+        Ok(())
+    }
+
+    /// Fields of the first directions, as far as they are known.
+    fn fields(&self) -> Vec<&str> {
+        match &self.field {
+            None => WRITTEN.to_vec(),
+            Some(fibres) => {
+                std::iter::once(fibres.as_str()).chain(self.sheets.as_deref()).collect()
+            }
+        }
+    }
+}
+
+impl FibreRule {
+    fn frames(&self, mesh: &AnyMesh) -> Result<Vec<[[f64; 3]; 3]>, String> {
+        let AnyMesh::Tetrahedra(mesh) = mesh else {
+            return Err(format!("the rule needs linear tetrahedra, not {}", mesh.element().name));
+        };
+        let Self { endocardium, epicardium, base, angles, sheet_angles } = self;
+        let surfaces = Surfaces { endocardium, epicardium, base };
+        let rule = sinew_fem::fibres::FibreRule::new(angles[0], angles[1])
+            .and_then(|rule| rule.with_sheets(sheet_angles[0], sheet_angles[1]));
+        let wall = rule.and_then(|rule| Ok((VentricleCoordinates::new(mesh, &surfaces)?, rule)));
+        let (wall, rule) = wall.map_err(|error| error.to_string())?;
+        Ok(wall.cell_frames(&rule, Depth::Thickness))
+    }
+}
+
+/// As many unit directions per cell or node as the law reads.
+pub(super) fn directions(
+    fibres: Option<&Fibres>,
+    law: &Row,
+    mesh: &AnyMesh,
+    source: &Source,
+) -> Result<Vec<Vec<[f64; 3]>>, CaseError> {
+    if law.directions == 0 {
+        return Ok(Vec::new());
+    }
+    let error = |key: &str, reason| source.error(&["fibres", key], reason);
+    let Some(fibres) = fibres else {
+        let reason =
+            format!("`{}` reads fibres; add [fibres] with field, direction or rule", law.name);
+        return Err(source.error(&["law"], reason));
+    };
+    let names = fibres.fields();
+    if names.len() < law.needed {
+        let reason =
+            format!("`{}` reads {} directions; name the field of the sheets", law.name, law.needed);
+        return Err(error("sheets", reason));
+    }
+    let keys = ["field", "sheets", "normal"];
+    let read = |(name, key): (&&str, &str)| {
+        let field = mesh.cell_fields().get(*name).or_else(|| mesh.point_fields().get(*name));
+        let Some(field) = field else {
+            let known = mesh.cell_fields().keys().chain(mesh.point_fields().keys());
+            let advice = advise(name, known.map(String::as_str), "fields of the mesh");
+            return Err(error(key, format!("the mesh has no field `{name}`{advice}")));
+        };
+        field.to_vectors::<3>().ok_or_else(|| {
+            error(
+                key,
+                format!(
+                    "the field `{name}` has {} components, a direction has 3",
+                    field.components
+                ),
+            )
+        })
+    };
+    let columns = names.iter().zip(keys).take(law.directions).map(read);
+    let columns: Vec<Vec<[f64; 3]>> = columns.collect::<Result<_, _>>()?;
+    if columns.iter().any(|column| column.len() != columns[0].len()) {
+        return Err(error(
+            "sheets",
+            "fibres and sheets must both be fields of cells, or both of nodes".into(),
+        ));
+    }
+    let row = |index: usize| {
+        let given: Vec<_> = columns.iter().map(|column| column[index]).collect();
+        match completed(&given) {
+            Ok(frame) => Ok(frame[..law.directions].to_vec()),
+            Err(reason) => Err(error("field", format!("row {index}: {reason}"))),
+        }
+    };
+    (0..columns[0].len()).map(row).collect()
+}
+
+/// Unit vectors along the given directions, made perpendicular in their order, and others that complete the frame.
+fn completed(given: &[[f64; 3]]) -> Result<[[f64; 3]; 3], &'static str> {
+    let mut frame: Vec<[f64; 3]> = Vec::with_capacity(3);
+    for direction in given {
+        let length = dot(direction, direction).sqrt();
+        let unit = across(direction, &frame).filter(|_| length > 0.0 && length.is_finite());
+        frame.push(unit.ok_or("a direction without length, or along the one before")?);
+    }
+    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    while frame.len() < 3 {
+        let lengths = |axis: &&[f64; 3]| frame.iter().map(|d| dot(d, axis).powi(2)).sum::<f64>();
+        let axis = axes.iter().min_by(|a, b| lengths(a).total_cmp(&lengths(b)));
+        frame.push(axis.and_then(|axis| across(axis, &frame)).ok_or("directions that are none")?);
+    }
+    Ok([frame[0], frame[1], frame[2]])
+}
+
+/// The unit vector along what of a direction is perpendicular to others; `None` where hardly anything is.
+fn across(direction: &[f64; 3], others: &[[f64; 3]]) -> Option<[f64; 3]> {
+    let mut rest = *direction;
+    for other in others {
+        let along = dot(&rest, other);
+        (0..3).for_each(|i| rest[i] -= along * other[i]);
+    }
+    let (length, whole) = (dot(&rest, &rest).sqrt(), dot(direction, direction).sqrt());
+    (length > 1e-3 * whole).then(|| rest.map(|x| x / length))
+}
+
+fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    (0..3).map(|i| a[i] * b[i]).sum()
+}

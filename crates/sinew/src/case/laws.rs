@@ -1,0 +1,221 @@
+//! The laws that a case file can name: the one table of them.
+
+use super::CaseError;
+use super::source::{Source, advise};
+use serde::Deserialize;
+use serde::de::{Deserializer, MapAccess, Visitor, value::MapAccessDeserializer};
+use sinew_energy::laws::{
+    ByYoungPoisson, Compressible, Guccione, HolzapfelOgden, HolzapfelOgden2009,
+    HolzapfelOgdenCompressible, LinearElastic, NeoHookean, NeoHookeanShape, PlaneStress,
+};
+use sinew_energy::{
+    Body, Load, NearlyIncompressible, Parameter, Scene, SceneError, Solid, Support,
+};
+use sinew_mesh::{AnyMesh, Mesh};
+use std::fmt;
+
+/// A law by name, with its constants.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Law {
+    /// Name, one of [`LAWS`].
+    pub name: String,
+    /// Penalty on changes of volume \[kPa\], for laws that have one.
+    pub bulk_modulus: Option<f64>,
+}
+
+/// A law that a case file can name.
+#[derive(Debug)]
+pub struct Row {
+    /// Its name.
+    pub name: &'static str,
+    /// What it is, with its source.
+    pub about: &'static str,
+    /// Its parameters, in the order of θ.
+    pub parameters: &'static [&'static str],
+    /// Their units: `"kPa"`, or `"1"` for numbers.
+    pub units: &'static [&'static str],
+    /// Whether it needs a `bulk_modulus` \[kPa\].
+    pub bulk_modulus: bool,
+    /// Material directions that it reads.
+    pub directions: usize,
+    /// How many of them matter; any others perpendicular to these serve.
+    pub needed: usize,
+    lower: fn(f64, AnyMesh, Parts) -> Result<Body, SceneError>,
+}
+
+const STRESS: &str = "kPa";
+const NUMBER: &str = "1";
+
+/// All laws.
+pub static LAWS: &[Row] = &[
+    row::<NeoHookean, 0>("neo-hookean", &[STRESS, STRESS], |_, mesh, parts| {
+        parts.lower(mesh, NeoHookean)
+    }),
+    row::<ByYoungPoisson<NeoHookean>, 0>(
+        "neo-hookean-young",
+        &[STRESS, NUMBER],
+        |_, mesh, parts| parts.lower(mesh, ByYoungPoisson(NeoHookean)),
+    ),
+    row::<NearlyIncompressible<NeoHookeanShape>, 0>(
+        "neo-hookean-isochoric",
+        &[STRESS],
+        |bulk_modulus, mesh, parts| {
+            parts.lower(mesh, NeoHookeanShape.nearly_incompressible(bulk_modulus))
+        },
+    )
+    .with_bulk_modulus(),
+    row::<NearlyIncompressible<HolzapfelOgden>, 1>(
+        "holzapfel-ogden",
+        &[STRESS, NUMBER, STRESS, NUMBER],
+        |bulk_modulus, mesh, parts| {
+            parts.lower(mesh, HolzapfelOgden.nearly_incompressible(bulk_modulus))
+        },
+    )
+    .with_bulk_modulus(),
+    row::<Solid<HolzapfelOgdenCompressible, Compressible>, 1>(
+        "holzapfel-ogden-thesis",
+        &[STRESS, NUMBER, STRESS, NUMBER],
+        |kappa, mesh, parts| {
+            parts.lower(mesh, Solid::new(HolzapfelOgdenCompressible, Compressible { kappa }))
+        },
+    )
+    .with_bulk_modulus(),
+    row::<NearlyIncompressible<HolzapfelOgden2009>, 2>(
+        "holzapfel-ogden-orthotropic",
+        &[STRESS, NUMBER, STRESS, NUMBER, STRESS, NUMBER, STRESS, NUMBER],
+        |bulk_modulus, mesh, parts| {
+            parts.lower(mesh, HolzapfelOgden2009.nearly_incompressible(bulk_modulus))
+        },
+    )
+    .with_bulk_modulus(),
+    row::<NearlyIncompressible<Guccione>, 3>(
+        "guccione",
+        &[STRESS, NUMBER, NUMBER, NUMBER],
+        |bulk_modulus, mesh, parts| parts.lower(mesh, Guccione.nearly_incompressible(bulk_modulus)),
+    )
+    .with_bulk_modulus()
+    .about_one_axis(),
+    row::<LinearElastic, 0>("linear-elastic", &[STRESS, STRESS], |_, mesh, parts| {
+        parts.lower(mesh, LinearElastic)
+    }),
+    row::<PlaneStress, 0>("linear-elastic-plane-stress", &[STRESS, STRESS], |_, mesh, parts| {
+        parts.lower(mesh, PlaneStress(LinearElastic))
+    }),
+];
+
+const fn row<L: sinew_energy::Law<D>, const D: usize>(
+    name: &'static str,
+    units: &'static [&'static str],
+    lower: fn(f64, AnyMesh, Parts) -> Result<Body, SceneError>,
+) -> Row {
+    let (about, parameters) = (L::NAME, L::PARAMETERS);
+    Row { name, about, parameters, units, bulk_modulus: false, directions: D, needed: D, lower }
+}
+
+impl Row {
+    const fn with_bulk_modulus(self) -> Self {
+        Self { bulk_modulus: true, ..self }
+    }
+
+    /// The same whatever the directions across the first one.
+    const fn about_one_axis(self) -> Self {
+        Self { needed: 1, ..self }
+    }
+}
+
+impl Law {
+    /// The row of the table.
+    pub(super) fn row(&self, source: &Source) -> Result<&'static Row, CaseError> {
+        let Some(row) = LAWS.iter().find(|row| row.name == self.name) else {
+            let advice = advise(&self.name, LAWS.iter().map(|row| row.name), "laws");
+            return Err(source.error(&["law"], format!("there is no law `{}`{advice}", self.name)));
+        };
+        match (row.bulk_modulus, self.bulk_modulus) {
+            (true, None) => Err(source.error(
+                &["law"],
+                format!("write law = {{ name = \"{}\", bulk_modulus = 25.0 }}: its penalty on changes of volume [kPa]", row.name),
+            )),
+            (false, Some(_)) => {
+                Err(source.error(&["law", "bulk_modulus"], format!("`{}` has no bulk modulus of its own; leave it out", row.name)))
+            }
+            _ => Ok(row),
+        }
+    }
+
+    pub(super) fn lower(&self, row: &Row, mesh: AnyMesh, parts: Parts) -> Result<Body, SceneError> {
+        (row.lower)(self.bulk_modulus.unwrap_or(f64::NAN), mesh, parts)
+    }
+}
+
+/// A scene without its mesh and law.
+pub(super) struct Parts {
+    pub name: String,
+    /// As many per row as the law reads.
+    pub directions: Vec<Vec<[f64; 3]>>,
+    pub parameters: Vec<Parameter>,
+    pub loads: Vec<Load>,
+    pub supports: Vec<Support>,
+    pub averaged: bool,
+}
+
+/// Lowers a scene with a kind of cell.
+macro_rules! lower_each {
+    ($parts:ident, $law:ident, $mesh:ident: $($kind:ident),*) => {
+        match $mesh {
+            $(AnyMesh::$kind(mesh) => match $parts.averaged {
+                true => $parts.scene(mesh, $law).lower_averaged(),
+                false => $parts.scene(mesh, $law).lower(),
+            })*
+        }
+    };
+}
+
+impl Parts {
+    fn lower<L: sinew_energy::Law<D>, const D: usize>(
+        self,
+        mesh: AnyMesh,
+        law: L,
+    ) -> Result<Body, SceneError> {
+        lower_each!(self, law, mesh: Tetrahedra, Triangles, QuadraticTetrahedra, QuadraticTriangles, Hexahedra)
+    }
+
+    fn scene<L: sinew_energy::Law<D>, const D: usize, const N: usize>(
+        self,
+        mesh: Mesh<N>,
+        law: L,
+    ) -> Scene<L, D, N> {
+        let Self { name, directions, parameters, loads, supports, .. } = self;
+        let directions = directions.iter().map(|row| std::array::from_fn(|d| row[d])).collect();
+        Scene { parameters, loads, supports, ..Scene::new(mesh, law) }
+            .named(name)
+            .directions(directions)
+    }
+}
+
+/// A law is its name, or a table with name and constants.
+impl<'de> Deserialize<'de> for Law {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Table {
+            name: String,
+            bulk_modulus: Option<f64>,
+        }
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = Law;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("the name of a law, or a table { name = \"…\", bulk_modulus = … }")
+            }
+            fn visit_str<E>(self, name: &str) -> Result<Law, E> {
+                Ok(Law { name: name.into(), bulk_modulus: None })
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Law, A::Error> {
+                let Table { name, bulk_modulus } =
+                    Table::deserialize(MapAccessDeserializer::new(map))?;
+                Ok(Law { name, bulk_modulus })
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}

@@ -1,0 +1,156 @@
+//! Loads.
+
+use super::CaseError;
+use super::source::{Source, advise, exactly_if_any};
+use super::units::{STRESSES, names, quantity};
+use serde::Deserialize;
+use serde::de::{Deserializer, Visitor};
+use sinew_energy::Magnitude;
+use sinew_mesh::AnyMesh;
+use std::fmt;
+
+/// A load: one of the first five keys, and the facets that it acts on.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Load {
+    /// Force per reference volume [kPa/mm].
+    #[serde(deserialize_with = "exactly_if_any")]
+    pub body_force: Option<[f64; 3]>,
+    /// Dead force per reference area \[kPa\].
+    #[serde(deserialize_with = "exactly_if_any")]
+    pub traction: Option<[f64; 3]>,
+    /// Pressure against the solid that follows the surface.
+    pub pressure: Option<Pressure>,
+    /// The thesis' stand-in for it, to reproduce its numbers only.
+    pub thesis_pressure: Option<Pressure>,
+    /// Springs against motion.
+    pub foundation: Option<FoundationLoad>,
+    /// Facet set, for all but a body force.
+    pub facets: Option<String>,
+}
+
+/// An elastic foundation.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FoundationLoad {
+    /// Stiffness against motion along the normal [kPa/mm].
+    pub normal: f64,
+    /// Stiffness against motion in the surface [kPa/mm].
+    #[serde(default)]
+    pub tangential: f64,
+}
+
+/// How large a pressure is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Pressure {
+    /// The same always \[kPa\].
+    Fixed(f64),
+    /// An entry of θ, by name.
+    Parameter(String),
+}
+
+impl Load {
+    /// Name of the parameter that it reads.
+    pub(super) fn parameter(&self) -> Option<&str> {
+        match self.pressure.as_ref().or(self.thesis_pressure.as_ref())? {
+            Pressure::Parameter(name) => Some(name),
+            Pressure::Fixed(_) => None,
+        }
+    }
+
+    /// Load `number` of the case; `index` gives the entry of θ of a name.
+    pub(super) fn lower(
+        &self,
+        number: usize,
+        mesh: &AnyMesh,
+        index: impl Fn(&str) -> Magnitude,
+        source: &Source,
+    ) -> Result<sinew_energy::Load, CaseError> {
+        let at = number.to_string();
+        let magnitude = |pressure: &Pressure| match pressure {
+            Pressure::Fixed(kpa) => Magnitude::Fixed(*kpa),
+            Pressure::Parameter(name) => index(name),
+        };
+        let facets = || self.facet_set(&at, mesh, source);
+        let Self { body_force, traction, pressure, thesis_pressure, foundation, facets: given } =
+            self;
+        Ok(match (body_force, traction, pressure, thesis_pressure, foundation) {
+            (Some(force), None, None, None, None) if given.is_none() => {
+                sinew_energy::Load::BodyForce(*force)
+            }
+            (Some(_), None, None, None, None) => {
+                let reason = "a body force acts on all of the body; leave the facets out".into();
+                return Err(source.error(&["loads", &at, "facets"], reason));
+            }
+            (None, Some(value), None, None, None) => {
+                sinew_energy::Load::Traction { facets: facets()?, value: *value }
+            }
+            (None, None, Some(p), None, None) => {
+                sinew_energy::Load::Pressure { facets: facets()?, magnitude: magnitude(p) }
+            }
+            (None, None, None, Some(p), None) => {
+                sinew_energy::Load::ThesisPressure { facets: facets()?, magnitude: magnitude(p) }
+            }
+            (None, None, None, None, Some(FoundationLoad { normal, tangential })) => {
+                let (normal, tangential) = (*normal, *tangential);
+                sinew_energy::Load::Foundation { facets: facets()?, normal, tangential }
+            }
+            _ => {
+                let reason = "write one of body_force, traction, pressure, thesis_pressure and foundation, each load in a table of its own".into();
+                return Err(source.error(&["loads", &at], reason));
+            }
+        })
+    }
+
+    /// The facet set that is named, if the mesh has it.
+    fn facet_set(&self, at: &str, mesh: &AnyMesh, source: &Source) -> Result<String, CaseError> {
+        let sets = mesh.facet_sets();
+        let known = || sets.keys().map(String::as_str);
+        match &self.facets {
+            Some(name) if sets.contains_key(name) => Ok(name.clone()),
+            Some(name) => {
+                let advice = advise(name, known(), "facet sets of the mesh");
+                let reason = format!("the mesh has no facet set `{name}`{advice}");
+                Err(source.error(&["loads", at, "facets"], reason))
+            }
+            None => {
+                let sets = known().collect::<Vec<_>>().join(", ");
+                let reason =
+                    format!("name the facets that it acts on; facet sets of the mesh: {sets}");
+                Err(source.error(&["loads", at], reason))
+            }
+        }
+    }
+}
+
+/// A pressure is a number \[kPa\], a number with its unit ("8 mmHg") or the name of a parameter.
+impl<'de> Deserialize<'de> for Pressure {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl Visitor<'_> for Either {
+            type Value = Pressure;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(
+                    "a pressure in kPa, one with its unit (\"8 mmHg\"), or the name of a parameter",
+                )
+            }
+            fn visit_f64<E>(self, kpa: f64) -> Result<Pressure, E> {
+                Ok(Pressure::Fixed(kpa))
+            }
+            fn visit_i64<E>(self, kpa: i64) -> Result<Pressure, E> {
+                Ok(Pressure::Fixed(kpa as f64))
+            }
+            fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Pressure, E> {
+                match quantity(text) {
+                    None => Ok(Pressure::Parameter(text.into())),
+                    Some(Ok(kpa)) => Ok(Pressure::Fixed(kpa)),
+                    Some(Err(unit)) => {
+                        let advice = advise(&unit, names(&STRESSES), "units of stress");
+                        Err(E::custom(format!("`{unit}` is no unit of stress{advice}")))
+                    }
+                }
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}

@@ -1,0 +1,171 @@
+//! Meshes: from a file, or made.
+
+use super::CaseError;
+use super::source::{Source, advise, exactly};
+use super::units::{LENGTHS, names};
+use serde::Deserialize;
+use sinew_mesh::{AnyMesh, TruncatedEllipsoid, box_hexahedra, box_tetrahedra};
+use std::path::PathBuf;
+
+/// Where a mesh comes from: one of the first three keys.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MeshSource {
+    /// A VTK, VTU or gmsh file, relative to the case file.
+    pub file: Option<PathBuf>,
+    /// A box.
+    #[serde(rename = "box")]
+    pub cuboid: Option<BoxMesh>,
+    /// The wall between two ellipsoids: an idealised ventricle.
+    pub ellipsoid: Option<EllipsoidMesh>,
+    /// Cells of what is made.
+    pub element: Option<Element>,
+    /// Unit of length of the numbers above and in the file; mm where there is none.
+    pub unit: Option<String>,
+}
+
+/// A box from the origin, with sets `x_min` to `z_max`.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoxMesh {
+    /// Edge lengths.
+    #[serde(deserialize_with = "exactly")]
+    pub extent: [f64; 3],
+    /// Cells along each edge; six tetrahedra each.
+    #[serde(deserialize_with = "exactly")]
+    pub cells: [usize; 3],
+}
+
+/// See [`TruncatedEllipsoid`]; with sets `endo`, `epi` and `base`.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EllipsoidMesh {
+    /// Inner and outer semi-axis across.
+    #[serde(deserialize_with = "exactly")]
+    pub short: [f64; 2],
+    /// Inner and outer semi-axis along z.
+    #[serde(deserialize_with = "exactly")]
+    pub long: [f64; 2],
+    /// Height z of the plane of the base.
+    pub base: f64,
+    /// Layers, cells around (a multiple of 8) and from apex to base.
+    #[serde(deserialize_with = "exactly")]
+    pub cells: [usize; 3],
+}
+
+/// Cells of a mesh that is made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Element {
+    /// Linear tetrahedra.
+    #[default]
+    Tetrahedra,
+    /// Trilinear hexahedra.
+    Hexahedra,
+}
+
+impl MeshSource {
+    /// The mesh \[mm\].
+    pub(super) fn make(&self, source: &Source) -> Result<AnyMesh, CaseError> {
+        let unit = self.unit.as_deref().unwrap_or("mm");
+        let Some(&(_, scale)) = LENGTHS.iter().find(|(name, _)| *name == unit) else {
+            let advice = advise(unit, names(&LENGTHS), "units of length");
+            return Err(
+                source.error(&["mesh", "unit"], format!("`{unit}` is no unit of length{advice}"))
+            );
+        };
+        let element = self.element.unwrap_or_default();
+        let mut mesh = match (&self.file, &self.cuboid, &self.ellipsoid) {
+            (Some(file), None, None) => {
+                if self.element.is_some() {
+                    let reason = "a file holds its own kind of cell; leave it out".into();
+                    return Err(source.error(&["mesh", "element"], reason));
+                }
+                let error = |reason| source.error(&["mesh", "file"], reason);
+                if !file.exists() {
+                    let reason = format!(
+                        "there is no file {}; put it there, or name another with --mesh FILE",
+                        file.display()
+                    );
+                    return Err(error(reason));
+                }
+                sinew_mesh::read(file).map_err(|reason| error(reason.to_string()))?.0
+            }
+            (None, Some(cuboid), None) => cuboid.make(element, source)?,
+            (None, None, Some(ellipsoid)) => ellipsoid.make(element, source)?,
+            _ => {
+                let reason = "give one of `file`, `box` and `ellipsoid`".into();
+                return Err(source.error(&["mesh"], reason));
+            }
+        };
+        if scale != 1.0 {
+            mesh.map_points(|x| x.map(|x| scale * x));
+        }
+        Ok(mesh)
+    }
+}
+
+impl BoxMesh {
+    fn make(self, element: Element, source: &Source) -> Result<AnyMesh, CaseError> {
+        let Self { extent, cells } = self;
+        if !extent.iter().all(|&length| length > 0.0 && length.is_finite()) {
+            let reason = format!("{extent:?} is no size; give three positive lengths");
+            return Err(source.error(&["mesh", "box", "extent"], reason));
+        }
+        if cells.contains(&0) {
+            let reason = format!("{cells:?} leaves no cell along an edge; give at least 1 each");
+            return Err(source.error(&["mesh", "box", "cells"], reason));
+        }
+        Ok(match element {
+            Element::Tetrahedra => box_tetrahedra(extent, cells).into(),
+            Element::Hexahedra => box_hexahedra(extent, cells).into(),
+        })
+    }
+}
+
+impl EllipsoidMesh {
+    fn make(self, element: Element, source: &Source) -> Result<AnyMesh, CaseError> {
+        let Self { short, long, base, cells } = self;
+        let error = |key, reason: String| Err(source.error(&["mesh", "ellipsoid", key], reason));
+        for (key, [inner, outer]) in [("short", short), ("long", long)] {
+            if !(inner > 0.0 && inner < outer && outer.is_finite()) {
+                return error(
+                    key,
+                    format!(
+                        "{inner} and {outer} are no wall; give the inner, then a larger outer semi-axis"
+                    ),
+                );
+            }
+        }
+        if base.is_nan() || base.abs() >= long[0] {
+            return error(
+                "base",
+                format!("the plane z = {base} cuts no ellipsoid of semi-axis {}", long[0]),
+            );
+        }
+        let [layers, around, along] = cells;
+        if layers == 0 || along == 0 || around == 0 || around % 8 != 0 || around >= 8 * along {
+            return error(
+                "cells",
+                format!(
+                    "{cells:?}: give layers, cells around (a multiple of 8 and less than 8 times those along) and cells from apex to base"
+                ),
+            );
+        }
+        let wall = TruncatedEllipsoid { short, long, base }.wall(cells);
+        Ok(match element {
+            Element::Tetrahedra => wall.tetrahedra().into(),
+            Element::Hexahedra => wall.hexahedra().into(),
+        })
+    }
+}
+
+/// Quadratic cells with the corners of a linear mesh.
+pub(super) fn quadratic(mesh: AnyMesh) -> Result<AnyMesh, &'static str> {
+    match mesh {
+        AnyMesh::Tetrahedra(mesh) => Ok(mesh.quadratic().into()),
+        AnyMesh::Triangles(mesh) => Ok(mesh.quadratic().into()),
+        AnyMesh::Hexahedra(_) => Err("hexahedra"),
+        already => Ok(already),
+    }
+}

@@ -1,0 +1,152 @@
+//! Ranges of θ.
+
+use super::laws::Row;
+use super::source::{advise, exactly};
+use super::units::{STRESSES, names, stress_in_kpa};
+use super::{Case, CaseError};
+use serde::Deserialize;
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
+use sinew_energy::{Body, Parameter, Sampling};
+use std::fmt;
+
+/// Range of a parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Range {
+    /// Smallest and largest value, in `unit`.
+    pub range: [f64; 2],
+    /// Unit of them; the law's where there is none.
+    pub unit: Option<String>,
+    /// How samples are spread.
+    pub sampling: Sampling,
+}
+
+impl Case {
+    /// θ: the law's parameters in its order, then those of the loads.
+    pub(super) fn lower_parameters(&self, law: &Row) -> Result<Vec<Parameter>, CaseError> {
+        let of_law = law.parameters.iter().copied().zip(law.units.iter().copied());
+        let of_loads = self.load_parameters().into_iter().map(|name| (name, "kPa"));
+        let expected: Vec<(&str, &str)> = of_law.chain(of_loads).collect();
+        let known = || expected.iter().map(|(name, _)| *name);
+        if let Some(name) = self.parameters.keys().find(|name| known().all(|known| known != *name))
+        {
+            let what = format!("`{}` and the loads read", law.name);
+            let reason = format!("nothing reads it{}", advise(name, known(), &what));
+            return Err(self.source.error(&["parameters", name], reason));
+        }
+        let parameter = |&(name, unit): &(&str, &str)| {
+            let range = self.parameters.get(name).ok_or_else(|| {
+                let reason = format!(
+                    "`{name}` is missing; add {name} = [smallest, largest], in {}",
+                    spoken(unit)
+                );
+                self.source.error(&["parameters"], reason)
+            })?;
+            self.lower_range(name, unit, range)
+        };
+        expected.iter().map(parameter).collect()
+    }
+
+    fn lower_range(&self, name: &str, unit: &str, range: &Range) -> Result<Parameter, CaseError> {
+        let error = |key: &str, reason| Err(self.source.error(&["parameters", name, key], reason));
+        let factor = match (unit, range.unit.as_deref().unwrap_or(unit)) {
+            ("kPa", given) => match stress_in_kpa(given) {
+                Some(factor) => factor,
+                None => {
+                    let advice = advise(given, names(&STRESSES), "units of stress");
+                    return error("unit", format!("`{given}` is no unit of stress{advice}"));
+                }
+            },
+            (own, given) if own == given => 1.0,
+            (own, given) => {
+                return error("unit", format!("{name} is {}, not in {given}", spoken(own)));
+            }
+        };
+        let [low, high] = range.range;
+        let shown = range.unit.as_deref().unwrap_or(unit);
+        let reason = if !(low.is_finite() && high.is_finite()) {
+            "give two finite numbers".to_string()
+        } else if low > high {
+            format!(
+                "it goes from {low} to {high} {shown}; write the smaller number first: [{high}, {low}]"
+            )
+        } else if range.sampling == Sampling::Log && low <= 0.0 {
+            format!(
+                "it begins at {low}, which has no logarithm; write {{ range = [{low}, {high}], sampling = \"linear\" }}"
+            )
+        } else {
+            return Ok(Parameter {
+                name: name.into(),
+                unit: unit.into(),
+                range: [factor * low, factor * high],
+                sampling: range.sampling,
+            });
+        };
+        error("range", reason)
+    }
+
+    /// Requires that the law makes sense in all of the ranges.
+    pub(super) fn check_bounds(&self, body: &Body) -> Result<(), CaseError> {
+        for (index, parameter) in
+            body.parameters.iter().enumerate().take(body.material.parameters().len())
+        {
+            let bounds = body.material.bounds(index);
+            if let Some(value) = parameter.range.iter().find(|&value| !bounds.contains(value)) {
+                let (name, least, most) = (&parameter.name, bounds.start(), bounds.end());
+                let reason = format!(
+                    "{value} {} makes no sense for this law; stay within {least:e} and {most:e}",
+                    parameter.unit
+                );
+                return Err(self.source.error(&["parameters", name], reason));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn spoken(unit: &str) -> &str {
+    if unit == "1" { "a number without unit" } else { unit }
+}
+
+/// A range is `[smallest, largest]`, or a table.
+impl<'de> Deserialize<'de> for Range {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(rename_all = "kebab-case")]
+        enum Spread {
+            Log,
+            Linear,
+        }
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Table {
+            #[serde(deserialize_with = "exactly")]
+            range: [f64; 2],
+            unit: Option<String>,
+            sampling: Option<Spread>,
+        }
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = Range;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(
+                    "[smallest, largest], or a table { range = [smallest, largest], unit = \"…\" }",
+                )
+            }
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Range, A::Error> {
+                let range = exactly(SeqAccessDeserializer::new(seq))?;
+                Ok(Range { range, unit: None, sampling: Sampling::Log })
+            }
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Range, A::Error> {
+                let Table { range, unit, sampling } =
+                    Table::deserialize(MapAccessDeserializer::new(map))?;
+                let sampling = match sampling {
+                    Some(Spread::Linear) => Sampling::Linear,
+                    Some(Spread::Log) | None => Sampling::Log,
+                };
+                Ok(Range { range, unit, sampling })
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}

@@ -1,0 +1,135 @@
+//! The text of a case file: where its keys are, and what was meant by a misspelt one.
+
+use super::CaseError;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
+use toml::de::{DeTable, DeValue};
+
+/// Name and text of a case file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Source {
+    file: String,
+    text: String,
+}
+
+impl Source {
+    pub fn new(file: &str, text: &str) -> Self {
+        Self { file: file.into(), text: text.into() }
+    }
+
+    /// An error at a key, given with those of the tables around it; entries of arrays by their index.
+    pub fn error(&self, keys: &[&str], reason: String) -> CaseError {
+        CaseError::Key {
+            file: self.file.clone(),
+            line: self.line_of(keys),
+            key: keys.join("."),
+            reason,
+        }
+    }
+
+    /// An error of the TOML reader, with what was meant.
+    pub fn syntax(&self, error: &toml::de::Error) -> CaseError {
+        let line = error.span().map(|span| self.line_at(span.start));
+        CaseError::Key {
+            file: self.file.clone(),
+            line,
+            key: String::new(),
+            reason: explain(error.message()),
+        }
+    }
+
+    fn line_at(&self, byte: usize) -> usize {
+        1 + self.text.bytes().take(byte).filter(|&byte| byte == b'\n').count()
+    }
+
+    /// Line of the last of the keys that there is.
+    fn line_of(&self, keys: &[&str]) -> Option<usize> {
+        let root = DeTable::parse(&self.text).ok()?.into_inner();
+        let (first, rest) = keys.split_first()?;
+        let (key, mut value) = root.iter().find(|(key, _)| key.get_ref() == first)?;
+        let mut start = key.span().start;
+        for name in rest {
+            let inner = value.get_ref();
+            let next = match (inner, name.parse::<usize>()) {
+                (DeValue::Array(array), Ok(index)) => {
+                    array.get(index).map(|entry| (entry.span().start, entry))
+                }
+                (DeValue::Table(table), _) => {
+                    let found = table.iter().find(|(key, _)| key.get_ref() == name);
+                    found.map(|(key, value)| (key.span().start, value))
+                }
+                _ => None,
+            };
+            let Some((at, entry)) = next else { break };
+            (start, value) = (at, entry);
+        }
+        Some(self.line_at(start))
+    }
+}
+
+/// What the reader says, with the key or name that was meant.
+fn explain(message: &str) -> String {
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    let what = [("unknown field", "there is no key"), ("unknown variant", "there is no choice")];
+    match (what.iter().find(|(start, _)| message.starts_with(start)), quoted.next()) {
+        (Some((_, say)), Some(word)) => {
+            format!("{say} `{word}` here{}", advise(word, quoted, "it knows"))
+        }
+        _ => message.trim_end().to_string(),
+    }
+}
+
+/// What may have been meant by a word, or all there is.
+pub(crate) fn advise<'a>(
+    word: &str,
+    known: impl IntoIterator<Item = &'a str>,
+    what: &str,
+) -> String {
+    let known: Vec<&str> = known.into_iter().collect();
+    let distance = |name: &&&str| strsim::osa_distance(&word.to_lowercase(), &name.to_lowercase());
+    match known.iter().min_by_key(distance) {
+        None => format!("; {what}: none"),
+        Some(name) if distance(&name) <= 1 + word.chars().count() / 3 => {
+            format!("; did you mean `{name}`?")
+        }
+        _ => format!("; {what}: {}", known.join(", ")),
+    }
+}
+
+/// An array that holds as many values as are read, not more: the TOML reader overlooks those.
+pub(crate) fn exactly<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: usize>(
+    deserializer: D,
+) -> Result<[T; N], D::Error> {
+    let all = Vec::deserialize(deserializer)?;
+    all.try_into()
+        .map_err(|all: Vec<T>| D::Error::custom(format!("{} values where {N} belong", all.len())))
+}
+
+/// [`exactly`] of a key that may be left out.
+pub(crate) fn exactly_if_any<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: usize>(
+    deserializer: D,
+) -> Result<Option<[T; N]>, D::Error> {
+    exactly(deserializer).map(Some)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_of_keys() {
+        let source = Source::new("a.toml", "x = 1\n[b]\nc = 2\n[[d]]\ne = 3\n[[d]]\n\nf = 4\n");
+        let line = |keys: &[&str]| source.line_of(keys);
+        assert_eq!([line(&["x"]), line(&["b"]), line(&["b", "c"])], [Some(1), Some(2), Some(3)]);
+        assert_eq!([line(&["d", "1", "f"]), line(&["d", "0", "e"])], [Some(8), Some(5)]);
+        assert_eq!([line(&["b", "none"]), line(&["none"])], [Some(2), None]);
+    }
+
+    #[test]
+    fn a_near_word_is_suggested_and_a_far_one_listed() {
+        let known = ["mu", "lambda", "endocardium"];
+        assert_eq!(advise("lamda", known, "known"), "; did you mean `lambda`?");
+        assert_eq!(advise("Endocard", known, "known"), "; did you mean `endocardium`?");
+        assert_eq!(advise("pressure", known, "known"), "; known: mu, lambda, endocardium");
+    }
+}

@@ -1,0 +1,94 @@
+//! How an emulator is trained.
+
+use serde::{Deserialize, Serialize};
+use sinew_emulate::recipe::{Auto, DataDriven, Hybrid, PhysicsInformed, Regression};
+use sinew_emulate::{Budget, Design, Network, Recipe, TrainingOptions};
+
+/// How an emulator is trained; every key may be left out.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Training {
+    /// Which recipe.
+    pub recipe: RecipeName,
+    /// Simulations to learn from; the recipe's own number where there is none.
+    pub samples: Option<usize>,
+    /// Error relative to the displacements at which a regression is good enough.
+    pub target: Option<f64>,
+    /// Wall time of simulations and training \[min\].
+    pub minutes: Option<f64>,
+    /// Training steps in all.
+    pub steps: Option<usize>,
+    /// Seed that all others derive from; 1 where there is none.
+    pub seed: Option<u64>,
+    /// Simulations that nothing is trained on; 20 where there is none.
+    pub held_out: Option<usize>,
+    /// How samples are spread.
+    pub design: Option<Design>,
+    /// Sizes of the network.
+    pub network: Option<Network>,
+}
+
+/// A recipe by name.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum RecipeName {
+    /// The one that cross-validation on few simulations prefers.
+    #[default]
+    Auto,
+    /// Few simulations, their main modes, and a Gaussian process.
+    Regression,
+    /// A network on simulations, weighed by the body's stiffness.
+    Hybrid,
+    /// A network by minimum potential energy, without simulations.
+    Pi,
+    /// A network on simulated displacements.
+    Dd,
+}
+
+impl Training {
+    /// The recipe with its settings.
+    pub fn recipe(&self) -> Recipe {
+        let network = self.network.unwrap_or_default();
+        match self.recipe {
+            RecipeName::Auto => Auto { regression: self.regression(), ..Auto::default() }.into(),
+            RecipeName::Regression => self.regression().into(),
+            RecipeName::Hybrid => {
+                let own = Hybrid { network, ..Hybrid::default() };
+                let simulations = self.samples.unwrap_or(own.simulations);
+                Hybrid { simulations, ..own }.into()
+            }
+            RecipeName::Pi => PhysicsInformed { network, ..PhysicsInformed::default() }.into(),
+            RecipeName::Dd => {
+                let own = DataDriven { network, ..DataDriven::default() };
+                let simulations = self.samples.unwrap_or(own.simulations);
+                DataDriven { simulations, ..own }.into()
+            }
+        }
+    }
+
+    fn regression(&self) -> Regression {
+        let own = Regression::default();
+        let target = self.target.unwrap_or(own.target);
+        match self.samples {
+            None => Regression { target, ..own },
+            Some(most) => Regression { simulations: own.simulations.min(most), most, target },
+        }
+    }
+
+    /// Budget, seed and held-out cases.
+    pub fn options(&self) -> TrainingOptions {
+        let own = TrainingOptions::default();
+        let budget = match (self.minutes, self.steps) {
+            (Some(minutes), _) => Budget::Seconds(60.0 * minutes),
+            (None, Some(steps)) => Budget::Steps(steps),
+            (None, None) => own.budget,
+        };
+        TrainingOptions {
+            budget,
+            seed: self.seed.unwrap_or(own.seed),
+            design: self.design.unwrap_or(own.design),
+            held_out: self.held_out.unwrap_or(own.held_out),
+            ..own
+        }
+    }
+}

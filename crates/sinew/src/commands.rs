@@ -1,0 +1,133 @@
+//! The commands, one file each, and what they share.
+
+pub mod evaluate;
+pub mod export;
+pub mod predict;
+pub mod report;
+pub mod sample;
+pub mod scenes;
+pub mod solve;
+pub mod train;
+
+use anyhow::{Context, Result};
+use clap::Args;
+use sinew::{Body, Case, CaseError, ThetaText, outside, parse_theta, read_thetas};
+use std::path::{Path, PathBuf};
+
+/// Which body, and where results go.
+#[derive(Debug, Args)]
+pub struct CaseArguments {
+    /// Case file, or the name of a built-in scene (`sinew scenes`)
+    case: PathBuf,
+    /// Mesh file (VTK, VTU or gmsh) instead of the case's own mesh
+    #[arg(long, value_name = "FILE")]
+    mesh: Option<PathBuf>,
+    /// Folder for results [default: out/NAME]
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+}
+
+impl CaseArguments {
+    /// The case.
+    pub fn read(&self) -> Result<Case> {
+        let case = Case::read(&self.case)?;
+        Ok(match &self.mesh {
+            Some(mesh) => case.with_mesh(mesh.clone()),
+            None => case,
+        })
+    }
+
+    /// Folder for its results.
+    pub fn folder(&self, case: &Case) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| Path::new("out").join(&case.name))
+    }
+}
+
+/// θ of one or many cases.
+#[derive(Debug, Args)]
+pub struct ThetaArguments {
+    /// Parameters: name=value,name=value (a unit may follow: p=7mmHg), or a CSV table with their names in its first
+    /// line; may be given several times [default: the middle of the ranges]
+    #[arg(long, value_name = "THETA|CSV")]
+    theta: Vec<String>,
+}
+
+impl ThetaArguments {
+    /// All of them; those outside their ranges are told on standard error.
+    pub fn read(&self, body: &Body) -> Result<Vec<Vec<f64>>> {
+        let mut thetas = Vec::new();
+        for text in &self.theta {
+            if text.contains('=') {
+                thetas.push(parse_theta(text, &body.parameters)?);
+            } else {
+                thetas.extend(read_thetas(Path::new(text), &body.parameters)?);
+            }
+        }
+        if self.theta.is_empty() {
+            thetas.push(body.centre());
+        }
+        let said: Vec<_> =
+            thetas.iter().flat_map(|theta| outside(&body.parameters, theta)).collect();
+        for warning in said.iter().take(MOST_WARNINGS) {
+            eprintln!("warning: {warning}");
+        }
+        if said.len() > MOST_WARNINGS {
+            eprintln!(
+                "warning: {} more values are outside their ranges",
+                said.len() - MOST_WARNINGS
+            );
+        }
+        Ok(thetas)
+    }
+}
+
+/// Warnings of one kind that are printed; the others are counted.
+pub const MOST_WARNINGS: usize = 5;
+
+/// θ in words.
+pub fn shown(body: &Body, theta: &[f64]) -> String {
+    let pair = |(p, value): (&sinew::Parameter, &f64)| match p.unit.as_str() {
+        "1" => format!("{} = {value:.4}", p.name),
+        unit => format!("{} = {value:.4} {unit}", p.name),
+    };
+    body.parameters.iter().zip(theta).map(pair).collect::<Vec<_>>().join(", ")
+}
+
+/// Emulators in a folder of results by the names of their folders, sorted.
+pub fn trained(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
+    let mut found = Vec::new();
+    if folder.exists() {
+        for entry in std::fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+            let path = entry?.path();
+            if path.join("emulator/emulator.json").exists() {
+                let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+                found.push((name, path.join("emulator")));
+            }
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// An error with its causes, each said once.
+pub fn told(error: &anyhow::Error) -> String {
+    let mut text = error.to_string();
+    for cause in error.chain().skip(1).map(ToString::to_string) {
+        if !text.contains(&cause) {
+            text += &format!("\n  because {cause}");
+        }
+    }
+    text
+}
+
+/// Whether the person at the keyboard can mend it without a computation.
+pub fn is_usage(error: &anyhow::Error) -> bool {
+    error
+        .chain()
+        .any(|cause| cause.is::<CaseError>() || cause.is::<ThetaText>() || cause.is::<Usage>())
+}
+
+/// A command line that asks for what there is not.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct Usage(pub String);

@@ -1,0 +1,83 @@
+//! A body for other programs.
+
+use super::CaseArguments;
+use anyhow::{Context, Result};
+use clap::Args;
+use serde_json::json;
+use sinew::{Body, Sampling, npz};
+
+/// Which body.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Writes into OUT/export: body.vtu (mesh with its sets, fields and fibres), body.npz (positions, cells, gradients of shape
+functions and volumes at quadrature points, nodal forces, prescribed components with NaN where they are free,
+directions) and body.json (names, units, ranges, law, counts, and the potential energy and forces' norm at a small known
+displacement, against which another program can check its own).")]
+pub struct Export {
+    #[command(flatten)]
+    case: CaseArguments,
+}
+
+impl Export {
+    pub fn run(&self) -> Result<()> {
+        let case = self.case.read()?;
+        let body = case.body()?;
+        let folder = self.case.folder(&case).join("export");
+        std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+        body.mesh.write_vtu(folder.join("body.vtu"))?;
+        arrays(&body, &folder.join("body.npz")).context("body.npz cannot be written")?;
+        let text = serde_json::to_string_pretty(&description(&body))?;
+        std::fs::write(folder.join("body.json"), text).context("body.json cannot be written")?;
+        println!("written: {}", folder.display());
+        Ok(())
+    }
+}
+
+fn arrays(body: &Body, path: &std::path::Path) -> std::io::Result<()> {
+    let points = body.volumes.len();
+    let cells: Vec<f64> = body.cells.iter().map(|&node| node as f64).collect();
+    let prescribed: Vec<f64> =
+        body.prescribed.iter().map(|value| value.unwrap_or(f64::NAN)).collect();
+    let count = body.material.points().map_or(0, |_| body.material.directions(0).len());
+    let directions: Vec<f64> = (0..if count == 0 { 0 } else { points })
+        .flat_map(|point| body.material.directions(point).as_flattened().to_vec())
+        .collect();
+    npz::write(
+        path,
+        &[
+            ("positions", &[body.nodes, 3], body.positions.as_flattened()),
+            ("cells", &[body.cell_count(), body.nodes_per_cell], &cells),
+            (
+                "shape_gradients",
+                &[points, body.nodes_per_cell, 3],
+                body.shape_gradients.as_flattened(),
+            ),
+            ("volumes", &[points], &body.volumes),
+            ("nodal_force", &[body.nodes, 3], &body.nodal_force),
+            ("prescribed", &[body.nodes, 3], &prescribed),
+            ("directions", &[directions.len() / (3 * count.max(1)), count, 3], &directions),
+        ],
+    )
+}
+
+fn description(body: &Body) -> serde_json::Value {
+    let parameter = |p: &sinew::Parameter| {
+        let sampling = if p.sampling == Sampling::Log { "log" } else { "linear" };
+        json!({ "name": p.name, "unit": p.unit, "range": p.range, "sampling": sampling })
+    };
+    let probe: Vec<f64> = (0..3 * body.nodes).map(|i| 1e-4 * (i as f64).sin()).collect();
+    let theta = body.centre();
+    let mut force = vec![0.0; probe.len()];
+    let energy = body.value_and_gradient(&probe, &theta, &mut force);
+    let norm = force.iter().map(|f| f * f).sum::<f64>().sqrt();
+    json!({
+        "name": body.name,
+        "units": { "length": body.units.length, "stress": body.units.stress },
+        "law": body.material.name(),
+        "parameters": body.parameters.iter().map(parameter).collect::<Vec<_>>(),
+        "nodes": body.nodes, "cells": body.cell_count(), "nodes_per_cell": body.nodes_per_cell,
+        "points_per_cell": body.points_per_cell, "unknowns": body.free_degrees_of_freedom().len(),
+        "cavities": body.cavities.iter().map(|c| &c.name).collect::<Vec<_>>(),
+        "check": { "displacement": "1e-4 sin(i), i = 3 node + component", "theta": theta, "energy": energy, "force_norm": norm },
+    })
+}

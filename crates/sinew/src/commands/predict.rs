@@ -1,0 +1,150 @@
+//! Predictions and their corrections.
+
+use super::{CaseArguments, MOST_WARNINGS, ThetaArguments, Usage, shown, trained};
+use anyhow::Result;
+use clap::Args;
+use sinew::output::{Fields, mean_and_largest};
+use sinew::{Body, Case, Emulator};
+use std::path::PathBuf;
+
+/// What both commands read.
+#[derive(Debug, Args)]
+pub struct Asked {
+    #[command(flatten)]
+    case: CaseArguments,
+    #[command(flatten)]
+    theta: ThetaArguments,
+    /// Name of the emulator's folder within OUT, such as `regression` [default: the only one, or that of the case's recipe]
+    #[arg(long, value_name = "NAME")]
+    emulator: Option<String>,
+    /// Most cases to write for ParaView
+    #[arg(long, value_name = "COUNT", default_value_t = 20)]
+    pictures: usize,
+}
+
+/// For which parameters.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Writes cases.csv, cases.npz, NNNN.vtu and cases.pvd into OUT/predict. Each case comes with an estimate of its error, by
+one Newton step and calibrated on held-out cases; --quick leaves it out.
+
+Example: sinew sample OnceClampedBeam && sinew predict OnceClampedBeam --theta out/OnceClampedBeam/sample/thetas.csv")]
+pub struct Predict {
+    #[command(flatten)]
+    asked: Asked,
+    /// Without error estimates
+    #[arg(long)]
+    quick: bool,
+}
+
+/// For which parameters, and how often.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Each step of Newton's method about squares the error of a prediction that is within 2 % of the truth. From above 4 % it
+may hurt: then a warning says so. Writes into OUT/correct.
+
+Example: sinew correct OnceClampedBeam --theta mu=75,lambda=80 --steps 2")]
+pub struct Correct {
+    #[command(flatten)]
+    asked: Asked,
+    /// Newton steps
+    #[arg(long, default_value_t = 1)]
+    steps: usize,
+}
+
+impl Asked {
+    fn emulator<'b>(&self, case: &Case, body: &'b Body) -> Result<Emulator<'b>> {
+        let found = trained(&self.case.folder(case))?;
+        let names = || found.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
+        let own = case.training.recipe();
+        let wanted = self.emulator.as_deref();
+        let by_name = |wanted: &str| found.iter().find(|(name, _)| name == wanted);
+        let chosen: Option<&(String, PathBuf)> = match (wanted, &found[..]) {
+            (Some(wanted), _) => by_name(wanted),
+            (None, [only]) => Some(only),
+            (None, _) => by_name(own.key()),
+        };
+        match chosen {
+            Some((_, folder)) => Ok(Emulator::load(folder, body)?),
+            None if found.is_empty() => {
+                let folder = self.case.folder(case);
+                Err(Usage(format!(
+                    "there is no emulator in {}; make one: sinew train",
+                    folder.display()
+                ))
+                .into())
+            }
+            None => Err(Usage(format!("choose one with --emulator NAME: {}", names())).into()),
+        }
+    }
+
+    fn write(&self, case: &Case, fields: &Fields<'_>, command: &str) -> Result<()> {
+        let folder = self.case.folder(case).join(command);
+        fields.write(&folder, self.pictures)?;
+        println!("written: {}", folder.display());
+        Ok(())
+    }
+}
+
+impl Predict {
+    pub fn run(&self) -> Result<()> {
+        let case = self.asked.case.read()?;
+        let body = case.body()?;
+        let thetas = self.asked.theta.read(&body)?;
+        let emulator = self.asked.emulator(&case, &body)?;
+        let prediction = emulator.predict(&thetas)?;
+        let unit = &body.units.length;
+        for (index, theta) in thetas.iter().enumerate() {
+            let [mean, largest] = mean_and_largest(prediction.field(index));
+            print!(
+                "{}: displacement mean {mean:.4} {unit}, largest {largest:.4} {unit}",
+                shown(&body, theta)
+            );
+            if self.quick {
+                println!();
+                continue;
+            }
+            match emulator.estimate(&prediction, index) {
+                Ok(estimate) => println!(
+                    "; estimated error {:.1e} {unit} in the mean, {:.2} % in the energy norm",
+                    estimate.mean_distance,
+                    100.0 * estimate.relative
+                ),
+                Err(error) => println!("; no error estimate: {error}"),
+            }
+        }
+        let found = vec![("predicted", prediction.fields())];
+        self.asked.write(&case, &Fields { body: &body, thetas: &thetas, found }, "predict")
+    }
+}
+
+impl Correct {
+    pub fn run(&self) -> Result<()> {
+        let case = self.asked.case.read()?;
+        let body = case.body()?;
+        let thetas = self.asked.theta.read(&body)?;
+        let emulator = self.asked.emulator(&case, &body)?;
+        let predicted = emulator.predict(&thetas)?.fields();
+        let mut corrected = Vec::with_capacity(thetas.len());
+        for theta in &thetas {
+            let correction = emulator.correct(theta, self.steps)?;
+            println!("{}", shown(&body, theta));
+            for (index, step) in correction.steps.iter().enumerate() {
+                println!(
+                    "  step {}: residual {:.1e} to {:.1e} of the forces, energy norm of the step {:.1e}, {:.1} ms",
+                    index + 1,
+                    step.residual_before / step.force_scale,
+                    step.residual_after / step.force_scale,
+                    step.energy_norm,
+                    1e3 * step.seconds
+                );
+            }
+            for warning in correction.warnings.iter().take(MOST_WARNINGS) {
+                eprintln!("warning: {warning}");
+            }
+            corrected.push(correction.displacement);
+        }
+        let found = vec![("corrected", corrected), ("predicted", predicted)];
+        self.asked.write(&case, &Fields { body: &body, thetas: &thetas, found }, "correct")
+    }
+}

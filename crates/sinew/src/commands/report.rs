@@ -1,0 +1,33 @@
+//! The last evaluation.
+
+use super::{CaseArguments, Usage};
+use anyhow::{Context, Result};
+use clap::Args;
+use sinew::Evaluation;
+
+/// Of which case.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Run sinew evaluate first; this reads OUT/evaluation.json and writes OUT/report.html and\nOUT/report.json."
+)]
+pub struct Report {
+    #[command(flatten)]
+    case: CaseArguments,
+}
+
+impl Report {
+    pub fn run(&self) -> Result<()> {
+        let case = self.case.read()?;
+        let path = self.case.folder(&case).join("evaluation.json");
+        let text = std::fs::read_to_string(&path).map_err(|error| {
+            Usage(format!("{}: {error}; run sinew evaluate first", path.display()))
+        })?;
+        let evaluation: Evaluation = serde_json::from_str(&text).with_context(|| {
+            format!("{} is damaged or of another version; run sinew evaluate again", path.display())
+        })?;
+        println!("{evaluation}");
+        let page = evaluation.report()?.write(&self.case.folder(&case))?;
+        println!("written: {}", page.display());
+        Ok(())
+    }
+}

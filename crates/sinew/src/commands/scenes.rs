@@ -1,0 +1,44 @@
+//! Built-in scenes.
+
+use super::Usage;
+use anyhow::Result;
+use clap::Args;
+use sinew::case::laws::LAWS;
+use sinew::{Case, scenes};
+use std::path::Path;
+
+/// Which one to print.
+#[derive(Debug, Args)]
+#[command(after_help = "Example: sinew new IdealVentricle > heart.toml")]
+pub struct New {
+    /// Name of a built-in scene (`sinew scenes`)
+    name: String,
+}
+
+impl New {
+    pub fn run(&self) -> Result<()> {
+        let Some(scene) = scenes::find(Path::new(&self.name)) else {
+            let names: Vec<_> = scenes::SCENES.iter().map(|scene| scene.name).collect();
+            return Err(Usage(format!(
+                "there is no scene `{}`; there are: {}",
+                self.name,
+                names.join(", ")
+            ))
+            .into());
+        };
+        print!("{}", scene.text);
+        Ok(())
+    }
+}
+
+pub fn list() -> Result<()> {
+    println!("scenes");
+    for scene in scenes::SCENES {
+        println!("  {:<22} {}", scene.name, Case::parse(scene.text, scene.name)?.about);
+    }
+    println!("\nlaws, with their parameters in the order of theta");
+    for law in LAWS {
+        println!("  {:<28} {:<36} {}", law.name, law.parameters.join(", "), law.about);
+    }
+    Ok(())
+}

@@ -1,0 +1,64 @@
+//! Equilibria.
+
+use super::{CaseArguments, ThetaArguments, Usage, shown};
+use anyhow::Result;
+use clap::Args;
+use sinew::output::{Fields, mean_and_largest};
+
+/// Which equilibria.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Writes cases.csv, cases.npz, NNNN.vtu and cases.pvd for ParaView into OUT/solve. Parameters outside their ranges are
+solved with a warning.
+
+Example: sinew solve IdealVentricle --theta a=0.18,b=2.6,a_f=3.3,b_f=2.7,p=8mmHg")]
+pub struct Solve {
+    #[command(flatten)]
+    case: CaseArguments,
+    #[command(flatten)]
+    theta: ThetaArguments,
+    /// Most cases to write for ParaView
+    #[arg(long, value_name = "COUNT", default_value_t = 20)]
+    pictures: usize,
+}
+
+impl Solve {
+    pub fn run(&self) -> Result<()> {
+        let case = self.case.read()?;
+        let body = case.body()?;
+        let thetas = self.theta.read(&body)?;
+        for theta in &thetas {
+            body.check_theta(theta)
+                .map_err(|error| Usage(format!("{}: {error}", shown(&body, theta))))?;
+        }
+        let mut terminal = sinew_emulate::Terminal::default();
+        let found = sinew::simulate(&body, &thetas, "solve", None, &mut terminal)?;
+        let unit = &body.units.length;
+        for (theta, field) in found.thetas.iter().zip(&found.fields) {
+            let [mean, largest] = mean_and_largest(field);
+            let volumes: Vec<_> = body.cavities.iter().zip(body.cavity_volumes(field)).collect();
+            let volumes: Vec<_> = volumes
+                .iter()
+                .map(|(c, v)| format!(", volume of {} {v:.1} {unit}3", c.name))
+                .collect();
+            println!(
+                "{}: displacement mean {mean:.4} {unit}, largest {largest:.4} {unit}{}",
+                shown(&body, theta),
+                volumes.concat()
+            );
+        }
+        for failure in &found.failures {
+            eprintln!("no equilibrium at {}: {}", shown(&body, &failure.theta), failure.reason);
+        }
+        let folder = self.case.folder(&case).join("solve");
+        if !found.fields.is_empty() {
+            let (thetas, found) = (&found.thetas[..], vec![("solved", found.fields)]);
+            Fields { body: &body, thetas, found }.write(&folder, self.pictures)?;
+            println!("written: {}", folder.display());
+        }
+        match found.failures.len() {
+            0 => Ok(()),
+            failed => anyhow::bail!("{failed} of {} cases have no equilibrium", thetas.len()),
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! Training.
+
+use super::CaseArguments;
+use anyhow::Result;
+use clap::Args;
+use sinew::case::{RecipeName, Training};
+
+/// By which recipe, and how long.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Options replace those of the case's [training]. The emulator and everything it was made of go to OUT/RECIPE; a run that
+was stopped goes on with --resume. Held-out simulations calibrate the error estimate and say how good it is.
+
+Recipes: regression (few simulations; the best for one geometry and few parameters), hybrid and dd (networks on
+simulations), pi (a network without simulations), auto (regression, and hybrid where that misses the target).
+
+Example: sinew train IdealVentricle --recipe regression --samples 50")]
+pub struct Train {
+    #[command(flatten)]
+    case: CaseArguments,
+    /// Recipe
+    #[arg(long, value_enum)]
+    recipe: Option<RecipeName>,
+    /// Simulations to learn from
+    #[arg(long, value_name = "COUNT")]
+    samples: Option<usize>,
+    /// Wall time of simulations and training
+    #[arg(long, conflicts_with = "steps")]
+    minutes: Option<f64>,
+    /// Training steps
+    #[arg(long)]
+    steps: Option<usize>,
+    /// Seed of all random numbers
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Name of the emulator's folder within OUT [default: the recipe's]
+    #[arg(long)]
+    name: Option<String>,
+    /// Go on with the run in that folder
+    #[arg(long)]
+    resume: bool,
+}
+
+impl Train {
+    pub fn run(&self) -> Result<()> {
+        let case = self.case.read()?;
+        let body = case.body()?;
+        let own = case.training.clone();
+        // A budget on the command line replaces the case's, whichever kind it is.
+        let (minutes, steps) = match (self.minutes, self.steps) {
+            (None, None) => (own.minutes, own.steps),
+            given => given,
+        };
+        let training = Training {
+            recipe: self.recipe.unwrap_or(own.recipe),
+            samples: self.samples.or(own.samples),
+            seed: self.seed.or(own.seed),
+            minutes,
+            steps,
+            ..own
+        };
+        let recipe = training.recipe();
+        let name = self.name.as_deref().unwrap_or(recipe.key());
+        let folder = self.case.folder(&case).join(name);
+        let options = sinew::TrainingOptions {
+            folder: Some(folder.clone()),
+            resume: self.resume,
+            ..training.options()
+        };
+        let mut terminal = sinew_emulate::Terminal::default();
+        let emulator = recipe.train(&body, &options, &mut terminal)?;
+        let record = &emulator.record;
+        if let Some(choice) = &record.choice {
+            println!("{choice}");
+        }
+        if let Some(errors) = &record.held_out {
+            let unit = &body.units.length;
+            println!(
+                "on {} held-out cases: err_u median {:.2e} {unit}, largest {:.2e} {unit}; {:.2e} of the displacements",
+                record.calibration.cases, errors.err_u.q50, errors.err_u.max, errors.relative.q50
+            );
+        }
+        let [simulate, train] = [record.simulate_s, record.prepare_s + record.train_s];
+        println!("{} simulations in {simulate:.1} s, training in {train:.1} s", record.simulations);
+        if record.warnings.is_empty() {
+            println!("written: {}", folder.display());
+        } else {
+            println!("written: {}, not to be trusted before these are read:", folder.display());
+            record.warnings.iter().for_each(|warning| println!("  {warning}"));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,60 @@
+//! From your own mesh to an emulator you can trust.
+//!
+//! A case file names a mesh, a law, fibres, loads, supports and the ranges of parameters θ; [`Case`] reads it,
+//! [`Case::body`] makes the [`Body`] that everything else speaks to. The program `sinew` does all of this from a
+//! terminal; `docs/case-file.md` describes every key.
+//!
+//! ```
+//! use sinew::{Case, Evaluation, Recipe, TestSet, recipe::Regression, simulate};
+//!
+//! // Mesh, law, loads, supports and ranges: a body.
+//! let case = Case::parse(
+//!     r#"
+//!     law = "neo-hookean"
+//!     loads = [{ body_force = [0.0, 0.0, -9.8e-3] }]   # kPa/mm
+//!     supports = [{ clamped = "x_min" }]
+//!     mesh.box = { extent = [30.0, 6.0, 6.0], cells = [6, 2, 2] }
+//!     parameters = { mu = [8.0, 16.0], lambda = [8.0, 16.0] }
+//!     training = { held_out = 4 }
+//!     "#,
+//!     "bar.toml",
+//! )?;
+//! let body = case.body()?;
+//!
+//! // An emulator, from nine simulations.
+//! let recipe = Recipe::from(Regression { simulations: 9, most: 9, target: 0.0 });
+//! let emulator = recipe.train(&body, &case.training.options(), &mut ())?;
+//!
+//! // A prediction, how far it is from equilibrium, and one Newton step nearer.
+//! let theta = vec![10.0, 12.0];
+//! let prediction = emulator.predict(&[theta.clone()])?;
+//! let estimate = emulator.estimate(&prediction, 0)?;
+//! let corrected = emulator.correct(&theta, 1)?;
+//! assert!(corrected.steps[0].residual_after < estimate.residual);
+//!
+//! // Errors and times on cases that it has not seen.
+//! let test = TestSet::new(&body, simulate(&body, &[theta], "test", None, &mut ())?);
+//! let mut evaluation = Evaluation::new(&test);
+//! evaluation.add("regression", &emulator, &test, 2, &mut ())?;
+//! println!("{evaluation}");
+//! assert!(evaluation.methods[0].corrected[0].err_u.max < evaluation.methods[0].raw.err_u.max);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+pub mod case;
+mod evaluation;
+pub mod npz;
+pub mod output;
+mod page;
+pub mod scenes;
+mod theta;
+
+pub use case::{Case, CaseError};
+pub use evaluation::{Coverage, Evaluation, Method, Times};
+pub use sinew_emulate::{
+    Design, Emulator, Prediction, Recipe, Record, Simulations, TestSet, TrainingOptions, recipe,
+    simulate,
+};
+pub use sinew_energy::{Body, Load, Parameter, Sampling, Scene, Support, laws};
+pub use sinew_fem::{Options, Solution, Solver, sweep};
+pub use theta::{ThetaText, outside, parse_theta, read_thetas};

@@ -1,0 +1,76 @@
+//! The program `sinew`: from a case file to fields, emulators, predictions and their errors.
+
+mod commands;
+
+use clap::{Parser, Subcommand};
+use commands::{evaluate, export, predict, report, sample, scenes, solve, train};
+use std::process::ExitCode;
+
+const HELP: &str = "\
+The way from a mesh to predictions:
+  sinew scenes                                    what there is to start from
+  sinew new OnceClampedBeam > beam.toml           a case file, to be edited: docs/case-file.md explains every key
+  sinew solve beam.toml --theta mu=75,lambda=80   one equilibrium, for ParaView
+  sinew train beam.toml                           an emulator; --recipe and --minutes say how
+  sinew predict beam.toml --theta thetas.csv      displacements for every row of a table, with error estimates
+  sinew correct beam.toml --theta mu=75,lambda=80 --steps 2
+  sinew evaluate beam.toml                        errors and times of all emulators trained so far
+  sinew report beam.toml                          the same as a page
+
+CASE is a case file or the name of a built-in scene. Results go to out/NAME (--out). Lengths are in mm, stresses in kPa.
+
+Exit codes: 0 done; 1 it could not be computed; 2 the command line, the case file or a table of parameters is wrong.";
+
+/// Physics-informed emulation of soft-tissue mechanics: solve, train, predict and correct bodies from case files.
+#[derive(Debug, Parser)]
+#[command(name = "sinew", version, after_help = HELP, max_term_width = 110)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Find equilibria by Newton's method.
+    Solve(solve::Solve),
+    /// Draw parameters from their ranges, and solve for them if wanted.
+    Sample(sample::Sample),
+    /// Train an emulator.
+    Train(train::Train),
+    /// Predict displacements with a trained emulator.
+    Predict(predict::Predict),
+    /// Predict, and come nearer to equilibrium by Newton steps.
+    Correct(predict::Correct),
+    /// Measure errors and times of the trained emulators on cases they have not seen.
+    Evaluate(evaluate::Evaluate),
+    /// Write the last evaluation as a page.
+    Report(report::Report),
+    /// Write the body as mesh, arrays and numbers for other programs.
+    Export(export::Export),
+    /// List built-in scenes and laws.
+    Scenes,
+    /// Print the case file of a built-in scene.
+    New(scenes::New),
+}
+
+fn main() -> ExitCode {
+    let done = match Arguments::parse().command {
+        Command::Solve(command) => command.run(),
+        Command::Sample(command) => command.run(),
+        Command::Train(command) => command.run(),
+        Command::Predict(command) => command.run(),
+        Command::Correct(command) => command.run(),
+        Command::Evaluate(command) => command.run(),
+        Command::Report(command) => command.run(),
+        Command::Export(command) => command.run(),
+        Command::Scenes => scenes::list(),
+        Command::New(command) => command.run(),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {}", commands::told(&error));
+            ExitCode::from(if commands::is_usage(&error) { 2 } else { 1 })
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! Scenes that come with the program, as case files to run or to start from.
+
+use std::path::Path;
+
+/// A built-in scene.
+#[derive(Clone, Copy, Debug)]
+pub struct BuiltIn {
+    /// Its name; upper and lower case are the same.
+    pub name: &'static str,
+    /// Its case file.
+    pub text: &'static str,
+}
+
+macro_rules! scenes {
+    ($($name:literal: $file:literal),* $(,)?) => {
+        &[$(BuiltIn { name: $name, text: include_str!(concat!("../scenes/", $file)) }),*]
+    };
+}
+
+/// All of them: those of the thesis, with their names there, and an organ that needs no mesh file.
+pub const SCENES: &[BuiltIn] = scenes! {
+    "OnceClampedBeam": "once_clamped_beam.toml",
+    "TwiceClampedBeam": "twice_clamped_beam.toml",
+    "RefinedBeam": "refined_beam.toml",
+    "IdealVentricle": "ideal_ventricle.toml",
+    "LeftVentricle": "left_ventricle.toml",
+    "LeftVentricleThesis": "left_ventricle_thesis.toml",
+    "Liver": "liver.toml",
+};
+
+/// The scene of a name, in upper or lower case.
+pub fn find(name: &Path) -> Option<&'static BuiltIn> {
+    let name = name.to_str()?;
+    SCENES.iter().find(|scene| scene.name.eq_ignore_ascii_case(name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::Case;
+
+    #[test]
+    fn every_scene_is_a_case_of_its_name() {
+        for scene in SCENES {
+            let case = Case::parse(scene.text, scene.name).unwrap();
+            assert_eq!(case.name, scene.name);
+            assert!(!case.about.is_empty());
+            if case.mesh.file.is_none() {
+                let body = case.body().unwrap();
+                let size = scene.name.starts_with("Refined");
+                assert_eq!(body.nodes == 7696, size, "{} has {} nodes", scene.name, body.nodes);
+            } else {
+                let error = case.body().unwrap_err().to_string();
+                assert!(error.contains("--mesh FILE"), "{error}");
+            }
+        }
+    }
+}

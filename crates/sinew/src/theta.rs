@@ -1,0 +1,221 @@
+//! θ from the command line and from tables.
+
+use crate::case::stress_in_kpa;
+use sinew_energy::Parameter;
+use std::path::Path;
+
+/// θ that cannot be read, with the place, the parameter and its range.
+#[derive(Debug, thiserror::Error)]
+#[error("{place}: {reason}")]
+pub struct ThetaText {
+    place: String,
+    reason: String,
+}
+
+/// θ from `name=value` pairs separated by commas, in any order, such as `mu=75,lambda=80` or `p=7mmHg`. Without a unit a
+/// value has that of its parameter.
+///
+/// # Errors
+/// A name that is no parameter, is missing or there twice; a value that is no number, or has another unit.
+///
+/// ```
+/// use sinew::{Parameter, Sampling, parse_theta};
+/// let parameter = |name: &str| Parameter {
+///     name: name.into(), unit: "kPa".into(), range: [1.0, 2.0], sampling: Sampling::Log,
+/// };
+/// let parameters = [parameter("mu"), parameter("lambda")];
+/// assert_eq!(parse_theta("lambda=1.5, mu=2", &parameters).unwrap(), [2.0, 1.5]);
+/// let error = parse_theta("mu=1,lamda=2", &parameters).unwrap_err().to_string();
+/// assert!(error.contains("did you mean `lambda`?"), "{error}");
+/// ```
+pub fn parse_theta(text: &str, parameters: &[Parameter]) -> Result<Vec<f64>, ThetaText> {
+    let error = |reason| ThetaText { place: "--theta".into(), reason };
+    let (mut names, mut values) = (Vec::new(), Vec::new());
+    for pair in text.split(',').map(str::trim).filter(|pair| !pair.is_empty()) {
+        let (name, value) = pair
+            .split_once('=')
+            .ok_or_else(|| error(format!("`{pair}` is no name=value pair, such as mu=75")))?;
+        names.push(name.trim());
+        values.push(value.trim());
+    }
+    let columns = columns(&names, parameters).map_err(error)?;
+    let read = |(parameter, &column): (&Parameter, &usize)| number(values[column], "", parameter);
+    parameters.iter().zip(&columns).map(read).collect::<Result<_, _>>().map_err(error)
+}
+
+/// θ from a CSV table: names in the first line, such as `mu,lambda` or `a,p [mmHg]`, in any order; a row per θ. Empty lines
+/// and those that begin with `#` are left out.
+///
+/// # Errors
+/// A file that cannot be read; a column that is no parameter or missing; a row with a number too few, too many or that is
+/// none, with its line.
+pub fn read_thetas(path: &Path, parameters: &[Parameter]) -> Result<Vec<Vec<f64>>, ThetaText> {
+    let file = path.display();
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| ThetaText { place: file.to_string(), reason: error.to_string() })?;
+    let error = |line: usize, reason| ThetaText { place: format!("{file}, line {line}"), reason };
+    let mut lines = (1..).zip(text.lines()).filter(|(_, line)| {
+        let line = line.trim();
+        !line.is_empty() && !line.starts_with('#')
+    });
+    let Some((first, header)) = lines.next() else {
+        return Err(error(
+            1,
+            format!("the table is empty; begin with a line of names: {}", listed(parameters)),
+        ));
+    };
+    let heads: Vec<(&str, &str)> =
+        header.trim_start_matches('\u{feff}').split(',').map(head).collect();
+    let names: Vec<&str> = heads.iter().map(|(name, _)| *name).collect();
+    let columns = columns(&names, parameters).map_err(|reason| error(first, reason))?;
+    let row = |(line, text): (usize, &str)| {
+        let cells: Vec<&str> = text.split(',').map(str::trim).collect();
+        if cells.len() != heads.len() {
+            let reason = format!(
+                "{} values for the {} columns {}",
+                cells.len(),
+                heads.len(),
+                names.join(", ")
+            );
+            return Err(error(line, reason));
+        }
+        let read = |(parameter, &column): (&Parameter, &usize)| {
+            number(cells[column], heads[column].1, parameter)
+        };
+        let theta: Result<Vec<f64>, String> = parameters.iter().zip(&columns).map(read).collect();
+        theta.map_err(|reason| error(line, reason))
+    };
+    lines.map(row).collect()
+}
+
+/// What to say about parameters outside their ranges.
+pub fn outside(parameters: &[Parameter], theta: &[f64]) -> Vec<String> {
+    let say = |(parameter, value): (&Parameter, &f64)| {
+        let Parameter { name, unit, range: [low, high], .. } = parameter;
+        // Rounding of a bound that went through a text is no reason to warn.
+        let slack = 1e-9 * low.abs().max(high.abs());
+        let inside = (low - slack..=high + slack).contains(value);
+        (!inside).then(|| {
+            format!("{name} = {value} {unit} is outside its range from {low} to {high} {unit}")
+        })
+    };
+    parameters.iter().zip(theta).filter_map(say).collect()
+}
+
+/// Name and unit of a column, such as `p [mmHg]`.
+fn head(text: &str) -> (&str, &str) {
+    let text = text.trim().trim_matches('"');
+    match text.split_once('[') {
+        Some((name, unit)) => (name.trim(), unit.trim().trim_end_matches(']').trim()),
+        None => (text, ""),
+    }
+}
+
+/// Where each parameter stands among names.
+fn columns(names: &[&str], parameters: &[Parameter]) -> Result<Vec<usize>, String> {
+    let known = || parameters.iter().map(|parameter| parameter.name.as_str());
+    if let Some(name) = names.iter().find(|name| known().all(|known| known != **name)) {
+        return Err(format!(
+            "`{name}` is no parameter{}",
+            crate::case::advise(name, known(), "parameters")
+        ));
+    }
+    let column = |parameter: &Parameter| {
+        let mut found = (0..names.len()).filter(|&column| names[column] == parameter.name);
+        match (found.next(), found.next()) {
+            (Some(column), None) => Ok(column),
+            (Some(_), Some(_)) => Err(format!("`{}` is there twice", parameter.name)),
+            (None, _) => Err(format!(
+                "{} is missing; give all of {}",
+                described(parameter),
+                listed(parameters)
+            )),
+        }
+    };
+    parameters.iter().map(column).collect()
+}
+
+/// A value in the unit of its parameter; its own unit, or the given one, is converted.
+fn number(text: &str, unit: &str, parameter: &Parameter) -> Result<f64, String> {
+    let end =
+        text.find(|c: char| !(c.is_ascii_digit() || "+-.eE".contains(c))).unwrap_or(text.len());
+    let (digits, own) = (text[..end].trim(), text[end..].trim());
+    let value: f64 = match digits.parse() {
+        Ok(value) if f64::is_finite(value) => value,
+        _ => return Err(format!("`{text}` is no finite number for {}", described(parameter))),
+    };
+    let unit = if own.is_empty() { unit } else { own };
+    if unit.is_empty() || unit == parameter.unit {
+        return Ok(value);
+    }
+    match (stress_in_kpa(unit), stress_in_kpa(&parameter.unit)) {
+        (Some(given), Some(expected)) => Ok(value * given / expected),
+        _ => Err(format!("`{text}` is in {unit}, but {}", described(parameter))),
+    }
+}
+
+fn described(parameter: &Parameter) -> String {
+    let Parameter { name, unit, range: [low, high], .. } = parameter;
+    let unit = if unit == "1" { "" } else { unit };
+    format!("{name} (from {low} to {high} {unit}").trim_end().to_string() + ")"
+}
+
+fn listed(parameters: &[Parameter]) -> String {
+    parameters.iter().map(|parameter| parameter.name.as_str()).collect::<Vec<_>>().join(",")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew_energy::Sampling;
+
+    fn parameters() -> Vec<Parameter> {
+        let parameter = |name: &str, unit: &str| Parameter {
+            name: name.into(),
+            unit: unit.into(),
+            range: [1.0, 4.0],
+            sampling: Sampling::Log,
+        };
+        vec![parameter("a", "kPa"), parameter("b", "1"), parameter("p", "kPa")]
+    }
+
+    #[test]
+    fn units_are_converted_where_they_make_sense() {
+        let theta = parse_theta("p=7.500616827mmHg, a=2e3 Pa, b=1e0", &parameters()).unwrap();
+        assert!((theta[2] - 1.0).abs() < 1e-9 && theta[..2] == [2.0, 1.0], "{theta:?}");
+        let error = |text| parse_theta(text, &parameters()).unwrap_err().to_string();
+        assert!(error("a=1,b=2kPa,p=1").contains("b (from 1 to 4)"), "{}", error("a=1,b=2kPa,p=1"));
+        assert!(error("a=1,b=2").contains("p (from 1 to 4 kPa) is missing"));
+        assert!(error("a=1,a=2,b=1,p=1").contains("twice"));
+        assert!(error("a=1,b=nan,p=1").contains("no finite number"));
+        assert!(error("a=1;b=2").contains("no finite number"), "{}", error("a=1;b=2"));
+    }
+
+    #[test]
+    fn bad_rows_of_tables_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("thetas.csv");
+        let read = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            read_thetas(&path, &parameters()).map_err(|error| error.to_string())
+        };
+        let table = read("# all\np [mmHg],b,a\n7.500616827,2,3\n\n15.001233654, 3, 2\n").unwrap();
+        assert!((table[1][2] - 2.0).abs() < 1e-9 && table[0][..2] == [3.0, 2.0], "{table:?}");
+        let error = read("a,b,p\n1,2,3\n1,2\n").unwrap_err();
+        assert!(
+            error.contains("line 3") && error.contains("2 values for the 3 columns"),
+            "{error}"
+        );
+        let error = read("a,b,p\n1,x,3\n").unwrap_err();
+        assert!(error.contains("line 2") && error.contains("`x`"), "{error}");
+        assert!(read("a,b,pp\n").unwrap_err().contains("did you mean `p`?"));
+        assert!(read("\n").unwrap_err().contains("a,b,p"));
+    }
+
+    #[test]
+    fn values_outside_are_told_and_rounding_is_not() {
+        assert!(outside(&parameters(), &[1.0 - 1e-12, 4.0, 2.0]).is_empty());
+        let said = outside(&parameters(), &[0.5, 4.0, 5.0]);
+        assert!(said[0].contains("a = 0.5 kPa") && said[1].contains("p = 5 kPa"), "{said:?}");
+    }
+}

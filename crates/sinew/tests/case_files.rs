@@ -1,0 +1,221 @@
+//! `docs/case-file.md` and the parser say the same, and mistakes are answered with the key that was meant.
+
+use sinew::Case;
+use toml::{Table, Value};
+
+const PAGE: &str = include_str!("../../../docs/case-file.md");
+
+/// The TOML blocks of the page.
+fn blocks() -> Vec<&'static str> {
+    let blocks: Vec<_> =
+        PAGE.split("```toml\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
+    assert!(blocks.len() >= 4);
+    blocks
+}
+
+/// What is said about a case that must be refused.
+fn refusal(text: &str) -> String {
+    let body = Case::parse(text, "case.toml").and_then(|case| case.body());
+    let error = body.err().unwrap_or_else(|| panic!("was to be refused:\n{text}")).to_string();
+    assert!(error.starts_with("case.toml"), "{error}");
+    error
+}
+
+#[test]
+fn every_block_of_the_page_is_a_body() {
+    for block in blocks() {
+        let case = Case::parse(block, "page.toml").unwrap();
+        if case.mesh.file.is_some() {
+            assert!(case.body().unwrap_err().to_string().contains("organ.vtk"));
+        } else {
+            case.body().unwrap_or_else(|error| panic!("{error}\n{block}"));
+        }
+    }
+}
+
+/// Calls with every key of every table, and a way to rename it.
+fn each_key(value: &mut Value, root: &mut dyn FnMut(&str)) {
+    match value {
+        Value::Table(table) => {
+            for key in table.keys().cloned().collect::<Vec<_>>() {
+                root(&key);
+                if let Some(inner) = table.get_mut(&key) {
+                    each_key(inner, root);
+                }
+            }
+        }
+        Value::Array(array) => array.iter_mut().for_each(|inner| each_key(inner, root)),
+        _ => {}
+    }
+}
+
+/// The same document with its `wanted`-th key misspelt, and that key.
+fn misspelt(document: &Table, wanted: usize) -> Option<(String, String)> {
+    fn visit(value: &mut Value, left: &mut usize) -> Option<String> {
+        match value {
+            Value::Table(table) => {
+                for key in table.keys().cloned().collect::<Vec<_>>() {
+                    if *left == 0 {
+                        let inner = table.remove(&key)?;
+                        let last = key.chars().last()?;
+                        table.insert(format!("{key}{last}"), inner);
+                        return Some(key);
+                    }
+                    *left -= 1;
+                    if let Some(found) = visit(table.get_mut(&key)?, left) {
+                        return Some(found);
+                    }
+                }
+                None
+            }
+            Value::Array(array) => array.iter_mut().find_map(|inner| visit(inner, left)),
+            _ => None,
+        }
+    }
+    let mut value = Value::Table(document.clone());
+    let mut left = wanted;
+    let key = visit(&mut value, &mut left)?;
+    Some((toml::to_string(&value).unwrap(), key))
+}
+
+#[test]
+fn each_misspelt_key_is_named_with_the_one_that_was_meant() {
+    let mut tried = std::collections::BTreeSet::new();
+    for block in blocks() {
+        let document: Table = toml::from_str(block).unwrap();
+        let mut count = 0;
+        each_key(&mut Value::Table(document.clone()), &mut |_| count += 1);
+        for wanted in 0..count {
+            let (text, key) = misspelt(&document, wanted).unwrap();
+            let error = refusal(&text);
+            let last = key.chars().last().unwrap();
+            assert!(error.contains(&format!("{key}{last}")), "{key}: {error}");
+            assert!(error.contains(&format!("did you mean `{key}`?")), "{key}: {error}");
+            assert!(error.contains("line "), "{key}: {error}");
+            tried.insert(key);
+        }
+    }
+    assert!(tried.len() > 55, "{} keys", tried.len());
+}
+
+#[test]
+fn every_key_that_is_read_is_on_the_page() {
+    // Tables with a key that is like no other are answered with all keys.
+    let body = "law = \"neo-hookean\"\nsupports = [{ clamped = \"x_min\" }]\n\
+                mesh.box = { extent = [1.0, 1.0, 1.0], cells = [1, 1, 1] }\nparameters = { mu = [1.0, 2.0], lambda = [1.0, 2.0] }\n";
+    let odd = "qqqqqqqqqqqqqqqqqqqqqq = 1";
+    let tables = [
+        format!("{odd}\n{body}"),
+        body.replace("mesh.box", &format!("mesh.{odd}\nmesh.box")),
+        body.replace("cells =", &format!("{odd}, cells =")),
+        body.replace("mesh.box", &format!("mesh.ellipsoid = {{ {odd} }}\nmesh.box")),
+        body.replace("\"neo-hookean\"", &format!("{{ {odd} }}")),
+        body.replace("mu = [1.0, 2.0]", &format!("mu = {{ {odd} }}")),
+        body.replace("clamped = ", &format!("{odd}, clamped = ")),
+        format!("loads = [{{ {odd} }}]\n{body}"),
+        format!("loads = [{{ foundation = {{ {odd} }} }}]\n{body}"),
+        format!("fibres = {{ {odd} }}\n{body}"),
+        format!("fibres = {{ rule = {{ {odd} }} }}\n{body}"),
+        format!("training = {{ {odd} }}\n{body}"),
+        format!("training = {{ network = {{ {odd} }} }}\n{body}"),
+        format!("formulation = \"qqqqqqqqqqqqqqqqqqqqqq\"\n{body}"),
+        format!("training = {{ recipe = \"qqqqqqqqqqqqqqqqqqqqqq\" }}\n{body}"),
+        format!("training = {{ design = \"qqqqqqqqqqqqqqqqqqqqqq\" }}\n{body}"),
+        format!("mesh.element = \"qqqqqqqqqqqqqqqqqqqqqq\"\n{body}"),
+        body.replace(
+            "mu = [1.0, 2.0]",
+            "mu = { range = [1.0, 2.0], sampling = \"qqqqqqqqqqqqqqqqqqqqqq\" }",
+        ),
+        body.replace(
+            "mu = [1.0, 2.0]",
+            "mu = { range = [1.0, 2.0], unit = \"qqqqqqqqqqqqqqqqqqqqqq\" }",
+        ),
+        body.replace("\"neo-hookean\"", "\"qqqqqqqqqqqqqqqqqqqqqq\""),
+    ];
+    for text in tables {
+        let error = refusal(&text);
+        let (_, known) = error.rsplit_once(": ").unwrap();
+        for key in known.split(", ") {
+            let shown =
+                [format!("`{key}`"), format!("`\"{key}\"`")].iter().any(|form| PAGE.contains(form));
+            assert!(shown, "{key} is not on the page: {error}");
+        }
+    }
+}
+
+/// The block with everything, edited; every edit must apply.
+fn edited(from: &str, to: &str) -> String {
+    let block = blocks()[1];
+    assert!(block.contains(from), "the page no longer holds {from:?}");
+    block.replace(from, to)
+}
+
+#[test]
+fn values_that_make_no_sense_are_told_with_key_unit_and_range() {
+    let told = |from: &str, to: &str, words: &[&str]| {
+        let error = refusal(&edited(from, to));
+        for word in words {
+            assert!(error.contains(word), "{word:?} is not in: {error}");
+        }
+    };
+    told(
+        "[4.0, 10.0], unit = \"mmHg\"",
+        "[4.0, 10.0], unit = \"mmhg\"",
+        &["parameters.p.unit", "did you mean `mmHg`?"],
+    );
+    told("unit = \"1\"", "unit = \"kPa\"", &["parameters.b.unit", "number without unit"]);
+    told("[4.0, 10.0]", "[10.0, 4.0]", &["parameters.p.range", "10 to 4 mmHg", "[4, 10]"]);
+    told("a = [0.1, 0.26]", "a = [0.0, 0.26]", &["parameters.a", "sampling = \"linear\""]);
+    told("a = [0.1, 0.26]", "a = [-0.1, 0.26]", &["parameters.a"]);
+    told("a = [0.1, 0.26]", "a = [0.1, inf]", &["parameters.a", "finite"]);
+    told("a = [0.1, 0.26]\n", "", &["parameters", "`a` is missing", "kPa"]);
+    told("a = [0.1, 0.26]", "a = [0.1, 0.26, 0.3]", &["line ", "3 values where 2 belong"]);
+    told("a = [0.1, 0.26]", "a = \"soft\"", &["line ", "[smallest, largest]"]);
+    told("pressure = \"p\"", "pressure = \"q\"", &["parameters.p", "did you mean `q`?"]);
+    told("\"2 mmHg\"", "\"2 bar\"", &["`bar`", "mmHg"]);
+    told(
+        "pressure = \"p\", facets = \"endo\"",
+        "pressure = \"p\", facets = \"end\"",
+        &["loads.0.facets", "did you mean `endo`?"],
+    );
+    told("pressure = \"p\", facets = \"endo\"", "pressure = \"p\"", &["loads.0", "endo, epi"]);
+    told(
+        "pressure = \"p\", facets",
+        "pressure = \"p\", traction = [0.0, 0.0, 1.0], facets",
+        &["loads.0", "one of"],
+    );
+    told("body_force = [0.0, 0.0, -9.8e-3]", "body_force = [0.0, 0.0, nan]", &["loads"]);
+    told(
+        "nodes = \"base\"\nz",
+        "nodes = \"bass\"\nz",
+        &["supports.0.nodes", "did you mean `base`?"],
+    );
+    told("z = 0.0\n", "", &["supports.0", "x, y, z"]);
+    told("bulk_modulus = 25.0", "bulk_modulus = -25.0", &["law", "-25"]);
+    told(", bulk_modulus = 25.0", "", &["law", "bulk_modulus"]);
+    told("\"holzapfel-ogden\"", "\"holzapfel-odgen\"", &["did you mean `holzapfel-ogden`?"]);
+    told("unit = \"cm\"", "unit = \"inch\"", &["mesh.unit", "mm, cm, m"]);
+    told("cells = [1, 16, 8]", "cells = [1, 15, 8]", &["mesh.ellipsoid.cells", "multiple of 8"]);
+    told("cells = [1, 16, 8]", "cells = [1, 16, 8, 2]", &["line "]);
+    told("cells = [1, 16, 8]", "cells = [1, 16, 8, 2]", &["line ", "4 values where 3 belong"]);
+    told("short = [0.7, 1.0]", "short = [1.0, 0.7]", &["mesh.ellipsoid.short", "outer"]);
+    told("\"tetrahedra\"", "\"hexahedra\"", &["fibres.rule", "tetrahedra"]);
+    told("endocardium = \"endo\"", "endocardium = \"inside\"", &["fibres.rule", "inside"]);
+    told("minutes = 20.0", "minutes = 20.0\nsteps = 100", &["training.steps", "not both"]);
+    told("[fibres.rule]", "[fibres]\nfield = \"fibre\"\n[fibres.rule]", &["fibres", "one of"]);
+}
+
+#[test]
+fn a_range_is_converted_and_a_budget_is_read() {
+    let case = Case::parse(blocks()[1], "page.toml").unwrap();
+    let body = case.body().unwrap();
+    let range = |index: usize| body.parameters[index].range;
+    assert!(
+        (range(2)[0] - 1.5).abs() < 1e-12 && (range(4)[0] - 4.0 * 0.133_322_387_415).abs() < 1e-12
+    );
+    // Two centimetres.
+    let lowest = body.positions.iter().fold(0.0f64, |least, x| least.min(x[2]));
+    assert!((lowest + 20.0).abs() < 1e-9, "{lowest}");
+    let options = case.training.options();
+    assert_eq!((options.seed, options.budget), (7, sinew_emulate::Budget::Seconds(1200.0)));
+}

@@ -1,0 +1,148 @@
+//! The program as a person at a terminal meets it.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// A bar that trains in a second.
+const BAR: &str = r#"
+law = "neo-hookean"
+loads = [{ body_force = [0.0, 0.0, -9.8e-3] }]
+supports = [{ clamped = "x_min" }]
+
+[mesh]
+box = { extent = [30.0, 6.0, 6.0], cells = [6, 2, 2] }
+
+[parameters]
+lambda = [8.0, 16.0]
+mu = [8.0, 16.0]
+
+[training]
+recipe = "regression"
+samples = 12
+held_out = 4
+"#;
+
+fn sinew(folder: &Path, arguments: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_sinew"));
+    command.current_dir(folder).args(arguments.split_whitespace()).output().unwrap()
+}
+
+/// What it printed; it must succeed.
+fn done(folder: &Path, arguments: &str) -> String {
+    let output = sinew(folder, arguments);
+    let [out, err] =
+        [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text).into_owned());
+    assert!(output.status.success(), "sinew {arguments}\n{out}{err}");
+    out + &err
+}
+
+/// Its exit code and what it printed on standard error; it must fail.
+fn refused(folder: &Path, arguments: &str) -> (i32, String) {
+    let output = sinew(folder, arguments);
+    assert!(!output.status.success(), "sinew {arguments} was to fail");
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!text.contains('{') && !text.contains("Err("), "printed for debugging: {text}");
+    (output.status.code().unwrap(), text)
+}
+
+fn bar() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("bar.toml"), BAR).unwrap();
+    folder
+}
+
+#[test]
+fn from_a_case_to_a_report() {
+    let folder = bar();
+    let folder = folder.path();
+    let solved = done(folder, "solve bar.toml --theta lambda=12,mu=10");
+    assert!(solved.contains("mu = 10.0000 kPa, lambda = 12.0000 kPa"), "{solved}");
+    assert!(folder.join("out/bar/solve/0000.vtu").exists());
+
+    done(folder, "sample bar.toml --count 5 --design sobol --solve");
+    let table = std::fs::read_to_string(folder.join("out/bar/sample/thetas.csv")).unwrap();
+    assert!(table.starts_with("mu [kPa],lambda [kPa]\n") && table.lines().count() == 6, "{table}");
+
+    let early = refused(folder, "predict bar.toml");
+    assert!(early.0 == 2 && early.1.contains("sinew train"), "{early:?}");
+    let trained = done(folder, "train bar.toml");
+    assert!(trained.contains("held-out cases"), "{trained}");
+    let predicted = done(folder, "predict bar.toml --theta out/bar/sample/thetas.csv");
+    assert_eq!(predicted.matches("estimated error").count(), 5, "{predicted}");
+    let (mesh, _) = sinew_mesh::read_tet_mesh(folder.join("out/bar/predict/0004.vtu")).unwrap();
+    assert_eq!(mesh.point_fields["u_predicted"].components, 3);
+
+    let corrected = done(folder, "correct bar.toml --theta mu=10,lambda=12 --steps 2");
+    assert!(corrected.contains("step 2: residual"), "{corrected}");
+    let (mesh, _) = sinew_mesh::read_tet_mesh(folder.join("out/bar/correct/0000.vtu")).unwrap();
+    let (solved, _) = sinew_mesh::read_tet_mesh(folder.join("out/bar/solve/0000.vtu")).unwrap();
+    let [found, truth] = [&mesh.point_fields["u_corrected"], &solved.point_fields["u_solved"]];
+    let pairs = found.to_f64().into_owned().into_iter().zip(truth.to_f64().into_owned());
+    let apart = pairs.fold(0.0f64, |most, (a, b)| most.max((a - b).abs()));
+    assert!(apart < 1e-9, "{apart:e} mm from the equilibrium after two steps");
+
+    let evaluated = done(folder, "evaluate bar.toml --cases 6");
+    assert!(evaluated.contains("2 Newton steps"), "{evaluated}");
+    let reported = done(folder, "report bar.toml");
+    assert!(reported.contains("regression"), "{reported}");
+    done(folder, "export bar.toml");
+    let body = std::fs::read_to_string(folder.join("out/bar/export/body.json")).unwrap();
+    assert!(body.contains("\"nodes\": 63"), "{body}");
+}
+
+#[test]
+fn parameters_outside_their_ranges_are_solved_with_a_warning() {
+    let folder = bar();
+    let told = done(folder.path(), "solve bar.toml --theta lambda=12,mu=20");
+    assert!(told.contains("warning: mu = 20 kPa is outside its range from 8 to 16 kPa"), "{told}");
+    let (code, told) = refused(folder.path(), "solve bar.toml --theta lambda=12,mu=-2");
+    assert!(code == 2 && told.contains("mu"), "{told}");
+}
+
+#[test]
+fn a_bad_row_is_named() {
+    let folder = bar();
+    std::fs::write(folder.path().join("thetas.csv"), "lambda,mu\n9,9\n10,ten\n").unwrap();
+    let (code, told) = refused(folder.path(), "solve bar.toml --theta thetas.csv");
+    assert!(code == 2 && told.contains("thetas.csv, line 3"), "{told}");
+    assert!(told.contains("`ten`") && told.contains("mu (from 8 to 16 kPa)"), "{told}");
+}
+
+#[test]
+fn mistakes_in_a_case_file_are_named_with_their_line() {
+    let folder = bar();
+    let told = |from: &str, to: &str| {
+        assert!(BAR.contains(from));
+        std::fs::write(folder.path().join("wrong.toml"), BAR.replace(from, to)).unwrap();
+        let (code, text) = refused(folder.path(), "solve wrong.toml");
+        assert_eq!(code, 2, "{text}");
+        text
+    };
+    let text = told("mu = [8.0, 16.0]", "mu = [16.0, 8.0]");
+    assert!(
+        text.contains("wrong.toml, line 11, parameters.mu") && text.contains("[8, 16]"),
+        "{text}"
+    );
+    let text = told("clamped = \"x_min\"", "clamped = \"x_mim\"");
+    assert!(text.contains("line 4") && text.contains("did you mean `x_min`?"), "{text}");
+    let text = told("mesh]\nbox", "mesh]\nbxo");
+    assert!(text.contains("line 7") && text.contains("did you mean `box`?"), "{text}");
+    let (code, text) = refused(folder.path(), "solve OnceClampdBeam");
+    assert!(code == 2 && text.contains("did you mean `OnceClampedBeam`?"), "{text}");
+}
+
+#[test]
+fn help_teaches_and_scenes_can_be_copied() {
+    let folder = tempfile::tempdir().unwrap();
+    for command in ["", "solve ", "sample ", "train ", "predict ", "correct ", "evaluate "] {
+        let help = done(folder.path(), &format!("{command}--help"));
+        assert!(help.contains("sinew new") || help.contains("Example: sinew"), "{help}");
+    }
+    let listed = done(folder.path(), "scenes");
+    for scene in sinew::scenes::SCENES {
+        assert!(listed.contains(scene.name));
+        assert_eq!(done(folder.path(), &format!("new {}", scene.name)), scene.text);
+    }
+    let (code, told) = refused(folder.path(), "solve LeftVentricle");
+    assert!(code == 2 && told.contains("--mesh FILE"), "{told}");
+}
