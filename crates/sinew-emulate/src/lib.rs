@@ -4,26 +4,15 @@
 //!
 //! ```
 //! use sinew_emulate::{Recipe, TrainingOptions};
-//! use sinew_energy::{Load, Parameter, Sampling, Scene, Support, Units, laws::NeoHookean};
+//! use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
 //! use sinew_mesh::box_tetrahedra;
 //!
-//! let stiffness = |name: &str| Parameter {
-//!     name: name.into(),
-//!     unit: "kPa".into(),
-//!     range: [8.0, 16.0],
-//!     sampling: Sampling::Log,
-//! };
-//! let scene = Scene {
-//!     name: "bar".into(),
-//!     units: Units::mm_kpa(),
-//!     mesh: box_tetrahedra([40.0, 8.0, 8.0], [6, 2, 2]),
-//!     law: NeoHookean,
-//!     directions: vec![],
-//!     parameters: vec![stiffness("mu"), stiffness("lambda")],
-//!     loads: vec![Load::BodyForce([0.0, 0.0, -9.8e-3])], // 1 g/cm³ · 9.8 m/s² [kPa/mm]
-//!     supports: vec![Support::clamped("x_min")],
-//! };
-//! let body = scene.lower()?;
+//! let body = Scene::new(box_tetrahedra([40.0, 8.0, 8.0], [6, 2, 2]), NeoHookean)
+//!     .parameter(Parameter::log("mu", "kPa", 8.0..=16.0))
+//!     .parameter(Parameter::log("lambda", "kPa", 8.0..=16.0))
+//!     .load(Load::BodyForce([0.0, 0.0, -9.8e-3])) // 1 g/cm³ · 9.8 m/s² [kPa/mm]
+//!     .support(Support::clamped("x_min"))
+//!     .lower()?;
 //!
 //! // Solves, trains, measures itself on held-out cases, and says why it is what it is.
 //! let emulator = Recipe::auto().train(&body, &TrainingOptions::default(), &mut ())?;
@@ -46,8 +35,8 @@
 //! - [`Recipe`]: [`recipe::Regression`] on few simulations, and networks: [`recipe::DataDriven`],
 //!   [`recipe::PhysicsInformed`], [`recipe::Hybrid`]; [`recipe::Auto`] chooses by cross-validation.
 //! - [`Emulator`] predicts, estimates its error by one Newton step ([`Estimate`], calibrated on held-out cases:
-//!   [`Calibration`]), corrects ([`Correction`]), is stored and loaded; a [`TestSet`] measures its
-//!   errors.
+//!   [`Calibration`]), corrects ([`Correction`]), is stored and loaded, and is evaluated against a [`TestSet`]
+//!   ([`Evaluation`]).
 //! - [`TrainingOptions`]: budget, seed, folder for what is kept and resumed. [`Observer`] hears of progress; what makes a
 //!   result less trustworthy is a [`Warning`] in it.
 
@@ -57,6 +46,7 @@ mod correction;
 mod emulator;
 mod error;
 mod evaluate;
+mod evaluation;
 mod graph;
 mod identity;
 mod network;
@@ -81,6 +71,7 @@ pub use correction::{Correction, Estimate};
 pub use emulator::{Emulator, Prediction, Record};
 pub use error::{Error, Result};
 pub use evaluate::{CaseErrors, Errors, TestSet, median_and_worst};
+pub use evaluation::{Corrected, Evaluation, Times};
 pub use network::{CurvePoint, Network};
 pub use options::{Budget, TrainingOptions};
 pub use progress::{Observer, Progress};

@@ -9,7 +9,6 @@ use crate::simulate::{self, Simulations};
 use crate::timing::WallClock;
 use crate::{manifest, present};
 use anyhow::{Context, Result, ensure};
-use sinew::Evaluation;
 use sinew_emulate::{Body, Recipe, Terminal, store};
 use sinew_gnn::Backend;
 use sinew_report::Section;
@@ -160,17 +159,16 @@ impl EmulatorRun<'_> {
         let training = recipes::training(self.options, recipe, &folder);
         let emulator = recipe.train(self.body, &training, &mut Terminal::default())?;
         let test = &self.simulations.test;
-        let mut evaluation = Evaluation::new(test);
-        evaluation.add(key, &emulator, test, CORRECTIONS, &mut Terminal::default())?;
+        let evaluation = emulator.evaluate(test, CORRECTIONS)?;
         store::write_json(&folder.join("evaluation.json"), &evaluation)?;
-        let (record, costs) = (&emulator.record, evaluation.methods[0].times);
+        let (record, costs) = (&emulator.record, evaluation.times);
         let times = Times {
             prepare_s: record.prepare_s + record.simulate_s,
             train_s: record.train_s,
             steps: record.steps,
-            predict_full_s: costs.full,
-            predict_decoder_s: costs.one,
-            predict_batch_per_theta_s: costs.batch,
+            predict_full_s: costs.predict_full_s,
+            predict_decoder_s: costs.predict_decoder_s,
+            predict_batch_per_theta_s: costs.predict_batch_per_theta_s,
         };
         let description = description(recipe, record.choice.as_ref());
         let fields = emulator.predict(&test.thetas)?.fields();

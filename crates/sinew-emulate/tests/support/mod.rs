@@ -3,7 +3,7 @@
 
 use sinew_emulate::{Body, Network};
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Load, Parameter, Sampling, Scene, Support, Units};
+use sinew_energy::{Load, Parameter, Scene, Support};
 use sinew_gnn::{Budget, TrainingConfig};
 use sinew_mesh::box_tetrahedra;
 
@@ -11,23 +11,13 @@ use sinew_mesh::box_tetrahedra;
 const GRAVITY: f64 = 9.8e-3;
 
 pub fn beam(weight: f64) -> Body {
-    let stiffness = |name: &str| Parameter {
-        name: name.into(),
-        unit: "kPa".into(),
-        range: [8.0, 16.0],
-        sampling: Sampling::Log,
-    };
-    let scene = Scene {
-        name: "beam".into(),
-        units: Units::mm_kpa(),
-        mesh: box_tetrahedra([40.0, 8.0, 8.0], [6, 2, 2]),
-        law: NeoHookean,
-        directions: Vec::new(),
-        parameters: vec![stiffness("mu"), stiffness("lambda")],
-        loads: vec![Load::BodyForce([0.0, 0.0, -weight * GRAVITY])],
-        supports: vec![Support::clamped("x_min")],
-    };
-    scene.lower().expect("the beam is held and loaded")
+    Scene::new(box_tetrahedra([40.0, 8.0, 8.0], [6, 2, 2]), NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 8.0..=16.0))
+        .parameter(Parameter::log("lambda", "kPa", 8.0..=16.0))
+        .load(Load::BodyForce([0.0, 0.0, -weight * GRAVITY]))
+        .support(Support::clamped("x_min"))
+        .lower()
+        .expect("the beam is held and loaded")
 }
 
 /// A network that trains in seconds.

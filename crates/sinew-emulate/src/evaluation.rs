@@ -1,0 +1,167 @@
+//! An emulator against a test set: errors raw and corrected, estimates, times.
+
+use crate::evaluate::{Errors, TestSet};
+use crate::quantiles::Quantiles;
+use crate::timing::{median, median_seconds};
+use crate::{Emulator, Error, Result};
+use serde::{Deserialize, Serialize};
+use sinew_fem::{NewtonStep, Options, SolveError, Solver};
+
+/// Repetitions behind every prediction time.
+const REPEATS: usize = 15;
+/// Parameter sets in a batch whose time per set is measured.
+const BATCH: usize = 200;
+/// Cold solves behind the solver's time.
+const COLD_SOLVES: usize = 5;
+
+/// How an emulator does on test cases, and what it costs. Made by [`Emulator::evaluate`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Evaluation {
+    /// Short name of the recipe.
+    pub recipe: String,
+    /// Test cases.
+    pub cases: usize,
+    /// Errors of the predictions.
+    pub raw: Errors,
+    /// After one Newton step, two, and so on.
+    pub corrected: Vec<Corrected>,
+    /// True energy-norm error over its [`Estimate`](crate::Estimate), where there is one.
+    pub estimates: Option<Quantiles>,
+    /// Share of the cases in which the estimate is within a factor of two.
+    pub within_two: f64,
+    /// Predictions that invert a cell, so that they have neither estimate nor correction.
+    pub inverted: usize,
+    /// What it costs.
+    pub times: Times,
+}
+
+/// Errors after some Newton steps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Corrected {
+    /// Steps at most.
+    pub steps: usize,
+    /// Errors then; those of inverted predictions stay.
+    pub errors: Errors,
+    /// Cases that are farther from the truth than before.
+    pub hurt: usize,
+}
+
+/// Wall times \[s\].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Times {
+    /// Simulations to learn from.
+    pub simulate_s: f64,
+    /// Graph and coordinates.
+    pub prepare_s: f64,
+    /// Training.
+    pub train_s: f64,
+    /// One prediction with message passing.
+    pub predict_full_s: f64,
+    /// One prediction by the decoder alone.
+    pub predict_decoder_s: f64,
+    /// One of many predictions made together.
+    pub predict_batch_per_theta_s: f64,
+    /// One Newton step; 0 where every prediction inverts a cell, so that none is made.
+    pub correction_s: f64,
+    /// Preparing the solver and solving from rest.
+    pub solver_cold_s: f64,
+    /// One solve in a sweep, from a neighbour's solution.
+    pub solver_warm_s: f64,
+}
+
+impl Emulator<'_> {
+    /// Errors on `test`, raw and after up to `corrections` Newton steps, with times.
+    ///
+    /// # Errors
+    /// A test set without cases, or a body that cannot be solved.
+    pub fn evaluate(&self, test: &TestSet<'_>, corrections: usize) -> Result<Evaluation> {
+        let Some(theta) = test.thetas.first() else {
+            return Err(Error::Fields {
+                found: 0,
+                expected: 1,
+                length: self.body.prescribed.len(),
+            });
+        };
+        let fields = self.predict(&test.thetas)?.fields();
+        let raw = test.cases(&fields)?;
+        let steps = self.steps_of(test, &fields, corrections.max(1))?;
+        let ratios = self.ratios(test, &fields, &steps)?;
+        let corrected = (1..=corrections).map(|count| {
+            let moved = fields.iter().zip(&steps).map(|(field, steps)| {
+                let last = steps[..count.min(steps.len())].last();
+                last.map_or(field, |step| &step.displacement).clone()
+            });
+            let cases = test.cases(&moved.collect::<Vec<_>>())?;
+            let hurt =
+                cases.iter().zip(&raw).filter(|(after, before)| after.relative > before.relative);
+            Ok(Corrected { steps: count, errors: Errors::of(&cases), hurt: hurt.count() })
+        });
+        let seconds: Vec<f64> = steps.iter().flatten().map(|step| step.seconds).collect();
+        Ok(Evaluation {
+            recipe: self.record.recipe.key().into(),
+            cases: raw.len(),
+            corrected: corrected.collect::<Result<_>>()?,
+            within_two: share(&ratios, |ratio| (0.5..=2.0).contains(ratio), raw.len()),
+            inverted: steps.iter().filter(|steps| steps.is_empty()).count(),
+            estimates: (!ratios.is_empty()).then(|| Quantiles::of(ratios)),
+            raw: Errors::of(&raw),
+            times: self.times(test, theta, if seconds.is_empty() { 0.0 } else { median(&seconds) })?,
+        })
+    }
+
+    /// Newton steps from every prediction; none where it inverts a cell.
+    fn steps_of(
+        &self,
+        test: &TestSet<'_>,
+        fields: &[Vec<f64>],
+        count: usize,
+    ) -> Result<Vec<Vec<NewtonStep>>> {
+        let steps = |(theta, field): (&Vec<f64>, &Vec<f64>)| {
+            self.with_solver(|solver| match solver.newton_steps(field, theta, count) {
+                Err(SolveError::Inadmissible { .. }) => Ok(Vec::new()),
+                other => Ok(other?),
+            })
+        };
+        test.thetas.iter().zip(fields).map(steps).collect()
+    }
+
+    /// True energy-norm error over its estimate, where there is one.
+    fn ratios(
+        &self,
+        test: &TestSet<'_>,
+        fields: &[Vec<f64>],
+        steps: &[Vec<NewtonStep>],
+    ) -> Result<Vec<f64>> {
+        let mut ratios = Vec::with_capacity(fields.len());
+        for (case, step) in steps.iter().map(|steps| steps.first()).enumerate() {
+            let Some(step) = step else { continue };
+            let (theta, truth) = (&test.thetas[case], &test.fields[case]);
+            let difference: Vec<f64> = fields[case].iter().zip(truth).map(|(a, b)| a - b).collect();
+            let actual =
+                self.with_solver(|solver| Ok(solver.energy_norm(truth, theta, &difference)?))?;
+            ratios.push(actual / (self.record.calibration.factor * step.energy_norm));
+        }
+        Ok(ratios)
+    }
+
+    fn times(&self, test: &TestSet<'_>, theta: &[f64], correction_s: f64) -> Result<Times> {
+        let one = [theta.to_vec()];
+        let many: Vec<_> = test.thetas.iter().cycle().take(BATCH).cloned().collect();
+        let cold = || Solver::new(self.body)?.solve(theta, &Options::default());
+        Ok(Times {
+            simulate_s: self.record.simulate_s,
+            prepare_s: self.record.prepare_s,
+            train_s: self.record.train_s,
+            predict_full_s: median_seconds(REPEATS, || self.predict_in_full(&one))?,
+            predict_decoder_s: median_seconds(REPEATS, || self.predict(&one))?,
+            predict_batch_per_theta_s: median_seconds(3, || self.predict(&many))? / BATCH as f64,
+            correction_s,
+            solver_cold_s: median_seconds(COLD_SOLVES, cold)?,
+            solver_warm_s: test.median_solve_s,
+        })
+    }
+}
+
+fn share<T>(values: &[T], holds: impl Fn(&T) -> bool, of: usize) -> f64 {
+    values.iter().filter(|value| holds(value)).count() as f64 / of.max(1) as f64
+}
