@@ -97,6 +97,7 @@ impl Emulator<'_> {
             Ok(Corrected { steps: count, errors: Errors::of(&cases), hurt: hurt.count() })
         });
         let seconds: Vec<f64> = steps.iter().flatten().map(|step| step.seconds).collect();
+        let step_s = if seconds.is_empty() { 0.0 } else { median(&seconds) };
         Ok(Evaluation {
             recipe: self.record.recipe.key().into(),
             cases: raw.len(),
@@ -105,7 +106,7 @@ impl Emulator<'_> {
             inverted: steps.iter().filter(|steps| steps.is_empty()).count(),
             estimates: (!ratios.is_empty()).then(|| Quantiles::of(ratios)),
             raw: Errors::of(&raw),
-            times: self.times(test, theta, if seconds.is_empty() { 0.0 } else { median(&seconds) })?,
+            times: self.times(test, theta, step_s)?,
         })
     }
 
