@@ -37,7 +37,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         let volume = errors.err_volume.map_or(f64::NAN, |volume| volume.q50);
         println!(
             "{steps} corrections: err_u {:.1e} mm (largest {:.1e}), err_F {:.1e} %, err_I1 {:.1e} %, err_Pi {:.1e} %, volume {volume:.1e} %",
-            errors.err_u.q50, errors.err_u.max, errors.err_f.q50, errors.err_i1.q50, errors.err_pi.q50
+            errors.err_u.q50,
+            errors.err_u.max,
+            errors.err_f.q50,
+            errors.err_i1.q50,
+            errors.err_pi.q50
         );
     }
     println!("estimates within a factor of two: {:.0} %", 100.0 * found.within_two);
@@ -47,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 fn ventricle(path: &Path) -> Result<Body, Box<dyn Error>> {
     let (mut mesh, _) = read_tet_mesh(path)?;
-    let base = mesh.nodes_where_nonzero("clamped").ok_or("the mesh has no point field `clamped`")?;
+    let base = mesh.nodes_where_nonzero("clamped")?;
     mesh.node_sets.insert("base".into(), base);
     let field = mesh.cell_fields.get("fibre").ok_or("the mesh has no cell field `fibre`")?;
     let fibres = field.to_vectors::<3>().ok_or("`fibre` has not three components")?;

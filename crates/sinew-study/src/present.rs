@@ -140,8 +140,7 @@ fn facts(
         (body.free_degrees_of_freedom().len(), "unknowns"),
     ]
     .map(|(number, what)| format!("{} {what}", count(number as u64)));
-    let samples =
-        format!("{} training, {} test", train_samples, test.thetas.len());
+    let samples = format!("{} training, {} test", train_samples, test.thetas.len());
     let size =
         format!("mean {mean} mm, largest {most} mm (thesis: {thesis_mean} and {thesis_most} mm)");
     let units = format!("{}, {}", beam.scene.units.length, beam.scene.units.stress);
