@@ -25,6 +25,7 @@
 //! - [`orthogonalise`]: the Newton–Schulz iteration of the Muon optimiser;
 //! - [`adam_direction`], [`momentum_direction`]: moments of gradients, in place;
 //! - [`Lanes`]: a tensor as the number type of a formula;
+//! - [`rigid_motions`]: motions of nested clusters, composed;
 //! - [`fused_potential`]: an energy from outside of Burn whose backward pass is its residual.
 //!
 //! Every operation has its double in plain tensors in [`mod@reference`], which it agrees with to
@@ -45,6 +46,7 @@ mod mlp;
 mod mlp_backward;
 mod mlp_kernel;
 mod moments;
+mod motions;
 mod normalise;
 mod orthogonalise;
 mod pool;
@@ -56,6 +58,7 @@ mod rows;
 mod simd;
 #[cfg(test)]
 mod testing;
+mod turning;
 
 pub use activation::Activation;
 pub use celu::{activate, celu};
@@ -65,6 +68,7 @@ pub use index::GatherPlan;
 pub use lanes::Lanes;
 pub use mlp::{Input, LayerNormalisation, PerceptronWeights, gathered_mlp};
 pub use moments::{AdamRule, adam_direction, descend, momentum_direction};
+pub use motions::{MotionTree, rigid_motions, rigid_motions_tangent};
 pub use orthogonalise::orthogonalise;
 pub use potential::{BatchPotential, fused_potential};
 pub use sinew_num::on_ready_threads;

@@ -10,9 +10,11 @@ use crate::store::{read_json, write_json};
 use crate::timing::timed;
 use crate::{Body, Error, Record, Result, Warning, graph, parameters};
 use serde::{Deserialize, Serialize};
+use sinew_gnn::Coordinates as Meaning;
 use sinew_gnn::{
-    Backend, Concern, DataSet, EmulatorConfig, FixedGeometry, Geometry, HistoryPoint, Objective,
-    OutputScale, Sample, Scales, StopReason, Surrogate, Trainer, TrainingConfig, TrainingReport,
+    Backend, Concern, DataSet, Decoding, EmulatorConfig, FixedGeometry, Geometry, HistoryPoint,
+    Objective, OutputScale, Sample, Scales, StopReason, Surrogate, Trainer, TrainingConfig,
+    TrainingReport,
 };
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -80,6 +82,8 @@ pub(crate) struct Lesson<'a> {
     pub fields: Option<&'a [Vec<f64>]>,
     /// Displacement of the linearised body at the centre of the ranges, where there are no simulations \[length\].
     pub linear_response: &'a [f64],
+    /// Energy of that response.
+    pub energy: f64,
     pub held_out: &'a TestSet<'a>,
 }
 
@@ -103,8 +107,9 @@ pub(crate) fn train(
 ) -> Result<TrainedNetwork> {
     let body = session.body;
     let mut prepare_s = 0.0;
-    let (topology, mut geometry) =
-        timed(&mut prepare_s, || graph::geometry(body, session.options.seed))?;
+    let (topology, mut geometry) = timed(&mut prepare_s, || {
+        graph::geometry(body, plan.coordinates.are_motions(), session.options.seed)
+    })?;
     let mut data = DataSet {
         topology,
         geometries: Vec::new(),
@@ -113,7 +118,7 @@ pub(crate) fn train(
     };
     let (mut coordinates, mut training) = (plan.coordinates.clone(), plan.training.clone());
     let mut stages = vec![&mut training];
-    if let Coordinates::StiffnessAfter(first) = &mut coordinates {
+    if let Coordinates::MotionsAfter(first) = &mut coordinates {
         stages.push(first);
     }
     for stage in &mut stages {
@@ -121,23 +126,26 @@ pub(crate) fn train(
     }
     scale(&mut stages, session.options.budget, session.simulate_s);
     let mut course = Course::new(session)?;
-    geometry.basis = match &coordinates {
-        Coordinates::Components => None,
+    let topology = data.topology.clone();
+    let at_rest = || coordinates::at_rest(body, &topology, lesson.energy);
+    let at_anchor = |anchor: &[f64]| coordinates::at_anchor(body, &topology, anchor);
+    geometry.coordinates = match &coordinates {
+        Coordinates::Components => Meaning::Components,
         Coordinates::Simulations => {
             let fields = lesson.fields.unwrap_or_default();
-            Some(timed(&mut prepare_s, || coordinates::of_simulations(fields))?)
+            Meaning::Basis(timed(&mut prepare_s, || coordinates::of_simulations(fields))?)
         }
-        Coordinates::StiffnessOfSimulation => {
+        Coordinates::Motions => Meaning::Motions(timed(&mut prepare_s, at_rest)?),
+        Coordinates::MotionsOfSimulation => {
             let anchor = lesson.central_simulation(body);
-            Some(timed(&mut prepare_s, || coordinates::at_anchor(body, anchor))?)
+            Meaning::Motions(timed(&mut prepare_s, || at_anchor(anchor))?)
         }
-        Coordinates::StiffnessAfter(first) => {
-            let response = lesson.linear_response;
-            geometry.basis = Some(timed(&mut prepare_s, || coordinates::at_rest(body, response))?);
+        Coordinates::MotionsAfter(first) => {
+            geometry.coordinates = Meaning::Motions(timed(&mut prepare_s, at_rest)?);
             data.geometries = vec![geometry.clone()];
             let surrogate = course.stage(session, "anchor", &data, lesson, plan, first)?;
             let anchor = surrogate.predict(&geometry, &[body.centre()])?.displacement;
-            Some(timed(&mut prepare_s, || coordinates::at_anchor(body, &anchor))?)
+            Meaning::Motions(timed(&mut prepare_s, || at_anchor(&anchor))?)
         }
     };
     data.geometries = vec![geometry.clone()];
@@ -256,7 +264,11 @@ fn trainer(
     let (nodes, edges) = (features.nodes.columns, features.edges.columns);
     let Network { latent, width, message_passing_steps: steps } = plan.network;
     let sizes = EmulatorConfig::new(3, nodes, edges, session.body.parameters.len());
-    let sizes = EmulatorConfig { latent, width, steps, ..sizes };
+    let decoding = match data.geometries[0].coordinates {
+        Meaning::Motions(_) => Decoding::Motions { layers: data.topology.roots_per_layer.len() },
+        _ => Decoding::Components,
+    };
+    let sizes = EmulatorConfig { latent, width, steps, decoding, ..sizes };
     let inputs = parameters::scaling(session.body)?;
     let scales = Scales::over(&data.geometries, inputs, lesson.output_scale()?)?;
     let surrogate = Surrogate::new(&sizes, data, scales, config.seed, &device)?;

@@ -58,8 +58,8 @@ fn a_network_learns_from_simulations() {
 fn a_network_learns_from_the_energy_alone() {
     let body = beam(1.0);
     let base = PhysicsInformed::default();
-    let Coordinates::StiffnessAfter(first) = &base.coordinates else { panic!("another default") };
-    let coordinates = Coordinates::StiffnessAfter(steps(first, 400));
+    let Coordinates::MotionsAfter(first) = &base.coordinates else { panic!("another default") };
+    let coordinates = Coordinates::MotionsAfter(steps(first, 400));
     let training = steps(&base.training, 600);
     let recipe = PhysicsInformed { network: small_network(), coordinates, training, ..base };
     let emulator = Recipe::from(recipe).train(&body, &TrainingOptions::default(), &mut ()).unwrap();
@@ -125,8 +125,8 @@ impl Observer for Ear {
 fn a_training_that_learned_nothing_says_so() {
     let body = beam(1.0);
     let base = PhysicsInformed::default();
-    let Coordinates::StiffnessAfter(first) = &base.coordinates else { panic!("another default") };
-    let coordinates = Coordinates::StiffnessAfter(steps(first, 2));
+    let Coordinates::MotionsAfter(first) = &base.coordinates else { panic!("another default") };
+    let coordinates = Coordinates::MotionsAfter(steps(first, 2));
     let training = steps(&base.training, 2);
     let recipe = PhysicsInformed { network: small_network(), coordinates, training, ..base };
     let mut ear = Ear::default();

@@ -51,6 +51,7 @@ mod rim;
 mod scene;
 mod solid;
 mod spring;
+mod stiffness;
 mod surface;
 
 pub use balance::{ForceBalance, PressureField};
@@ -72,4 +73,5 @@ pub use solid::{
     ActiveStress, NearlyIncompressible, Passive, ShapeEnergy, Solid, Strain, VolumeEnergy,
 };
 pub use spring::Spring;
+pub use stiffness::Stiffness;
 pub use surface::{PressureSurface, SurfaceResponse};

@@ -77,16 +77,6 @@ pub enum SolveError {
         /// The cell of least volume ratio.
         cell: usize,
     },
-    /// A dense matrix of the stiffness' size would not fit in memory.
-    #[error(
-        "{unknowns} unknowns are too many for a dense matrix (at most {most}); coarsen the mesh"
-    )]
-    TooLargeForDense {
-        /// Number of unknowns.
-        unknowns: usize,
-        /// Most unknowns.
-        most: usize,
-    },
     /// The factor does not fit in memory.
     #[error("no memory for the factor of {unknowns} unknowns; coarsen the mesh")]
     OutOfMemory {

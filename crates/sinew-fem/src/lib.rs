@@ -73,7 +73,6 @@ mod solution;
 mod solver;
 mod sparsity;
 mod state;
-mod stiffness_root;
 mod supports;
 mod sweep;
 mod vector;

@@ -15,6 +15,21 @@ pub enum Activation {
     Tanh,
 }
 
+/// What an emulator reads from the embeddings of nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Decoding {
+    /// The components of each real node's displacement, each by a perceptron of its own (thesis).
+    #[default]
+    Components,
+    /// Three numbers of each real node by one perceptron and six of each virtual node by another, one per layer: for
+    /// [`crate::Coordinates::Motions`].
+    Motions {
+        /// Layers of virtual nodes.
+        layers: usize,
+    },
+}
+
 /// Sizes of an [`Emulator`](crate::Emulator) (thesis, Algorithm 2, §2.2.4).
 ///
 /// The first six describe the network, the others its data. [`EmulatorConfig::new`] takes the
@@ -41,6 +56,8 @@ pub struct EmulatorConfig {
     pub parameters: usize,
     /// Length of the embedding of the global shape, `z_global`; zero where there is one geometry.
     pub global_features: usize,
+    /// What is read from the embeddings.
+    pub decoding: Decoding,
 }
 
 impl EmulatorConfig {
@@ -63,6 +80,7 @@ impl EmulatorConfig {
             edge_features,
             parameters,
             global_features: 0,
+            decoding: Decoding::Components,
         }
     }
 

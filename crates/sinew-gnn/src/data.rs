@@ -1,17 +1,22 @@
 //! Geometries, samples and data sets.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 use sinew_energy::Body;
 use sinew_graph::{GraphFeatures, Topology};
 
-use crate::error::{Error, Result, require_cartesian, require_count, require_finite};
-use crate::output_basis::OutputBasis;
+use crate::coordinates::Coordinates;
+use crate::error::{Error, Result, require_count, require_finite};
 
 /// Prescribed displacements, written over the network's output (hard enforcement, thesis §3.2.3).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Dirichlet {
     /// Value of every degree of freedom, node by node, `None` where it is free \[length\].
     pub prescribed: Vec<Option<f64>>,
+    /// Orthonormal axes, one per row, of the nodes in space whose degrees of freedom are along directions of their own.
+    #[serde(default)]
+    pub axes: BTreeMap<usize, [[f64; 3]; 3]>,
 }
 
 impl Dirichlet {
@@ -31,16 +36,44 @@ impl Dirichlet {
             }
             prescribed[node * dimensions..(node + 1) * dimensions].fill(Some(0.0));
         }
-        Ok(Self { prescribed })
+        Ok(Self { prescribed, axes: BTreeMap::new() })
     }
 
     /// What the supports of a body prescribe.
-    ///
-    /// # Errors
-    /// [`Error::InclinedSupports`]: only Cartesian components can be written over an output.
-    pub fn of_body(potential: &Body) -> Result<Self> {
-        require_cartesian(&potential.frames)?;
-        Ok(Self { prescribed: potential.prescribed.clone() })
+    pub fn of_body(body: &Body) -> Self {
+        let frame = |node| body.frames.get(node).map(|axes| (node, axes.0));
+        let axes = body.frames.nodes().filter_map(frame).collect();
+        Self { prescribed: body.prescribed.clone(), axes }
+    }
+
+    /// Component `i` of the direction of a node's degree of freedom `k`.
+    fn axis(&self, node: usize, k: usize, i: usize) -> f64 {
+        self.axes.get(&node).map_or(f64::from(u8::from(i == k)), |axes| axes[k][i])
+    }
+
+    /// What supports leave of every node's displacement: matrices over its components, row by row.
+    pub(crate) fn projectors(&self, dimensions: usize) -> Vec<f64> {
+        let mut table = Vec::with_capacity(self.prescribed.len() * dimensions);
+        for (node, prescribed) in self.prescribed.chunks(dimensions).enumerate() {
+            for (i, j) in (0..dimensions).flat_map(|i| (0..dimensions).map(move |j| (i, j))) {
+                let free = prescribed.iter().enumerate().filter(|(_, value)| value.is_none());
+                table.push(free.map(|(k, _)| self.axis(node, k, i) * self.axis(node, k, j)).sum());
+            }
+        }
+        table
+    }
+
+    /// What supports prescribe of every node's displacement, zero where they prescribe nothing.
+    pub(crate) fn held(&self, dimensions: usize) -> Vec<f64> {
+        let nodes = self.prescribed.chunks(dimensions).enumerate();
+        let of_node = |(node, prescribed): (usize, &[Option<f64>])| -> Vec<f64> {
+            let component = |i| {
+                let held = prescribed.iter().enumerate();
+                held.filter_map(|(k, value)| Some((*value)? * self.axis(node, k, i))).sum()
+            };
+            (0..dimensions).map(component).collect()
+        };
+        nodes.flat_map(of_node).collect()
     }
 
     /// Whether a node has a free component.
@@ -58,8 +91,8 @@ pub struct Geometry {
     pub global: Vec<f64>,
     /// Supports.
     pub dirichlet: Dirichlet,
-    /// Coordinates in which displacements of this body are learned; `None` is one scale per component.
-    pub basis: Option<OutputBasis>,
+    /// What the network's numbers mean on this body.
+    pub coordinates: Coordinates,
 }
 
 /// One parameter set on one geometry.
@@ -127,11 +160,15 @@ impl Geometry {
         require_count("prescribed entries", self.dirichlet.prescribed.len(), degrees_of_freedom)?;
         let values: Vec<f64> = self.dirichlet.prescribed.iter().flatten().copied().collect();
         require_finite("prescribed displacements", &values)?;
-        if let Some(basis) = &self.basis {
+        if let Some(origin) = self.coordinates.origin() {
+            require_count("entries of the output origin", origin.len(), degrees_of_freedom)?;
+        }
+        if let Coordinates::Motions(motions) = &self.coordinates {
+            let clusters = motions.tree().cluster_parents.len();
             require_count(
-                "entries of the output origin",
-                basis.origin().len(),
-                degrees_of_freedom,
+                "clusters of the outputs",
+                clusters,
+                topology.nodes - topology.real_nodes,
             )?;
         }
         require_finite("node features", &self.features.nodes.values)?;
@@ -148,7 +185,7 @@ mod tests {
     use sinew_mesh::box_tetrahedra;
 
     #[test]
-    fn supports_along_other_directions_than_the_axes_are_refused() {
+    fn supports_leave_what_they_do_not_hold() {
         let parameter = |name: &str| Parameter {
             name: name.into(),
             unit: "kPa".into(),
@@ -164,16 +201,30 @@ mod tests {
                 directions: Vec::new(),
                 parameters: vec![parameter("mu"), parameter("lambda")],
                 loads: Vec::new(),
-                supports: vec![Support::clamped("x_min"), support],
+                supports: vec![support],
             };
             scene.lower().unwrap()
         };
-        let straight = lowered(Support::roller_on_plane("x_max", [0.0, 2.0, 0.0]));
-        let dirichlet = Dirichlet::of_body(&straight).unwrap();
-        assert_eq!(dirichlet.prescribed, straight.prescribed);
-        let inclined = lowered(Support::roller_on_plane("x_max", [1.0, 2.0, 0.0]));
-        let error = Dirichlet::of_body(&inclined).unwrap_err();
-        let Error::InclinedSupports { nodes: 4, first } = error else { panic!("{error}") };
-        assert!(inclined.positions[first][0] == 1.0);
+        let close = |found: &[f64], expected: &[f64]| {
+            let pairs = found.iter().zip(expected);
+            assert!(pairs.clone().all(|(a, b)| (a - b).abs() < 1e-15), "{found:?}");
+        };
+        // Held by 0.5 along (3, 0, 4) / 5, and free across it.
+        let body = lowered(Support::along("x_max", [3.0, 0.0, 4.0], 0.5));
+        let dirichlet = Dirichlet::of_body(&body);
+        assert_eq!(dirichlet.axes.len(), 4);
+        let node = *dirichlet.axes.keys().next().unwrap();
+        let projector = &dirichlet.projectors(3)[9 * node..9 * node + 9];
+        close(projector, &[0.64, 0.0, -0.48, 0.0, 1.0, 0.0, -0.48, 0.0, 0.36]);
+        close(&dirichlet.held(3)[3 * node..3 * node + 3], &[0.3, 0.0, 0.4]);
+        // Along an axis no frame is needed.
+        let body = lowered(Support::along("x_max", [0.0, 2.0, 0.0], 0.5));
+        let dirichlet = Dirichlet::of_body(&body);
+        assert!(dirichlet.axes.is_empty());
+        close(
+            &dirichlet.projectors(3)[9 * node..9 * node + 9],
+            &[1., 0., 0., 0., 0., 0., 0., 0., 1.],
+        );
+        close(&dirichlet.held(3)[3 * node..3 * node + 3], &[0.0, 0.5, 0.0]);
     }
 }

@@ -4,12 +4,21 @@ use burn::module::Module;
 use burn::tensor::{Device, Tensor};
 use sinew_burn::Input;
 
-use crate::config::EmulatorConfig;
+use crate::config::{Decoding, EmulatorConfig};
 use crate::error::Result;
 use crate::graph::GraphTensors;
 use crate::kernels::{KernelChoice, Kernels, Rows};
 use crate::perceptron::{Normalisation, Perceptron};
 use crate::random::Initialiser;
+
+/// What a network reads from the embeddings of nodes, or a change of it.
+#[derive(Debug, Clone)]
+pub struct Output {
+    /// `[batch, real nodes, D]`.
+    pub nodes: Tensor<3>,
+    /// `[batch, virtual nodes, 6]`, where they are decoded.
+    pub clusters: Option<Tensor<3>>,
+}
 
 /// DeepGraphEmulator, thesis Algorithm 2: encode nodes and edges, pass messages, decode each
 /// displacement component from the embeddings of parameters, global shape and node.
@@ -32,6 +41,9 @@ pub struct Emulator {
     kernels: Kernels,
 }
 
+/// Numbers of a rigid motion in space.
+const MOTION: usize = 6;
+
 impl Emulator {
     /// Untrained weights drawn from `seed`; the same seed gives the same weights on every
     /// device. Its first predictions are zero.
@@ -50,8 +62,14 @@ impl Emulator {
         let parameter_encoder = normalised(config.parameters);
         let local_normalisation = Normalisation::new(source, 2 * latent);
         let inputs = 3 * latent + config.global_features;
-        let decoders =
-            (0..config.dimensions).map(|_| Perceptron::decoder(source, config, inputs)).collect();
+        let mut decoder = |outputs| Perceptron::decoder(source, config, inputs, outputs);
+        let decoders = match config.decoding {
+            Decoding::Components => (0..config.dimensions).map(|_| decoder(1)).collect(),
+            Decoding::Motions { layers } => std::iter::once(config.dimensions)
+                .chain(std::iter::repeat_n(MOTION, layers))
+                .map(decoder)
+                .collect(),
+        };
         let kernels = Kernels { choice: KernelChoice::default(), activation: config.activation };
         Ok(Self {
             node_encoder,
@@ -77,7 +95,8 @@ impl Emulator {
         self
     }
 
-    /// Steps 1 to 3 of the algorithm: embeddings `z_local` of the real nodes, `[real nodes, 2 M]`.
+    /// Steps 1 to 3 of the algorithm: embeddings `z_local` of the nodes that are decoded, `[nodes, 2 M]`: the real
+    /// ones, or all.
     ///
     /// `nodes` and `edges` hold standardised features, one row per node (virtual ones included)
     /// and per stored edge.
@@ -98,7 +117,11 @@ impl Emulator {
             edges = edges + messages;
         }
         let local = Tensor::cat(vec![nodes, self.kernels.received_sum(graph, edges)], 1);
-        self.local_normalisation.forward(local.slice_dim(0, 0..graph.real_nodes))
+        let rows = match self.config.decoding {
+            Decoding::Components => graph.layers[0].clone(),
+            Decoding::Motions { .. } => 0..graph.edges.nodes(),
+        };
+        self.local_normalisation.forward(local.slice_dim(0, rows))
     }
 
     /// Messages of the stored edges (2.28), functions of `[e, v_receiver, v_sender]`.
@@ -115,29 +138,42 @@ impl Emulator {
         update.evaluate(inputs, &Rows::Edges(graph), &self.kernels)
     }
 
-    /// Part of every decoder's first layer that depends on the nodes only: `[real nodes, width]` each.
-    pub(crate) fn decoder_node_part(&self, local: Tensor<2>) -> Vec<Tensor<2>> {
-        let start = self.config.latent + self.config.global_features;
-        self.decoders
-            .iter()
-            .map(|decoder| decoder.layers[0].partial(local.clone(), start))
-            .collect()
+    /// The embeddings that each decoder reads.
+    fn decoded(&self, graph: &GraphTensors, local: Tensor<2>) -> Vec<Tensor<2>> {
+        match self.config.decoding {
+            Decoding::Components => vec![local; self.decoders.len()],
+            Decoding::Motions { .. } => {
+                graph.layers.iter().map(|rows| local.clone().slice_dim(0, rows.clone())).collect()
+            }
+        }
     }
 
-    /// Step 4 for a batch of parameter sets on one geometry: `[batch, real nodes, D]`.
+    /// Part of every decoder's first layer that depends on the nodes only: `[nodes it reads, width]` each.
+    pub(crate) fn decoder_node_part(
+        &self,
+        graph: &GraphTensors,
+        local: Tensor<2>,
+    ) -> Vec<Tensor<2>> {
+        let start = self.config.latent + self.config.global_features;
+        let decoders = self.decoders.iter().zip(self.decoded(graph, local));
+        decoders.map(|(decoder, local)| decoder.layers[0].partial(local, start)).collect()
+    }
+
+    /// Step 4 for a batch of parameter sets on one geometry.
     ///
-    /// * `local`: `[real nodes, 2 M]` from [`Emulator::local_embedding`].
+    /// * `local`: `[nodes, 2 M]` from [`Emulator::local_embedding`] on the same graph.
     /// * `global`: `[1, global features]`, standardised; `None` exactly where there are none.
     /// * `parameters`: `[batch, parameters]`, standardised.
     pub fn decode(
         &self,
+        graph: &GraphTensors,
         local: Tensor<2>,
         global: Option<Tensor<2>>,
         parameters: Tensor<2>,
-    ) -> Tensor<3> {
+    ) -> Output {
         let start = self.config.latent + self.config.global_features;
-        let nodes = vec![features(local, start); self.decoders.len()];
-        self.decode_nodes(nodes, global, parameters)
+        let decoded = self.decoded(graph, local).into_iter();
+        self.decode_nodes(decoded.map(|local| features(local, start)), global, parameters)
     }
 
     /// [`Emulator::decode`] with the nodes' part of the first layer already formed.
@@ -146,37 +182,49 @@ impl Emulator {
         node_parts: &[Tensor<2>],
         global: Option<Tensor<2>>,
         parameters: Tensor<2>,
-    ) -> Tensor<3> {
-        let nodes = node_parts.iter().cloned().map(Input::Product).collect();
-        self.decode_nodes(nodes, global, parameters)
+    ) -> Output {
+        self.decode_nodes(node_parts.iter().cloned().map(Input::Product), global, parameters)
     }
 
     /// [`Emulator::decode`] from one input of nodes for every decoder.
     fn decode_nodes(
         &self,
-        nodes: Vec<Input>,
+        nodes: impl Iterator<Item = Input>,
         global: Option<Tensor<2>>,
         parameters: Tensor<2>,
-    ) -> Tensor<3> {
+    ) -> Output {
         let (batch, latent) = (parameters.dims()[0], self.config.latent);
         let embedding = self.parameter_encoder.forward(parameters, &self.kernels);
-        let components = self.decoders.iter().zip(nodes).map(|(decoder, nodes)| {
+        let parts = self.decoders.iter().zip(nodes).map(|(decoder, nodes)| {
             let count = nodes.rows();
             let mut inputs = vec![nodes, features(embedding.clone(), 0)];
             inputs.extend(global.clone().map(|global| features(global, latent)));
-            decoder.evaluate(inputs, &Rows::EveryPair, &self.kernels).reshape([batch, count])
+            let rows = decoder.evaluate(inputs, &Rows::EveryPair, &self.kernels);
+            let outputs = rows.dims()[1];
+            rows.reshape([batch, count, outputs])
         });
-        Tensor::stack(components.collect(), 2)
+        self.gathered(parts.collect())
     }
 
-    /// Prediction and its derivatives with respect to the standardised parameters:
-    /// `[batch, nodes, D]` and `[parameters, batch, nodes, D]`, in forward mode.
+    /// The outputs of all decoders, in their order.
+    fn gathered(&self, mut parts: Vec<Tensor<3>>) -> Output {
+        match self.config.decoding {
+            Decoding::Components => Output { nodes: Tensor::cat(parts, 2), clusters: None },
+            Decoding::Motions { .. } => {
+                let nodes = parts.remove(0);
+                Output { nodes, clusters: (!parts.is_empty()).then(|| Tensor::cat(parts, 1)) }
+            }
+        }
+    }
+
+    /// Prediction, and its derivatives with respect to the standardised parameters in forward mode, those of all
+    /// sets by the first parameter before those by the second.
     pub(crate) fn decode_with_tangents(
         &self,
         node_parts: &[Tensor<2>],
         global: Option<Tensor<2>>,
         parameters: Tensor<2>,
-    ) -> (Tensor<3>, Tensor<4>) {
+    ) -> (Output, Output) {
         let [batch, count] = parameters.dims();
         let encoder = &self.parameter_encoder;
         let first = encoder.layers[0].forward(parameters);
@@ -199,10 +247,11 @@ impl Emulator {
                 .expand([count * batch, nodes, width])
                 .reshape([count * batch * nodes, width]);
             let (value, tangent) = decoder.continue_with_tangent(first, tangent, &self.kernels);
-            values.push(value.reshape([batch, nodes]));
-            tangents.push(tangent.reshape([count, batch, nodes]));
+            let outputs = value.dims()[1];
+            values.push(value.reshape([batch, nodes, outputs]));
+            tangents.push(tangent.reshape([count * batch, nodes, outputs]));
         }
-        (Tensor::stack(values, 2), Tensor::stack(tangents, 3))
+        (self.gathered(values), self.gathered(tangents))
     }
 }
 

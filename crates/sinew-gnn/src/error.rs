@@ -93,17 +93,16 @@ pub enum Error {
         "the share of the budget that trains the node embeddings is {0}; give a number from 0 to 1"
     )]
     EmbeddingShare(f64),
-    /// Supports along other directions than the coordinate axes.
+    /// Conjugate gradients did not find the linear response of a body.
     #[error(
-        "{nodes} nodes (first: node {first}) are held along directions of their own (Support::radial, \
-         Support::along, Support::roller_on_plane), but an emulator's supports fix Cartesian components; use \
-         Support::uniform or Support::clamped, or the solver"
+        "the linear response was not found: after {iterations} iterations {left:.1e} of it is missing; hold the body, so \
+         that no part of it moves without a force, and look for cells without volume"
     )]
-    InclinedSupports {
-        /// Number of such nodes.
-        nodes: usize,
-        /// The first of them.
-        first: usize,
+    NoLinearResponse {
+        /// Iterations made.
+        iterations: usize,
+        /// Root of the energy that is missing, relative to the first step's.
+        left: f64,
     },
     /// A sample names a geometry the set does not have.
     #[error(
@@ -169,6 +168,14 @@ pub enum Error {
         /// What the potential objects to.
         reason: String,
     },
+    /// A body whose stiffness cannot be formed.
+    #[error(
+        "the stiffness of the body is not finite at the displacement given: it inverts a cell, or an energy overflows; give a smaller one"
+    )]
+    NoStiffness,
+    /// Parameters that do not suit a body.
+    #[error(transparent)]
+    Theta(#[from] sinew_energy::ThetaError),
     /// Features do not fit the graph.
     #[error(transparent)]
     Graph(sinew_graph::GraphError),
@@ -205,14 +212,6 @@ pub enum Error {
 
 /// Result with this crate's [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
-
-/// Refuses supports whose prescribed degrees of freedom are not Cartesian components.
-pub(crate) fn require_cartesian(frames: &sinew_energy::Frames) -> Result<()> {
-    match frames.nodes().next() {
-        None => Ok(()),
-        Some(first) => Err(Error::InclinedSupports { nodes: frames.nodes().count(), first }),
-    }
-}
 
 /// Requires `found == expected`.
 pub(crate) fn require_count(what: &'static str, found: usize, expected: usize) -> Result<()> {

@@ -2,10 +2,11 @@
 
 use burn::tensor::{Device, Tensor, TensorData};
 
+use crate::coordinates::OutputMap;
 use crate::emulator::Emulator;
 use crate::error::{Error, Result};
 use crate::scaling::ParameterScaling;
-use crate::surrogate::{GeometryTensors, OutputMap, Surrogate, parameter_tensor};
+use crate::surrogate::{GeometryTensors, Surrogate, parameter_tensor};
 
 /// Rows (parameter sets × nodes) decoded at once: their activations of 128 columns fill a few
 /// megabytes, beyond that a batch only costs memory.
@@ -57,7 +58,7 @@ impl FixedGeometry {
         let emulator = surrogate.inference_emulator();
         let local = surrogate.local_embedding(&emulator, geometry);
         Self {
-            node_parts: emulator.decoder_node_part(local),
+            node_parts: emulator.decoder_node_part(&surrogate.graph, local),
             emulator,
             parameters: surrogate.scales.parameters.clone(),
             global: geometry.global.clone(),
@@ -100,10 +101,8 @@ impl FixedGeometry {
                 self.global.clone(),
                 self.inputs(chunk)?,
             );
+            let tangent = values(self.output.tangent(&output, tangent))?;
             displacement.extend(values(self.output.displacement(output))?);
-            let [parameters, batch, nodes, dimensions] = tangent.dims();
-            let tangent = tangent.reshape([parameters * batch, nodes, dimensions]);
-            let tangent = values(self.output.increment(tangent))?;
             for (set, theta) in chunk.iter().enumerate() {
                 for (parameter, slope) in self.parameters.slopes(theta).into_iter().enumerate() {
                     let from = (parameter * chunk.len() + set) * degrees_of_freedom;

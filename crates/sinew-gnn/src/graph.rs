@@ -1,5 +1,6 @@
 //! A topology's edges as tensors.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use burn::tensor::{Device, IndexingUpdateOp, Int, Tensor, TensorData};
@@ -11,7 +12,8 @@ use crate::error::Result;
 /// Senders and receivers of the stored half of the edges, for both kinds of kernels.
 #[derive(Debug, Clone)]
 pub struct GraphTensors {
-    pub(crate) real_nodes: usize,
+    /// Nodes of each layer, the real ones first.
+    pub(crate) layers: Vec<Range<usize>>,
     pub(crate) edges: Arc<EdgeTopology>,
     pub(crate) plan: Arc<GatherPlan>,
     senders: Tensor<1, Int>,
@@ -32,7 +34,7 @@ impl GraphTensors {
             Tensor::<1, Int>::from_data(TensorData::new(indices, [count]), &device)
         };
         Ok(Self {
-            real_nodes: topology.real_nodes,
+            layers: (0..=topology.clusters.len()).map(|layer| topology.layer(layer)).collect(),
             senders: upload(edges.senders()),
             receivers: upload(edges.receivers()),
             plan: GatherPlan::edges(&edges),

@@ -19,7 +19,7 @@
 //!     features: graph_features(&topology, &mesh.points, &indicator, 2)?,
 //!     global: vec![],
 //!     dirichlet: Dirichlet::clamped(nodes, 2, &clamped)?,
-//!     basis: None,
+//!     coordinates: Coordinates::Components,
 //! };
 //!
 //! // Samples; training on energy needs no displacements.
@@ -65,6 +65,7 @@
 //! Nothing assumes one geometry or three dimensions.
 
 mod config;
+mod coordinates;
 mod data;
 mod device;
 mod emulator;
@@ -75,7 +76,6 @@ mod graph;
 mod kernels;
 mod objective;
 mod optimiser;
-mod output_basis;
 mod perceptron;
 mod random;
 mod scaling;
@@ -84,10 +84,11 @@ mod store;
 mod surrogate;
 mod training;
 
-pub use config::{Activation, EmulatorConfig};
+pub use config::{Activation, Decoding, EmulatorConfig};
+pub use coordinates::{Coordinates, Motions, OutputBasis};
 pub use data::{DataSet, Dirichlet, Geometry, Sample};
 pub use device::Backend;
-pub use emulator::Emulator;
+pub use emulator::{Emulator, Output};
 pub use error::{Error, Result};
 pub use fixed::{FixedGeometry, Prediction, Sensitivity};
 pub use graph::GraphTensors;
@@ -97,7 +98,6 @@ pub use objective::{
     Objective, Potential, WeightedSum,
 };
 pub use optimiser::{Muon, MuonConfig, Optimiser, OptimiserConfig};
-pub use output_basis::OutputBasis;
 pub use scaling::{GlobalScaling, OutputScale, ParameterRange, ParameterScale, ParameterScaling};
 pub use schedule::Schedule;
 pub use surrogate::{Scales, Surrogate};

@@ -91,12 +91,17 @@ impl Perceptron {
         Self { layers, normalisation: Some(Normalisation::new(source, config.latent)) }
     }
 
-    /// Scalar output, not normalised, initially zero everywhere.
-    pub fn decoder(source: &mut Initialiser<'_>, config: &EmulatorConfig, inputs: usize) -> Self {
-        let sizes = config.layer_sizes(inputs, 1);
+    /// Outputs not normalised, initially zero everywhere.
+    pub fn decoder(
+        source: &mut Initialiser<'_>,
+        config: &EmulatorConfig,
+        inputs: usize,
+        outputs: usize,
+    ) -> Self {
+        let sizes = config.layer_sizes(inputs, outputs);
         let mut layers = layers(source, &sizes[..sizes.len() - 1]);
-        let weight = source.constant(0.0, [config.width, 1]);
-        layers.push(Affine { weight, bias: source.constant(0.0, [1]) });
+        let weight = source.constant(0.0, [config.width, outputs]);
+        layers.push(Affine { weight, bias: source.constant(0.0, [outputs]) });
         Self { layers, normalisation: None }
     }
 

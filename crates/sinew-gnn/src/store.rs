@@ -15,7 +15,7 @@ use crate::files::{open_directory, read_json, replace_directory, write_json};
 use crate::surrogate::{Scales, Surrogate};
 
 /// Version of the surrogate format.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const DESCRIPTION: &str = "surrogate.json";
 const WEIGHTS: &str = "weights.bpk";
 

@@ -5,7 +5,8 @@ use burn::tensor::{Device, Tensor, TensorData};
 use serde::{Deserialize, Serialize};
 use sinew_graph::{FeatureStatistics, Topology};
 
-use crate::config::EmulatorConfig;
+use crate::config::{Decoding, EmulatorConfig};
+use crate::coordinates::{Coordinates, OutputMap};
 use crate::data::{DataSet, Geometry};
 use crate::emulator::Emulator;
 use crate::error::{Error, Result, require_count};
@@ -74,17 +75,6 @@ pub(crate) struct GeometryTensors {
     pub output: OutputMap,
 }
 
-/// From network outputs to displacements, prescribed ones written over them.
-#[derive(Debug, Clone)]
-pub(crate) struct OutputMap {
-    /// Displacement of a unit output, zero where prescribed: `[1, real nodes, D]`. Ones with matrices.
-    scale: Tensor<3>,
-    /// Displacement of a zero output, or the prescribed one: `[1, real nodes, D]`.
-    shift: Tensor<3>,
-    /// Applied from the right to outputs flattened over nodes and components, see [`OutputBasis`].
-    matrices: Vec<Tensor<2>>,
-}
-
 impl Surrogate {
     /// An untrained surrogate for a data set.
     ///
@@ -125,6 +115,10 @@ impl Surrogate {
             config.edge_features,
         )?;
         require_count("global features", scales.global.mean.len(), config.global_features)?;
+        if let Decoding::Motions { layers } = config.decoding {
+            require_count("layers of virtual nodes", topology.roots_per_layer.len(), layers)?;
+            require_count("components of a motion's translation", config.dimensions, 3)?;
+        }
         scales.output.check(config.dimensions, config.dimensions * topology.real_nodes)?;
         let graph = GraphTensors::new(&topology, device)?;
         let device = device.clone().without_autodiff();
@@ -204,17 +198,34 @@ impl Surrogate {
     pub(crate) fn prepare(&self, geometry: &Geometry) -> Result<GeometryTensors> {
         let dimensions = self.emulator.config().dimensions;
         geometry.check(&self.topology, dimensions)?;
+        let layers = match geometry.coordinates {
+            Coordinates::Motions(_) => self.topology.roots_per_layer.len(),
+            _ => 0,
+        };
+        require_count("layers of virtual nodes that the network decodes", self.layers(), layers)?;
         let features = self.scales.features.standardise(&geometry.features)?;
         let global = self.scales.global.standardise(&geometry.global)?;
         let table = |values: &[f64], rows| matrix(values, rows, &self.device);
-        let output =
-            OutputMap::new(geometry, &self.scales.output, self.topology.real_nodes, &self.device);
+        let output = OutputMap::new(
+            geometry,
+            &self.scales.output,
+            [self.topology.real_nodes, dimensions],
+            &self.device,
+        );
         Ok(GeometryTensors {
             nodes: table(&features.nodes.values, features.nodes.rows),
             edges: table(&features.edges.values, features.edges.rows),
             global: (!global.is_empty()).then(|| table(&global, 1)),
             output,
         })
+    }
+
+    /// Layers of virtual nodes that the network decodes.
+    fn layers(&self) -> usize {
+        match self.emulator.config().decoding {
+            Decoding::Components => 0,
+            Decoding::Motions { layers } => layers,
+        }
     }
 
     /// The same surrogate on the device that records gradients, or off it.
@@ -224,75 +235,14 @@ impl Surrogate {
 }
 
 impl GeometryTensors {
-    /// Displacements `[batch, real nodes, D]` decoded from node embeddings.
-    pub fn displacement(
-        &self,
-        emulator: &Emulator,
-        local: Tensor<2>,
-        parameters: Tensor<2>,
-    ) -> Tensor<3> {
-        self.output.displacement(emulator.decode(local, self.global.clone(), parameters))
-    }
-
     /// The same tensors ready to meet those of an automatically differentiated network.
     pub fn lifted(&self) -> Self {
         Self {
             nodes: Tensor::from_inner(self.nodes.clone()),
             edges: Tensor::from_inner(self.edges.clone()),
             global: self.global.clone().map(Tensor::from_inner),
-            output: OutputMap {
-                scale: Tensor::from_inner(self.output.scale.clone()),
-                shift: Tensor::from_inner(self.output.shift.clone()),
-                matrices: self.output.matrices.iter().cloned().map(Tensor::from_inner).collect(),
-            },
+            output: self.output.lifted(),
         }
-    }
-}
-
-impl OutputMap {
-    fn new(geometry: &Geometry, scales: &OutputScale, nodes: usize, device: &Device) -> Self {
-        let prescribed = &geometry.dirichlet.prescribed;
-        let entries = scales.scale.len(); // per component or per degree of freedom
-        let of = |dof: usize| match &geometry.basis {
-            Some(basis) => (1.0, basis.origin()[dof]),
-            None => (scales.scale[dof % entries], scales.mean[dof % entries]),
-        };
-        let prescribed_entries = prescribed.iter().enumerate();
-        let (scale, shift): (Vec<f64>, Vec<f64>) = prescribed_entries
-            .map(|(dof, fixed)| fixed.map_or_else(|| of(dof), |value| (0.0, value)))
-            .unzip();
-        let field = |values: &[f64]| matrix(values, nodes, device).unsqueeze_dim::<3>(0);
-        Self {
-            scale: field(&scale),
-            shift: field(&shift),
-            matrices: geometry
-                .basis
-                .as_ref()
-                .map(|basis| basis.matrices(prescribed, device))
-                .unwrap_or_default(),
-        }
-    }
-
-    /// Displacements `[batch, real nodes, D]` of outputs of the same shape.
-    pub fn displacement(&self, output: Tensor<3>) -> Tensor<3> {
-        self.increment(output) + self.shift.clone()
-    }
-
-    /// Displacements of outputs beyond those of a zero output: the linear part.
-    pub fn increment(&self, output: Tensor<3>) -> Tensor<3> {
-        if self.matrices.is_empty() {
-            return output * self.scale.clone();
-        }
-        let [batch, nodes, dimensions] = output.dims();
-        let flat = output.reshape([batch, nodes * dimensions]);
-        let mapped = self.matrices.iter().fold(flat, |row, matrix| row.matmul(matrix.clone()));
-        mapped.reshape([batch, nodes, dimensions])
-    }
-
-    /// Nodes and components of a displacement.
-    pub fn dims(&self) -> [usize; 2] {
-        let [_, nodes, dimensions] = self.scale.dims();
-        [nodes, dimensions]
     }
 }
 

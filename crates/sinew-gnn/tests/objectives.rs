@@ -4,14 +4,16 @@ mod common;
 
 use burn::tensor::{Tensor, TensorData};
 use common::*;
+use sinew_energy::laws::NeoHookean;
+use sinew_energy::{Parameter, Sampling, Scene, Stiffness, Support, Units};
 use sinew_gnn::*;
 
-/// Single precision through a product with a small matrix.
+/// Displacements in single precision.
 const ROUNDING: f64 = 1e-5;
 
-/// A data set of one geometry, and a prediction for its first two samples.
+/// A data set of one beam, and a prediction for its first two samples.
 fn prediction() -> (DataSet, Vec<f64>) {
-    let body = plane_cantilever(40.0);
+    let body = beam([3, 1, 1], vec![4, 1]);
     let thetas = [[0.6, 1.0], [1.0, 0.7], [1.7, 1.2]];
     let training = thetas.into_iter().map(|theta| body.sample(0, theta, 1.0)).collect::<Vec<_>>();
     let predicted = training[..2].iter().flat_map(|sample| &sample.displacement).enumerate();
@@ -21,15 +23,32 @@ fn prediction() -> (DataSet, Vec<f64>) {
     (data, predicted)
 }
 
-/// A symmetric matrix, diagonally dominant.
-fn root(size: usize) -> Vec<f64> {
-    let entry = |i: usize, j: usize| if i == j { 2.0 } else { 0.5 / (1.0 + i.abs_diff(j) as f64) };
-    (0..size * size).map(|at| entry(at / size, at % size)).collect()
+/// The stiffness of such a beam of given cells at rest.
+fn stiffness(cells: [usize; 3]) -> Stiffness {
+    let parameter = |name: &str| Parameter {
+        name: name.into(),
+        unit: "kPa".into(),
+        range: [0.5, 2.0],
+        sampling: Sampling::Log,
+    };
+    let scene = Scene {
+        name: "beam".into(),
+        units: Units::mm_kpa(),
+        mesh: sinew_mesh::box_tetrahedra([100.0, 10.0, 10.0], cells),
+        law: NeoHookean,
+        directions: Vec::new(),
+        parameters: vec![parameter("mu"), parameter("lambda")],
+        loads: vec![],
+        supports: vec![Support::clamped("x_min")],
+    };
+    let body = scene.lower().unwrap();
+    body.stiffness(&vec![0.0; 3 * body.nodes], &[1.0, 1.0]).unwrap()
 }
 
-fn times(root: &[f64], field: &[f64]) -> Vec<f64> {
-    let dot = |row: &[f64]| row.iter().zip(field).map(|(a, b)| a * b).sum();
-    root.chunks_exact(field.len()).map(dot).collect()
+fn norm(stiffness: &Stiffness, error: &[f64]) -> f64 {
+    let mut forces = vec![0.0; error.len()];
+    stiffness.apply(error, &mut forces);
+    forces.iter().zip(error).map(|(f, e)| f * e).sum::<f64>().sqrt()
 }
 
 fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
@@ -39,29 +58,26 @@ fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
 fn loss(objective: &dyn Objective, data: &DataSet, predicted: &[f64]) -> f64 {
     objective.check(data).unwrap();
     let values: Vec<f32> = predicted.iter().map(|&u| u as f32).collect();
-    let dims = [2, data.topology.real_nodes, 2];
+    let dims = [2, data.topology.real_nodes, 3];
     let u = Tensor::<3>::from_data(TensorData::new(values, dims), &devices()[0]);
     let batch = Batch { geometry: 0, samples: &[&data.training[0], &data.training[1]] };
     objective.loss(&batch, u).unwrap().into_scalar::<f32>().into()
 }
 
 #[test]
-fn the_energy_norm_weighs_errors_by_its_root() {
+fn the_energy_norm_is_the_root_of_what_an_error_costs() {
     let (data, predicted) = prediction();
     let size = predicted.len() / 2;
-    let root = root(size);
-    let objective = EnergyNormFit::new(std::slice::from_ref(&root), &data).unwrap();
-    // By hand: mean nodal length over the root mean square of the simulations' departures from their mean.
+    let stiffness = stiffness([3, 1, 1]);
+    let objective = EnergyNormFit::new(vec![stiffness.clone()], &data).unwrap();
     let fields: Vec<&[f64]> = data.training.iter().map(|s| &s.displacement[..]).collect();
     let mean: Vec<f64> =
         (0..size).map(|i| fields.iter().map(|f| f[i]).sum::<f64>() / 3.0).collect();
-    let squares = fields.iter().flat_map(|f| times(&root, &difference(f, &mean)));
-    let unit = (squares.map(|x| x * x).sum::<f64>() / (3 * size) as f64).sqrt();
-    let lengths = predicted.chunks_exact(size).zip(&fields).flat_map(|(u, f)| {
-        let weighed = times(&root, &difference(u, f));
-        weighed.chunks_exact(2).map(|row| row[0].hypot(row[1])).collect::<Vec<_>>()
-    });
-    let expected = lengths.sum::<f64>() / size as f64 / unit;
+    let spread: f64 = fields.iter().map(|f| norm(&stiffness, &difference(f, &mean)).powi(2)).sum();
+    let unit = (spread / 3.0).sqrt();
+    let norms =
+        predicted.chunks_exact(size).zip(&fields).map(|(u, f)| norm(&stiffness, &difference(u, f)));
+    let expected = norms.sum::<f64>() / 2.0 / unit;
     let found = loss(&objective, &data, &predicted);
     assert!((found / expected - 1.0).abs() < ROUNDING, "{found} for {expected}");
 }
@@ -69,8 +85,7 @@ fn the_energy_norm_weighs_errors_by_its_root() {
 #[test]
 fn terms_of_a_sum_enter_with_their_weights() {
     let (data, predicted) = prediction();
-    let size = predicted.len() / 2;
-    let energy_norm = || Box::new(EnergyNormFit::new(&[root(size)], &data).unwrap());
+    let energy_norm = || Box::new(EnergyNormFit::new(vec![stiffness([3, 1, 1])], &data).unwrap());
     let fit = || Box::new(DataFit::new(3.0).unwrap());
     let sum = WeightedSum::new(vec![(2.0, energy_norm()), (0.25, fit())]).unwrap();
     let expected =
@@ -82,19 +97,16 @@ fn terms_of_a_sum_enter_with_their_weights() {
 }
 
 #[test]
-fn an_energy_norm_needs_a_fitting_root_and_simulations() {
-    let (data, predicted) = prediction();
-    let size = predicted.len() / 2;
-    let attempt = |root: Vec<f64>, data: &DataSet| EnergyNormFit::new(&[root], data).unwrap_err();
-    assert!(matches!(attempt(root(size - 1), &data), Error::Count { .. }));
-    let mut broken = root(size);
-    broken[7] = f64::NAN;
-    assert!(matches!(attempt(broken, &data), Error::NotFinite { index: 7, .. }));
+fn an_energy_norm_needs_a_fitting_stiffness_and_simulations() {
+    let (data, _) = prediction();
+    let attempt =
+        |cells, data: &DataSet| EnergyNormFit::new(vec![stiffness(cells)], data).unwrap_err();
+    assert!(matches!(attempt([2, 1, 1], &data), Error::Count { .. }));
     let mut without = data.clone();
     without.training[1].displacement.clear();
-    assert!(matches!(attempt(root(size), &without), Error::Count { .. }));
+    assert!(matches!(attempt([3, 1, 1], &without), Error::Count { .. }));
     let mut same = data.clone();
     same.training.truncate(1);
-    assert!(matches!(attempt(root(size), &same), Error::Scale { .. }));
-    assert!(EnergyNormFit::new(&[], &data).is_err());
+    assert!(matches!(attempt([3, 1, 1], &same), Error::Scale { .. }));
+    assert!(EnergyNormFit::new(vec![], &data).is_err());
 }

@@ -31,7 +31,7 @@ fn a_diagonal_basis_is_one_scale_per_component() {
             let origin = (0..size).map(|dof| scale.mean[dof % 2]).collect();
             let mut map = vec![0.0; size * size];
             (0..size).for_each(|dof| map[dof * size + dof] = scale.scale[dof % 2]);
-            geometry.basis = Some(OutputBasis::new(origin, &map).unwrap());
+            geometry.coordinates = Coordinates::Basis(OutputBasis::new(origin, &map).unwrap());
         }
         let other = briefly_trained(&based, &config, &device);
         let thetas = [vec![0.8, 1.3], vec![1.7, 0.6]];
@@ -46,7 +46,8 @@ fn a_diagonal_basis_is_one_scale_per_component() {
 fn supports_sensitivities_and_storage_hold_in_any_basis() {
     let (_, mut data) = plane_data();
     for geometry in &mut data.geometries {
-        geometry.basis = Some(mixing_basis(geometry.dirichlet.prescribed.len()));
+        geometry.coordinates =
+            Coordinates::Basis(mixing_basis(geometry.dirichlet.prescribed.len()));
     }
     let config = small_config(&data, 2);
     let folder = tempfile::tempdir().unwrap();
@@ -82,6 +83,6 @@ fn supports_sensitivities_and_storage_hold_in_any_basis() {
 #[test]
 fn a_basis_of_another_body_is_refused() {
     let (_, mut data) = plane_data();
-    data.geometries[0].basis = Some(mixing_basis(4));
+    data.geometries[0].coordinates = Coordinates::Basis(mixing_basis(4));
     assert!(matches!(data.check(2), Err(Error::Count { .. })));
 }

@@ -11,8 +11,8 @@ use crate::{
 /// Augments the graph of a mesh with layers of virtual nodes (thesis Algorithm 1).
 ///
 /// Layer `l` groups the nodes of layer `l − 1` into η_l clusters by k-means and puts a root at
-/// the mean of each. Every root is joined to its leaves and to its κ nearest roots; those of
-/// the last layer are all joined.
+/// the mean of each. Every root is joined to its leaves and to its κ nearest roots (all, where there are
+/// no more than κ others); those of the last layer are all joined.
 ///
 /// * `positions` — mesh node positions [any length unit]; of several geometries that shall
 ///   share the topology, their mean ([`crate::mean_geometry`]) or a template.
@@ -126,7 +126,6 @@ fn check_config(config: &AugmentationConfig, nodes: usize) -> Result<(), GraphEr
     if config.runs == 0 {
         return Err(GraphError::NoRuns);
     }
-    let (neighbours, layers) = (config.neighbours, config.roots_per_layer.len());
     let mut leaves = nodes;
     for (layer, &roots) in (1..).zip(&config.roots_per_layer) {
         if roots == 0 {
@@ -135,9 +134,6 @@ fn check_config(config: &AugmentationConfig, nodes: usize) -> Result<(), GraphEr
         if roots >= leaves {
             let suggestion = AugmentationConfig::for_nodes(nodes).roots_per_layer;
             return Err(GraphError::LayerNotSmaller { layer, roots, leaves, suggestion });
-        }
-        if layer < layers && neighbours >= roots {
-            return Err(GraphError::TooManyNeighbours { layer, neighbours, available: roots - 1 });
         }
         leaves = roots;
     }
@@ -216,16 +212,16 @@ mod tests {
         assert!(matches!(error(&[4], 1), GraphError::LayerNotSmaller { layer: 1, .. }));
         assert!(matches!(error(&[2, 2], 1), GraphError::LayerNotSmaller { layer: 2, .. }));
         assert_eq!(error(&[2, 0], 1), GraphError::EmptyLayer { layer: 2 });
-        let expected = GraphError::TooManyNeighbours { layer: 1, neighbours: 5, available: 2 };
-        assert_eq!(error(&[3, 2], 5), expected);
         let no_runs = AugmentationConfig { runs: 0, ..config(&[2], 1) };
         assert_eq!(augment(&SQUARE, &SIDES, &no_runs), Err(GraphError::NoRuns));
     }
 
     #[test]
-    fn the_last_layer_is_fully_connected_however_many_neighbours() {
+    fn the_last_layer_and_small_ones_are_fully_connected_however_many_neighbours() {
         let topology = augment(&SQUARE, &SIDES, &config(&[3], 5)).unwrap();
         assert_eq!(topology.senders.len(), 4 + 4 + 3);
+        let topology = augment(&SQUARE, &SIDES, &config(&[3, 2, 1], 5)).unwrap();
+        assert_eq!(topology.senders.len(), 4 + (4 + 3) + (3 + 1) + 2);
     }
 
     #[test]

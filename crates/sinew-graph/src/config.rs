@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub struct AugmentationConfig {
     /// η: virtual nodes of layer 1, 2, …, strictly decreasing. Empty leaves the mesh graph as it is.
     pub roots_per_layer: Vec<usize>,
-    /// κ: nearest roots each root is joined to, in every layer but the last, which is fully connected.
+    /// κ: nearest roots each root is joined to, at most all others, in every layer but the last, which is fully connected.
     pub neighbours: usize,
     /// Seed of the k-means starts.
     pub seed: u64,
@@ -55,7 +55,26 @@ impl AugmentationConfig {
             }
             roots /= Self::SHRINKAGE;
         }
-        let per_run = nodes.saturating_mul(nodes / Self::SHRINKAGE).max(1);
+        Self::of_layers(nodes, roots_per_layer)
+    }
+
+    /// Layers that shrink by `shrinkage`, down to a single root: clusters within clusters up to the whole body, for
+    /// outputs at every scale.
+    ///
+    /// ```
+    /// use sinew_graph::AugmentationConfig;
+    ///
+    /// assert_eq!(AugmentationConfig::to_one_root(390, 4).roots_per_layer, [97, 24, 6, 1]);
+    /// ```
+    pub fn to_one_root(nodes: usize, shrinkage: usize) -> Self {
+        let next = |&roots: &usize| (roots > 1).then(|| (roots / shrinkage.max(2)).max(1));
+        let roots_per_layer = std::iter::successors(next(&nodes), next).collect();
+        Self::of_layers(nodes, roots_per_layer)
+    }
+
+    fn of_layers(nodes: usize, roots_per_layer: Vec<usize>) -> Self {
+        let largest = roots_per_layer.first().copied().unwrap_or(0);
+        let per_run = nodes.saturating_mul(largest).max(1);
         let runs = (Self::DISTANCES / per_run).clamp(1, Self::RUNS);
         Self { roots_per_layer, neighbours: Self::NEIGHBOURS, seed: 0, runs }
     }

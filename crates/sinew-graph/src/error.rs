@@ -84,20 +84,6 @@ pub enum GraphError {
         /// Layers that fit the mesh.
         suggestion: Vec<usize>,
     },
-    /// A root cannot have that many neighbours within its layer.
-    #[error(
-        "a root of layer {layer} has at most {available} neighbours in its layer, {neighbours} \
-         were asked for: lower `neighbours`, or enlarge the layer or make it the last one, \
-         which is fully connected"
-    )]
-    TooManyNeighbours {
-        /// The layer, counted from 1.
-        layer: usize,
-        /// Neighbours asked for.
-        neighbours: usize,
-        /// Other roots of the layer.
-        available: usize,
-    },
     /// k-means was asked for zero runs.
     #[error("k-means needs at least 1 run, `runs` is 0: 10 is a good number")]
     NoRuns,

@@ -5,7 +5,7 @@
 //! cargo run -p sinew --example predict_batch -- OnceClampedBeam 200
 //! ```
 
-use sinew::{Case, Design, Evaluation, Recipe, TestSet, recipe::Regression, simulate};
+use sinew::{Case, Comparison, Design, Recipe, TestSet, recipe::Regression, simulate};
 use std::error::Error;
 use std::path::Path;
 
@@ -22,8 +22,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let thetas = Design::Uniform.sample(&body.parameters, count.max(1), 99)?;
     let test = TestSet::new(&body, simulate(&body, &thetas, "test", None, &mut ())?);
-    let mut evaluation = Evaluation::new(&test);
-    evaluation.add("regression", &emulator, &test, 1, &mut ())?;
-    println!("{evaluation}");
+    let mut comparison = Comparison::new(&test);
+    comparison.add("regression", &emulator, &test, 1)?;
+    println!("{comparison}");
     Ok(())
 }

@@ -5,7 +5,7 @@
 //! terminal; `docs/case-file.md` describes every key.
 //!
 //! ```
-//! use sinew::{Case, Evaluation, Recipe, TestSet, recipe::Regression, simulate};
+//! use sinew::{Case, Comparison, Recipe, TestSet, recipe::Regression, simulate};
 //!
 //! // Mesh, law, loads, supports and ranges: a body.
 //! let case = Case::parse(
@@ -34,15 +34,18 @@
 //!
 //! // Errors and times on cases that it has not seen.
 //! let test = TestSet::new(&body, simulate(&body, &[theta], "test", None, &mut ())?);
-//! let mut evaluation = Evaluation::new(&test);
-//! evaluation.add("regression", &emulator, &test, 2, &mut ())?;
-//! println!("{evaluation}");
-//! assert!(evaluation.methods[0].corrected[0].err_u.max < evaluation.methods[0].raw.err_u.max);
+//! let mut comparison = Comparison::new(&test);
+//! comparison.add("regression", &emulator, &test, 2)?;
+//! println!("{comparison}");
+//! let found = &comparison.methods[0].evaluation;
+//! assert!(found.corrected[0].errors.err_u.max < found.raw.err_u.max);
+//! let page = comparison.report()?.to_html();
+//! assert!(page.contains("regression + 1 Newton"));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 pub mod case;
-mod evaluation;
+mod comparison;
 pub mod npz;
 pub mod output;
 mod page;
@@ -50,10 +53,10 @@ pub mod scenes;
 mod theta;
 
 pub use case::{Case, CaseError};
-pub use evaluation::{Coverage, Evaluation, Method, Times};
+pub use comparison::{Comparison, Method};
 pub use sinew_emulate::{
-    Design, Emulator, Prediction, Recipe, Record, Simulations, TestSet, TrainingOptions, recipe,
-    simulate,
+    Design, Emulator, Evaluation, Prediction, Recipe, Record, Simulations, TestSet,
+    TrainingOptions, recipe, simulate,
 };
 pub use sinew_energy::{Body, Load, Parameter, Sampling, Scene, Support, laws};
 pub use sinew_fem::{Options, Solution, Solver, sweep};

@@ -61,7 +61,7 @@ impl Fields<'_> {
     fn picture(&self, case: usize) -> sinew_mesh::AnyMesh {
         let mut mesh = (*self.body.mesh).clone();
         let rows = |field: &[f64]| field.as_chunks::<3>().0.to_vec();
-        let (first, _) = (&self.found[0].1[case], ());
+        let first = &self.found[0].1[case];
         for (name, fields) in &self.found {
             let field = rows(&fields[case]);
             mesh.point_fields_mut().insert(format!("u_{name}"), Field::vectors(&field));

@@ -1,12 +1,12 @@
-//! An evaluation as a report.
+//! A comparison as a report.
 
-use crate::evaluation::{Evaluation, Method};
-use sinew_emulate::{Errors, Quantiles};
+use crate::comparison::{Comparison, Method};
+use sinew_emulate::{Errors, Evaluation, Quantiles};
 use sinew_report::{
     Block, Cell, Chart, Column, Provenance, Report, ReportError, Row, Section, Table,
 };
 
-impl Evaluation {
+impl Comparison {
     /// A page with one table, errors beside times, and a chart of time against error.
     ///
     /// # Errors
@@ -16,10 +16,9 @@ impl Evaluation {
         let chart = Chart::speed_against_error(&table, 0);
         let provenance = Provenance::of_this_run("sinew report", ".");
         let about = format!(
-            "{} nodes, {} unknowns; {} test cases, whose nodes move {:.2} {unit} in the mean and {:.2} {unit} at most",
+            "{} nodes, {} unknowns; the nodes of the test cases move {:.2} {unit} in the mean and {:.2} {unit} at most",
             self.nodes,
             self.unknowns,
-            self.cases,
             self.displacement.mean,
             self.displacement.max,
             unit = self.length_unit
@@ -36,7 +35,7 @@ impl Evaluation {
     }
 
     fn table(&self) -> Result<Table, ReportError> {
-        let volumes = self.methods.iter().any(|method| method.raw.err_volume.is_some());
+        let volumes = self.methods.iter().any(|method| method.evaluation.raw.err_volume.is_some());
         let mut errors = vec![
             Column::new("err_u", &*self.length_unit)
                 .about("‖u − û‖ at every node that is free to move"),
@@ -58,16 +57,12 @@ impl Evaluation {
         ];
         let mut table = Table::new(errors, times, others);
         for method in &self.methods {
-            table.push(row(method, method.name.clone(), &method.raw, method.times.one)?)?;
-            for (index, errors) in method.corrected.iter().enumerate() {
-                let steps = (index + 1) as f64;
-                let name = format!("{} + {steps} Newton", method.name);
-                table.push(row(
-                    method,
-                    name,
-                    errors,
-                    method.times.one + steps * method.times.step,
-                )?)?;
+            let (own, times) = (&method.evaluation, &method.evaluation.times);
+            table.push(row(method, method.name.clone(), &own.raw, times.predict_decoder_s)?)?;
+            for after in &own.corrected {
+                let name = format!("{} + {} Newton", method.name, after.steps);
+                let seconds = times.predict_decoder_s + after.steps as f64 * times.correction_s;
+                table.push(row(method, name, &after.errors, seconds)?)?;
             }
         }
         Ok(table)
@@ -82,10 +77,11 @@ fn row(method: &Method, name: String, errors: &Errors, seconds: f64) -> Result<R
     if let Some(volume) = &errors.err_volume {
         row = row.error(cell(volume));
     }
+    let Evaluation { within_two, times, .. } = &method.evaluation;
     Ok(row
-        .time(method.times.simulate + method.times.train)
+        .time(times.simulate_s + times.prepare_s + times.train_s)
         .other(method.simulations as f64)
-        .other(100.0 * method.estimates.within_two))
+        .other(100.0 * within_two))
 }
 
 /// The median, with the largest below it.

@@ -5,8 +5,8 @@ use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Body, Load, Parameter, Sampling, Scene, Support, Units};
 use sinew_fem::{Options, Solution, Solver, sweep};
 use sinew_gnn::{
-    Backend, Dirichlet, EmulatorConfig, Geometry, Objective, OutputScale, ParameterScaling, Sample,
-    Scales, Surrogate, Trainer, TrainingConfig,
+    Backend, Coordinates, Dirichlet, EmulatorConfig, Geometry, Objective, OutputScale,
+    ParameterScaling, Sample, Scales, Surrogate, Trainer, TrainingConfig,
 };
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 use sinew_mesh::{TetMesh, box_tetrahedra};
@@ -55,8 +55,8 @@ impl Beam {
         let geometry = Geometry {
             features: graph_features(&topology, &scene.mesh.points, &indicator, 3).unwrap(),
             global: Vec::new(),
-            dirichlet: Dirichlet::of_body(&potential).unwrap(),
-            basis: None,
+            dirichlet: Dirichlet::of_body(&potential),
+            coordinates: Coordinates::Components,
         };
         Self { potential, topology, geometry }
     }

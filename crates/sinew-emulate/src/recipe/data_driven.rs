@@ -54,7 +54,7 @@ impl DataDriven {
     ) -> Result<Model> {
         let simulations = session.training(self.simulations)?;
         let (thetas, fields) = (&simulations.thetas, Some(&simulations.fields[..]));
-        let lesson = Lesson { thetas, fields, linear_response: &[], held_out };
+        let lesson = Lesson { thetas, fields, linear_response: &[], energy: 0.0, held_out };
         let (body, length) = (session.body, lesson.output_scale()?.length());
         let objective = |_: &DataSet| self.objective(body, length);
         let training = TrainingConfig { seed: session.options.seed, ..self.training.clone() };

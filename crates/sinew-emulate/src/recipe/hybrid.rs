@@ -27,13 +27,14 @@ impl Default for Hybrid {
     fn default() -> Self {
         let training = TrainingConfig {
             batch: 8,
-            budget: Budget::Steps(1500),
+            learning_rate: 8e-3,
+            budget: Budget::Steps(2000),
             embedding_share: 0.15,
             ..TrainingConfig::default()
         };
         Self {
             simulations: 200,
-            coordinates: Coordinates::StiffnessOfSimulation,
+            coordinates: Coordinates::MotionsOfSimulation,
             network: Network::default(),
             training,
         }
@@ -49,11 +50,13 @@ impl Hybrid {
     ) -> Result<Model> {
         let simulations = session.training(self.simulations)?;
         let (thetas, fields) = (&simulations.thetas, Some(&simulations.fields[..]));
-        let lesson = Lesson { thetas, fields, linear_response: &[], held_out };
-        let root =
-            coordinates::stiffness_root(session.body, lesson.central_simulation(session.body))?;
+        let lesson = Lesson { thetas, fields, linear_response: &[], energy: 0.0, held_out };
+        let body = session.body;
+        let central = coordinates::admissible(body, lesson.central_simulation(body));
+        let stiffness =
+            body.stiffness(&central, &body.centre()).ok_or(sinew_gnn::Error::NoStiffness)?;
         let objective = |data: &DataSet| -> Result<Box<dyn Objective>> {
-            Ok(Box::new(EnergyNormFit::new(std::slice::from_ref(&root), data)?))
+            Ok(Box::new(EnergyNormFit::new(vec![stiffness.clone()], data)?))
         };
         let training = TrainingConfig { seed: session.options.seed, ..self.training.clone() };
         let plan = Plan {

@@ -98,7 +98,7 @@ impl Recipe {
     pub fn cost(&self) -> f64 {
         let of = |coordinates: &Coordinates, training| {
             let first = match coordinates {
-                Coordinates::StiffnessAfter(first) => cost(first),
+                Coordinates::MotionsAfter(first) => cost(first),
                 _ => 0.0,
             };
             first + cost(training)

@@ -32,6 +32,7 @@ impl Default for PhysicsInformed {
     fn default() -> Self {
         let config = |steps, evaluations| TrainingConfig {
             batch: 4,
+            learning_rate: 8e-3,
             budget: Budget::Steps(steps),
             embedding_share: 0.3,
             evaluations,
@@ -39,9 +40,9 @@ impl Default for PhysicsInformed {
         };
         Self {
             parameter_sets: 200,
-            coordinates: Coordinates::StiffnessAfter(config(500, 5)),
+            coordinates: Coordinates::MotionsAfter(config(400, 5)),
             network: Network::default(),
-            training: config(1500, 20),
+            training: config(1600, 20),
         }
     }
 }
@@ -64,11 +65,16 @@ impl PhysicsInformed {
         let objective = |_: &DataSet| -> Result<Box<dyn Objective>> {
             Ok(Box::new(MinimumPotential::new(vec![potential.clone()], energy)?))
         };
-        let lesson =
-            Lesson { thetas: &thetas, fields: None, linear_response: &linear_response, held_out };
+        let lesson = Lesson {
+            thetas: &thetas,
+            fields: None,
+            linear_response: &linear_response,
+            energy,
+            held_out,
+        };
         let training = TrainingConfig { seed, ..self.training.clone() };
         let mut coordinates = self.coordinates.clone();
-        if let Coordinates::StiffnessAfter(first) = &mut coordinates {
+        if let Coordinates::MotionsAfter(first) = &mut coordinates {
             first.seed = seed;
         }
         let plan = Plan {

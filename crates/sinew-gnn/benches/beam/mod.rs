@@ -38,7 +38,7 @@ pub fn beam() -> DataSet {
         global: vec![],
         dirichlet: Dirichlet::clamped(mesh.points.len(), 3, clamped)
             .expect("a node set of the box"),
-        basis: None,
+        coordinates: Coordinates::Components,
     };
     let sample = |theta: Vec<f64>| {
         let bend = |x: f64| 0.4 * x * x / theta[0];

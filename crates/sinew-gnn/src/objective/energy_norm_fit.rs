@@ -1,92 +1,99 @@
 //! Data-driven training that weighs errors as the body's stiffness does.
 
-use burn::tensor::{Tensor, TensorData};
+use std::sync::Arc;
 
-use super::{Batch, Objective, SQUARED_NORM_FLOOR, require_displacements, simulated};
+use burn::tensor::Tensor;
+use sinew_burn::BatchPotential;
+use sinew_energy::Stiffness;
+
+use super::{Batch, Objective, SQUARED_NORM_FLOOR, require_displacements};
 use crate::data::DataSet;
-use crate::error::{Error, Result, require_count, require_finite, require_positive};
+use crate::error::{Error, Result, require_count, require_positive};
 
-/// Mean nodal length of `K^½ (u − û)`, in units of the simulations' own spread: the root of the energy that
-/// an error costs, where the plain [`DataFit`](super::DataFit) weighs all motions alike and so leaves the stiff
-/// ones, which make the strains, for last.
-#[derive(Debug, Clone, PartialEq)]
+/// Root of the energy that an error costs, `√((u − û)ᵀ K (u − û))`, in units of the simulations' own spread: where the
+/// plain [`DataFit`](super::DataFit) weighs all motions alike and so leaves the stiff ones, which make the strains, for last.
+#[derive(Debug, Clone)]
 pub struct EnergyNormFit {
-    roots: Vec<Root>,
+    stiffnesses: Vec<Arc<Stiffness>>,
     energy_root: f64,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-struct Root {
-    size: usize,
-    entries: Vec<f32>,
 }
 
 /// Simulations that the spread is measured over: it only sets the unit of the loss.
 const SIMULATIONS_OF_SPREAD: usize = 32;
 
 impl EnergyNormFit {
-    /// With one root `K^½` per geometry: a symmetric matrix over all degrees of freedom, row by row, zero where
-    /// displacements are prescribed [√energy per length]. `data` sets the unit of the loss: the root mean square of
-    /// `K^½ (u − ū)` over its simulations.
+    /// With one stiffness per geometry. `data` sets the unit of the loss: the root mean square of `√(eᵀ K e)` with the
+    /// departures e of its simulations from their mean.
     ///
     /// # Errors
-    /// A root that fits no geometry or is not finite, simulations that are missing or all the same.
-    pub fn new(roots: &[Vec<f64>], data: &DataSet) -> Result<Self> {
-        require_count("roots of a stiffness", roots.len(), data.geometries.len())?;
-        let mut sum = 0.0;
-        let mut count = 0;
-        for (geometry, root) in roots.iter().enumerate() {
-            let size = data.geometries[geometry].dirichlet.prescribed.len();
+    /// A stiffness that fits no geometry, simulations that are missing or all the same.
+    pub fn new(stiffnesses: Vec<Stiffness>, data: &DataSet) -> Result<Self> {
+        require_count("stiffnesses", stiffnesses.len(), data.geometries.len())?;
+        let (mut sum, mut count) = (0.0, 0);
+        for (geometry, stiffness) in stiffnesses.iter().enumerate() {
+            let size = 3 * stiffness.nodes();
             require_displacements(data, size)?;
-            require_count("entries of the root of a stiffness", root.len(), size * size)?;
-            require_finite("the root of a stiffness", root)?;
             let samples = data.training.iter().filter(|sample| sample.geometry == geometry);
             let fields: Vec<&[f64]> = samples
                 .map(|sample| &sample.displacement[..])
                 .take(SIMULATIONS_OF_SPREAD)
                 .collect();
-            for field in &fields {
-                let departure: Vec<f64> = (0..size)
-                    .map(|i| {
-                        field[i] - fields.iter().map(|f| f[i]).sum::<f64>() / fields.len() as f64
-                    })
-                    .collect();
-                let dot = |row: &[f64]| row.iter().zip(&departure).map(|(a, b)| a * b).sum::<f64>();
-                sum += root.chunks_exact(size.max(1)).map(|row| dot(row).powi(2)).sum::<f64>();
-                count += size;
-            }
+            let mean: Vec<f64> = (0..size)
+                .map(|i| fields.iter().map(|field| field[i]).sum::<f64>() / fields.len() as f64)
+                .collect();
+            sum += fields.iter().map(|field| squared_norm(stiffness, field, &mean).0).sum::<f64>();
+            count += fields.len();
         }
         let energy_root = (sum / count.max(1) as f64).sqrt();
         require_positive("the spread of the simulations", energy_root)?;
-        let roots = roots
-            .iter()
-            .zip(&data.geometries)
-            .map(|(root, geometry)| Root {
-                size: geometry.dirichlet.prescribed.len(),
-                entries: root.iter().map(|&entry| entry as f32).collect(),
-            })
-            .collect();
-        Ok(Self { roots, energy_root })
+        Ok(Self { stiffnesses: stiffnesses.into_iter().map(Arc::new).collect(), energy_root })
     }
+}
+
+/// `eᵀ K e` and `K e` of a difference e of displacements.
+fn squared_norm(stiffness: &Stiffness, a: &[f64], b: &[f64]) -> (f64, Vec<f64>) {
+    let error: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+    let mut forces = vec![0.0; error.len()];
+    stiffness.apply(&error, &mut forces);
+    (forces.iter().zip(&error).map(|(f, e)| f * e).sum(), forces)
 }
 
 impl Objective for EnergyNormFit {
     fn check(&self, data: &DataSet) -> Result<()> {
-        require_count("roots of a stiffness", self.roots.len(), data.geometries.len())?;
-        self.roots.iter().try_for_each(|root| require_displacements(data, root.size))
+        require_count("stiffnesses", self.stiffnesses.len(), data.geometries.len())?;
+        self.stiffnesses.iter().try_for_each(|k| require_displacements(data, 3 * k.nodes()))
     }
 
     fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {
-        let root = self.roots.get(batch.geometry).ok_or(Error::UnknownGeometry {
+        let stiffness = self.stiffnesses.get(batch.geometry).ok_or(Error::UnknownGeometry {
             sample: 0,
             geometry: batch.geometry,
-            geometries: self.roots.len(),
+            geometries: self.stiffnesses.len(),
         })?;
-        let (dims, device) = (displacement.dims(), displacement.device());
-        let error = displacement - simulated(batch, dims, &device);
-        let data = TensorData::new(root.entries.clone(), [root.size, root.size]);
-        let flat = error.reshape([dims[0], root.size]).matmul(Tensor::from_data(data, &device));
-        let weighed = flat.reshape(dims) / self.energy_root;
-        Ok(((weighed.clone() * weighed).sum_dim(2) + SQUARED_NORM_FLOOR).sqrt().mean())
+        let norms: Arc<dyn BatchPotential> = Arc::new(Norms {
+            stiffness: stiffness.clone(),
+            simulated: batch.samples.iter().map(|sample| sample.displacement.clone()).collect(),
+            energy_root: self.energy_root,
+        });
+        Ok(sinew_burn::fused_potential(displacement, &norms).mean())
+    }
+}
+
+/// Distances from the simulations of a batch.
+#[derive(Debug)]
+struct Norms {
+    stiffness: Arc<Stiffness>,
+    simulated: Vec<Vec<f64>>,
+    energy_root: f64,
+}
+
+impl BatchPotential for Norms {
+    fn value_and_gradient(&self, displacement: &[f64], sample: usize, gradient: &mut [f64]) -> f64 {
+        let (square, forces) = squared_norm(&self.stiffness, displacement, &self.simulated[sample]);
+        let unit = self.energy_root * self.energy_root;
+        // Away from rest a stiffness may have a negative direction.
+        let norm = (square.max(0.0) / unit + SQUARED_NORM_FLOOR).sqrt();
+        gradient.iter_mut().zip(forces).for_each(|(g, force)| *g = force / (unit * norm));
+        norm
     }
 }

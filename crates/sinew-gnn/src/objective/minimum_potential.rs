@@ -8,7 +8,7 @@ use sinew_energy::Body;
 
 use super::{Batch, Objective};
 use crate::data::{DataSet, Sample};
-use crate::error::{Error, Result, require_cartesian, require_count, require_positive};
+use crate::error::{Error, Result, require_count, require_positive};
 
 /// A total potential energy Π(u; θ) of any dimension and material.
 pub trait Potential: Send + Sync {
@@ -141,9 +141,7 @@ impl Potential for Body {
     }
 
     fn objection(&self, theta: &[f64]) -> Option<String> {
-        // The output's supports could not be those of the body.
-        let inclined = require_cartesian(&self.frames).err().map(|error| error.to_string());
-        inclined.or_else(|| self.check_theta(theta).err().map(|error| error.to_string()))
+        self.check_theta(theta).err().map(|error| error.to_string())
     }
 
     fn admits(&self, displacement: &[f64]) -> bool {

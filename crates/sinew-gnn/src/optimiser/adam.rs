@@ -78,14 +78,23 @@ mod tests {
     use burn::tensor::{Device, Tensor};
 
     use super::*;
-    use crate::EmulatorConfig;
+    use crate::{EmulatorConfig, GraphTensors};
+
+    /// Three nodes in a row.
+    fn graph() -> GraphTensors {
+        let positions = [[0.0; 3], [1.0; 3], [2.0; 3]];
+        let plain = sinew_graph::AugmentationConfig::for_nodes(3);
+        let topology = sinew_graph::augment(&positions, &[[0, 1], [1, 2]], &plain).unwrap();
+        GraphTensors::new(&topology, &Device::flex()).unwrap()
+    }
 
     /// Sum of squares of one prediction, far from a minimum.
     fn gradients(emulator: &Emulator) -> GradientsParams {
         let device = Device::flex().autodiff();
         let local = Tensor::ones([3, 2 * emulator.config().latent], &device);
         let parameters = Tensor::from_floats([[0.3, -0.8], [1.1, 0.2]], &device);
-        let loss = (emulator.decode(local, None, parameters) - 1.0).powi_scalar(2).sum();
+        let output = emulator.decode(&graph(), local, None, parameters).nodes;
+        let loss = (output - 1.0).powi_scalar(2).sum();
         GradientsParams::from_grads(loss.backward(), emulator)
     }
 
@@ -108,7 +117,8 @@ mod tests {
             let device = Device::flex();
             let local = Tensor::ones([3, 2 * config.latent], &device);
             let parameters = Tensor::from_floats([[0.3, -0.8]], &device);
-            emulator.valid().decode(local, None, parameters).into_data().try_to_vec().unwrap()
+            let output = emulator.valid().decode(&graph(), local, None, parameters).nodes;
+            output.into_data().try_to_vec().unwrap()
         };
         for (a, b) in outputs(&a).iter().zip(outputs(&b)) {
             // Rounding: a direction is a quotient of small numbers of the order of one.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::progress::HistoryPoint;
 use super::trainer::Trainer;
 use crate::data::Sample;
-use crate::emulator::Emulator;
+use crate::emulator::{Emulator, Output};
 use crate::error::Result;
 use crate::objective::Batch;
 
@@ -105,7 +105,8 @@ impl Trainer {
             let [nodes, dimensions] = output.dims();
             let zeros =
                 Tensor::zeros([batch.samples.len(), nodes, dimensions], &self.surrogate.device);
-            let loss = self.objective.loss(&batch.as_batch(), output.displacement(zeros))?;
+            let displacement = output.displacement(Output { nodes: zeros, clusters: None });
+            let loss = self.objective.loss(&batch.as_batch(), displacement)?;
             sum += f64::from(loss.into_scalar::<f32>()) * batch.samples.len() as f64;
         }
         Ok(sum / self.data.training.len() as f64)

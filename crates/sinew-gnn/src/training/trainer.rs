@@ -309,7 +309,9 @@ impl Trainer {
             parameters = Tensor::from_inner(parameters);
         }
         let local = local.unwrap_or_else(|| self.surrogate.local_embedding(emulator, geometry));
-        Ok(geometry.displacement(emulator, local, parameters))
+        let global = geometry.global.clone();
+        let output = emulator.decode(&self.surrogate.graph, local, global, parameters);
+        Ok(geometry.output.displacement(output))
     }
 
     /// Mean loss of the validation samples, without gradients.

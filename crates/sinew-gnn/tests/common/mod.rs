@@ -50,7 +50,7 @@ impl Body {
             features: graph_features(&self.topology, &points, &indicator, self.dimensions).unwrap(),
             global,
             dirichlet: Dirichlet::clamped(nodes, self.dimensions, &self.clamped).unwrap(),
-            basis: None,
+            coordinates: Coordinates::Components,
         }
     }
 

@@ -3,7 +3,7 @@
 use super::{CaseArguments, Usage, trained};
 use anyhow::{Context, Result};
 use clap::Args;
-use sinew::{Design, Emulator, Evaluation, TestSet};
+use sinew::{Comparison, Design, Emulator, TestSet};
 
 /// On how many cases.
 #[derive(Debug, Args)]
@@ -69,14 +69,14 @@ impl Evaluate {
             );
         }
         let test = TestSet::new(&body, simulations);
-        let mut evaluation = Evaluation::new(&test);
+        let mut comparison = Comparison::new(&test);
         for (name, path) in &found {
             let emulator = Emulator::load(path, &body)?;
-            evaluation.add(name, &emulator, &test, self.corrections, &mut terminal)?;
+            comparison.add(name, &emulator, &test, self.corrections)?;
         }
-        println!("{evaluation}");
+        println!("{comparison}");
         let path = folder.join("evaluation.json");
-        let text = serde_json::to_string_pretty(&evaluation)?;
+        let text = serde_json::to_string_pretty(&comparison)?;
         std::fs::write(&path, text)
             .with_context(|| format!("{} cannot be written", path.display()))?;
         println!("written: {}", path.display());

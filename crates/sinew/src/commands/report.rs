@@ -3,7 +3,7 @@
 use super::{CaseArguments, Usage};
 use anyhow::{Context, Result};
 use clap::Args;
-use sinew::Evaluation;
+use sinew::Comparison;
 
 /// Of which case.
 #[derive(Debug, Args)]
@@ -22,11 +22,11 @@ impl Report {
         let text = std::fs::read_to_string(&path).map_err(|error| {
             Usage(format!("{}: {error}; run sinew evaluate first", path.display()))
         })?;
-        let evaluation: Evaluation = serde_json::from_str(&text).with_context(|| {
+        let comparison: Comparison = serde_json::from_str(&text).with_context(|| {
             format!("{} is damaged or of another version; run sinew evaluate again", path.display())
         })?;
-        println!("{evaluation}");
-        let page = evaluation.report()?.write(&self.case.folder(&case))?;
+        println!("{comparison}");
+        let page = comparison.report()?.write(&self.case.folder(&case))?;
         println!("written: {}", page.display());
         Ok(())
     }

@@ -24,7 +24,10 @@ pub struct Train {
     /// Simulations to learn from
     #[arg(long, value_name = "COUNT")]
     samples: Option<usize>,
-    /// Wall time of simulations and training
+    /// Error relative to the displacements at which a regression stops to ask for more simulations
+    #[arg(long)]
+    target: Option<f64>,
+    /// Wall time of simulations and training in minutes
     #[arg(long, conflicts_with = "steps")]
     minutes: Option<f64>,
     /// Training steps
@@ -54,6 +57,7 @@ impl Train {
         let training = Training {
             recipe: self.recipe.unwrap_or(own.recipe),
             samples: self.samples.or(own.samples),
+            target: self.target.or(own.target),
             seed: self.seed.or(own.seed),
             minutes,
             steps,

@@ -126,21 +126,13 @@ impl OutputBasis {
         self.factors.iter().map(|factor| factor.columns).min().unwrap_or(0)
     }
 
-    /// The map's matrices, to be applied from the right one after the other; the columns of prescribed degrees of
-    /// freedom are zero.
-    pub(crate) fn matrices(&self, prescribed: &[Option<f64>], device: &Device) -> Vec<Tensor<2>> {
-        let last = self.factors.len() - 1;
-        let matrix = |(index, factor): (usize, &Factor)| {
-            let mut entries = factor.entries.to_vec();
-            if index == last {
-                for row in entries.chunks_exact_mut(factor.columns.max(1)) {
-                    let held = row.iter_mut().zip(prescribed).filter(|(_, fixed)| fixed.is_some());
-                    held.for_each(|(entry, _)| *entry = 0.0);
-                }
-            }
-            Tensor::from_data(TensorData::new(entries, [factor.rows(), factor.columns]), device)
+    /// The map's matrices, to be applied from the right one after the other.
+    pub(crate) fn matrices(&self, device: &Device) -> Vec<Tensor<2>> {
+        let matrix = |factor: &Factor| {
+            let entries = TensorData::new(factor.entries.to_vec(), [factor.rows(), factor.columns]);
+            Tensor::from_data(entries, device)
         };
-        self.factors.iter().enumerate().map(matrix).collect()
+        self.factors.iter().map(matrix).collect()
     }
 }
 
@@ -188,10 +180,9 @@ mod tests {
 
     fn mapped(basis: &OutputBasis, output: &[f32]) -> Vec<f64> {
         let device = Device::flex();
-        let free = vec![None; basis.origin.len()];
         let row =
             Tensor::<2>::from_data(TensorData::new(output.to_vec(), [1, output.len()]), &device);
-        let mapped = basis.matrices(&free, &device).into_iter().fold(row, |row, m| row.matmul(m));
+        let mapped = basis.matrices(&device).into_iter().fold(row, |row, m| row.matmul(m));
         let increments = mapped.into_data();
         increments.iter::<f64>().zip(basis.origin()).map(|(du, u)| u + du).collect()
     }

@@ -1,0 +1,164 @@
+//! The stiffness of a body: what its potential energy costs to second order.
+
+use crate::Body;
+
+/// Second derivative `∂²Π/∂u²` of cells and springs, in 3 × 3 blocks of neighbouring nodes [stress·length].
+///
+/// Cartesian and over all nodes, as if nothing were held. Pressures do not enter, and cells of a body with averaged
+/// volume ratios count with their own: it is meant for scales and preconditioners, not for Newton's method.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stiffness {
+    /// Where each node's row of blocks begins, and where the last one ends.
+    starts: Vec<usize>,
+    /// Node of each block's columns, ascending within a row.
+    columns: Vec<usize>,
+    blocks: Vec<[[f64; 3]; 3]>,
+}
+
+impl Body {
+    /// The stiffness at a displacement \[length\]; `None` where a cell is inverted or its energy overflows.
+    pub fn stiffness(&self, displacement: &[f64], theta: &[f64]) -> Option<Stiffness> {
+        let mut stiffness = Stiffness::zero(self.nodes, self.cell_nodes());
+        let parameters = self.law_parameters(theta);
+        for (point, &volume) in self.volumes.iter().enumerate() {
+            let h = self.displacement_gradient(point, displacement);
+            let response = self.material.response(point, parameters, &h);
+            if !response.energy.is_finite() {
+                return None;
+            }
+            let (nodes, shape) = (self.nodes_of_point(point), self.shape_of_point(point));
+            stiffness.add_cell(nodes, shape, volume, &response.tangent);
+        }
+        for spring in &self.springs {
+            let at = stiffness.block(spring.node, spring.node);
+            add(&mut stiffness.blocks[at], &spring.stiffness);
+        }
+        Some(stiffness)
+    }
+}
+
+fn add(block: &mut [[f64; 3]; 3], term: &[[f64; 3]; 3]) {
+    for i in 0..3 {
+        for j in 0..3 {
+            block[i][j] += term[i][j];
+        }
+    }
+}
+
+impl Stiffness {
+    fn zero<'a>(nodes: usize, cells: impl Iterator<Item = &'a [usize]> + Clone) -> Self {
+        let of_cell =
+            |cell: &'a [usize]| cell.iter().flat_map(move |&a| cell.iter().map(move |&b| (a, b)));
+        let own = (0..nodes).map(|node| (node, node));
+        let mut pairs: Vec<(usize, usize)> = cells.flat_map(of_cell).chain(own).collect();
+        pairs.sort_unstable();
+        pairs.dedup();
+        let mut starts = vec![0; nodes + 1];
+        pairs.iter().for_each(|&(row, _)| starts[row + 1] += 1);
+        (0..nodes).for_each(|node| starts[node + 1] += starts[node]);
+        let columns: Vec<usize> = pairs.into_iter().map(|(_, column)| column).collect();
+        Self { starts, blocks: vec![[[0.0; 3]; 3]; columns.len()], columns }
+    }
+
+    /// Where the block of two neighbours is.
+    fn block(&self, row: usize, column: usize) -> usize {
+        let start = self.starts[row];
+        start + self.columns[start..self.starts[row + 1]].partition_point(|&c| c < column)
+    }
+
+    fn add_cell(
+        &mut self,
+        nodes: &[usize],
+        shape: &[[f64; 3]],
+        volume: f64,
+        tangent: &[[f64; 9]; 9],
+    ) {
+        for (&row, g) in nodes.iter().zip(shape) {
+            // Forces at this node by a change of the displacement gradient.
+            let force: [[f64; 9]; 3] = std::array::from_fn(|i| {
+                std::array::from_fn(|kl| {
+                    volume * (0..3).map(|j| g[j] * tangent[3 * i + j][kl]).sum::<f64>()
+                })
+            });
+            for (&column, g) in nodes.iter().zip(shape) {
+                let term = force.map(|force| {
+                    std::array::from_fn(|k| (0..3).map(|l| force[3 * k + l] * g[l]).sum())
+                });
+                let at = self.block(row, column);
+                add(&mut self.blocks[at], &term);
+            }
+        }
+    }
+
+    /// Number of nodes.
+    pub fn nodes(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// Neighbours of a node, itself among them, each with the forces at the node by the neighbour's displacement.
+    pub fn row(&self, node: usize) -> impl Iterator<Item = (usize, &[[f64; 3]; 3])> {
+        let range = self.starts[node]..self.starts[node + 1];
+        self.columns[range.clone()].iter().copied().zip(&self.blocks[range])
+    }
+
+    /// Forces `K u`, written over `forces`.
+    pub fn apply(&self, displacement: &[f64], forces: &mut [f64]) {
+        let (u, _) = displacement.as_chunks::<3>();
+        for (node, force) in forces.as_chunks_mut::<3>().0.iter_mut().enumerate() {
+            *force = [0.0; 3];
+            for (neighbour, block) in self.row(node) {
+                let v = &u[neighbour];
+                for i in 0..3 {
+                    force[i] += block[i][0] * v[0] + block[i][1] * v[1] + block[i][2] * v[2];
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::laws::NeoHookean;
+    use crate::{Load, Parameter, Sampling, Scene, Support, Units};
+    use sinew_mesh::box_tetrahedra;
+
+    #[test]
+    fn it_is_the_derivative_of_the_gradient() {
+        let parameter = |name: &str| Parameter {
+            name: name.into(),
+            unit: "kPa".into(),
+            range: [50.0, 100.0],
+            sampling: Sampling::Log,
+        };
+        let scene = Scene {
+            name: "block".into(),
+            units: Units::mm_kpa(),
+            mesh: box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]),
+            law: NeoHookean,
+            directions: Vec::new(),
+            parameters: vec![parameter("mu"), parameter("lambda")],
+            loads: vec![Load::Foundation { facets: "x_max".into(), normal: 30.0, tangential: 7.0 }],
+            supports: vec![Support::clamped("x_min")],
+        };
+        let body = scene.lower().unwrap();
+        let wave = |scale: f64| -> Vec<f64> {
+            (0..3 * body.nodes).map(|i| scale * ((i * i) as f64).sin()).collect()
+        };
+        let (u, direction, theta) = (wave(0.05), wave(1.0), [70.0, 90.0]);
+        let mut found = vec![0.0; u.len()];
+        body.stiffness(&u, &theta).unwrap().apply(&direction, &mut found);
+        const STEP: f64 = 1e-5;
+        let gradient = |sign: f64| {
+            let moved: Vec<f64> =
+                u.iter().zip(&direction).map(|(u, d)| u + sign * STEP * d).collect();
+            let mut gradient = vec![0.0; u.len()];
+            body.value_and_gradient(&moved, &theta, &mut gradient);
+            gradient
+        };
+        let size = found.iter().fold(0f64, |m, f| m.max(f.abs()));
+        for ((ahead, behind), found) in gradient(1.0).iter().zip(gradient(-1.0)).zip(&found) {
+            assert!(((ahead - behind) / (2.0 * STEP) - found).abs() < 1e-7 * size);
+        }
+        assert!(body.stiffness(&wave(10.0), &theta).is_none());
+    }
+}

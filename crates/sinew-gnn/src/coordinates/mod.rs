@@ -1,0 +1,38 @@
+//! What the numbers of a network mean: coordinates of a body's displacement.
+
+mod linear_response;
+mod map;
+mod motions;
+mod packed;
+mod principal;
+mod supports;
+
+pub(crate) use map::OutputMap;
+pub use motions::Motions;
+pub use principal::OutputBasis;
+
+use serde::{Deserialize, Serialize};
+
+/// Coordinates in which displacements of a body are learned.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Coordinates {
+    /// Displacements themselves, in units of [`crate::Scales::output`].
+    #[default]
+    Components,
+    /// Rigid motions of clusters and displacements of nodes within them.
+    Motions(Motions),
+    /// Directions of all nodes together.
+    Basis(OutputBasis),
+}
+
+impl Coordinates {
+    /// Displacements of zero outputs, if they are not those of the scale.
+    pub(crate) fn origin(&self) -> Option<&[f64]> {
+        match self {
+            Self::Components => None,
+            Self::Motions(motions) => Some(motions.origin()),
+            Self::Basis(basis) => Some(basis.origin()),
+        }
+    }
+}

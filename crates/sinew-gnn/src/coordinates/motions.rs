@@ -1,0 +1,266 @@
+//! Rigid motions of a body's clusters as the coordinates of its displacement.
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
+use serde::{Deserialize, Serialize};
+use sinew_burn::MotionTree;
+use sinew_energy::{Body, Stiffness};
+use sinew_graph::{Topology, pool_positions};
+
+use super::packed;
+use crate::data::Dirichlet;
+use crate::error::{Error, Result, require_count, require_finite, require_positive};
+
+/// Outputs at every scale: each virtual node moves the nodes below it as a rigid body, and each node adds its own
+/// displacement, `u = T_root ∘ … ∘ T_parent(X + d) − X`.
+///
+/// Displacements of slender bodies are made of motions whose energies differ a million times, and plain outputs learn the soft ones
+/// last. Here every motion is scaled by the energy it costs alone, `S_k = c (P_kᵀ K P_k)^(−½)` with the stiffness K and the rigid
+/// motions `P_k` of the cluster's free nodes: a multilevel frame, in which the energy is nearly round. The motions are finite and composed,
+/// so that it stays round when the body turns. All of it takes memory and time in proportion to the body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Packed", into = "Packed")]
+pub struct Motions {
+    /// Displacement of zero outputs, at every real node \[length\].
+    origin: Arc<[f64]>,
+    unknowns: usize,
+    tree: Arc<MotionTree>,
+}
+
+/// Part of the largest eigenvalue of a cluster's stiffness below which a motion counts as one that moves nothing.
+const SMALLEST_STIFFNESS: f64 = 1e-9;
+
+impl Motions {
+    /// About a displacement of a body \[length\], which zero outputs stand for, with its stiffness there at θ. An output of one then
+    /// costs an energy of ½; see [`Motions::of_energy`].
+    ///
+    /// # Errors
+    /// A graph or a displacement that does not belong to the body, cells that the displacement inverts, a graph without
+    /// virtual nodes, a body that no motion costs energy.
+    pub fn about(
+        displacement: &[f64],
+        topology: &Topology,
+        body: &Body,
+        theta: &[f64],
+    ) -> Result<Self> {
+        let nodes = topology.real_nodes;
+        require_count("nodes of the body", body.nodes, nodes)?;
+        let stiffness = stiffness(body, displacement, theta)?;
+        let dirichlet = Dirichlet::of_body(body);
+        let (u, _) = displacement.as_chunks::<3>();
+        let places: Vec<[f64; 3]> = body
+            .positions
+            .iter()
+            .zip(u)
+            .map(|(x, u)| std::array::from_fn(|i| x[i] + u[i]))
+            .collect();
+        let mut places = pool_positions(topology, &places)?;
+        let centres = places.split_off(nodes);
+        let parents: Vec<Option<usize>> = topology
+            .parents()
+            .into_iter()
+            .map(|parent| parent.map(|parent| parent - nodes))
+            .collect();
+        let node_parents: Option<Vec<usize>> = parents[..nodes].iter().copied().collect();
+        let node_parents = node_parents
+            .ok_or(Error::NothingToTrain("outputs at every scale need virtual nodes"))?;
+        let table = dirichlet.projectors(3);
+        let (rows, _) = table.as_chunks::<3>();
+        let (free, _) = rows.as_chunks::<3>();
+        let costs = Costs { stiffness: &stiffness, free, places: &places };
+        let node_scales = (0..nodes).map(|node| inverse_root(costs.of_node(node)));
+        let mut tree = MotionTree {
+            node_scales: node_scales.collect(),
+            cluster_parents: parents[nodes..].to_vec(),
+            cluster_scales: Vec::with_capacity(centres.len()),
+            node_parents,
+            centres,
+            positions: places.clone(),
+        };
+        let mut ancestors = tree.node_parents.clone();
+        let mut first = 0;
+        for &count in &topology.roots_per_layer {
+            let of_layer = costs.of_clusters(&ancestors, first..first + count, &tree.centres);
+            tree.cluster_scales.extend(of_layer.into_iter().map(|(cost, radius)| {
+                let mut scale = inverse_root(cost);
+                scale[3..].as_flattened_mut().iter_mut().for_each(|entry| *entry /= radius);
+                scale
+            }));
+            first += count;
+            for ancestor in &mut ancestors {
+                *ancestor = tree.cluster_parents[*ancestor].unwrap_or(*ancestor);
+            }
+        }
+        let largest =
+            tree.node_scales.as_flattened().as_flattened().iter().fold(0f64, |m, s| m.max(s.abs()));
+        require_positive("the displacement of a unit output", largest)?;
+        let unknowns = dirichlet.prescribed.iter().filter(|value| value.is_none()).count();
+        Ok(Self { origin: displacement.into(), unknowns, tree: tree.into() })
+    }
+
+    /// With outputs so large that, if all displacements of nodes were of size one, they would cost this `energy`.
+    ///
+    /// # Errors
+    /// An energy that is not positive.
+    pub fn of_energy(mut self, energy: f64) -> Result<Self> {
+        require_positive("the energy of outputs of one", energy)?;
+        let size = (2.0 * energy / self.unknowns as f64).sqrt();
+        let tree = Arc::make_mut(&mut self.tree);
+        let of_nodes = tree.node_scales.as_flattened_mut().as_flattened_mut();
+        let of_clusters = tree.cluster_scales.as_flattened_mut().as_flattened_mut();
+        of_nodes.iter_mut().chain(of_clusters).for_each(|entry| *entry *= size);
+        Ok(self)
+    }
+
+    /// Displacement of zero outputs, node by node \[length\].
+    pub fn origin(&self) -> &[f64] {
+        &self.origin
+    }
+
+    pub(crate) fn tree(&self) -> &Arc<MotionTree> {
+        &self.tree
+    }
+}
+
+/// The stiffness of a body at a displacement.
+pub(super) fn stiffness(body: &Body, displacement: &[f64], theta: &[f64]) -> Result<Stiffness> {
+    require_count("displacement values", displacement.len(), 3 * body.nodes)?;
+    require_finite("a displacement", displacement)?;
+    body.check_theta(theta)?;
+    body.stiffness(displacement, theta).ok_or(Error::NoStiffness)
+}
+
+/// What motions of nodes and of clusters cost.
+struct Costs<'a> {
+    stiffness: &'a Stiffness,
+    /// What supports leave of each node's displacement.
+    free: &'a [[[f64; 3]; 3]],
+    places: &'a [[f64; 3]],
+}
+
+impl Costs<'_> {
+    fn of_node(&self, node: usize) -> SMatrix<f64, 3, 3> {
+        let own = self.stiffness.row(node).find(|(neighbour, _)| *neighbour == node);
+        let block = own.map_or([[0.0; 3]; 3], |(_, block)| *block);
+        let (free, block) = (matrix(&self.free[node]), matrix(&block));
+        free * block * free
+    }
+
+    /// Translations, and turns measured by the displacement at the radius of gyration, of each cluster of a layer, and
+    /// that radius. `ancestors` are the clusters of the nodes.
+    fn of_clusters(
+        &self,
+        ancestors: &[usize],
+        layer: std::ops::Range<usize>,
+        centres: &[[f64; 3]],
+    ) -> Vec<(SMatrix<f64, 6, 6>, f64)> {
+        let mut sums = vec![(0.0, 0usize); layer.len()];
+        let arm = |node: usize| -> [f64; 3] {
+            std::array::from_fn(|i| self.places[node][i] - centres[ancestors[node]][i])
+        };
+        for (node, &cluster) in ancestors.iter().enumerate() {
+            let sum = &mut sums[cluster - layer.start];
+            *sum = (sum.0 + arm(node).iter().map(|r| r * r).sum::<f64>(), sum.1 + 1);
+        }
+        let radius = |&(squares, count): &(f64, usize)| {
+            let radius = (squares / count.max(1) as f64).sqrt();
+            if radius > 0.0 { radius } else { 1.0 }
+        };
+        let mut costs: Vec<_> =
+            sums.iter().map(|sum| (SMatrix::<f64, 6, 6>::zeros(), radius(sum))).collect();
+        let rigid = |node: usize, radius: f64| {
+            let [x, y, z] = arm(node).map(|r| r / radius);
+            let motions = [
+                [1.0, 0.0, 0.0, 0.0, z, -y],
+                [0.0, 1.0, 0.0, -z, 0.0, x],
+                [0.0, 0.0, 1.0, y, -x, 0.0],
+            ];
+            matrix(&self.free[node]) * SMatrix::<f64, 3, 6>::from_fn(|i, j| motions[i][j])
+        };
+        for (node, &cluster) in ancestors.iter().enumerate() {
+            let (cost, radius) = &mut costs[cluster - layer.start];
+            let mut force = SMatrix::<f64, 3, 6>::zeros();
+            for (neighbour, block) in self.stiffness.row(node) {
+                if ancestors[neighbour] == cluster {
+                    force += matrix(block) * rigid(neighbour, *radius);
+                }
+            }
+            *cost += rigid(node, *radius).transpose() * force;
+        }
+        costs
+    }
+}
+
+fn matrix(entries: &[[f64; 3]; 3]) -> SMatrix<f64, 3, 3> {
+    SMatrix::from_fn(|i, j| entries[i][j])
+}
+
+/// `|A|^(−½)` on the directions that cost anything.
+fn inverse_root<const N: usize>(cost: SMatrix<f64, N, N>) -> [[f64; N]; N] {
+    let symmetric = DMatrix::from_fn(N, N, |i, j| 0.5 * (cost[(i, j)] + cost[(j, i)]));
+    let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(symmetric);
+    let floor = SMALLEST_STIFFNESS * eigenvalues.amax();
+    let power = |value: f64| if value.abs() > floor { value.abs().powf(-0.5) } else { 0.0 };
+    let root =
+        &eigenvectors * DMatrix::from_diagonal(&eigenvalues.map(power)) * eigenvectors.transpose();
+    std::array::from_fn(|i| std::array::from_fn(|j| root[(i, j)]))
+}
+
+/// How motions are stored: numbers as bytes, so that they come back the same.
+#[derive(Serialize, Deserialize)]
+struct Packed {
+    unknowns: usize,
+    node_parents: Vec<usize>,
+    cluster_parents: Vec<Option<usize>>,
+    origin: String,
+    positions: String,
+    centres: String,
+    node_scales: String,
+    cluster_scales: String,
+}
+
+impl From<Motions> for Packed {
+    fn from(motions: Motions) -> Self {
+        let tree = &motions.tree;
+        Self {
+            unknowns: motions.unknowns,
+            node_parents: tree.node_parents.clone(),
+            cluster_parents: tree.cluster_parents.clone(),
+            origin: packed::doubles(&motions.origin),
+            positions: packed::doubles(tree.positions.as_flattened()),
+            centres: packed::doubles(tree.centres.as_flattened()),
+            node_scales: packed::doubles(tree.node_scales.as_flattened().as_flattened()),
+            cluster_scales: packed::doubles(tree.cluster_scales.as_flattened().as_flattened()),
+        }
+    }
+}
+
+impl TryFrom<Packed> for Motions {
+    type Error = String;
+
+    fn try_from(packed: Packed) -> std::result::Result<Self, String> {
+        let (nodes, clusters) = (packed.node_parents.len(), packed.cluster_parents.len());
+        let read = |text: &str, count: usize| packed::read_doubles(text, count);
+        let known = packed.node_parents.iter().all(|&parent| parent < clusters);
+        let ascending = packed.cluster_parents.iter().enumerate();
+        if !known || !ascending.clone().all(|(k, p)| p.is_none_or(|p| p > k && p < clusters)) {
+            return Err("clusters of the outputs do not form a tree".into());
+        }
+        let tree = MotionTree {
+            positions: read(&packed.positions, 3 * nodes)?.as_chunks().0.to_vec(),
+            centres: read(&packed.centres, 3 * clusters)?.as_chunks().0.to_vec(),
+            node_scales: read(&packed.node_scales, 9 * nodes)?.as_chunks().0.as_chunks().0.to_vec(),
+            cluster_scales: read(&packed.cluster_scales, 36 * clusters)?
+                .as_chunks()
+                .0
+                .as_chunks()
+                .0
+                .to_vec(),
+            node_parents: packed.node_parents,
+            cluster_parents: packed.cluster_parents,
+        };
+        let origin = read(&packed.origin, 3 * nodes)?.into();
+        Ok(Self { origin, unknowns: packed.unknowns, tree: tree.into() })
+    }
+}

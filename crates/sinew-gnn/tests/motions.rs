@@ -1,0 +1,303 @@
+//! Outputs at every scale: rigid motions of clusters as coordinates of the displacement.
+
+mod common;
+
+use common::{devices, relative_difference, small_config, thetas};
+use nalgebra::{DMatrix, DVector};
+use sinew_energy::laws::NeoHookean;
+use sinew_energy::{Barriers, Body, Load, Parameter, Sampling, Scene, Stiffness, Support, Units};
+use sinew_gnn::*;
+use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
+use sinew_mesh::{TetMesh, box_tetrahedra};
+
+const WEIGHT: f64 = 9.8e-3;
+
+fn scene(mesh: TetMesh, weight: [f64; 3], supports: Vec<Support>) -> Body {
+    let parameter = |name: &str| Parameter {
+        name: name.into(),
+        unit: "kPa".into(),
+        range: [50.0, 100.0],
+        sampling: Sampling::Log,
+    };
+    let scene = Scene {
+        name: "beam".into(),
+        units: Units::mm_kpa(),
+        mesh,
+        law: NeoHookean,
+        directions: Vec::new(),
+        parameters: vec![parameter("mu"), parameter("lambda")],
+        loads: vec![Load::BodyForce(weight)],
+        supports,
+    };
+    scene.lower().unwrap()
+}
+
+/// A body on its tree of clusters, with outputs at every scale.
+struct Beam {
+    body: Body,
+    topology: Topology,
+    theta: [f64; 2],
+}
+
+impl Beam {
+    fn new(mesh: TetMesh, theta: [f64; 2], supports: Vec<Support>) -> Self {
+        let edges = sinew_mesh::edges(&mesh);
+        let config = AugmentationConfig::to_one_root(mesh.points.len(), 4);
+        let topology = augment(&mesh.points, &edges, &config).unwrap();
+        let body = scene(mesh, [0.0, 0.0, -WEIGHT], supports);
+        Self { body, topology, theta }
+    }
+
+    fn hanging(cells: [usize; 3]) -> Self {
+        let mesh = box_tetrahedra([40.0, 10.0, 10.0], cells);
+        Self::new(mesh, [75.0, 75.0], vec![Support::clamped("x_min")])
+    }
+
+    fn motions(&self) -> Motions {
+        let rest = vec![0.0; 3 * self.body.nodes];
+        Motions::about(&rest, &self.topology, &self.body, &self.theta).unwrap()
+    }
+
+    fn response(&self) -> Vec<f64> {
+        self.motions().linear_response(&self.body, &self.theta).unwrap()
+    }
+
+    /// Of the linear response.
+    fn energy(&self) -> f64 {
+        -0.5 * self.body.load_value(&self.response(), &self.theta)
+    }
+
+    fn data(&self) -> DataSet {
+        let held: Vec<usize> =
+            (0..self.body.nodes).filter(|i| self.body.prescribed[3 * i].is_some()).collect();
+        let indicator = FeatureMatrix::indicator(self.body.nodes, &held).unwrap();
+        let geometry = Geometry {
+            features: graph_features(&self.topology, &self.body.positions, &indicator, 3).unwrap(),
+            global: vec![],
+            dirichlet: Dirichlet::of_body(&self.body),
+            coordinates: Coordinates::Motions(
+                self.motions().of_energy(9.0 * self.energy()).unwrap(),
+            ),
+        };
+        let sample = |theta: [f64; 2]| Sample {
+            geometry: 0,
+            theta: theta.map(|t| 50.0 * t.sqrt() * 2f64.sqrt()).to_vec(),
+            displacement: vec![],
+        };
+        DataSet {
+            topology: self.topology.clone(),
+            geometries: vec![geometry],
+            training: thetas(16).into_iter().map(sample).collect(),
+            validation: vec![],
+        }
+    }
+
+    fn surrogate(&self, data: &DataSet, device: &burn::tensor::Device) -> Surrogate {
+        let parameters = ParameterScaling::logarithmic(&[50.0; 2], &[100.0; 2]).unwrap();
+        let output = OutputScale::root_mean_square(3, [&self.response()[..]]).unwrap();
+        let scales = Scales::over(&data.geometries, parameters, output).unwrap();
+        let layers = data.topology.roots_per_layer.len();
+        let decoding = Decoding::Motions { layers };
+        let config = EmulatorConfig { decoding, ..small_config(data, 3) };
+        Surrogate::new(&config, data, scales, 1, device).unwrap()
+    }
+
+    fn trained(&self, data: &DataSet, steps: usize, device: &burn::tensor::Device) -> Surrogate {
+        let surrogate = self.surrogate(data, device);
+        let potential = self.body.clone().with_barriers(Barriers::default());
+        let objective = MinimumPotential::new(vec![std::sync::Arc::new(potential)], self.energy());
+        let settings = TrainingConfig {
+            budget: Budget::Steps(steps),
+            batch: 4,
+            learning_rate: 1e-2,
+            evaluations: 1,
+            ..TrainingConfig::default()
+        };
+        let objective = Box::new(objective.unwrap());
+        let mut trainer = Trainer::new(surrogate, data.clone(), objective, settings).unwrap();
+        trainer.run(&mut ()).unwrap();
+        trainer.into_surrogate()
+    }
+}
+
+#[test]
+fn the_linear_response_balances_the_forces() {
+    // Compressible and nearly incompressible, clamped and on rollers along directions of their own.
+    let rollers =
+        || vec![Support::clamped("x_min"), Support::roller_on_plane("x_max", [1.0, 0.0, 2.0])];
+    let clamped = || vec![Support::clamped("x_min")];
+    for (theta, supports) in
+        [([75.0, 75.0], clamped()), ([75.0, 7.5e5], clamped()), ([75.0, 75.0], rollers())]
+    {
+        let mesh = box_tetrahedra([40.0, 10.0, 10.0], [8, 2, 2]);
+        let beam = Beam::new(mesh, theta, supports);
+        let response = beam.response();
+        let mut forces = vec![0.0; response.len()];
+        let rest = vec![0.0; response.len()];
+        beam.body.stiffness(&rest, &theta).unwrap().apply(&response, &mut forces);
+        let free = beam.body.free_degrees_of_freedom();
+        let frames = &beam.body.frames;
+        let size = beam.body.nodal_force.iter().fold(0f64, |m, f| m.max(f.abs()));
+        for dof in 0..response.len() {
+            if free.contains(&dof) {
+                let rest =
+                    frames.component(dof, &forces) - frames.component(dof, &beam.body.nodal_force);
+                // The error's energy is below 1e-16 of all; its forces are those of stiff motions.
+                assert!(rest.abs() < 1e-5 * size, "{rest:e} of {size:e}");
+            } else {
+                assert!(frames.component(dof, &response).abs() < 1e-12);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_body_that_nothing_holds_has_no_linear_response() {
+    let mut beam = Beam::hanging([3, 1, 1]);
+    beam.body.prescribed.fill(None);
+    let found = beam.motions().linear_response(&beam.body, &beam.theta);
+    assert!(matches!(found, Err(Error::NoLinearResponse { .. })), "{found:?}");
+}
+
+#[test]
+fn energy_training_bends_the_beam_and_inclined_supports_hold_exactly() {
+    let mesh = box_tetrahedra([40.0, 10.0, 10.0], [8, 2, 2]);
+    let normal = [1.0, 0.0, 2.0];
+    let supports = vec![Support::clamped("x_min"), Support::roller_on_plane("x_max", normal)];
+    let beam = Beam::new(mesh, [75.0, 75.0], supports);
+    let data = beam.data();
+    for device in devices() {
+        let surrogate = beam.trained(&data, 300, &device);
+        let fixed = surrogate.fixed_geometry(&data.geometries[0]).unwrap();
+        let theta = vec![75.0, 75.0];
+        let exact = fixed.sensitivity(std::slice::from_ref(&theta)).unwrap();
+        let u = &exact.prediction.displacement;
+        for (dof, prescribed) in beam.body.prescribed.iter().enumerate() {
+            if prescribed.is_some() {
+                assert!(beam.body.frames.component(dof, u).abs() < 1e-6);
+                assert!(beam.body.frames.component(dof, &exact.derivative[..u.len()]).abs() < 1e-6);
+            }
+        }
+        // Nothing but the energy was told: it must come near its minimum.
+        let mut gradient = vec![0.0; u.len()];
+        let energy = beam.body.value_and_gradient(u, &theta, &mut gradient);
+        // A Newton step from there: the linear response of the body as if it rested there.
+        let stiffness = beam.body.stiffness(u, &theta).unwrap();
+        let excess = newton_gain(&beam, &stiffness, &gradient);
+        assert!(energy < 0.0 && excess < 0.05 * energy.abs(), "{excess} above {energy}");
+
+        let moved = |by: f64| fixed.predict(&[vec![75.0 + by, 75.0]]).unwrap().displacement;
+        let (ahead, behind) = (moved(0.5), moved(-0.5));
+        let finite: Vec<f64> = ahead.iter().zip(&behind).map(|(a, b)| a - b).collect();
+        let difference = relative_difference(&exact.derivative[..u.len()], &finite);
+        assert!(difference < 5e-3, "{difference:e}");
+    }
+}
+
+#[test]
+fn storage_gives_back_the_same_bits() {
+    let beam = Beam::hanging([4, 2, 2]);
+    let data = beam.data();
+    let folder = tempfile::tempdir().unwrap();
+    for device in devices() {
+        let surrogate = beam.trained(&data, 5, &device);
+        surrogate.save(&folder.path().join("surrogate")).unwrap();
+        let read = Surrogate::load(&folder.path().join("surrogate"), &device).unwrap();
+        assert_eq!(read.geometries(), surrogate.geometries());
+        let theta = [vec![60.0, 90.0]];
+        let geometry = &data.geometries[0];
+        assert_eq!(
+            read.predict(geometry, &theta).unwrap(),
+            surrogate.predict(geometry, &theta).unwrap()
+        );
+    }
+    let text = serde_json::to_string(&beam.motions()).unwrap();
+    assert_eq!(serde_json::from_str::<Motions>(&text).unwrap(), beam.motions());
+    assert!(serde_json::from_str::<Motions>(&text.replacen("[null]", "[0]", 1)).is_ok());
+    let cut = text.replacen("\"node_parents\":[", "\"node_parents\":[999,", 1);
+    assert!(serde_json::from_str::<Motions>(&cut).is_err());
+}
+
+#[test]
+fn a_place_far_away_changes_nothing() {
+    let beam = Beam::hanging([4, 2, 2]);
+    let mut far = Beam::hanging([4, 2, 2]);
+    far.body.positions.iter_mut().for_each(|x| x[0] += 1024.0);
+    let [here, there] = [&beam, &far].map(|beam| {
+        let data = beam.data();
+        let surrogate = beam.trained(&data, 5, &devices()[0]);
+        surrogate.predict(&data.geometries[0], &[vec![60.0, 90.0]]).unwrap().displacement
+    });
+    assert!(relative_difference(&here, &there) < 1e-4);
+}
+
+#[test]
+fn outputs_of_other_networks_and_bodies_are_refused() {
+    let beam = Beam::hanging([4, 2, 2]);
+    let mut data = beam.data();
+    let surrogate = beam.surrogate(&data, &devices()[0]);
+    let plain = Geometry { coordinates: Coordinates::Components, ..data.geometries[0].clone() };
+    assert!(matches!(surrogate.fixed_geometry(&plain), Err(Error::Count { .. })));
+    let config = small_config(&data, 3);
+    let scales = surrogate.scales().clone();
+    let other = Surrogate::new(&config, &data, scales, 1, &devices()[0]);
+    assert!(matches!(other, Err(Error::Count { .. })));
+    data.geometries[0].coordinates = Coordinates::Motions(Beam::hanging([3, 2, 2]).motions());
+    assert!(matches!(data.check(3), Err(Error::Count { .. })));
+    let without = Topology { clusters: vec![], roots_per_layer: vec![], ..beam.topology.clone() };
+    let rest = vec![0.0; 3 * beam.body.nodes];
+    assert!(Motions::about(&rest, &without, &beam.body, &beam.theta).is_err());
+    assert!(Motions::about(&rest[3..], &beam.topology, &beam.body, &beam.theta).is_err());
+    assert!(Motions::about(&rest, &beam.topology, &beam.body, &[75.0]).is_err());
+}
+
+/// What a Newton step gains, by a dense solve.
+fn newton_gain(beam: &Beam, stiffness: &Stiffness, gradient: &[f64]) -> f64 {
+    let (free, frames) = (beam.body.free_degrees_of_freedom(), &beam.body.frames);
+    let unit = |dof: usize| {
+        let mut vector = vec![0.0; gradient.len()];
+        frames.add(dof, 1.0, &mut vector);
+        vector
+    };
+    let columns: Vec<Vec<f64>> = free
+        .iter()
+        .map(|&dof| {
+            let mut forces = vec![0.0; gradient.len()];
+            stiffness.apply(&unit(dof), &mut forces);
+            free.iter().map(|&dof| frames.component(dof, &forces)).collect()
+        })
+        .collect();
+    let matrix = DMatrix::from_fn(free.len(), free.len(), |i, j| columns[j][i]);
+    let force =
+        DVector::from_iterator(free.len(), free.iter().map(|&dof| frames.component(dof, gradient)));
+    0.5 * matrix.lu().solve(&force).unwrap().dot(&force)
+}
+
+#[test]
+fn memory_and_time_grow_with_the_body() {
+    // 22 000 nodes: a dense map of their 66 000 unknowns would take 17 GB.
+    let beam = Beam::hanging([54, 19, 19]);
+    assert!(3 * beam.body.nodes > 65_000);
+    let motions = beam.motions();
+    let text = serde_json::to_string(&motions).unwrap();
+    assert!(text.len() < 2000 * beam.body.nodes, "{} bytes", text.len());
+    let response = beam.response();
+    let tip = response.iter().fold(0f64, |m, u| m.max(u.abs()));
+    // A beam's tip by w L⁴ / 8 E I and shear, to a few tenths.
+    let (young, inertia) = (2.5 * 75.0, 1e4 / 12.0);
+    let slender = WEIGHT * 100.0 * 40f64.powi(4) / (8.0 * young * inertia);
+    assert!((tip / slender - 1.0).abs() < 0.3, "{tip} against {slender}");
+}
+
+/// The same motions on a turned body give turned displacements.
+#[test]
+fn coordinates_turn_with_the_body() {
+    let turn = |x: [f64; 3]| [x[1], x[2], x[0]];
+    let beam = Beam::hanging([4, 2, 2]);
+    let mut mesh = box_tetrahedra([40.0, 10.0, 10.0], [4, 2, 2]);
+    mesh.points.iter_mut().for_each(|x| *x = turn(*x));
+    let body = scene(mesh, turn([0.0, 0.0, -WEIGHT]), vec![Support::clamped("x_min")]);
+    let turned = Beam { body, topology: beam.topology.clone(), theta: beam.theta };
+    let expected: Vec<f64> = beam.response().as_chunks().0.iter().flat_map(|&u| turn(u)).collect();
+    assert!(relative_difference(&turned.response(), &expected) < 1e-7);
+}
