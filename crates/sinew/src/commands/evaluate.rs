@@ -4,6 +4,7 @@ use super::{CaseArguments, Usage, trained};
 use anyhow::{Context, Result};
 use clap::Args;
 use sinew::{Comparison, Design, Emulator, TestSet};
+use sinew_emulate::{Observer, Progress};
 
 /// On how many cases.
 #[derive(Debug, Args)]
@@ -76,10 +77,22 @@ impl Evaluate {
         }
         let test = TestSet::new(&body, simulations);
         let mut comparison = Comparison::new(&test);
-        for (name, path) in &found {
+        let start = std::time::Instant::now();
+        for (done, (name, path)) in found.iter().enumerate() {
+            let share = done as f64 / found.len() as f64;
+            let seconds_left = start.elapsed().as_secs_f64() * (1.0 - share) / share;
+            let message = format!("{name} on {} cases", test.thetas.len());
+            let _ = terminal.progress(&Progress {
+                stage: "evaluate",
+                fraction: share,
+                seconds_left,
+                message: &message,
+            });
             let emulator = Emulator::load(path, &body)?;
             comparison.add(name, &emulator, &test, self.corrections)?;
         }
+        let outcome = format!("{} emulators", found.len());
+        terminal.finished("evaluate", &outcome, start.elapsed().as_secs_f64());
         println!("{comparison}");
         let path = folder.join("evaluation.json");
         let text = serde_json::to_string_pretty(&comparison)?;
