@@ -234,13 +234,18 @@ impl Case {
             | SceneError::Contradiction { .. }
             | SceneError::Conflict { .. }
             | SceneError::SupportDirection { .. }
+            | SceneError::SupportLength { .. }
+            | SceneError::UnknownNodeSet { .. }
             | SceneError::OnAxis { .. } => &["supports"],
-            SceneError::EmptyFacetSet { .. }
+            SceneError::UnknownFacetSet { .. }
+            | SceneError::RepeatedFacet { .. }
+            | SceneError::EmptyFacetSet { .. }
             | SceneError::NotFinite { .. }
             | SceneError::NegativeStiffness { .. }
             | SceneError::ThesisPressure { .. }
             | SceneError::LooseRim { .. }
             | SceneError::RimPlanes { .. } => &["loads"],
+            SceneError::ParameterCount { .. } | SceneError::LoadParameter { .. } => &["parameters"],
             SceneError::Constant { .. } => &["law"],
             _ => &["mesh"],
         };
