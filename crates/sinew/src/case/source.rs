@@ -90,8 +90,8 @@ pub(crate) fn advise<'a>(
     let distance = |name: &&&str| strsim::osa_distance(&word.to_lowercase(), &name.to_lowercase());
     match known.iter().min_by_key(distance) {
         None => format!("; {what}: none"),
-        // A third of the letters may be wrong, but not all of a short word.
-        Some(name) if distance(&name) < length.min(2 + length / 3) => {
+        // A quarter of the letters may be wrong, but not all of a short word.
+        Some(name) if distance(&name) < length.min(2 + length / 4) => {
             format!("; did you mean `{name}`?")
         }
         _ => format!("; {what}: {}", known.join(", ")),
