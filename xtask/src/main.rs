@@ -48,7 +48,7 @@ enum Task {
     Ci,
     /// Hold the crates' dependencies against the table in docs/architecture.md
     Arrows,
-    /// Run the tests of modules with unsafe code under Miri, on the nightly toolchain
+    /// Run the tests of the matrix product, whose code is unsafe, under Miri on the nightly toolchain
     Miri,
     /// Open reports in a headless Chromium: errors, overlapping labels, contrast, in light and dark
     Page {

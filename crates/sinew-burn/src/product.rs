@@ -310,19 +310,15 @@ impl Task<'_> {
             let mut sums = [[R::zero(); V]; M];
             let rows: [*const f32; M] =
                 std::array::from_fn(|i| values.as_ptr().wrapping_add((row + i) * row_stride));
-            // Steps of pointers, which no check of integers can slow down.
-            let (mut panel, mut offset) = (self.panel.as_ptr(), 0_usize);
-            for _ in 0..self.depth {
-                let registers: [R; V] =
-                    std::array::from_fn(|v| R::load(panel.wrapping_add(v * R::LANES)));
+            for p in 0..self.depth {
+                let panel = self.panel.as_ptr().add(p * self.stride);
+                let panel: [R; V] = std::array::from_fn(|v| R::load(panel.add(v * R::LANES)));
                 for i in 0..M {
-                    let factor = R::splat(rows[i].wrapping_add(offset));
+                    let factor = R::splat(rows[i].add(p * step));
                     for v in 0..V {
-                        sums[i][v] = factor.multiply_add(registers[v], sums[i][v]);
+                        sums[i][v] = factor.multiply_add(panel[v], sums[i][v]);
                     }
                 }
-                offset = offset.wrapping_add(step);
-                panel = panel.wrapping_add(self.stride);
             }
             sums
         };

@@ -13,7 +13,7 @@
 use crate::{Body, Result};
 use serde::{Deserialize, Serialize};
 use sinew_fem::Solver;
-use sinew_gnn::{Motions, OutputBasis, TrainingConfig};
+use sinew_gnn::{Motions, PrincipalDirections, TrainingConfig};
 use sinew_graph::Topology;
 
 /// What the outputs of a network mean.
@@ -62,11 +62,11 @@ pub(crate) fn at_anchor(body: &Body, topology: &Topology, anchor: &[f64]) -> Res
 }
 
 /// Coordinates in which simulations differ.
-pub(crate) fn of_simulations(fields: &[Vec<f64>]) -> Result<OutputBasis> {
+pub(crate) fn of_simulations(fields: &[Vec<f64>]) -> Result<PrincipalDirections> {
     /// Between the spread of the simulations, which hides the small directions from the network, and equal sizes,
     /// which waste it on them: measured in docs/design.md.
     const POWER: f64 = 0.7;
-    Ok(OutputBasis::principal(fields.iter().map(Vec::as_slice), POWER)?)
+    Ok(PrincipalDirections::of(fields.iter().map(Vec::as_slice), POWER)?)
 }
 
 /// Energy that a Newton step from `displacement` would gain at the centre of the parameter range, relative to the

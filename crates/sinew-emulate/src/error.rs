@@ -125,8 +125,8 @@ pub enum Error {
         /// The stage.
         stage: String,
     },
-    /// A folder with simulations of other parameters.
-    #[error("{} holds simulations of other parameters; choose another folder, or delete it", folder.display())]
+    /// A folder with simulations of other parameters or of another body.
+    #[error("{} holds simulations of other parameters or of another body; choose another folder, or delete it", folder.display())]
     OtherSamples {
         /// The folder.
         folder: PathBuf,

@@ -130,6 +130,9 @@ impl Errors {
 }
 
 /// Cases of median and of largest mean nodal error.
+///
+/// # Panics
+/// Without cases.
 pub fn median_and_worst(cases: &[CaseErrors]) -> [usize; 2] {
     let mean = |case: usize| {
         let errors = &cases[case].err_u;

@@ -61,7 +61,7 @@ pub struct Times {
     pub predict_decoder_s: f64,
     /// One of many predictions made together.
     pub predict_batch_per_theta_s: f64,
-    /// One Newton step.
+    /// One Newton step; 0 where every prediction inverts a cell, so that none is made.
     pub correction_s: f64,
     /// Preparing the solver and solving from rest.
     pub solver_cold_s: f64,
@@ -97,6 +97,7 @@ impl Emulator<'_> {
             Ok(Corrected { steps: count, errors: Errors::of(&cases), hurt: hurt.count() })
         });
         let seconds: Vec<f64> = steps.iter().flatten().map(|step| step.seconds).collect();
+        let step_s = if seconds.is_empty() { 0.0 } else { median(&seconds) };
         Ok(Evaluation {
             recipe: self.record.recipe.key().into(),
             cases: raw.len(),
@@ -105,7 +106,7 @@ impl Emulator<'_> {
             inverted: steps.iter().filter(|steps| steps.is_empty()).count(),
             estimates: (!ratios.is_empty()).then(|| Quantiles::of(ratios)),
             raw: Errors::of(&raw),
-            times: self.times(test, theta, median(&seconds))?,
+            times: self.times(test, theta, step_s)?,
         })
     }
 

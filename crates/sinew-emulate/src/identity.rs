@@ -12,6 +12,9 @@ pub(crate) struct Identity {
     parameters: Vec<(String, [f64; 2])>,
     /// Root mean square of the positions [length].
     size: f64,
+    /// Prescribed displacements relative to the size, each weighed by a number of its own degree of freedom and direction.
+    #[serde(default)]
+    held: f64,
     /// Work of all forces and stresses along a probing displacement at the centre of the ranges.
     probe: f64,
 }
@@ -28,12 +31,16 @@ pub(crate) fn of(body: &Body) -> Identity {
     let probe: Vec<f64> = (0..length).map(|i| step * (0.7 + 1.3 * i as f64).sin()).collect();
     let mut force = vec![0.0; length];
     body.value_and_gradient(&probe, &body.centre(), &mut force);
+    let held = |(i, prescribed): (usize, &Option<f64>)| {
+        prescribed.map(|u| body.frames.component(i, &probe) / step * (1.0 + u / size))
+    };
     Identity {
         nodes: body.nodes,
         cells: body.cell_count(),
         unknowns: body.free_degrees_of_freedom().len(),
         parameters: body.parameters.iter().map(|p| (p.name.clone(), p.range)).collect(),
         size,
+        held: body.prescribed.iter().enumerate().filter_map(held).sum(),
         probe: crate::coordinates::dot(&force, &probe),
     }
 }
@@ -43,45 +50,29 @@ pub(crate) fn difference(
     stored: &Identity,
     found: &Identity,
 ) -> Option<(&'static str, String, String)> {
-    let close = |a: f64, b: f64| (a - b).abs() <= ROUNDING * a.abs().max(b.abs());
-    let text = |value: &dyn std::fmt::Debug| format!("{value:?}");
-    let pairs = [
-        (
-            "the number of nodes",
-            stored.nodes == found.nodes,
-            text(&stored.nodes),
-            text(&found.nodes),
-        ),
-        (
-            "the number of cells",
-            stored.cells == found.cells,
-            text(&stored.cells),
-            text(&found.cells),
-        ),
-        (
-            "the number of free components",
-            stored.unknowns == found.unknowns,
-            text(&stored.unknowns),
-            text(&found.unknowns),
-        ),
-        (
-            "the list of parameters",
-            stored.parameters == found.parameters,
-            text(&stored.parameters),
-            text(&found.parameters),
-        ),
-        (
-            "the size of the mesh",
-            close(stored.size, found.size),
-            text(&stored.size),
-            text(&found.size),
-        ),
-        (
-            "the work along a probing displacement",
-            close(stored.probe, found.probe),
-            text(&stored.probe),
-            text(&found.probe),
-        ),
+    let counts = [
+        ("the number of nodes", stored.nodes, found.nodes),
+        ("the number of cells", stored.cells, found.cells),
+        ("the number of free components", stored.unknowns, found.unknowns),
     ];
-    pairs.into_iter().find(|(_, same, _, _)| !same).map(|(what, _, a, b)| (what, a, b))
+    if let Some((what, a, b)) = counts.into_iter().find(|(_, a, b)| a != b) {
+        return Some((what, a.to_string(), b.to_string()));
+    }
+    if stored.parameters != found.parameters {
+        let (a, b) = (listed(&stored.parameters), listed(&found.parameters));
+        return Some(("the list of parameters", a, b));
+    }
+    let numbers = [
+        ("the size of the mesh", stored.size, found.size),
+        ("what supports prescribe, and where", stored.held, found.held),
+        ("the work along a probing displacement", stored.probe, found.probe),
+    ];
+    let close = |a: f64, b: f64| (a - b).abs() <= ROUNDING * a.abs().max(b.abs());
+    let number = numbers.into_iter().find(|(_, a, b)| !close(*a, *b));
+    number.map(|(what, a, b)| (what, format!("{a:e}"), format!("{b:e}")))
+}
+
+fn listed(parameters: &[(String, [f64; 2])]) -> String {
+    let one = |(name, [low, high]): &(String, [f64; 2])| format!("{name} from {low} to {high}");
+    parameters.iter().map(one).collect::<Vec<_>>().join(", ")
 }

@@ -59,7 +59,7 @@ mod regression;
 mod sampling;
 mod session;
 mod simulate;
-mod store;
+pub mod store;
 #[cfg(feature = "terminal")]
 mod terminal;
 mod timing;

@@ -1,5 +1,6 @@
 //! Finite-element solutions that emulators learn from and are judged by.
 
+use crate::identity::{self, Identity};
 use crate::progress::{Counter, Observer};
 use crate::store::{read_json, read_table, write_json, write_table};
 use crate::{Body, Error, Result};
@@ -40,8 +41,9 @@ pub struct Failure {
 }
 
 /// What is stored beside the fields; written last, so that it says how many rows count.
-#[derive(Default, Serialize, Deserialize)]
+#[derive(Serialize, Deserialize)]
 struct Log {
+    body: Identity,
     /// Samples that were tried.
     tried: usize,
     failures: Vec<Failure>,
@@ -80,11 +82,11 @@ impl Simulations {
 /// Solves a body for each of `thetas` on all cores.
 ///
 /// With a `folder`, fields and failures are stored there after every hundred samples (`theta.npy`,
-/// `displacement.npy`, `simulations.json`), and what it already holds for the same θ is kept.
+/// `displacement.npy`, `simulations.json`), and what it already holds for the same θ and body is kept.
 ///
 /// # Errors
-/// A body that cannot be solved for any θ, files that cannot be written or hold other samples, an observer that
-/// breaks. Samples without a solution are no error, see [`Simulations::failures`].
+/// A body that cannot be solved for any θ, files that cannot be written or hold other samples or those of
+/// another body, an observer that breaks. Samples without a solution are no error, see [`Simulations::failures`].
 pub fn simulate(
     body: &Body,
     thetas: &[Vec<f64>],
@@ -92,8 +94,9 @@ pub fn simulate(
     folder: Option<&Path>,
     observer: &mut dyn Observer,
 ) -> Result<Simulations> {
-    let (mut tried, mut simulations) = match folder {
-        Some(folder) => stored(folder, thetas)?,
+    let folder = folder.map(|folder| (folder, identity::of(body)));
+    let (mut tried, mut simulations) = match &folder {
+        Some((folder, body)) => stored(folder, body, thetas)?,
         None => (0, Simulations::default()),
     };
     if tried == thetas.len() {
@@ -127,8 +130,8 @@ pub fn simulate(
         }
         tried += block.len();
         simulations.seconds += start.elapsed().as_secs_f64();
-        if let Some(folder) = folder {
-            store(folder, tried, &simulations)?;
+        if let Some((folder, body)) = &folder {
+            store(folder, body, tried, &simulations)?;
         }
     }
     let counter = counter.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
@@ -140,17 +143,22 @@ pub fn simulate(
     Ok(simulations)
 }
 
-fn store(folder: &Path, tried: usize, simulations: &Simulations) -> Result<()> {
+fn store(folder: &Path, body: &Identity, tried: usize, simulations: &Simulations) -> Result<()> {
     write_table(&folder.join("theta.npy"), &simulations.thetas)?;
     write_table(&folder.join("displacement.npy"), &simulations.fields)?;
     let Simulations { failures, seconds, solve_seconds, .. } = simulations.clone();
-    write_json(&folder.join("simulations.json"), &Log { tried, failures, seconds, solve_seconds })
+    let body = body.clone();
+    let log = Log { body, tried, failures, seconds, solve_seconds };
+    write_json(&folder.join("simulations.json"), &log)
 }
 
-/// What a folder holds of the samples `thetas`, and how many of them were tried.
-fn stored(folder: &Path, thetas: &[Vec<f64>]) -> Result<(usize, Simulations)> {
+/// What a folder holds of the samples `thetas` of a body, and how many of them were tried.
+fn stored(folder: &Path, body: &Identity, thetas: &[Vec<f64>]) -> Result<(usize, Simulations)> {
     let file = folder.join("simulations.json");
     let Some(log) = read_json::<Log>(&file)? else { return Ok((0, Simulations::default())) };
+    if identity::difference(&log.body, body).is_some() {
+        return Err(Error::OtherSamples { folder: folder.into() });
+    }
     let solved = log.solve_seconds.len();
     let mut rows = read_table(&folder.join("theta.npy"))?;
     let mut fields = read_table(&folder.join("displacement.npy"))?;
@@ -161,6 +169,6 @@ fn stored(folder: &Path, thetas: &[Vec<f64>]) -> Result<(usize, Simulations)> {
     if log.tried > thetas.len() || fields.len() != solved || !expected.eq(&rows) {
         return Err(Error::OtherSamples { folder: folder.into() });
     }
-    let Log { tried, failures, seconds, solve_seconds } = log;
+    let Log { tried, failures, seconds, solve_seconds, .. } = log;
     Ok((tried, Simulations { thetas: rows, fields, failures, seconds, solve_seconds }))
 }

@@ -42,7 +42,15 @@ pub fn write_table(path: &Path, rows: &[Vec<f64>]) -> Result<()> {
 /// A file that cannot be read or is no table, by path.
 pub fn read_table(path: &Path) -> Result<Vec<Vec<f64>>> {
     let bytes = fs::read(path).map_err(|source| Error::File { path: path.into(), source })?;
-    let array = sinew_mesh::parse_npy(&path.display().to_string(), &bytes)
+    parse_table(path, &bytes)
+}
+
+/// Rows along the first axis of an npy array that was read from `path`.
+///
+/// # Errors
+/// Bytes that are no npy array of floating-point numbers, by path.
+pub fn parse_table(path: &Path, bytes: &[u8]) -> Result<Vec<Vec<f64>>> {
+    let array = sinew_mesh::parse_npy(&path.display().to_string(), bytes)
         .map_err(|error| content(path, &error))?;
     match (array.shape.as_slice(), array.values) {
         ([0, ..], _) => Ok(Vec::new()),
@@ -58,7 +66,11 @@ pub(crate) fn content(path: &Path, reason: &dyn std::fmt::Display) -> Error {
     Error::Content { path: path.into(), reason: reason.to_string() }
 }
 
-fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
+/// Writes bytes at once, as [`write_json`] does.
+///
+/// # Errors
+/// A folder or file that cannot be written, by path.
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let partial = path.with_extension("partial");
     fs::create_dir_all(folder)

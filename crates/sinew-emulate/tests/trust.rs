@@ -197,6 +197,13 @@ fn failures_are_listed_with_their_parameters() {
     let others = vec![vec![9.0, 9.5]; 3];
     let error = simulate(&body, &others, "test", Some(folder.path()), &mut ()).unwrap_err();
     assert!(matches!(error, Error::OtherSamples { .. }), "{error}");
+    // The same parameters of another body are other samples: a heavier one, and one that is held at its other end.
+    let mut turned = beam(1.0);
+    turned.prescribed.rotate_right(3);
+    for other in [beam(1.1), turned] {
+        let error = simulate(&other, &thetas, "test", Some(folder.path()), &mut ()).unwrap_err();
+        assert!(matches!(error, Error::OtherSamples { .. }), "{error}");
+    }
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! From names to plain arrays.
 
 mod directions;
-mod geometry;
+pub(crate) mod geometry;
 mod loads;
 mod overlaps;
 mod supports;

@@ -44,6 +44,8 @@ pub trait VolumeEnergy: Clone + Debug + Send + Sync + 'static {
 pub trait ActiveStress<const D: usize>: Clone + Debug + Send + Sync + 'static {
     /// Names of the entries of θ that it reads, which follow those of the shape energy.
     const PARAMETERS: &'static [&'static str];
+    /// Whether there is none at all, so that nothing has to be computed.
+    const NONE: bool = false;
 
     /// Energy density \[stress\], a function of the whole strain.
     fn density_of<S: Scalar>(&self, parameters: &[S], invariants: &Invariants<S, D>) -> S;
@@ -55,6 +57,7 @@ pub struct Passive;
 
 impl<const D: usize> ActiveStress<D> for Passive {
     const PARAMETERS: &'static [&'static str] = &[];
+    const NONE: bool = true;
 
     #[inline]
     fn density_of<S: Scalar>(&self, _parameters: &[S], invariants: &Invariants<S, D>) -> S {
@@ -171,7 +174,7 @@ impl<M: ShapeEnergy<D>, V: VolumeEnergy, A: ActiveStress<D>, const D: usize> Inv
         };
         let volume = self.volume.density(strain.volume_change.clone());
         let passive = self.shape.density_of(of_shape, &strain, guard) + volume;
-        if size_of::<A>() == 0 && A::PARAMETERS.is_empty() {
+        if A::NONE {
             return passive;
         }
         passive + self.active.density_of(of_active, invariants)

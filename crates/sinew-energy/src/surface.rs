@@ -1,5 +1,6 @@
 //! Pressure on surfaces of any element, curved ones included.
 
+use crate::lower::geometry::{cross, dot};
 use crate::{FacetRule, Magnitude};
 
 /// A true follower pressure on a surface, integrated by quadrature. Positive pressure pushes against the
@@ -230,15 +231,4 @@ impl SurfaceResponse {
 
 fn add(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| a[i] + b[i])
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        a[j] * b[k] - a[k] * b[j]
-    })
 }

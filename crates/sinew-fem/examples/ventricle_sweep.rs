@@ -60,7 +60,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let volume = |u: &[f64]| deformed_volume(&scene.mesh.points, u, facets, [0.0; 3]).abs() / 1e3;
     println!(
         "{} tetrahedra, cavity {:.2} ml",
-        potential.cells.len(),
+        potential.cell_count(),
         volume(&vec![0.0; 3 * potential.nodes])
     );
 

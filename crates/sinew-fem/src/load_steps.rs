@@ -40,7 +40,7 @@ impl Solver<'_> {
     /// As [`Solver::solve`]; `watch` is called with each state that the iteration comes to.
     ///
     /// ```no_run
-    /// # fn f(solver: &mut sinew_fem::Solver<sinew_energy::laws::NeoHookean, 0>) -> Result<(), sinew_fem::SolveError> {
+    /// # fn f(solver: &mut sinew_fem::Solver) -> Result<(), sinew_fem::SolveError> {
     /// use sinew_fem::{Options, print_progress};
     /// solver.solve_watched(&[75.0, 75.0], &Options::default(), &mut print_progress)?;
     /// # Ok(()) }

@@ -7,7 +7,7 @@ use sinew_fem::{Options, Solver};
 use std::path::Path;
 use support::{difference, once, twice};
 
-/// Relative in the largest displacement: what the issue asks; FEniCS itself is good to 4e-14.
+/// Relative in the largest displacement: what is wanted; FEniCS itself is good to 4e-14.
 const DISPLACEMENT: f64 = 1e-9;
 /// Relative: rounding in the sum over the cells; FEniCS itself is good to 1.4e-13.
 const ENERGY: f64 = 1e-12;

@@ -133,14 +133,10 @@ fn frames_turn_with_the_mesh() {
 }
 
 #[test]
-fn ventricles_were_published_with_such_fibres() {
-    ventricles().iter().for_each(|(name, mesh)| {
-        println!("{name}");
-        compare_with_published(mesh);
-    });
-}
-
-fn compare_with_published(mesh: &TetMesh) {
+fn a_real_ventricle_was_published_with_such_fibres() {
+    // The small one has its fibres by this very rule.
+    let all = ventricles();
+    let Some((_, mesh)) = all.iter().find(|(name, _)| *name == "published") else { return };
     let published = mesh.cell_fields["fibre"].to_vectors::<3>().unwrap();
     let surfaces = Surfaces { endocardium: "region:1", epicardium: "epicardium", base: "base" };
     let wall = VentricleCoordinates::new(mesh, &surfaces).unwrap();
@@ -161,10 +157,7 @@ fn compare_with_published(mesh: &TetMesh) {
     let quartiles = |angles: &mut Vec<f64>| [0.25, 0.5, 0.75].map(|part| quantile(angles, part));
     let angles: Vec<_> = angles.iter_mut().map(quartiles).collect();
     for (tenth, [low, median, high]) in angles.iter().enumerate() {
-        println!(
-            "depth {:.2}: angle {median:.1} ({low:.1} to {high:.1}) degrees",
-            0.05 + 0.1 * tenth as f64
-        );
+        println!("tenth {tenth}: angle {median:.1} ({low:.1} to {high:.1}) degrees");
         assert!(high - low < 15.0, "their angle depends on our depth alone");
     }
     // The rule of +60 to −60 degrees, with another measure of the depth inside.

@@ -201,7 +201,7 @@ mod tests {
                 directions: Vec::new(),
                 parameters: vec![parameter("mu"), parameter("lambda")],
                 loads: Vec::new(),
-                supports: vec![support],
+                supports: vec![Support::clamped("x_min"), support],
             };
             scene.lower().unwrap()
         };

@@ -85,7 +85,7 @@ mod surrogate;
 mod training;
 
 pub use config::{Activation, Decoding, EmulatorConfig};
-pub use coordinates::{Coordinates, Motions, OutputBasis};
+pub use coordinates::{Coordinates, Motions, PrincipalDirections};
 pub use data::{DataSet, Dirichlet, Geometry, Sample};
 pub use device::Backend;
 pub use emulator::{Emulator, Output};

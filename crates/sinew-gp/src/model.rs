@@ -159,12 +159,6 @@ impl<const D: usize> Model<D> {
         self.size
     }
 
-    /// The model with other beliefs, as all [`Belief::Flat`] for the bare evidence.
-    pub fn with_beliefs(mut self, belief: impl Fn(&FreeParameter) -> Belief) -> Self {
-        self.parameters.iter_mut().for_each(|parameter| parameter.belief = belief(parameter));
-        self
-    }
-
     /// Logarithm of the prior density of all parameters, up to a constant.
     pub fn log_belief(&self, scaled: &[f64]) -> f64 {
         self.parameters.iter().zip(scaled).map(|(p, x)| p.belief.log_density(*x).0).sum()

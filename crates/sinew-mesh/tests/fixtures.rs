@@ -163,7 +163,7 @@ fn refused_files_say_what_to_do() {
         lz4.contains("vtkLZ4DataCompressor") && lz4.contains("save the file with zlib"),
         "{lz4}"
     );
-    let quadratic = message("gmsh_quadratic.msh");
+    let quadratic = read_tet_mesh(fixture("gmsh_quadratic.msh")).unwrap_err().to_string();
     assert!(quadratic.contains("quadratic") && quadratic.contains("linear"), "{quadratic}");
     let python = message("generate.py");
     assert!(python.contains("neither legacy VTK, VTU nor gmsh MSH"), "{python}");

@@ -18,5 +18,4 @@ pub mod report;
 pub mod run;
 pub mod scenes;
 pub mod simulate;
-pub mod store;
 pub mod timing;

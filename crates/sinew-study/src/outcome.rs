@@ -1,18 +1,16 @@
 //! What one method contributes to the report.
 
-use crate::report::{
-    self, CurvePoint, EnergyPoint, ErrorSamples, MethodRow, PerMetric, SampleRow, Spread, Times,
-    TrainingHistory,
-};
+use crate::report::{self, ErrorSamples, MethodRow, SampleRow, Spread, Times};
 use anyhow::{Context, Result};
-use sinew_emulate::{CaseErrors, TestSet, median_and_worst};
+use sinew_emulate::{CaseErrors, CurvePoint, TestSet, median_and_worst};
 
 /// What one method contributes to the report.
 #[derive(Clone, Debug)]
 pub(crate) struct Outcome {
     pub(crate) row: MethodRow,
     pub(crate) samples: Vec<SampleRow>,
-    pub(crate) history: Option<TrainingHistory>,
+    /// Errors on the held-out cases while an emulator was trained; empty for methods without steps.
+    pub(crate) history: Vec<CurvePoint>,
     pub(crate) median_and_worst: [usize; 2],
     /// Reasons not to trust the method's errors to be what it can do.
     pub(crate) concerns: Vec<String>,
@@ -38,7 +36,7 @@ impl Outcome {
         Ok(Self {
             row: MethodRow::from_samples(method, description, reference, samples(&cases), times)?,
             samples: rows(method, test, &cases)?,
-            history: None,
+            history: Vec::new(),
             median_and_worst: median_and_worst(&cases),
             concerns: Vec::new(),
             predictions,
@@ -80,22 +78,4 @@ fn rows(
         })
     };
     cases.iter().zip(&test.thetas).enumerate().map(row).collect()
-}
-
-/// Errors on the held-out cases while an emulator was trained.
-pub(crate) fn history(
-    method: report::Method,
-    curve: &[sinew_emulate::CurvePoint],
-) -> Option<TrainingHistory> {
-    let errors = |point: &sinew_emulate::CurvePoint| {
-        let [err_u_mm, err_f_pct, err_i1_pct, err_pi_pct] = point.medians.unwrap_or([f64::NAN; 4]);
-        let errors = PerMetric { err_u_mm, err_f_pct, err_i1_pct, err_pi_pct };
-        CurvePoint::new(point.step, point.train_s, errors, point.loss)
-    };
-    let energy = |point: &sinew_emulate::CurvePoint| {
-        let (step, train_s, excess_pct) = (point.step, point.train_s, point.energy_excess_pct);
-        EnergyPoint { step, train_s, excess_pct }
-    };
-    let (errors, energy): (Vec<_>, Vec<_>) = curve.iter().map(|p| (errors(p), energy(p))).unzip();
-    (!curve.is_empty()).then(|| TrainingHistory::new(method, &errors, &energy))
 }

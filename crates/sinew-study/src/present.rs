@@ -2,13 +2,14 @@
 
 use crate::fields::{self, FieldCase};
 use crate::outcome::Outcome;
-use crate::report::{self, Metric, Times, TrainingHistory};
+use crate::report::{self, Metric, Times};
 use crate::scenes::Beam;
 use crate::simulate::Simulations;
 use anyhow::Result;
+use sinew_emulate::CurvePoint;
 use sinew_report::format::{count, trimmed};
 use sinew_report::{
-    Block, Chart, Column, Level, Provenance, Report, Section, Series, Style, Surfaces, Table,
+    Block, Chart, Column, Level, Provenance, Report, Row, Section, Series, Style, Surfaces, Table,
 };
 use std::path::Path;
 
@@ -105,10 +106,9 @@ pub(crate) fn section(
             (0..Metric::ALL.len()).map(|error| Chart::densities(&table, error)),
         ),
     ];
-    let histories: Vec<_> =
-        outcomes.iter().filter_map(|outcome| outcome.history.as_ref()).collect();
-    blocks.push(curves(&histories, &table, beam));
-    blocks.push(energies(&histories));
+    let trained: Vec<_> = outcomes.iter().filter(|outcome| !outcome.history.is_empty()).collect();
+    blocks.push(curves(&trained, &table, beam));
+    blocks.push(energies(&trained));
     blocks.push(Block::Surfaces(surfaces(beam, simulations, outcomes)?));
     blocks.insert(3, Block::Table(table));
     Ok(Section { name: beam.name.into(), title: beam.title.into(), blocks })
@@ -156,24 +156,25 @@ fn facts(
 }
 
 /// Errors over training time; methods without steps as one point, the thesis' medians as levels.
-fn curves(histories: &[&TrainingHistory], table: &Table, beam: &Beam) -> Block {
+fn curves(trained: &[&Outcome], table: &Table, beam: &Beam) -> Block {
     let chart = |(number, metric): (usize, Metric)| {
         let title = format!("Error in {}", metric.quantity());
         let name = format!("median {}", metric.column().head());
         let mut chart = Chart::new(title, ["training time [s]", &name], [true; 2]);
-        for history in histories {
-            let label = history.method.label();
-            let points =
-                history.curve.iter().map(|p| [p.train_s, p.errors.get(metric).unwrap_or(f64::NAN)]);
+        for outcome in trained {
+            let (method, history) = (outcome.row.method(), &outcome.history);
+            let label = method.label();
+            let median = |p: &CurvePoint| p.medians.map_or(f64::NAN, |medians| medians[number]);
+            let points = history.iter().map(|p| [p.train_s, median(p)]);
             chart.series.push(Series::new(label, Style::Line, points));
-            let thesis = beam.thesis.median(history.method, metric);
+            let thesis = beam.thesis.median(method, metric);
             let level =
                 |value| Level { name: label.into(), value, upright: false, published: true };
             chart.levels.extend(thesis.map(level));
         }
-        for row in
-            table.ranked().filter(|row| histories.iter().all(|h| h.method.label() != row.method))
-        {
+        let has_curve =
+            |row: &&Row| trained.iter().any(|outcome| outcome.row.method().label() == row.method);
+        for row in table.ranked().filter(|row| !has_curve(row)) {
             let numbers = row.times[1].value.median().zip(row.errors[number].value.median());
             let points = numbers.map(|(time, error)| [time, error]);
             chart.series.push(Series::new(&row.method, Style::Points, points));
@@ -188,12 +189,13 @@ fn curves(histories: &[&TrainingHistory], table: &Table, beam: &Beam) -> Block {
     )
 }
 
-fn energies(histories: &[&TrainingHistory]) -> Block {
+fn energies(trained: &[&Outcome]) -> Block {
     let axes = ["training time [s]", "mean energy above FEM [%]"];
     let mut chart = Chart::new("Energy above the minimum", axes, [true; 2]);
-    for history in histories {
-        let points = history.energy.iter().map(|p| [p.train_s, p.excess_pct.unwrap_or(f64::NAN)]);
-        chart.series.push(Series::new(history.method.label(), Style::Line, points));
+    for outcome in trained {
+        let point = |p: &CurvePoint| [p.train_s, p.energy_excess_pct.unwrap_or(f64::NAN)];
+        let points = outcome.history.iter().map(point);
+        chart.series.push(Series::new(outcome.row.method().label(), Style::Line, points));
     }
     Block::charts(
         "Energy during training",

@@ -1,15 +1,15 @@
 //! The whole study: scenes, simulations, emulators, rivals, report.
 
 use crate::options::{BackendChoice, BeamOptions, Method};
-use crate::outcome::{Outcome, history};
+use crate::outcome::Outcome;
 use crate::recipes::{self, Samples};
 use crate::report::{self, SceneSamples, Times};
 use crate::scenes::{Beam, once_clamped, twice_clamped};
 use crate::simulate::{self, Simulations};
 use crate::timing::WallClock;
-use crate::{manifest, present, store};
+use crate::{manifest, present};
 use anyhow::{Context, Result, ensure};
-use sinew_emulate::{Body, Recipe, Terminal};
+use sinew_emulate::{Body, Recipe, Terminal, store};
 use sinew_gnn::Backend;
 use sinew_report::Section;
 use std::path::{Path, PathBuf};
@@ -40,9 +40,9 @@ pub fn reproduce_beam(options: &BeamOptions) -> Result<PathBuf> {
     let provenance = provenance.finished(clock.save()?.as_secs_f64());
     let report = present::report(provenance, notes, scenes);
     let page = report.write(&options.out)?;
-    let mut table = Vec::new();
+    let mut table: Vec<u8> = Vec::new();
     report::write_samples(&samples, &mut table)?;
-    store::write_text(&options.out.join("samples.csv"), &String::from_utf8(table)?)?;
+    store::write_bytes(&options.out.join("samples.csv"), &table)?;
     if options.json {
         println!("{}", report.to_json()?);
     }
@@ -174,7 +174,7 @@ impl EmulatorRun<'_> {
         let fields = emulator.predict(&test.thetas)?.fields();
         let outcome = Outcome::new(method, &description, test, times, fields)?;
         let concerns = record.warnings.iter().map(ToString::to_string).collect();
-        Ok(Outcome { history: history(method, &record.history), concerns, ..outcome })
+        Ok(Outcome { history: record.history.clone(), concerns, ..outcome })
     }
 }
 

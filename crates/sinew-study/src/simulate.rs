@@ -2,9 +2,8 @@
 
 use crate::recipes::Samples;
 use crate::scenes::Beam;
-use crate::store;
 use anyhow::{Context, Result};
-use sinew_emulate::{Body, Design, Terminal, TestSet, simulate};
+use sinew_emulate::{Body, Design, Terminal, TestSet, simulate, store};
 use sinew_energy::{Parameter, Sampling, metrics};
 use sinew_fem::{Options, Solver, sweep};
 use std::path::Path;
@@ -71,7 +70,8 @@ fn cold_seconds(body: &Body, thetas: &[Vec<f64>]) -> Result<f64> {
 
 fn fixture_runs<'b>(beam: &Beam, body: &'b Body) -> Result<FixtureRuns<'b>> {
     let table = |what: &str, bytes| {
-        store::parse_table(&format!("fixtures/beam/{}/{what}.npy", beam.name), bytes)
+        let file = format!("fixtures/beam/{}/{what}.npy", beam.name);
+        store::parse_table(Path::new(&file), bytes)
     };
     let thetas = table("theta", beam.fixture.theta)?;
     let fields = table("displacement", beam.fixture.displacement)?;

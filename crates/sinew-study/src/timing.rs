@@ -1,7 +1,7 @@
 //! Wall times of runs over their interruptions.
 
-use crate::store;
 use anyhow::Result;
+use sinew_emulate::store;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 

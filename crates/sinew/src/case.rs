@@ -22,6 +22,7 @@ pub use mesh::{BoxMesh, Element, EllipsoidMesh, MeshSource};
 pub use parameters::Range;
 pub use supports::Support;
 pub use training::{RecipeName, Training};
+pub(crate) use units::number_and_unit;
 pub use units::stress_in_kpa;
 
 use serde::Deserialize;
@@ -233,13 +234,18 @@ impl Case {
             | SceneError::Contradiction { .. }
             | SceneError::Conflict { .. }
             | SceneError::SupportDirection { .. }
+            | SceneError::SupportLength { .. }
+            | SceneError::UnknownNodeSet { .. }
             | SceneError::OnAxis { .. } => &["supports"],
-            SceneError::EmptyFacetSet { .. }
+            SceneError::UnknownFacetSet { .. }
+            | SceneError::RepeatedFacet { .. }
+            | SceneError::EmptyFacetSet { .. }
             | SceneError::NotFinite { .. }
             | SceneError::NegativeStiffness { .. }
             | SceneError::ThesisPressure { .. }
             | SceneError::LooseRim { .. }
             | SceneError::RimPlanes { .. } => &["loads"],
+            SceneError::ParameterCount { .. } | SceneError::LoadParameter { .. } => &["parameters"],
             SceneError::Constant { .. } => &["law"],
             _ => &["mesh"],
         };

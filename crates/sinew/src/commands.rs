@@ -39,7 +39,10 @@ impl CaseArguments {
 
     /// Folder for its results.
     pub fn folder(&self, case: &Case) -> PathBuf {
-        self.out.clone().unwrap_or_else(|| Path::new("out").join(&case.name))
+        // A name may hold what paths read as folders.
+        let kept = |c: char| if c.is_alphanumeric() || "-_ ".contains(c) { c } else { '_' };
+        let name: String = case.name.chars().map(kept).collect();
+        self.out.clone().unwrap_or_else(|| Path::new("out").join(name))
     }
 }
 

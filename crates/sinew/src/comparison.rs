@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use sinew_emulate::{Emulator, Errors, Evaluation, Quantiles, TestSet, Warning};
+use sinew_report::format::seconds as duration;
 use std::fmt;
 
 /// Errors and times of some emulators of one body, on the same test cases. Printed it is a table.
@@ -146,13 +147,4 @@ fn row(f: &mut fmt::Formatter<'_>, name: &str, errors: &Errors, seconds: f64) ->
     ];
     let medians = medians.map(|value| format!("{value:>9.1e}")).join(" ");
     writeln!(f, "{name:<22} {medians} {volume:>9} {:>12}", duration(seconds))
-}
-
-/// "3.200 ms", "4.5 s", "3 min 05 s".
-fn duration(seconds: f64) -> String {
-    match seconds {
-        s if s < 1.0 => format!("{:.3} ms", 1e3 * s),
-        s if s < 90.0 => format!("{s:.1} s"),
-        s => format!("{} min {:02} s", (s / 60.0) as u64, s as u64 % 60),
-    }
 }

@@ -1,6 +1,6 @@
 //! θ from the command line and from tables.
 
-use crate::case::stress_in_kpa;
+use crate::case::{number_and_unit, stress_in_kpa};
 use sinew_energy::Parameter;
 use std::path::Path;
 
@@ -137,9 +137,7 @@ fn columns(names: &[&str], parameters: &[Parameter]) -> Result<Vec<usize>, Strin
 
 /// A value in the unit of its parameter; its own unit, or the given one, is converted.
 fn number(text: &str, unit: &str, parameter: &Parameter) -> Result<f64, String> {
-    let end =
-        text.find(|c: char| !(c.is_ascii_digit() || "+-.eE".contains(c))).unwrap_or(text.len());
-    let (digits, own) = (text[..end].trim(), text[end..].trim());
+    let (digits, own) = number_and_unit(text);
     let value: f64 = match digits.parse() {
         Ok(value) if f64::is_finite(value) => value,
         _ => return Err(format!("`{text}` is no finite number for {}", described(parameter))),
@@ -181,14 +179,15 @@ mod tests {
 
     #[test]
     fn units_are_converted_where_they_make_sense() {
-        let theta = parse_theta("p=7.500616827mmHg, a=2e3 Pa, b=1e0", &parameters()).unwrap();
+        let theta = parse_theta("p=7.5006157585mmHg, a=2e3 Pa, b=1e0", &parameters()).unwrap();
         assert!((theta[2] - 1.0).abs() < 1e-9 && theta[..2] == [2.0, 1.0], "{theta:?}");
         let error = |text| parse_theta(text, &parameters()).unwrap_err().to_string();
         assert!(error("a=1,b=2kPa,p=1").contains("b (from 1 to 4)"), "{}", error("a=1,b=2kPa,p=1"));
         assert!(error("a=1,b=2").contains("p (from 1 to 4 kPa) is missing"));
         assert!(error("a=1,a=2,b=1,p=1").contains("twice"));
         assert!(error("a=1,b=nan,p=1").contains("no finite number"));
-        assert!(error("a=1;b=2").contains("no finite number"), "{}", error("a=1;b=2"));
+        assert!(error("a=1;b=2").contains("b (from 1 to 4) is missing"), "{}", error("a=1;b=2"));
+        assert!(error("a=1,b=1;2,p=1").contains("`1;2`"), "{}", error("a=1,b=1;2,p=1"));
     }
 
     #[test]
@@ -199,7 +198,7 @@ mod tests {
             std::fs::write(&path, text).unwrap();
             read_thetas(&path, &parameters()).map_err(|error| error.to_string())
         };
-        let table = read("# all\np [mmHg],b,a\n7.500616827,2,3\n\n15.001233654, 3, 2\n").unwrap();
+        let table = read("# all\np [mmHg],b,a\n7.5006157585,2,3\n\n15.001231517, 3, 2\n").unwrap();
         assert!((table[1][2] - 2.0).abs() < 1e-9 && table[0][..2] == [3.0, 2.0], "{table:?}");
         let error = read("a,b,p\n1,2,3\n1,2\n").unwrap_err();
         assert!(

@@ -26,6 +26,51 @@ pub(super) fn lame_bounds(index: usize) -> RangeInclusive<f64> {
     least..=*POSITIVE.end()
 }
 
+/// Energy and derivatives of a [`Law`] that is the one in its field at other parameters, which a function makes of its own.
+macro_rules! at_parameters {
+    ($own:ident) => {
+        fn density<S: Scalar, G: Guard>(
+            &self,
+            parameters: &[S],
+            displacement_gradient: &Mat3<S>,
+            directions: &[[S; 3]; 0],
+            guard: &G,
+        ) -> S {
+            self.0.density(&$own(parameters), displacement_gradient, directions, guard)
+        }
+
+        fn energy<G: Guard>(
+            &self,
+            parameters: &[f64],
+            displacement_gradient: &Mat3<f64>,
+            directions: &[[f64; 3]; 0],
+            guard: &G,
+        ) -> f64 {
+            self.0.energy(&$own(parameters), displacement_gradient, directions, guard)
+        }
+
+        fn stress<G: Guard>(
+            &self,
+            parameters: &[f64],
+            displacement_gradient: &Mat3<f64>,
+            directions: &[[f64; 3]; 0],
+            guard: &G,
+        ) -> (f64, Mat3<f64>) {
+            self.0.stress(&$own(parameters), displacement_gradient, directions, guard)
+        }
+
+        fn response(
+            &self,
+            parameters: &[f64],
+            displacement_gradient: &Mat3<f64>,
+            directions: &[[f64; 3]; 0],
+        ) -> Response {
+            self.0.response(&$own(parameters), displacement_gradient, directions)
+        }
+    };
+}
+pub(super) use at_parameters;
+
 /// An isotropic law in Young's modulus and Poisson's ratio: θ = (E \[stress\], ν).
 ///
 /// The law inside must read Lamé's parameters (μ, λ), such as [`super::NeoHookean`].
@@ -48,44 +93,7 @@ impl<L: Law<0>> Law<0> for ByYoungPoisson<L> {
         self.0.constants()
     }
 
-    fn density<S: Scalar, G: Guard>(
-        &self,
-        parameters: &[S],
-        displacement_gradient: &Mat3<S>,
-        directions: &[[S; 3]; 0],
-        guard: &G,
-    ) -> S {
-        self.0.density(&lame(parameters), displacement_gradient, directions, guard)
-    }
-
-    fn energy<G: Guard>(
-        &self,
-        parameters: &[f64],
-        displacement_gradient: &Mat3<f64>,
-        directions: &[[f64; 3]; 0],
-        guard: &G,
-    ) -> f64 {
-        self.0.energy(&lame(parameters), displacement_gradient, directions, guard)
-    }
-
-    fn stress<G: Guard>(
-        &self,
-        parameters: &[f64],
-        displacement_gradient: &Mat3<f64>,
-        directions: &[[f64; 3]; 0],
-        guard: &G,
-    ) -> (f64, Mat3<f64>) {
-        self.0.stress(&lame(parameters), displacement_gradient, directions, guard)
-    }
-
-    fn response(
-        &self,
-        parameters: &[f64],
-        displacement_gradient: &Mat3<f64>,
-        directions: &[[f64; 3]; 0],
-    ) -> Response {
-        self.0.response(&lame(parameters), displacement_gradient, directions)
-    }
+    at_parameters!(lame);
 }
 
 fn lame<S: Scalar>(parameters: &[S]) -> [S; 2] {

@@ -1,5 +1,6 @@
 //! Plane stress.
 
+use super::elastic_constants::at_parameters;
 use super::{LinearElastic, named};
 use crate::{Guard, Law, Response};
 use sinew_num::{Mat3, Scalar};
@@ -42,42 +43,5 @@ impl Law<0> for PlaneStress {
         LinearElastic::bounds(index)
     }
 
-    fn density<S: Scalar, G: Guard>(
-        &self,
-        parameters: &[S],
-        displacement_gradient: &Mat3<S>,
-        directions: &[[S; 3]; 0],
-        guard: &G,
-    ) -> S {
-        self.0.density(&reduced(parameters), displacement_gradient, directions, guard)
-    }
-
-    fn energy<G: Guard>(
-        &self,
-        parameters: &[f64],
-        displacement_gradient: &Mat3<f64>,
-        directions: &[[f64; 3]; 0],
-        guard: &G,
-    ) -> f64 {
-        self.0.energy(&reduced(parameters), displacement_gradient, directions, guard)
-    }
-
-    fn stress<G: Guard>(
-        &self,
-        parameters: &[f64],
-        displacement_gradient: &Mat3<f64>,
-        directions: &[[f64; 3]; 0],
-        guard: &G,
-    ) -> (f64, Mat3<f64>) {
-        self.0.stress(&reduced(parameters), displacement_gradient, directions, guard)
-    }
-
-    fn response(
-        &self,
-        parameters: &[f64],
-        displacement_gradient: &Mat3<f64>,
-        directions: &[[f64; 3]; 0],
-    ) -> Response {
-        self.0.response(&reduced(parameters), displacement_gradient, directions)
-    }
+    at_parameters!(reduced);
 }

@@ -47,7 +47,7 @@ impl OutputMap {
         let rule = match &geometry.coordinates {
             Coordinates::Components => Rule::Scale(field(&scales.scale)),
             Coordinates::Motions(motions) => Rule::Motions(motions.tree().clone()),
-            Coordinates::Basis(basis) => Rule::Matrices(basis.matrices(device)),
+            Coordinates::Principal(directions) => Rule::Matrices(directions.matrices(device)),
         };
         Self {
             origin: field(geometry.coordinates.origin().unwrap_or(&scales.mean)),

@@ -9,7 +9,7 @@ mod supports;
 
 pub(crate) use map::OutputMap;
 pub use motions::Motions;
-pub use principal::OutputBasis;
+pub use principal::PrincipalDirections;
 
 use serde::{Deserialize, Serialize};
 
@@ -22,8 +22,8 @@ pub enum Coordinates {
     Components,
     /// Rigid motions of clusters and displacements of nodes within them.
     Motions(Motions),
-    /// Directions of all nodes together.
-    Basis(OutputBasis),
+    /// The directions in which simulations differ.
+    Principal(PrincipalDirections),
 }
 
 impl Coordinates {
@@ -32,7 +32,7 @@ impl Coordinates {
         match self {
             Self::Components => None,
             Self::Motions(motions) => Some(motions.origin()),
-            Self::Basis(basis) => Some(basis.origin()),
+            Self::Principal(directions) => Some(directions.origin()),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Coordinates of the displacement in which a network learns.
+//! The directions in which simulations differ.
 
 use std::sync::Arc;
 
@@ -10,16 +10,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result, require_count, require_finite};
 
-/// Displacements as `u = origin + map · output`, in place of one scale per component.
-///
-/// - A potential energy weighs stiff motions a million times heavier than soft ones, so plain outputs
-///   learn the soft ones last. With the map `c |K|^(−½)` of the stiffness K at the origin the energy is
-///   round in the outputs, and all motions are learned at one pace ([`OutputBasis::new`]).
-/// - Simulated displacements vary in few directions. With a power of their covariance as the map nothing else
-///   is predicted, strains included ([`OutputBasis::principal`]).
+/// Displacements as `u = origin + U (s/s₁)^p s₁ Uᵀ · output` with the principal directions U and deviations s of simulations:
+/// simulated displacements vary in few directions, and nothing else is predicted, strains included.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Packed", into = "Packed")]
-pub struct OutputBasis {
+pub struct PrincipalDirections {
     origin: Arc<[f64]>,
     /// Applied to a row of outputs one after the other, each from the right.
     factors: Vec<Factor>,
@@ -48,26 +43,14 @@ const SMALLEST_DEVIATION: f64 = 1e-7;
 /// Accuracy and sweeps of the singular values: nalgebra's own accuracy, and more sweeps than any matrix needs.
 const DECOMPOSITION: (f64, usize) = (5.0 * f64::EPSILON, 10_000);
 
-impl OutputBasis {
-    /// From the displacement of a zero output \[length\] and a symmetric matrix over all degrees of freedom, row
-    /// by row [length per unit of output]. Prescribed degrees of freedom are overwritten, whatever the map says.
-    ///
-    /// # Errors
-    /// A matrix that does not fit the origin, or numbers that are not finite.
-    pub fn new(origin: Vec<f64>, map: &[f64]) -> Result<Self> {
-        require_count("entries of the output map", map.len(), origin.len() * origin.len())?;
-        require_finite("the output map", map)?;
-        let factor = Factor::new(origin.len(), map.iter().copied());
-        Self::from_factors(origin, vec![factor])
-    }
-
+impl PrincipalDirections {
     /// About the mean of simulated displacements, with the map `U (s/s₁)^p s₁ Uᵀ` of their principal directions U
     /// and deviations s, the largest being s₁ \[length\]. A power p of one is the root of the covariance: outputs of size one
     /// then spread as the simulations do. Smaller powers let the network see the small deviations larger.
     ///
     /// # Errors
     /// Fewer than two fields, of different lengths, not finite, or all the same.
-    pub fn principal<'a>(fields: impl IntoIterator<Item = &'a [f64]>, power: f64) -> Result<Self> {
+    pub fn of<'a>(fields: impl IntoIterator<Item = &'a [f64]>, power: f64) -> Result<Self> {
         let fields: Vec<&[f64]> = fields.into_iter().collect();
         let (count, size) = (fields.len(), fields.first().map_or(0, |field| field.len()));
         if count < 2 || size == 0 {
@@ -149,8 +132,8 @@ struct PackedFactor {
     entries: String,
 }
 
-impl From<OutputBasis> for Packed {
-    fn from(basis: OutputBasis) -> Self {
+impl From<PrincipalDirections> for Packed {
+    fn from(basis: PrincipalDirections) -> Self {
         let pack = |factor: &Factor| {
             let bytes: Vec<u8> = factor.entries.iter().flat_map(|v| v.to_le_bytes()).collect();
             PackedFactor { columns: factor.columns, entries: STANDARD.encode(bytes) }
@@ -159,7 +142,7 @@ impl From<OutputBasis> for Packed {
     }
 }
 
-impl TryFrom<Packed> for OutputBasis {
+impl TryFrom<Packed> for PrincipalDirections {
     type Error = String;
 
     fn try_from(packed: Packed) -> std::result::Result<Self, String> {
@@ -178,7 +161,7 @@ impl TryFrom<Packed> for OutputBasis {
 mod tests {
     use super::*;
 
-    fn mapped(basis: &OutputBasis, output: &[f32]) -> Vec<f64> {
+    fn mapped(basis: &PrincipalDirections, output: &[f32]) -> Vec<f64> {
         let device = Device::flex();
         let row =
             Tensor::<2>::from_data(TensorData::new(output.to_vec(), [1, output.len()]), &device);
@@ -189,16 +172,12 @@ mod tests {
 
     #[test]
     fn a_basis_survives_storage_bit_for_bit() {
-        let map: Vec<f64> = (0..9).map(|i| f64::from(1.0f32 / (i as f32 + 0.7))).collect();
-        let basis = OutputBasis::new(vec![0.1, -2.0, 3e-7], &map).unwrap();
         let fields = [vec![0.0, 1.0, 2.0], vec![0.5, 0.1, -1.0], vec![1.0, 1.0, 1.0]];
-        let principal = OutputBasis::principal(fields.iter().map(Vec::as_slice), 1.0).unwrap();
-        for basis in [basis, principal] {
-            let text = serde_json::to_string(&basis).unwrap();
-            assert_eq!(serde_json::from_str::<OutputBasis>(&text).unwrap(), basis);
-        }
-        assert!(OutputBasis::new(vec![0.0; 3], &map[..8]).is_err());
-        assert!(OutputBasis::new(vec![f64::NAN; 3], &map).is_err());
+        let basis = PrincipalDirections::of(fields.iter().map(Vec::as_slice), 1.0).unwrap();
+        let text = serde_json::to_string(&basis).unwrap();
+        assert_eq!(serde_json::from_str::<PrincipalDirections>(&text).unwrap(), basis);
+        let cut = text.replacen("\"columns\":3", "\"columns\":2", 1);
+        assert!(serde_json::from_str::<PrincipalDirections>(&cut).is_err());
     }
 
     #[test]
@@ -206,7 +185,7 @@ mod tests {
         // Along e = (3, 0, 4)/5 with deviation 10, along y with deviation 0.1.
         let at = |a: f64, b: f64| vec![1.0 + 6.0 * a, 2.0 + 0.1 * b, 3.0 + 8.0 * a];
         let fields = [at(1.0, 1.0), at(1.0, -1.0), at(-1.0, 1.0), at(-1.0, -1.0)];
-        let basis = OutputBasis::principal(fields.iter().map(Vec::as_slice), 1.0).unwrap();
+        let basis = PrincipalDirections::of(fields.iter().map(Vec::as_slice), 1.0).unwrap();
         assert_eq!(basis.rank(), 2);
         for (found, expected) in basis.origin().iter().zip([1.0, 2.0, 3.0]) {
             assert!((found - expected).abs() < 1e-12);
@@ -219,16 +198,16 @@ mod tests {
         let found = mapped(&basis, &[0.8, 0.0, -0.6]);
         assert!((found[0] - 1.0).abs() < 1e-5 && (found[2] - 3.0).abs() < 1e-5);
         // A smaller power widens the small deviations: √(0.1 / 10) · 10.
-        let wide = OutputBasis::principal(fields.iter().map(Vec::as_slice), 0.5).unwrap();
+        let wide = PrincipalDirections::of(fields.iter().map(Vec::as_slice), 0.5).unwrap();
         assert!((mapped(&wide, &[0.0, 1.0, 0.0])[1] - 3.0).abs() < 1e-5);
     }
 
     #[test]
     fn simulations_that_do_not_differ_span_nothing() {
         let same = [vec![1.0, 2.0], vec![1.0, 2.0]];
-        assert!(OutputBasis::principal(same.iter().map(Vec::as_slice), 1.0).is_err());
-        assert!(OutputBasis::principal([&[1.0, 2.0][..]], 1.0).is_err());
-        assert!(OutputBasis::principal([&[1.0, f64::NAN][..], &[1.0, 2.0]], 1.0).is_err());
-        assert!(OutputBasis::principal([], 1.0).is_err());
+        assert!(PrincipalDirections::of(same.iter().map(Vec::as_slice), 1.0).is_err());
+        assert!(PrincipalDirections::of([&[1.0, 2.0][..]], 1.0).is_err());
+        assert!(PrincipalDirections::of([&[1.0, f64::NAN][..], &[1.0, 2.0]], 1.0).is_err());
+        assert!(PrincipalDirections::of([], 1.0).is_err());
     }
 }

@@ -7,12 +7,13 @@ use crate::gaussian::row::{Row, Run};
 use crate::gaussian::workers;
 use crate::options::GpOptions;
 use crate::timing::WallClock;
-use crate::{manifest, progress, store};
+use crate::{manifest, progress};
 use anyhow::{Context, Result, ensure};
 use clap::ValueEnum;
 use indicatif::ProgressBar;
 use serde::{Deserialize, Serialize};
-use sinew_report::{Report, Section};
+use sinew_emulate::store;
+use sinew_report::{Report, Section, format};
 use std::path::PathBuf;
 use std::sync::Mutex;
 
@@ -241,8 +242,8 @@ impl<'a> Work<'a> {
         let mut left = left.lock().unwrap_or_else(|e| e.into_inner());
         left[piece.experiment] -= 1;
         if left[piece.experiment] == 0 {
-            let line = format!("{name:<28} done after {}", progress::seconds(bar.elapsed()));
-            bar.suspend(|| eprintln!("{line}"));
+            let seconds = format::seconds(bar.elapsed().as_secs_f64());
+            bar.suspend(|| eprintln!("{name:<28} done after {seconds}"));
         } else {
             bar.set_message(name);
         }

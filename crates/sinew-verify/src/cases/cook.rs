@@ -23,7 +23,7 @@ const MIDDLE: [f64; 3] = [48.0, 52.0, 0.0];
 /// Squares per side, with the bands of the elements.
 type Ladder = [(usize, Band)];
 
-/// The issue asks for 0.3 %.
+/// 0.3 % is wanted.
 const MIXED: &Ladder = &[
     (4, Band::below(0.02)),
     (8, Band::below(0.006)),

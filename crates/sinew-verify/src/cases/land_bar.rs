@@ -25,7 +25,7 @@ const POINT: [f64; 3] = [10.0, 0.5, 1.0];
 /// Boxes with the bands of the elements on them.
 type Ladder = [([usize; 3], Band)];
 
-/// The issue asks for 4.16 ± 0.02 mm on at most 30×3×3 boxes.
+/// 4.16 ± 0.02 mm are wanted on at most 30×3×3 boxes.
 const MIXED: &Ladder = &[
     ([10, 1, 1], Band::below(0.03)),
     ([20, 2, 2], Band::below(0.006)),

@@ -20,7 +20,7 @@ const BULK: f64 = 200.0;
 /// \[kPa\]
 const PRESSURE: f64 = 10.0;
 
-/// Layers, cells around and along, with the bands; the issue asks for 0.5 %, better 0.3 %.
+/// Layers, cells around and along, with the bands; 0.5 % is wanted, better 0.3 %.
 const LADDER: &[([usize; 3], Band)] = &[
     ([1, 16, 8], Band::below(0.005)),
     ([1, 24, 12], Band::below(0.003)),

@@ -19,7 +19,7 @@ const THETA: [f64; 2] = [1.0, 10.0];
 const STRETCHES: [f64; 9] = [1.1, 1.3, 1.5, 1.7, 1.8, 1.9, 2.1, 2.5, 3.0];
 /// The three around the limit point, through which a parabola is laid.
 const AROUND: [usize; 3] = [3, 4, 5];
-/// What the issue asks for.
+/// What is wanted.
 const BAND: Band = Band::below(0.005);
 /// The coarse mesh of a quick run.
 const COARSE: Band = Band::below(0.02);

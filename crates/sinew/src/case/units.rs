@@ -27,10 +27,17 @@ pub(super) fn names(units: &'static [(&str, f64)]) -> impl Iterator<Item = &'sta
     units.iter().map(|(name, _)| *name)
 }
 
+/// The number that a text begins with and what follows, such as `8` and `mmHg`; either may be empty.
+pub(crate) fn number_and_unit(text: &str) -> (&str, &str) {
+    let end = text.find(|c: char| !(c.is_ascii_digit() || " +-.eE".contains(c)));
+    let (number, unit) = text.split_at(end.unwrap_or(text.len()));
+    (number.trim(), unit.trim())
+}
+
 /// A number with a unit of stress, such as `"8 mmHg"` \[kPa\]; `None` when it does not begin with a number.
 pub(super) fn quantity(text: &str) -> Option<Result<f64, String>> {
-    let (number, unit) = text.trim().split_once(' ').unwrap_or((text.trim(), "kPa"));
+    let (number, unit) = number_and_unit(text);
     let value: f64 = number.parse().ok()?;
-    let unit = unit.trim();
+    let unit = if unit.is_empty() { "kPa" } else { unit };
     Some(stress_in_kpa(unit).map(|kpa| kpa * value).ok_or_else(|| unit.to_string()))
 }

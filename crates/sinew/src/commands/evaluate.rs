@@ -69,6 +69,12 @@ impl Evaluate {
                 failure.reason
             );
         }
+        if simulations.fields.is_empty() {
+            return Err(Usage(
+                "there is no test case with an equilibrium; ask for more --cases".into(),
+            )
+            .into());
+        }
         let test = TestSet::new(&body, simulations);
         let mut comparison = Comparison::new(&test);
         let start = std::time::Instant::now();

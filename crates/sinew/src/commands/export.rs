@@ -29,8 +29,24 @@ impl Export {
         let text = serde_json::to_string_pretty(&description(&body))?;
         std::fs::write(folder.join("body.json"), text).context("body.json cannot be written")?;
         println!("written: {}", folder.display());
+        for part in left_out(&body) {
+            eprintln!(
+                "warning: {part} of this body are not in the arrays; another program must add them"
+            );
+        }
         Ok(())
     }
+}
+
+/// What of a body the arrays do not hold.
+fn left_out(body: &Body) -> Vec<&'static str> {
+    let parts = [
+        ("pressures", !body.pressures.is_empty() || !body.surfaces.is_empty()),
+        ("elastic supports", !body.springs.is_empty()),
+        ("averaged volume ratios", !body.patches.is_empty()),
+        ("supports along other directions than the axes", !body.frames.is_empty()),
+    ];
+    parts.into_iter().filter(|(_, has)| *has).map(|(part, _)| part).collect()
 }
 
 fn arrays(body: &Body, path: &std::path::Path) -> std::io::Result<()> {
@@ -77,6 +93,7 @@ fn description(body: &Body) -> serde_json::Value {
         "parameters": body.parameters.iter().map(parameter).collect::<Vec<_>>(),
         "nodes": body.nodes, "cells": body.cell_count(), "nodes_per_cell": body.nodes_per_cell,
         "points_per_cell": body.points_per_cell, "unknowns": body.free_degrees_of_freedom().len(),
+        "left_out": left_out(body),
         "cavities": body.cavities.iter().map(|c| &c.name).collect::<Vec<_>>(),
         "check": { "displacement": "1e-4 sin(i), i = 3 node + component", "theta": theta, "energy": energy, "force_norm": norm },
     })

@@ -1,7 +1,7 @@
 //! Parameters drawn from their ranges.
 
 use super::CaseArguments;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use clap::Args;
 use sinew::output::Fields;
 use sinew::{Body, Design};
@@ -64,8 +64,13 @@ impl Sample {
                     failure.reason
                 );
             }
+            let (failed, tried) = (found.failures.len(), thetas.len());
             let (thetas, found) = (&found.thetas[..], vec![("solved", found.fields)]);
             Fields { body: &body, thetas, found }.write(&folder, 0)?;
+            ensure!(
+                failed == 0,
+                "{failed} of {tried} samples have no equilibrium; the others are written"
+            );
         }
         println!("written: {}", path.display());
         Ok(())
