@@ -96,7 +96,7 @@ pub fn shown(body: &Body, theta: &[f64]) -> String {
     body.parameters.iter().zip(theta).map(pair).collect::<Vec<_>>().join(", ")
 }
 
-/// Emulators in a folder of results by the names of their folders, sorted.
+/// Emulators in a folder of results by the names of their folders, short ones first.
 pub fn trained(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     let mut found = Vec::new();
     if folder.exists() {
@@ -108,7 +108,8 @@ pub fn trained(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
             }
         }
     }
-    found.sort();
+    // regression-25 before regression-100.
+    found.sort_by(|(a, _), (b, _)| (a.len(), a).cmp(&(b.len(), b)));
     Ok(found)
 }
 

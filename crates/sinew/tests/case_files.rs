@@ -171,7 +171,7 @@ fn values_that_make_no_sense_are_told_with_key_unit_and_range() {
     told("a = [0.1, 0.26]\n", "", &["parameters", "`a` is missing", "kPa"]);
     told("a = [0.1, 0.26]", "a = [0.1, 0.26, 0.3]", &["line ", "3 values where 2 belong"]);
     told("a = [0.1, 0.26]", "a = \"soft\"", &["line ", "[smallest, largest]"]);
-    told("pressure = \"p\"", "pressure = \"q\"", &["parameters.p", "did you mean `q`?"]);
+    told("pressure = \"p\"", "pressure = \"q\"", &["parameters.p", "b_f, q"]);
     told("\"2 mmHg\"", "\"2 bar\"", &["`bar`", "mmHg"]);
     told(
         "pressure = \"p\", facets = \"endo\"",

@@ -86,10 +86,12 @@ pub(crate) fn advise<'a>(
     what: &str,
 ) -> String {
     let known: Vec<&str> = known.into_iter().collect();
+    let length = word.chars().count();
     let distance = |name: &&&str| strsim::osa_distance(&word.to_lowercase(), &name.to_lowercase());
     match known.iter().min_by_key(distance) {
         None => format!("; {what}: none"),
-        Some(name) if distance(&name) <= 1 + word.chars().count() / 3 => {
+        // A quarter of the letters may be wrong, but not all of a short word.
+        Some(name) if distance(&name) < length.min(2 + length / 4) => {
             format!("; did you mean `{name}`?")
         }
         _ => format!("; {what}: {}", known.join(", ")),
@@ -130,6 +132,7 @@ mod tests {
         let known = ["mu", "lambda", "endocardium"];
         assert_eq!(advise("lamda", known, "known"), "; did you mean `lambda`?");
         assert_eq!(advise("Endocard", known, "known"), "; did you mean `endocardium`?");
+        assert_eq!(advise("p", known, "known"), "; known: mu, lambda, endocardium");
         assert_eq!(advise("pressure", known, "known"), "; known: mu, lambda, endocardium");
     }
 }
