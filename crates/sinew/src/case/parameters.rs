@@ -31,13 +31,7 @@ impl Case {
         if let Some(name) = self.parameters.keys().find(|name| known().all(|known| known != *name))
         {
             let what = format!("`{}` and the loads read", law.name);
-            // One that is missing was meant rather than one that is there.
-            let missing = || known().filter(|name| !self.parameters.contains_key(*name));
-            let advice = match missing().next() {
-                Some(_) => advise(name, missing(), &what),
-                None => advise(name, known(), &what),
-            };
-            let reason = format!("nothing reads it{advice}");
+            let reason = format!("nothing reads it{}", advise(name, known(), &what));
             return Err(self.source.error(&["parameters", name], reason));
         }
         let parameter = |&(name, unit): &(&str, &str)| {
