@@ -215,7 +215,7 @@ impl MotionTree {
         }
         // Children come before their parents.
         for (cluster, to) in to_clusters.chunks_exact_mut(6).enumerate() {
-            let (force, moment) = (shifts[cluster], rotations[cluster].clone());
+            let (force, moment) = (shifts[cluster], rotations[cluster]);
             let Motion { translation, turn, .. } = &motions[cluster];
             let (force_within, moment_within) = match self.cluster_parents[cluster] {
                 None => (force, moment),

@@ -88,7 +88,7 @@ fn units_signs_order_and_orientation_change_nothing() {
     // Node i becomes node place[i].
     let count = mesh.points.len();
     let place: Vec<usize> = (0..count).map(|node| (node * 7 + 3) % count).collect();
-    assert!(count % 7 != 0, "the step must reach every node");
+    assert!(!count.is_multiple_of(7), "the step must reach every node");
     let mut renumbered = mesh.clone();
     (0..count).for_each(|node| renumbered.points[place[node]] = mesh.points[node]);
     renumbered.cells.iter_mut().for_each(|cell| *cell = cell.map(|node| place[node]));

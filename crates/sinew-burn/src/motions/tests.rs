@@ -159,7 +159,7 @@ fn one_rigid_motion_of_the_whole_body_strains_nothing() {
     whole.cluster_parents = vec![Some(2), Some(2), Some(3), None];
     whole.cluster_scales[3] =
         std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
-    let mut clusters = vec![0.0f32; 6 * CLUSTERS];
+    let mut clusters = [0.0f32; 6 * CLUSTERS];
     let turn = 170f64.to_radians();
     let motion = [30.0, -20.0, 10.0, 0.48 * turn, -0.6 * turn, 0.64 * turn];
     clusters[18..].iter_mut().zip(motion).for_each(|(c, m)| *c = m as f32);
@@ -188,7 +188,7 @@ fn small_displacements_of_a_far_body_keep_their_digits() {
     tree.centres.iter_mut().for_each(far);
     tree.cluster_scales[2] = mixing::<6>(0.0).map(|_| [0.0; 6]);
     tree.cluster_scales[2][5][5] = 1e-6;
-    let mut clusters = vec![0.0f32; 6 * CLUSTERS];
+    let mut clusters = [0.0f32; 6 * CLUSTERS];
     clusters[17] = 1.0;
     let clusters = Tensor::<1>::from_floats(&clusters[..], &device).reshape([1, CLUSTERS, 6]);
     let u = rigid_motions(clusters, Tensor::zeros([1, NODES, 3], &device), &Arc::new(tree.clone()));

@@ -23,6 +23,7 @@ pub(crate) struct OutputMap {
 
 /// From outputs to displacements beyond those of zero outputs.
 #[derive(Debug, Clone)]
+#[expect(clippy::large_enum_variant, reason = "there is one of them per geometry")]
 enum Rule {
     /// Times `[1, real nodes, D]`.
     Scale(Tensor<3>),
