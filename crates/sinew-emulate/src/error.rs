@@ -149,6 +149,14 @@ pub enum Error {
         /// The folder.
         folder: PathBuf,
     },
+    /// A folder without the networks that a training should start from.
+    #[error(
+        "{} holds no network to start from; name the folder of a finished run of the same recipe", folder.display()
+    )]
+    NothingToStartFrom {
+        /// Where a stage of that run would have kept its network.
+        folder: PathBuf,
+    },
     /// A folder without an emulator.
     #[error("{} holds no emulator; train one first", folder.display())]
     NoEmulator {

@@ -2,7 +2,7 @@
 
 use crate::{Body, Result};
 use sinew_gnn::{Coordinates, Dirichlet, Geometry};
-use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
+use sinew_graph::{AugmentationConfig, FeatureMatrix, augment, graph_features};
 
 /// Clusters of a layer in one of the next, where they go on to the whole body: measured in docs/design.md.
 const SHRINKAGE: usize = 2;
@@ -13,7 +13,7 @@ const SHRINKAGE: usize = 2;
 ///
 /// # Errors
 /// A mesh that has no valid graph.
-pub(crate) fn geometry(body: &Body, to_one_root: bool, seed: u64) -> Result<(Topology, Geometry)> {
+pub(crate) fn geometry(body: &Body, to_one_root: bool, seed: u64) -> Result<Geometry> {
     let nodes = body.nodes;
     let config = match to_one_root {
         true => AugmentationConfig::to_one_root(nodes, SHRINKAGE),
@@ -27,5 +27,5 @@ pub(crate) fn geometry(body: &Body, to_one_root: bool, seed: u64) -> Result<(Top
     let indicator = FeatureMatrix::indicator(nodes, &held)?;
     let features = graph_features(&topology, &body.positions, &indicator, 3)?;
     let (dirichlet, coordinates) = (Dirichlet::of_body(body), Coordinates::Components);
-    Ok((topology, Geometry { features, global: Vec::new(), dirichlet, coordinates }))
+    Ok(Geometry { topology, features, global: Vec::new(), dirichlet, coordinates })
 }

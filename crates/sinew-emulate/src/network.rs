@@ -107,15 +107,11 @@ pub(crate) fn train(
 ) -> Result<TrainedNetwork> {
     let body = session.body;
     let mut prepare_s = 0.0;
-    let (topology, mut geometry) = timed(&mut prepare_s, || {
+    let mut geometry = timed(&mut prepare_s, || {
         graph::geometry(body, plan.coordinates.are_motions(), session.options.seed)
     })?;
-    let mut data = DataSet {
-        topology,
-        geometries: Vec::new(),
-        training: lesson.samples(),
-        validation: Vec::new(),
-    };
+    let (training, validation) = (lesson.samples(), Vec::new());
+    let mut data = DataSet { geometries: Vec::new(), training, validation };
     let (mut coordinates, mut training) = (plan.coordinates.clone(), plan.training.clone());
     let mut stages = vec![&mut training];
     if let Coordinates::MotionsAfter(first) = &mut coordinates {
@@ -126,7 +122,7 @@ pub(crate) fn train(
     }
     scale(&mut stages, session.options.budget, session.simulate_s);
     let mut course = Course::new(session)?;
-    let topology = data.topology.clone();
+    let topology = geometry.topology.clone();
     let at_rest = || coordinates::at_rest(body, &topology, lesson.energy);
     let at_anchor = |anchor: &[f64]| coordinates::at_anchor(body, &topology, anchor);
     geometry.coordinates = match &coordinates {
@@ -215,7 +211,8 @@ impl Course {
     ) -> Result<Surrogate> {
         let stage = format!("train {} ({name})", plan.recipe);
         let checkpoint = session.folder(name);
-        let mut trainer = trainer(session, checkpoint.as_deref(), data, lesson, plan, config)?;
+        let mut trainer =
+            trainer(session, name, checkpoint.as_deref(), data, lesson, plan, config)?;
         let mut watch = Watch {
             course: self,
             observer: &mut *session.observer,
@@ -225,6 +222,9 @@ impl Course {
             failure: None,
             warned: false,
         };
+        if session.options.budget.is_nothing() {
+            return Ok(trainer.into_surrogate());
+        }
         let report = trainer.run(&mut watch)?;
         watch.failure.take().map_or(Ok(()), Err)?;
         if report.stop == StopReason::Interrupted {
@@ -246,9 +246,10 @@ impl Course {
     }
 }
 
-/// A new trainer, or the one of the checkpoint.
+/// A new trainer, one that starts from what the stage of this name of another run has learned, or the one of the checkpoint.
 fn trainer(
     session: &Session<'_, '_>,
+    name: &str,
     checkpoint: Option<&Path>,
     data: &DataSet,
     lesson: &Lesson<'_>,
@@ -260,23 +261,46 @@ fn trainer(
     if let Some(folder) = checkpoint.filter(|folder| session.options.resume && folder.exists()) {
         return Ok(Trainer::resume(folder, data.clone(), objective, &device)?);
     }
-    let features = &data.geometries[0].features;
-    let (nodes, edges) = (features.nodes.columns, features.edges.columns);
-    let Network { latent, width, message_passing_steps: steps } = plan.network;
-    let sizes = EmulatorConfig::new(3, nodes, edges, session.body.parameters.len());
-    let decoding = match data.geometries[0].coordinates {
-        Meaning::Motions(_) => Decoding::Motions { layers: data.topology.roots_per_layer.len() },
-        _ => Decoding::Components,
+    let surrogate = match &session.options.start {
+        Some(folder) => learned(folder, name, session.options.backend)?.carried_to(data)?,
+        None => untrained(session, data, lesson, plan, config.seed)?,
     };
-    let sizes = EmulatorConfig { latent, width, steps, decoding, ..sizes };
-    let inputs = parameters::scaling(session.body)?;
-    let scales = Scales::over(&data.geometries, inputs, lesson.output_scale()?)?;
-    let surrogate = Surrogate::new(&sizes, data, scales, config.seed, &device)?;
     let trainer = Trainer::new(surrogate, data.clone(), objective, config.clone())?;
     Ok(match checkpoint {
         Some(folder) => trainer.with_checkpoints(folder),
         None => trainer,
     })
+}
+
+/// What a stage of another run has learned.
+fn learned(folder: &Path, stage: &str, backend: Backend) -> Result<Surrogate> {
+    let folder = folder.join(stage);
+    if !folder.exists() {
+        return Err(Error::NothingToStartFrom { folder });
+    }
+    Ok(Surrogate::load(&folder, &backend.device()?)?)
+}
+
+fn untrained(
+    session: &Session<'_, '_>,
+    data: &DataSet,
+    lesson: &Lesson<'_>,
+    plan: &Plan<'_>,
+    seed: u64,
+) -> Result<Surrogate> {
+    let device = session.options.backend.device()?;
+    let Geometry { features, topology, coordinates, .. } = &data.geometries[0];
+    let (nodes, edges) = (features.nodes.columns, features.edges.columns);
+    let Network { latent, width, message_passing_steps: steps } = plan.network;
+    let sizes = EmulatorConfig::new(3, nodes, edges, session.body.parameters.len());
+    let decoding = match coordinates {
+        Meaning::Motions(_) => Decoding::Motions { layers: topology.roots_per_layer.len() },
+        _ => Decoding::Components,
+    };
+    let sizes = EmulatorConfig { latent, width, steps, decoding, ..sizes };
+    let inputs = parameters::scaling(session.body)?;
+    let scales = Scales::over(&data.geometries, inputs, lesson.output_scale()?)?;
+    Ok(Surrogate::new(&sizes, data, scales, seed, &device)?)
 }
 
 /// Hears a trainer, and tells the observer.

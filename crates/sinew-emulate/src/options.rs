@@ -17,6 +17,13 @@ pub enum Budget {
     Seconds(f64),
 }
 
+impl Budget {
+    /// Whether nothing is to be trained.
+    pub(crate) fn is_nothing(self) -> bool {
+        matches!(self, Self::Steps(0) | Self::Effort(0.0))
+    }
+}
+
 impl Default for Budget {
     fn default() -> Self {
         Self::Effort(1.0)
@@ -40,6 +47,9 @@ pub struct TrainingOptions {
     pub held_out: usize,
     /// Points of the training curves.
     pub evaluations: usize,
+    /// Folder of another run whose networks this one starts from, be it of another body with another mesh: the recipe
+    /// and the parameters must be the same. With a budget of zero they are taken as they are.
+    pub start: Option<PathBuf>,
     /// Tensor backend of networks.
     pub backend: Backend,
     /// Simulations and checkpoints are kept here; nowhere if `None`.
@@ -59,6 +69,7 @@ impl Default for TrainingOptions {
             thetas: None,
             held_out: 20,
             evaluations: 20,
+            start: None,
             backend: Backend::default(),
             folder: None,
             resume: false,
@@ -72,6 +83,7 @@ impl TrainingOptions {
         let advice = "give a positive finite number";
         let setting = |what, value| Err(Error::Setting { what, value, advice });
         match self.budget {
+            budget if budget.is_nothing() && self.start.is_some() => {}
             Budget::Effort(f) if !(f > 0.0 && f.is_finite()) => return setting("the effort", f),
             Budget::Seconds(s) if !(s > 0.0 && s.is_finite()) => {
                 return setting("the budget in seconds", s);

@@ -46,8 +46,8 @@ fn main() {
     let surrogate = brief.current_surrogate();
     println!(
         "{} nodes, {} stored edges, error of the fused kernels {:.1e}",
-        data.topology.nodes,
-        data.topology.senders.len(),
+        data.geometries[0].topology.nodes,
+        data.geometries[0].topology.senders.len(),
         fused_error(&surrogate, &thetas(8)),
     );
     let geometry = &data.geometries[0];

@@ -82,9 +82,11 @@ impl Dirichlet {
     }
 }
 
-/// One body on the shared topology.
+/// One body as a network sees it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Geometry {
+    /// Its graph.
+    pub topology: Topology,
     /// Raw features of nodes (virtual ones included) and stored edges.
     pub features: GraphFeatures,
     /// Embedding `z_global` of the global shape; empty where it is not used.
@@ -106,11 +108,9 @@ pub struct Sample {
     pub displacement: Vec<f64>,
 }
 
-/// What an emulator learns from: geometries on one topology, and samples of parameters on them.
+/// What an emulator learns from: geometries, each with its own graph, and samples of parameters on them.
 #[derive(Debug, Clone)]
 pub struct DataSet {
-    /// The graph all geometries share.
-    pub topology: Topology,
     /// The bodies.
     pub geometries: Vec<Geometry>,
     /// Samples trained on.
@@ -120,7 +120,7 @@ pub struct DataSet {
 }
 
 impl DataSet {
-    /// Requires that geometries and samples fit the topology and each other, and are finite.
+    /// Requires that geometries and samples fit each other, and are finite.
     ///
     /// # Errors
     /// The first misfit, by name and number.
@@ -129,16 +129,16 @@ impl DataSet {
             return Err(Error::NothingToTrain("the data set holds no training samples"));
         }
         for geometry in &self.geometries {
-            geometry.check(&self.topology, dimensions)?;
+            geometry.check(dimensions)?;
         }
-        let degrees_of_freedom = self.topology.real_nodes * dimensions;
         for (index, sample) in self.training.iter().chain(&self.validation).enumerate() {
-            if sample.geometry >= self.geometries.len() {
+            let Some(body) = self.geometries.get(sample.geometry) else {
                 let (geometry, geometries) = (sample.geometry, self.geometries.len());
                 return Err(Error::UnknownGeometry { sample: index, geometry, geometries });
-            }
+            };
             require_finite("parameters of a sample", &sample.theta)?;
             if !sample.displacement.is_empty() {
+                let degrees_of_freedom = body.topology.real_nodes * dimensions;
                 require_count(
                     "displacement values",
                     sample.displacement.len(),
@@ -152,8 +152,9 @@ impl DataSet {
 }
 
 impl Geometry {
-    /// Requires that features and supports fit the topology.
-    pub(crate) fn check(&self, topology: &Topology, dimensions: usize) -> Result<()> {
+    /// Requires that features and supports fit the graph.
+    pub(crate) fn check(&self, dimensions: usize) -> Result<()> {
+        let topology = &self.topology;
         require_count("rows of node features", self.features.nodes.rows, topology.nodes)?;
         require_count("rows of edge features", self.features.edges.rows, topology.senders.len())?;
         let degrees_of_freedom = topology.real_nodes * dimensions;

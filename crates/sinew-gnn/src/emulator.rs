@@ -138,25 +138,37 @@ impl Emulator {
         update.evaluate(inputs, &Rows::Edges(graph), &self.kernels)
     }
 
-    /// The embeddings that each decoder reads.
-    fn decoded(&self, graph: &GraphTensors, local: Tensor<2>) -> Vec<Tensor<2>> {
+    /// What is decoded, part by part: the index of a decoder, and the embeddings that it reads.
+    ///
+    /// Layers of virtual nodes are counted from the whole body down, so that the decoder of the largest clusters reads
+    /// the largest clusters of every graph; layers that are finer than any the network has are read by its finest.
+    fn decoded(&self, graph: &GraphTensors, local: Tensor<2>) -> Vec<(usize, Tensor<2>)> {
         match self.config.decoding {
-            Decoding::Components => vec![local; self.decoders.len()],
-            Decoding::Motions { .. } => {
-                graph.layers.iter().map(|rows| local.clone().slice_dim(0, rows.clone())).collect()
+            Decoding::Components => (0..self.decoders.len()).map(|d| (d, local.clone())).collect(),
+            Decoding::Motions { layers } => {
+                let finest = graph.layers.len() - 1;
+                let decoder = |layer: usize| match layer {
+                    0 => 0,
+                    layer => (layer + layers).saturating_sub(finest).max(1),
+                };
+                let parts = graph.layers.iter().enumerate();
+                parts
+                    .map(|(layer, rows)| (decoder(layer), local.clone().slice_dim(0, rows.clone())))
+                    .collect()
             }
         }
     }
 
-    /// Part of every decoder's first layer that depends on the nodes only: `[nodes it reads, width]` each.
+    /// Part of the decoders' first layers that depends on the nodes only: the index of a decoder and `[nodes it reads,
+    /// width]` each.
     pub(crate) fn decoder_node_part(
         &self,
         graph: &GraphTensors,
         local: Tensor<2>,
-    ) -> Vec<Tensor<2>> {
+    ) -> Vec<(usize, Tensor<2>)> {
         let start = self.config.latent + self.config.global_features;
-        let decoders = self.decoders.iter().zip(self.decoded(graph, local));
-        decoders.map(|(decoder, local)| decoder.layers[0].partial(local, start)).collect()
+        let parts = self.decoded(graph, local).into_iter();
+        parts.map(|(d, local)| (d, self.decoders[d].layers[0].partial(local, start))).collect()
     }
 
     /// Step 4 for a batch of parameter sets on one geometry.
@@ -173,30 +185,31 @@ impl Emulator {
     ) -> Output {
         let start = self.config.latent + self.config.global_features;
         let decoded = self.decoded(graph, local).into_iter();
-        self.decode_nodes(decoded.map(|local| features(local, start)), global, parameters)
+        self.decode_nodes(decoded.map(|(d, local)| (d, features(local, start))), global, parameters)
     }
 
     /// [`Emulator::decode`] with the nodes' part of the first layer already formed.
     pub(crate) fn decode_from(
         &self,
-        node_parts: &[Tensor<2>],
+        node_parts: &[(usize, Tensor<2>)],
         global: Option<Tensor<2>>,
         parameters: Tensor<2>,
     ) -> Output {
-        self.decode_nodes(node_parts.iter().cloned().map(Input::Product), global, parameters)
+        let nodes = node_parts.iter().cloned().map(|(d, part)| (d, Input::Product(part)));
+        self.decode_nodes(nodes, global, parameters)
     }
 
-    /// [`Emulator::decode`] from one input of nodes for every decoder.
+    /// [`Emulator::decode`] from inputs of nodes, each with the index of its decoder.
     fn decode_nodes(
         &self,
-        nodes: impl Iterator<Item = Input>,
+        nodes: impl Iterator<Item = (usize, Input)>,
         global: Option<Tensor<2>>,
         parameters: Tensor<2>,
     ) -> Output {
         let (batch, latent) = (parameters.dims()[0], self.config.latent);
         let embedding = self.parameter_encoder.forward(parameters, &self.kernels);
-        let parts = self.decoders.iter().zip(nodes).map(|(decoder, nodes)| {
-            let count = nodes.rows();
+        let parts = nodes.map(|(decoder, nodes)| {
+            let (decoder, count) = (&self.decoders[decoder], nodes.rows());
             let mut inputs = vec![nodes, features(embedding.clone(), 0)];
             inputs.extend(global.clone().map(|global| features(global, latent)));
             let rows = decoder.evaluate(inputs, &Rows::EveryPair, &self.kernels);
@@ -221,7 +234,7 @@ impl Emulator {
     /// sets by the first parameter before those by the second.
     pub(crate) fn decode_with_tangents(
         &self,
-        node_parts: &[Tensor<2>],
+        node_parts: &[(usize, Tensor<2>)],
         global: Option<Tensor<2>>,
         parameters: Tensor<2>,
     ) -> (Output, Output) {
@@ -233,10 +246,10 @@ impl Emulator {
         let tangent = encoder.layers[0].weight.val().reshape([count, 1, width]);
         let tangent = tangent.expand([count, batch, width]).reshape([count * batch, width]);
         let (embedding, tangent) = encoder.continue_with_tangent(first, tangent, &self.kernels);
-        let mut values = Vec::with_capacity(self.decoders.len());
-        let mut tangents = Vec::with_capacity(self.decoders.len());
-        for (decoder, node_part) in self.decoders.iter().zip(node_parts) {
-            let nodes = node_part.dims()[0];
+        let mut values = Vec::with_capacity(node_parts.len());
+        let mut tangents = Vec::with_capacity(node_parts.len());
+        for (decoder, node_part) in node_parts {
+            let (decoder, nodes) = (&self.decoders[*decoder], node_part.dims()[0]);
             let shared = decoder_shared_part(decoder, embedding.clone(), global.clone());
             let pairs = node_part.clone().unsqueeze_dim::<3>(0) + shared.unsqueeze_dim::<3>(1);
             let first =

@@ -18,7 +18,7 @@ const ROWS_PER_CHUNK: usize = 8192;
 pub struct FixedGeometry {
     emulator: Emulator,
     parameters: ParameterScaling,
-    node_parts: Vec<Tensor<2>>,
+    node_parts: Vec<(usize, Tensor<2>)>,
     global: Option<Tensor<2>>,
     output: OutputMap,
     device: Device,
@@ -58,7 +58,7 @@ impl FixedGeometry {
         let emulator = surrogate.inference_emulator();
         let local = surrogate.local_embedding(&emulator, geometry);
         Self {
-            node_parts: emulator.decoder_node_part(&surrogate.graph, local),
+            node_parts: emulator.decoder_node_part(&geometry.graph, local),
             emulator,
             parameters: surrogate.scales.parameters.clone(),
             global: geometry.global.clone(),

@@ -20,6 +20,7 @@
 //!     global: vec![],
 //!     dirichlet: Dirichlet::clamped(nodes, 2, &clamped)?,
 //!     coordinates: Coordinates::Components,
+//!     topology,
 //! };
 //!
 //! // Samples; training on energy needs no displacements.
@@ -30,7 +31,7 @@
 //!     displacement: mesh.points.iter().flat_map(|x| [0.0, deflection(x[0], stiffness)]).collect(),
 //! };
 //! let training: Vec<Sample> = (0..12).map(|i| sample(0.5 * 1.12f64.powi(i))).collect();
-//! let data = DataSet { topology, geometries: vec![geometry], training, validation: vec![] };
+//! let data = DataSet { geometries: vec![geometry], training, validation: vec![] };
 //!
 //! // Scales, network, objective, training.
 //! let fields = data.training.iter().map(|sample| &sample.displacement[..]);

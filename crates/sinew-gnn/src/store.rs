@@ -5,7 +5,6 @@ use std::path::Path;
 use burn::module::Module;
 use burn::tensor::Device;
 use serde::{Deserialize, Serialize};
-use sinew_graph::Topology;
 
 use crate::config::EmulatorConfig;
 use crate::data::Geometry;
@@ -15,7 +14,7 @@ use crate::files::{open_directory, read_json, replace_directory, write_json};
 use crate::surrogate::{Scales, Surrogate};
 
 /// Version of the surrogate format.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 const DESCRIPTION: &str = "surrogate.json";
 const WEIGHTS: &str = "weights.bpk";
 
@@ -24,7 +23,6 @@ struct Description {
     version: u32,
     config: EmulatorConfig,
     scales: Scales,
-    topology: Topology,
     geometries: Vec<Geometry>,
 }
 
@@ -51,7 +49,6 @@ pub(crate) fn write_surrogate(surrogate: &Surrogate, folder: &Path) -> Result<()
         version: VERSION,
         config: surrogate.emulator.config().clone(),
         scales: surrogate.scales.clone(),
-        topology: surrogate.topology.clone(),
         geometries: surrogate.geometries.clone(),
     };
     write_json(&folder.join(DESCRIPTION), &description)?;
@@ -61,10 +58,10 @@ pub(crate) fn write_surrogate(surrogate: &Surrogate, folder: &Path) -> Result<()
 pub(crate) fn read_surrogate(folder: &Path, device: &Device) -> Result<Surrogate> {
     let path = folder.join(DESCRIPTION);
     check_version(&path, VERSION)?;
-    let Description { config, scales, topology, geometries, .. } = read_json(&path)?;
+    let Description { config, scales, geometries, .. } = read_json(&path)?;
     let emulator = Emulator::new(&config, 0, device)?;
     let emulator = load_weights(emulator, &folder.join(WEIGHTS))?;
-    Surrogate::assemble(emulator, scales, topology, geometries, device)
+    Surrogate::assemble(emulator, scales, geometries, device)
 }
 
 pub(crate) fn save_weights(emulator: &Emulator, path: &Path) -> Result<()> {

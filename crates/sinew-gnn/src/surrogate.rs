@@ -3,7 +3,7 @@
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, TensorData};
 use serde::{Deserialize, Serialize};
-use sinew_graph::{FeatureStatistics, Topology};
+use sinew_graph::FeatureStatistics;
 
 use crate::config::{Decoding, EmulatorConfig};
 use crate::coordinates::{Coordinates, OutputMap};
@@ -55,9 +55,7 @@ impl Scales {
 pub struct Surrogate {
     pub(crate) emulator: Emulator,
     pub(crate) scales: Scales,
-    pub(crate) topology: Topology,
     pub(crate) geometries: Vec<Geometry>,
-    pub(crate) graph: GraphTensors,
     pub(crate) prepared: Vec<GeometryTensors>,
     pub(crate) device: Device,
 }
@@ -65,6 +63,8 @@ pub struct Surrogate {
 /// A geometry's tensors, without automatic differentiation.
 #[derive(Debug, Clone)]
 pub(crate) struct GeometryTensors {
+    /// Its edges and layers.
+    pub graph: GraphTensors,
     /// `[nodes, features]`, standardised.
     pub nodes: Tensor<2>,
     /// `[edges, features]`, standardised.
@@ -91,14 +91,22 @@ impl Surrogate {
         device: &Device,
     ) -> Result<Self> {
         let emulator = Emulator::new(config, seed, device)?;
-        Self::assemble(emulator, scales, data.topology.clone(), data.geometries.clone(), device)
+        Self::assemble(emulator, scales, data.geometries.clone(), device)
+    }
+
+    /// The same network and scales on the geometries of other data, to be trained further there.
+    ///
+    /// # Errors
+    /// As [`Surrogate::new`].
+    pub fn carried_to(&self, data: &DataSet) -> Result<Self> {
+        let (emulator, scales) = (self.emulator.clone(), self.scales.clone());
+        Self::assemble(emulator, scales, data.geometries.clone(), &self.device)
     }
 
     /// Puts the parts of a surrogate together, checking that they fit.
     pub(crate) fn assemble(
         emulator: Emulator,
         scales: Scales,
-        topology: Topology,
         geometries: Vec<Geometry>,
         device: &Device,
     ) -> Result<Self> {
@@ -115,22 +123,12 @@ impl Surrogate {
             config.edge_features,
         )?;
         require_count("global features", scales.global.mean.len(), config.global_features)?;
-        if let Decoding::Motions { layers } = config.decoding {
-            require_count("layers of virtual nodes", topology.roots_per_layer.len(), layers)?;
+        if let Decoding::Motions { .. } = config.decoding {
             require_count("components of a motion's translation", config.dimensions, 3)?;
         }
-        scales.output.check(config.dimensions, config.dimensions * topology.real_nodes)?;
-        let graph = GraphTensors::new(&topology, device)?;
         let device = device.clone().without_autodiff();
-        let mut surrogate = Self {
-            emulator,
-            scales,
-            topology,
-            geometries: Vec::new(),
-            graph,
-            prepared: Vec::new(),
-            device,
-        };
+        let (prepared, none) = (Vec::new(), Vec::new());
+        let mut surrogate = Self { emulator, scales, geometries: none, prepared, device };
         for geometry in geometries {
             surrogate.prepared.push(surrogate.prepare(&geometry)?);
             surrogate.geometries.push(geometry);
@@ -148,11 +146,6 @@ impl Surrogate {
         &self.scales
     }
 
-    /// The graph all geometries share.
-    pub fn topology(&self) -> &Topology {
-        &self.topology
-    }
-
     /// Geometries trained on.
     pub fn geometries(&self) -> &[Geometry] {
         &self.geometries
@@ -164,10 +157,10 @@ impl Surrogate {
         self
     }
 
-    /// Prepares fast prediction on one geometry, which need not be one of those trained on.
+    /// Prepares fast prediction on one geometry, which need not be one of those trained on, nor have a graph like theirs.
     ///
     /// # Errors
-    /// A geometry that does not fit the topology or the configuration.
+    /// A geometry that does not fit the configuration.
     pub fn fixed_geometry(&self, geometry: &Geometry) -> Result<FixedGeometry> {
         Ok(FixedGeometry::new(self, &self.prepare(geometry)?))
     }
@@ -191,41 +184,30 @@ impl Surrogate {
         emulator: &Emulator,
         geometry: &GeometryTensors,
     ) -> Tensor<2> {
-        emulator.local_embedding(&self.graph, geometry.nodes.clone(), geometry.edges.clone())
+        emulator.local_embedding(&geometry.graph, geometry.nodes.clone(), geometry.edges.clone())
     }
 
     /// A geometry's tensors.
     pub(crate) fn prepare(&self, geometry: &Geometry) -> Result<GeometryTensors> {
         let dimensions = self.emulator.config().dimensions;
-        geometry.check(&self.topology, dimensions)?;
-        let layers = match geometry.coordinates {
-            Coordinates::Motions(_) => self.topology.roots_per_layer.len(),
-            _ => 0,
-        };
-        require_count("layers of virtual nodes that the network decodes", self.layers(), layers)?;
+        geometry.check(dimensions)?;
+        let nodes = geometry.topology.real_nodes;
+        self.scales.output.check(dimensions, dimensions * nodes)?;
+        let motions = matches!(geometry.coordinates, Coordinates::Motions(_));
+        let decoded = matches!(self.emulator.config().decoding, Decoding::Motions { .. });
+        require_count("outputs that are rigid motions", motions.into(), decoded.into())?;
         let features = self.scales.features.standardise(&geometry.features)?;
         let global = self.scales.global.standardise(&geometry.global)?;
         let table = |values: &[f64], rows| matrix(values, rows, &self.device);
-        let output = OutputMap::new(
-            geometry,
-            &self.scales.output,
-            [self.topology.real_nodes, dimensions],
-            &self.device,
-        );
+        let output =
+            OutputMap::new(geometry, &self.scales.output, [nodes, dimensions], &self.device);
         Ok(GeometryTensors {
+            graph: GraphTensors::new(&geometry.topology, &self.device)?,
             nodes: table(&features.nodes.values, features.nodes.rows),
             edges: table(&features.edges.values, features.edges.rows),
             global: (!global.is_empty()).then(|| table(&global, 1)),
             output,
         })
-    }
-
-    /// Layers of virtual nodes that the network decodes.
-    fn layers(&self) -> usize {
-        match self.emulator.config().decoding {
-            Decoding::Components => 0,
-            Decoding::Motions { layers } => layers,
-        }
     }
 
     /// The same surrogate on the device that records gradients, or off it.
@@ -238,6 +220,7 @@ impl GeometryTensors {
     /// The same tensors ready to meet those of an automatically differentiated network.
     pub fn lifted(&self) -> Self {
         Self {
+            graph: self.graph.clone(),
             nodes: Tensor::from_inner(self.nodes.clone()),
             edges: Tensor::from_inner(self.edges.clone()),
             global: self.global.clone().map(Tensor::from_inner),

@@ -80,9 +80,11 @@ fn the_order_of_the_stored_edges_does_not_matter() {
     };
     let nodes = table(&features.nodes.values, features.nodes.rows);
     let embed = |order: &[usize]| {
-        let mut topology = data.topology.clone();
-        topology.senders = order.iter().map(|&edge| data.topology.senders[edge]).collect();
-        topology.receivers = order.iter().map(|&edge| data.topology.receivers[edge]).collect();
+        let mut topology = data.geometries[0].topology.clone();
+        topology.senders =
+            order.iter().map(|&edge| data.geometries[0].topology.senders[edge]).collect();
+        topology.receivers =
+            order.iter().map(|&edge| data.geometries[0].topology.receivers[edge]).collect();
         let rows: Vec<f64> =
             order.iter().flat_map(|&edge| features.edges.row(edge).to_vec()).collect();
         let graph = GraphTensors::new(&topology, device).unwrap();
@@ -90,7 +92,7 @@ fn the_order_of_the_stored_edges_does_not_matter() {
             surrogate.emulator().local_embedding(&graph, nodes.clone(), table(&rows, order.len()));
         local.into_data().iter::<f64>().collect::<Vec<f64>>()
     };
-    let order: Vec<usize> = (0..data.topology.senders.len()).collect();
+    let order: Vec<usize> = (0..data.geometries[0].topology.senders.len()).collect();
     let reversed: Vec<usize> = order.iter().rev().copied().collect();
     assert!(relative_difference(&embed(&order), &embed(&reversed)) < ROUNDING);
 }

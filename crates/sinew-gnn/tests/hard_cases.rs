@@ -46,7 +46,6 @@ fn cantilever() -> Cantilever {
     };
     let fractions = (0..12).map(|i| [(f64::from(i) + 0.5) / 12.0, (f64::from(i) * 0.618).fract()]);
     let data = DataSet {
-        topology: body.topology.clone(),
         geometries: vec![body.rest()],
         training: fractions.map(sample).collect(),
         validation: vec![],

@@ -72,6 +72,7 @@ impl Beam {
             (0..self.body.nodes).filter(|i| self.body.prescribed[3 * i].is_some()).collect();
         let indicator = FeatureMatrix::indicator(self.body.nodes, &held).unwrap();
         let geometry = Geometry {
+            topology: self.topology.clone(),
             features: graph_features(&self.topology, &self.body.positions, &indicator, 3).unwrap(),
             global: vec![],
             dirichlet: Dirichlet::of_body(&self.body),
@@ -85,7 +86,6 @@ impl Beam {
             displacement: vec![],
         };
         DataSet {
-            topology: self.topology.clone(),
             geometries: vec![geometry],
             training: thetas(16).into_iter().map(sample).collect(),
             validation: vec![],
@@ -96,7 +96,7 @@ impl Beam {
         let parameters = ParameterScaling::logarithmic(&[50.0; 2], &[100.0; 2]).unwrap();
         let output = OutputScale::root_mean_square(3, [&self.response()[..]]).unwrap();
         let scales = Scales::over(&data.geometries, parameters, output).unwrap();
-        let layers = data.topology.roots_per_layer.len();
+        let layers = self.topology.roots_per_layer.len();
         let decoding = Decoding::Motions { layers };
         let config = EmulatorConfig { decoding, ..small_config(data, 3) };
         Surrogate::new(&config, data, scales, 1, device).unwrap()

@@ -18,8 +18,7 @@ fn prediction() -> (DataSet, Vec<f64>) {
     let training = thetas.into_iter().map(|theta| body.sample(0, theta, 1.0)).collect::<Vec<_>>();
     let predicted = training[..2].iter().flat_map(|sample| &sample.displacement).enumerate();
     let predicted = predicted.map(|(i, u)| u + 0.1 * (0.9 * i as f64).sin()).collect();
-    let topology = body.topology.clone();
-    let data = DataSet { topology, geometries: vec![body.rest()], training, validation: vec![] };
+    let data = DataSet { geometries: vec![body.rest()], training, validation: vec![] };
     (data, predicted)
 }
 
@@ -58,7 +57,7 @@ fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
 fn loss(objective: &dyn Objective, data: &DataSet, predicted: &[f64]) -> f64 {
     objective.check(data).unwrap();
     let values: Vec<f32> = predicted.iter().map(|&u| u as f32).collect();
-    let dims = [2, data.topology.real_nodes, 3];
+    let dims = [2, data.geometries[0].topology.real_nodes, 3];
     let u = Tensor::<3>::from_data(TensorData::new(values, dims), &devices()[0]);
     let batch = Batch { geometry: 0, samples: &[&data.training[0], &data.training[1]] };
     objective.loss(&batch, u).unwrap().into_scalar::<f32>().into()

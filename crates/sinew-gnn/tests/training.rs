@@ -176,7 +176,7 @@ fn embeddings_at_rest_keep_their_values_while_decoders_learn() {
             let values: Vec<f32> = matrix.values.iter().map(|&v| v as f32).collect();
             Tensor::<2>::from_data(TensorData::new(values, [matrix.rows, matrix.columns]), device)
         };
-        let graph = GraphTensors::new(&data.topology, device).unwrap();
+        let graph = GraphTensors::new(&data.geometries[1].topology, device).unwrap();
         let (nodes, edges) = (table(&features.nodes), table(&features.edges));
         surrogate.emulator().local_embedding(&graph, nodes, edges).into_data()
     };
@@ -214,7 +214,6 @@ fn the_minimum_of_the_potential_is_found_without_data() {
     let sample =
         |theta: [f64; 2]| Sample { geometry: 0, theta: theta.to_vec(), displacement: vec![] };
     let data = DataSet {
-        topology: body.topology.clone(),
         geometries: vec![body.rest()],
         training: thetas(16).into_iter().map(sample).collect(),
         validation: vec![],

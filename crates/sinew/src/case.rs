@@ -20,7 +20,7 @@ pub use laws::Law;
 pub use loads::{FoundationLoad, Load, Pressure};
 pub use mesh::{BoxMesh, Element, EllipsoidMesh, MeshSource};
 pub use parameters::Range;
-pub use supports::Support;
+pub use supports::{Support, Turn};
 pub use training::{RecipeName, Training};
 pub(crate) use units::number_and_unit;
 pub use units::stress_in_kpa;

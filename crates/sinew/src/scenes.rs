@@ -22,9 +22,13 @@ pub const SCENES: &[BuiltIn] = scenes! {
     "OnceClampedBeam": "once_clamped_beam.toml",
     "TwiceClampedBeam": "twice_clamped_beam.toml",
     "RefinedBeam": "refined_beam.toml",
+    "TwistingCube": "twisting_cube.toml",
+    "TractionBeamHO": "traction_beam_ho.toml",
+    "TractionBeamGuccione": "traction_beam_guccione.toml",
     "IdealVentricle": "ideal_ventricle.toml",
     "LeftVentricle": "left_ventricle.toml",
     "LeftVentricleThesis": "left_ventricle_thesis.toml",
+    "LeftVentricleNeoHookean": "left_ventricle_neo_hookean.toml",
     "Liver": "liver.toml",
 };
 

@@ -8,7 +8,7 @@ use sinew_gnn::{
     Backend, Coordinates, Dirichlet, EmulatorConfig, Geometry, Objective, OutputScale,
     ParameterScaling, Sample, Scales, Surrogate, Trainer, TrainingConfig,
 };
-use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
+use sinew_graph::{AugmentationConfig, FeatureMatrix, augment, graph_features};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
 /// Range of μ and λ [kPa]: soft enough that the beam's tip sinks by a sixth to a third of its length.
@@ -38,7 +38,6 @@ pub fn hanging(mesh: TetMesh, weight: f64) -> Scene<NeoHookean, 0> {
 /// A coarse beam of 63 nodes with its graph: emulators of it train in seconds.
 pub struct Beam {
     pub potential: Body,
-    pub topology: Topology,
     pub geometry: Geometry,
 }
 
@@ -57,8 +56,9 @@ impl Beam {
             global: Vec::new(),
             dirichlet: Dirichlet::of_body(&potential),
             coordinates: Coordinates::Components,
+            topology,
         };
-        Self { potential, topology, geometry }
+        Self { potential, geometry }
     }
 
     /// Small displacements scaled up: a size of displacements that needs no simulation.
@@ -90,7 +90,6 @@ impl Beam {
             displacement: fields.get(index).cloned().unwrap_or_default(),
         };
         let data = sinew_gnn::DataSet {
-            topology: self.topology.clone(),
             geometries: vec![self.geometry.clone()],
             training: thetas.iter().enumerate().map(sample).collect(),
             validation: Vec::new(),

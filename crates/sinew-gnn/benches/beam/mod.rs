@@ -39,6 +39,7 @@ pub fn beam() -> DataSet {
         dirichlet: Dirichlet::clamped(mesh.points.len(), 3, clamped)
             .expect("a node set of the box"),
         coordinates: Coordinates::Components,
+        topology,
     };
     let sample = |theta: Vec<f64>| {
         let bend = |x: f64| 0.4 * x * x / theta[0];
@@ -49,7 +50,6 @@ pub fn beam() -> DataSet {
         Sample { geometry: 0, displacement: field.collect(), theta }
     };
     DataSet {
-        topology,
         geometries: vec![geometry],
         training: thetas(200).into_iter().map(sample).collect(),
         validation: vec![],

@@ -29,10 +29,12 @@ impl EnergyNormFit {
     /// A stiffness that fits no geometry, simulations that are missing or all the same.
     pub fn new(stiffnesses: Vec<Stiffness>, data: &DataSet) -> Result<Self> {
         require_count("stiffnesses", stiffnesses.len(), data.geometries.len())?;
+        require_displacements(data)?;
         let (mut sum, mut count) = (0.0, 0);
         for (geometry, stiffness) in stiffnesses.iter().enumerate() {
             let size = 3 * stiffness.nodes();
-            require_displacements(data, size)?;
+            let expected = 3 * data.geometries[geometry].topology.real_nodes;
+            require_count("unknowns of a stiffness", size, expected)?;
             let samples = data.training.iter().filter(|sample| sample.geometry == geometry);
             let fields: Vec<&[f64]> = samples
                 .map(|sample| &sample.displacement[..])
@@ -61,7 +63,11 @@ fn squared_norm(stiffness: &Stiffness, a: &[f64], b: &[f64]) -> (f64, Vec<f64>) 
 impl Objective for EnergyNormFit {
     fn check(&self, data: &DataSet) -> Result<()> {
         require_count("stiffnesses", self.stiffnesses.len(), data.geometries.len())?;
-        self.stiffnesses.iter().try_for_each(|k| require_displacements(data, 3 * k.nodes()))
+        let pairs = self.stiffnesses.iter().zip(&data.geometries);
+        for (stiffness, geometry) in pairs {
+            require_count("nodes of a stiffness", stiffness.nodes(), geometry.topology.real_nodes)?;
+        }
+        require_displacements(data)
     }
 
     fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {

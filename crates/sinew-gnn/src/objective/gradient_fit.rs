@@ -55,8 +55,8 @@ impl Objective for DataFitWithGradient {
     fn check(&self, data: &DataSet) -> Result<()> {
         self.fit.check(data)?;
         require_count("gradient operators", self.operators.len(), data.geometries.len())?;
-        let nodes = data.topology.real_nodes;
         for (operator, geometry) in self.operators.iter().zip(&data.geometries) {
+            let nodes = geometry.topology.real_nodes;
             let dimensions = geometry.dirichlet.prescribed.len() / nodes.max(1);
             let expected = operator.cells.len() * dimensions;
             require_count("shape gradients", operator.shape_gradients.len(), expected)?;

@@ -63,8 +63,10 @@ fn simulated(batch: &Batch<'_>, dims: [usize; 3], device: &Device) -> Tensor<3> 
 }
 
 /// Requires displacements in every sample.
-fn require_displacements(data: &DataSet, degrees_of_freedom: usize) -> Result<()> {
+fn require_displacements(data: &DataSet) -> Result<()> {
     data.training.iter().chain(&data.validation).try_for_each(|sample| {
+        let geometry = data.geometries.get(sample.geometry);
+        let degrees_of_freedom = geometry.map_or(0, |body| body.dirichlet.prescribed.len());
         crate::error::require_count(
             "displacement values of a sample (data-driven training needs a simulation of each)",
             sample.displacement.len(),

@@ -310,7 +310,7 @@ impl Trainer {
         }
         let local = local.unwrap_or_else(|| self.surrogate.local_embedding(emulator, geometry));
         let global = geometry.global.clone();
-        let output = emulator.decode(&self.surrogate.graph, local, global, parameters);
+        let output = emulator.decode(&geometry.graph, local, global, parameters);
         Ok(geometry.output.displacement(output))
     }
 

@@ -47,6 +47,7 @@ impl Body {
         let nodes = self.points.len();
         let indicator = FeatureMatrix::indicator(nodes, &self.clamped).unwrap();
         Geometry {
+            topology: self.topology.clone(),
             features: graph_features(&self.topology, &points, &indicator, self.dimensions).unwrap(),
             global,
             dirichlet: Dirichlet::clamped(nodes, self.dimensions, &self.clamped).unwrap(),
@@ -94,7 +95,7 @@ pub fn plane_data() -> (Body, DataSet) {
     let sample = |(i, theta): (usize, [f64; 2])| body.sample(i % 2, theta, 1.0 + (i % 2) as f64);
     let training = thetas(12).into_iter().enumerate().map(sample).collect();
     let validation = thetas(5).into_iter().enumerate().map(sample).collect();
-    let data = DataSet { topology: body.topology.clone(), geometries, training, validation };
+    let data = DataSet { geometries, training, validation };
     (body, data)
 }
 

@@ -2,6 +2,7 @@
 
 use super::CaseError;
 use super::source::{Source, advise, exactly_if_any};
+use nalgebra::Vector3;
 use serde::Deserialize;
 use sinew_energy::Prescribed;
 use sinew_mesh::AnyMesh;
@@ -25,12 +26,43 @@ pub struct Support {
     /// Normal of the plane that the nodes stay in: rollers.
     #[serde(deserialize_with = "exactly_if_any")]
     pub normal: Option<[f64; 3]>,
-    /// Direction of an axis that the nodes move radially from.
+    /// Direction of an axis that the nodes move radially from, or turn about.
     #[serde(deserialize_with = "exactly_if_any")]
     pub axis: Option<[f64; 3]>,
     /// A point on the axis \[mm\].
     #[serde(deserialize_with = "exactly_if_any")]
     pub point: Option<[f64; 3]>,
+    /// Turn about the axis.
+    pub turn: Option<Turn>,
+}
+
+/// Motion along the chord of a turn about an axis, counterclockwise when the axis points at the viewer.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Turn {
+    /// Angle of the turn \[degrees\].
+    pub degrees: f64,
+    /// Share of the way from the reference position to the turned one; 1 is the turn itself.
+    #[serde(default = "Turn::whole")]
+    pub share: f64,
+}
+
+impl Turn {
+    fn whole() -> f64 {
+        1.0
+    }
+
+    /// Displacement of a node at `x` \[mm\].
+    fn displacement(
+        self,
+        x: [f64; 3],
+        point: [f64; 3],
+        axis: &nalgebra::Unit<Vector3<f64>>,
+    ) -> Vector3<f64> {
+        let arm = Vector3::from(x) - Vector3::from(point);
+        let turned = nalgebra::Rotation3::from_axis_angle(axis, self.degrees.to_radians()) * arm;
+        self.share * (turned - arm)
+    }
 }
 
 impl Support {
@@ -42,29 +74,49 @@ impl Support {
         source: &Source,
     ) -> Result<sinew_energy::Support, CaseError> {
         let at = number.to_string();
-        let Self { clamped, nodes, x, y, z, normal, axis, point } = self;
+        let Self { clamped, nodes, x, y, z, normal, axis, point, turn } = self;
         let components = [*x, *y, *z];
-        let (key, name, displacement) = match (clamped, nodes, normal, axis) {
-            (Some(name), None, None, None) if components == [None; 3] => {
-                ("clamped", name, Prescribed::Uniform([Some(0.0); 3]))
+        let free = components == [None; 3];
+        let about = point.unwrap_or([0.0; 3]);
+        let held = match (clamped, nodes, normal, axis, turn) {
+            (Some(name), None, None, None, None) if free => {
+                Some(("clamped", name, Prescribed::Uniform([Some(0.0); 3])))
             }
-            (None, Some(name), None, None) if components != [None; 3] => {
-                ("nodes", name, Prescribed::Uniform(components))
+            (None, Some(name), None, None, None) if !free => {
+                Some(("nodes", name, Prescribed::Uniform(components)))
             }
-            (None, Some(name), Some(normal), None) if components == [None; 3] => {
-                ("nodes", name, Prescribed::Along { direction: *normal, displacement: 0.0 })
+            (None, Some(name), Some(normal), None, None) if free => {
+                let direction = *normal;
+                Some(("nodes", name, Prescribed::Along { direction, displacement: 0.0 }))
             }
-            (None, Some(name), None, Some(axis)) if components == [None; 3] => {
-                let point = point.unwrap_or([0.0; 3]);
-                ("nodes", name, Prescribed::Radial { point, axis: *axis })
+            (None, Some(name), None, Some(axis), None) if free => {
+                Some(("nodes", name, Prescribed::Radial { point: about, axis: *axis }))
             }
-            _ => {
-                let reason = "write clamped = \"SET\", or nodes = \"SET\" with one of: x, y, z (prescribed displacement, mm); \
-                              normal (of the plane that they stay in); axis and point (they move radially from it)";
-                return Err(source.error(&["supports", &at], reason.into()));
+            // Its displacements follow, once the set is known.
+            (None, Some(name), None, Some(_), Some(_)) if free => {
+                Some(("nodes", name, Prescribed::PerNode(Vec::new())))
             }
+            _ => None,
+        };
+        let Some((key, name, mut displacement)) = held else {
+            let reason = "write clamped = \"SET\", or nodes = \"SET\" with one of: x, y, z (prescribed displacement, mm); \
+                          normal (of the plane that they stay in); axis and point (they move radially from it); axis, \
+                          point and turn (they turn about it)";
+            return Err(source.error(&["supports", &at], reason.into()));
         };
         add_node_set(mesh, name).map_err(|reason| source.error(&["supports", &at, key], reason))?;
+        if let (Prescribed::PerNode(rows), Some(turn), Some(axis)) = (&mut displacement, turn, axis)
+        {
+            let Some(axis) = nalgebra::Unit::try_new(Vector3::from(*axis), f64::MIN_POSITIVE)
+            else {
+                let reason = "an axis without length; give its direction".into();
+                return Err(source.error(&["supports", &at, "axis"], reason));
+            };
+            let points = mesh.points();
+            let moved =
+                |&node: &usize| turn.displacement(points[node], about, &axis).map(Some).into();
+            *rows = mesh.node_sets()[name].iter().map(moved).collect();
+        }
         Ok(sinew_energy::Support { nodes: name.clone(), displacement })
     }
 }
@@ -100,4 +152,18 @@ fn add_node_set(mesh: &mut AnyMesh, name: &str) -> Result<(), String> {
     nodes.dedup();
     mesh.node_sets_mut().insert(name.into(), nodes);
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_of_the_way_to_a_turn_is_on_its_chord() {
+        let axis = Vector3::x_axis();
+        let turn = Turn { degrees: 90.0, share: 0.5 };
+        let u = turn.displacement([7.0, 5.0, 3.0], [0.0, 5.0, 5.0], &axis);
+        // (0, 0, −2) about x turns to (0, 2, 0).
+        assert!((u - Vector3::new(0.0, 1.0, 1.0)).norm() < 1e-15, "{u}");
+    }
 }

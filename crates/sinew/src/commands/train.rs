@@ -36,6 +36,9 @@ pub struct Train {
     /// Seed of all random numbers
     #[arg(long)]
     seed: Option<u64>,
+    /// Folder of another run to start from, of the same recipe and parameters on any mesh; with --steps 0 its network is taken as it is
+    #[arg(long, value_name = "FOLDER")]
+    from: Option<std::path::PathBuf>,
     /// Name of the emulator's folder within OUT [default: the recipe's]
     #[arg(long)]
     name: Option<String>,
@@ -68,6 +71,7 @@ impl Train {
         let folder = self.case.folder(&case).join(name);
         let options = sinew::TrainingOptions {
             folder: Some(folder.clone()),
+            start: self.from.clone(),
             resume: self.resume,
             ..training.options()
         };
