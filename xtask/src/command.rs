@@ -36,6 +36,12 @@ pub fn study(name: &str, options: &[String]) -> Result<()> {
     start(&build, STUDIES_COLD, "sinew-study", name, &arguments)
 }
 
+/// Builds and runs the organs, resolving features as [`study`] does.
+pub fn organs(options: &[String]) -> Result<()> {
+    let build = ["build", "--workspace", "--bin", "sinew-organs", "--example", "small_ventricle"];
+    start(&build, STUDIES_COLD, "sinew-organs", "reproduce-organs", options)
+}
+
 /// Builds and runs the benchmarks of `sinew-verify`, which needs none of the heavy dependencies of the studies.
 pub fn verify(options: &[String]) -> Result<()> {
     let build = ["build", "--package", "sinew-verify", "--bin", "verify"];

@@ -29,6 +29,14 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         options: Vec<String>,
     },
+    /// Train emulators of the thesis' organs and measure them against the finite-element solver, on their own meshes and on
+    /// meshes and shapes they were not trained on
+    #[command(disable_help_flag = true)]
+    ReproduceOrgans {
+        /// Options of the study; `cargo xtask reproduce-organs --help` lists them
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        options: Vec<String>,
+    },
     /// Repeat the thesis' experiments with Gaussian processes and networks that satisfy boundary
     /// conditions exactly, beside the figures it prints
     #[command(disable_help_flag = true)]
@@ -66,6 +74,7 @@ enum Task {
 fn main() -> Result<()> {
     match Arguments::parse().task {
         Task::ReproduceBeam { options } => command::study("reproduce-beam", &options),
+        Task::ReproduceOrgans { options } => command::organs(&options),
         Task::ReproduceGp { options } => command::study("reproduce-gp", &options),
         Task::Verify { options } => command::verify(&options),
         Task::Ci => ci::run(),

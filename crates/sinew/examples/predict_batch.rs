@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let thetas = Design::Uniform.sample(&body.parameters, count.max(1), 99)?;
     let test = TestSet::new(&body, simulate(&body, &thetas, "test", None, &mut ())?);
-    let mut comparison = Comparison::new(&test);
+    let mut comparison = Comparison::new(&test)?;
     comparison.add("regression", &emulator, &test, 1)?;
     println!("{comparison}");
     Ok(())

@@ -1,8 +1,11 @@
 //! Emulators of one body beside each other.
 
 use serde::{Deserialize, Serialize};
-use sinew_emulate::{Emulator, Errors, Evaluation, Quantiles, TestSet, Warning};
+use sinew_emulate::{
+    CurvePoint, Emulator, Errors, Evaluation, Quantiles, TestSet, Warning, median_and_worst,
+};
 use sinew_report::format::seconds as duration;
+use sinew_report::{ReportError, Surfaces, density};
 use std::fmt;
 
 /// Errors and times of some emulators of one body, on the same test cases. Printed it is a table.
@@ -14,12 +17,18 @@ pub struct Comparison {
     pub length_unit: String,
     /// Nodes of its mesh.
     pub nodes: usize,
+    /// Cells of its mesh.
+    pub cells: usize,
     /// Components that no support prescribes.
     pub unknowns: usize,
+    /// Ranges of the parameters, in words.
+    pub parameters: Vec<String>,
     /// Nodal displacements of the test cases \[length\].
     pub displacement: Quantiles,
     /// The emulators.
     pub methods: Vec<Method>,
+    /// The body's surface in the median and the worst case of each, coloured by the error.
+    pub surfaces: Surfaces,
 }
 
 /// One emulator.
@@ -33,25 +42,55 @@ pub struct Method {
     pub steps: u64,
     /// Errors and times.
     pub evaluation: Evaluation,
+    /// Densities of log₁₀ of the errors of [`Comparison::ERRORS`]: points (error, density per decade).
+    pub densities: Vec<Vec<[f64; 2]>>,
+    /// Errors on held-out cases while it was trained; empty for a regression.
+    pub history: Vec<CurvePoint>,
     /// Reasons not to trust it.
     pub warnings: Vec<Warning>,
 }
 
+/// Why there is no comparison.
+#[derive(Debug, thiserror::Error)]
+pub enum ComparisonError {
+    /// The emulator cannot be evaluated.
+    #[error(transparent)]
+    Evaluation(#[from] sinew_emulate::Error),
+    /// The surface cannot be drawn.
+    #[error(transparent)]
+    Report(#[from] ReportError),
+}
+
 impl Comparison {
+    /// The errors, in the order of tables; the last one of bodies with a cavity.
+    pub const ERRORS: [&str; 5] = ["err_u", "err_F", "err_I1", "err_Π", "err_V"];
+
     /// Of no emulator yet.
-    pub fn new(test: &TestSet<'_>) -> Self {
+    ///
+    /// # Errors
+    /// A surface that cannot be drawn.
+    pub fn new(test: &TestSet<'_>) -> Result<Self, ComparisonError> {
         let body = test.body;
+        let mut surfaces = Surfaces::new(&triangles(&body.mesh), &body.positions)?;
+        surfaces.quantity = "Where the errors are: ‖u − û‖ at the nodes".into();
+        (surfaces.unit, surfaces.length) = (body.units.length.clone(), body.units.length.clone());
+        let range = |p: &sinew_energy::Parameter| {
+            format!("{} from {} to {} {}", p.name, p.range[0], p.range[1], p.unit)
+        };
         let norm = |u: &[f64; 3]| u.iter().map(|x| x * x).sum::<f64>().sqrt();
         let lengths =
             test.fields.iter().flat_map(|field| field.as_chunks::<3>().0.iter().map(norm));
-        Self {
+        Ok(Self {
             scene: body.name.clone(),
             length_unit: body.units.length.clone(),
             nodes: body.nodes,
+            cells: body.cell_count(),
             unknowns: body.free_degrees_of_freedom().len(),
+            parameters: body.parameters.iter().map(range).collect(),
             displacement: Quantiles::of(lengths),
             methods: Vec::new(),
-        }
+            surfaces,
+        })
     }
 
     /// Adds an emulator, raw and after one to `corrections` Newton steps.
@@ -64,17 +103,61 @@ impl Comparison {
         emulator: &Emulator<'_>,
         test: &TestSet<'_>,
         corrections: usize,
-    ) -> Result<(), sinew_emulate::Error> {
+    ) -> Result<(), ComparisonError> {
         let record = &emulator.record;
+        let fields = emulator.predict(&test.thetas)?.fields();
+        let cases = test.cases(&fields)?;
+        let pooled = |of: fn(&sinew_emulate::CaseErrors) -> &[f64]| {
+            density(&cases.iter().flat_map(|case| of(case).iter().copied()).collect::<Vec<_>>())
+        };
+        let densities = vec![
+            pooled(|case| &case.err_u),
+            pooled(|case| &case.err_f),
+            pooled(|case| &case.err_i1),
+            pooled(|case| std::slice::from_ref(&case.err_pi)),
+            pooled(|case| &case.err_volume),
+        ];
+        for (kind, case) in ["median", "worst"].into_iter().zip(median_and_worst(&cases)) {
+            let moved = fields[case].as_chunks::<3>().0.iter().zip(&test.body.positions);
+            let deformed: Vec<[f64; 3]> =
+                moved.map(|(u, x)| std::array::from_fn(|i| u[i] + x[i])).collect();
+            let error =
+                sinew_energy::metrics::displacement_error(&test.fields[case], &fields[case]);
+            let title = format!("{kind} case, {}", shown(test.body, &test.thetas[case]));
+            self.surfaces.push(name, title, &deformed, &error)?;
+        }
         self.methods.push(Method {
             name: name.into(),
             simulations: record.simulations,
             steps: record.steps,
             evaluation: emulator.evaluate(test, corrections)?,
+            densities,
+            history: record.history.clone(),
             warnings: record.warnings.clone(),
         });
         Ok(())
     }
+}
+
+/// θ by name.
+fn shown(body: &sinew_energy::Body, theta: &[f64]) -> String {
+    let pairs = body.parameters.iter().zip(theta);
+    pairs
+        .map(|(p, value)| format!("{} = {value:.3} {}", p.name, p.unit))
+        .collect::<Vec<_>>()
+        .join(", ")
+}
+
+/// Triangles of a mesh's boundary, by the corners of its facets.
+fn triangles(mesh: &sinew_mesh::AnyMesh) -> Vec<[usize; 3]> {
+    let facets = mesh.boundary_facets().into_iter();
+    facets
+        .flat_map(|facet| match mesh.nodes_of_facet(facet)[..] {
+            [a, b, c, d] => vec![[a, b, c], [a, c, d]],
+            [a, b, c, ..] => vec![[a, b, c]],
+            _ => Vec::new(),
+        })
+        .collect()
 }
 
 impl fmt::Display for Comparison {

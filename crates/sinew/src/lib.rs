@@ -34,7 +34,7 @@
 //!
 //! // Errors and times on cases that it has not seen.
 //! let test = TestSet::new(&body, simulate(&body, &[theta], "test", None, &mut ())?);
-//! let mut comparison = Comparison::new(&test);
+//! let mut comparison = Comparison::new(&test)?;
 //! comparison.add("regression", &emulator, &test, 2)?;
 //! println!("{comparison}");
 //! let found = &comparison.methods[0].evaluation;
@@ -53,7 +53,8 @@ pub mod scenes;
 mod theta;
 
 pub use case::{Case, CaseError};
-pub use comparison::{Comparison, Method};
+pub use comparison::{Comparison, ComparisonError, Method};
+pub use page::Published;
 pub use sinew_emulate::{
     Design, Emulator, Evaluation, Prediction, Recipe, Record, Simulations, TestSet,
     TrainingOptions, recipe, simulate,

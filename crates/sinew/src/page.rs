@@ -3,17 +3,27 @@
 use crate::comparison::{Comparison, Method};
 use sinew_emulate::{Errors, Evaluation, Quantiles};
 use sinew_report::{
-    Block, Cell, Chart, Column, Provenance, Report, ReportError, Row, Section, Table,
+    Block, Cell, Chart, Column, Level, Provenance, Report, ReportError, Row, Section, Series,
+    Style, Table,
 };
 
+/// Median errors that a source prints for a scene, to be held against ours.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Published {
+    /// Who prints them, such as `"thesis"`.
+    pub source: &'static str,
+    /// In the order of [`Comparison::ERRORS`]; `None` where nothing is printed.
+    pub errors: [Option<f64>; 5],
+    /// Mean and largest nodal displacement \[length\], as a check that the scene is the same.
+    pub displacement: Option<[f64; 2]>,
+}
+
 impl Comparison {
-    /// A page with one table, errors beside times, and a chart of time against error.
+    /// A page with one table, errors beside times, charts and pictures of the body.
     ///
     /// # Errors
     /// An error or a time that is no finite number.
     pub fn report(&self) -> Result<Report, ReportError> {
-        let table = self.table()?;
-        let chart = Chart::speed_against_error(&table, 0);
         let provenance = Provenance::of_this_run("sinew report", ".");
         let about = format!(
             "{} nodes, {} unknowns; the nodes of the test cases move {:.2} {unit} in the mean and {:.2} {unit} at most",
@@ -24,64 +34,203 @@ impl Comparison {
             unit = self.length_unit
         );
         let mut report = Report::new(self.scene.clone(), about, provenance);
-        let mut blocks = vec![Block::Table(table), Block::charts("Speed", "", [chart])];
-        blocks.extend(self.methods.iter().filter_map(remarks).map(Block::Text));
-        report.sections.push(Section {
-            name: "errors".into(),
-            title: "Errors and times".into(),
-            blocks,
-        });
+        report.sections.push(self.section("errors", "Errors and times", &Published::default())?);
         Ok(report)
     }
 
-    fn table(&self) -> Result<Table, ReportError> {
-        let volumes = self.methods.iter().any(|method| method.evaluation.raw.err_volume.is_some());
-        let mut errors = vec![
-            Column::new("err_u", &*self.length_unit)
-                .about("‖u − û‖ at every node that is free to move"),
-            Column::new("err_F", "%").about("‖F − F̂‖ / ‖F‖ at every quadrature point"),
-            Column::new("err_I1", "%").about("|I₁ − Î₁| / I₁ at every quadrature point"),
-            Column::new("err_Π", "%").about("|Π − Π̂| / |Π| of every case"),
+    /// The part of a page that is about this scene, held against published figures where there are some.
+    ///
+    /// # Errors
+    /// An error or a time that is no finite number.
+    pub fn section(
+        &self,
+        name: &str,
+        title: &str,
+        published: &Published,
+    ) -> Result<Section, ReportError> {
+        let table = self.table(published)?;
+        let speed = Chart::speed_against_error(&table, 0);
+        let mut blocks = vec![
+            Block::Facts(self.facts(published)),
+            Block::Table(table),
+            Block::charts(
+                "Speed against error",
+                "Median displacement error and time of one prediction, raw and after Newton steps. Lower left is better.",
+                [speed],
+            ),
+            Block::charts(
+                "Error densities",
+                "Kernel densities of log₁₀ of all test errors. Dashed lines are medians, dotted ones published figures.",
+                (0..self.errors().len()).map(|error| self.densities(error, published)),
+            ),
         ];
-        errors.extend(
-            volumes.then(|| Column::new("err_V", "%").about("|V − V̂| / V of every cavity")),
-        );
+        if self.methods.iter().any(|method| !method.history.is_empty()) {
+            blocks.push(Block::charts(
+                "Error over training time",
+                "Medians over the held-out cases. Dotted lines are published figures.",
+                [self.curves(published)],
+            ));
+        }
+        blocks.push(Block::Surfaces(self.surfaces.clone()));
+        blocks.extend(self.methods.iter().filter_map(remarks).map(Block::Text));
+        Ok(Section { name: name.into(), title: title.into(), blocks })
+    }
+
+    /// Names and units of the errors that this body has.
+    fn errors(&self) -> Vec<Column> {
+        let about = [
+            "‖u − û‖ at every node that is free to move",
+            "‖F − F̂‖ / ‖F‖ at every quadrature point",
+            "|I₁ − Î₁| / I₁ at every quadrature point",
+            "|Π − Π̂| / |Π| of every case",
+            "|V − V̂| / V of every cavity",
+        ];
+        let column = |(index, (name, about)): (usize, (&str, &str))| {
+            Column::new(name, if index == 0 { &self.length_unit } else { "%" }).about(about)
+        };
+        let columns = Self::ERRORS.into_iter().zip(about).enumerate().map(column);
+        let volumes = self.methods.iter().any(|method| method.evaluation.raw.err_volume.is_some());
+        columns.take(if volumes { 5 } else { 4 }).collect()
+    }
+
+    fn table(&self, published: &Published) -> Result<Table, ReportError> {
         let times = [
             Column::new("predict", "s")
                 .about("one parameter set on the known geometry, with its Newton steps"),
+            Column::new("in full", "s").about("the same with the message passing of a network"),
+            Column::new("in a batch", "s").about("one of 200 parameter sets"),
             Column::new("simulate + train", "s").once(),
         ];
         let others = [
             Column::new("simulations", ""),
+            Column::new("steps", ""),
             Column::new("estimates", "%").about("share of the cases whose energy-norm error is within a factor of two of its estimate"),
         ];
+        let errors = self.errors();
+        let count = errors.len();
         let mut table = Table::new(errors, times, others);
         for method in &self.methods {
             let (own, times) = (&method.evaluation, &method.evaluation.times);
-            table.push(row(method, method.name.clone(), &own.raw, times.predict_decoder_s)?)?;
+            let [decoder, full, batch] =
+                [times.predict_decoder_s, times.predict_full_s, times.predict_batch_per_theta_s];
+            let raw = row(method, method.name.clone(), &own.raw, [decoder, full, batch])?;
+            table.push(judged(raw, count, published))?;
             for after in &own.corrected {
                 let name = format!("{} + {} Newton", method.name, after.steps);
-                let seconds = times.predict_decoder_s + after.steps as f64 * times.correction_s;
-                table.push(row(method, name, &after.errors, seconds)?)?;
+                let steps = after.steps as f64 * times.correction_s;
+                let times = [decoder, full, batch].map(|seconds| seconds + steps);
+                table.push(judged(row(method, name, &after.errors, times)?, count, published))?;
             }
+        }
+        if let Some(times) = self.methods.first().map(|method| method.evaluation.times) {
+            table.push(solver(times.solver_cold_s, times.solver_warm_s, count)?)?;
         }
         Ok(table)
     }
+
+    fn facts(&self, published: &Published) -> Vec<(String, String)> {
+        let Self { nodes, cells, unknowns, displacement, length_unit: unit, .. } = self;
+        let size =
+            format!("mean {:.3} {unit}, largest {:.3} {unit}", displacement.mean, displacement.max);
+        let printed = published
+            .displacement
+            .map(|[mean, largest]| format!(" ({}: {mean} and {largest} {unit})", published.source));
+        let fact = |name: &str, value: String| (name.to_string(), value);
+        vec![
+            fact("mesh", format!("{nodes} nodes, {cells} elements, {unknowns} unknowns")),
+            fact("parameters", self.parameters.join(", ")),
+            fact("displacement", size + &printed.unwrap_or_default()),
+        ]
+    }
+
+    fn densities(&self, error: usize, published: &Published) -> Chart {
+        let column = &self.errors()[error];
+        let title = format!("Density of {}", column.name);
+        let axes = [&*column.head(), "density per decade"];
+        let mut chart = Chart::new(title, axes, [true, false]);
+        for method in &self.methods {
+            let points = method.densities.get(error).into_iter().flatten().copied();
+            chart.series.push(Series::new(&method.name, Style::Area, points));
+            let medians = medians(&method.evaluation.raw);
+            chart.levels.extend(medians.get(error).map(|&value| Level {
+                name: method.name.clone(),
+                value,
+                upright: true,
+                published: false,
+            }));
+        }
+        chart.levels.extend(level(published, error, true));
+        chart
+    }
+
+    fn curves(&self, published: &Published) -> Chart {
+        let name = format!("median err_u [{}]", self.length_unit);
+        let mut chart =
+            Chart::new("Error in displacement", ["training time [s]", &name], [true; 2]);
+        for method in self.methods.iter().filter(|method| !method.history.is_empty()) {
+            let points = method.history.iter();
+            let points =
+                points.map(|p| [p.train_s, p.medians.map_or(f64::NAN, |medians| medians[0])]);
+            chart.series.push(Series::new(&method.name, Style::Line, points));
+        }
+        chart.levels.extend(level(published, 0, false));
+        chart
+    }
 }
 
-fn row(method: &Method, name: String, errors: &Errors, seconds: f64) -> Result<Row, ReportError> {
-    let mut row = Row::new(name, cell(&errors.err_u), seconds)?
-        .error(cell(&errors.err_f))
-        .error(cell(&errors.err_i1))
-        .error(cell(&errors.err_pi));
-    if let Some(volume) = &errors.err_volume {
-        row = row.error(cell(volume));
+/// A published figure as a line.
+fn level(published: &Published, error: usize, upright: bool) -> Option<Level> {
+    let value = published.errors[error]?;
+    Some(Level { name: published.source.into(), value, upright, published: true })
+}
+
+/// Medians in the order of [`Comparison::ERRORS`].
+fn medians(errors: &Errors) -> Vec<f64> {
+    quantiles(errors).iter().map(|of| of.q50).collect()
+}
+
+fn quantiles(errors: &Errors) -> Vec<Quantiles> {
+    let Errors { err_u, err_f, err_i1, err_pi, err_volume, .. } = errors;
+    let all = [Some(*err_u), Some(*err_f), Some(*err_i1), Some(*err_pi), *err_volume];
+    all.into_iter().flatten().collect()
+}
+
+fn row(
+    method: &Method,
+    name: String,
+    errors: &Errors,
+    [decoder, full, batch]: [f64; 3],
+) -> Result<Row, ReportError> {
+    let quantiles = quantiles(errors);
+    let mut row = Row::new(name, cell(&quantiles[0]), decoder)?.time(full).time(batch);
+    for of in &quantiles[1..] {
+        row = row.error(cell(of));
     }
     let Evaluation { within_two, times, .. } = &method.evaluation;
     Ok(row
         .time(times.simulate_s + times.prepare_s + times.train_s)
         .other(method.simulations as f64)
+        .other(method.steps as f64)
         .other(100.0 * within_two))
+}
+
+/// With its errors held against published ones, and nothing where an error is not of this method.
+fn judged(mut row: Row, count: usize, published: &Published) -> Row {
+    row.errors.resize(count, Cell::default());
+    let errors = std::mem::take(&mut row.errors).into_iter().zip(published.errors);
+    row.errors = errors.map(|(cell, printed)| cell.against(published.source, printed)).collect();
+    row
+}
+
+/// The solver, whose solutions are the truth of the table.
+fn solver(cold: f64, warm: f64, count: usize) -> Result<Row, ReportError> {
+    let note = "the truth of this table".into();
+    let mut row = Row::new("Newton solver", Cell { note, ..Cell::from(0.0) }, cold)?;
+    row.errors.resize(count, Cell::default());
+    let [nothing, of_sweep] =
+        [Cell::default(), Cell { note: "in a sweep".into(), ..Cell::from(warm) }];
+    let row = row.time(nothing.clone()).time(of_sweep).time(nothing.clone());
+    Ok(row.other(nothing.clone()).other(nothing.clone()).other(nothing))
 }
 
 /// The median, with the largest below it.

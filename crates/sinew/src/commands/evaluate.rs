@@ -76,7 +76,7 @@ impl Evaluate {
             .into());
         }
         let test = TestSet::new(&body, simulations);
-        let mut comparison = Comparison::new(&test);
+        let mut comparison = Comparison::new(&test)?;
         let start = std::time::Instant::now();
         for (done, (name, path)) in found.iter().enumerate() {
             let share = done as f64 / found.len() as f64;

@@ -1,0 +1,178 @@
+//! The twisting cube on the thesis' five meshes (Table 3.2): one network goes from the coarsest to the finest.
+
+use crate::options::Options;
+use crate::run::{test_set, train};
+use anyhow::{Context, Result};
+use serde::{Deserialize, Serialize};
+use sinew::recipe::PhysicsInformed;
+use sinew::{Body, Case, Emulator, Recipe, TestSet};
+use sinew_emulate::{Budget, Evaluation, store};
+use sinew_report::format::count;
+use sinew_report::{Block, Cell, Chart, Column, Row, Section, Series, Style, Table};
+use std::path::{Path, PathBuf};
+
+/// Name on the command line.
+pub const KEY: &str = "twisting-cubes";
+/// Training time by default \[min\].
+pub const MINUTES: f64 = 2.0 * (2.0 + 3.0 + 5.0) + 10.0 + 15.0;
+
+/// A mesh of Table 3.2.
+struct Mesh {
+    /// Cells along an edge.
+    cells: usize,
+    /// Cases that errors are measured on.
+    cases: usize,
+    /// Minutes of training, once from the mesh before and once from nothing.
+    minutes: f64,
+    /// Whether a network starts from nothing too.
+    own: bool,
+    /// Mean error in the slice that the thesis prints \[mm\], and its prediction times \[s\] on a GPU.
+    thesis: [f64; 3],
+}
+
+const MESHES: [Mesh; 5] = [
+    Mesh { cells: 6, cases: 50, minutes: 2.0, own: true, thesis: [1.3e-3, 1.7e-3, 2.1e-4] },
+    Mesh { cells: 9, cases: 50, minutes: 3.0, own: true, thesis: [1.1e-3, 1.9e-3, 2.2e-4] },
+    Mesh { cells: 15, cases: 20, minutes: 5.0, own: true, thesis: [1.2e-3, 4.1e-3, 2.4e-4] },
+    Mesh { cells: 23, cases: 10, minutes: 10.0, own: false, thesis: [1.1e-3, 1.1e-2, 5.0e-4] },
+    Mesh { cells: 27, cases: 10, minutes: 15.0, own: false, thesis: [1.7e-3, 1.6e-2, 5.9e-4] },
+];
+
+/// One network on one mesh.
+#[derive(Debug, Serialize, Deserialize)]
+struct Outcome {
+    nodes: usize,
+    network: String,
+    /// Mean nodal error in the middle of the cube \[mm\].
+    slice_mm: f64,
+    evaluation: Evaluation,
+    /// Most memory that the process has used so far \[GB\], where the system tells.
+    memory_gb: Option<f64>,
+}
+
+/// Trains on the coarsest mesh, goes on to each finer one, and compares with networks that start from nothing there.
+///
+/// # Errors
+/// Whatever keeps a mesh from being solved or learned.
+pub fn section(options: &Options) -> Result<Section> {
+    let meshes = if options.quick { &MESHES[..2] } else { &MESHES };
+    let mut table = Table::new(
+        [
+            Column::new("slice", "mm")
+                .about("mean of ‖u − û‖ over the nodes nearest to the plane x = 5 mm"),
+            Column::new("err_u", "mm").about("‖u − û‖ at every node that is free to move"),
+            Column::new("err_I1", "%").about("|I₁ − Î₁| / I₁ at every quadrature point"),
+        ],
+        [
+            Column::new("decoder", "s").about("one parameter set on the known mesh"),
+            Column::new("in full", "s").about("the same with the message passing"),
+            Column::new("train", "s").once().about("on this mesh"),
+        ],
+        [Column::new("memory", "GB").about("most that the process has used so far")],
+    );
+    let mut chart = Chart::new("Prediction time", ["nodes", "time [s]"], [true; 2]);
+    let mut before: Option<PathBuf> = None;
+    let [mut full, mut decoder] = [Vec::new(), Vec::new()];
+    for mesh in meshes {
+        for outcome in outcomes(options, mesh, before.clone())? {
+            let times = &outcome.evaluation.times;
+            full.push([outcome.nodes as f64, times.predict_full_s]);
+            decoder.push([outcome.nodes as f64, times.predict_decoder_s]);
+            table.push(row(&outcome, mesh.thesis)?)?;
+        }
+        before = Some(folder(options, mesh).join(if before.is_none() { "own" } else { "carried" }));
+    }
+    for (name, points) in [("in full", full), ("decoder", decoder)] {
+        chart = chart.with(Series::new(name, Style::Marked, points));
+    }
+    let about = "Thesis Table 3.2: the twisting cube on five meshes. One network is trained by energy on the coarsest and goes on \
+                 to each finer mesh; beside it networks that start from nothing with the same time. The thesis trains one per \
+                 mesh, for 150 to 2325 minutes of a GPU.";
+    let blocks = vec![
+        Block::Text(about.into()),
+        Block::Table(table),
+        Block::charts("Time against mesh size", "One parameter set.", [chart]),
+    ];
+    Ok(Section { name: KEY.into(), title: "TwistingCube on five meshes".into(), blocks })
+}
+
+fn folder(options: &Options, mesh: &Mesh) -> PathBuf {
+    options.out.join(KEY).join(mesh.cells.to_string())
+}
+
+fn outcomes(options: &Options, mesh: &Mesh, before: Option<PathBuf>) -> Result<Vec<Outcome>> {
+    let folder = folder(options, mesh);
+    let file = folder.join("outcomes.json");
+    if let Some(done) = store::read_json(&file)?.filter(|_| options.resume) {
+        return Ok(done);
+    }
+    let mut case = Case::read(Path::new("TwistingCube"))?;
+    let cells = if options.quick { mesh.cells / 3 } else { mesh.cells };
+    case.mesh.cuboid.as_mut().context("a cube")?.cells = [cells; 3];
+    case.name = format!("TwistingCube-{cells}");
+    let body = case.body()?;
+    eprintln!("\nTwistingCube, {} nodes", count(body.nodes as u64));
+    let test = test_set(options, &body, mesh.cases, &folder)?;
+    let budget = match options.quick {
+        true => Budget::Steps(20),
+        false => Budget::Seconds(options.seconds(mesh.minutes)),
+    };
+    let mut runs = Vec::new();
+    if before.is_some() {
+        runs.push(("as it is", "as-it-is", Budget::Steps(0), before.clone()));
+        runs.push(("trained on", "carried", budget, before.clone()));
+    }
+    if mesh.own || before.is_none() {
+        runs.push(("from nothing", "own", budget, None));
+    }
+    let recipe = Recipe::from(PhysicsInformed::default());
+    let mut outcomes = Vec::new();
+    for (network, name, budget, start) in runs {
+        let emulator = train(options, &body, &recipe, budget, start, &folder.join(name))?;
+        outcomes.push(outcome(network, &body, &emulator, &test)?);
+        store::write_json(&file, &outcomes)?;
+    }
+    Ok(outcomes)
+}
+
+fn outcome(
+    network: &str,
+    body: &Body,
+    emulator: &Emulator<'_>,
+    test: &TestSet<'_>,
+) -> Result<Outcome> {
+    let fields = emulator.predict(&test.thetas)?.fields();
+    let cases = test.cases(&fields)?;
+    let middle = |node: &usize| (body.positions[*node][0] - 5.0).abs();
+    let free = body.free_nodes();
+    let nearest = free.iter().map(middle).fold(f64::INFINITY, f64::min);
+    let slice: Vec<usize> =
+        (0..free.len()).filter(|&row| middle(&free[row]) < nearest + 1e-9).collect();
+    let errors = cases.iter().flat_map(|case| slice.iter().map(|&row| case.err_u[row]));
+    let slice_mm = errors.sum::<f64>() / (slice.len() * cases.len()) as f64;
+    let evaluation = emulator.evaluate(test, 1)?;
+    let network = network.to_string();
+    Ok(Outcome { nodes: body.nodes, network, slice_mm, evaluation, memory_gb: memory_gb() })
+}
+
+fn row(outcome: &Outcome, [slice, full, decoder]: [f64; 3]) -> Result<Row> {
+    let Evaluation { raw, times, .. } = &outcome.evaluation;
+    let printed = |seconds: f64, of: f64| Cell {
+        note: format!("thesis, on a GPU: {of:.1e}"),
+        ..Cell::from(seconds)
+    };
+    let slice = Cell::from(outcome.slice_mm).against("thesis", Some(slice));
+    let row = Row::new(outcome.network.clone(), slice, printed(times.predict_decoder_s, decoder))?
+        .on(format!("{} nodes", count(outcome.nodes as u64)), "")
+        .error(raw.err_u.q50)
+        .error(raw.err_i1.q50);
+    let row = row.time(printed(times.predict_full_s, full)).time(times.prepare_s + times.train_s);
+    Ok(row.other(outcome.memory_gb))
+}
+
+/// Most memory that this process has used.
+fn memory_gb() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(line.split_whitespace().next()?.parse::<f64>().ok()? / (1024.0 * 1024.0))
+}

@@ -1,0 +1,226 @@
+//! From a scene to its section of the report.
+
+use crate::options::Options;
+use crate::organs::{ORGANS, Organ};
+use crate::{cubes, newcomers};
+use anyhow::{Context, Result, ensure};
+use sinew::case::RecipeName;
+use sinew::recipe::{PhysicsInformed, Regression};
+use sinew::{
+    Body, Case, Comparison, Design, Emulator, Parameter, Recipe, Sampling, TestSet, TrainingOptions,
+};
+use sinew_emulate::{Budget, Terminal, store};
+use sinew_report::{Block, Provenance, Report, Section};
+use std::path::{Path, PathBuf};
+
+/// Newton steps that predictions are corrected by.
+pub const CORRECTIONS: usize = 2;
+/// Cases, simulations and steps of a quick check.
+const QUICK: [usize; 3] = [4, 12, 40];
+/// Cells of a stand-in ventricle and of a cube in a quick check.
+const QUICK_CELLS: [usize; 3] = [1, 16, 6];
+
+/// Runs everything that is asked for and writes the report, anew after every scene; the path of `report.html`.
+///
+/// # Errors
+/// Whatever keeps a scene from being run, and files that cannot be written. Scenes that are done are kept.
+pub fn reproduce(options: &Options) -> Result<PathBuf> {
+    let clock = std::time::Instant::now();
+    begin(options)?;
+    let provenance = Provenance {
+        seed: Some(options.seed),
+        threads: rayon::current_num_threads(),
+        config: toml::to_string_pretty(options)?,
+        ..Provenance::of_this_run("sinew-organs", env!("CARGO_MANIFEST_DIR"))
+    };
+    let mut report = Report::new("The thesis’ organs", about(options), provenance.clone());
+    let mut page = options.out.join("report.html");
+    let mut add = |section: Section, report: &mut Report| -> Result<()> {
+        report.sections.push(section);
+        report.provenance = provenance.clone().finished(clock.elapsed().as_secs_f64());
+        let [all, met] = report.verdicts();
+        report.headline =
+            format!("{met} of {all} medians that the thesis prints are met or bettered.");
+        page = report.write(&options.out)?;
+        Ok(())
+    };
+    for organ in ORGANS.iter().filter(|organ| options.wants(organ.key)) {
+        match section(options, organ).with_context(|| format!("scene {}", organ.key))? {
+            Some(section) => add(section, &mut report)?,
+            None => report.notes.push(absent(options, organ)),
+        }
+    }
+    if options.wants(cubes::KEY) {
+        add(cubes::section(options).context("the meshes of the cube")?, &mut report)?;
+    }
+    if options.wants(newcomers::KEY) {
+        add(newcomers::section(options).context("new ventricles")?, &mut report)?;
+    }
+    ensure!(!report.sections.is_empty(), "nothing was run: {}", report.notes.join("; "));
+    Ok(page)
+}
+
+fn about(options: &Options) -> &'static str {
+    match options.quick {
+        true => "A quick check of the code path on small meshes: its errors mean nothing.",
+        false => {
+            "Error and time on the same meshes, parameters and machine; the truth is our finite-element solution."
+        }
+    }
+}
+
+fn absent(options: &Options, organ: &Organ) -> String {
+    let file = organ.mesh.unwrap_or_default();
+    let note = format!(
+        "{} was not run: there is no {} (--meshes)",
+        organ.scene,
+        options.meshes.join(file).display()
+    );
+    eprintln!("{note}");
+    note
+}
+
+/// Prepares the output folder, or checks that it holds a run with the same options.
+fn begin(options: &Options) -> Result<()> {
+    let file = options.out.join("options.json");
+    // What is run may differ: scenes that are done are kept.
+    let comparable =
+        |options: &Options| Options { only: Vec::new(), resume: false, ..options.clone() };
+    match store::read_json::<Options>(&file)? {
+        Some(stored) if options.resume => ensure!(
+            comparable(&stored) == comparable(options),
+            "the run in {} was started with other options; repeat them, or start without --resume",
+            options.out.display()
+        ),
+        Some(_) => {
+            for key in crate::options::keys().filter(|key| options.wants(key)) {
+                let folder = options.out.join(key);
+                if folder.exists() {
+                    std::fs::remove_dir_all(&folder)
+                        .with_context(|| format!("{} could not be emptied", folder.display()))?;
+                }
+            }
+        }
+        None => ensure!(
+            !options.resume,
+            "there is no run to resume in {}; start it without --resume",
+            options.out.display()
+        ),
+    }
+    Ok(store::write_json(&file, options)?)
+}
+
+/// The case of a scene and whether it is the scene itself; `None` where its mesh is absent and nothing stands in.
+pub fn case(options: &Options, organ: &Organ) -> Result<Option<(Case, bool)>> {
+    let read = |name: &str| Case::read(Path::new(name));
+    let (mut case, own) = match organ.mesh.map(|file| options.meshes.join(file)) {
+        None => (read(organ.scene)?, true),
+        Some(file) if file.exists() && !options.quick => (read(organ.scene)?.with_mesh(file), true),
+        Some(_) => match organ.stand_in {
+            Some(name) => (read(name)?, false),
+            None => return Ok(None),
+        },
+    };
+    if options.quick {
+        if let Some(cuboid) = &mut case.mesh.cuboid {
+            cuboid.cells = cuboid.cells.map(|cells| cells.min(4));
+        }
+        if let Some(ellipsoid) = &mut case.mesh.ellipsoid {
+            ellipsoid.cells = QUICK_CELLS;
+        }
+    }
+    Ok(Some((case, own)))
+}
+
+fn section(options: &Options, organ: &Organ) -> Result<Option<Section>> {
+    let Some((case, own)) = case(options, organ)? else { return Ok(None) };
+    eprintln!("\n{}: {}", case.name, case.about);
+    let folder = options.out.join(organ.key);
+    let title = match own {
+        true => organ.scene.to_string(),
+        false => format!("{} (in the place of {})", case.name, organ.scene),
+    };
+    let file = folder.join("comparison.json");
+    let comparison = match store::read_json(&file)?.filter(|_| options.resume) {
+        Some(done) => done,
+        None => {
+            let done = compare(options, organ, &case.body()?, &folder)?;
+            store::write_json(&file, &done)?;
+            done
+        }
+    };
+    println!("{comparison}");
+    let thesis = if own { organ.thesis } else { Default::default() };
+    let mut section = comparison.section(organ.key, &title, &thesis)?;
+    section.blocks.insert(0, Block::Text(format!("{}. {}", case.about, organ.note)));
+    Ok(Some(section))
+}
+
+fn compare(options: &Options, organ: &Organ, body: &Body, folder: &Path) -> Result<Comparison> {
+    let test = test_set(options, body, organ.test, folder)?;
+    let mut comparison = Comparison::new(&test)?;
+    for &name in &options.recipe {
+        let recipe = recipe(options, organ, name);
+        let budget = match (options.quick, name) {
+            (_, RecipeName::Regression) => Budget::default(),
+            (true, _) => Budget::Steps(QUICK[2]),
+            (false, _) => Budget::Seconds(options.seconds(organ.minutes)),
+        };
+        let emulator = train(options, body, &recipe, budget, None, &folder.join(recipe.key()))?;
+        comparison.add(recipe.key(), &emulator, &test, CORRECTIONS)?;
+    }
+    Ok(comparison)
+}
+
+/// Trains by a recipe, from the networks in `start` if there are some.
+pub fn train<'b>(
+    options: &Options,
+    body: &'b Body,
+    recipe: &Recipe,
+    budget: Budget,
+    start: Option<PathBuf>,
+    folder: &Path,
+) -> Result<Emulator<'b>> {
+    let training = TrainingOptions {
+        budget,
+        start,
+        seed: options.seed,
+        held_out: if options.quick { 2 } else { 20 },
+        evaluations: if options.quick { 2 } else { 20 },
+        folder: Some(folder.into()),
+        resume: options.resume,
+        ..TrainingOptions::default()
+    };
+    Ok(recipe.train(body, &training, &mut Terminal::default())?)
+}
+
+/// Cases with their solutions, uniform in the ranges as in the thesis.
+pub fn test_set<'b>(
+    options: &Options,
+    body: &'b Body,
+    cases: usize,
+    folder: &Path,
+) -> Result<TestSet<'b>> {
+    let cases = if options.quick { QUICK[0] } else { cases };
+    let linear = |p: &Parameter| Parameter { sampling: Sampling::Linear, ..p.clone() };
+    let parameters: Vec<_> = body.parameters.iter().map(linear).collect();
+    let seed = options.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x7e57;
+    let thetas = Design::Uniform.sample(&parameters, cases, seed)?;
+    let (folder, stage) = (folder.join("test"), "solve test cases");
+    let found = sinew::simulate(body, &thetas, stage, Some(&folder), &mut Terminal::default())?;
+    ensure!(!found.fields.is_empty(), "no test case has an equilibrium");
+    Ok(TestSet::new(body, found))
+}
+
+fn recipe(options: &Options, organ: &Organ, name: RecipeName) -> Recipe {
+    let simulations = if options.quick { QUICK[1] } else { organ.simulations };
+    match name {
+        RecipeName::Regression => {
+            Regression { simulations, most: simulations, ..Regression::default() }.into()
+        }
+        RecipeName::Pi => PhysicsInformed::default().into(),
+        RecipeName::Hybrid => sinew::recipe::Hybrid { simulations, ..Default::default() }.into(),
+        RecipeName::Dd => sinew::recipe::DataDriven { simulations, ..Default::default() }.into(),
+        RecipeName::Auto => Recipe::auto(),
+    }
+}

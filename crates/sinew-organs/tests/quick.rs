@@ -1,0 +1,71 @@
+//! The way from every scene to the report.
+
+use clap::Parser;
+use sinew_organs::options::{Options, keys};
+use sinew_report::Report;
+
+fn options(arguments: &[&str], out: &std::path::Path) -> Options {
+    let fixed = ["organs", "--quick", "--meshes", "nowhere", "--out", out.to_str().unwrap()];
+    Options::try_parse_from(fixed.iter().chain(arguments)).unwrap()
+}
+
+#[test]
+fn a_quick_run_reports_every_scene_and_is_resumed() {
+    let folder = tempfile::tempdir().unwrap();
+    let only = "twisting-cube,liver,ventricle,traction-guccione,twisting-cubes,new-ventricle";
+    let page = sinew_organs::run::reproduce(&options(&["--only", only], folder.path())).unwrap();
+    let report = Report::read(&folder.path().join("report.json")).unwrap();
+    let names: Vec<_> = report.sections.iter().map(|section| section.name.as_str()).collect();
+    assert_eq!(
+        names,
+        ["twisting-cube", "ventricle", "traction-guccione", "twisting-cubes", "new-ventricle"]
+    );
+    assert!(
+        report.notes.iter().any(|note| note.contains("Liver was not run")),
+        "{:?}",
+        report.notes
+    );
+    // What stands in for a published organ is said, and is not held against published figures.
+    let ventricle = report.section("ventricle").unwrap();
+    assert!(ventricle.title.contains("in the place of LeftVentricle"), "{}", ventricle.title);
+    assert!(ventricle.tables().all(|table| table.verdicts().next().is_none()));
+    let cube = report.section("twisting-cube").unwrap().tables().next().unwrap();
+    assert_eq!(
+        cube.rows.len(),
+        7,
+        "pi and regression, raw and after two corrections, and the solver"
+    );
+    assert!(cube.verdicts().count() >= 2);
+    // Corrections come nearer to the solver whatever they begin from.
+    let error = |row: usize| cube.rows[row].errors[0].value.median().unwrap();
+    assert!(
+        error(4) < 0.1 * error(3) && error(5) < 0.1 * error(4),
+        "{} {} {}",
+        error(3),
+        error(4),
+        error(5)
+    );
+    let table = report.section("twisting-cubes").unwrap().tables().next().unwrap();
+    let networks: Vec<_> = table.rows.iter().map(|row| row.method.as_str()).collect();
+    assert_eq!(networks, ["from nothing", "as it is", "trained on", "from nothing"]);
+
+    // Nothing is done twice.
+    let before =
+        std::fs::metadata(folder.path().join("ventricle/comparison.json")).unwrap().modified();
+    let again = options(&["--only", only, "--resume"], folder.path());
+    assert_eq!(sinew_organs::run::reproduce(&again).unwrap(), page);
+    let after =
+        std::fs::metadata(folder.path().join("ventricle/comparison.json")).unwrap().modified();
+    assert_eq!(before.unwrap(), after.unwrap());
+    let other = Options { seed: 2, ..again };
+    let error = sinew_organs::run::reproduce(&other).unwrap_err().to_string();
+    assert!(error.contains("other options"), "{error}");
+}
+
+#[test]
+fn names_are_unique() {
+    let mut names: Vec<_> = keys().collect();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), keys().count());
+}
