@@ -2,6 +2,7 @@
 
 mod facet;
 mod hexahedron;
+mod simplices;
 mod tetrahedra;
 mod triangles;
 
@@ -45,7 +46,9 @@ pub trait FiniteElement<const N: usize> {
     /// Shape functions and quadrature on a facet.
     fn facet_rule() -> FacetRule;
     /// Values of the shape functions that are 1 at one corner and fall to 0 at the others.
-    fn corner_shape(at: [f64; 3]) -> Vec<f64>;
+    fn corner_shape(at: [f64; 3]) -> Vec<f64> {
+        Self::shape(at).to_vec()
+    }
     /// A mesh of these elements without its type.
     fn any(mesh: Mesh<N>) -> AnyMesh;
 }

@@ -3,21 +3,15 @@
 use std::time::Instant;
 
 /// A benchmark: one file in [`crate::cases`].
-pub trait Case: Sync {
+pub struct Case {
     /// Short name for `--only`, in lower case with hyphens.
-    fn name(&self) -> &'static str;
-
+    pub name: &'static str,
     /// What is solved, in a line.
-    fn title(&self) -> &'static str;
-
+    pub title: &'static str,
     /// Where the reference values come from.
-    fn provenance(&self) -> &'static str;
-
-    /// Solves and compares; rows given before an error count.
-    ///
-    /// # Errors
-    /// Anything that keeps a row from being made. The case then counts as failed.
-    fn run(&self, effort: Effort, rows: &mut Rows<'_>) -> anyhow::Result<()>;
+    pub provenance: &'static str,
+    /// Solves and compares; rows given before an error count, and the case counts as failed.
+    pub run: fn(Effort, &mut Rows<'_>) -> anyhow::Result<()>,
 }
 
 /// How much time a run may take.
@@ -258,6 +252,36 @@ impl<'a> Rows<'a> {
     pub fn push(&mut self, row: Row) {
         (self.report)(&row);
         self.rows.push(row);
+    }
+
+    /// Adds a [`Row::relative`].
+    ///
+    /// # Errors
+    /// Those of the row.
+    pub fn relative(
+        &mut self,
+        label: Label,
+        pair: [f64; 2],
+        band: Band,
+        cost: Cost,
+    ) -> anyhow::Result<()> {
+        self.push(Row::relative(label, pair, band, cost)?);
+        Ok(())
+    }
+
+    /// Adds a [`Row::absolute`].
+    ///
+    /// # Errors
+    /// Those of the row.
+    pub fn absolute(
+        &mut self,
+        label: Label,
+        pair: [f64; 2],
+        band: Band,
+        cost: Cost,
+    ) -> anyhow::Result<()> {
+        self.push(Row::absolute(label, pair, band, cost)?);
+        Ok(())
     }
 
     /// All rows so far.

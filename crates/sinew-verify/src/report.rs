@@ -154,11 +154,12 @@ fn hint(row: &Row) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::{run, tests::Fake};
+    use crate::run::run;
+    use crate::run::tests::GOOD;
 
     #[test]
     fn both_files_hold_errors_times_and_bands() {
-        let outcome = run(&Fake { error: 0.01, breaks: None }, Effort::Full, &mut |_| ());
+        let outcome = run(&GOOD, Effort::Full, &mut |_| ());
         let report = report(Effort::Full, &[outcome]).unwrap();
         let row = &report.section("fake").unwrap().tables().next().unwrap().rows[1];
         assert_eq!((row.method.as_str(), row.others[2].value.median()), ("P2", Some(1000.0)));

@@ -99,11 +99,12 @@ pub fn summary(outcomes: &[Outcome]) -> String {
 mod tests {
     use super::*;
     use crate::case::Effort;
-    use crate::run::{run, tests::Fake};
+    use crate::run::run;
+    use crate::run::tests::{BAD, BROKEN};
 
     #[test]
     fn the_table_shows_errors_beside_times() {
-        let outcome = run(&Fake { error: 0.05, breaks: None }, Effort::Full, &mut |_| ());
+        let outcome = run(&BAD, Effort::Full, &mut |_| ());
         let text = table(&outcome);
         let lines: Vec<_> = text.lines().skip(2).collect();
         assert!(lines[0].contains("value") && lines[0].contains("band"));
@@ -115,9 +116,11 @@ mod tests {
 
     #[test]
     fn failures_are_shown_with_their_reason() {
-        let breaks: Option<fn() -> anyhow::Result<()>> = Some(|| Err(anyhow::anyhow!("why")));
-        let outcome = run(&Fake { error: 0.01, breaks }, Effort::Full, &mut |_| ());
-        assert!(table(&outcome).contains("FAILED]") && table(&outcome).contains("failed: why"));
+        let outcome = run(&BROKEN, Effort::Full, &mut |_| ());
+        assert!(
+            table(&outcome).contains("FAILED]")
+                && table(&outcome).contains("failed: on the fine mesh")
+        );
         assert!(summary(&[outcome]).ends_with("failed: fake"));
     }
 }

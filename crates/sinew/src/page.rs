@@ -1,7 +1,7 @@
 //! A comparison as a report.
 
 use crate::comparison::{Comparison, Method};
-use sinew_emulate::{Errors, Evaluation, Quantiles};
+use sinew_emulate::{Errors, Evaluation, METRICS, Metric, Quantiles};
 use sinew_report::{
     Block, Cell, Chart, Column, Provenance, Report, ReportError, Row, Section, Table,
 };
@@ -36,13 +36,10 @@ impl Comparison {
 
     fn table(&self) -> Result<Table, ReportError> {
         let volumes = self.methods.iter().any(|method| method.evaluation.raw.err_volume.is_some());
-        let mut errors = vec![
-            Column::new("err_u", &*self.length_unit)
-                .about("‖u − û‖ at every node that is free to move"),
-            Column::new("err_F", "%").about("‖F − F̂‖ / ‖F‖ at every quadrature point"),
-            Column::new("err_I1", "%").about("|I₁ − Î₁| / I₁ at every quadrature point"),
-            Column::new("err_Π", "%").about("|Π − Π̂| / |Π| of every case"),
-        ];
+        let column = |metric: &Metric| {
+            Column::new(metric.name, metric.unit(&self.length_unit)).about(metric.about)
+        };
+        let mut errors: Vec<Column> = METRICS.iter().map(column).collect();
         errors.extend(
             volumes.then(|| Column::new("err_V", "%").about("|V − V̂| / V of every cavity")),
         );

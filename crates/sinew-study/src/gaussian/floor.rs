@@ -6,7 +6,7 @@
 use crate::gaussian::experiment::{Case, Scale, Task};
 use crate::gaussian::inference::{About, Sampling};
 use crate::gaussian::problems::{Function, Setting};
-use crate::gaussian::row::{Findings, Label, Method, Run};
+use crate::gaussian::row::{Findings, Method, Run};
 use anyhow::{Result, bail};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::PI;
@@ -24,14 +24,7 @@ pub fn case<const D: usize>(
     about: About,
     scale: Scale,
 ) -> Case {
-    let label = Label {
-        problem: setting.name.into(),
-        setting: about.setting,
-        method: Method::LeastSquares,
-        abscissa: about.abscissa,
-        truth: setting.truth.clone(),
-        thesis: about.thesis,
-    };
+    let label = about.label(setting, Method::LeastSquares);
     let setting = setting.clone();
     let run = move |task: &Task| {
         let observed = setting.observe(sampling, task)?;
