@@ -40,11 +40,6 @@ pub(crate) fn extrapolation(body: &Body, theta: &[f64]) -> Vec<Warning> {
     outside(body, theta).map(warning).collect()
 }
 
-/// Numbers for people.
-pub(crate) fn listed(theta: &[f64]) -> String {
-    theta.iter().map(f64::to_string).collect::<Vec<_>>().join(", ")
-}
-
 /// Requires one value per parameter.
 pub(crate) fn check_length(body: &Body, theta: &[f64]) -> Result<()> {
     let (found, expected) = (theta.len(), body.parameters.len());

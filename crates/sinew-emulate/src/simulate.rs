@@ -1,11 +1,11 @@
 //! Finite-element solutions that emulators learn from and are judged by.
 
 use crate::identity::{self, Identity};
-use crate::parameters::listed;
 use crate::progress::{Counter, Observer};
 use crate::store::{read_json, read_table, write_json, write_table};
 use crate::{Body, Error, Result};
 use serde::{Deserialize, Serialize};
+use sinew_energy::listed;
 use sinew_fem::{Options, sweep};
 use std::ops::ControlFlow;
 use std::path::Path;

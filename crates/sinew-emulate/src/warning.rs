@@ -1,7 +1,7 @@
 //! Reasons not to trust a result, carried in it.
 
-use crate::parameters::listed;
 use serde::{Deserialize, Serialize};
+use sinew_energy::listed;
 use sinew_gnn::Concern;
 
 /// A reason not to trust an emulator, a prediction or a correction. Printed it says what to do.

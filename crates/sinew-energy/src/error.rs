@@ -3,8 +3,8 @@
 use sinew_mesh::Defect;
 use thiserror::Error;
 
-/// Names or numbers for people.
-fn listed<T: ToString>(items: &[T]) -> String {
+/// Names or numbers for people: `mu, lambda`.
+pub fn listed<T: ToString>(items: &[T]) -> String {
     items.iter().map(T::to_string).collect::<Vec<_>>().join(", ")
 }
 

@@ -46,24 +46,3 @@ pub fn write(folder: &Path, mesh: &TetMesh, cases: &[FieldCase<'_>]) -> Result<(
 pub fn rows(displacement: &[f64]) -> Vec<[f64; 3]> {
     displacement.as_chunks::<3>().0.to_vec()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use sinew_mesh::{box_tetrahedra, read_tet_mesh};
-
-    #[test]
-    fn a_case_is_read_back_with_its_error() {
-        let folder = tempfile::tempdir().unwrap();
-        let mesh = box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]);
-        let truth = vec![0.0; 3 * mesh.points.len()];
-        let guess: Vec<f64> = truth.iter().map(|u| u + 1.0).collect();
-        let case =
-            FieldCase { name: "dd_worst".into(), truth: &truth, predictions: vec![("dd", &guess)] };
-        write(folder.path(), &mesh, &[case]).unwrap();
-        let (read, _) = read_tet_mesh(folder.path().join("dd_worst.vtu")).unwrap();
-        assert!(read.point_fields["error_dd"].to_f64().iter().all(|&e| e == 3f64.sqrt()));
-        let series = std::fs::read_to_string(folder.path().join("cases.pvd")).unwrap();
-        assert!(series.contains("dd_worst.vtu"));
-    }
-}

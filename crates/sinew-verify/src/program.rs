@@ -59,30 +59,3 @@ fn progress(cases: u64) -> ProgressBar {
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::run::tests::{BAD, GOOD};
-    use std::path::Path;
-
-    fn options(out: &Path, only: &[&str]) -> Options {
-        let only = only.iter().map(ToString::to_string).collect();
-        Options { only, list: false, quick: true, out: out.into() }
-    }
-
-    #[test]
-    fn a_value_outside_its_band_fails_the_run() {
-        let folder = tempfile::tempdir().unwrap();
-        let passes = |case: Case| verify(&[case], &options(folder.path(), &[])).unwrap();
-        assert!(passes(GOOD));
-        assert!(!passes(BAD));
-        assert!(folder.path().join("report.html").exists());
-    }
-
-    #[test]
-    fn unknown_names_are_refused_with_those_there_are() {
-        let error = verify(&[GOOD], &options(Path::new("unused"), &["other"])).unwrap_err();
-        assert_eq!(error.to_string(), "no case is named `other`; there are fake");
-    }
-}

@@ -26,27 +26,3 @@ pub fn write(path: &Path, arrays: &[Named<'_>]) -> io::Result<()> {
     }
     archive.finish()?.flush()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::io::Read;
-
-    #[test]
-    fn an_archive_holds_its_npy_files() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("arrays.npz");
-        let values: Vec<f64> = (0..6).map(f64::from).collect();
-        write(&path, &[("theta", &[2, 3], &values), ("energy", &[1], &[7.5])]).unwrap();
-        let mut archive = zip::ZipArchive::new(std::fs::File::open(path).unwrap()).unwrap();
-        for (name, content) in [
-            ("theta.npy", sinew_mesh::to_npy(&[2, 3], &values)),
-            ("energy.npy", sinew_mesh::to_npy(&[1], &[7.5])),
-        ] {
-            let mut found = Vec::new();
-            archive.by_name(name).unwrap().read_to_end(&mut found).unwrap();
-            assert_eq!(found, content);
-        }
-        assert_eq!(archive.len(), 2);
-    }
-}

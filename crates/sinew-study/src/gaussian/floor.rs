@@ -9,6 +9,7 @@ use crate::gaussian::problems::{Function, Setting};
 use crate::gaussian::row::{Findings, Method, Run};
 use anyhow::{Result, bail};
 use nalgebra::{DMatrix, DVector};
+use sinew_energy::listed;
 use std::f64::consts::PI;
 use std::sync::Arc;
 use std::time::Instant;
@@ -79,7 +80,10 @@ fn least_squares<const D: usize>(
             return Ok(theta.as_slice().to_vec());
         }
     }
-    bail!("least squares did not converge in {MOST_STEPS} steps: θ = {:?}", theta.as_slice())
+    bail!(
+        "least squares did not converge in {MOST_STEPS} steps: θ = ({})",
+        listed(theta.as_slice())
+    )
 }
 
 /// Heat-BVP-2: one mode that decays.

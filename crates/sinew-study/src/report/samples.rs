@@ -37,33 +37,3 @@ pub fn lines(
     }
     Ok(text)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn one_line_per_case_under_its_head() {
-        let parameters = ["mu", "lambda"].map(|name| Parameter::log(name, "kPa", 50.0..=100.0));
-        let errors = vec![0.25, 0.5, 0.75];
-        let mut case = CaseErrors {
-            err_u: errors.clone(),
-            err_f: errors.clone(),
-            err_i1: errors,
-            err_pi: 0.5,
-            err_volume: Vec::new(),
-            relative: 0.1,
-            energy_excess: 0.0,
-        };
-        let row = |case: &CaseErrors| {
-            lines("once", Method::FemWarm, &[vec![60.0, 70.5]], std::slice::from_ref(case))
-        };
-        let (head, line) = (head(&parameters), row(&case).unwrap());
-        assert!(head.starts_with("scene,sample,method,mu_kPa,lambda_kPa,err_u_mm_mean,"), "{head}");
-        assert!(line.starts_with("once,0,fem_warm,60,70.5,5e-1,5e-1,7.5e-1,"), "{line}");
-        assert!(line.ends_with(",5e-1\n"));
-        assert_eq!(head.split(',').count(), line.split(',').count());
-        case.err_f[1] = f64::NAN;
-        assert!(row(&case).is_err());
-    }
-}

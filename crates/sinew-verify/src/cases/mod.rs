@@ -51,31 +51,3 @@ fn boxes([x, y, z]: [usize; 3]) -> String {
 pub fn find(name: &str) -> Option<&'static Case> {
     ALL.iter().find(|case| case.name == name)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::case::Effort;
-    use crate::run::run;
-    use std::collections::BTreeSet;
-
-    #[test]
-    fn cases_have_names_of_their_own_and_say_where_references_come_from() {
-        let names: BTreeSet<_> = ALL.iter().map(|case| case.name).collect();
-        assert_eq!(names.len(), ALL.len());
-        for case in &ALL {
-            let plain = |c: char| c.is_ascii_lowercase() || c == '-' || c.is_ascii_digit();
-            assert!(case.name.chars().all(plain));
-            assert!(!case.title.is_empty() && !case.provenance.is_empty());
-        }
-    }
-
-    /// The cheap cases, as they run under `--quick`.
-    #[test]
-    fn cheap_cases_pass() {
-        for name in ["patch", "shear", "beam-fixture", "elastica"] {
-            let outcome = run(find(name).expect(name), Effort::Quick, &mut |_| ());
-            assert!(outcome.passes(), "{}", crate::table(&outcome));
-        }
-    }
-}

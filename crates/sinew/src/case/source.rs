@@ -98,11 +98,6 @@ pub(crate) fn advise<'a>(
     }
 }
 
-/// Numbers as the file writes them.
-pub(crate) fn listed<T: ToString>(numbers: &[T]) -> String {
-    format!("[{}]", numbers.iter().map(T::to_string).collect::<Vec<_>>().join(", "))
-}
-
 /// An array that holds as many values as are read, not more: the TOML reader overlooks those.
 pub(crate) fn exactly<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: usize>(
     deserializer: D,
