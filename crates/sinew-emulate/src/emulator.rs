@@ -21,6 +21,12 @@ pub(crate) enum Model {
     Regression(PodRegression),
 }
 
+impl From<TrainedNetwork> for Model {
+    fn from(network: TrainedNetwork) -> Self {
+        Self::Network(Box::new(network))
+    }
+}
+
 /// An emulator of one body, from [`Recipe::train`] or [`Emulator::load`].
 pub struct Emulator<'b> {
     pub(crate) body: &'b Body,
@@ -140,17 +146,7 @@ impl<'b> Emulator<'b> {
     /// # Errors
     /// θ of the wrong length, not finite, or not positive where samples are uniform in the logarithm.
     pub fn predict(&self, thetas: &[Vec<f64>]) -> Result<Prediction> {
-        thetas.iter().try_for_each(|theta| check_length(self.body, theta))?;
-        let displacement = match &self.model {
-            Model::Network(network) => network.fixed.predict(thetas)?.displacement,
-            Model::Regression(regression) => {
-                let fields: Result<Vec<_>, _> =
-                    thetas.iter().map(|theta| regression.predict(theta)).collect();
-                fields?.concat()
-            }
-        };
-        let outside = thetas.iter().map(|theta| extrapolation(self.body, theta)).collect();
-        Ok(Prediction { thetas: thetas.to_vec(), displacement, outside })
+        self.predict_by(thetas, |network| Ok(network.fixed.predict(thetas)?))
     }
 
     /// As [`Emulator::predict`], with the message passing of a network done anew: what a geometry that was never seen
@@ -159,9 +155,25 @@ impl<'b> Emulator<'b> {
     /// # Errors
     /// As [`Emulator::predict`].
     pub fn predict_in_full(&self, thetas: &[Vec<f64>]) -> Result<Prediction> {
-        let Model::Network(network) = &self.model else { return self.predict(thetas) };
+        self.predict_by(thetas, |network| {
+            Ok(network.surrogate.predict(&network.geometry, thetas)?)
+        })
+    }
+
+    fn predict_by(
+        &self,
+        thetas: &[Vec<f64>],
+        by: impl Fn(&TrainedNetwork) -> Result<sinew_gnn::Prediction>,
+    ) -> Result<Prediction> {
         thetas.iter().try_for_each(|theta| check_length(self.body, theta))?;
-        let displacement = network.surrogate.predict(&network.geometry, thetas)?.displacement;
+        let displacement = match &self.model {
+            Model::Network(network) => by(network)?.displacement,
+            Model::Regression(regression) => {
+                let fields: Result<Vec<_>, _> =
+                    thetas.iter().map(|theta| regression.predict(theta)).collect();
+                fields?.concat()
+            }
+        };
         let outside = thetas.iter().map(|theta| extrapolation(self.body, theta)).collect();
         Ok(Prediction { thetas: thetas.to_vec(), displacement, outside })
     }
@@ -205,7 +217,7 @@ impl<'b> Emulator<'b> {
         let model = match model {
             Kind::Network => {
                 let network = TrainedNetwork::load(&folder.join("network"), Backend::default())?;
-                Model::Network(Box::new(network))
+                network.into()
             }
             Kind::Regression => Model::Regression(PodRegression::load(
                 &folder.join("regression"),

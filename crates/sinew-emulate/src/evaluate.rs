@@ -40,6 +40,69 @@ pub struct CaseErrors {
     pub energy_excess: f64,
 }
 
+/// An error measure of thesis (3.22).
+#[derive(Clone, Copy, Debug)]
+pub struct Metric {
+    /// Name, such as `err_u`.
+    pub name: &'static str,
+    /// The quantity in words.
+    pub quantity: &'static str,
+    /// Its definition.
+    pub about: &'static str,
+    /// Whether it has the unit of length; others are in %.
+    pub is_length: bool,
+    of: fn(&CaseErrors) -> &[f64],
+}
+
+/// The error measures in the order of the thesis' tables.
+pub const METRICS: [Metric; 4] = [
+    Metric {
+        name: "err_u",
+        quantity: "displacement",
+        about: "‖u − û‖₂ at every node that is free to move; u is the reference, û the prediction",
+        is_length: true,
+        of: |case| &case.err_u,
+    },
+    Metric {
+        name: "err_F",
+        quantity: "deformation gradient",
+        about: "‖F − F̂‖_F / ‖F‖_F at every quadrature point",
+        is_length: false,
+        of: |case| &case.err_f,
+    },
+    Metric {
+        name: "err_I₁",
+        quantity: "first invariant",
+        about: "|I₁ − Î₁| / I₁ at every quadrature point",
+        is_length: false,
+        of: |case| &case.err_i1,
+    },
+    Metric {
+        name: "err_Π",
+        quantity: "potential energy",
+        about: "|Π − Π̂| / |Π| of every test case",
+        is_length: false,
+        of: |case| std::slice::from_ref(&case.err_pi),
+    },
+];
+
+impl Metric {
+    /// Its errors in one case: per free node, per quadrature point, or one.
+    pub fn of<'a>(&self, case: &'a CaseErrors) -> &'a [f64] {
+        (self.of)(case)
+    }
+
+    /// Its errors in all cases.
+    pub fn pooled<'a>(&'a self, cases: &'a [CaseErrors]) -> impl Iterator<Item = f64> + 'a {
+        cases.iter().flat_map(|case| self.of(case).iter().copied())
+    }
+
+    /// Its unit, where lengths have the one given.
+    pub fn unit<'a>(&self, length: &'a str) -> &'a str {
+        if self.is_length { length } else { "%" }
+    }
+}
+
 /// Quantiles of the errors over all cases, with nodes and quadrature points pooled.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
@@ -103,27 +166,33 @@ impl<'b> TestSet<'b> {
             err_u: free.iter().map(|&node| nodal[node]).collect(),
             err_f: metrics::deformation_gradient_error(body, truth, estimate),
             err_i1: metrics::first_invariant_error(body, truth, estimate),
-            err_pi: metrics::relative_percent(minimum, energy),
-            err_volume: volumes.map(|(a, b)| metrics::relative_percent(a, b)).collect(),
-            relative: norm(&nodal) / norm(truth),
-            energy_excess: (energy - minimum) / minimum.abs(),
+            err_pi: share(100.0 * (energy - minimum).abs(), minimum.abs()),
+            err_volume: volumes.map(|(a, b)| share(100.0 * (a - b).abs(), a.abs())).collect(),
+            relative: share(norm(&nodal), norm(truth)),
+            energy_excess: share(energy - minimum, minimum.abs()),
         }
     }
+}
+
+/// A difference over a size: 0 where there is no difference, and the largest number in place of infinity where only the
+/// size vanishes, so that it can be stored.
+fn share(difference: f64, size: f64) -> f64 {
+    if difference == 0.0 { 0.0 } else { (difference / size).clamp(f64::MIN, f64::MAX) }
 }
 
 impl Errors {
     /// Over cases.
     pub fn of(cases: &[CaseErrors]) -> Self {
-        let pooled = |of: fn(&CaseErrors) -> &[f64]| {
-            Quantiles::of(cases.iter().flat_map(|case| of(case).iter().copied()))
-        };
-        let has_cavities = cases.iter().any(|case| !case.err_volume.is_empty());
+        let [err_u, err_f, err_i1, err_pi] =
+            METRICS.map(|metric| Quantiles::of(metric.pooled(cases)));
+        let mut volumes = cases.iter().flat_map(|case| case.err_volume.iter().copied()).peekable();
+        let err_volume = volumes.peek().is_some().then(|| Quantiles::of(volumes));
         Self {
-            err_u: pooled(|case| &case.err_u),
-            err_f: pooled(|case| &case.err_f),
-            err_i1: pooled(|case| &case.err_i1),
-            err_pi: Quantiles::of(cases.iter().map(|case| case.err_pi)),
-            err_volume: has_cavities.then(|| pooled(|case| &case.err_volume)),
+            err_u,
+            err_f,
+            err_i1,
+            err_pi,
+            err_volume,
             relative: Quantiles::of(cases.iter().map(|case| case.relative)),
         }
     }

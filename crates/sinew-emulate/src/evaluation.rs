@@ -1,5 +1,6 @@
 //! An emulator against a test set: errors raw and corrected, estimates, times.
 
+use crate::calibration::ratio;
 use crate::evaluate::{Errors, TestSet};
 use crate::quantiles::Quantiles;
 use crate::timing::{median, median_seconds};
@@ -133,16 +134,12 @@ impl Emulator<'_> {
         fields: &[Vec<f64>],
         steps: &[Vec<NewtonStep>],
     ) -> Result<Vec<f64>> {
-        let mut ratios = Vec::with_capacity(fields.len());
-        for (case, step) in steps.iter().map(|steps| steps.first()).enumerate() {
-            let Some(step) = step else { continue };
-            let (theta, truth) = (&test.thetas[case], &test.fields[case]);
-            let difference: Vec<f64> = fields[case].iter().zip(truth).map(|(a, b)| a - b).collect();
-            let actual =
-                self.with_solver(|solver| Ok(solver.energy_norm(truth, theta, &difference)?))?;
-            ratios.push(actual / (self.record.calibration.factor * step.energy_norm));
-        }
-        Ok(ratios)
+        let first = steps.iter().map(|steps| steps.first()).zip(fields).enumerate();
+        let estimated = first.filter_map(|(case, (step, field))| Some((case, step?, field)));
+        let factor = self.record.calibration.factor;
+        estimated
+            .map(|(case, step, field)| Ok(ratio(self, test, case, field, step)? / factor))
+            .collect()
     }
 
     fn times(&self, test: &TestSet<'_>, theta: &[f64], correction_s: f64) -> Result<Times> {

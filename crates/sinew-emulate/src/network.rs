@@ -6,6 +6,7 @@ use crate::options::scale;
 use crate::progress::{Observer, Progress};
 use crate::sampling::share_of;
 use crate::session::Session;
+use crate::simulate::Simulations;
 use crate::store::{read_json, write_json};
 use crate::timing::timed;
 use crate::{Body, Error, Record, Result, Warning, graph, parameters};
@@ -118,6 +119,7 @@ pub(crate) fn train(
         stages.push(first);
     }
     for stage in &mut stages {
+        stage.seed = session.options.seed;
         stage.evaluations = stage.evaluations.min(session.options.evaluations).max(1);
     }
     scale(&mut stages, session.options.budget, session.simulate_s);
@@ -152,7 +154,12 @@ pub(crate) fn train(
     TrainedNetwork::new(surrogate, geometry)
 }
 
-impl Lesson<'_> {
+impl<'a> Lesson<'a> {
+    pub fn of(simulations: &'a Simulations, held_out: &'a TestSet<'a>) -> Self {
+        let Simulations { thetas, fields, .. } = simulations;
+        Self { thetas, fields: Some(fields), linear_response: &[], energy: 0.0, held_out }
+    }
+
     /// Sizes of displacements, from simulations where there are any.
     pub fn output_scale(&self) -> Result<OutputScale> {
         Ok(match self.fields {

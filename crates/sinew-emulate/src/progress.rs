@@ -38,8 +38,8 @@ pub trait Observer: Send {
 
 impl Observer for () {}
 
-/// Counts equal pieces of a stage and estimates the time left.
-pub(crate) struct Counter<'a> {
+/// Counts pieces of a stage and estimates the time left.
+pub struct Counter<'a> {
     observer: &'a mut dyn Observer,
     stage: &'a str,
     start: std::time::Instant,
@@ -50,14 +50,14 @@ pub(crate) struct Counter<'a> {
 }
 
 impl<'a> Counter<'a> {
-    /// Over `count` pieces, of which some are `kept` from an earlier run.
+    /// Over `count` pieces of one size, or that many units of work, of which some are `kept` from an earlier run.
     pub fn new(observer: &'a mut dyn Observer, stage: &'a str, kept: usize, count: usize) -> Self {
         Self { observer, stage, start: std::time::Instant::now(), kept, done: kept, count }
     }
 
-    /// Counts one more piece; whether to go on.
-    pub fn step(&mut self, message: &str) -> ControlFlow<()> {
-        self.done += 1;
+    /// Counts some more; whether to go on.
+    pub fn step(&mut self, pieces: usize, message: &str) -> ControlFlow<()> {
+        self.done += pieces;
         let pace = self.start.elapsed().as_secs_f64() / (self.done - self.kept) as f64;
         self.observer.progress(&Progress {
             stage: self.stage,
@@ -67,8 +67,13 @@ impl<'a> Counter<'a> {
         })
     }
 
+    /// Says that a part of the stage is done.
+    pub fn finished(&mut self, part: &str, outcome: &str) {
+        self.observer.finished(part, outcome, self.start.elapsed().as_secs_f64());
+    }
+
     /// Says what the stage gave.
-    pub fn finish(self, outcome: &str) {
-        self.observer.finished(self.stage, outcome, self.start.elapsed().as_secs_f64());
+    pub fn finish(mut self, outcome: &str) {
+        self.finished(self.stage, outcome);
     }
 }

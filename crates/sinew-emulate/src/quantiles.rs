@@ -43,18 +43,3 @@ impl Quantiles {
         Self { q05, q25, q50, q75, q95, max, mean }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn quantiles_of_a_ladder() {
-        let q = Quantiles::of((0..=20).rev().map(f64::from));
-        assert_eq!([q.q05, q.q25, q.q50, q.q75, q.q95, q.max], [1.0, 5.0, 10.0, 15.0, 19.0, 20.0]);
-        assert_eq!(q.mean, 10.0);
-        assert_eq!(Quantiles::of([1.0, 2.0]).q25, 1.25);
-        assert!(Quantiles::of([]).q50.is_nan());
-        assert!(Quantiles::of([1.0, f64::NAN, 2.0]).max.is_nan());
-    }
-}

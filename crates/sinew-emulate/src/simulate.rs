@@ -5,6 +5,7 @@ use crate::progress::{Counter, Observer};
 use crate::store::{read_json, read_table, write_json, write_table};
 use crate::{Body, Error, Result};
 use serde::{Deserialize, Serialize};
+use sinew_energy::listed;
 use sinew_fem::{Options, sweep};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -73,7 +74,11 @@ impl Simulations {
         }
         let tried = self.fields.len() + self.failures.len();
         let first = self.failures.first().map_or(String::new(), |failure| {
-            format!("; the first failed at theta = {:?}: {}", failure.theta, failure.reason)
+            format!(
+                "; the first failed at theta = ({}): {}",
+                listed(&failure.theta),
+                failure.reason
+            )
         });
         Err(Error::TooFewSimulations { solved: self.fields.len(), tried, least, first })
     }
@@ -108,7 +113,7 @@ pub fn simulate(
         let stop = AtomicBool::new(false);
         let count = || {
             let mut counter = counter.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-            if let ControlFlow::Break(()) = counter.step("") {
+            if let ControlFlow::Break(()) = counter.step(1, "") {
                 stop.store(true, Ordering::Relaxed);
             }
         };

@@ -78,32 +78,3 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
         .and_then(|()| fs::rename(&partial, path))
         .map_err(|source| Error::File { path: path.into(), source })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_written_is_read_back() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("deep/numbers.json");
-        assert_eq!(read_json::<Vec<f64>>(&path).unwrap(), None);
-        write_json(&path, &vec![0.1, f64::MIN_POSITIVE]).unwrap();
-        assert_eq!(read_json(&path).unwrap(), Some(vec![0.1, f64::MIN_POSITIVE]));
-        let rows = vec![vec![1.0, 2.0 / 3.0, -0.0], vec![3e300, 4.0, 5.0]];
-        let path = folder.path().join("table.npy");
-        write_table(&path, &rows).unwrap();
-        assert_eq!(read_table(&path).unwrap(), rows);
-        write_table(&path, &[]).unwrap();
-        assert_eq!(read_table(&path).unwrap(), Vec::<Vec<f64>>::new());
-    }
-
-    #[test]
-    fn a_damaged_file_says_what_to_do() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("numbers.json");
-        fs::write(&path, "[1, 2").unwrap();
-        let message = read_json::<Vec<f64>>(&path).unwrap_err().to_string();
-        assert!(message.contains("numbers.json") && message.contains("delete"), "{message}");
-    }
-}

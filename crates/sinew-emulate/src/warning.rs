@@ -1,6 +1,7 @@
 //! Reasons not to trust a result, carried in it.
 
 use serde::{Deserialize, Serialize};
+use sinew_energy::listed;
 use sinew_gnn::Concern;
 
 /// A reason not to trust an emulator, a prediction or a correction. Printed it says what to do.
@@ -34,7 +35,8 @@ pub enum Warning {
     },
     /// Simulations without a solution.
     #[error(
-        "{failed} of {tried} simulations of `{stage}` failed and were left out; the first at theta = {theta:?}: {reason}"
+        "{failed} of {tried} simulations of `{stage}` failed and were left out; the first at theta = ({}): {reason}",
+        listed(theta)
     )]
     FailedSimulations {
         /// The stage.
@@ -59,18 +61,6 @@ pub enum Warning {
         error: f64,
         /// The one asked for.
         target: f64,
-    },
-    /// A budget that was too short for what was planned.
-    #[error(
-        "the budget of {budget:.0} s ended after {solved} of {planned} simulations; allow more time, or ask for fewer"
-    )]
-    BudgetEnded {
-        /// Seconds.
-        budget: f64,
-        /// Simulations solved.
-        solved: usize,
-        /// Simulations planned.
-        planned: usize,
     },
     /// Parameters outside the trained ranges.
     #[error(

@@ -218,3 +218,46 @@ fn budgets_and_counts_that_admit_nothing_are_refused() {
     let none = DataDriven { simulations: 1, ..DataDriven::default() }.into();
     assert!(train(&none, TrainingOptions::default()).unwrap().contains("2 are needed"));
 }
+
+mod store {
+    use sinew_emulate::store::*;
+    use std::fs;
+
+    #[test]
+    fn what_is_written_is_read_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("deep/numbers.json");
+        assert_eq!(read_json::<Vec<f64>>(&path).unwrap(), None);
+        write_json(&path, &vec![0.1, f64::MIN_POSITIVE]).unwrap();
+        assert_eq!(read_json(&path).unwrap(), Some(vec![0.1, f64::MIN_POSITIVE]));
+        let rows = vec![vec![1.0, 2.0 / 3.0, -0.0], vec![3e300, 4.0, 5.0]];
+        let path = folder.path().join("table.npy");
+        write_table(&path, &rows).unwrap();
+        assert_eq!(read_table(&path).unwrap(), rows);
+        write_table(&path, &[]).unwrap();
+        assert_eq!(read_table(&path).unwrap(), Vec::<Vec<f64>>::new());
+    }
+
+    #[test]
+    fn a_damaged_file_says_what_to_do() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("numbers.json");
+        fs::write(&path, "[1, 2").unwrap();
+        let message = read_json::<Vec<f64>>(&path).unwrap_err().to_string();
+        assert!(message.contains("numbers.json") && message.contains("delete"), "{message}");
+    }
+}
+
+mod quantiles {
+    use sinew_emulate::Quantiles;
+
+    #[test]
+    fn quantiles_of_a_ladder() {
+        let q = Quantiles::of((0..=20).rev().map(f64::from));
+        assert_eq!([q.q05, q.q25, q.q50, q.q75, q.q95, q.max], [1.0, 5.0, 10.0, 15.0, 19.0, 20.0]);
+        assert_eq!(q.mean, 10.0);
+        assert_eq!(Quantiles::of([1.0, 2.0]).q25, 1.25);
+        assert!(Quantiles::of([]).q50.is_nan());
+        assert!(Quantiles::of([1.0, f64::NAN, 2.0]).max.is_nan());
+    }
+}

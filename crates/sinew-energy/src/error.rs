@@ -3,6 +3,11 @@
 use sinew_mesh::Defect;
 use thiserror::Error;
 
+/// Names or numbers for people: `mu, lambda`.
+pub fn listed<T: ToString>(items: &[T]) -> String {
+    items.iter().map(T::to_string).collect::<Vec<_>>().join(", ")
+}
+
 /// A scene that cannot be lowered to a potential.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -26,7 +31,8 @@ pub enum SceneError {
     },
     /// Two cells on the same side of a facet, such as one cell listed twice: what lies there would count twice.
     #[error(
-        "cells {cells:?} lie on the same side of the facet with nodes {facet:?}; remove the one too many"
+        "cells {} and {} lie on the same side of the facet with nodes {}; remove the one too many",
+        cells[0], cells[1], listed(facet)
     )]
     OverlappingCells {
         /// Indices of the cells, ascending.
@@ -35,7 +41,7 @@ pub enum SceneError {
         facet: Vec<usize>,
     },
     /// A support names a node set that the mesh lacks.
-    #[error("there is no node set {name:?}; the mesh has {known:?}")]
+    #[error("there is no node set `{name}`; the mesh has {}", listed(known))]
     UnknownNodeSet {
         /// The name.
         name: String,
@@ -43,7 +49,7 @@ pub enum SceneError {
         known: Vec<String>,
     },
     /// A load names a facet set that the mesh lacks.
-    #[error("there is no facet set {name:?}; the mesh has {known:?}")]
+    #[error("there is no facet set `{name}`; the mesh has {}", listed(known))]
     UnknownFacetSet {
         /// The name.
         name: String,
@@ -52,7 +58,7 @@ pub enum SceneError {
     },
     /// A load acts on a set without facets.
     #[error(
-        "facet set {name:?} is empty, so its load acts on nothing; remove the load or name the facets"
+        "facet set `{name}` is empty, so its load acts on nothing; remove the load or name the facets"
     )]
     EmptyFacetSet {
         /// The name.
@@ -60,7 +66,7 @@ pub enum SceneError {
     },
     /// A facet that a set lists twice: its load would count twice.
     #[error(
-        "facet set {name:?} lists the facet of cell {cell} opposite to its vertex {opposite} twice; list it once"
+        "facet set `{name}` lists the facet of cell {cell} opposite to its vertex {opposite} twice; list it once"
     )]
     RepeatedFacet {
         /// The facet set.
@@ -105,8 +111,10 @@ pub enum SceneError {
     },
     /// Supports of a node that prescribe different displacements along one direction.
     #[error(
-        "the support of {name:?} prescribes {second} along {direction:?} for node {node}, but it is held at {first} \
-         there by those of {others:?}; take the node out of one of the sets, or let the supports agree"
+        "the support of `{name}` prescribes {second} along ({}) for node {node}, but it is held at {first} \
+         there by those of {}; take the node out of one of the sets, or let the supports agree",
+        listed(direction),
+        listed(others)
     )]
     Conflict {
         /// Index of the node.
@@ -124,7 +132,8 @@ pub enum SceneError {
     },
     /// A direction of a support that is none.
     #[error(
-        "the support of {name:?} has the direction {direction:?}; give finite components, one of them not 0"
+        "the support of `{name}` has the direction ({}); give finite components, one of them not 0",
+        listed(direction)
     )]
     SupportDirection {
         /// Node set of the support.
@@ -134,7 +143,7 @@ pub enum SceneError {
     },
     /// A node on the axis of a radial support.
     #[error(
-        "node {node} of {name:?} is {distance:e} away from the axis of its radial support, so it has no radius to move \
+        "node {node} of `{name}` is {distance:e} away from the axis of its radial support, so it has no radius to move \
          along; take it out of the set, and hold it with Support::clamped or Support::uniform"
     )]
     OnAxis {
@@ -147,7 +156,7 @@ pub enum SceneError {
     },
     /// A list of prescribed displacements that does not fit its node set.
     #[error(
-        "the support of node set {name:?} lists {given} displacements for {nodes} nodes; give one per node"
+        "the support of node set `{name}` lists {given} displacements for {nodes} nodes; give one per node"
     )]
     SupportLength {
         /// The set.
@@ -222,7 +231,8 @@ pub enum SceneError {
     },
     /// Material directions that are not perpendicular.
     #[error(
-        "directions {pair:?} of cell {cell} have the inner product {product:e}, not 0; orthogonalise them"
+        "directions {} and {} of cell {cell} have the inner product {product:e}, not 0; orthogonalise them",
+        pair[0], pair[1]
     )]
     NotPerpendicular {
         /// Index of the cell.
@@ -234,8 +244,9 @@ pub enum SceneError {
     },
     /// θ has another number of entries than law and loads read.
     #[error(
-        "the scene lists {given} parameters, but the law reads {names:?} and the loads {loads} more; list \
-         those of the law first"
+        "the scene lists {given} parameters, but the law reads {} and the loads {loads} more; list \
+         those of the law first",
+        listed(names)
     )]
     ParameterCount {
         /// Parameters listed.
@@ -259,7 +270,8 @@ pub enum SceneError {
     },
     /// A range that is not one, or that has no logarithm.
     #[error(
-        "parameter {name:?} ranges over {range:?}; give finite ends in ascending order, positive for log sampling"
+        "parameter `{name}` ranges from {} to {}; give finite ends in ascending order, positive for log sampling",
+        range[0], range[1]
     )]
     Range {
         /// Name of the parameter.
@@ -269,9 +281,10 @@ pub enum SceneError {
     },
     /// A follower pressure on a surface with a loose rim.
     #[error(
-        "the pressure on {name:?} has no potential: the edge between nodes {edge:?} of its rim is neither \
+        "the pressure on `{name}` has no potential: the edge between nodes {} and {} of its rim is neither \
          held nor made to slide in one coordinate plane; hold the rim, close the \
-         surface, or lower the scene with lower_follower"
+         surface, or lower the scene with lower_follower",
+        edge[0], edge[1]
     )]
     LooseRim {
         /// The facet set.
@@ -281,7 +294,7 @@ pub enum SceneError {
     },
     /// Rims that slide in different parallel planes.
     #[error(
-        "the rim of {name:?} slides in the planes {axis} = {first} and {axis} = {second}; its pressure has a \
+        "the rim of `{name}` slides in the planes {axis} = {first} and {axis} = {second}; its pressure has a \
          potential for one plane per axis only: hold one of the rims"
     )]
     RimPlanes {
@@ -301,7 +314,10 @@ pub enum SceneError {
 #[non_exhaustive]
 pub enum ThetaError {
     /// θ has the wrong length.
-    #[error("theta has {given} entries, but {needed} are read: {names:?}, then those of the loads")]
+    #[error(
+        "theta has {given} entries, but {needed} are read: {}, then those of the loads",
+        listed(names)
+    )]
     Length {
         /// Entries given.
         given: usize,

@@ -60,7 +60,7 @@ pub use cavity::Cavity;
 pub use elements::{
     FacetPoint, FacetRule, FiniteElement, Nodes, QuadraturePoint, TaylorHoodElement,
 };
-pub use error::{SceneError, ThetaError};
+pub use error::{SceneError, ThetaError, listed};
 pub use frames::Frames;
 pub use guard::{Barriers, Exact, Guard};
 pub use invariants::{InvariantLaw, Invariants};

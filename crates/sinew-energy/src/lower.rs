@@ -8,10 +8,13 @@ mod supports;
 
 use crate::balance::{ForceBalance, PressureField};
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint, TaylorHoodElement};
-use crate::{Body, Law, Load, Magnitude, PressureSurface, Sampling, Scene, SceneError, at_points};
+use crate::{
+    Body, Law, Load, Magnitude, Material, Parameter, PressureSurface, Sampling, Scene, SceneError,
+    Support, Units, at_points,
+};
 use geometry::shape_functions;
 use overlaps::check_overlaps;
-use sinew_mesh::Facet;
+use sinew_mesh::{Facet, Mesh};
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 pub(crate) use supports::Held;
@@ -57,30 +60,66 @@ where
         Ok(ForceBalance { body, followers, pressure_field })
     }
 
-    /// The potential under one quadrature rule, and the pressures that have none.
     fn lower_by(
         &self,
         rule: &[QuadraturePoint],
         loose_rims: bool,
     ) -> Result<(Body, Vec<PressureSurface>), SceneError> {
+        let Self { name, units, mesh, parameters, loads, supports, .. } = self;
+        let law_parameters = L::PARAMETERS;
+        let setup = Setup { name, units, mesh, parameters, loads, supports, law_parameters };
+        setup.lower(rule, loose_rims, self.law.constants(), &|| {
+            Ok(at_points(self.law.clone(), setup.directions_at(rule, &self.directions)?))
+        })
+    }
+}
+
+/// A scene without its law, so that all laws are lowered by the same code.
+struct Setup<'a, const N: usize> {
+    name: &'a str,
+    units: &'a Units,
+    mesh: &'a Mesh<N>,
+    parameters: &'a [Parameter],
+    loads: &'a [Load],
+    supports: &'a [Support],
+    law_parameters: &'static [&'static str],
+}
+
+impl<const N: usize> Setup<'_, N>
+where
+    Nodes<N>: FiniteElement<N>,
+{
+    /// The potential under one quadrature rule, and the pressures that have none.
+    fn lower(
+        &self,
+        rule: &[QuadraturePoint],
+        loose_rims: bool,
+        constants: Vec<(&'static str, f64)>,
+        material: &dyn Fn() -> Result<Arc<dyn Material>, SceneError>,
+    ) -> Result<(Body, Vec<PressureSurface>), SceneError> {
         self.mesh.check()?;
         if self.mesh.cells.is_empty() {
             return Err(SceneError::EmptyMesh);
         }
+        // Written so that a NaN is an error as well.
+        let positive = |value: f64| value > 0.0 && value.is_finite();
+        if let Some((name, value)) = constants.into_iter().find(|c| !positive(c.1)) {
+            return Err(SceneError::Constant { name, value });
+        }
         self.check_parameters()?;
-        let (shape_gradients, volumes) = shape_functions(&self.mesh, rule)?;
-        check_overlaps(&self.mesh)?;
-        let directions = self.directions_at(rule)?;
+        let (shape_gradients, volumes) = shape_functions(self.mesh, rule)?;
+        check_overlaps(self.mesh)?;
+        let material = material()?;
         let held = self.held()?;
         let nodal_force = self.nodal_force(rule, &volumes)?;
         let springs = self.springs()?;
         let pressures = self.pressures(&held, loose_rims)?;
         let body = Body {
-            name: self.name.clone(),
+            name: self.name.into(),
             units: self.units.clone(),
-            parameters: self.parameters.clone(),
+            parameters: self.parameters.to_vec(),
             mesh: Arc::new(Nodes::<N>::any(self.mesh.clone())),
-            material: at_points(self.law.clone(), directions),
+            material,
             barriers: None,
             nodes: self.mesh.points.len(),
             positions: self.mesh.points.clone(),
@@ -102,14 +141,9 @@ where
     }
 
     fn check_parameters(&self) -> Result<(), SceneError> {
-        // Written so that a NaN is an error as well.
-        let positive = |value: f64| value > 0.0 && value.is_finite();
-        if let Some((name, value)) = self.law.constants().into_iter().find(|c| !positive(c.1)) {
-            return Err(SceneError::Constant { name, value });
-        }
-        let (first, count) = (L::PARAMETERS.len(), self.parameters.len());
+        let (first, count) = (self.law_parameters.len(), self.parameters.len());
         let mut loads = 0;
-        for load in &self.loads {
+        for load in self.loads {
             let (Load::Pressure { magnitude, .. } | Load::ThesisPressure { magnitude, .. }) = load
             else {
                 continue;
@@ -125,9 +159,10 @@ where
             }
         }
         if count != first + loads {
-            return Err(SceneError::ParameterCount { given: count, names: L::PARAMETERS, loads });
+            let names = self.law_parameters;
+            return Err(SceneError::ParameterCount { given: count, names, loads });
         }
-        for parameter in &self.parameters {
+        for parameter in self.parameters {
             let [least, most] = parameter.range;
             let ordered = least.is_finite() && most.is_finite() && least <= most;
             if !ordered || (parameter.sampling == Sampling::Log && least <= 0.0) {

@@ -60,6 +60,8 @@ struct AtPoints<L, const D: usize> {
 
 /// The material of a law with its directions, one row per quadrature point; an isotropic law reads none.
 ///
+/// A point beyond the rows is outside the law's domain, where the energy is +∞; the solver tells it as an error.
+///
 /// ```
 /// use sinew_energy::{at_points, laws::NeoHookean};
 /// use sinew_num::Mat3;
@@ -78,7 +80,11 @@ pub fn at_points<L: Law<D>, const D: usize>(
 impl<L: Law<D>, const D: usize> AtPoints<L, D> {
     #[inline]
     fn at(&self, point: usize) -> &[[f64; 3]; D] {
-        if D == 0 { &[[0.0; 3]; D] } else { &self.directions[point] }
+        if D == 0 {
+            &[[0.0; 3]; D]
+        } else {
+            self.directions.get(point).unwrap_or(&[[f64::NAN; 3]; D])
+        }
     }
 }
 

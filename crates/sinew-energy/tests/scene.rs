@@ -124,10 +124,10 @@ fn wrong_scenes_are_refused_with_advice() {
     assert!(matches!(inverted, SceneError::InvertedCell { cell: 2, volume } if volume < 0.0));
 
     let unknown = refused(|s| s.supports = vec![Support::clamped("left")]);
-    assert!(unknown.to_string().contains("\"x_min\""), "{unknown}");
+    assert!(unknown.to_string().contains("x_min"), "{unknown}");
     let load = |name: &str| Load::Traction { facets: name.into(), value: [1.0; 3] };
     let unknown = refused(|s| s.loads = vec![load("bottom")]);
-    assert!(unknown.to_string().contains("\"z_min\""), "{unknown}");
+    assert!(unknown.to_string().contains("z_min"), "{unknown}");
     let empty = refused(|s| {
         s.mesh.facet_sets.insert("none".into(), vec![]);
         s.loads = vec![load("none")];

@@ -28,7 +28,8 @@ pub struct Sweep {
 /// A sweep in which samples failed.
 #[derive(Clone, Debug, Error)]
 #[error(
-    "{failed} of {count} samples failed; the first, sample {index} with theta = {theta:?}: {source}"
+    "{failed} of {count} samples failed; the first, sample {index} with theta = ({}): {source}",
+    sinew_energy::listed(theta)
 )]
 pub struct SweepError {
     /// Number of failed samples.

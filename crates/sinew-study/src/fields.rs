@@ -1,6 +1,7 @@
 //! Fields for ParaView: the median and the worst case of every method.
 
 use anyhow::Result;
+use sinew_energy::metrics::displacement_error;
 use sinew_mesh::{Field, TetMesh, write_pvd, write_vtu};
 use std::path::{Path, PathBuf};
 
@@ -25,12 +26,10 @@ pub fn write(folder: &Path, mesh: &TetMesh, cases: &[FieldCase<'_>]) -> Result<(
     let mut files = Vec::new();
     for case in cases {
         let mut mesh = mesh.clone();
-        let truth = rows(case.truth);
-        mesh.point_fields.insert("u_fem".into(), Field::vectors(&truth));
+        mesh.point_fields.insert("u_fem".into(), Field::vectors(&rows(case.truth)));
         for (method, prediction) in &case.predictions {
-            let prediction = rows(prediction);
-            let error = prediction.iter().zip(&truth).map(|(a, b)| distance(a, b)).collect();
-            mesh.point_fields.insert(format!("u_{method}"), Field::vectors(&prediction));
+            let error = displacement_error(case.truth, prediction);
+            mesh.point_fields.insert(format!("u_{method}"), Field::vectors(&rows(prediction)));
             mesh.point_fields.insert(format!("error_{method}"), Field::scalars(error));
         }
         let file = format!("{}.vtu", case.name);
@@ -46,29 +45,4 @@ pub fn write(folder: &Path, mesh: &TetMesh, cases: &[FieldCase<'_>]) -> Result<(
 /// A flat displacement as one row per node.
 pub fn rows(displacement: &[f64]) -> Vec<[f64; 3]> {
     displacement.as_chunks::<3>().0.to_vec()
-}
-
-fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use sinew_mesh::{box_tetrahedra, read_tet_mesh};
-
-    #[test]
-    fn a_case_is_read_back_with_its_error() {
-        let folder = tempfile::tempdir().unwrap();
-        let mesh = box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]);
-        let truth = vec![0.0; 3 * mesh.points.len()];
-        let guess: Vec<f64> = truth.iter().map(|u| u + 1.0).collect();
-        let case =
-            FieldCase { name: "dd_worst".into(), truth: &truth, predictions: vec![("dd", &guess)] };
-        write(folder.path(), &mesh, &[case]).unwrap();
-        let (read, _) = read_tet_mesh(folder.path().join("dd_worst.vtu")).unwrap();
-        assert!(read.point_fields["error_dd"].to_f64().iter().all(|&e| e == 3f64.sqrt()));
-        let series = std::fs::read_to_string(folder.path().join("cases.pvd")).unwrap();
-        assert!(series.contains("dd_worst.vtu"));
-    }
 }

@@ -12,7 +12,6 @@ pub mod manifest;
 pub mod options;
 mod outcome;
 mod present;
-pub mod progress;
 pub mod recipes;
 pub mod report;
 pub mod run;

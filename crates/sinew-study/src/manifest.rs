@@ -38,17 +38,3 @@ pub fn of_this_run(
         ..provenance
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_pinned_tensor_library_is_named() {
-        let provenance =
-            of_this_run(1, 2, &std::collections::BTreeMap::from([("steps", 1)])).unwrap();
-        assert_eq!(provenance.versions["burn"], "0.22.1");
-        assert!(provenance.versions.contains_key("faer"));
-        assert!(!provenance.revision.is_empty());
-    }
-}

@@ -1,8 +1,10 @@
 //! Command line of the studies.
 
 use crate::gaussian::experiments::Name;
+use crate::report::Method;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde::{Deserialize, Serialize};
+use sinew_gnn::Backend;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -50,9 +52,9 @@ pub struct BeamOptions {
     /// Seed that all seeds of the run derive from
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Tensor backend
-    #[arg(long, value_enum, default_value_t = BackendChoice::Flex)]
-    pub backend: BackendChoice,
+    /// Tensor backend: flex, or the deprecated ndarray (needs the feature `ndarray`)
+    #[arg(long, value_parser = parse_backend, default_value = "flex")]
+    pub backend: Backend,
     /// Folder for report, tables, fields and checkpoints
     #[arg(long, default_value = "out/reproduce-beam")]
     pub out: PathBuf,
@@ -141,42 +143,10 @@ impl SceneChoice {
     }
 }
 
-/// How an emulator is trained.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, ValueEnum, Serialize, Deserialize,
-)]
-#[serde(rename_all = "lowercase")]
-pub enum Method {
-    /// On simulated displacements, thesis (3.11)
-    Dd,
-    /// By minimum potential energy, without any simulation, thesis (3.12)
-    Pi,
-    /// On simulated displacements, errors weighed by the body's stiffness
-    Hybrid,
-    /// On simulated displacements and deformation gradients, thesis (B.1)
-    Fdd,
-}
-
-impl Method {
-    /// Key in files and tables.
-    pub fn key(self) -> &'static str {
-        match self {
-            Method::Dd => "dd",
-            Method::Pi => "pi",
-            Method::Hybrid => "hybrid",
-            Method::Fdd => "fdd",
-        }
-    }
-}
-
-/// Tensor backend.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum BackendChoice {
-    /// Burn's flex backend
-    Flex,
-    /// Burn's deprecated ndarray backend (needs the feature `ndarray`)
-    Ndarray,
+fn parse_backend(text: &str) -> Result<Backend, String> {
+    let known = [("flex", Backend::Flex), ("ndarray", Backend::NdArray)];
+    let found = known.iter().find(|(name, _)| *name == text);
+    found.map(|(_, backend)| *backend).ok_or_else(|| "write flex or ndarray".into())
 }
 
 fn parse_count(text: &str) -> Result<usize, String> {

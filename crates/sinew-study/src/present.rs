@@ -1,12 +1,12 @@
 //! What a scene's outcomes become: fields for ParaView and the scene's part of the report.
 
 use crate::fields::{self, FieldCase};
-use crate::outcome::Outcome;
-use crate::report::{self, Metric, Times};
+use crate::outcome::{Outcome, time_columns};
+use crate::report::Method;
 use crate::scenes::Beam;
 use crate::simulate::Simulations;
 use anyhow::Result;
-use sinew_emulate::CurvePoint;
+use sinew_emulate::{CurvePoint, METRICS, Metric};
 use sinew_report::format::{count, trimmed};
 use sinew_report::{
     Block, Chart, Column, Level, Provenance, Report, Row, Section, Series, Style, Surfaces, Table,
@@ -23,25 +23,22 @@ pub(crate) fn write_fields(
     simulations: &Simulations<'_>,
     outcomes: &[Outcome],
 ) -> Result<()> {
-    let emulators: Vec<&Outcome> = outcomes.iter().filter(|outcome| on_test_set(outcome)).collect();
+    let emulators: Vec<&Outcome> =
+        outcomes.iter().filter(|outcome| !outcome.method.is_solver()).collect();
     let mut cases = Vec::new();
     for outcome in &emulators {
         for (kind, case) in ["median", "worst"].into_iter().zip(outcome.median_and_worst) {
             cases.push(FieldCase {
-                name: format!("{}_{kind}", outcome.row.method().key()),
+                name: format!("{}_{kind}", outcome.method.key()),
                 truth: &simulations.test.fields[case],
                 predictions: emulators
                     .iter()
-                    .map(|other| (other.row.method().key(), &other.predictions[case][..]))
+                    .map(|other| (other.method.key(), &other.predictions[case][..]))
                     .collect(),
             });
         }
     }
     fields::write(folder, &beam.scene.mesh, &cases)
-}
-
-fn on_test_set(outcome: &Outcome) -> bool {
-    !matches!(outcome.row.method(), report::Method::FemCold | report::Method::FemWarm)
 }
 
 /// The report of all scenes.
@@ -81,12 +78,17 @@ pub(crate) fn section(
     outcomes: &[Outcome],
 ) -> Result<Section> {
     let steps = Column::new("steps", "").about("optimiser steps");
-    let mut table = Table::new(Metric::ALL.map(Metric::column), Times::columns(), [steps]);
-    table.baseline = Some(report::Method::FemWarm.label().into());
-    let mut rows: Vec<_> = outcomes.iter().map(|outcome| &outcome.row).collect();
-    rows.sort_by_key(|row| row.method());
-    for row in rows {
-        table.push(row.against(&beam.thesis))?;
+    let mut table = Table::new(METRICS.each_ref().map(column), time_columns(), [steps]);
+    table.baseline = Some(Method::FemWarm.label().into());
+    let mut sorted: Vec<_> = outcomes.iter().collect();
+    sorted.sort_by_key(|outcome| outcome.method);
+    for outcome in sorted {
+        let mut row = outcome.row.clone();
+        for (metric, cell) in row.errors.iter_mut().enumerate() {
+            let printed = beam.thesis.median(outcome.method, metric);
+            *cell = std::mem::take(cell).against("the thesis’", printed);
+        }
+        table.push(row)?;
     }
     let mut blocks = vec![
         Block::Text(beam.description.into()),
@@ -103,7 +105,7 @@ pub(crate) fn section(
             "Kernel densities of log₁₀ of all test errors. Dashed lines are medians of all samples, dotted lines those \
              that the thesis prints (for the hybrid of the better of its two methods). Exact zeros have no place on a \
              logarithmic axis; medians and quantiles include them.",
-            (0..Metric::ALL.len()).map(|error| Chart::densities(&table, error)),
+            (0..METRICS.len()).map(|error| Chart::densities(&table, error)),
         ),
     ];
     let trained: Vec<_> = outcomes.iter().filter(|outcome| !outcome.history.is_empty()).collect();
@@ -112,6 +114,10 @@ pub(crate) fn section(
     blocks.push(Block::Surfaces(surfaces(beam, simulations, outcomes)?));
     blocks.insert(3, Block::Table(table));
     Ok(Section { name: beam.name.into(), title: beam.title.into(), blocks })
+}
+
+fn column(metric: &Metric) -> Column {
+    Column::new(metric.name, metric.unit("mm")).about(metric.about)
 }
 
 fn facts(
@@ -157,23 +163,23 @@ fn facts(
 
 /// Errors over training time; methods without steps as one point, the thesis' medians as levels.
 fn curves(trained: &[&Outcome], table: &Table, beam: &Beam) -> Block {
-    let chart = |(number, metric): (usize, Metric)| {
-        let title = format!("Error in {}", metric.quantity());
-        let name = format!("median {}", metric.column().head());
+    let chart = |(number, metric): (usize, &Metric)| {
+        let title = format!("Error in {}", metric.quantity);
+        let name = format!("median {}", column(metric).head());
         let mut chart = Chart::new(title, ["training time [s]", &name], [true; 2]);
         for outcome in trained {
-            let (method, history) = (outcome.row.method(), &outcome.history);
+            let (method, history) = (outcome.method, &outcome.history);
             let label = method.label();
             let median = |p: &CurvePoint| p.medians.map_or(f64::NAN, |medians| medians[number]);
             let points = history.iter().map(|p| [p.train_s, median(p)]);
             chart.series.push(Series::new(label, Style::Line, points));
-            let thesis = beam.thesis.median(method, metric);
+            let thesis = beam.thesis.median(method, number);
             let level =
                 |value| Level { name: label.into(), value, upright: false, published: true };
             chart.levels.extend(thesis.map(level));
         }
         let has_curve =
-            |row: &&Row| trained.iter().any(|outcome| outcome.row.method().label() == row.method);
+            |row: &&Row| trained.iter().any(|outcome| outcome.method.label() == row.method);
         for row in table.ranked().filter(|row| !has_curve(row)) {
             let numbers = row.times[1].value.median().zip(row.errors[number].value.median());
             let points = numbers.map(|(time, error)| [time, error]);
@@ -185,7 +191,7 @@ fn curves(trained: &[&Outcome], table: &Table, beam: &Beam) -> Block {
         "Error over training time",
         "Medians over the validation cases. Time is that of training; preparation comes on top, evaluations are not \
          counted. Dotted lines are the thesis’ medians. A single marker is a method without training steps.",
-        Metric::ALL.into_iter().enumerate().map(chart),
+        METRICS.iter().enumerate().map(chart),
     )
 }
 
@@ -195,7 +201,7 @@ fn energies(trained: &[&Outcome]) -> Block {
     for outcome in trained {
         let point = |p: &CurvePoint| [p.train_s, p.energy_excess_pct.unwrap_or(f64::NAN)];
         let points = outcome.history.iter().map(point);
-        chart.series.push(Series::new(outcome.row.method().label(), Style::Line, points));
+        chart.series.push(Series::new(outcome.method.label(), Style::Line, points));
     }
     Block::charts(
         "Energy during training",
@@ -212,7 +218,7 @@ fn surfaces(beam: &Beam, simulations: &Simulations<'_>, outcomes: &[Outcome]) ->
     let mut surfaces = Surfaces::new(&triangles, &mesh.points)?;
     surfaces.quantity = "Where the errors are: ‖u − û‖₂ at the nodes".into();
     (surfaces.unit, surfaces.length) = ("mm".into(), beam.scene.units.length.to_string());
-    for outcome in outcomes.iter().filter(|outcome| on_test_set(outcome)) {
+    for outcome in outcomes.iter().filter(|outcome| !outcome.method.is_solver()) {
         for (kind, case) in ["median", "worst"].into_iter().zip(outcome.median_and_worst) {
             let (truth, guess) = (&simulations.test.fields[case], &outcome.predictions[case]);
             let deformed: Vec<[f64; 3]> = fields::rows(guess)
@@ -223,7 +229,7 @@ fn surfaces(beam: &Beam, simulations: &Simulations<'_>, outcomes: &[Outcome]) ->
             let theta = &simulations.test.thetas[case];
             let title = format!("{kind} case, μ = {:.0} kPa, λ = {:.0} kPa", theta[0], theta[1]);
             let error = sinew_energy::metrics::displacement_error(truth, guess);
-            surfaces.push(outcome.row.method().label(), title, &deformed, &error)?;
+            surfaces.push(outcome.method.label(), title, &deformed, &error)?;
         }
     }
     Ok(surfaces)

@@ -1,6 +1,7 @@
 //! What the options of the beams mean: recipes, budgets, numbers of simulations.
 
-use crate::options::{BeamOptions, Method};
+use crate::options::BeamOptions;
+use crate::report::Method;
 use serde::{Deserialize, Serialize};
 use sinew_emulate::recipe::{DataDriven, Hybrid, PhysicsInformed, Regression};
 use sinew_emulate::{Budget, Coordinates, Recipe, TrainingOptions};
@@ -31,7 +32,7 @@ impl Samples {
     }
 }
 
-/// The recipe of an emulator.
+/// The recipe of an emulator; what is no network is a regression.
 pub fn recipe(options: &BeamOptions, method: Method) -> Recipe {
     let simulations = Samples::of(options).training;
     let thesis = options.full.then(|| (Coordinates::Components, thesis()));
@@ -54,13 +55,11 @@ pub fn recipe(options: &BeamOptions, method: Method) -> Recipe {
             let (coordinates, training) = thesis.unwrap_or((base.coordinates, base.training));
             Hybrid { simulations, coordinates, training, ..base }.into()
         }
+        Method::Pod | Method::FemCold | Method::FemWarm => {
+            let simulations = Samples::of(options).regression;
+            Regression { simulations, most: simulations, ..Regression::default() }.into()
+        }
     }
-}
-
-/// The regression beside them.
-pub fn regression(options: &BeamOptions) -> Recipe {
-    let simulations = Samples::of(options).regression;
-    Regression { simulations, most: simulations, ..Regression::default() }.into()
 }
 
 /// How one recipe is trained in a run.
@@ -76,7 +75,7 @@ pub fn training(options: &BeamOptions, recipe: &Recipe, folder: &Path) -> Traini
         } else {
             20
         },
-        backend: options.backend.into(),
+        backend: options.backend,
         folder: Some(folder.to_path_buf()),
         resume: options.resume,
         ..TrainingOptions::default()

@@ -97,3 +97,70 @@ fn numbers_do_not_depend_on_threads_and_stored_fits_are_kept() {
     let message = reproduce_gp(&nothing).unwrap_err().to_string();
     assert!(message.contains("without --resume"), "{message}");
 }
+
+mod experiment {
+    use sinew_study::gaussian::experiment::{Case, Task, derived};
+    use sinew_study::gaussian::row::{Findings, Label, Method, Run, Thesis};
+
+    #[test]
+    fn seeds_differ_by_purpose_and_data_set() {
+        let seeds: Vec<u64> = (0..4).flat_map(|a| (0..4).map(move |b| derived(a, b))).collect();
+        let mut distinct = seeds.clone();
+        distinct.sort_unstable();
+        distinct.dedup();
+        assert_eq!(distinct.len(), seeds.len());
+        assert_eq!(derived(1, 2), seeds[6]);
+    }
+
+    #[test]
+    fn keys_are_names_of_files() {
+        let label = Label {
+            problem: "Poisson-BVP-1".into(),
+            setting: "N_f = 4".into(),
+            method: Method::Hcnn,
+            abscissa: None,
+            truth: Vec::new(),
+            thesis: Thesis::default(),
+        };
+        let run = |_: &Task| Ok(Run::new(0.0, 0.0, Findings::default())?);
+        let case = Case { label, cost: 1.0, run: Box::new(run) };
+        assert_eq!(case.key(), "poisson-bvp-1-hcnn-n-f-4");
+    }
+}
+
+mod section {
+    use sinew_report::{Table, Value};
+    use sinew_study::gaussian::report::section;
+    use sinew_study::gaussian::row::{Findings, Label, Method, Row, Run, Thesis, Truth};
+
+    fn row(err_u: f64, theta: f64) -> Row {
+        let label = Label {
+            problem: "Heat-BVP-1".into(),
+            setting: String::new(),
+            method: Method::Hcgp,
+            abscissa: None,
+            truth: vec![Truth { name: "theta".into(), value: 1.0 }],
+            thesis: Thesis {
+                err_u: Some(4.9e-5),
+                theta: vec![1.0],
+                digit: vec![1e-3],
+                ..Thesis::default()
+            },
+        };
+        let found = Findings { theta: vec![theta], ..Findings::default() };
+        let run = Run::new(err_u, 0.5, found).unwrap();
+        Row::of(label, &[run], Vec::new()).unwrap()
+    }
+
+    #[test]
+    fn what_is_missed_is_said_plainly() {
+        let section = |row| section("heat".into(), "Heat", "", &[row], Vec::new()).unwrap();
+        let reached = section(row(4.94e-5, 1.0004));
+        assert!(reached.tables().flat_map(Table::verdicts).all(|found| found.3.met));
+        let missed = section(row(9.8e-5, 1.02));
+        let texts: Vec<_> =
+            missed.tables().flat_map(Table::verdicts).map(|found| found.3.text.clone()).collect();
+        assert_eq!(texts, ["2.0× the thesis’ 4.9×10⁻⁵", "40× the thesis’ 5.0×10⁻⁴"]);
+        assert_eq!(missed.tables().next().unwrap().rows[0].others[1].value, Value::from("1.000"));
+    }
+}

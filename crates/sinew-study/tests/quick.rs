@@ -77,3 +77,82 @@ fn nothing_to_resume_is_said() {
     let error = reproduce_beam(&options(folder.path(), &["--resume"])).unwrap_err();
     assert!(error.to_string().contains("without --resume"), "{error:#}");
 }
+
+mod fields {
+    use sinew_mesh::{box_tetrahedra, read_tet_mesh};
+    use sinew_study::fields::{FieldCase, write};
+
+    #[test]
+    fn a_case_is_read_back_with_its_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let mesh = box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]);
+        let truth = vec![0.0; 3 * mesh.points.len()];
+        let guess: Vec<f64> = truth.iter().map(|u| u + 1.0).collect();
+        let case =
+            FieldCase { name: "dd_worst".into(), truth: &truth, predictions: vec![("dd", &guess)] };
+        write(folder.path(), &mesh, &[case]).unwrap();
+        let (read, _) = read_tet_mesh(folder.path().join("dd_worst.vtu")).unwrap();
+        assert!(read.point_fields["error_dd"].to_f64().iter().all(|&e| e == 3f64.sqrt()));
+        let series = std::fs::read_to_string(folder.path().join("cases.pvd")).unwrap();
+        assert!(series.contains("dd_worst.vtu"));
+    }
+}
+
+mod samples {
+    use sinew_emulate::CaseErrors;
+    use sinew_energy::Parameter;
+    use sinew_study::report::{Method, head, lines};
+
+    #[test]
+    fn one_line_per_case_under_its_head() {
+        let parameters = ["mu", "lambda"].map(|name| Parameter::log(name, "kPa", 50.0..=100.0));
+        let errors = vec![0.25, 0.5, 0.75];
+        let mut case = CaseErrors {
+            err_u: errors.clone(),
+            err_f: errors.clone(),
+            err_i1: errors,
+            err_pi: 0.5,
+            err_volume: Vec::new(),
+            relative: 0.1,
+            energy_excess: 0.0,
+        };
+        let row = |case: &CaseErrors| {
+            lines("once", Method::FemWarm, &[vec![60.0, 70.5]], std::slice::from_ref(case))
+        };
+        let (head, line) = (head(&parameters), row(&case).unwrap());
+        assert!(head.starts_with("scene,sample,method,mu_kPa,lambda_kPa,err_u_mm_mean,"), "{head}");
+        assert!(line.starts_with("once,0,fem_warm,60,70.5,5e-1,5e-1,7.5e-1,"), "{line}");
+        assert!(line.ends_with(",5e-1\n"));
+        assert_eq!(head.split(',').count(), line.split(',').count());
+        case.err_f[1] = f64::NAN;
+        assert!(row(&case).is_err());
+    }
+}
+
+mod scenes {
+    use sinew_study::scenes::{once_clamped, twice_clamped};
+
+    #[test]
+    fn both_beams_have_the_thesis_mesh() {
+        for beam in [once_clamped(), twice_clamped()] {
+            let potential = beam.scene.lower().expect("the scene is complete");
+            assert_eq!((potential.nodes, potential.cell_count()), (390, 1440));
+            let volume: f64 = potential.volumes.iter().sum();
+            let weight: f64 = potential.nodal_force.iter().sum();
+            assert!((weight / volume + 9.8e-3).abs() < 1e-15);
+        }
+    }
+}
+
+mod manifest {
+    use sinew_study::manifest::of_this_run;
+
+    #[test]
+    fn the_pinned_tensor_library_is_named() {
+        let provenance =
+            of_this_run(1, 2, &std::collections::BTreeMap::from([("steps", 1)])).unwrap();
+        assert_eq!(provenance.versions["burn"], "0.22.1");
+        assert!(provenance.versions.contains_key("faer"));
+        assert!(!provenance.revision.is_empty());
+    }
+}

@@ -3,21 +3,15 @@
 use std::time::Instant;
 
 /// A benchmark: one file in [`crate::cases`].
-pub trait Case: Sync {
+pub struct Case {
     /// Short name for `--only`, in lower case with hyphens.
-    fn name(&self) -> &'static str;
-
+    pub name: &'static str,
     /// What is solved, in a line.
-    fn title(&self) -> &'static str;
-
+    pub title: &'static str,
     /// Where the reference values come from.
-    fn provenance(&self) -> &'static str;
-
-    /// Solves and compares; rows given before an error count.
-    ///
-    /// # Errors
-    /// Anything that keeps a row from being made. The case then counts as failed.
-    fn run(&self, effort: Effort, rows: &mut Rows<'_>) -> anyhow::Result<()>;
+    pub provenance: &'static str,
+    /// Solves and compares; rows given before an error count, and the case counts as failed.
+    pub run: fn(Effort, &mut Rows<'_>) -> anyhow::Result<()>,
 }
 
 /// How much time a run may take.
@@ -260,40 +254,38 @@ impl<'a> Rows<'a> {
         self.rows.push(row);
     }
 
+    /// Adds a [`Row::relative`].
+    ///
+    /// # Errors
+    /// Those of the row.
+    pub fn relative(
+        &mut self,
+        label: Label,
+        pair: [f64; 2],
+        band: Band,
+        cost: Cost,
+    ) -> anyhow::Result<()> {
+        self.push(Row::relative(label, pair, band, cost)?);
+        Ok(())
+    }
+
+    /// Adds a [`Row::absolute`].
+    ///
+    /// # Errors
+    /// Those of the row.
+    pub fn absolute(
+        &mut self,
+        label: Label,
+        pair: [f64; 2],
+        band: Band,
+        cost: Cost,
+    ) -> anyhow::Result<()> {
+        self.push(Row::absolute(label, pair, band, cost)?);
+        Ok(())
+    }
+
     /// All rows so far.
     pub fn into_vec(self) -> Vec<Row> {
         self.rows
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn label() -> Label {
-        Label::new(Formulation::P1, "2 cells", "u [mm]")
-    }
-
-    const COST: Cost = Cost { unknowns: 3, seconds: 0.1 };
-
-    #[test]
-    fn rows_judge_their_errors() {
-        let row = Row::relative(label(), [2.02, -2.0], Band::below(1e-2), COST).unwrap();
-        assert!((row.error - 2.01).abs() < 1e-12 && !row.passes());
-        let row = Row::absolute(label(), [2.02, 2.0], Band::below(0.03), COST).unwrap();
-        assert!((row.error - 0.02).abs() < 1e-12 && row.passes());
-        let locking = Band::between(0.8, 0.9);
-        let row = Row::relative(label(), [0.99, 1.0], locking, COST).unwrap();
-        assert!(!row.passes(), "a smaller error than the stated weakness is outside");
-    }
-
-    #[test]
-    fn rows_without_error_or_time_are_refused() {
-        let band = Band::below(1.0);
-        let slow = Cost { seconds: f64::NAN, ..COST };
-        assert_eq!(Row::absolute(label(), [1.0, 1.0], band, slow).unwrap_err().what, "time");
-        assert_eq!(Row::relative(label(), [1.0, 0.0], band, COST).unwrap_err().what, "error");
-        let none = Row::absolute(label(), [f64::NAN, 1.0], band, COST).unwrap_err();
-        assert!(none.to_string().contains("u [mm] (2 cells): the value is NaN"));
     }
 }

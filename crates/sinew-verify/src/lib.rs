@@ -7,9 +7,8 @@
 //! ```
 //! use sinew_verify::{Effort, Row, cases, run};
 //!
-//! let cases = cases::all();
-//! let patch = cases.iter().find(|case| case.name() == "patch").expect("a case");
-//! let outcome = run::run(patch.as_ref(), Effort::Quick, &mut |_: &Row| ());
+//! let patch = cases::find("patch").expect("a case");
+//! let outcome = run::run(patch, Effort::Quick, &mut |_: &Row| ());
 //! assert!(outcome.passes());
 //! assert!(outcome.rows.iter().all(|row| row.error <= row.band.most));
 //! ```

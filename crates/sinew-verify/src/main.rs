@@ -5,7 +5,7 @@ use sinew_verify::{Options, cases, verify};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    match verify(&cases::all(), &Options::parse()) {
+    match verify(&cases::ALL, &Options::parse()) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {

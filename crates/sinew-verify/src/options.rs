@@ -21,18 +21,3 @@ pub struct Options {
     #[arg(long, value_name = "DIR", default_value = "out/verify")]
     pub out: PathBuf,
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use clap::CommandFactory;
-
-    #[test]
-    fn the_command_line_is_sound() {
-        Options::command().debug_assert();
-        let options =
-            Options::parse_from(["verify", "--only", "cook", "--only", "beam", "--quick"]);
-        assert_eq!(options.only, ["cook", "beam"]);
-        assert!(options.quick && !options.list);
-    }
-}

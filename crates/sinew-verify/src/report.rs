@@ -150,25 +150,3 @@ fn hint(row: &Row) -> String {
         format::seconds(row.cost.seconds)
     )
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::run::{run, tests::Fake};
-
-    #[test]
-    fn both_files_hold_errors_times_and_bands() {
-        let outcome = run(&Fake { error: 0.01, breaks: None }, Effort::Full, &mut |_| ());
-        let report = report(Effort::Full, &[outcome]).unwrap();
-        let row = &report.section("fake").unwrap().tables().next().unwrap().rows[1];
-        assert_eq!((row.method.as_str(), row.others[2].value.median()), ("P2", Some(1000.0)));
-        let error = &row.errors[0];
-        assert!((error.value.median().unwrap() - 0.01).abs() < 1e-12);
-        assert_eq!(error.verdict.as_ref().map(|band| (band.met, band.limit)), Some((true, 0.1)));
-        assert_eq!(row.times[0].value.median(), Some(0.1));
-        let page = report.to_html();
-        assert!(page.contains("A made-up &lt;case&gt;") && !page.contains("A made-up <case>"));
-        // Error against unknowns and error against seconds.
-        assert_eq!(page.matches("<svg ").count(), 2);
-    }
-}

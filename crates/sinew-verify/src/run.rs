@@ -30,19 +30,19 @@ impl Outcome {
 }
 
 /// Runs one case; errors and panics end up in the outcome. `report` sees every row when it is there.
-pub fn run(case: &dyn Case, effort: Effort, report: &mut dyn FnMut(&Row)) -> Outcome {
+pub fn run(case: &Case, effort: Effort, report: &mut dyn FnMut(&Row)) -> Outcome {
     let start = Instant::now();
     let mut rows = Rows::new(report);
-    let result = catch_unwind(AssertUnwindSafe(|| case.run(effort, &mut rows)));
+    let result = catch_unwind(AssertUnwindSafe(|| (case.run)(effort, &mut rows)));
     let failure = match result {
         Ok(Ok(())) => None,
         Ok(Err(error)) => Some(format!("{error:#}")),
         Err(panic) => Some(format!("panicked: {}", message(&*panic))),
     };
     Outcome {
-        name: case.name().into(),
-        title: case.title().into(),
-        provenance: case.provenance().into(),
+        name: case.name.into(),
+        title: case.title.into(),
+        provenance: case.provenance.into(),
         seconds: start.elapsed().as_secs_f64(),
         rows: rows.into_vec(),
         failure,
@@ -52,61 +52,4 @@ pub fn run(case: &dyn Case, effort: Effort, report: &mut dyn FnMut(&Row)) -> Out
 fn message(panic: &(dyn std::any::Any + Send)) -> &str {
     let text = panic.downcast_ref::<&str>().copied();
     text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no message")
-}
-
-#[cfg(test)]
-pub(crate) mod tests {
-    use super::*;
-    use crate::case::{Band, Cost, Formulation, Label};
-
-    /// A case of two meshes whose finer one has this error, and that may then break.
-    pub(crate) struct Fake {
-        pub error: f64,
-        pub breaks: Option<fn() -> anyhow::Result<()>>,
-    }
-
-    impl Case for Fake {
-        fn name(&self) -> &'static str {
-            "fake"
-        }
-        fn title(&self) -> &'static str {
-            "A made-up <case>"
-        }
-        fn provenance(&self) -> &'static str {
-            "made up"
-        }
-        fn run(&self, _effort: Effort, rows: &mut Rows<'_>) -> anyhow::Result<()> {
-            for (unknowns, error) in [(100, 4.0 * self.error), (1000, self.error)] {
-                let label = Label::new(Formulation::P2, format!("{unknowns}"), "deflection [mm]");
-                let cost = Cost { unknowns, seconds: 1e-4 * unknowns as f64 };
-                rows.push(Row::relative(label, [1.0 + error, 1.0], Band::below(0.1), cost)?);
-            }
-            self.breaks.map_or(Ok(()), |breaks| breaks())
-        }
-    }
-
-    #[test]
-    fn cases_pass_when_all_rows_do() {
-        let mut seen = 0;
-        let good = Fake { error: 0.01, breaks: None };
-        let outcome = run(&good, Effort::Quick, &mut |_| seen += 1);
-        assert!(outcome.passes() && seen == 2);
-        let bad = Fake { error: 0.05, breaks: None };
-        assert!(!run(&bad, Effort::Quick, &mut |_| ()).passes());
-    }
-
-    #[test]
-    fn errors_and_panics_are_failures_that_keep_the_rows() {
-        let error = || Err(anyhow::anyhow!("no equilibrium").context("on the fine mesh"));
-        let panic = || panic!("index {}", 7);
-        let broken = |breaks: fn() -> anyhow::Result<()>| {
-            let case = Fake { error: 0.01, breaks: Some(breaks) };
-            run(&case, Effort::Full, &mut |_| ())
-        };
-        let outcomes = [broken(error), broken(panic)];
-        let failures = outcomes.each_ref().map(|outcome| outcome.failure.as_deref());
-        let expected = ["on the fine mesh: no equilibrium", "panicked: index 7"];
-        assert_eq!(failures, expected.map(Some));
-        assert!(outcomes.iter().all(|outcome| outcome.rows.len() == 2 && !outcome.passes()));
-    }
 }

@@ -94,30 +94,3 @@ pub fn summary(outcomes: &[Outcome]) -> String {
         seconds(total)
     )
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::case::Effort;
-    use crate::run::{run, tests::Fake};
-
-    #[test]
-    fn the_table_shows_errors_beside_times() {
-        let outcome = run(&Fake { error: 0.05, breaks: None }, Effort::Full, &mut |_| ());
-        let text = table(&outcome);
-        let lines: Vec<_> = text.lines().skip(2).collect();
-        assert!(lines[0].contains("value") && lines[0].contains("band"));
-        assert!(lines[1].contains("20 %") && lines[1].ends_with("OUTSIDE"), "{text}");
-        assert!(lines[2].contains("≤ 10 %") && lines[2].contains("100 ms"), "{text}");
-        assert!(lines[2].ends_with("1\u{202f}000"), "{text}");
-        assert!(summary(&[outcome]).contains("1 of 2 values within their bands, 1 cases"));
-    }
-
-    #[test]
-    fn failures_are_shown_with_their_reason() {
-        let breaks: Option<fn() -> anyhow::Result<()>> = Some(|| Err(anyhow::anyhow!("why")));
-        let outcome = run(&Fake { error: 0.01, breaks }, Effort::Full, &mut |_| ());
-        assert!(table(&outcome).contains("FAILED]") && table(&outcome).contains("failed: why"));
-        assert!(summary(&[outcome]).ends_with("failed: fake"));
-    }
-}

@@ -11,7 +11,8 @@ pub mod train;
 
 use anyhow::{Context, Result};
 use clap::Args;
-use sinew::{Body, Case, CaseError, ThetaText, outside, parse_theta, read_thetas};
+use sinew::{Body, Case, CaseError, Simulations, ThetaText, outside, parse_theta, read_thetas};
+use sinew_emulate::Terminal;
 use std::path::{Path, PathBuf};
 
 /// Which body, and where results go.
@@ -113,6 +114,20 @@ pub fn trained(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     Ok(found)
 }
 
+/// Solves with a bar on the terminal; what has no equilibrium is told on standard error.
+pub fn solved(
+    body: &Body,
+    thetas: &[Vec<f64>],
+    stage: &str,
+    folder: Option<&Path>,
+) -> Result<Simulations> {
+    let found = sinew::simulate(body, thetas, stage, folder, &mut Terminal::default())?;
+    for failure in &found.failures {
+        eprintln!("no equilibrium at {}: {}", shown(body, &failure.theta), failure.reason);
+    }
+    Ok(found)
+}
+
 /// An error with its causes, each said once.
 pub fn told(error: &anyhow::Error) -> String {
     let mut text = error.to_string();
@@ -135,3 +150,8 @@ pub fn is_usage(error: &anyhow::Error) -> bool {
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct Usage(pub String);
+
+/// Refuses a command line.
+pub fn refuse<T>(reason: String) -> Result<T> {
+    Err(Usage(reason).into())
+}

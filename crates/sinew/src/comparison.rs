@@ -42,7 +42,7 @@ pub struct Method {
     pub steps: u64,
     /// Errors and times.
     pub evaluation: Evaluation,
-    /// Densities of log₁₀ of the errors of [`Comparison::ERRORS`]: points (error, density per decade).
+    /// Densities of log₁₀ of the errors of [`sinew_emulate::METRICS`] and of the cavities' volumes: points (error, density per decade).
     pub densities: Vec<Vec<[f64; 2]>>,
     /// Errors on held-out cases while it was trained; empty for a regression.
     pub history: Vec<CurvePoint>,
@@ -62,9 +62,6 @@ pub enum ComparisonError {
 }
 
 impl Comparison {
-    /// The errors, in the order of tables; the last one of bodies with a cavity.
-    pub const ERRORS: [&str; 5] = ["err_u", "err_F", "err_I1", "err_Π", "err_V"];
-
     /// Of no emulator yet.
     ///
     /// # Errors

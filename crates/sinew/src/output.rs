@@ -24,11 +24,11 @@ impl Fields<'_> {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn write(&self, folder: &Path, pictures: usize) -> Result<(), OutputError> {
+    pub fn write(&self, folder: &Path, pictures: usize) -> Result<(), MeshError> {
         let file = |name: &str| folder.join(name);
         let error = |path: &Path| {
             let path = path.to_path_buf();
-            move |source| OutputError::File { path, source }
+            move |source| MeshError::File { path, source }
         };
         std::fs::create_dir_all(folder).map_err(error(folder))?;
         std::fs::write(file("cases.csv"), self.table()).map_err(error(&file("cases.csv")))?;
@@ -40,7 +40,7 @@ impl Fields<'_> {
             series.push((case as f64, PathBuf::from(name)));
         }
         let series: Vec<_> = series.iter().map(|(time, file)| (*time, file.as_path())).collect();
-        Ok(sinew_mesh::write_pvd(file("cases.pvd"), &series)?)
+        sinew_mesh::write_pvd(file("cases.pvd"), &series)
     }
 
     fn write_arrays(&self, path: &Path) -> io::Result<()> {
@@ -110,21 +110,4 @@ pub fn mean_and_largest(displacement: &[f64]) -> [f64; 2] {
     let (sum, largest) =
         lengths.fold((0.0, 0.0), |(sum, largest): (f64, f64), u| (sum + u, largest.max(u)));
     [sum / (displacement.len() / 3).max(1) as f64, largest]
-}
-
-/// What could not be written.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum OutputError {
-    /// A file.
-    #[error("{} cannot be written: {source}", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// A mesh file.
-    #[error(transparent)]
-    Mesh(#[from] MeshError),
 }

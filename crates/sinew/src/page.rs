@@ -1,7 +1,7 @@
 //! A comparison as a report.
 
 use crate::comparison::{Comparison, Method};
-use sinew_emulate::{Errors, Evaluation, Quantiles};
+use sinew_emulate::{Errors, Evaluation, METRICS, Metric, Quantiles};
 use sinew_report::{
     Block, Cell, Chart, Column, Level, Provenance, Report, ReportError, Row, Section, Series,
     Style, Table,
@@ -12,7 +12,7 @@ use sinew_report::{
 pub struct Published {
     /// Who prints them, such as `"thesis"`.
     pub source: &'static str,
-    /// In the order of [`Comparison::ERRORS`]; `None` where nothing is printed.
+    /// In the order of [`METRICS`], then err_V; `None` where nothing is printed.
     pub errors: [Option<f64>; 5],
     /// Mean and largest nodal displacement \[length\], as a check that the scene is the same.
     pub displacement: Option<[f64; 2]>,
@@ -78,19 +78,12 @@ impl Comparison {
 
     /// Names and units of the errors that this body has.
     fn errors(&self) -> Vec<Column> {
-        let about = [
-            "‖u − û‖ at every node that is free to move",
-            "‖F − F̂‖ / ‖F‖ at every quadrature point",
-            "|I₁ − Î₁| / I₁ at every quadrature point",
-            "|Π − Π̂| / |Π| of every case",
-            "|V − V̂| / V of every cavity",
-        ];
-        let column = |(index, (name, about)): (usize, (&str, &str))| {
-            Column::new(name, if index == 0 { &self.length_unit } else { "%" }).about(about)
+        let column = |metric: &Metric| {
+            Column::new(metric.name, metric.unit(&self.length_unit)).about(metric.about)
         };
-        let columns = Self::ERRORS.into_iter().zip(about).enumerate().map(column);
+        let volume = Column::new("err_V", "%").about("|V − V̂| / V of every cavity");
         let volumes = self.methods.iter().any(|method| method.evaluation.raw.err_volume.is_some());
-        columns.take(if volumes { 5 } else { 4 }).collect()
+        METRICS.iter().map(column).chain(volumes.then_some(volume)).collect()
     }
 
     fn table(&self, published: &Published) -> Result<Table, ReportError> {
@@ -184,7 +177,7 @@ fn level(published: &Published, error: usize, upright: bool) -> Option<Level> {
     Some(Level { name: published.source.into(), value, upright, published: true })
 }
 
-/// Medians in the order of [`Comparison::ERRORS`].
+/// Medians in the order of [`METRICS`], then err_V.
 fn medians(errors: &Errors) -> Vec<f64> {
     quantiles(errors).iter().map(|of| of.q50).collect()
 }

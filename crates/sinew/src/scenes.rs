@@ -37,26 +37,3 @@ pub fn find(name: &Path) -> Option<&'static BuiltIn> {
     let name = name.to_str()?;
     SCENES.iter().find(|scene| scene.name.eq_ignore_ascii_case(name))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::case::Case;
-
-    #[test]
-    fn every_scene_is_a_case_of_its_name() {
-        for scene in SCENES {
-            let case = Case::parse(scene.text, scene.name).unwrap();
-            assert_eq!(case.name, scene.name);
-            assert!(!case.about.is_empty());
-            if case.mesh.file.is_none() {
-                let body = case.body().unwrap();
-                let size = scene.name.starts_with("Refined");
-                assert_eq!(body.nodes == 7696, size, "{} has {} nodes", scene.name, body.nodes);
-            } else {
-                let error = case.body().unwrap_err().to_string();
-                assert!(error.contains("--mesh FILE"), "{error}");
-            }
-        }
-    }
-}

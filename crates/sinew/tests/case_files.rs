@@ -219,3 +219,104 @@ fn a_range_is_converted_and_a_budget_is_read() {
     let options = case.training.options();
     assert_eq!((options.seed, options.budget), (7, sinew_emulate::Budget::Seconds(1200.0)));
 }
+
+mod theta {
+    use sinew::{Parameter, outside, parse_theta, read_thetas};
+    use sinew_energy::Sampling;
+
+    fn parameters() -> Vec<Parameter> {
+        let parameter = |name: &str, unit: &str| Parameter {
+            name: name.into(),
+            unit: unit.into(),
+            range: [1.0, 4.0],
+            sampling: Sampling::Log,
+        };
+        vec![parameter("a", "kPa"), parameter("b", "1"), parameter("p", "kPa")]
+    }
+
+    #[test]
+    fn units_are_converted_where_they_make_sense() {
+        let theta = parse_theta("p=7.5006157585mmHg, a=2e3 Pa, b=1e0", &parameters()).unwrap();
+        assert!((theta[2] - 1.0).abs() < 1e-9 && theta[..2] == [2.0, 1.0], "{theta:?}");
+        let error = |text| parse_theta(text, &parameters()).unwrap_err().to_string();
+        assert!(error("a=1,b=2kPa,p=1").contains("b (from 1 to 4)"), "{}", error("a=1,b=2kPa,p=1"));
+        assert!(error("a=1,b=2").contains("p (from 1 to 4 kPa) is missing"));
+        assert!(error("a=1,a=2,b=1,p=1").contains("twice"));
+        assert!(error("a=1,b=nan,p=1").contains("no finite number"));
+        assert!(error("a=1;b=2").contains("b (from 1 to 4) is missing"), "{}", error("a=1;b=2"));
+        assert!(error("a=1,b=1;2,p=1").contains("`1;2`"), "{}", error("a=1,b=1;2,p=1"));
+    }
+
+    #[test]
+    fn bad_rows_of_tables_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("thetas.csv");
+        let read = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            read_thetas(&path, &parameters()).map_err(|error| error.to_string())
+        };
+        let table = read("# all\np [mmHg],b,a\n7.5006157585,2,3\n\n15.001231517, 3, 2\n").unwrap();
+        assert!((table[1][2] - 2.0).abs() < 1e-9 && table[0][..2] == [3.0, 2.0], "{table:?}");
+        let error = read("a,b,p\n1,2,3\n1,2\n").unwrap_err();
+        assert!(
+            error.contains("line 3") && error.contains("2 values for the 3 columns"),
+            "{error}"
+        );
+        let error = read("a,b,p\n1,x,3\n").unwrap_err();
+        assert!(error.contains("line 2") && error.contains("`x`"), "{error}");
+        assert!(read("a,b,pp\n").unwrap_err().contains("did you mean `p`?"));
+        assert!(read("\n").unwrap_err().contains("a,b,p"));
+    }
+
+    #[test]
+    fn values_outside_are_told_and_rounding_is_not() {
+        assert!(outside(&parameters(), &[1.0 - 1e-12, 4.0, 2.0]).is_empty());
+        let said = outside(&parameters(), &[0.5, 4.0, 5.0]);
+        assert!(said[0].contains("a = 0.5 kPa") && said[1].contains("p = 5 kPa"), "{said:?}");
+    }
+}
+
+mod arrays {
+    use sinew::npz::write;
+    use std::io::Read;
+
+    #[test]
+    fn an_archive_holds_its_npy_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("arrays.npz");
+        let values: Vec<f64> = (0..6).map(f64::from).collect();
+        write(&path, &[("theta", &[2, 3], &values), ("energy", &[1], &[7.5])]).unwrap();
+        let mut archive = zip::ZipArchive::new(std::fs::File::open(path).unwrap()).unwrap();
+        for (name, content) in [
+            ("theta.npy", sinew_mesh::to_npy(&[2, 3], &values)),
+            ("energy.npy", sinew_mesh::to_npy(&[1], &[7.5])),
+        ] {
+            let mut found = Vec::new();
+            archive.by_name(name).unwrap().read_to_end(&mut found).unwrap();
+            assert_eq!(found, content);
+        }
+        assert_eq!(archive.len(), 2);
+    }
+}
+
+mod scenes {
+    use sinew::case::Case;
+    use sinew::scenes::SCENES;
+
+    #[test]
+    fn every_scene_is_a_case_of_its_name() {
+        for scene in SCENES {
+            let case = Case::parse(scene.text, scene.name).unwrap();
+            assert_eq!(case.name, scene.name);
+            assert!(!case.about.is_empty());
+            if case.mesh.file.is_none() {
+                let body = case.body().unwrap();
+                let size = scene.name.starts_with("Refined");
+                assert_eq!(body.nodes == 7696, size, "{} has {} nodes", scene.name, body.nodes);
+            } else {
+                let error = case.body().unwrap_err().to_string();
+                assert!(error.contains("--mesh FILE"), "{error}");
+            }
+        }
+    }
+}

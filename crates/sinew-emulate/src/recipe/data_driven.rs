@@ -53,19 +53,16 @@ impl DataDriven {
         record: &mut Record,
     ) -> Result<Model> {
         let simulations = session.training(self.simulations)?;
-        let (thetas, fields) = (&simulations.thetas, Some(&simulations.fields[..]));
-        let lesson = Lesson { thetas, fields, linear_response: &[], energy: 0.0, held_out };
+        let lesson = Lesson::of(&simulations, held_out);
         let (body, length) = (session.body, lesson.output_scale()?.length());
-        let objective = |_: &DataSet| self.objective(body, length);
-        let training = TrainingConfig { seed: session.options.seed, ..self.training.clone() };
         let plan = Plan {
             recipe: "dd",
             network: self.network,
             coordinates: &self.coordinates,
-            training: &training,
-            objective: &objective,
+            training: &self.training,
+            objective: &|_: &DataSet| self.objective(body, length),
         };
-        Ok(Model::Network(Box::new(train(session, &lesson, &plan, record)?)))
+        Ok(train(session, &lesson, &plan, record)?.into())
     }
 
     fn objective(&self, body: &Body, length: f64) -> Result<Box<dyn Objective>> {

@@ -49,8 +49,7 @@ impl Hybrid {
         record: &mut Record,
     ) -> Result<Model> {
         let simulations = session.training(self.simulations)?;
-        let (thetas, fields) = (&simulations.thetas, Some(&simulations.fields[..]));
-        let lesson = Lesson { thetas, fields, linear_response: &[], energy: 0.0, held_out };
+        let lesson = Lesson::of(&simulations, held_out);
         let body = session.body;
         let central = coordinates::admissible(body, lesson.central_simulation(body));
         let stiffness =
@@ -58,14 +57,13 @@ impl Hybrid {
         let objective = |data: &DataSet| -> Result<Box<dyn Objective>> {
             Ok(Box::new(EnergyNormFit::new(vec![stiffness.clone()], data)?))
         };
-        let training = TrainingConfig { seed: session.options.seed, ..self.training.clone() };
         let plan = Plan {
             recipe: "hybrid",
             network: self.network,
             coordinates: &self.coordinates,
-            training: &training,
+            training: &self.training,
             objective: &objective,
         };
-        Ok(Model::Network(Box::new(train(session, &lesson, &plan, record)?)))
+        Ok(train(session, &lesson, &plan, record)?.into())
     }
 }

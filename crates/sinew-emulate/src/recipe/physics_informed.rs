@@ -54,7 +54,7 @@ impl PhysicsInformed {
         held_out: &TestSet<'_>,
         record: &mut Record,
     ) -> Result<Model> {
-        let (body, seed, centre) = (session.body, session.options.seed, session.body.centre());
+        let (body, centre) = (session.body, session.body.centre());
         let thetas =
             session.thetas(session.options.design, self.parameter_sets, Stream::Training)?;
         let linear_response =
@@ -72,22 +72,17 @@ impl PhysicsInformed {
             energy,
             held_out,
         };
-        let training = TrainingConfig { seed, ..self.training.clone() };
-        let mut coordinates = self.coordinates.clone();
-        if let Coordinates::MotionsAfter(first) = &mut coordinates {
-            first.seed = seed;
-        }
         let plan = Plan {
             recipe: "pi",
             network: self.network,
-            coordinates: &coordinates,
-            training: &training,
+            coordinates: &self.coordinates,
+            training: &self.training,
             objective: &objective,
         };
         let network = train(session, &lesson, &plan, record)?;
         let predicted = network.fixed.predict(std::slice::from_ref(&centre))?.displacement;
         judge_equilibrium(session, &predicted)?;
-        Ok(Model::Network(Box::new(network)))
+        Ok(network.into())
     }
 }
 

@@ -32,10 +32,14 @@ impl fmt::Display for Interpolation {
             Self::Polynomial { degree, ridge } => {
                 write!(f, "polynomial of degree {degree}, ridge {ridge:.0e}")
             }
-            Self::GaussianProcess { trend, lengths, nugget } => write!(
-                f,
-                "Gaussian process about a polynomial of degree {trend}, lengths {lengths:.2?}, nugget {nugget:.0e}"
-            ),
+            Self::GaussianProcess { trend, lengths, nugget } => {
+                let lengths: Vec<_> = lengths.iter().map(|l| format!("{l:.2}")).collect();
+                let lengths = lengths.join(", ");
+                write!(
+                    f,
+                    "Gaussian process about a polynomial of degree {trend}, lengths {lengths}, nugget {nugget:.0e}"
+                )
+            }
         }
     }
 }

@@ -47,10 +47,6 @@ impl FiniteElement<8> for Nodes<8> {
         FacetRule::quadrilateral()
     }
 
-    fn corner_shape(at: [f64; 3]) -> Vec<f64> {
-        Self::shape(at).to_vec()
-    }
-
     fn any(mesh: Mesh<8>) -> AnyMesh {
         mesh.into()
     }

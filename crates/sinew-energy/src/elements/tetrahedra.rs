@@ -1,5 +1,6 @@
 //! Linear and quadratic tetrahedra.
 
+use super::simplices::simplices;
 use super::{FacetRule, FiniteElement, Nodes, QuadraturePoint, point};
 use sinew_mesh::{AnyMesh, Mesh};
 
@@ -50,65 +51,7 @@ fn barycentric([x, y, z]: [f64; 3]) -> [f64; 4] {
     [1.0 - x - y - z, x, y, z]
 }
 
-impl FiniteElement<4> for Nodes<4> {
-    const QUADRATURE: &'static [QuadraturePoint] = ONE_POINT;
-    const FINE_QUADRATURE: &'static [QuadraturePoint] = FOUR_POINTS;
-
-    fn shape(at: [f64; 3]) -> [f64; 4] {
-        barycentric(at)
-    }
-
-    fn shape_derivatives(_at: [f64; 3]) -> [[f64; 3]; 4] {
-        SLOPES
-    }
-
-    fn facet_rule() -> FacetRule {
-        FacetRule::linear_triangle()
-    }
-
-    fn corner_shape(at: [f64; 3]) -> Vec<f64> {
-        barycentric(at).to_vec()
-    }
-
-    fn any(mesh: Mesh<4>) -> AnyMesh {
-        mesh.into()
-    }
-}
-
-impl FiniteElement<10> for Nodes<10> {
-    const QUADRATURE: &'static [QuadraturePoint] = FOUR_POINTS;
-    const FINE_QUADRATURE: &'static [QuadraturePoint] = FOURTEEN_POINTS;
-
-    fn shape(at: [f64; 3]) -> [f64; 10] {
-        let l = barycentric(at);
-        std::array::from_fn(|a| match a.checked_sub(4) {
-            None => l[a] * (2.0 * l[a] - 1.0),
-            Some(edge) => 4.0 * l[EDGES[edge][0]] * l[EDGES[edge][1]],
-        })
-    }
-
-    fn shape_derivatives(at: [f64; 3]) -> [[f64; 3]; 10] {
-        let l = barycentric(at);
-        std::array::from_fn(|a| {
-            std::array::from_fn(|i| match a.checked_sub(4) {
-                None => (4.0 * l[a] - 1.0) * SLOPES[a][i],
-                Some(edge) => {
-                    let [b, c] = EDGES[edge];
-                    4.0 * (l[b] * SLOPES[c][i] + l[c] * SLOPES[b][i])
-                }
-            })
-        })
-    }
-
-    fn facet_rule() -> FacetRule {
-        FacetRule::quadratic_triangle()
-    }
-
-    fn corner_shape(at: [f64; 3]) -> Vec<f64> {
-        barycentric(at).to_vec()
-    }
-
-    fn any(mesh: Mesh<10>) -> AnyMesh {
-        mesh.into()
-    }
+simplices! {
+    4: ONE_POINT, FOUR_POINTS, linear_triangle;
+    10: FOUR_POINTS, FOURTEEN_POINTS, quadratic_triangle
 }

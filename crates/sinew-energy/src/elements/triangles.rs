@@ -1,5 +1,6 @@
 //! Linear and quadratic triangles of unit thickness in plane strain.
 
+use super::simplices::simplices;
 use super::{FacetRule, FiniteElement, Nodes, QuadraturePoint, point};
 use sinew_mesh::{AnyMesh, Mesh};
 
@@ -33,65 +34,7 @@ fn barycentric([x, y, _]: [f64; 3]) -> [f64; 3] {
     [1.0 - x - y, x, y]
 }
 
-impl FiniteElement<3> for Nodes<3> {
-    const QUADRATURE: &'static [QuadraturePoint] = ONE_POINT;
-    const FINE_QUADRATURE: &'static [QuadraturePoint] = THREE_POINTS;
-
-    fn shape(at: [f64; 3]) -> [f64; 3] {
-        barycentric(at)
-    }
-
-    fn shape_derivatives(_at: [f64; 3]) -> [[f64; 3]; 3] {
-        SLOPES
-    }
-
-    fn facet_rule() -> FacetRule {
-        FacetRule::linear_edge()
-    }
-
-    fn corner_shape(at: [f64; 3]) -> Vec<f64> {
-        barycentric(at).to_vec()
-    }
-
-    fn any(mesh: Mesh<3>) -> AnyMesh {
-        mesh.into()
-    }
-}
-
-impl FiniteElement<6> for Nodes<6> {
-    const QUADRATURE: &'static [QuadraturePoint] = THREE_POINTS;
-    const FINE_QUADRATURE: &'static [QuadraturePoint] = SIX_POINTS;
-
-    fn shape(at: [f64; 3]) -> [f64; 6] {
-        let l = barycentric(at);
-        std::array::from_fn(|a| match a.checked_sub(3) {
-            None => l[a] * (2.0 * l[a] - 1.0),
-            Some(edge) => 4.0 * l[EDGES[edge][0]] * l[EDGES[edge][1]],
-        })
-    }
-
-    fn shape_derivatives(at: [f64; 3]) -> [[f64; 3]; 6] {
-        let l = barycentric(at);
-        std::array::from_fn(|a| {
-            std::array::from_fn(|i| match a.checked_sub(3) {
-                None => (4.0 * l[a] - 1.0) * SLOPES[a][i],
-                Some(edge) => {
-                    let [b, c] = EDGES[edge];
-                    4.0 * (l[b] * SLOPES[c][i] + l[c] * SLOPES[b][i])
-                }
-            })
-        })
-    }
-
-    fn facet_rule() -> FacetRule {
-        FacetRule::quadratic_edge()
-    }
-
-    fn corner_shape(at: [f64; 3]) -> Vec<f64> {
-        barycentric(at).to_vec()
-    }
-
-    fn any(mesh: Mesh<6>) -> AnyMesh {
-        mesh.into()
-    }
+simplices! {
+    3: ONE_POINT, THREE_POINTS, linear_edge;
+    6: THREE_POINTS, SIX_POINTS, quadratic_edge
 }

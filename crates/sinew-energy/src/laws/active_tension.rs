@@ -29,6 +29,10 @@ macro_rules! along_the_fibre {
         impl ActiveStress<$directions> for FixedTension {
             const PARAMETERS: &'static [&'static str] = &[];
 
+            fn refused(&self) -> Option<(&'static str, f64)> {
+                (!self.tension.is_finite()).then_some(("tension", self.tension))
+            }
+
             #[inline]
             fn density_of<S: Scalar>(&self, _: &[S], i: &Invariants<S, $directions>) -> S {
                 i.strain[0][0].clone() * (0.5 * self.tension)

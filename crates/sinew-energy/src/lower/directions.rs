@@ -1,23 +1,26 @@
 //! Material directions at the quadrature points.
 
+use super::Setup;
 use super::geometry::dot;
+use crate::SceneError;
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
-use crate::{Law, Scene, SceneError};
 
 /// How far a unit vector's length may be from 1, and the product of perpendicular ones from 0: wide
 /// enough for directions written to files in single precision.
 const DIRECTION_TOLERANCE: f64 = 1e-5;
 
-impl<L: Law<D>, const D: usize, const N: usize> Scene<L, D, N>
+impl<const N: usize> Setup<'_, N>
 where
     Nodes<N>: FiniteElement<N>,
 {
-    /// Directions at each quadrature point, from one row per cell, point or node.
-    pub(super) fn directions_at(
+    /// Orthonormal directions at each quadrature point, from one row per cell, point or node that is so to the digits of
+    /// a file.
+    pub(super) fn directions_at<const D: usize>(
         &self,
         rule: &[QuadraturePoint],
+        rows: &[[[f64; 3]; D]],
     ) -> Result<Vec<[[f64; 3]; D]>, SceneError> {
-        let (cells, given) = (self.mesh.cells.len(), self.directions.len());
+        let (cells, given) = (self.mesh.cells.len(), rows.len());
         let points = cells * rule.len();
         if D == 0 {
             return Ok(Vec::new());
@@ -26,63 +29,73 @@ where
         if ![cells, points, nodes].contains(&given) {
             return Err(SceneError::DirectionCount { needed: D, cells, given, points, nodes });
         }
-        self.check_directions()?;
+        check_directions(rows)?;
+        let rows = rows.iter().enumerate().map(|(row, sum)| orthonormal(row, *sum));
+        let rows: Vec<_> = rows.collect::<Result<_, _>>()?;
         if given == points {
-            return Ok(self.directions.clone());
+            return Ok(rows);
         }
         if given == cells {
-            let repeated = self.directions.iter().flat_map(|row| vec![*row; rule.len()]);
-            return Ok(repeated.collect());
+            return Ok(rows.iter().flat_map(|row| vec![*row; rule.len()]).collect());
         }
         let shapes: Vec<_> = rule.iter().map(|point| Nodes::<N>::shape(point.at)).collect();
         let mut directions = Vec::with_capacity(points);
         for (cell, nodes) in self.mesh.cells.iter().enumerate() {
-            let nodal = nodes.map(|node| self.directions[node]);
+            let nodal = nodes.map(|node| rows[node]);
             for shape in &shapes {
-                directions.push(interpolate(cell, &nodal, shape)?);
+                directions.push(orthonormal(cell, interpolate(&nodal, shape))?);
             }
         }
         Ok(directions)
     }
+}
 
-    fn check_directions(&self) -> Result<(), SceneError> {
-        for (cell, directions) in self.directions.iter().enumerate() {
-            for (direction, d) in directions.iter().enumerate() {
-                let length = dot(d, d).sqrt();
-                // Written so that a NaN is an error as well.
-                let unit = (length - 1.0).abs() <= DIRECTION_TOLERANCE;
-                if !unit {
-                    return Err(SceneError::NotUnit { cell, direction, length });
-                }
-                for other in 0..direction {
-                    let product = dot(d, &directions[other]);
-                    if product.abs() > DIRECTION_TOLERANCE {
-                        let pair = [other, direction];
-                        return Err(SceneError::NotPerpendicular { cell, pair, product });
-                    }
+fn check_directions<const D: usize>(rows: &[[[f64; 3]; D]]) -> Result<(), SceneError> {
+    for (cell, directions) in rows.iter().enumerate() {
+        for (direction, d) in directions.iter().enumerate() {
+            let length = dot(d, d).sqrt();
+            // Written so that a NaN is an error as well.
+            let unit = (length - 1.0).abs() <= DIRECTION_TOLERANCE;
+            if !unit {
+                return Err(SceneError::NotUnit { cell, direction, length });
+            }
+            for other in 0..direction {
+                let product = dot(d, &directions[other]);
+                if product.abs() > DIRECTION_TOLERANCE {
+                    let pair = [other, direction];
+                    return Err(SceneError::NotPerpendicular { cell, pair, product });
                 }
             }
         }
-        Ok(())
     }
+    Ok(())
 }
 
 /// Nodal directions at a point. A direction has no sense, so each node's is turned to agree with the
-/// first one's; the result is made orthonormal again.
+/// first one's.
 fn interpolate<const D: usize, const N: usize>(
-    cell: usize,
     nodal: &[[[f64; 3]; D]; N],
     shape: &[f64; N],
-) -> Result<[[f64; 3]; D], SceneError> {
-    let mut result = [[0.0; 3]; D];
-    for direction in 0..D {
+) -> [[f64; 3]; D] {
+    std::array::from_fn(|direction| {
         let mut sum = [0.0; 3];
         for (row, weight) in nodal.iter().zip(shape) {
             let d = &row[direction];
             let sign = if dot(d, &nodal[0][direction]) < 0.0 { -1.0 } else { 1.0 };
             (0..3).for_each(|i| sum[i] += sign * weight * d[i]);
         }
-        for other in &result[..direction] {
+        sum
+    })
+}
+
+/// Directions made orthonormal in their order; exact ones stay as they are.
+fn orthonormal<const D: usize>(
+    cell: usize,
+    mut directions: [[f64; 3]; D],
+) -> Result<[[f64; 3]; D], SceneError> {
+    for direction in 0..D {
+        let mut sum = directions[direction];
+        for other in &directions[..direction] {
             let along = dot(&sum, other);
             (0..3).for_each(|i| sum[i] -= along * other[i]);
         }
@@ -91,7 +104,7 @@ fn interpolate<const D: usize, const N: usize>(
         if !unit {
             return Err(SceneError::NotUnit { cell, direction, length });
         }
-        result[direction] = sum.map(|x| x / length);
+        directions[direction] = sum.map(|x| x / length);
     }
-    Ok(result)
+    Ok(directions)
 }

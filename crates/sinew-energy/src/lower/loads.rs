@@ -1,13 +1,11 @@
 //! Loads and elastic supports in plain arrays.
 
 use super::geometry::{cross, dot, sub};
-use super::{Held, finite};
+use super::{Held, Setup, finite};
 use crate::cavity::Cavity;
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
 use crate::rim::rim_origin;
-use crate::{
-    FacetPoint, Law, Load, PressureForm, PressureLoad, PressureSurface, Scene, SceneError, Spring,
-};
+use crate::{FacetPoint, Load, PressureForm, PressureLoad, PressureSurface, SceneError, Spring};
 use std::collections::BTreeMap;
 
 /// The pressures of a scene by what they are.
@@ -21,7 +19,7 @@ pub(super) struct Pressures {
     pub followers: Vec<PressureSurface>,
 }
 
-impl<L: Law<D>, const D: usize, const N: usize> Scene<L, D, N>
+impl<const N: usize> Setup<'_, N>
 where
     Nodes<N>: FiniteElement<N>,
 {
@@ -31,7 +29,7 @@ where
         volumes: &[f64],
     ) -> Result<Vec<f64>, SceneError> {
         let mut force = vec![0.0; 3 * self.mesh.points.len()];
-        for load in &self.loads {
+        for load in self.loads {
             match load {
                 Load::BodyForce(density) => {
                     density.iter().try_for_each(|&b| finite(b, || "a body force".into()))?;
@@ -44,7 +42,7 @@ where
                     }
                 }
                 Load::Traction { facets, value } => {
-                    let what = || format!("the traction on {facets:?}");
+                    let what = || format!("the traction on `{facets}`");
                     value.iter().try_for_each(|&t| finite(t, what))?;
                     self.for_facet_nodes(facets, |node, area, _| {
                         add(&mut force, node, value, area);
@@ -61,10 +59,10 @@ where
 
     pub(super) fn springs(&self) -> Result<Vec<Spring>, SceneError> {
         let mut springs = BTreeMap::new();
-        for load in &self.loads {
+        for load in self.loads {
             let Load::Foundation { facets, normal, tangential } = load else { continue };
             for (&value, which) in [(normal, "normal"), (tangential, "tangential")] {
-                let what = || format!("the {which} stiffness of the foundation on {facets:?}");
+                let what = || format!("the {which} stiffness of the foundation on `{facets}`");
                 finite(value, what)?;
                 if value < 0.0 {
                     return Err(SceneError::NegativeStiffness { what: what(), value });
@@ -128,7 +126,7 @@ where
     pub(super) fn cavities(&self) -> Result<Vec<Cavity>, SceneError> {
         let element = sinew_mesh::Mesh::<N>::ELEMENT;
         let mut cavities: Vec<Cavity> = Vec::new();
-        for load in &self.loads {
+        for load in self.loads {
             let (Load::Pressure { facets, .. } | Load::ThesisPressure { facets, .. }) = load else {
                 continue;
             };
@@ -143,7 +141,7 @@ where
 
     pub(super) fn pressures(&self, held: &Held, loose_rims: bool) -> Result<Pressures, SceneError> {
         let mut pressures = Pressures::default();
-        for load in &self.loads {
+        for load in self.loads {
             let (form, name, magnitude) = match load {
                 Load::Pressure { facets, magnitude } => {
                     (PressureForm::Follower, facets, *magnitude)

@@ -1,8 +1,8 @@
 //! Supports as prescribed degrees of freedom.
 
 use super::geometry::{cross, dot, sub};
-use super::{finite, names};
-use crate::{Frames, Load, Prescribed, Scene, SceneError, Support};
+use super::{Setup, finite, names};
+use crate::{Frames, Load, Prescribed, SceneError, Support};
 use sinew_mesh::Mesh;
 use sinew_num::Mat3;
 
@@ -85,17 +85,17 @@ fn complete(frame: &mut Mat3<f64>, new: usize, free: &[usize]) {
     }
 }
 
-impl<L, const D: usize, const N: usize> Scene<L, D, N> {
+impl<const N: usize> Setup<'_, N> {
     pub(super) fn held(&self) -> Result<Held, SceneError> {
         let prescribed = vec![None; 3 * self.mesh.points.len()];
         let mut held = Held { prescribed, frames: Frames::default() };
         if Mesh::<N>::ELEMENT.dimension == 2 {
             held.prescribed.iter_mut().skip(2).step_by(3).for_each(|u| *u = Some(0.0));
         }
-        for support in &self.supports {
+        for support in self.supports {
             self.hold_components(support, &mut held.prescribed)?;
         }
-        for support in &self.supports {
+        for support in self.supports {
             self.hold_directions(support, &mut held)?;
         }
         // Springs may hold what supports do not; the solver checks the rigid motions.
@@ -109,7 +109,7 @@ impl<L, const D: usize, const N: usize> Scene<L, D, N> {
         if !free.is_empty() && !foundation {
             return Err(SceneError::FreeToMove { axes: free.join(", ") });
         }
-        check_loose_nodes(&self.mesh, &held.prescribed)?;
+        check_loose_nodes(self.mesh, &held.prescribed)?;
         Ok(held)
     }
 
@@ -151,14 +151,14 @@ impl<L, const D: usize, const N: usize> Scene<L, D, N> {
         match support.displacement {
             Prescribed::Uniform(_) | Prescribed::PerNode(_) => Ok(()),
             Prescribed::Along { direction, displacement } => {
-                finite(displacement, || format!("the displacement prescribed on {name:?}"))?;
+                finite(displacement, || format!("the displacement prescribed on `{name}`"))?;
                 let direction = unit(direction, name)?;
                 nodes
                     .iter()
                     .try_for_each(|&node| self.hold(held, node, direction, displacement, support))
             }
             Prescribed::Radial { point, axis } => {
-                let place = || format!("the point on the axis of the support of {name:?}");
+                let place = || format!("the point on the axis of the support of `{name}`");
                 point.iter().try_for_each(|&x| finite(x, place))?;
                 let axis = unit(axis, name)?;
                 let arm = |node: usize| sub(&self.mesh.points[node], &point);
@@ -218,7 +218,7 @@ fn prescribe(
 ) -> Result<(), SceneError> {
     for (component, second) in components.into_iter().enumerate() {
         let Some(second) = second else { continue };
-        finite(second, || format!("the displacement prescribed on {set:?}"))?;
+        finite(second, || format!("the displacement prescribed on `{set}`"))?;
         match prescribed[3 * node + component].replace(second) {
             Some(first) if first != second => {
                 return Err(SceneError::Contradiction { node, component, first, second });

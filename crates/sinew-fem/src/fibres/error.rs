@@ -1,5 +1,6 @@
 //! Why there are no fibres, with numbers and advice.
 
+use sinew_energy::listed;
 use sinew_mesh::Defect;
 use thiserror::Error;
 
@@ -14,7 +15,7 @@ pub enum FibreError {
     #[error("the mesh has no tetrahedra")]
     EmptyMesh,
     /// No facet set has this name.
-    #[error("the mesh has no facet set {name:?}; it has {known:?}")]
+    #[error("the mesh has no facet set `{name}`; it has {}", listed(known))]
     UnknownSurface {
         /// The name.
         name: String,
@@ -22,7 +23,7 @@ pub enum FibreError {
         known: Vec<String>,
     },
     /// A surface without facets.
-    #[error("the facet set {name:?} is empty; put the facets of that surface into it")]
+    #[error("the facet set `{name}` is empty; put the facets of that surface into it")]
     EmptySurface {
         /// The name of the set.
         name: String,
@@ -48,7 +49,7 @@ pub enum FibreError {
     },
     /// A connected part that does not reach one of the surfaces.
     #[error(
-        "the part of the mesh with node {node} ({nodes} nodes) has no node on {surface:?}; \
+        "the part of the mesh with node {node} ({nodes} nodes) has no node on `{surface}`; \
          remove it, see remove_unused_nodes, or mesh the ventricle in one piece"
     )]
     Disconnected {
@@ -87,7 +88,8 @@ pub enum FibreError {
     },
     /// Semi-axes that enclose no wall.
     #[error(
-        "the {which} semi-axes {axes:?} must be positive, finite and ascending from endocardium to epicardium"
+        "the {which} semi-axes ({}) must be positive, finite and ascending from endocardium to epicardium",
+        listed(axes)
     )]
     SemiAxes {
         /// Which of them.

@@ -100,34 +100,3 @@ pub struct Experiment {
 pub fn no_figures(_: &[Row]) -> Vec<Figure> {
     Vec::new()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::gaussian::row::{Findings, Method, Thesis};
-
-    #[test]
-    fn seeds_differ_by_purpose_and_data_set() {
-        let seeds: Vec<u64> = (0..4).flat_map(|a| (0..4).map(move |b| derived(a, b))).collect();
-        let mut distinct = seeds.clone();
-        distinct.sort_unstable();
-        distinct.dedup();
-        assert_eq!(distinct.len(), seeds.len());
-        assert_eq!(derived(1, 2), seeds[6]);
-    }
-
-    #[test]
-    fn keys_are_names_of_files() {
-        let label = Label {
-            problem: "Poisson-BVP-1".into(),
-            setting: "N_f = 4".into(),
-            method: Method::Hcnn,
-            abscissa: None,
-            truth: Vec::new(),
-            thesis: Thesis::default(),
-        };
-        let run = |_: &Task| Ok(Run::new(0.0, 0.0, Findings::default())?);
-        let case = Case { label, cost: 1.0, run: Box::new(run) };
-        assert_eq!(case.key(), "poisson-bvp-1-hcnn-n-f-4");
-    }
-}

@@ -6,9 +6,10 @@
 use crate::gaussian::experiment::{Case, Scale, Task};
 use crate::gaussian::inference::{About, Sampling};
 use crate::gaussian::problems::{Function, Setting};
-use crate::gaussian::row::{Findings, Label, Method, Run};
+use crate::gaussian::row::{Findings, Method, Run};
 use anyhow::{Result, bail};
 use nalgebra::{DMatrix, DVector};
+use sinew_energy::listed;
 use std::f64::consts::PI;
 use std::sync::Arc;
 use std::time::Instant;
@@ -24,14 +25,7 @@ pub fn case<const D: usize>(
     about: About,
     scale: Scale,
 ) -> Case {
-    let label = Label {
-        problem: setting.name.into(),
-        setting: about.setting,
-        method: Method::LeastSquares,
-        abscissa: about.abscissa,
-        truth: setting.truth.clone(),
-        thesis: about.thesis,
-    };
+    let label = about.label(setting, Method::LeastSquares);
     let setting = setting.clone();
     let run = move |task: &Task| {
         let observed = setting.observe(sampling, task)?;
@@ -86,7 +80,10 @@ fn least_squares<const D: usize>(
             return Ok(theta.as_slice().to_vec());
         }
     }
-    bail!("least squares did not converge in {MOST_STEPS} steps: θ = {:?}", theta.as_slice())
+    bail!(
+        "least squares did not converge in {MOST_STEPS} steps: θ = ({})",
+        listed(theta.as_slice())
+    )
 }
 
 /// Heat-BVP-2: one mode that decays.

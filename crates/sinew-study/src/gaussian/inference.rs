@@ -183,10 +183,20 @@ impl<const D: usize> Inference<D> {
         sampling: Sampling,
         scale: Scale,
     ) -> Self {
+        Self::new(setting, approach, scale, move |setting, task| setting.observe(sampling, task))
+    }
+
+    /// With data of any kind.
+    pub fn new(
+        setting: &Setting<D>,
+        approach: Approach,
+        scale: Scale,
+        observe: impl Fn(&Setting<D>, &Task) -> Result<Observed<D>, GpError> + Send + Sync + 'static,
+    ) -> Self {
         Self {
             setting: setting.clone(),
             approach,
-            observe: Box::new(move |setting, task| setting.observe(sampling, task)),
+            observe: Box::new(observe),
             restarts: scale.pick(4, 1),
             drawings: Drawings::Posterior,
             evidence: Evidence::Auto,
@@ -220,14 +230,7 @@ impl<const D: usize> Inference<D> {
 
     /// What a row of this inference is about.
     pub fn label(&self, of: About) -> Label {
-        Label {
-            problem: self.setting.name.into(),
-            setting: of.setting,
-            method: self.approach.method(),
-            abscissa: of.abscissa,
-            truth: self.setting.truth.clone(),
-            thesis: of.thesis,
-        }
+        of.label(&self.setting, self.approach.method())
     }
 
     fn prior(&self, task: &Task) -> Result<Prior<D>, GpError> {
@@ -314,6 +317,28 @@ impl<const D: usize> Inference<D> {
     }
 }
 
+/// All three approaches on the same data, the PCGP with `boundary` pseudo-observations, with what the thesis prints of the
+/// HCGP and of the UCGP, and what each costs.
+pub fn approaches<const D: usize>(
+    setting: &Setting<D>,
+    sampling: Sampling,
+    boundary: usize,
+    [constrained, unconstrained]: [About; 2],
+    costs: [f64; 3],
+    scale: Scale,
+) -> Vec<Case> {
+    let penalised = About::default().at(format!("N_b = {boundary}"));
+    let all = [
+        (Approach::Constrained, constrained),
+        (Approach::Penalised(boundary), penalised),
+        (Approach::Unconstrained, unconstrained),
+    ];
+    let case = |((approach, about), cost)| {
+        Inference::sampled(setting, approach, sampling, scale).case(about, cost)
+    };
+    all.into_iter().zip(costs).map(case).collect()
+}
+
 /// Evaluations of evidence and gradient over all restarts and the last climb.
 pub fn evaluations<const D: usize>(fit: &Fit<D>) -> usize {
     let restarts = fit.restarts.iter().filter_map(|restart| restart.outcome.as_ref().ok());
@@ -337,6 +362,19 @@ impl About {
         let (theta, digit) = theta.iter().copied().unzip();
         let thesis = Thesis { err_u: Some(err_u), theta, digit, ..Thesis::default() };
         Self { thesis, ..Self::default() }
+    }
+
+    /// Of a method on a problem.
+    pub fn label<const D: usize>(self, of: &Setting<D>, method: Method) -> Label {
+        let Self { setting, abscissa, thesis } = self;
+        Label {
+            problem: of.name.into(),
+            setting,
+            method,
+            abscissa,
+            truth: of.truth.clone(),
+            thesis,
+        }
     }
 
     /// With a distinction.

@@ -26,28 +26,13 @@ pub enum Method {
 impl Method {
     /// Name in tables.
     pub fn label(self) -> &'static str {
-        match self {
-            Self::Hcgp => "HCGP",
-            Self::Pcgp => "PCGP",
-            Self::Ucgp => "UCGP",
-            Self::Hcnn => "HCNN",
-            Self::StrongForm => "PINN, strong form",
-            Self::EnergyForm => "PINN, energy form",
-            Self::LeastSquares => "noise floor",
-        }
+        let (strong, energy) = ("PINN, strong form", "PINN, energy form");
+        ["HCGP", "PCGP", "UCGP", "HCNN", strong, energy, "noise floor"][self as usize]
     }
 
     /// Name in files and style classes.
     pub fn key(self) -> &'static str {
-        match self {
-            Self::Hcgp => "hcgp",
-            Self::Pcgp => "pcgp",
-            Self::Ucgp => "ucgp",
-            Self::Hcnn => "hcnn",
-            Self::StrongForm => "strong",
-            Self::EnergyForm => "energy",
-            Self::LeastSquares => "floor",
-        }
+        ["hcgp", "pcgp", "ucgp", "hcnn", "strong", "energy", "floor"][self as usize]
     }
 }
 

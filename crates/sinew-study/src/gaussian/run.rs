@@ -5,15 +5,14 @@ use crate::gaussian::experiments::Name;
 use crate::gaussian::report::section;
 use crate::gaussian::row::{Row, Run};
 use crate::gaussian::workers;
+use crate::manifest;
 use crate::options::GpOptions;
 use crate::timing::WallClock;
-use crate::{manifest, progress};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use clap::ValueEnum;
-use indicatif::ProgressBar;
 use serde::{Deserialize, Serialize};
-use sinew_emulate::store;
-use sinew_report::{Report, Section, format};
+use sinew_emulate::{Counter, Terminal, store};
+use sinew_report::{Report, Section};
 use std::path::PathBuf;
 use std::sync::Mutex;
 
@@ -76,27 +75,9 @@ pub fn reproduce_gp(options: &GpOptions) -> Result<PathBuf> {
 
 /// Prepares the output folder: empties it of an earlier run, or sees to it that the earlier run can be continued.
 fn begin(options: &GpOptions, revision: &str) -> Result<(WallClock, String)> {
-    let file = options.out.join("config.json");
+    let folders: Vec<String> = Name::value_variants().iter().map(|name| name.key()).collect();
     let beginning = Beginning { options: options.clone(), revision: revision.into() };
-    if !options.resume {
-        for name in Name::value_variants() {
-            let old = options.out.join(name.key());
-            if old.exists() {
-                ensure!(
-                    file.exists(),
-                    "{} exists but is not of an earlier run; choose another --out",
-                    old.display()
-                );
-                std::fs::remove_dir_all(&old)
-                    .with_context(|| format!("{} could not be emptied", old.display()))?;
-            }
-        }
-        store::write_json(&file, &beginning)?;
-        return Ok((WallClock::start(&options.out), revision.into()));
-    }
-    let stored: Beginning = store::read_json(&file)?.with_context(|| {
-        format!("there is no run to resume in {}; start it without --resume", options.out.display())
-    })?;
+    let (clock, stored) = WallClock::begin(&options.out, &folders, options.resume, beginning)?;
     let earlier = &stored.options;
     // More data sets or other experiments may be added; what a stored fit means must not change.
     ensure!(
@@ -106,7 +87,7 @@ fn begin(options: &GpOptions, revision: &str) -> Result<(WallClock, String)> {
         earlier.seed,
         if earlier.quick { " --quick" } else { "" }
     );
-    Ok((WallClock::resume(&options.out)?, stored.revision))
+    Ok((clock, stored.revision))
 }
 
 fn notes(options: &GpOptions, revision: &str, earlier: &str) -> Vec<String> {
@@ -154,6 +135,14 @@ struct Work<'a> {
 /// For each experiment, each case and each data set, what came of it.
 type Outcomes = Vec<Vec<Vec<Option<Outcome>>>>;
 
+/// What the threads that do it write to.
+struct Shared<'a> {
+    outcomes: Outcomes,
+    /// Pieces of each experiment that are to be done.
+    left: Vec<usize>,
+    counter: Counter<'a>,
+}
+
 impl<'a> Work<'a> {
     fn of(options: &'a GpOptions, experiments: &'a [(Name, Experiment)]) -> Self {
         let mut pieces = Vec::new();
@@ -176,8 +165,8 @@ impl<'a> Work<'a> {
     }
 
     /// Milliseconds that a piece takes, roughly.
-    fn cost(&self, piece: Piece) -> u64 {
-        1 + (1e3 * self.case(piece).cost) as u64
+    fn cost(&self, piece: Piece) -> usize {
+        1 + (1e3 * self.case(piece).cost) as usize
     }
 
     /// Does what is not done yet.
@@ -201,24 +190,32 @@ impl<'a> Work<'a> {
             eprintln!("{} of {} fits kept", self.pieces.len() - open.len(), self.pieces.len());
         }
         let total = open.iter().map(|piece| self.cost(*piece)).sum();
-        let bar = progress::weighted_bar("fits", total);
-        let left = Mutex::new(self.left(&open));
-        let shared = Mutex::new(outcomes);
+        let mut terminal = Terminal::default();
+        let shared = Mutex::new(Shared {
+            outcomes,
+            left: self.left(&open),
+            counter: Counter::new(&mut terminal, "fits", 0, total),
+        });
         workers::each(self.options.threads(), open.len(), |number| {
             let piece = open[number];
             let outcome = self.done(piece);
             store::write_json(&self.file(piece), &outcome)?;
-            let mut outcomes = shared.lock().unwrap_or_else(|e| e.into_inner());
-            outcomes[piece.experiment][piece.case][piece.set] = Some(outcome);
+            let mut shared = shared.lock().unwrap_or_else(|e| e.into_inner());
+            shared.outcomes[piece.experiment][piece.case][piece.set] = Some(outcome);
             // Under the lock, since it is one file for all.
             clock.save()?;
-            drop(outcomes);
-            bar.inc(self.cost(piece));
-            self.tell(&bar, piece, &left);
+            let name = self.experiments[piece.experiment].0.key();
+            let _ = shared.counter.step(self.cost(piece), &name);
+            shared.left[piece.experiment] -= 1;
+            if shared.left[piece.experiment] == 0 {
+                shared.counter.finished(&name, "done");
+            }
             Ok(())
         })?;
-        progress::finish(&bar, &format!("{} fits", open.len()));
-        Ok(shared.into_inner().unwrap_or_else(|e| e.into_inner()))
+        let Shared { outcomes, counter, .. } =
+            shared.into_inner().unwrap_or_else(|e| e.into_inner());
+        counter.finish(&format!("{} fits", open.len()));
+        Ok(outcomes)
     }
 
     fn done(&self, piece: Piece) -> Outcome {
@@ -234,19 +231,6 @@ impl<'a> Work<'a> {
     fn left(&self, open: &[Piece]) -> Vec<usize> {
         let of = |number| open.iter().filter(|piece| piece.experiment == number).count();
         (0..self.experiments.len()).map(of).collect()
-    }
-
-    /// Says which experiment is worked on, and which is done.
-    fn tell(&self, bar: &ProgressBar, piece: Piece, left: &Mutex<Vec<usize>>) {
-        let name = self.experiments[piece.experiment].0.key();
-        let mut left = left.lock().unwrap_or_else(|e| e.into_inner());
-        left[piece.experiment] -= 1;
-        if left[piece.experiment] == 0 {
-            let seconds = format::seconds(bar.elapsed().as_secs_f64());
-            bar.suspend(|| eprintln!("{name:<28} done after {seconds}"));
-        } else {
-            bar.set_message(name);
-        }
     }
 }
 

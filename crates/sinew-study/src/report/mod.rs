@@ -1,7 +1,7 @@
-//! What the study of the beams measures: methods, error measures and times. `present` makes the report of it.
+//! What the study of the beams compares, case by case. `present` makes the report of it.
 
-mod metric;
+mod method;
 mod samples;
 
-pub use metric::{ErrorSamples, Method, MethodRow, Metric, PerMetric, ThesisReference, Times};
-pub use samples::{SampleRow, SceneSamples, Spread, write_samples};
+pub use method::{Method, ThesisReference};
+pub use samples::{head, lines};

@@ -1,6 +1,6 @@
 //! The two gravity beams against FEniCS and FElupe on the identical mesh.
 
-use crate::case::{Band, Case, Cost, Effort, Formulation, Label, Row, Rows};
+use crate::case::{Band, Case, Cost, Effort, Formulation, Label, Rows};
 use crate::reference::published;
 use crate::solve::{lower, minimum, scene};
 use anyhow::{Context, Result, ensure};
@@ -8,9 +8,6 @@ use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Scene, Support};
 use sinew_mesh::{FieldValues, TetMesh, box_tetrahedra, read_npy};
 use std::path::Path;
-
-/// Nodal displacements and energies of independent solvers (`fixtures/beam/PROVENANCE.md`).
-pub(super) struct BeamFixture;
 
 /// Relative to the largest displacement; FEniCS itself is good to 4e-14.
 const DISPLACEMENT: Band = Band::below(1e-9);
@@ -21,34 +18,27 @@ const PRINTED_ENERGY: Band = Band::below(1e-8);
 /// Tissue of 1 g/cm³ \[kPa/mm\].
 pub(super) const GRAVITY: [f64; 3] = [0.0, 0.0, -9.8e-3];
 
-impl Case for BeamFixture {
-    fn name(&self) -> &'static str {
-        "beam-fixture"
-    }
+/// Nodal displacements and energies of independent solvers (`fixtures/beam/PROVENANCE.md`).
+pub(super) const CASE: Case = Case {
+    name: "beam-fixture",
+    title: "The thesis' gravity beams on the thesis' meshes, node by node",
+    provenance: "FEniCS 2019.2 (ten θ per beam) and FElupe 11.3 (two), fixtures/beam; the energy of quadratic elements by \
+         FEniCS with quadrature of degree 2.",
+    run,
+};
 
-    fn title(&self) -> &'static str {
-        "The thesis' gravity beams on the thesis' meshes, node by node"
+fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+    for beam in [once([12, 4, 5]), twice()] {
+        compare(rows, effort, &beam, "FEniCS", "")?;
+        compare(rows, effort, &beam, "FElupe", "felupe_")?;
     }
-
-    fn provenance(&self) -> &'static str {
-        "FEniCS 2019.2 (ten θ per beam) and FElupe 11.3 (two), fixtures/beam; the energy of quadratic elements by \
-         FEniCS with quadrature of degree 2."
-    }
-
-    fn run(&self, effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
-        for beam in [once([12, 4, 5]), twice()] {
-            compare(rows, effort, &beam, "FEniCS", "")?;
-            compare(rows, effort, &beam, "FElupe", "felupe_")?;
-        }
-        let theta = [75.0, 75.0];
-        let beam = once([12, 4, 5]);
-        let quadratic = scene(beam.mesh.quadratic(), NeoHookean, &theta, beam.loads, beam.supports);
-        let (solution, cost) = minimum(&quadratic.lower()?, &theta)?;
-        let label = Label::new(Formulation::P2, "once, FEniCS", "energy [kPa mm³]");
-        let energies = [solution.energy, published::BEAM_ENERGY_DEGREE_2];
-        rows.push(Row::relative(label, energies, PRINTED_ENERGY, cost)?);
-        Ok(())
-    }
+    let theta = [75.0, 75.0];
+    let beam = once([12, 4, 5]);
+    let quadratic = scene(beam.mesh.quadratic(), NeoHookean, &theta, beam.loads, beam.supports);
+    let (solution, cost) = minimum(&quadratic.lower()?, &theta)?;
+    let label = Label::new(Formulation::P2, "once, FEniCS", "energy [kPa mm³]");
+    let energies = [solution.energy, published::BEAM_ENERGY_DEGREE_2];
+    rows.relative(label, energies, PRINTED_ENERGY, cost)
 }
 
 /// OnceClampedBeam on a grid of boxes.
@@ -108,9 +98,8 @@ fn compare(
     };
     let cost = |cost: Option<Cost>| cost.context("the fixture holds no θ");
     let quantity = label("difference of u over largest u");
-    rows.push(Row::absolute(quantity, [displacement.0, 0.0], DISPLACEMENT, cost(displacement.1)?)?);
-    rows.push(Row::relative(label("energy [kPa mm³]"), energy.1, ENERGY, cost(energy.2)?)?);
-    Ok(())
+    rows.absolute(quantity, [displacement.0, 0.0], DISPLACEMENT, cost(displacement.1)?)?;
+    rows.relative(label("energy [kPa mm³]"), energy.1, ENERGY, cost(energy.2)?)
 }
 
 fn read(beam: &str, name: &str) -> Result<Vec<f64>> {

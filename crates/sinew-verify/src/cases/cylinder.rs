@@ -1,7 +1,8 @@
 //! Thick incompressible cylinder under internal pressure.
 
+use super::boxes;
 use super::radial::{RADII, inflation, outward, rollers};
-use crate::case::{Band, Case, Effort, Formulation, Label, Row, Rows};
+use crate::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::reference::ThickCylinder;
 use crate::solve::{mixed, scene};
 use anyhow::Result;
@@ -10,9 +11,6 @@ use sinew_energy::{Nodes, Support, TaylorHoodElement};
 use sinew_mesh::{Mesh, cylinder_quarter, rectangle_triangles};
 use std::f64::consts::FRAC_PI_2;
 
-/// A quarter of a long tube, as triangles in plane strain and as tetrahedra between two sliding planes.
-pub(super) struct Cylinder;
-
 const THETA: [f64; 2] = [1.0, 10.0];
 const INFLATED: f64 = 1.3;
 
@@ -20,33 +18,27 @@ const PLANE: &[([usize; 2], Band)] =
     &[([2, 4], Band::below(0.01)), ([4, 8], Band::below(0.002)), ([8, 16], Band::below(0.001))];
 const SOLID: &[([usize; 2], Band)] = &[([2, 4], Band::below(0.003)), ([4, 8], Band::below(5e-4))];
 
-impl Case for Cylinder {
-    fn name(&self) -> &'static str {
-        "cylinder"
-    }
+/// A quarter of a long tube, as triangles in plane strain and as tetrahedra between two sliding planes.
+pub(super) const CASE: Case = Case {
+    name: "cylinder",
+    title: "Thick incompressible cylinder (1 : 2) in plane strain under internal follower pressure",
+    provenance: "Closed form p = μ[ln(B/A) − ln(b/a) + ½(a² − A²)(a⁻² − b⁻²)].",
+    run,
+};
 
-    fn title(&self) -> &'static str {
-        "Thick incompressible cylinder (1 : 2) in plane strain under internal follower pressure"
+fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+    let planes = [("x_min", 0), ("y_min", 1)];
+    for &(cells, band) in effort.levels(2, PLANE) {
+        let setup = format!("{}×{} quads in plane strain", cells[0], cells[1]);
+        compare(rows, ring(cells), rollers(&planes), setup, band)?;
     }
-
-    fn provenance(&self) -> &'static str {
-        "Closed form p = μ[ln(B/A) − ln(b/a) + ½(a² − A²)(a⁻² − b⁻²)]."
+    let slides = [("x_min", 0), ("y_min", 1), ("z_min", 2), ("z_max", 2)];
+    for &([layers, around], band) in effort.levels(1, SOLID) {
+        let wall = cylinder_quarter(RADII, 0.5, [layers, around, 1]);
+        let setup = boxes([layers, around, 1]);
+        compare(rows, wall.quadratic_tetrahedra(), rollers(&slides), setup, band)?;
     }
-
-    fn run(&self, effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
-        let planes = [("x_min", 0), ("y_min", 1)];
-        for &(cells, band) in effort.levels(2, PLANE) {
-            let setup = format!("{}×{} quads in plane strain", cells[0], cells[1]);
-            compare(rows, ring(cells), rollers(&planes), setup, band)?;
-        }
-        let slides = [("x_min", 0), ("y_min", 1), ("z_min", 2), ("z_max", 2)];
-        for &([layers, around], band) in effort.levels(1, SOLID) {
-            let wall = cylinder_quarter(RADII, 0.5, [layers, around, 1]);
-            let setup = format!("{layers}×{around}×1 boxes");
-            compare(rows, wall.quadratic_tetrahedra(), rollers(&slides), setup, band)?;
-        }
-        Ok(())
-    }
+    Ok(())
 }
 
 /// A quarter of a ring; its sides have the names of [`cylinder_quarter`].
@@ -87,7 +79,7 @@ where
         let value = outward(&tube.mesh, side, &found.displacement, 2);
         let quantity = format!("displacement of the {side} surface, {kind}");
         let label = Label::new(Formulation::Mixed, setup.clone(), quantity);
-        rows.push(Row::relative(label, [value, exact], band, found.cost)?);
+        rows.relative(label, [value, exact], band, found.cost)?;
     }
     Ok(())
 }

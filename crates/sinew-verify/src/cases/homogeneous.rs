@@ -6,12 +6,28 @@ use sinew_energy::laws::{
     NeoHookeanShape,
 };
 use sinew_energy::{Body, Law, Solid, at_points};
+use sinew_mesh::{HexMesh, TetMesh, box_hexahedra, box_tetrahedra};
 use std::sync::Arc;
 
 pub(super) type Matrix = [[f64; 3]; 3];
 
 /// Fibres, sheets and normals along the axes.
 pub(super) const FRAME: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// Distorted cubes of eight boxes.
+pub(super) struct Meshes {
+    pub tets: TetMesh,
+    pub hexes: HexMesh,
+}
+
+impl Meshes {
+    pub fn distorted() -> Self {
+        Self {
+            tets: box_tetrahedra([1.0; 3], [2; 3]).distorted(5, 0.2),
+            hexes: box_hexahedra([1.0; 3], [2; 3]).distorted(5, 0.2),
+        }
+    }
+}
 
 /// A law with parameters, fibres, sheets and normals along the axes.
 pub(super) struct Material {

@@ -2,16 +2,13 @@
 
 use super::homogeneous::FRAME;
 use super::radial::rollers;
-use crate::case::{Band, Case, Effort, Formulation, Label, Row, Rows};
+use crate::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::reference::published;
 use crate::solve::{displacement_at, mixed, scene, with_directions};
 use anyhow::Result;
 use sinew_energy::laws::Guccione;
 use sinew_energy::{Load, Magnitude, Support};
 use sinew_mesh::TruncatedEllipsoid;
-
-/// A quarter of the idealised ventricle, isotropic, its base held, inflated by 10 kPa.
-pub(super) struct LandVentricle;
 
 /// C \[kPa\], b_f, b_t, b_fs: isotropic.
 const THETA: [f64; 4] = [10.0, 1.0, 1.0, 1.0];
@@ -27,43 +24,35 @@ const LADDER: &[([usize; 3], Band)] = &[
     ([2, 32, 20], Band::below(0.003)),
 ];
 
-impl Case for LandVentricle {
-    fn name(&self) -> &'static str {
-        "land-ventricle"
-    }
+/// A quarter of the idealised ventricle, isotropic, its base held, inflated by 10 kPa.
+pub(super) const CASE: Case = Case {
+    name: "land-ventricle",
+    title: "Land et al. (2015), problem 2: incompressible ellipsoid inflated by 10 kPa, base held",
+    provenance: "FEniCS on the axisymmetric problem in two dimensions, exact geometry, incompressible quadratic–linear elements, \
+         14 853 unknowns: −26.612 and −28.280 ± 0.001 mm.",
+    run,
+};
 
-    fn title(&self) -> &'static str {
-        "Land et al. (2015), problem 2: incompressible ellipsoid inflated by 10 kPa, base held"
-    }
-
-    fn provenance(&self) -> &'static str {
-        "FEniCS on the axisymmetric problem in two dimensions, exact geometry, incompressible quadratic–linear elements, \
-         14 853 unknowns: −26.612 and −28.280 ± 0.001 mm."
-    }
-
-    fn run(&self, effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
-        for &(cells, band) in effort.levels(1, LADDER) {
-            let mesh = TruncatedEllipsoid::LAND.quarter_wall(cells).quadratic_tetrahedra();
-            let magnitude = Magnitude::Fixed(PRESSURE);
-            let loads = vec![Load::Pressure { facets: "endo".into(), magnitude }];
-            let mut supports = rollers(&[("x_min", 0), ("y_min", 1)]);
-            supports.push(Support::clamped("base"));
-            let law = Guccione.nearly_incompressible(BULK).of_whole_strain();
-            let ventricle = with_directions(scene(mesh, law, &THETA, loads, supports), FRAME);
-            let found = mixed(&ventricle, 0.0, &THETA)?;
-            for (apex, height, exact) in [
-                ("inside", -17.0, published::LAND_VENTRICLE[0]),
-                ("outside", -20.0, published::LAND_VENTRICLE[1]),
-            ] {
-                let point = [0.0, 0.0, height];
-                let value =
-                    height + displacement_at(&ventricle.mesh, &found.displacement, point)[2];
-                let setup = format!("{} layers, {} around, {} along", cells[0], cells[1], cells[2]);
-                let label =
-                    Label::new(Formulation::Mixed, setup, format!("z of the apex {apex} [mm]"));
-                rows.push(Row::relative(label, [value, exact], band, found.cost)?);
-            }
+fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+    for &(cells, band) in effort.levels(1, LADDER) {
+        let mesh = TruncatedEllipsoid::LAND.quarter_wall(cells).quadratic_tetrahedra();
+        let magnitude = Magnitude::Fixed(PRESSURE);
+        let loads = vec![Load::Pressure { facets: "endo".into(), magnitude }];
+        let mut supports = rollers(&[("x_min", 0), ("y_min", 1)]);
+        supports.push(Support::clamped("base"));
+        let law = Guccione.nearly_incompressible(BULK).of_whole_strain();
+        let ventricle = with_directions(scene(mesh, law, &THETA, loads, supports), FRAME);
+        let found = mixed(&ventricle, 0.0, &THETA)?;
+        for (apex, height, exact) in [
+            ("inside", -17.0, published::LAND_VENTRICLE[0]),
+            ("outside", -20.0, published::LAND_VENTRICLE[1]),
+        ] {
+            let point = [0.0, 0.0, height];
+            let value = height + displacement_at(&ventricle.mesh, &found.displacement, point)[2];
+            let setup = format!("{} layers, {} around, {} along", cells[0], cells[1], cells[2]);
+            let label = Label::new(Formulation::Mixed, setup, format!("z of the apex {apex} [mm]"));
+            rows.relative(label, [value, exact], band, found.cost)?;
         }
-        Ok(())
     }
+    Ok(())
 }

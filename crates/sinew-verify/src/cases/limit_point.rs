@@ -1,7 +1,7 @@
 //! The largest pressure that a thick sphere bears.
 
 use super::radial::{RADII, inflation, outward, rollers};
-use crate::case::{Band, Case, Cost, Effort, Formulation, Label, Row, Rows};
+use crate::case::{Band, Case, Cost, Effort, Formulation, Label, Rows};
 use crate::reference::{LimitPoint, ThickSphere};
 use crate::solve::scene;
 use anyhow::{Context, Result};
@@ -10,9 +10,6 @@ use sinew_fem::{BalanceSolver, Options};
 use sinew_mesh::sphere_octant;
 use std::f64::consts::PI;
 use std::time::Instant;
-
-/// Both branches of the pressure over the volume, through the limit point, by prescribing the volume.
-pub(super) struct SphereLimitPoint;
 
 const THETA: [f64; 2] = [1.0, 10.0];
 /// Deformed inner radii over the one at rest; the pressure rises up to 1.83 and falls beyond.
@@ -24,72 +21,54 @@ const BAND: Band = Band::below(0.005);
 /// The coarse mesh of a quick run.
 const COARSE: Band = Band::below(0.02);
 
-impl Case for SphereLimitPoint {
-    fn name(&self) -> &'static str {
-        "limit-point"
-    }
+/// Both branches of the pressure over the volume, through the limit point, by prescribing the volume.
+pub(super) const CASE: Case = Case {
+    name: "limit-point",
+    title: "Limit point of the thick incompressible sphere by prescribed volume, both branches",
+    provenance: "Closed form of Green and Adkins; its maximum from the root of the derivative (p/μ = 0.81642 at a/A = 1.8281).",
+    run,
+};
 
-    fn title(&self) -> &'static str {
-        "Limit point of the thick incompressible sphere by prescribed volume, both branches"
+fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+    let (cells, band) = match effort {
+        Effort::Quick => ([2, 3], COARSE),
+        Effort::Full => ([3, 5], BAND),
+    };
+    let closed = ThickSphere { shear: THETA[0], inner: RADII[0], outer: RADII[1] };
+    let mesh = sphere_octant(RADII, cells).quadratic_tetrahedra();
+    let supports = rollers(&[("x_min", 0), ("y_min", 1), ("z_min", 2)]);
+    let sphere = scene(mesh, NeoHookean, &THETA, inflation(1.0), supports);
+    let start = Instant::now();
+    let body = sphere.lower_mixed()?;
+    let mut solver = BalanceSolver::new(&body)?;
+    let unknowns = solver.unknowns().iter().sum();
+    let volumes =
+        STRETCHES.map(|a| PI / 6.0 * (a * RADII[0]).powi(3) - PI / 6.0 * RADII[0].powi(3));
+    let trace = solver.trace_volume(&THETA, &volumes, &Options::default())?;
+    let cost = Cost::since(start, unknowns);
+    let setup = format!("{} layers, {}² × 3 cells", cells[0], cells[1]);
+    let mut path = Vec::with_capacity(trace.len());
+    for (step, a) in trace.iter().zip(STRETCHES) {
+        let pressure = step.solution.load_factor;
+        let found = 1.0 + outward(&sphere.mesh, "inner", &step.solution.displacement, 3) / RADII[0];
+        path.push([found, pressure]);
+        let label = Label::new(
+            Formulation::Mixed,
+            format!("{setup}, volume of a/A = {a}"),
+            "pressure over μ",
+        );
+        rows.relative(label, [pressure, closed.pressure(a * RADII[0])], band, cost)?;
     }
-
-    fn provenance(&self) -> &'static str {
-        "Closed form of Green and Adkins; its maximum from the root of the derivative (p/μ = 0.81642 at a/A = 1.8281)."
-    }
-
-    fn run(&self, effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
-        let (cells, band) = match effort {
-            Effort::Quick => ([2, 3], COARSE),
-            Effort::Full => ([3, 5], BAND),
-        };
-        let closed = ThickSphere { shear: THETA[0], inner: RADII[0], outer: RADII[1] };
-        let mesh = sphere_octant(RADII, cells).quadratic_tetrahedra();
-        let supports = rollers(&[("x_min", 0), ("y_min", 1), ("z_min", 2)]);
-        let sphere = scene(mesh, NeoHookean, &THETA, inflation(1.0), supports);
-        let start = Instant::now();
-        let body = sphere.lower_mixed()?;
-        let mut solver = BalanceSolver::new(&body)?;
-        let unknowns = solver.unknowns().iter().sum();
-        let volumes =
-            STRETCHES.map(|a| PI / 6.0 * (a * RADII[0]).powi(3) - PI / 6.0 * RADII[0].powi(3));
-        let trace = solver.trace_volume(&THETA, &volumes, &Options::default())?;
-        let cost = Cost::since(start, unknowns);
-        let setup = format!("{} layers, {}² × 3 cells", cells[0], cells[1]);
-        let mut path = Vec::with_capacity(trace.len());
-        for (step, a) in trace.iter().zip(STRETCHES) {
-            let pressure = step.solution.load_factor;
-            let found =
-                1.0 + outward(&sphere.mesh, "inner", &step.solution.displacement, 3) / RADII[0];
-            path.push([found, pressure]);
-            let label = Label::new(
-                Formulation::Mixed,
-                format!("{setup}, volume of a/A = {a}"),
-                "pressure over μ",
-            );
-            rows.push(Row::relative(label, [pressure, closed.pressure(a * RADII[0])], band, cost)?);
-        }
-        let around = AROUND.map(|index| path.get(index).copied());
-        let [Some(a), Some(b), Some(c)] = around else {
-            anyhow::bail!("the path ended after {} of {} volumes", path.len(), STRETCHES.len());
-        };
-        let [stretch, pressure] =
-            parabola_top([a, b, c]).context("the pressure has no maximum on the path")?;
-        let exact: LimitPoint = closed.limit_point()?;
-        let label = |what: &str| Label::new(Formulation::Mixed, setup.clone(), what);
-        rows.push(Row::relative(
-            label("largest pressure over μ"),
-            [pressure, exact.pressure],
-            band,
-            cost,
-        )?);
-        rows.push(Row::relative(
-            label("stretch at the largest pressure"),
-            [stretch, exact.stretch],
-            band,
-            cost,
-        )?);
-        Ok(())
-    }
+    let around = AROUND.map(|index| path.get(index).copied());
+    let [Some(a), Some(b), Some(c)] = around else {
+        anyhow::bail!("the path ended after {} of {} volumes", path.len(), STRETCHES.len());
+    };
+    let [stretch, pressure] =
+        parabola_top([a, b, c]).context("the pressure has no maximum on the path")?;
+    let exact: LimitPoint = closed.limit_point()?;
+    let label = |what: &str| Label::new(Formulation::Mixed, setup.clone(), what);
+    rows.relative(label("largest pressure over μ"), [pressure, exact.pressure], band, cost)?;
+    rows.relative(label("stretch at the largest pressure"), [stretch, exact.stretch], band, cost)
 }
 
 /// The highest point of the parabola through three points.

@@ -1,6 +1,6 @@
 //! Manufactured solutions: orders of convergence.
 
-use crate::case::{Band, Case, Cost, Effort, Formulation, Label, Row, Rows};
+use crate::case::{Band, Case, Cost, Effort, Formulation, Label, Rows};
 use crate::integrate::points;
 use crate::solve::{BOUNDARY, balance, minimum, scene, with_boundary};
 use anyhow::Result;
@@ -19,9 +19,9 @@ const ORDER: Band = Band::below(0.2);
 const PRESSURE_ORDER: Band = Band::below(0.5);
 
 /// A compressible body under the body force that bends it into a given shape.
-pub(super) struct Compressible;
+struct Compressible;
 /// An incompressible body, with a given pressure besides.
-pub(super) struct Incompressible;
+struct Incompressible;
 
 /// The exact solution over any number type.
 trait Exact {
@@ -58,66 +58,40 @@ impl Exact for Incompressible {
     }
 }
 
-impl Case for Compressible {
-    fn name(&self) -> &'static str {
-        "manufactured"
-    }
+pub(super) const COMPRESSIBLE: Case = Case {
+    name: "manufactured",
+    title: "Orders of convergence in L² and H¹, compressible neo-Hookean body on distorted meshes",
+    provenance: "A smooth displacement; its body force −Div P by Taylor arithmetic on the closed form of P, integrated by \
+         code of this crate. Orders in L²/H¹: 2/1 for linear, 3/2 for quadratic elements.",
+    run: run_compressible,
+};
 
-    fn title(&self) -> &'static str {
-        "Orders of convergence in L² and H¹, compressible neo-Hookean body on distorted meshes"
-    }
-
-    fn provenance(&self) -> &'static str {
-        "A smooth displacement; its body force −Div P by Taylor arithmetic on the closed form of P, integrated by \
-         code of this crate. Orders in L²/H¹: 2/1 for linear, 3/2 for quadratic elements."
-    }
-
-    fn run(&self, effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
-        let tets = |cells| distorted(box_tetrahedra([1.0; 3], [cells; 3]));
-        ladder(rows, Formulation::P1, [2.0, 1.0], effort.levels(3, &[4, 8, 16, 24]), tets)?;
-        ladder(rows, Formulation::P2, [3.0, 2.0], effort.levels(2, &[2, 4, 8]), |cells| {
-            tets(cells).quadratic()
-        })?;
-        ladder(rows, Formulation::Q1, [2.0, 1.0], effort.levels(2, &[4, 8, 16]), |cells| {
-            distorted(box_hexahedra([1.0; 3], [cells; 3]))
-        })
-    }
+fn run_compressible(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+    let tets = |cells| distorted(box_tetrahedra([1.0; 3], [cells; 3]));
+    let hexes = |cells| distorted(box_hexahedra([1.0; 3], [cells; 3]));
+    let (linear, quadratic) = ([(2.0, ORDER), (1.0, ORDER)], [(3.0, ORDER), (2.0, ORDER)]);
+    let levels = effort.levels(3, &[4, 8, 16, 24]);
+    ladder(rows, Formulation::P1, &linear, levels, |cells| solve(tets(cells)))?;
+    let levels = effort.levels(2, &[2, 4, 8]);
+    ladder(rows, Formulation::P2, &quadratic, levels, |cells| solve(tets(cells).quadratic()))?;
+    let levels = effort.levels(2, &[4, 8, 16]);
+    ladder(rows, Formulation::Q1, &linear, levels, |cells| solve(hexes(cells)))
 }
 
-impl Case for Incompressible {
-    fn name(&self) -> &'static str {
-        "manufactured-mixed"
-    }
+pub(super) const INCOMPRESSIBLE: Case = Case {
+    name: "manufactured-mixed",
+    title: "Orders of convergence of displacement and pressure, incompressible neo-Hookean body, mixed elements",
+    provenance: "Two shears in a row, which keep the volume, and a smooth pressure; body force and traction by Taylor \
+         arithmetic. Orders: 3 (displacement in L²), 2 (its gradient), 2 (pressure in L²).",
+    run: run_incompressible,
+};
 
-    fn title(&self) -> &'static str {
-        "Orders of convergence of displacement and pressure, incompressible neo-Hookean body, mixed elements"
-    }
-
-    fn provenance(&self) -> &'static str {
-        "Two shears in a row, which keep the volume, and a smooth pressure; body force and traction by Taylor \
-         arithmetic. Orders: 3 (displacement in L²), 2 (its gradient), 2 (pressure in L²)."
-    }
-
-    fn run(&self, effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
-        let names = ["displacement in L²", "displacement in H¹", "pressure in L²"];
-        let orders = [(3.0, ORDER), (2.0, ORDER), (2.0, PRESSURE_ORDER)];
-        let mut before: Option<([f64; 3], usize)> = None;
-        let levels = effort.levels(2, &[2, 4, 8]);
-        for &cells in levels {
-            let mesh = with_boundary(distorted(box_tetrahedra([1.0; 3], [cells; 3])).quadratic());
-            let (errors, cost) = solve_mixed(&mesh)?;
-            push_level(rows, Formulation::Mixed, cells, (&names, &errors), cost)?;
-            if let Some((coarse, from)) = before.replace((errors, cells))
-                && levels.last() == Some(&cells)
-            {
-                // The two meshes of a quick run are too coarse to tell the order of the pressure.
-                let judged = effort.levels(2, &orders);
-                let pair = [&coarse[..], &errors];
-                push_orders(rows, Formulation::Mixed, [from, cells], (&names, judged), pair, cost)?;
-            }
-        }
-        Ok(())
-    }
+fn run_incompressible(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+    // The two meshes of a quick run are too coarse to tell the order of the pressure.
+    let orders = effort.levels(2, &[(3.0, ORDER), (2.0, ORDER), (2.0, PRESSURE_ORDER)]);
+    ladder(rows, Formulation::Mixed, orders, effort.levels(2, &[2, 4, 8]), |cells| {
+        solve_mixed(distorted(box_tetrahedra([1.0; 3], [cells; 3])).quadratic())
+    })
 }
 
 /// The cube under a smooth map that keeps its sides, so that refinement halves every cell.
@@ -129,83 +103,48 @@ fn distorted<const N: usize>(mut mesh: Mesh<N>) -> Mesh<N> {
     mesh
 }
 
-/// Solves on meshes of rising fineness; errors on each, orders between the last two.
-fn ladder<const N: usize>(
+/// What errors are of, in the order in which they are given.
+const QUANTITIES: [&str; 3] = ["displacement in L²", "displacement in H¹", "pressure in L²"];
+
+/// Solves on meshes of rising fineness; errors on each, and between the last two the orders that are given.
+fn ladder<const M: usize>(
     rows: &mut Rows<'_>,
     formulation: Formulation,
-    orders: [f64; 2],
+    orders: &[(f64, Band)],
     levels: &[usize],
-    mesh: impl Fn(usize) -> Mesh<N>,
-) -> Result<()>
-where
-    Nodes<N>: FiniteElement<N>,
-{
-    let names = ["displacement in L²", "displacement in H¹"];
-    let mut before: Option<([f64; 2], usize)> = None;
+    solve: impl Fn(usize) -> Result<([f64; M], Cost)>,
+) -> Result<()> {
+    let mut before = None;
     for &cells in levels {
-        let (errors, cost) = solve::<N>(&with_boundary(mesh(cells)))?;
-        push_level(rows, formulation, cells, (&names, &errors), cost)?;
-        if let Some((coarse, from)) = before.replace((errors, cells))
-            && levels.last() == Some(&cells)
-        {
-            let orders = orders.map(|order| (order, ORDER));
-            push_orders(
-                rows,
-                formulation,
-                [from, cells],
-                (&names, &orders),
-                [&coarse, &errors],
-                cost,
-            )?;
+        let (errors, cost) = solve(cells)?;
+        for (name, error) in QUANTITIES.iter().zip(errors) {
+            let quantity = format!("relative error of {name}");
+            let label = Label::new(formulation, format!("{cells}³ cubes"), quantity);
+            // Less than the cell's size over the cube's is expected from any element.
+            rows.absolute(label, [error, 0.0], Band::below(1.0 / cells as f64), cost)?;
+        }
+        let Some((coarse, from)) = before.replace((errors, cells)) else { continue };
+        if levels.last() != Some(&cells) {
+            continue;
+        }
+        let refinement = (cells as f64 / from as f64).ln();
+        for (index, (name, &(order, band))) in QUANTITIES.iter().zip(orders).enumerate() {
+            let setup = format!("{from}³ to {cells}³ cubes");
+            let label = Label::new(formulation, setup, format!("order of {name}"));
+            let measured = (coarse[index] / errors[index]).ln() / refinement;
+            rows.absolute(label, [measured, order], band, cost)?;
         }
     }
     Ok(())
 }
 
-/// An error of less than the cell's size over the cube's is expected from any element.
-fn push_level(
-    rows: &mut Rows<'_>,
-    formulation: Formulation,
-    cells: usize,
-    (names, errors): (&[&str], &[f64]),
-    cost: Cost,
-) -> Result<()> {
-    for (name, &error) in names.iter().zip(errors) {
-        let label =
-            Label::new(formulation, format!("{cells}³ cubes"), format!("relative error of {name}"));
-        let band = Band::below(1.0 / cells as f64);
-        rows.push(Row::absolute(label, [error, 0.0], band, cost)?);
-    }
-    Ok(())
-}
-
-fn push_orders(
-    rows: &mut Rows<'_>,
-    formulation: Formulation,
-    [coarse, fine]: [usize; 2],
-    (names, orders): (&[&str], &[(f64, Band)]),
-    [before, now]: [&[f64]; 2],
-    cost: Cost,
-) -> Result<()> {
-    let refinement = (fine as f64 / coarse as f64).ln();
-    for (index, (name, &(order, band))) in names.iter().zip(orders).enumerate() {
-        let label = Label::new(
-            formulation,
-            format!("{coarse}³ to {fine}³ cubes"),
-            format!("order of {name}"),
-        );
-        let measured = (before[index] / now[index]).ln() / refinement;
-        rows.push(Row::absolute(label, [measured, order], band, cost)?);
-    }
-    Ok(())
-}
-
 /// Relative errors in L² and H¹ of the compressible body.
-fn solve<const N: usize>(mesh: &Mesh<N>) -> Result<([f64; 2], Cost)>
+fn solve<const N: usize>(mesh: Mesh<N>) -> Result<([f64; 2], Cost)>
 where
     Nodes<N>: FiniteElement<N>,
 {
     let exact = |x: [f64; 3]| Compressible::displacement(x);
+    let mesh = &with_boundary(mesh);
     let supports = vec![Support::moved(BOUNDARY, mesh, exact)];
     let mut potential = scene(mesh.clone(), NeoHookean, &THETA, vec![], supports).lower()?;
     add_body_force::<Compressible, N>(mesh, THETA, &mut potential.nodal_force);
@@ -214,7 +153,8 @@ where
 }
 
 /// Relative errors in L² and H¹ and of the pressure in L² of the incompressible body.
-fn solve_mixed(mesh: &Mesh<10>) -> Result<([f64; 3], Cost)> {
+fn solve_mixed(mesh: Mesh<10>) -> Result<([f64; 3], Cost)> {
+    let mesh = &mesh;
     let exact = |x: [f64; 3]| Incompressible::displacement(x);
     let held: Vec<_> = ["x_min", "y_min", "y_max", "z_min", "z_max"]
         .map(|side| Support::moved(side, mesh, exact))

@@ -1,14 +1,11 @@
 //! Patch tests on distorted meshes.
 
-use crate::case::{Band, Case, Effort, Formulation, Label, Row, Rows};
+use crate::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::solve::{BOUNDARY, lower, minimum, mixed, scene, with_boundary};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{FiniteElement, Nodes, Scene, Support};
 use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
-
-/// The boundary of a cube or square follows `x = FX`: so must every inner node, on any mesh.
-pub(super) struct Patch;
 
 type Matrix = [[f64; 3]; 3];
 
@@ -24,40 +21,34 @@ const THETAS: [[f64; 2]; 2] = [[1.0, 1.0], [1.0, 1e3]];
 /// Seed and amplitude of the distortion.
 const DISTORTION: (u64, f64) = (11, 0.25);
 
-impl Case for Patch {
-    fn name(&self) -> &'static str {
-        "patch"
-    }
+/// The boundary of a cube or square follows `x = FX`: so must every inner node, on any mesh.
+pub(super) const CASE: Case = Case {
+    name: "patch",
+    title: "Patch test: distorted meshes follow a homogeneous deformation of their boundary",
+    provenance: "x = FX exactly; the constant stress of a homogeneous deformation is in equilibrium.",
+    run,
+};
 
-    fn title(&self) -> &'static str {
-        "Patch test: distorted meshes follow a homogeneous deformation of their boundary"
+fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+    let cells = match effort {
+        Effort::Quick => 3,
+        Effort::Full => 5,
+    };
+    let (seed, amplitude) = DISTORTION;
+    let tets = box_tetrahedra([1.0; 3], [cells; 3]).distorted(seed, amplitude);
+    let hexes = box_hexahedra([1.0; 3], [cells; 3]).distorted(seed, amplitude);
+    let triangles = rectangle_triangles([1.0; 2], [cells; 2]).distorted(seed, amplitude);
+    for theta in THETAS {
+        compare(rows, Formulation::P1, &tets, &SPACE, theta)?;
+        compare(rows, Formulation::FBar, &tets, &SPACE, theta)?;
+        compare(rows, Formulation::P2, &tets.quadratic(), &SPACE, theta)?;
+        compare(rows, Formulation::Q1, &hexes, &SPACE, theta)?;
+        compare(rows, Formulation::Q1FBar, &hexes, &SPACE, theta)?;
+        compare(rows, Formulation::P1, &triangles, &PLANE, theta)?;
+        compare(rows, Formulation::P2, &triangles.quadratic(), &PLANE, theta)?;
+        compare_mixed(rows, tets.quadratic(), theta)?;
     }
-
-    fn provenance(&self) -> &'static str {
-        "x = FX exactly; the constant stress of a homogeneous deformation is in equilibrium."
-    }
-
-    fn run(&self, effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
-        let cells = match effort {
-            Effort::Quick => 3,
-            Effort::Full => 5,
-        };
-        let (seed, amplitude) = DISTORTION;
-        let tets = box_tetrahedra([1.0; 3], [cells; 3]).distorted(seed, amplitude);
-        let hexes = box_hexahedra([1.0; 3], [cells; 3]).distorted(seed, amplitude);
-        let triangles = rectangle_triangles([1.0; 2], [cells; 2]).distorted(seed, amplitude);
-        for theta in THETAS {
-            compare(rows, Formulation::P1, &tets, &SPACE, theta)?;
-            compare(rows, Formulation::FBar, &tets, &SPACE, theta)?;
-            compare(rows, Formulation::P2, &tets.quadratic(), &SPACE, theta)?;
-            compare(rows, Formulation::Q1, &hexes, &SPACE, theta)?;
-            compare(rows, Formulation::Q1FBar, &hexes, &SPACE, theta)?;
-            compare(rows, Formulation::P1, &triangles, &PLANE, theta)?;
-            compare(rows, Formulation::P2, &triangles.quadratic(), &PLANE, theta)?;
-            compare_mixed(rows, tets.quadratic(), theta)?;
-        }
-        Ok(())
-    }
+    Ok(())
 }
 
 fn compare<const N: usize>(
@@ -75,7 +66,7 @@ where
     let (solution, cost) = minimum(&potential, &theta)?;
     let label = |quantity: &str| Label::new(formulation, setup::<N>(theta), quantity);
     let error = largest_difference(&solution.displacement, &exact);
-    rows.push(Row::absolute(label("displacement off x = FX"), [error, 0.0], DISPLACEMENT, cost)?);
+    rows.absolute(label("displacement off x = FX"), [error, 0.0], DISPLACEMENT, cost)?;
 
     let mut forces = vec![0.0; exact.len()];
     potential.value_and_gradient(&exact, &theta, &mut forces);
@@ -85,8 +76,7 @@ where
         chosen.fold(0.0, f64::max)
     };
     let unbalanced = largest(false) / largest(true);
-    rows.push(Row::absolute(label("unbalanced force at x = FX"), [unbalanced, 0.0], FORCE, cost)?);
-    Ok(())
+    rows.absolute(label("unbalanced force at x = FX"), [unbalanced, 0.0], FORCE, cost)
 }
 
 /// A field of pressure with a finite bulk modulus, so that the boundary may change the volume.
@@ -95,8 +85,7 @@ fn compare_mixed(rows: &mut Rows<'_>, mesh: Mesh<10>, theta: [f64; 2]) -> Result
     let found = mixed(&scene, 1.0 / theta[1], &theta)?;
     let label = Label::new(Formulation::Mixed, setup::<10>(theta), "displacement off x = FX");
     let error = largest_difference(&found.displacement, &exact);
-    rows.push(Row::absolute(label, [error, 0.0], DISPLACEMENT, found.cost)?);
-    Ok(())
+    rows.absolute(label, [error, 0.0], DISPLACEMENT, found.cost)
 }
 
 fn setup<const N: usize>(theta: [f64; 2]) -> String

@@ -1,15 +1,12 @@
 //! Simple shear of every law.
 
-use super::homogeneous::{Material, exponentials, mean_stress};
+use super::homogeneous::{Material, Meshes, exponentials, mean_stress};
 use crate::case::{Band, Case, Effort, Formulation, Label, Row, Rows};
 use crate::solve::{BOUNDARY, lower, minimum, scene, with_boundary};
 use anyhow::{Context, Result};
 use sinew_energy::laws::{ByYoungPoisson, LinearElastic, NeoHookean};
 use sinew_energy::{FiniteElement, Nodes, Support};
-use sinew_mesh::{HexMesh, Mesh, TetMesh, box_hexahedra, box_tetrahedra};
-
-/// Each law and element under simple shear: the shear stress, from the reactions of a distorted mesh.
-pub(super) struct Shear;
+use sinew_mesh::Mesh;
 
 /// Relative: eight digits.
 const EIGHT_DIGITS: Band = Band::below(1e-8);
@@ -21,47 +18,32 @@ const AMOUNTS: [f64; 3] = [0.3, 0.1, 0.5];
 /// Shear stress by normal, direction and amount.
 type Stress<'a> = &'a dyn Fn(usize, usize, f64) -> f64;
 
-impl Case for Shear {
-    fn name(&self) -> &'static str {
-        "shear"
-    }
+/// Each law and element under simple shear: the shear stress, from the reactions of a distorted mesh.
+pub(super) const CASE: Case = Case {
+    name: "shear",
+    title: "Simple shear of every law in every element",
+    provenance: "Closed forms of the shear stress, which no bulk modulus enters: own code over the invariants, tested \
+         against tabulated values; μγ for neo-Hookean and linear bodies.",
+    run,
+};
 
-    fn title(&self) -> &'static str {
-        "Simple shear of every law in every element"
+fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+    let meshes = Meshes::distorted();
+    // μ = 2, from E = 5 and ν = 1/4 in the second.
+    let linear_in_shear = |_: usize, _: usize, amount: f64| 2.0 * amount;
+    let young = ByYoungPoisson(NeoHookean);
+    for material in [
+        Material::new("neo-Hookean", NeoHookean, &[2.0, 3.0]),
+        Material::new("neo-Hookean by E and ν", young, &[5.0, 0.25]),
+        Material::new("linear elastic", LinearElastic, &[2.0, 3.0]),
+    ] {
+        meshes.shear(rows, effort, &material, &linear_in_shear)?;
     }
-
-    fn provenance(&self) -> &'static str {
-        "Closed forms of the shear stress, which no bulk modulus enters: own code over the invariants, tested \
-         against tabulated values; μγ for neo-Hookean and linear bodies."
+    for body in exponentials() {
+        let stress = |normal, along, amount| body.reference.shear_stress(normal, along, amount);
+        meshes.shear(rows, effort, &body.material, &stress)?;
     }
-
-    fn run(&self, effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
-        let meshes = Meshes {
-            tets: box_tetrahedra([1.0; 3], [2; 3]).distorted(5, 0.2),
-            hexes: box_hexahedra([1.0; 3], [2; 3]).distorted(5, 0.2),
-        };
-        // μ = 2, from E = 5 and ν = 1/4 in the second.
-        let linear_in_shear = |_: usize, _: usize, amount: f64| 2.0 * amount;
-        let young = ByYoungPoisson(NeoHookean);
-        for material in [
-            Material::new("neo-Hookean", NeoHookean, &[2.0, 3.0]),
-            Material::new("neo-Hookean by E and ν", young, &[5.0, 0.25]),
-            Material::new("linear elastic", LinearElastic, &[2.0, 3.0]),
-        ] {
-            meshes.shear(rows, effort, &material, &linear_in_shear)?;
-        }
-        for body in exponentials() {
-            let stress = |normal, along, amount| body.reference.shear_stress(normal, along, amount);
-            meshes.shear(rows, effort, &body.material, &stress)?;
-        }
-        Ok(())
-    }
-}
-
-/// The distorted meshes.
-struct Meshes {
-    tets: TetMesh,
-    hexes: HexMesh,
+    Ok(())
 }
 
 impl Meshes {

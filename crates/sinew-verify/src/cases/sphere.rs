@@ -1,15 +1,12 @@
 //! Thick incompressible sphere under internal pressure.
 
 use super::radial::{RADII, inflation, outward, rollers};
-use crate::case::{Band, Case, Effort, Formulation, Label, Row, Rows};
+use crate::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::reference::ThickSphere;
 use crate::solve::{mixed, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
 use sinew_mesh::sphere_octant;
-
-/// An octant of an incompressible sphere, blown up by a third of its inner radius.
-pub(super) struct Sphere;
 
 /// μ, and a λ that no incompressible solution feels.
 const THETA: [f64; 2] = [1.0, 10.0];
@@ -24,42 +21,34 @@ const LADDER: &[([usize; 2], Band)] = &[
     ([4, 6], Band::below(0.001)),
 ];
 
-impl Case for Sphere {
-    fn name(&self) -> &'static str {
-        "sphere"
-    }
+/// An octant of an incompressible sphere, blown up by a third of its inner radius.
+pub(super) const CASE: Case = Case {
+    name: "sphere",
+    title: "Thick incompressible sphere (1 : 2) under internal follower pressure",
+    provenance: "Closed form p = μ[2/λ_b + 1/(2λ_b⁴) − 2/λ_a − 1/(2λ_a⁴)] of Green and Adkins.",
+    run,
+};
 
-    fn title(&self) -> &'static str {
-        "Thick incompressible sphere (1 : 2) under internal follower pressure"
-    }
-
-    fn provenance(&self) -> &'static str {
-        "Closed form p = μ[2/λ_b + 1/(2λ_b⁴) − 2/λ_a − 1/(2λ_a⁴)] of Green and Adkins."
-    }
-
-    fn run(&self, effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
-        let closed = ThickSphere { shear: THETA[0], inner: RADII[0], outer: RADII[1] };
-        let pressure = closed.pressure(INFLATED);
-        for &(cells, band) in effort.levels(2, LADDER) {
-            let mesh = sphere_octant(RADII, cells).quadratic_tetrahedra();
-            let supports = rollers(&[("x_min", 0), ("y_min", 1), ("z_min", 2)]);
-            let sphere = scene(mesh, NeoHookean, &THETA, inflation(pressure), supports);
-            let found = mixed(&sphere, 0.0, &THETA)?;
-            let exact = [
-                ("inner", INFLATED - RADII[0]),
-                ("outer", closed.outer_radius(INFLATED) - RADII[1]),
-            ];
-            for (side, exact) in exact {
-                let value = outward(&sphere.mesh, side, &found.displacement, 3);
-                let setup = format!("{} layers, {}² × 3 cells", cells[0], cells[1]);
-                let label = Label::new(
-                    Formulation::Mixed,
-                    setup,
-                    format!("displacement of the {side} surface"),
-                );
-                rows.push(Row::relative(label, [value, exact], band, found.cost)?);
-            }
+fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+    let closed = ThickSphere { shear: THETA[0], inner: RADII[0], outer: RADII[1] };
+    let pressure = closed.pressure(INFLATED);
+    for &(cells, band) in effort.levels(2, LADDER) {
+        let mesh = sphere_octant(RADII, cells).quadratic_tetrahedra();
+        let supports = rollers(&[("x_min", 0), ("y_min", 1), ("z_min", 2)]);
+        let sphere = scene(mesh, NeoHookean, &THETA, inflation(pressure), supports);
+        let found = mixed(&sphere, 0.0, &THETA)?;
+        let exact =
+            [("inner", INFLATED - RADII[0]), ("outer", closed.outer_radius(INFLATED) - RADII[1])];
+        for (side, exact) in exact {
+            let value = outward(&sphere.mesh, side, &found.displacement, 3);
+            let setup = format!("{} layers, {}² × 3 cells", cells[0], cells[1]);
+            let label = Label::new(
+                Formulation::Mixed,
+                setup,
+                format!("displacement of the {side} surface"),
+            );
+            rows.relative(label, [value, exact], band, found.cost)?;
         }
-        Ok(())
     }
+    Ok(())
 }

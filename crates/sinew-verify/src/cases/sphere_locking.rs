@@ -1,16 +1,13 @@
 //! Thick sphere from compressible to nearly incompressible.
 
 use super::radial::{RADII, inflation, outward, rollers};
-use crate::case::{Band, Case, Effort, Formulation, Label, Row, Rows};
+use crate::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::reference::CompressibleSphere;
 use crate::solve::{displaced, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{FiniteElement, Nodes};
 use sinew_mesh::{Mesh, sphere_octant};
-
-/// The locking ladder: how elements lose their deflection as λ/μ grows.
-pub(super) struct SphereLocking;
 
 const PRESSURE: f64 = 0.4;
 /// λ over μ = 1.
@@ -51,29 +48,23 @@ const PATCHES: Bands = below([[0.12, 0.055, 0.029], [0.13, 0.059, 0.031], [0.14,
 const HEXAHEDRA_AVERAGED: Bands =
     below([[0.052, 0.023, 0.013], [0.054, 0.024, 0.013], [0.054, 0.024, 0.013]]);
 
-impl Case for SphereLocking {
-    fn name(&self) -> &'static str {
-        "sphere-locking"
-    }
+/// The locking ladder: how elements lose their deflection as λ/μ grows.
+pub(super) const CASE: Case = Case {
+    name: "sphere-locking",
+    title: "Thick sphere at λ/μ = 1, 49 and 4999 under internal follower pressure: the locking ladder",
+    provenance: "Radial equilibrium of thesis eq. (3.1) as a boundary value problem, own shooting by Dormand and Prince to \
+         1e-12. Bands of linear elements state how much they lock.",
+    run,
+};
 
-    fn title(&self) -> &'static str {
-        "Thick sphere at λ/μ = 1, 49 and 4999 under internal follower pressure: the locking ladder"
-    }
-
-    fn provenance(&self) -> &'static str {
-        "Radial equilibrium of thesis eq. (3.1) as a boundary value problem, own shooting by Dormand and Prince to \
-         1e-12. Bands of linear elements state how much they lock."
-    }
-
-    fn run(&self, effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
-        let meshes = effort.levels(2, &MESHES);
-        let wall = |cells| sphere_octant(RADII, cells);
-        climb(rows, Formulation::P1, meshes, &LINEAR, |c| wall(c).tetrahedra())?;
-        climb(rows, Formulation::FBar, meshes, &PATCHES, |c| wall(c).tetrahedra())?;
-        climb(rows, Formulation::P2, meshes, &QUADRATIC, |c| wall(c).quadratic_tetrahedra())?;
-        climb(rows, Formulation::Q1, meshes, &HEXAHEDRA, |c| wall(c).hexahedra())?;
-        climb(rows, Formulation::Q1FBar, meshes, &HEXAHEDRA_AVERAGED, |c| wall(c).hexahedra())
-    }
+fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+    let meshes = effort.levels(2, &MESHES);
+    let wall = |cells| sphere_octant(RADII, cells);
+    climb(rows, Formulation::P1, meshes, &LINEAR, |c| wall(c).tetrahedra())?;
+    climb(rows, Formulation::FBar, meshes, &PATCHES, |c| wall(c).tetrahedra())?;
+    climb(rows, Formulation::P2, meshes, &QUADRATIC, |c| wall(c).quadratic_tetrahedra())?;
+    climb(rows, Formulation::Q1, meshes, &HEXAHEDRA, |c| wall(c).hexahedra())?;
+    climb(rows, Formulation::Q1FBar, meshes, &HEXAHEDRA_AVERAGED, |c| wall(c).hexahedra())
 }
 
 fn climb<const N: usize>(
@@ -98,7 +89,7 @@ where
             let setup = format!("{} layers, {}² × 3 cells", cells[0], cells[1]);
             let quantity = format!("displacement of the inner surface, λ/μ = {lame}");
             let label = Label::new(formulation, setup, quantity);
-            rows.push(Row::relative(label, [value, exact.inner], band, found.cost)?);
+            rows.relative(label, [value, exact.inner], band, found.cost)?;
         }
     }
     Ok(())

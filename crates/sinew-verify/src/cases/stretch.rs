@@ -1,16 +1,13 @@
 //! Stretched blocks with free faces, of every law.
 
-use super::homogeneous::{Exponential, Material, Matrix, exponentials, mean_stress};
-use crate::case::{Band, Case, Cost, Effort, Formulation, Label, Row, Rows};
+use super::homogeneous::{Exponential, Material, Matrix, Meshes, exponentials, mean_stress};
+use crate::case::{Band, Case, Cost, Effort, Formulation, Label, Rows};
 use crate::reference::{Biaxial, Fung, equibiaxial_bar, uniaxial_bar};
 use crate::solve::{balance, displacement_at, lower, minimum, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{FiniteElement, Nodes, Scene, Support};
-use sinew_mesh::{HexMesh, Mesh, TetMesh, box_hexahedra, box_tetrahedra};
-
-/// Each law and element stretched along one or two axes, the other faces free: stress and lateral stretch.
-pub(super) struct Stretch;
+use sinew_mesh::Mesh;
 
 /// Relative: eight digits.
 const EIGHT_DIGITS: Band = Band::below(1e-8);
@@ -60,34 +57,19 @@ impl State<'_> {
     }
 }
 
-impl Case for Stretch {
-    fn name(&self) -> &'static str {
-        "stretch"
-    }
+/// Each law and element stretched along one or two axes, the other faces free: stress and lateral stretch.
+pub(super) const CASE: Case = Case {
+    name: "stretch",
+    title: "Uniaxial and equibiaxial stretch of every law in every element, fibres along x",
+    provenance: "Scalar equations for the lateral stretches at which the free faces bear no stress: own code in \
+         principal stretches, tested against tabulated values; mixed elements against the incompressible limit.",
+    run,
+};
 
-    fn title(&self) -> &'static str {
-        "Uniaxial and equibiaxial stretch of every law in every element, fibres along x"
-    }
-
-    fn provenance(&self) -> &'static str {
-        "Scalar equations for the lateral stretches at which the free faces bear no stress: own code in \
-         principal stretches, tested against tabulated values; mixed elements against the incompressible limit."
-    }
-
-    fn run(&self, effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
-        let meshes = Meshes {
-            tets: box_tetrahedra([1.0; 3], [2; 3]).distorted(5, 0.2),
-            hexes: box_hexahedra([1.0; 3], [2; 3]).distorted(5, 0.2),
-        };
-        meshes.neo_hookean(rows, effort)?;
-        exponentials().iter().try_for_each(|body| meshes.exponential(rows, effort, body))
-    }
-}
-
-/// The distorted meshes.
-struct Meshes {
-    tets: TetMesh,
-    hexes: HexMesh,
+fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
+    let meshes = Meshes::distorted();
+    meshes.neo_hookean(rows, effort)?;
+    exponentials().iter().try_for_each(|body| meshes.exponential(rows, effort, body))
 }
 
 impl Meshes {
@@ -197,7 +179,7 @@ fn push<const N: usize>(
         ("lateral stretch", lateral, state.lateral),
     ] {
         let label = Label::new(formulation, state.name(), quantity);
-        rows.push(Row::relative(label, [value, exact], EIGHT_DIGITS, cost)?);
+        rows.relative(label, [value, exact], EIGHT_DIGITS, cost)?;
     }
     Ok(())
 }

@@ -80,32 +80,3 @@ fn attempt<const N: usize>(
     // The last stage is at the new point.
     (moved, slopes[6], error)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_oscillation_keeps_its_phase() {
-        let end = 20.0;
-        let [y, v] = integrate(|_, &[y, v]| [v, -y], [0.0, end], [1.0, 0.0], 1e-12).unwrap();
-        assert!((y - end.cos()).abs() < 1e-9 && (v + end.sin()).abs() < 1e-9);
-        let [back, _] = integrate(|_, &[y, v]| [v, -y], [end, 0.0], [y, v], 1e-12).unwrap();
-        assert!((back - 1.0).abs() < 1e-9);
-    }
-
-    #[test]
-    fn halving_the_tolerance_lowers_the_error() {
-        let error = |tolerance: f64| {
-            let [y] = integrate(|x, &[y]| [y * x.cos()], [0.0, 3.0], [1.0], tolerance).unwrap();
-            (y - 3f64.sin().exp()).abs()
-        };
-        assert!(error(1e-10) < 0.1 * error(1e-6));
-    }
-
-    #[test]
-    fn a_solution_that_blows_up_is_none() {
-        // y = 1/(1 − x).
-        assert_eq!(integrate(|_, &[y]| [y * y], [0.0, 2.0], [1.0], 1e-10), None);
-    }
-}

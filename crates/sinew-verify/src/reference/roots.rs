@@ -61,32 +61,3 @@ pub fn root(
     }
     Ok(if at_low.abs() < at_high.abs() { low } else { high })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn roots_are_exact_to_the_last_bits() {
-        let exact = 2f64.sqrt();
-        let mut calls = 0;
-        let found = root(
-            |x| {
-                calls += 1;
-                x * x - 2.0
-            },
-            [0.0, 10.0],
-        );
-        assert!((found.unwrap() - exact).abs() <= 4.0 * f64::EPSILON, "{found:?}");
-        assert!(calls < 80, "{calls}");
-        // Steep on one side, flat on the other: where the plain false position creeps.
-        let found = root(|x: f64| x.powi(19) - 1e-3, [1.5, 0.0]).unwrap();
-        assert!((found - 1e-3f64.powf(1.0 / 19.0)).abs() < 1e-15);
-    }
-
-    #[test]
-    fn a_bracket_without_a_root_is_refused() {
-        assert!(root(|x| x * x + 1.0, [-1.0, 1.0]).is_err());
-        assert!(root(|_| f64::NAN, [-1.0, 1.0]).is_err());
-    }
-}

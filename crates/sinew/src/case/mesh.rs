@@ -4,6 +4,7 @@ use super::CaseError;
 use super::source::{Source, advise, exactly};
 use super::units::{LENGTHS, names};
 use serde::Deserialize;
+use sinew_energy::listed;
 use sinew_mesh::{AnyMesh, TruncatedEllipsoid, box_hexahedra, box_tetrahedra};
 use std::path::PathBuf;
 
@@ -109,11 +110,12 @@ impl BoxMesh {
     fn make(self, element: Element, source: &Source) -> Result<AnyMesh, CaseError> {
         let Self { extent, cells } = self;
         if !extent.iter().all(|&length| length > 0.0 && length.is_finite()) {
-            let reason = format!("{extent:?} is no size; give three positive lengths");
+            let reason = format!("[{}] is no size; give three positive lengths", listed(&extent));
             return Err(source.error(&["mesh", "box", "extent"], reason));
         }
         if cells.contains(&0) {
-            let reason = format!("{cells:?} leaves no cell along an edge; give at least 1 each");
+            let reason =
+                format!("[{}] leaves no cell along an edge; give at least 1 each", listed(&cells));
             return Err(source.error(&["mesh", "box", "cells"], reason));
         }
         Ok(match element {
@@ -148,7 +150,8 @@ impl EllipsoidMesh {
             return error(
                 "cells",
                 format!(
-                    "{cells:?}: give layers, cells around (a multiple of 8 and less than 8 times those along) and cells from apex to base"
+                    "[{}]: give layers, cells around (a multiple of 8 and less than 8 times those along) and cells from apex to base",
+                    listed(&cells)
                 ),
             );
         }

@@ -66,6 +66,10 @@ impl Case {
         let shown = range.unit.as_deref().unwrap_or(unit);
         let reason = if !(low.is_finite() && high.is_finite()) {
             "give two finite numbers".to_string()
+        } else if low == high {
+            format!(
+                "both ends are {low} {shown}, which leaves nothing to sample; give a smaller and a larger number"
+            )
         } else if low > high {
             format!(
                 "it goes from {low} to {high} {shown}; write the smaller number first: [{high}, {low}]"

@@ -1,10 +1,10 @@
 //! Errors and times of trained emulators.
 
-use super::{CaseArguments, Usage, trained};
-use anyhow::{Context, Result};
+use super::{CaseArguments, refuse, solved, trained};
+use anyhow::Result;
 use clap::Args;
 use sinew::{Comparison, Design, Emulator, TestSet};
-use sinew_emulate::{Observer, Progress};
+use sinew_emulate::{Counter, Terminal, store};
 
 /// On how many cases.
 #[derive(Debug, Args)]
@@ -38,66 +38,40 @@ impl Evaluate {
         let body = case.body()?;
         let folder = self.case.folder(&case);
         let mut found = trained(&folder)?;
-        if let Some(missing) =
-            self.emulator.iter().find(|name| found.iter().all(|(known, _)| known != *name))
-        {
+        let unknown = |name: &&String| found.iter().all(|(known, _)| known != *name);
+        if let Some(missing) = self.emulator.iter().find(unknown) {
             let names: Vec<_> = found.iter().map(|(name, _)| name.as_str()).collect();
-            return Err(Usage(format!(
-                "there is no emulator `{missing}` in {}; there are: {}",
-                folder.display(),
-                names.join(", ")
-            ))
-            .into());
+            let (folder, names) = (folder.display(), names.join(", "));
+            return refuse(format!(
+                "there is no emulator `{missing}` in {folder}; there are: {names}"
+            ));
         }
         found.retain(|(name, _)| self.emulator.is_empty() || self.emulator.contains(name));
         if found.is_empty() {
-            return Err(Usage(format!(
-                "there is no emulator in {}; make one: sinew train",
-                folder.display()
-            ))
-            .into());
+            let folder = folder.display();
+            return refuse(format!("there is no emulator in {folder}; make one: sinew train"));
         }
         let thetas = Design::Uniform.sample(&body.parameters, self.cases, SEED)?;
-        let mut terminal = sinew_emulate::Terminal::default();
         let kept = folder.join(format!("test/{}", self.cases));
-        let simulations =
-            sinew::simulate(&body, &thetas, "solve test cases", Some(&kept), &mut terminal)?;
-        for failure in &simulations.failures {
-            eprintln!(
-                "no equilibrium at {}: {}",
-                super::shown(&body, &failure.theta),
-                failure.reason
-            );
-        }
+        let simulations = solved(&body, &thetas, "solve test cases", Some(&kept))?;
         if simulations.fields.is_empty() {
-            return Err(Usage(
+            return refuse(
                 "there is no test case with an equilibrium; ask for more --cases".into(),
-            )
-            .into());
+            );
         }
         let test = TestSet::new(&body, simulations);
         let mut comparison = Comparison::new(&test)?;
-        let start = std::time::Instant::now();
-        for (done, (name, path)) in found.iter().enumerate() {
-            let share = done as f64 / found.len() as f64;
-            let seconds_left = start.elapsed().as_secs_f64() * (1.0 - share) / share;
-            let message = format!("{name} on {} cases", test.thetas.len());
-            let _ = terminal.progress(&Progress {
-                stage: "evaluate",
-                fraction: share,
-                seconds_left,
-                message: &message,
-            });
+        let mut terminal = Terminal::default();
+        let mut counter = Counter::new(&mut terminal, "evaluate", 0, found.len());
+        for (name, path) in &found {
             let emulator = Emulator::load(path, &body)?;
             comparison.add(name, &emulator, &test, self.corrections)?;
+            let _ = counter.step(1, &format!("{name} on {} cases", test.thetas.len()));
         }
-        let outcome = format!("{} emulators", found.len());
-        terminal.finished("evaluate", &outcome, start.elapsed().as_secs_f64());
+        counter.finish(&format!("{} emulators", found.len()));
         println!("{comparison}");
         let path = folder.join("evaluation.json");
-        let text = serde_json::to_string_pretty(&comparison)?;
-        std::fs::write(&path, text)
-            .with_context(|| format!("{} cannot be written", path.display()))?;
+        store::write_json(&path, &comparison)?;
         println!("written: {}", path.display());
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! Predictions and their corrections.
 
-use super::{CaseArguments, MOST_WARNINGS, ThetaArguments, Usage, shown, trained};
+use super::{CaseArguments, MOST_WARNINGS, ThetaArguments, refuse, shown, trained};
 use anyhow::Result;
 use clap::Args;
 use sinew::output::{Fields, mean_and_largest};
@@ -68,13 +68,10 @@ impl Asked {
             Some((_, folder)) => Ok(Emulator::load(folder, body)?),
             None if found.is_empty() => {
                 let folder = self.case.folder(case);
-                Err(Usage(format!(
-                    "there is no emulator in {}; make one: sinew train",
-                    folder.display()
-                ))
-                .into())
+                let folder = folder.display();
+                refuse(format!("there is no emulator in {folder}; make one: sinew train"))
             }
-            None => Err(Usage(format!("choose one with --emulator NAME: {}", names())).into()),
+            None => refuse(format!("choose one with --emulator NAME: {}", names())),
         }
     }
 

@@ -1,10 +1,11 @@
 //! Parameters drawn from their ranges.
 
-use super::CaseArguments;
-use anyhow::{Context, Result, ensure};
+use super::{CaseArguments, solved};
+use anyhow::{Result, ensure};
 use clap::Args;
 use sinew::output::Fields;
 use sinew::{Body, Design};
+use sinew_emulate::store;
 
 /// How many, and how they are spread.
 #[derive(Debug, Args)]
@@ -18,9 +19,10 @@ pub struct Sample {
     /// How many
     #[arg(long, default_value_t = 100)]
     count: usize,
-    /// How they are spread over the ranges
-    #[arg(long, value_enum, default_value_t = Spread::LatinHypercube)]
-    design: Spread,
+    /// How they are spread over the ranges: one in each of COUNT slices of every range; by Sobol's sequence, the most
+    /// even; or independently
+    #[arg(long, value_parser = ["latin-hypercube", "sobol", "uniform"], default_value = "latin-hypercube")]
+    design: String,
     /// Seed of the random numbers
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -29,41 +31,17 @@ pub struct Sample {
     solve: bool,
 }
 
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-enum Spread {
-    /// One sample in each of COUNT slices of every range
-    LatinHypercube,
-    /// Sobol's sequence, scrambled: the most even
-    Sobol,
-    /// Independent
-    Uniform,
-}
-
 impl Sample {
     pub fn run(&self) -> Result<()> {
         let case = self.case.read()?;
         let body = case.body()?;
-        let design = match self.design {
-            Spread::LatinHypercube => Design::LatinHypercube,
-            Spread::Sobol => Design::Sobol,
-            Spread::Uniform => Design::Uniform,
-        };
+        let design: Design = serde_json::from_value(self.design.as_str().into())?;
         let thetas = design.sample(&body.parameters, self.count, self.seed)?;
         let folder = self.case.folder(&case).join("sample");
         let path = folder.join("thetas.csv");
-        let written = std::fs::create_dir_all(&folder)
-            .and_then(|()| std::fs::write(&path, table(&body, &thetas)));
-        written.with_context(|| format!("{} cannot be written", path.display()))?;
+        store::write_bytes(&path, table(&body, &thetas).as_bytes())?;
         if self.solve {
-            let mut terminal = sinew_emulate::Terminal::default();
-            let found = sinew::simulate(&body, &thetas, "solve", None, &mut terminal)?;
-            for failure in &found.failures {
-                eprintln!(
-                    "no equilibrium at {}: {}",
-                    super::shown(&body, &failure.theta),
-                    failure.reason
-                );
-            }
+            let found = solved(&body, &thetas, "solve", None)?;
             let (failed, tried) = (found.failures.len(), thetas.len());
             let (thetas, found) = (&found.thetas[..], vec![("solved", found.fields)]);
             Fields { body: &body, thetas, found }.write(&folder, 0)?;

@@ -1,6 +1,6 @@
 //! Built-in scenes.
 
-use super::Usage;
+use super::refuse;
 use anyhow::Result;
 use clap::Args;
 use sinew::case::laws::LAWS;
@@ -19,12 +19,8 @@ impl New {
     pub fn run(&self) -> Result<()> {
         let Some(scene) = scenes::find(Path::new(&self.name)) else {
             let names: Vec<_> = scenes::SCENES.iter().map(|scene| scene.name).collect();
-            return Err(Usage(format!(
-                "there is no scene `{}`; there are: {}",
-                self.name,
-                names.join(", ")
-            ))
-            .into());
+            let (name, names) = (&self.name, names.join(", "));
+            return refuse(format!("there is no scene `{name}`; there are: {names}"));
         };
         print!("{}", scene.text);
         Ok(())

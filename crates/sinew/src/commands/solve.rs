@@ -1,6 +1,6 @@
 //! Equilibria.
 
-use super::{CaseArguments, ThetaArguments, Usage, shown};
+use super::{CaseArguments, ThetaArguments, Usage, shown, solved};
 use anyhow::Result;
 use clap::Args;
 use sinew::output::{Fields, mean_and_largest};
@@ -31,24 +31,17 @@ impl Solve {
             body.check_theta(theta)
                 .map_err(|error| Usage(format!("{}: {error}", shown(&body, theta))))?;
         }
-        let mut terminal = sinew_emulate::Terminal::default();
-        let found = sinew::simulate(&body, &thetas, "solve", None, &mut terminal)?;
+        let found = solved(&body, &thetas, "solve", None)?;
         let unit = &body.units.length;
         for (theta, field) in found.thetas.iter().zip(&found.fields) {
             let [mean, largest] = mean_and_largest(field);
-            let volumes: Vec<_> = body.cavities.iter().zip(body.cavity_volumes(field)).collect();
-            let volumes: Vec<_> = volumes
-                .iter()
-                .map(|(c, v)| format!(", volume of {} {v:.1} {unit}3", c.name))
-                .collect();
+            let volumes = body.cavities.iter().zip(body.cavity_volumes(field));
+            let volumes: String =
+                volumes.map(|(c, v)| format!(", volume of {} {v:.1} {unit}3", c.name)).collect();
             println!(
-                "{}: displacement mean {mean:.4} {unit}, largest {largest:.4} {unit}{}",
-                shown(&body, theta),
-                volumes.concat()
+                "{}: displacement mean {mean:.4} {unit}, largest {largest:.4} {unit}{volumes}",
+                shown(&body, theta)
             );
-        }
-        for failure in &found.failures {
-            eprintln!("no equilibrium at {}: {}", shown(&body, &failure.theta), failure.reason);
         }
         let folder = self.case.folder(&case).join("solve");
         if !found.fields.is_empty() {

@@ -11,8 +11,8 @@ use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
-    Derivative, Domain, Evidence, FitOptions, Noise, Prediction, SemiLinear, Solution,
-    SquaredExponential, Variational, VariationalOptions, laplace,
+    Derivative, Domain, FitOptions, Noise, Prediction, SemiLinear, Solution, SquaredExponential,
+    Variational, VariationalOptions, laplace,
 };
 use sinew_report::Figure;
 use std::time::Instant;
@@ -85,15 +85,9 @@ fn front(scale: Scale, kappa: f64, unknown: bool, way: Way) -> Result<Front> {
     let setting = allen_cahn(kappa, unknown)?;
     let term = |[u]: [sinew_gp::Series; 1]| u.powi(3) - u;
     let equation = SemiLinear::new(setting.problem.clone(), [Derivative::identity()], term);
-    let inference = Inference {
-        setting,
-        approach: Approach::Constrained,
-        observe: Box::new(|_, _| Ok(Observed::collocated(Vec::new(), Vec::new()))),
-        restarts: scale.pick(2, 1),
-        drawings: Drawings::Posterior,
-        evidence: Evidence::Auto,
-        scale,
-    };
+    let nothing = |_: &Setting<2>, _: &Task| Ok(Observed::collocated(Vec::new(), Vec::new()));
+    let inference = Inference::new(&setting, Approach::Constrained, scale, nothing);
+    let inference = Inference { restarts: scale.pick(2, 1), ..inference };
     Ok(Front { equation, inference, kappa, way, name: String::new() })
 }
 

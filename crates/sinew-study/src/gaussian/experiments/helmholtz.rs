@@ -1,7 +1,7 @@
 //! A screened Poisson equation with mixed conditions (§4.8.5), θ known.
 
 use crate::gaussian::experiment::{Experiment, Scale, no_figures};
-use crate::gaussian::inference::{About, Approach, Error, Inference, Sampling};
+use crate::gaussian::inference::{About, Error, Sampling, approaches};
 use crate::gaussian::problems;
 use anyhow::Result;
 
@@ -12,16 +12,11 @@ const BOUNDARY_POINTS: usize = 40;
 pub fn experiment(scale: Scale) -> Result<Experiment> {
     let setting = problems::helmholtz()?;
     let sampling = Sampling { values: 10, collocation: 10, error: Error::Known(0.01) };
-    let inference = |approach| Inference::sampled(&setting, approach, sampling, scale);
+    let printed = [1.2e-3, 1.0e-2].map(|err_u| About::thesis(err_u, &[]));
     Ok(Experiment {
         title: "Helmholtz (§4.8.5, Fig. 4.11)",
         about: "Ten values each of u and f with a standard error of 0.01, which the model knows.",
-        cases: vec![
-            inference(Approach::Constrained).case(About::thesis(1.2e-3, &[]), 0.2),
-            inference(Approach::Penalised(BOUNDARY_POINTS))
-                .case(About::default().at(format!("N_b = {BOUNDARY_POINTS}")), 0.3),
-            inference(Approach::Unconstrained).case(About::thesis(1.0e-2, &[]), 0.1),
-        ],
+        cases: approaches(&setting, sampling, BOUNDARY_POINTS, printed, [0.2, 0.3, 0.1], scale),
         figures: no_figures,
     })
 }

@@ -3,9 +3,9 @@
 
 use crate::gaussian::draw;
 use crate::gaussian::experiment::{Case, Experiment, Purpose, Scale, Task, derived, no_figures};
-use crate::gaussian::inference::{About, Approach, Drawings, Inference, Observed};
+use crate::gaussian::inference::{About, Approach, Inference, Observed};
 use crate::gaussian::problems::{self, Setting};
-use crate::gaussian::row::{Findings, Label, Method, Run};
+use crate::gaussian::row::{Findings, Method, Run};
 use anyhow::Result;
 use nalgebra::{DMatrix, SymmetricEigen};
 use rand::{RngExt, SeedableRng};
@@ -50,25 +50,13 @@ pub fn experiment(scale: Scale) -> Result<Experiment> {
 
 fn observed(setting: &Setting<1>, count: usize) -> Observed<1> {
     let collocation: Vec<[f64; 1]> = (1..=count).map(|k| [2.0 * k as f64 / count as f64]).collect();
-    Observed {
-        places: Vec::new(),
-        values: Vec::new(),
-        load: collocation.iter().map(|x| (setting.load)(*x)).collect(),
-        collocation,
-        noise: [Noise::Exact, Noise::Exact],
-    }
+    let load = collocation.iter().map(|x| (setting.load)(*x)).collect();
+    Observed::collocated(collocation, load)
 }
 
 fn process_case(setting: &Setting<1>, count: usize, about: About, scale: Scale) -> Case {
-    let inference = Inference {
-        setting: setting.clone(),
-        approach: Approach::Constrained,
-        observe: Box::new(move |setting, _| Ok(observed(setting, count))),
-        restarts: scale.pick(4, 1),
-        drawings: Drawings::Posterior,
-        evidence: Evidence::Auto,
-        scale,
-    };
+    let observe = move |setting: &Setting<1>, _: &Task| Ok(observed(setting, count));
+    let inference = Inference::new(setting, Approach::Constrained, scale, observe);
     let label = inference.label(about.at(format!("N_f = {count}")));
     let run = move |task: &Task| {
         let mut run = inference.run(task)?;
@@ -118,14 +106,7 @@ fn prior_samples(setting: &Setting<1>, task: &Task) -> Result<Figure, GpError> {
 }
 
 fn network_case(setting: &Setting<1>, count: usize, about: About, scale: Scale) -> Case {
-    let label = Label {
-        problem: setting.name.into(),
-        setting: format!("N_f = {count}"),
-        method: Method::Hcnn,
-        abscissa: None,
-        truth: Vec::new(),
-        thesis: about.thesis,
-    };
+    let label = about.at(format!("N_f = {count}")).label(setting, Method::Hcnn);
     let setting = setting.clone();
     let run = move |task: &Task| run_network(&setting, count, scale, task);
     Case { label, cost: 0.004 * count as f64, run: Box::new(run) }

@@ -1,11 +1,11 @@
 //! Poisson-BVP-2 (§4.8.1): a domain that is no box.
 
-use crate::gaussian::experiment::{Experiment, Purpose, Scale, no_figures};
-use crate::gaussian::inference::{About, Approach, Drawings, Inference, Observed};
+use crate::gaussian::experiment::{Experiment, Purpose, Scale, Task, no_figures};
+use crate::gaussian::inference::{About, Approach, Inference, Observed};
 use crate::gaussian::pentagon::{Pentagon, corners};
 use crate::gaussian::problems::Setting;
 use anyhow::Result;
-use sinew_gp::{Domain, Evidence, Problem, constant};
+use sinew_gp::{Domain, Problem, constant};
 use std::sync::Arc;
 
 const LOAD: f64 = 4.0;
@@ -24,19 +24,12 @@ pub fn experiment(scale: Scale) -> Result<Experiment> {
         truth: Vec::new(),
     };
     let count = scale.pick(COLLOCATION, COLLOCATION / 4);
-    let inference = Inference {
-        setting,
-        approach: Approach::Constrained,
-        observe: Box::new(move |setting, task| {
+    let inference =
+        Inference::new(&setting, Approach::Constrained, scale, move |setting, task: &Task| {
             let domain = setting.problem.domain();
             let collocation = domain.sample(count, task.seed_for(Purpose::Collocation))?;
             Ok(Observed::collocated(collocation, vec![LOAD; count]))
-        }),
-        restarts: scale.pick(4, 1),
-        drawings: Drawings::Posterior,
-        evidence: Evidence::Auto,
-        scale,
-    };
+        });
     let about = About::thesis(1.1e-3, &[]).at(format!("N_f = {count}"));
     Ok(Experiment {
         title: "Poisson-BVP-2 (§4.8.1, Fig. 4.4)",

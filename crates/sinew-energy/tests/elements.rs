@@ -1,0 +1,117 @@
+//! Shape functions, quadrature, and the stiffness made of them.
+
+mod shapes {
+    use sinew_energy::{FiniteElement, Nodes, QuadraturePoint};
+
+    /// Shape functions are 1 at their node, their derivatives agree with differences, and both rules
+    /// integrate the polynomial of the stated degree.
+    fn check<const N: usize>(nodes: [[f64; 3]; N])
+    where
+        Nodes<N>: FiniteElement<N>,
+    {
+        for (a, &at) in nodes.iter().enumerate() {
+            let shape = Nodes::<N>::shape(at);
+            for b in 0..N {
+                assert!((shape[b] - f64::from(u8::from(a == b))).abs() < 1e-14, "{N} {a} {b}");
+            }
+        }
+        const STEP: f64 = 1e-6;
+        for point in Nodes::<N>::QUADRATURE.iter().chain(Nodes::<N>::FINE_QUADRATURE) {
+            let exact = Nodes::<N>::shape_derivatives(point.at);
+            for i in 0..sinew_mesh::Mesh::<N>::ELEMENT.dimension {
+                let moved = |by: f64| {
+                    let mut at = point.at;
+                    at[i] += by;
+                    Nodes::<N>::shape(at)
+                };
+                let (up, down) = (moved(STEP), moved(-STEP));
+                for a in 0..N {
+                    assert!(((up[a] - down[a]) / (2.0 * STEP) - exact[a][i]).abs() < 1e-8);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn shape_functions_are_nodal_and_their_derivatives_right() {
+        let mid = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|i| 0.5 * (a[i] + b[i]));
+        let t = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        check::<4>(t);
+        check::<3>([t[0], t[1], t[2]]);
+        let triangle = [mid(t[0], t[1]), mid(t[1], t[2]), mid(t[2], t[0])];
+        check::<6>([t[0], t[1], t[2], triangle[0], triangle[1], triangle[2]]);
+        let rest = [mid(t[0], t[3]), mid(t[1], t[3]), mid(t[2], t[3])];
+        let [a, b, c] = triangle;
+        let [d, e, f] = rest;
+        check::<10>([t[0], t[1], t[2], t[3], a, b, c, d, e, f]);
+        check::<8>(std::array::from_fn(|a| {
+            let corner = [[0, 0], [1, 0], [1, 1], [0, 1]][a % 4];
+            let sign = |up: usize| 2.0 * up as f64 - 1.0;
+            [sign(corner[0]), sign(corner[1]), sign(a / 4)]
+        }));
+    }
+
+    #[test]
+    fn rules_integrate_monomials_of_their_degree() {
+        let integrate = |rule: &[QuadraturePoint], powers: [i32; 3]| -> f64 {
+            let value = |p: &QuadraturePoint| {
+                p.weight * (0..3).map(|i| p.at[i].powi(powers[i])).product::<f64>()
+            };
+            rule.iter().map(value).sum()
+        };
+        let factorial = |n: i32| (1..=n).map(f64::from).product::<f64>();
+        let simplex = |powers: [i32; 3], dimension: i32| {
+            powers.iter().map(|&p| factorial(p)).product::<f64>()
+                / factorial(powers.iter().sum::<i32>() + dimension)
+        };
+        for (rule, degree) in [(Nodes::<10>::QUADRATURE, 2), (Nodes::<10>::FINE_QUADRATURE, 5)] {
+            for powers in [[degree, 0, 0], [degree - 1, 1, 0], [degree - 2, 1, 1]] {
+                assert!((integrate(rule, powers) - simplex(powers, 3)).abs() < 1e-14, "{powers:?}");
+            }
+        }
+        for (rule, degree) in [(Nodes::<6>::QUADRATURE, 2), (Nodes::<6>::FINE_QUADRATURE, 4)] {
+            for powers in [[degree, 0, 0], [degree - 1, 1, 0]] {
+                assert!((integrate(rule, powers) - simplex(powers, 2)).abs() < 1e-14, "{powers:?}");
+            }
+        }
+        let even = integrate(Nodes::<8>::QUADRATURE, [2, 2, 2]);
+        assert!((even - (2.0f64 / 3.0).powi(3)).abs() < 1e-14);
+    }
+}
+
+mod stiffness {
+    use sinew_energy::laws::NeoHookean;
+    use sinew_energy::{Load, Parameter, Scene, Support};
+    use sinew_mesh::box_tetrahedra;
+
+    #[test]
+    fn it_is_the_derivative_of_the_gradient() {
+        let mesh = box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]);
+        let foundation = Load::Foundation { facets: "x_max".into(), normal: 30.0, tangential: 7.0 };
+        let scene = Scene::new(mesh, NeoHookean)
+            .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
+            .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
+            .load(foundation)
+            .support(Support::clamped("x_min"));
+        let body = scene.lower().unwrap();
+        let wave = |scale: f64| -> Vec<f64> {
+            (0..3 * body.nodes).map(|i| scale * ((i * i) as f64).sin()).collect()
+        };
+        let (u, direction, theta) = (wave(0.05), wave(1.0), [70.0, 90.0]);
+        let mut found = vec![0.0; u.len()];
+        body.stiffness(&u, &theta).unwrap().apply(&direction, &mut found);
+        const STEP: f64 = 1e-5;
+        let gradient = |sign: f64| {
+            let moved: Vec<f64> =
+                u.iter().zip(&direction).map(|(u, d)| u + sign * STEP * d).collect();
+            let mut gradient = vec![0.0; u.len()];
+            body.value_and_gradient(&moved, &theta, &mut gradient);
+            gradient
+        };
+        let size = found.iter().fold(0f64, |m, f| m.max(f.abs()));
+        for ((ahead, behind), found) in gradient(1.0).iter().zip(gradient(-1.0)).zip(&found) {
+            assert!(((ahead - behind) / (2.0 * STEP) - found).abs() < 1e-7 * size);
+        }
+        assert!(body.stiffness(&wave(10.0), &theta).is_none());
+    }
+}
