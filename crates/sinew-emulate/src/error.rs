@@ -131,6 +131,20 @@ pub enum Error {
         /// The folder.
         folder: PathBuf,
     },
+    /// A folder without simulations.
+    #[error("{} holds no simulations; name a folder that simulations were stored or merged in", folder.display())]
+    NoSimulations {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// Shards that were not solved to the end.
+    #[error("{} lacks the shards {missing}; solve them, then merge", folder.display())]
+    MissingShards {
+        /// The folder.
+        folder: PathBuf,
+        /// The shards, by number.
+        missing: String,
+    },
     /// A run to be resumed that was started otherwise.
     #[error(
         "the run in {} was started with another recipe, other options or for another body ({differs}); repeat them, or start \

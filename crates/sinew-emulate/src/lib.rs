@@ -41,6 +41,7 @@
 //!   result less trustworthy is a [`Warning`] in it.
 
 mod calibration;
+mod campaign;
 mod coordinates;
 mod correction;
 mod emulator;
@@ -66,6 +67,7 @@ mod timing;
 mod warning;
 
 pub use calibration::Calibration;
+pub use campaign::{Shard, merge, simulate_shard};
 pub use coordinates::Coordinates;
 pub use correction::{Correction, Estimate};
 pub use emulator::{Emulator, Prediction, Record};
@@ -79,7 +81,7 @@ pub use quantiles::Quantiles;
 pub use recipe::Recipe;
 pub use regression::{Interpolation, PodRegression, RegressionError};
 pub use sampling::Design;
-pub use simulate::{Failure, Simulations, simulate};
+pub use simulate::{Failure, Simulations, read_simulations, simulate};
 pub use sinew_energy::Body;
 #[cfg(feature = "terminal")]
 pub use terminal::Terminal;

@@ -47,6 +47,8 @@ pub struct TrainingOptions {
     pub held_out: usize,
     /// Points of the training curves.
     pub evaluations: usize,
+    /// Folder of simulations to learn from in place of new ones, such as [`crate::merge`] leaves.
+    pub simulations: Option<PathBuf>,
     /// Folder of another run whose networks this one starts from, be it of another body with another mesh: the recipe
     /// and the parameters must be the same. With a budget of zero they are taken as they are.
     pub start: Option<PathBuf>,
@@ -69,6 +71,7 @@ impl Default for TrainingOptions {
             thetas: None,
             held_out: 20,
             evaluations: 20,
+            simulations: None,
             start: None,
             backend: Backend::default(),
             folder: None,

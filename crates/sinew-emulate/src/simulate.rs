@@ -148,25 +148,78 @@ pub fn simulate(
     Ok(simulations)
 }
 
+const THETAS: &str = "theta.npy";
+const FIELDS: &str = "displacement.npy";
+const LOG: &str = "simulations.json";
+
+/// Names of the files that simulations are stored in.
+pub(crate) fn stored_files() -> [&'static str; 3] {
+    [THETAS, FIELDS, LOG]
+}
+
+/// Stores simulations of the first `tried` samples of a set.
+pub(crate) fn write_all(
+    body: &Body,
+    tried: usize,
+    simulations: &Simulations,
+    folder: &Path,
+) -> Result<()> {
+    store(folder, &identity::of(body), tried, simulations)
+}
+
+/// What a folder holds of all samples `thetas` of a body.
+///
+/// # Errors
+/// Fewer samples, others, or those of another body.
+pub(crate) fn read_all(body: &Body, thetas: &[Vec<f64>], folder: &Path) -> Result<Simulations> {
+    match stored(folder, &identity::of(body), thetas)? {
+        (tried, simulations) if tried == thetas.len() => Ok(simulations),
+        _ => Err(Error::OtherSamples { folder: folder.into() }),
+    }
+}
+
+/// Simulations of a body that [`simulate`] or [`crate::merge`] left in a folder, whatever their parameters.
+///
+/// # Errors
+/// No simulations there, or those of another body.
+pub fn read_simulations(body: &Body, folder: &Path) -> Result<Simulations> {
+    let log = read_json::<Log>(&folder.join(LOG))?;
+    let Some(Log { body: stored, failures, seconds, solve_seconds, .. }) = log else {
+        return Err(Error::NoSimulations { folder: folder.into() });
+    };
+    if identity::difference(&stored, &identity::of(body)).is_some() {
+        return Err(Error::OtherSamples { folder: folder.into() });
+    }
+    let solved = solve_seconds.len();
+    let [mut thetas, mut fields] =
+        [read_table(&folder.join(THETAS))?, read_table(&folder.join(FIELDS))?];
+    thetas.truncate(solved);
+    fields.truncate(solved);
+    if thetas.len() != solved || fields.len() != solved {
+        return Err(Error::OtherSamples { folder: folder.into() });
+    }
+    Ok(Simulations { thetas, fields, failures, seconds, solve_seconds })
+}
+
 fn store(folder: &Path, body: &Identity, tried: usize, simulations: &Simulations) -> Result<()> {
-    write_table(&folder.join("theta.npy"), &simulations.thetas)?;
-    write_table(&folder.join("displacement.npy"), &simulations.fields)?;
+    write_table(&folder.join(THETAS), &simulations.thetas)?;
+    write_table(&folder.join(FIELDS), &simulations.fields)?;
     let Simulations { failures, seconds, solve_seconds, .. } = simulations.clone();
     let body = body.clone();
     let log = Log { body, tried, failures, seconds, solve_seconds };
-    write_json(&folder.join("simulations.json"), &log)
+    write_json(&folder.join(LOG), &log)
 }
 
 /// What a folder holds of the samples `thetas` of a body, and how many of them were tried.
 fn stored(folder: &Path, body: &Identity, thetas: &[Vec<f64>]) -> Result<(usize, Simulations)> {
-    let file = folder.join("simulations.json");
+    let file = folder.join(LOG);
     let Some(log) = read_json::<Log>(&file)? else { return Ok((0, Simulations::default())) };
     if identity::difference(&log.body, body).is_some() {
         return Err(Error::OtherSamples { folder: folder.into() });
     }
     let solved = log.solve_seconds.len();
-    let mut rows = read_table(&folder.join("theta.npy"))?;
-    let mut fields = read_table(&folder.join("displacement.npy"))?;
+    let mut rows = read_table(&folder.join(THETAS))?;
+    let mut fields = read_table(&folder.join(FIELDS))?;
     rows.truncate(solved);
     fields.truncate(solved);
     let failed = |theta: &Vec<f64>| log.failures.iter().any(|failure| &failure.theta == theta);

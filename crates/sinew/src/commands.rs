@@ -11,7 +11,10 @@ pub mod train;
 
 use anyhow::{Context, Result};
 use clap::Args;
-use sinew::{Body, Case, CaseError, Simulations, ThetaText, outside, parse_theta, read_thetas};
+use sinew::{
+    Body, Case, CaseError, Simulations, ThetaText, outside, parse_theta, read_thetas,
+    theta_in_words,
+};
 use sinew_emulate::Terminal;
 use std::path::{Path, PathBuf};
 
@@ -88,15 +91,6 @@ impl ThetaArguments {
 /// Warnings of one kind that are printed; the others are counted.
 pub const MOST_WARNINGS: usize = 5;
 
-/// θ in words.
-pub fn shown(body: &Body, theta: &[f64]) -> String {
-    let pair = |(p, value): (&sinew::Parameter, &f64)| match p.unit.as_str() {
-        "1" => format!("{} = {value:.4}", p.name),
-        unit => format!("{} = {value:.4} {unit}", p.name),
-    };
-    body.parameters.iter().zip(theta).map(pair).collect::<Vec<_>>().join(", ")
-}
-
 /// Emulators in a folder of results by the names of their folders, short ones first.
 pub fn trained(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     let mut found = Vec::new();
@@ -122,10 +116,13 @@ pub fn solved(
     folder: Option<&Path>,
 ) -> Result<Simulations> {
     let found = sinew::simulate(body, thetas, stage, folder, &mut Terminal::default())?;
-    for failure in &found.failures {
-        eprintln!("no equilibrium at {}: {}", shown(body, &failure.theta), failure.reason);
-    }
+    found.failures.iter().for_each(|failure| told_failure(body, failure));
     Ok(found)
+}
+
+/// Tells a sample without equilibrium on standard error.
+pub fn told_failure(body: &Body, failure: &sinew_emulate::Failure) {
+    eprintln!("no equilibrium at {}: {}", theta_in_words(body, &failure.theta), failure.reason);
 }
 
 /// An error with its causes, each said once.

@@ -1,5 +1,6 @@
 //! Emulators of one body beside each other.
 
+use crate::theta::{spoken, theta_in_words};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::{
     CurvePoint, Emulator, Errors, Evaluation, Quantiles, TestSet, Warning, median_and_worst,
@@ -72,7 +73,7 @@ impl Comparison {
         surfaces.quantity = "Where the errors are: ‖u − û‖ at the nodes".into();
         (surfaces.unit, surfaces.length) = (body.units.length.clone(), body.units.length.clone());
         let range = |p: &sinew_energy::Parameter| {
-            format!("{} from {} to {} {}", p.name, p.range[0], p.range[1], p.unit)
+            format!("{} from {} to {}{}", p.name, p.range[0], p.range[1], spoken(&p.unit))
         };
         let norm = |u: &[f64; 3]| u.iter().map(|x| x * x).sum::<f64>().sqrt();
         let lengths =
@@ -120,7 +121,7 @@ impl Comparison {
                 moved.map(|(u, x)| std::array::from_fn(|i| u[i] + x[i])).collect();
             let error =
                 sinew_energy::metrics::displacement_error(&test.fields[case], &fields[case]);
-            let title = format!("{kind} case, {}", shown(test.body, &test.thetas[case]));
+            let title = format!("{kind} case, {}", theta_in_words(test.body, &test.thetas[case]));
             self.surfaces.push(name, title, &deformed, &error)?;
         }
         self.methods.push(Method {
@@ -134,15 +135,6 @@ impl Comparison {
         });
         Ok(())
     }
-}
-
-/// θ by name.
-fn shown(body: &sinew_energy::Body, theta: &[f64]) -> String {
-    let pairs = body.parameters.iter().zip(theta);
-    pairs
-        .map(|(p, value)| format!("{} = {value:.3} {}", p.name, p.unit))
-        .collect::<Vec<_>>()
-        .join(", ")
 }
 
 /// Triangles of a mesh's boundary, by the corners of its facets.

@@ -61,4 +61,4 @@ pub use sinew_emulate::{
 };
 pub use sinew_energy::{Body, Load, Parameter, Sampling, Scene, Support, laws};
 pub use sinew_fem::{Options, Solution, Solver, sweep};
-pub use theta::{ThetaText, outside, parse_theta, read_thetas};
+pub use theta::{ThetaText, outside, parse_theta, read_thetas, theta_in_words};

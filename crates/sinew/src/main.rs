@@ -35,6 +35,8 @@ enum Command {
     Solve(solve::Solve),
     /// Draw parameters from their ranges, and solve for them if wanted.
     Sample(sample::Sample),
+    /// Put the shards of a campaign together.
+    Merge(sample::Merge),
     /// Train an emulator.
     Train(train::Train),
     /// Predict displacements with a trained emulator.
@@ -57,6 +59,7 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().command {
         Command::Solve(command) => command.run(),
         Command::Sample(command) => command.run(),
+        Command::Merge(command) => command.run(),
         Command::Train(command) => command.run(),
         Command::Predict(command) => command.run(),
         Command::Correct(command) => command.run(),

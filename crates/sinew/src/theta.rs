@@ -1,7 +1,7 @@
 //! θ from the command line and from tables.
 
 use crate::case::{number_and_unit, stress_in_kpa};
-use sinew_energy::Parameter;
+use sinew_energy::{Body, Parameter};
 use std::path::Path;
 
 /// θ that cannot be read, with the place, the parameter and its range.
@@ -10,6 +10,18 @@ use std::path::Path;
 pub struct ThetaText {
     place: String,
     reason: String,
+}
+
+/// θ by name, with units.
+pub fn theta_in_words(body: &Body, theta: &[f64]) -> String {
+    let pair =
+        |(p, value): (&Parameter, &f64)| format!("{} = {value:.4}{}", p.name, spoken(&p.unit));
+    body.parameters.iter().zip(theta).map(pair).collect::<Vec<_>>().join(", ")
+}
+
+/// A unit behind a number; nothing for numbers without one.
+pub(crate) fn spoken(unit: &str) -> String {
+    if unit == "1" { String::new() } else { format!(" {unit}") }
 }
 
 /// θ from `name=value` pairs separated by commas, in any order, such as `mu=75,lambda=80` or `p=7mmHg`. Without a unit a

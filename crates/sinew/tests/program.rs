@@ -146,3 +146,66 @@ fn help_teaches_and_scenes_can_be_copied() {
     let (code, told) = refused(folder.path(), "solve LeftVentricle");
     assert!(code == 2 && told.contains("--mesh FILE"), "{told}");
 }
+
+#[test]
+fn a_campaign_in_shards_is_that_of_one_process() {
+    let folder = bar();
+    let folder = folder.path();
+    let count = "--count 11 --design sobol --solve";
+    done(folder, &format!("sample bar.toml {count} --out whole"));
+    let (code, told) = refused(folder, "merge bar.toml --out parts");
+    assert!(code == 2 && told.contains("sinew sample"), "{told}");
+    // Processes of their own, at the same time, but for one.
+    let shards: Vec<_> = [1, 3, 4]
+        .map(|index| {
+            let line = format!("sample bar.toml {count} --out parts --shard {index}/4");
+            let mut command = Command::new(env!("CARGO_BIN_EXE_sinew"));
+            command.current_dir(folder).args(line.split_whitespace()).spawn().unwrap()
+        })
+        .into();
+    shards.into_iter().for_each(|mut shard| assert!(shard.wait().unwrap().success()));
+    let (_, told) = refused(folder, "merge bar.toml --out parts");
+    assert!(told.contains("lacks the shards 2/4"), "{told}");
+    // What was solved is kept.
+    let fields = folder.join("parts/sample/shards/00003-of-00004/displacement.npy");
+    let before = std::fs::metadata(&fields).unwrap().modified().unwrap();
+    for index in [2, 3] {
+        done(folder, &format!("sample bar.toml {count} --out parts --shard {index}/4"));
+    }
+    assert_eq!(std::fs::metadata(&fields).unwrap().modified().unwrap(), before);
+    let file = |name: &str| std::fs::read(folder.join(name)).unwrap();
+    let mut merged = Vec::new();
+    for _ in 0..2 {
+        let told = done(folder, "merge bar.toml --out parts");
+        assert!(told.contains("11 of 11 samples solved"), "{told}");
+        merged.push(file("parts/sample/cases.csv"));
+    }
+    assert_eq!(merged[0], merged[1]);
+    // A sweep goes from neighbour to neighbour, of which a shard has others: the same to the solver's rounding.
+    let numbers = |name: &str| -> Vec<f64> {
+        let text = String::from_utf8(file(name)).unwrap();
+        let rows =
+            text.lines().skip(1).map(|row| row.split(',').map(|x| x.parse::<f64>().unwrap()));
+        rows.flatten().collect()
+    };
+    let [parts, whole] = ["parts", "whole"].map(|run| numbers(&format!("{run}/sample/cases.csv")));
+    assert_eq!(parts.len(), whole.len());
+    for (a, b) in parts.iter().zip(&whole) {
+        assert!((a - b).abs() <= 1e-10 * b.abs(), "{a} for {b}");
+    }
+    let told = done(
+        folder,
+        "train bar.toml --recipe dd --steps 5 --samples 11 --simulations parts/sample",
+    );
+    assert!(told.contains("11 simulations"), "{told}");
+    // Another campaign does not mix with it, and damage is noticed.
+    let (_, told) = refused(folder, "sample bar.toml --count 12 --solve --out parts --shard 1/4");
+    assert!(told.contains("another campaign (11 samples in 4 shards"), "{told}");
+    let mut bytes = file("parts/sample/shards/00003-of-00004/displacement.npy");
+    *bytes.last_mut().unwrap() ^= 1;
+    std::fs::write(&fields, bytes).unwrap();
+    let (_, told) = refused(folder, "merge bar.toml --out parts");
+    assert!(told.contains("checksum changed since shard 3/4"), "{told}");
+    let (code, told) = refused(folder, "sample bar.toml --solve --shard 5/4");
+    assert!(code == 2 && told.contains("INDEX/COUNT"), "{told}");
+}

@@ -1,10 +1,10 @@
 //! Predictions and their corrections.
 
-use super::{CaseArguments, MOST_WARNINGS, ThetaArguments, refuse, shown, trained};
+use super::{CaseArguments, MOST_WARNINGS, ThetaArguments, refuse, trained};
 use anyhow::Result;
 use clap::Args;
 use sinew::output::{Fields, mean_and_largest};
-use sinew::{Body, Case, Emulator};
+use sinew::{Body, Case, Emulator, theta_in_words};
 use std::path::PathBuf;
 
 /// What both commands read.
@@ -95,7 +95,7 @@ impl Predict {
             let [mean, largest] = mean_and_largest(prediction.field(index));
             print!(
                 "{}: displacement mean {mean:.4} {unit}, largest {largest:.4} {unit}",
-                shown(&body, theta)
+                theta_in_words(&body, theta)
             );
             if self.quick {
                 println!();
@@ -125,7 +125,7 @@ impl Correct {
         let mut corrected = Vec::with_capacity(thetas.len());
         for theta in &thetas {
             let correction = emulator.correct(theta, self.steps)?;
-            println!("{}", shown(&body, theta));
+            println!("{}", theta_in_words(&body, theta));
             for (index, step) in correction.steps.iter().enumerate() {
                 println!(
                     "  step {}: residual {:.1e} to {:.1e} of the forces, energy norm of the step {:.1e}, {:.1} ms",

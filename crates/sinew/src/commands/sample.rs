@@ -1,18 +1,27 @@
 //! Parameters drawn from their ranges.
 
-use super::{CaseArguments, solved};
+use super::{CaseArguments, refuse, solved, told_failure};
 use anyhow::{Result, ensure};
 use clap::Args;
+use serde::{Deserialize, Serialize};
 use sinew::output::Fields;
 use sinew::{Body, Design};
-use sinew_emulate::store;
+use sinew_emulate::{Shard, Terminal, merge, simulate_shard, store};
+use std::path::Path;
 
 /// How many, and how they are spread.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Writes OUT/sample/thetas.csv, which --theta of the other commands reads; with --solve also the equilibria.
 
-Example: sinew sample OnceClampedBeam --count 200 --design sobol --solve")]
+Example: sinew sample OnceClampedBeam --count 200 --design sobol --solve
+
+A campaign that outgrows one machine is solved in shards, each by a process of its own that may be killed and started
+again, and put together by sinew merge:
+
+  sinew sample heart.toml --count 3000 --solve --shard 1/16    # to 16/16, anywhere with the same OUT
+  sinew merge heart.toml
+  sinew train heart.toml --recipe hybrid --simulations out/heart/sample")]
 pub struct Sample {
     #[command(flatten)]
     case: CaseArguments,
@@ -29,7 +38,21 @@ pub struct Sample {
     /// Solve for them, too
     #[arg(long)]
     solve: bool,
+    /// Solve this part of them only, such as 3/16
+    #[arg(long, value_name = "INDEX/COUNT", requires = "solve")]
+    shard: Option<Shard>,
 }
+
+/// How samples were drawn, for those who put the shards together.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct Campaign {
+    count: usize,
+    design: Design,
+    seed: u64,
+    shards: usize,
+}
+
+const CAMPAIGN: &str = "campaign.json";
 
 impl Sample {
     pub fn run(&self) -> Result<()> {
@@ -40,6 +63,9 @@ impl Sample {
         let folder = self.case.folder(&case).join("sample");
         let path = folder.join("thetas.csv");
         store::write_bytes(&path, table(&body, &thetas).as_bytes())?;
+        if let Some(shard) = self.shard {
+            return self.solve_shard(&body, &thetas, design, shard, &folder);
+        }
         if self.solve {
             let found = solved(&body, &thetas, "solve", None)?;
             let (failed, tried) = (found.failures.len(), thetas.len());
@@ -51,6 +77,78 @@ impl Sample {
             );
         }
         println!("written: {}", path.display());
+        Ok(())
+    }
+}
+
+impl Sample {
+    fn solve_shard(
+        &self,
+        body: &Body,
+        thetas: &[Vec<f64>],
+        design: Design,
+        shard: Shard,
+        folder: &Path,
+    ) -> Result<()> {
+        let file = folder.join(CAMPAIGN);
+        let own = Campaign { count: self.count, design, seed: self.seed, shards: shard.of };
+        match store::read_json::<Campaign>(&file)? {
+            Some(stored) if stored != own => {
+                return refuse(format!(
+                    "{} holds another campaign ({} samples in {} shards, seed {}); repeat its options, or choose another --out",
+                    folder.display(),
+                    stored.count,
+                    stored.shards,
+                    stored.seed
+                ));
+            }
+            Some(_) => {}
+            None => store::write_json(&file, &own)?,
+        }
+        let found = simulate_shard(body, thetas, shard, folder, &mut Terminal::default())?;
+        found.failures.iter().for_each(|failure| told_failure(body, failure));
+        println!(
+            "shard {shard}: {} of {} samples solved",
+            found.fields.len(),
+            shard.samples(self.count).len()
+        );
+        Ok(())
+    }
+}
+
+/// Of which case.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Checks that every shard is done and undamaged, and writes what one process with --solve would have written to OUT/sample,
+with failures.csv where there are some. Merging again gives the same files.")]
+pub struct Merge {
+    #[command(flatten)]
+    case: CaseArguments,
+}
+
+impl Merge {
+    pub fn run(&self) -> Result<()> {
+        let case = self.case.read()?;
+        let body = case.body()?;
+        let folder = self.case.folder(&case).join("sample");
+        let Some(campaign) = store::read_json::<Campaign>(&folder.join(CAMPAIGN))? else {
+            return refuse(format!(
+                "there is no campaign in {}; begin one: sinew sample CASE --solve --shard 1/16",
+                folder.display()
+            ));
+        };
+        let Campaign { count, design, seed, shards } = campaign;
+        let thetas = design.sample(&body.parameters, count, seed)?;
+        let found = merge(&body, &thetas, shards, &folder)?;
+        let failed: Vec<_> = found.failures.iter().map(|failure| failure.theta.clone()).collect();
+        found.failures.iter().for_each(|failure| told_failure(&body, failure));
+        if !failed.is_empty() {
+            store::write_bytes(&folder.join("failures.csv"), table(&body, &failed).as_bytes())?;
+        }
+        let (solved, thetas) = (found.fields.len(), &found.thetas[..]);
+        Fields { body: &body, thetas, found: vec![("solved", found.fields)] }.write(&folder, 0)?;
+        println!("{solved} of {count} samples solved, {} without equilibrium", failed.len());
+        println!("written: {}", folder.display());
         Ok(())
     }
 }

@@ -1,9 +1,10 @@
 //! Equilibria.
 
-use super::{CaseArguments, ThetaArguments, Usage, shown, solved};
+use super::{CaseArguments, ThetaArguments, Usage, solved};
 use anyhow::Result;
 use clap::Args;
 use sinew::output::{Fields, mean_and_largest};
+use sinew::theta_in_words;
 
 /// Which equilibria.
 #[derive(Debug, Args)]
@@ -29,7 +30,7 @@ impl Solve {
         let thetas = self.theta.read(&body)?;
         for theta in &thetas {
             body.check_theta(theta)
-                .map_err(|error| Usage(format!("{}: {error}", shown(&body, theta))))?;
+                .map_err(|error| Usage(format!("{}: {error}", theta_in_words(&body, theta))))?;
         }
         let found = solved(&body, &thetas, "solve", None)?;
         let unit = &body.units.length;
@@ -40,7 +41,7 @@ impl Solve {
                 volumes.map(|(c, v)| format!(", volume of {} {v:.1} {unit}3", c.name)).collect();
             println!(
                 "{}: displacement mean {mean:.4} {unit}, largest {largest:.4} {unit}{volumes}",
-                shown(&body, theta)
+                theta_in_words(&body, theta)
             );
         }
         let folder = self.case.folder(&case).join("solve");

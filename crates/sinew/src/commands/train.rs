@@ -36,6 +36,9 @@ pub struct Train {
     /// Seed of all random numbers
     #[arg(long)]
     seed: Option<u64>,
+    /// Folder of simulations to learn from, such as OUT/sample of sinew merge
+    #[arg(long, value_name = "FOLDER")]
+    simulations: Option<std::path::PathBuf>,
     /// Folder of another run to start from, of the same recipe and parameters on any mesh; with --steps 0 its network is taken as it is
     #[arg(long, value_name = "FOLDER")]
     from: Option<std::path::PathBuf>,
@@ -71,6 +74,7 @@ impl Train {
         let folder = self.case.folder(&case).join(name);
         let options = sinew::TrainingOptions {
             folder: Some(folder.clone()),
+            simulations: self.simulations.clone(),
             start: self.from.clone(),
             resume: self.resume,
             ..training.options()

@@ -1,0 +1,141 @@
+//! Simulations that outgrow one machine: solved in shards, merged into one set.
+
+use crate::progress::Observer;
+use crate::simulate::{Simulations, read_all, simulate, stored_files, write_all};
+use crate::store::{content, read_json, write_json};
+use crate::{Body, Error, Result};
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+/// One of several parts of a set of samples that are solved apart, on as many machines as there are.
+///
+/// Printed and read as `3/16`, counted from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Shard {
+    /// Which one, from 1.
+    pub index: usize,
+    /// How many there are.
+    pub of: usize,
+}
+
+impl Shard {
+    /// The samples that belong to it, of `count`.
+    pub fn samples(self, count: usize) -> Range<usize> {
+        (self.index - 1) * count / self.of..self.index * count / self.of
+    }
+
+    fn folder(self, folder: &Path) -> PathBuf {
+        folder.join(format!("shards/{:05}-of-{:05}", self.index, self.of))
+    }
+}
+
+impl std::fmt::Display for Shard {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}/{}", self.index, self.of)
+    }
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    /// ```
+    /// use sinew_emulate::Shard;
+    /// let shard: Shard = "3/16".parse()?;
+    /// assert_eq!(shard.samples(100), 12..18);
+    /// assert!("0/4".parse::<Shard>().is_err() && "5/4".parse::<Shard>().is_err());
+    /// # Ok::<(), String>(())
+    /// ```
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let numbers =
+            text.split_once('/').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+        match numbers {
+            Some((index, of)) if (1..=of).contains(&index) => Ok(Self { index, of }),
+            _ => {
+                Err(format!("`{text}` is no shard; write INDEX/COUNT counted from 1, such as 3/16"))
+            }
+        }
+    }
+}
+
+/// Written when a shard is done, with a checksum of every file of it.
+#[derive(PartialEq, Serialize, Deserialize)]
+struct Seal {
+    shard: Shard,
+    samples: usize,
+    /// CRC-32 of each file, by name.
+    checksums: Vec<(String, u32)>,
+}
+
+const SEAL: &str = "done.json";
+
+/// Solves the samples of one shard in a folder of its own within `folder`; what a killed shard has solved is kept.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn simulate_shard(
+    body: &Body,
+    thetas: &[Vec<f64>],
+    shard: Shard,
+    folder: &Path,
+    observer: &mut dyn Observer,
+) -> Result<Simulations> {
+    let own = shard.folder(folder);
+    let thetas = &thetas[shard.samples(thetas.len())];
+    let stage = format!("solve shard {shard}");
+    let found = simulate(body, thetas, &stage, Some(&own), observer)?;
+    let seal = Seal { shard, samples: thetas.len(), checksums: checksums(&own)? };
+    write_json(&own.join(SEAL), &seal)?;
+    Ok(found)
+}
+
+/// Puts the shards of `folder` together, in the order of `thetas`. Merging again gives the same; afterwards [`simulate`] with this
+/// folder has nothing left to solve.
+///
+/// # Errors
+/// Shards that are missing or not done, all of them by number; files that were damaged on the way; samples of other
+/// parameters or of another body.
+pub fn merge(body: &Body, thetas: &[Vec<f64>], of: usize, folder: &Path) -> Result<Simulations> {
+    let mut merged = Simulations::default();
+    let (mut missing, mut tried) = (Vec::new(), 0);
+    for index in 1..=of {
+        let shard = Shard { index, of };
+        let own = shard.folder(folder);
+        let samples = &thetas[shard.samples(thetas.len())];
+        let Some(seal) = read_json::<Seal>(&own.join(SEAL))? else {
+            missing.push(index);
+            continue;
+        };
+        if seal.shard != shard || seal.samples != samples.len() {
+            return Err(Error::OtherSamples { folder: own });
+        }
+        let found = checksums(&own)?;
+        if let Some((name, _)) = seal.checksums.iter().find(|pair| !found.contains(pair)) {
+            let reason =
+                format!("its checksum changed since shard {shard} was solved; solve it again");
+            return Err(content(&own.join(name), &reason));
+        }
+        if !samples.is_empty() {
+            merged.extend(read_all(body, samples, &own)?);
+        }
+        tried += samples.len();
+    }
+    if !missing.is_empty() {
+        let list: Vec<String> = missing.iter().map(|index| format!("{index}/{of}")).collect();
+        return Err(Error::MissingShards { folder: folder.into(), missing: list.join(", ") });
+    }
+    write_all(body, tried, &merged, folder)?;
+    Ok(merged)
+}
+
+fn checksums(folder: &Path) -> Result<Vec<(String, u32)>> {
+    let files = stored_files().into_iter().filter(|name| folder.join(name).exists());
+    files
+        .map(|name| {
+            let path = folder.join(name);
+            let bytes = std::fs::read(&path).map_err(|source| Error::File { path, source })?;
+            Ok((name.to_string(), crc32fast::hash(&bytes)))
+        })
+        .collect()
+}
