@@ -1,10 +1,13 @@
 //! Structured meshes of simple bodies.
 
+mod biventricle;
+mod implicit;
 mod membrane;
 mod shells;
 mod ventricle;
 mod wall;
 
+pub use biventricle::Biventricle;
 pub use membrane::{cook_membrane, cook_membrane_point, rectangle_crossed_triangles};
 pub use shells::{cylinder_quarter, sphere_octant};
 pub use ventricle::TruncatedEllipsoid;

@@ -87,8 +87,9 @@ pub use any::AnyMesh;
 pub use element::Element;
 pub use error::{Defect, MeshError, Place, Problem};
 pub use generate::{
-    TruncatedEllipsoid, Wall, box_hexahedra, box_tetrahedra, cook_membrane, cook_membrane_point,
-    cylinder_quarter, rectangle_crossed_triangles, rectangle_triangles, sphere_octant,
+    Biventricle, TruncatedEllipsoid, Wall, box_hexahedra, box_tetrahedra, cook_membrane,
+    cook_membrane_point, cylinder_quarter, rectangle_crossed_triangles, rectangle_triangles,
+    sphere_octant,
 };
 pub use geometry::repair_orientation;
 pub use io::{

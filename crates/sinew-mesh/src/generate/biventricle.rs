@@ -1,0 +1,141 @@
+//! Two chambers in one wall, the idealised heart.
+
+use super::implicit::implicit_tetrahedra;
+use super::name_side;
+use crate::{TetMesh, boundary_facets};
+
+/// Two equal ventricles side by side along x with a septum between them, their apexes at the bottom, cut off by the plane
+/// z = 0: the idealised, symmetric pair of thesis B.4.
+///
+/// The cavities are half ellipsoids of revolution; the outer surface is what two larger ones, blended, enclose.
+///
+/// ```
+/// let heart = sinew_mesh::Biventricle::default().tetrahedra(5.0);
+/// assert!(heart.node_sets["base"].iter().all(|&node| heart.points[node][2] == 0.0));
+/// for side in ["endo_left", "endo_right", "epi"] {
+///     assert!(!heart.facet_sets[side].is_empty());
+/// }
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Biventricle {
+    /// Radius of a cavity at the base \[length\].
+    pub radius: f64,
+    /// Depth of a cavity \[length\].
+    pub depth: f64,
+    /// Thickness of the free walls \[length\].
+    pub wall: f64,
+    /// Thickness of the septum where it is thinnest \[length\].
+    pub septum: f64,
+}
+
+/// A pair of everyday size, in mm.
+impl Default for Biventricle {
+    fn default() -> Self {
+        Self { radius: 20.0, depth: 60.0, wall: 10.0, septum: 10.0 }
+    }
+}
+
+/// Longest edge over a wall's thickness: the diagonal of a grid cell, 1.73 edges, must not reach through.
+const THICKNESS_SHARE: f64 = 0.55;
+
+impl Biventricle {
+    /// Tetrahedra with edges of about `edge` \[length\].
+    ///
+    /// Node and facet sets are `base`, `endo_left` (negative x), `endo_right`, both together `endo`, and `epi`.
+    ///
+    /// # Panics
+    /// When a size or the edge is not positive and finite, or the edge is longer than 0.55 of a wall's thickness.
+    pub fn tetrahedra(&self, edge: f64) -> TetMesh {
+        let Self { radius, depth, wall, septum } = *self;
+        let sizes = [radius, depth, wall, septum, edge];
+        assert!(
+            sizes.iter().all(|size| size.is_finite() && *size > 0.0)
+                && edge <= THICKNESS_SHARE * wall.min(septum),
+            "radius, depth, walls and edge must be positive, and an edge at most {THICKNESS_SHARE} of a wall's thickness, \
+             not {sizes:?}"
+        );
+        let reach = [self.centre() + radius + wall, radius + wall, depth + wall];
+        // A cell of room around the body, and a plane of the grid through the septum.
+        let half = [reach[0], reach[1]].map(|length| (length / edge).ceil() + 1.0);
+        let down = (reach[2] / edge).ceil() + 1.0;
+        let low = [-half[0] * edge, -half[1] * edge, -down * edge];
+        let high = [half[0] * edge, half[1] * edge, 0.0];
+        let cells = [2 * half[0] as usize, 2 * half[1] as usize, down as usize];
+        let body = |x| self.outer(x).min(self.cavity(-1.0, x)).min(self.cavity(1.0, x));
+        let mut mesh = implicit_tetrahedra(low, high, cells, body);
+        self.name_sides(&mut mesh, edge);
+        mesh
+    }
+
+    /// Distance of a cavity's axis from the middle of the septum.
+    fn centre(&self) -> f64 {
+        self.radius + 0.5 * self.septum
+    }
+
+    /// About the distance from a cavity, negative within it.
+    fn cavity(&self, side: f64, [x, y, z]: [f64; 3]) -> f64 {
+        -within([x - side * self.centre(), y, z], self.radius, self.depth)
+    }
+
+    /// About the distance from the outer surface, positive within it.
+    fn outer(&self, [x, y, z]: [f64; 3]) -> f64 {
+        let Self { radius, depth, wall, .. } = *self;
+        let side = |s: f64| within([x - s * self.centre(), y, z], radius + wall, depth + wall);
+        let (a, b) = (side(-1.0), side(1.0));
+        // Smooth maximum: the fold between the two is filled within a wall's thickness.
+        let blend = (1.0 - (a - b).abs() / wall).max(0.0);
+        a.max(b) + 0.25 * wall * blend * blend
+    }
+
+    fn name_sides(&self, mesh: &mut TetMesh, edge: f64) {
+        let boundary = boundary_facets(mesh);
+        let points = mesh.points.clone();
+        let near = 1e-6 * edge;
+        let left = |x: [f64; 3]| self.cavity(-1.0, x).abs() < near;
+        let right = |x: [f64; 3]| self.cavity(1.0, x).abs() < near;
+        name_side(mesh, &boundary, "base", |node| points[node][2] == 0.0);
+        name_side(mesh, &boundary, "endo_left", |node| left(points[node]));
+        name_side(mesh, &boundary, "endo_right", |node| right(points[node]));
+        name_side(mesh, &boundary, "endo", |node| left(points[node]) || right(points[node]));
+        name_side(mesh, &boundary, "epi", |node| self.outer(points[node]).abs() < near);
+    }
+}
+
+/// About the distance to the surface of an ellipsoid of revolution about z, positive within it.
+fn within([x, y, z]: [f64; 3], short: f64, long: f64) -> f64 {
+    let across = x.hypot(y);
+    let ratio = (across / short).hypot(z / long);
+    let slope = (across / (short * short)).hypot(z / (long * long));
+    if slope == 0.0 { short.min(long) } else { (1.0 - ratio) * ratio / slope }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{enclosed_volume, quality};
+
+    #[test]
+    fn the_heart_is_symmetric_and_sound() {
+        let heart = Biventricle::default();
+        for edge in [5.5, 4.0] {
+            let mesh = heart.tetrahedra(edge);
+            let summary = quality(&mesh).unwrap();
+            assert!(summary.dihedral.min > 8.0, "{edge}: {summary}");
+            // Every facet of the boundary is on one side, and none is lost.
+            let sides = ["base", "endo_left", "endo_right", "epi"];
+            let named: usize = sides.iter().map(|side| mesh.facet_sets[*side].len()).sum();
+            assert_eq!(named, boundary_facets(&mesh).len());
+            let exact = 2.0 / 3.0 * std::f64::consts::PI * heart.radius.powi(2) * heart.depth;
+            for side in ["endo_left", "endo_right"] {
+                let cavity = -enclosed_volume(&mesh, &mesh.facet_sets[side]);
+                assert!((cavity / exact - 1.0).abs() < 0.03, "{side}: {cavity} for {exact}");
+            }
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "an edge at most 0.55")]
+    fn an_edge_that_reaches_through_the_wall_is_refused() {
+        Biventricle::default().tetrahedra(6.0);
+    }
+}
