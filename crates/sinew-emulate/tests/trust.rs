@@ -207,6 +207,24 @@ fn failures_are_listed_with_their_parameters() {
 }
 
 #[test]
+fn errors_relative_to_nothing_are_numbers() {
+    let body = beam(0.0);
+    let rest = vec![0.0; 3 * body.nodes];
+    let test = TestSet {
+        body: &body,
+        thetas: vec![vec![10.0, 12.0]],
+        fields: vec![rest.clone()],
+        median_solve_s: 1.0,
+    };
+    let exact = test.errors(std::slice::from_ref(&rest)).unwrap();
+    assert_eq!((exact.relative.max, exact.err_pi.max), (0.0, 0.0));
+    let moved = test.cases(&[vec![1e-3; rest.len()]]).unwrap();
+    let [case] = &moved[..] else { panic!("one case") };
+    assert!(case.relative.is_finite() && case.err_pi.is_finite() && case.energy_excess.is_finite());
+    assert!(case.relative > 1e9);
+}
+
+#[test]
 fn budgets_and_counts_that_admit_nothing_are_refused() {
     let body = beam(1.0);
     let train = |recipe: &Recipe, options: TrainingOptions| {

@@ -78,13 +78,10 @@ pub fn at_points<L: Law<D>, const D: usize>(
 }
 
 impl<L: Law<D>, const D: usize> AtPoints<L, D> {
+    /// Directions at a point, if there are any for it.
     #[inline]
-    fn at(&self, point: usize) -> &[[f64; 3]; D] {
-        if D == 0 {
-            &[[0.0; 3]; D]
-        } else {
-            self.directions.get(point).unwrap_or(&[[f64::NAN; 3]; D])
-        }
+    fn at(&self, point: usize) -> Option<&[[f64; 3]; D]> {
+        if D == 0 { Some(&[[0.0; 3]; D]) } else { self.directions.get(point) }
     }
 }
 
@@ -106,7 +103,7 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
     }
 
     fn directions(&self, point: usize) -> &[[f64; 3]] {
-        self.at(point)
+        self.at(point).map_or(&[], <[_; D]>::as_slice)
     }
 
     fn energy(
@@ -116,9 +113,10 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
         h: &Mat3<f64>,
         barriers: Option<&Barriers>,
     ) -> f64 {
+        let Some(directions) = self.at(point) else { return f64::INFINITY };
         match barriers {
-            None => self.law.energy(parameters, h, self.at(point), &Exact),
-            Some(barriers) => self.law.energy(parameters, h, self.at(point), barriers),
+            None => self.law.energy(parameters, h, directions, &Exact),
+            Some(barriers) => self.law.energy(parameters, h, directions, barriers),
         }
     }
 
@@ -129,14 +127,17 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
         h: &Mat3<f64>,
         barriers: Option<&Barriers>,
     ) -> (f64, Mat3<f64>) {
+        let Some(directions) = self.at(point) else { return (f64::INFINITY, Mat3::ZERO) };
         match barriers {
-            None => self.law.stress(parameters, h, self.at(point), &Exact),
-            Some(barriers) => self.law.stress(parameters, h, self.at(point), barriers),
+            None => self.law.stress(parameters, h, directions, &Exact),
+            Some(barriers) => self.law.stress(parameters, h, directions, barriers),
         }
     }
 
     fn response(&self, point: usize, parameters: &[f64], h: &Mat3<f64>) -> Response {
-        self.law.response(parameters, h, self.at(point))
+        self.at(point).map_or(Response::INADMISSIBLE, |directions| {
+            self.law.response(parameters, h, directions)
+        })
     }
 
     fn stress_rate(
@@ -159,7 +160,8 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
             value: Slope::variable(value, index),
             derivative: Slope::constant(0.0),
         });
-        let directions = self.at(point).map(|d| d.map(constant));
+        let Some(directions) = self.at(point) else { return Mat3([[f64::NAN; 3]; 3]) };
+        let directions = directions.map(|d| d.map(constant));
         let change = self.law.density(&parameters, &h, &directions, &Exact).derivative.gradient;
         Mat3::from_fn(|i, j| change[3 * i + j])
     }

@@ -13,11 +13,7 @@ type Ventricle = Scene<Solid<HolzapfelOgdenCompressible, Compressible>, 1>;
 
 /// θ = (a, b, a_f, b_f, pressure).
 fn scene(mesh: TetMesh, load: fn(String, Magnitude) -> Load) -> Ventricle {
-    // Files hold unit vectors to nine digits; the independent program makes them units as well.
-    let unit = |fibre: [f64; 3]| {
-        let length = fibre.iter().map(|x| x * x).sum::<f64>().sqrt();
-        [fibre.map(|x| x / length)]
-    };
+    // Files hold unit vectors to nine digits; the scene and the independent program make them units.
     let fibres = mesh.cell_fields["fibre"].to_vectors::<3>().expect("three components");
     let parameter = |name: &str| Parameter {
         name: name.into(),
@@ -29,7 +25,7 @@ fn scene(mesh: TetMesh, load: fn(String, Magnitude) -> Load) -> Ventricle {
         name: "left ventricle".into(),
         units: Units::mm_kpa(),
         law: HolzapfelOgdenCompressible::THESIS_KPA,
-        directions: fibres.into_iter().map(unit).collect(),
+        directions: fibres.into_iter().map(|fibre| [fibre]).collect(),
         parameters: ["a", "b", "a_f", "b_f", "p"].map(parameter).into(),
         loads: vec![load("region:1".into(), Magnitude::Theta(4))],
         supports: vec![Support::clamped("base")],

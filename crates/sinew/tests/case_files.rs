@@ -99,6 +99,17 @@ fn each_misspelt_key_is_named_with_the_one_that_was_meant() {
 }
 
 #[test]
+fn a_range_of_one_number_is_refused_with_its_key() {
+    let error = refusal(
+        "law = \"neo-hookean\"\nsupports = [{ clamped = \"x_min\" }]\n\
+         mesh.box = { extent = [1.0, 1.0, 1.0], cells = [1, 1, 1] }\n\
+         parameters = { mu = [2.0, 2.0], lambda = [1.0, 2.0] }\n",
+    );
+    assert!(error.contains("line 4") && error.contains("parameters.mu"), "{error}");
+    assert!(error.contains("both ends are 2 kPa"), "{error}");
+}
+
+#[test]
 fn every_key_that_is_read_is_on_the_page() {
     // Tables with a key that is like no other are answered with all keys.
     let body = "law = \"neo-hookean\"\nsupports = [{ clamped = \"x_min\" }]\n\
