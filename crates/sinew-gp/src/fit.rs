@@ -108,10 +108,7 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// As [`Model::fit`]; and if there are no starts, or one has another number of parameters.
     pub fn fit_from(self, starts: Vec<Vec<f64>>, iterations: usize) -> Result<Fit<D>, GpError> {
-        let expected = self.parameters.len();
-        if let Some(start) = starts.iter().find(|start| start.len() != expected) {
-            return Err(GpError::ParameterCount { found: start.len(), expected });
-        }
+        starts.iter().try_for_each(|start| self.check_count(start))?;
         let model = Arc::new(self);
         let count = starts.len();
         let bounds = model.scaled_bounds();
@@ -131,7 +128,10 @@ impl<const D: usize> Model<D> {
                 let (a, b) = (rank(&restarts[*a]), rank(&restarts[*b]));
                 a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
             })
-            .ok_or(GpError::NoStarts)?;
+            .ok_or_else(|| {
+                let text = "no starts are given; give one at least, or let `Model::fit` draw some";
+                GpError::Request(text.into())
+            })?;
         match &restarts[best].outcome {
             Ok(settled) => {
                 let sharpened = model.sharpened(settled, iterations);
@@ -160,7 +160,7 @@ impl<const D: usize> Model<D> {
         }
         let bounds = self.scaled_bounds();
         let found = self.climb(Evidence::Joint, &settled.parameters, &bounds, iterations).ok()?;
-        let density = self.evaluate_posterior(&found.parameters).ok()?.value;
+        let density = self.evaluate_posterior(self.evidence, &found.parameters).ok()?.value;
         let depth = settled.log_posterior - density;
         if found.collapsed || depth > depth_of_region(self.parameters.len()) {
             return None;
@@ -195,7 +195,7 @@ impl<const D: usize> Model<D> {
         let mut last = None;
         let mut trace = Vec::new();
         let found = minimise(
-            |x| match self.evaluate_posterior_as(evidence, x) {
+            |x| match self.evaluate_posterior(evidence, x) {
                 Ok(e) => Some((-e.value, e.gradient.iter().map(|g| -g).collect())),
                 Err(error) => {
                     last = Some(error);
@@ -243,7 +243,7 @@ impl<const D: usize> Fit<D> {
             return settled.clone();
         }
         let objective = |x: &[f64]| {
-            let e = model.evaluate_posterior_as(model.ensemble_evidence, x).ok()?;
+            let e = model.evaluate_posterior(model.ensemble_evidence, x).ok()?;
             Some((-e.value, e.gradient.iter().map(|g| -g).collect()))
         };
         let iterations = FitOptions::default().iterations;

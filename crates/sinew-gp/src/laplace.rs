@@ -43,7 +43,7 @@ impl Normal {
                 let mut moved = mean.to_vec();
                 moved[column] += step;
                 Ok::<_, GpError>(
-                    model.evaluate_posterior_as(model.ensemble_evidence(), &moved)?.gradient,
+                    model.evaluate_posterior(model.ensemble_evidence(), &moved)?.gradient,
                 )
             };
             let (after, before) = (gradient(STEP)?, gradient(-STEP)?);

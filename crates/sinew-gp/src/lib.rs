@@ -107,9 +107,8 @@ pub use field::{Field, constant, field};
 pub use fit::{Fit, FitOptions, Outcome, Restart};
 pub use functional::Functional;
 pub use kernel::{
-    Hyperparameter, Kernel, KernelFault, Linear, MOST_PAIRS, Matern, Measure, Orders, Pairs,
-    Periodic, Product, RationalQuadratic, Scaled, Smoothness, SquaredExponential, Sum,
-    check_kernel,
+    Hyperparameter, Kernel, Linear, MOST_PAIRS, Matern, Measure, Orders, Periodic, Product,
+    RationalQuadratic, Request, Scaled, Smoothness, SquaredExponential, Sum, check_kernel,
 };
 pub use laplace::laplace;
 pub use model::Model;

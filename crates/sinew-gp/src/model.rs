@@ -2,7 +2,7 @@
 
 use crate::coefficients::{Monomial, PointCoefficients, register};
 use crate::compile::compile;
-use crate::data::{Data, Role, check};
+use crate::data::{Data, Role, check, no_data};
 use crate::error::GpError;
 use crate::evidence::{Evaluation, Evidence};
 use crate::gram::PairPlan;
@@ -106,7 +106,7 @@ impl<const D: usize> Model<D> {
             compiled.iter().filter(|g| g.role == Role::Imposed).map(|g| g.values.len()).sum();
         let size = offset;
         if size == 0 {
-            return Err(GpError::NoData);
+            return Err(no_data());
         }
         let believed = |group: &Compiled<D>| {
             group.role == Role::Imposed && group.variance == Variance::Known(0.0)
@@ -139,7 +139,10 @@ impl<const D: usize> Model<D> {
             same.count() > 1
         };
         match model.theta.iter().find(own) {
-            Some(clash) => Err(GpError::ReservedName(clash.name().into())),
+            Some(clash) => Err(GpError::Problem(format!(
+                "parameter {} has the name of an amplitude, lengthscale or noise; call it otherwise",
+                clash.name()
+            ))),
             None => Ok(model),
         }
     }
@@ -160,21 +163,13 @@ impl<const D: usize> Model<D> {
     }
 
     /// Logarithm of the prior density of all parameters, up to a constant.
-    pub fn log_belief(&self, scaled: &[f64]) -> f64 {
+    pub(crate) fn log_belief(&self, scaled: &[f64]) -> f64 {
         self.parameters.iter().zip(scaled).map(|(p, x)| p.belief.log_density(*x).0).sum()
     }
 
     /// Logarithm of evidence times prior density, with its gradient: what fits maximise, and what
     /// NUTS and Laplace explore.
-    ///
-    /// # Errors
-    /// As [`Model::log_evidence`].
-    pub fn evaluate_posterior(&self, scaled: &[f64]) -> Result<Evaluation, GpError> {
-        self.evaluate_posterior_as(self.evidence, scaled)
-    }
-
-    /// [`Model::evaluate_posterior`] for another evidence than the model's own.
-    pub(crate) fn evaluate_posterior_as(
+    pub(crate) fn evaluate_posterior(
         &self,
         evidence: Evidence,
         scaled: &[f64],
@@ -195,8 +190,20 @@ impl<const D: usize> Model<D> {
     pub fn position(&self, name: &str) -> Result<usize, GpError> {
         self.parameters.iter().position(|p| p.name == name).ok_or_else(|| {
             let known: Vec<&str> = self.parameters.iter().map(|p| p.name.as_str()).collect();
-            GpError::UnknownParameter { name: name.into(), known: known.join(", ") }
+            let known = known.join(", ");
+            GpError::Request(format!("there is no parameter {name}; the model has {known}"))
         })
+    }
+
+    /// Refuses a parameter vector of wrong length.
+    pub(crate) fn check_count(&self, scaled: &[f64]) -> Result<(), GpError> {
+        let (found, expected) = (scaled.len(), self.parameters.len());
+        match found == expected {
+            true => Ok(()),
+            false => {
+                Err(GpError::Request(format!("{found} parameters given, the model has {expected}")))
+            }
+        }
     }
 
     fn lay_out_parameters(&mut self) {
@@ -323,8 +330,11 @@ fn check_kernels<const D: usize>(prior: &Prior<D>) -> Result<(), GpError> {
     for kernel in prior.parts.iter().map(|part| &part.kernel) {
         for hyperparameter in kernel.hyperparameters() {
             if let Some(problem) = unusable::<D>(&hyperparameter) {
-                let (kernel, name) = (kernel.name(), hyperparameter.name);
-                return Err(GpError::Hyperparameter { kernel, name, problem });
+                return Err(GpError::Kernel(format!(
+                    "hyperparameter {} of the {} kernel: {problem}",
+                    hyperparameter.name,
+                    kernel.name()
+                )));
             }
         }
     }

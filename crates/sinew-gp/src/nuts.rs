@@ -129,7 +129,7 @@ impl<'a, const D: usize> Space<'a, D> {
         let momentum = vec![0.0; position.len()];
         let q = self.normal.map(&position);
         let parameters = self.parameters(&position);
-        let Ok(evaluation) = self.model.evaluate_posterior_as(self.evidence, &parameters) else {
+        let Ok(evaluation) = self.model.evaluate_posterior(self.evidence, &parameters) else {
             let gradient = momentum.clone();
             return State { position, momentum, gradient, log_density: f64::NEG_INFINITY };
         };

@@ -5,6 +5,22 @@ use std::f64::consts::PI;
 use faer::linalg::solvers::SelfAdjointEigen;
 use faer::{Mat, Side};
 
+/// Nodes with the products of their weights, of one rule for each axis.
+pub(crate) fn tensor_product<const D: usize>(rules: &[Vec<(f64, f64)>; D]) -> Vec<([f64; D], f64)> {
+    let mut product = vec![([0.0; D], 1.0)];
+    for (d, rule) in rules.iter().enumerate() {
+        let extended = product.iter().flat_map(|(node, weight)| {
+            rule.iter().map(move |(x, w)| {
+                let mut node = *node;
+                node[d] = *x;
+                (node, weight * w)
+            })
+        });
+        product = extended.collect();
+    }
+    product
+}
+
 /// Nodes and weights of Gauss and Legendre for ∫ over [0, 1], by Newton's method on the polynomial.
 pub(crate) fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
     (0..count)

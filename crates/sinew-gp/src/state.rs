@@ -33,15 +33,16 @@ pub(crate) struct Factored {
 pub(crate) struct State<'a, const D: usize> {
     pub model: &'a Model<D>,
     evidence: Evidence,
-    /// Parameters of each part's kernel, and amplitudes.
+    /// Amplitude of each part, and parameters of its kernel.
     pub kernels: Vec<(f64, Vec<f64>)>,
-    theta: Vec<f64>,
+    /// The operators' parameters.
+    pub theta: Vec<f64>,
     /// For each part and leg, a_β.
     pub coefficients: Vec<Vec<Vec<f64>>>,
     /// For each group, values of the monomials.
     monomials: Vec<Vec<f64>>,
     /// For each group, the standard deviation of its noise.
-    noise: Vec<f64>,
+    pub noise: Vec<f64>,
 }
 
 /// a_β = amplitude · Σ_t μ_t A_{t,β}.
@@ -65,10 +66,7 @@ impl<'a, const D: usize> State<'a, D> {
         scaled: &[f64],
         evidence: Evidence,
     ) -> Result<Self, GpError> {
-        let (found, expected) = (scaled.len(), model.parameters.len());
-        if found != expected {
-            return Err(GpError::ParameterCount { found, expected });
-        }
+        model.check_count(scaled)?;
         let theta = model.theta_values(scaled);
         let kernels: Vec<(f64, Vec<f64>)> = model
             .part_offsets
@@ -109,23 +107,10 @@ impl<'a, const D: usize> State<'a, D> {
         Ok(Self { model, evidence, kernels, theta, coefficients, monomials, noise })
     }
 
-    pub fn noise(&self, group: usize) -> f64 {
-        self.noise[group]
-    }
-
-    pub fn theta(&self) -> &[f64] {
-        &self.theta
-    }
-
-    pub fn kernel(&self, part: usize) -> (f64, &[f64]) {
-        let (amplitude, hyperparameters) = &self.kernels[part];
-        (*amplitude, hyperparameters)
-    }
-
     pub fn side(&self, part: usize, group: usize, leg: usize) -> Side<'_, D> {
         let group = &self.model.groups[group];
         Side {
-            points: &group.legs[leg],
+            axes: &group.legs[leg].parts[part].axes,
             coefficients: &self.coefficients[part][group.first_leg + leg],
         }
     }

@@ -41,10 +41,10 @@ pub fn log_evidence_tensor<const D: usize>(
     parameters: Tensor<1>,
 ) -> Result<Tensor<1>, GpError> {
     if parameters.dtype() != DType::F64 {
-        return Err(GpError::Precision);
+        return Err(precision());
     }
     let detached = parameters.clone().detach();
-    let values = detached.to_data().try_to_vec::<f64>().map_err(|_| GpError::Precision)?;
+    let values = detached.to_data().try_to_vec::<f64>().map_err(|_| precision())?;
     let evaluation = model.evaluate(&values)?;
     let device = parameters.device();
     let tensor = |values: Vec<f64>| {
@@ -54,6 +54,10 @@ pub fn log_evidence_tensor<const D: usize>(
     // The difference is zero, its derivative one.
     let tangent = (parameters - detached) * tensor(evaluation.gradient);
     Ok(tangent.sum() + tensor(vec![evaluation.value]))
+}
+
+fn precision() -> GpError {
+    GpError::Request("parameters must be a tensor of double precision; cast it to F64".into())
 }
 
 #[cfg(test)]
@@ -169,6 +173,6 @@ mod tests {
     fn single_precision_is_refused() {
         let parameters = Tensor::<1>::from_floats([0.0, 0.0, 0.0, 0.0], &Device::flex());
         let refused = log_evidence_tensor(&model(Evidence::Joint), parameters).unwrap_err();
-        assert_eq!(refused, GpError::Precision);
+        assert!(refused.to_string().contains("double precision"), "{refused}");
     }
 }

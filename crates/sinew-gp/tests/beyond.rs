@@ -12,6 +12,12 @@ fn must<T, E: std::fmt::Display>(result: Result<T, E>) -> T {
     result.unwrap_or_else(|error| panic!("{error}"))
 }
 
+/// That an error says what is expected of it.
+#[track_caller]
+fn says(error: &GpError, text: &str) {
+    assert!(error.to_string().contains(text), "{error}");
+}
+
 /// −u″ = f on [0, 1] with u = 0 at both ends, times a stiffness to be found.
 fn string(unknown: bool) -> Problem<1> {
     let domain = must(Domain::interval("x", [0.0, 1.0]));
@@ -92,7 +98,7 @@ fn a_network_with_hard_conditions_solves_the_string() {
     assert!(short.evaluations >= 8 && short.evaluations < evaluations, "{}", short.evaluations);
     assert_eq!([u[0], u[20]], [0.0, 0.0]);
     let refused = Network::train(prior(&string(true)), &data, &options).unwrap_err();
-    assert_eq!(refused, GpError::FreeParameter("stiffness".into()));
+    says(&refused, "parameter stiffness is free");
 }
 
 #[test]
@@ -184,18 +190,18 @@ fn hard_cases_are_right_or_typed_errors() {
         1e-4,
     );
     let wrong = solve(base.clone().values(&[[1.0]], &[0.2], Noise::Exact)).unwrap_err();
-    assert!(matches!(wrong, GpError::Contradiction { index: 0, .. }), "{wrong}");
+    says(&wrong, "value 0 of observation group 1 is noise-free and off by 0.2");
     // One observation only.
     let one = must(solve(Data::new().values(&[[0.5]], &[deflection([0.5])], Noise::Exact)));
     close(one, 1e-6);
     // What is not a number, or nothing, is named.
     let nan = solve(base.clone().values(&[[0.4]], &[f64::NAN], Noise::Learned)).unwrap_err();
-    assert!(matches!(nan, GpError::NotFinite { what: "value", .. }), "{nan}");
-    assert_eq!(solve(Data::new()).unwrap_err(), GpError::NoData);
+    says(&nan, "value number 0 of observation group 1 is NaN");
+    says(&solve(Data::new()).unwrap_err(), "no observations");
     let lengths = solve(base.clone().values(&[[0.4]], &[], Noise::Learned)).unwrap_err();
-    assert_eq!(lengths, GpError::Lengths { points: 1, values: 0 });
+    says(&lengths, "1 points but 0 values");
     let noise = solve(base.values(&[[0.4]], &[0.1], Noise::Known(0.0))).unwrap_err();
-    assert_eq!(noise, GpError::Noise(0.0));
+    says(&noise, "noise of standard deviation 0;");
 }
 
 #[test]

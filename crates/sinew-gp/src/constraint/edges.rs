@@ -46,7 +46,7 @@ pub(super) struct Plane<const D: usize> {
 pub(crate) struct EdgeLift<const D: usize> {
     pub value: f64,
     pub slope: f64,
-    data: Field<D>,
+    pub data: Field<D>,
     pub edge: Edge,
 }
 
@@ -83,10 +83,6 @@ impl<const D: usize> EdgeLift<D> {
                 vec![lift(*value_factor, *slope_factor, data)]
             }
         }
-    }
-
-    pub fn data(&self) -> &Field<D> {
-        &self.data
     }
 
     /// Outward normal.
