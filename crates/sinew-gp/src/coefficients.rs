@@ -11,6 +11,7 @@ use sinew_num::Series;
 use crate::error::{GpError, place};
 use crate::field::Field;
 use crate::kernel::choose;
+use crate::model::monomial_value;
 use crate::operator::{Operator, Parameter, Term};
 use crate::prior::{Part, Prior};
 use crate::problem::check_orders;
@@ -87,6 +88,18 @@ impl<const D: usize> PointCoefficients<D> {
         let builder = Builder { operator, points, whose, of_term, monomials: monomials.len() };
         let (mean, parts) = builder.build(prior)?;
         Ok(Self { count: points.len(), extents: prior.domain.extents(), monomials, mean, parts })
+    }
+
+    /// Values of the monomials.
+    pub fn factors(&self, theta: &[f64]) -> Vec<f64> {
+        self.monomials.iter().map(|monomial| monomial_value(monomial, theta)).collect()
+    }
+
+    /// Adds the operator's mean at each point times `sign`, for the monomials' values `factors`.
+    pub fn add_mean(&self, factors: &[f64], sign: f64, sum: &mut [f64]) {
+        for (factor, mean) in factors.iter().zip(&self.mean) {
+            sum.iter_mut().zip(mean).for_each(|(s, m)| *s += sign * factor * m);
+        }
     }
 
     /// Of the operator with the opposite sign.

@@ -1,9 +1,9 @@
 //! Observations in numbers: what does not change with the parameters.
 
-use crate::coefficients::{Monomial, PointCoefficients};
+use crate::coefficients::PointCoefficients;
 use crate::data::{Group, Noise, Role};
 use crate::error::GpError;
-use crate::model::{Compiled, Variance, monomial_value};
+use crate::model::{Compiled, Variance};
 use crate::operator::{Operator, Parameter};
 use crate::prior::{Prior, check_smoothness};
 
@@ -11,11 +11,6 @@ use crate::prior::{Prior, check_smoothness};
 const AGREEMENT: f64 = 1e-8;
 
 impl<const D: usize> Compiled<D> {
-    /// Shares of the mean, each with its factor of parameters.
-    fn means(&self) -> impl Iterator<Item = (&Monomial, &Vec<f64>)> {
-        self.legs.iter().flat_map(|leg| leg.monomials.iter().zip(&leg.mean))
-    }
-
     /// Whether imposed values without a known noise are met by the prior mean alone, once the
     /// terms with parameters in front are left out.
     pub fn is_trivially_satisfied(&self) -> bool {
@@ -25,7 +20,8 @@ impl<const D: usize> Compiled<D> {
         }
         let mut residual = self.values.clone();
         let mut size = largest(&residual);
-        for (monomial, mean) in self.means() {
+        let means = self.legs.iter().flat_map(|leg| leg.monomials.iter().zip(&leg.mean));
+        for (monomial, mean) in means {
             size = size.max(largest(mean));
             if monomial.is_empty() {
                 residual.iter_mut().zip(mean).for_each(|(r, m)| *r -= m);
@@ -38,10 +34,7 @@ impl<const D: usize> Compiled<D> {
     pub fn amplitude(&self, theta: &[f64]) -> f64 {
         let count = self.values.len().max(1) as f64;
         let mut residual = self.values.clone();
-        for (monomial, mean) in self.means() {
-            let factor = monomial_value(monomial, theta);
-            residual.iter_mut().zip(mean).for_each(|(r, m)| *r -= factor * m);
-        }
+        self.legs.iter().for_each(|leg| leg.add_mean(&leg.factors(theta), -1.0, &mut residual));
         let size = (residual.iter().map(|r| r * r).sum::<f64>() / count).sqrt();
         let operator = self.operator_size(theta);
         if operator > 0.0 { size / operator } else { 0.0 }
@@ -61,9 +54,8 @@ impl<const D: usize> Compiled<D> {
                 };
                 let sizes: Vec<f64> = part.orders.iter().map(of_order).collect();
                 let square: f64 = leg
-                    .monomials
-                    .iter()
-                    .map(|monomial| monomial_value(monomial, theta))
+                    .factors(theta)
+                    .into_iter()
                     .zip(&part.arrays)
                     .flat_map(|(monomial, array)| {
                         let rows = array.chunks(leg.count.max(1)).zip(&sizes);

@@ -54,7 +54,8 @@ pub struct Outcome {
     /// Relative jitter at the end.
     pub jitter: f64,
     /// Whether the posterior explains next to nothing of what measured values differ from the
-    /// prior mean by: the "trivial solution" that takes all of it for noise.
+    /// prior mean by, though that is more than a tenth of their spread: the "trivial solution" that takes
+    /// all of it for noise.
     pub collapsed: bool,
     /// The equation's parameters in their own unit after each iteration.
     pub trace: Vec<Vec<f64>>,
@@ -71,9 +72,6 @@ pub struct Fit<const D: usize> {
     pub sharpened: Option<Outcome>,
     best: usize,
 }
-
-/// Share of the measured variation about the prior mean below which a fit counts as collapsed.
-const COLLAPSE: f64 = 0.1;
 
 /// How far the logarithm of a density of `parameters` parameters, normal about its maximum, falls to the
 /// border of the region that holds 95 % of it: half of that quantile of χ² (Wilson & Hilferty 1931).
@@ -181,7 +179,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// Ends of all parameters' intervals, on their scales.
-    fn scaled_bounds(&self) -> Vec<[f64; 2]> {
+    pub(crate) fn scaled_bounds(&self) -> Vec<[f64; 2]> {
         self.parameters.iter().map(|p| p.bounds.map(|bound| p.to_scale(bound))).collect()
     }
 
@@ -218,7 +216,7 @@ impl<const D: usize> Model<D> {
             log_posterior: -found.value,
             evaluations: found.evaluations,
             jitter: posterior.jitter(),
-            collapsed: posterior.explained().is_some_and(|share| share < COLLAPSE),
+            collapsed: posterior.is_collapsed(),
             parameters: found.point,
             trace,
         })

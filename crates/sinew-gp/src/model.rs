@@ -354,7 +354,7 @@ fn distinct(name: String, taken: &[FreeParameter]) -> String {
 }
 
 /// Standard deviation of values, or their size where all are equal; none where all are zero.
-fn spread(values: &[f64]) -> Option<f64> {
+pub(crate) fn spread(values: &[f64]) -> Option<f64> {
     let count = values.len().max(1) as f64;
     let mean = values.iter().sum::<f64>() / count;
     let deviation = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt();

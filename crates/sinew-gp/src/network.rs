@@ -81,9 +81,9 @@ impl<const D: usize> Leg<D> {
             )));
         }
         let points = if sign < 0.0 { points.negated() } else { points };
-        let ones = vec![1.0; points.monomials.len()];
+        let factors = points.factors(&[]);
         let coefficients =
-            points.parts.iter().map(|part| combine(1.0, &ones, &part.arrays)).collect();
+            points.parts.iter().map(|part| combine(1.0, &factors, &part.arrays)).collect();
         Ok(Self { points, coefficients })
     }
 }
@@ -97,8 +97,8 @@ impl<const D: usize> Target<D> {
             legs.push(Leg::new(prior, operator, (opposite, &whose), -1.0)?);
         }
         let mut residual = group.values.clone();
-        for mean in legs.iter().flat_map(|leg| &leg.points.mean) {
-            residual.iter_mut().zip(mean).for_each(|(r, m)| *r -= m);
+        for Leg { points, .. } in &legs {
+            points.add_mean(&points.factors(&[]), -1.0, &mut residual);
         }
         Ok(Self { legs, residual })
     }
@@ -227,9 +227,7 @@ impl<const D: usize> Network<D> {
         check_places(points)?;
         let leg = Leg::new(&self.prior, operator, (points, "the prediction"), 1.0)?;
         let mut mean = vec![0.0; points.len()];
-        for share in &leg.points.mean {
-            mean.iter_mut().zip(share).for_each(|(m, s)| *m += s);
-        }
+        leg.points.add_mean(&leg.points.factors(&[]), 1.0, &mut mean);
         let target = Target { legs: vec![leg], residual: Vec::new() };
         for (point, mean) in mean.iter_mut().enumerate() {
             *mean += target.evaluate(&self.layout, point, &self.weights, None);

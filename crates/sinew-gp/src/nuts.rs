@@ -92,8 +92,7 @@ const INWARDS: f64 = 1e-3;
 
 impl<'a, const D: usize> Space<'a, D> {
     fn new(model: &'a Model<D>, fitted: &[f64]) -> Result<Self, GpError> {
-        let bounds: Vec<[f64; 2]> =
-            model.parameters().iter().map(|p| p.bounds.map(|bound| p.to_scale(bound))).collect();
+        let bounds = model.scaled_bounds();
         let inside: Vec<f64> = fitted
             .iter()
             .zip(&bounds)

@@ -15,7 +15,7 @@ use crate::error::{GpError, check_lengths};
 use crate::factor::Factor;
 use crate::functional::Functional;
 use crate::gram::{Block, PairPlan, Scratch, Side};
-use crate::model::{Compiled, Model, monomial_value};
+use crate::model::{Model, spread};
 use crate::operator::Operator;
 use crate::state::{Factored, State, combine};
 
@@ -29,6 +29,12 @@ pub struct Posterior<const D: usize> {
     pub(crate) whitening: Whitening,
     pub(crate) jitter: f64,
 }
+
+/// Share of what measured values differ from the prior mean by below which a posterior that explains no more of it
+/// has collapsed.
+const COLLAPSE: f64 = 0.1;
+/// Distance from the prior mean, in units of the values' spread, below which there is nothing to explain.
+const NEAR: f64 = 0.1;
 
 /// T of the posterior covariance K_** − (T K_*)ᵀ T K_*.
 #[derive(Debug)]
@@ -208,24 +214,25 @@ impl<const D: usize> Posterior<D> {
         Ok((0..count).map(draw).collect())
     }
 
-    /// Share of what measured values differ from the prior mean by that the posterior mean
-    /// explains; none if they do not differ, or are known exactly.
-    pub fn explained(&self) -> Option<f64> {
+    /// Whether measured values that differ from the prior mean are taken for noise.
+    pub(crate) fn is_collapsed(&self) -> bool {
         // y − K̂: the posterior mean at an observation is y − σ² α.
-        let state = State::new(&self.model, &self.parameters).ok()?;
+        let Ok(state) = State::new(&self.model, &self.parameters) else { return false };
         let residual = state.residual();
-        let (mut total, mut left) = (0.0, 0.0);
-        let observed = |group: &&Compiled<D>| group.role == Role::Observed;
-        for (number, group) in self.model.groups.iter().enumerate().filter(|(_, g)| observed(g)) {
-            let sigma = state.noise[number];
-            for row in group.rows().filter(|_| sigma > 0.0) {
-                // In units of the noise, so that groups of different units count alike.
-                let scale = sigma;
-                total += (residual[row] / scale).powi(2);
-                left += (scale * self.weights[row]).powi(2);
+        let (mut before, mut after, mut variation) = (0.0, 0.0, 0.0);
+        for (group, sigma) in self.model.groups.iter().zip(&state.noise) {
+            if group.role != Role::Observed || *sigma == 0.0 {
+                continue;
             }
+            // In units of the noise, so that groups of different units count alike.
+            for row in group.rows() {
+                before += (residual[row] / sigma).powi(2);
+                after += (sigma * self.weights[row]).powi(2);
+            }
+            let spread = spread(&group.values).unwrap_or_default() / sigma;
+            variation += spread * spread * group.values.len() as f64;
         }
-        (total > 0.0).then(|| 1.0 - left / total)
+        after > (1.0 - COLLAPSE) * before && after > NEAR * NEAR * variation
     }
 
     fn query(
@@ -242,12 +249,9 @@ impl<const D: usize> Posterior<D> {
         if let Some(unknown) = theta.get(self.model.theta.len()) {
             self.model.position(unknown.name())?;
         }
-        let monomials: Vec<f64> =
-            built.monomials.iter().map(|m| monomial_value(m, &state.theta)).collect();
+        let monomials = built.factors(&state.theta);
         let mut mean = vec![0.0; points.len()];
-        for (monomial, values) in monomials.iter().zip(&built.mean) {
-            mean.iter_mut().zip(values).for_each(|(m, v)| *m += monomial * v);
-        }
+        built.add_mean(&monomials, 1.0, &mut mean);
         let coefficients = built
             .parts
             .iter()

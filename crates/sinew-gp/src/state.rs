@@ -10,7 +10,7 @@ use crate::error::GpError;
 use crate::evidence::Evidence;
 use crate::factor::Factor;
 use crate::gram::{Block, Scratch, Side};
-use crate::model::{Model, Variance, monomial_value};
+use crate::model::{Model, Variance};
 
 /// Jitter relative to each prior variance: first tried, and largest.
 const FIRST_JITTER: f64 = 1e-10;
@@ -78,11 +78,8 @@ impl<'a, const D: usize> State<'a, D> {
                 (scaled[*offset].exp(), hyperparameters.iter().map(|h| h.exp()).collect())
             })
             .collect();
-        let monomials: Vec<Vec<f64>> = model
-            .groups
-            .iter()
-            .map(|g| g.legs[0].monomials.iter().map(|m| monomial_value(m, &theta)).collect())
-            .collect();
+        let monomials: Vec<Vec<f64>> =
+            model.groups.iter().map(|group| group.legs[0].factors(&theta)).collect();
         let coefficients = kernels
             .iter()
             .enumerate()
@@ -145,10 +142,7 @@ impl<'a, const D: usize> State<'a, D> {
             let start = residual.len();
             residual.extend_from_slice(&group.values);
             for leg in &group.legs {
-                for (monomial, mean) in monomials.iter().zip(&leg.mean) {
-                    let rows = residual[start..].iter_mut().zip(mean);
-                    rows.for_each(|(r, m)| *r -= monomial * m);
-                }
+                leg.add_mean(monomials, -1.0, &mut residual[start..]);
             }
         }
         residual

@@ -227,16 +227,13 @@ impl<const D: usize> AxisStructure<D> {
         };
         match condition {
             Condition::Dirichlet(value) => lift(1.0, 0.0, value, basis.value(side)),
-            Condition::Neumann(slope) => {
-                lift(0.0, 1.0, slope, basis.slope(side));
-                self.traces.push(basis.value(side));
-            }
             Condition::Cauchy { value, slope } => {
                 lift(1.0, 0.0, value, basis.value(side));
                 lift(0.0, 1.0, slope, basis.slope(side));
             }
-            Condition::Robin { value_factor: a, slope_factor: b, data } => {
-                lift(*a, *b, data, basis.slope(side).scaled(1.0 / b));
+            other => {
+                let Some((a, b, data)) = other.spring() else { return };
+                lift(a, b, data, basis.slope(side).scaled(1.0 / b));
                 let free = basis.value(side).plus(&basis.slope(side), -a / b);
                 self.traces.push(free.normalised());
             }

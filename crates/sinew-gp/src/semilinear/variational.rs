@@ -181,8 +181,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         let model = &inference.model;
         let mut parameters = inference.start(start);
         let mut sites = inference.first_sites(start, &parameters)?;
-        let mut bounds: Vec<[f64; 2]> =
-            model.parameters().iter().map(|p| p.bounds.map(|bound| p.to_scale(bound))).collect();
+        let mut bounds = model.scaled_bounds();
         let theta = model.theta_offset..model.theta_offset + model.theta.len();
         // Where the start has the equation's parameters, and other probable values of them.
         let known: Vec<usize> = model.parameters()[theta.clone()]

@@ -1,7 +1,8 @@
-use super::*;
-use crate::kernel::{
-    Linear, Matern, Periodic, Product, RationalQuadratic, Scaled, Smoothness, SquaredExponential,
-    Sum,
+//! Kernels of this crate are what they should be, and what is none is found out.
+
+use sinew_gp::{
+    Hyperparameter, Kernel, Linear, Matern, Measure, Periodic, Product, RationalQuadratic, Scaled,
+    Series, Smoothness, SquaredExponential, Sum, check_kernel,
 };
 
 fn kernels() -> Vec<Box<dyn Kernel<2>>> {

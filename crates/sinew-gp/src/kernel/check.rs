@@ -1,8 +1,5 @@
 //! What every kernel must satisfy, for those of this crate and of its users.
 
-#[cfg(test)]
-mod tests;
-
 use faer::{Mat, Side as Triangle};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
