@@ -173,20 +173,19 @@ impl<const D: usize> Domain<D> {
 
     /// Whether a point lies in the domain or on its boundary.
     pub fn contains(&self, point: [f64; D]) -> bool {
-        (0..D).all(|d| (self.lower[d]..=self.upper[d]).contains(&point[d]))
-            && self.polygon.as_ref().is_none_or(|polygon| polygon.contains([point[0], point[1]]))
+        self.contains_within(point, 0.0)
     }
 
-    /// Whether a point lies in the domain or next to it, as rounding leaves points of the boundary.
-    pub(crate) fn nearly_contains(&self, point: [f64; D]) -> bool {
-        const SHARE: f64 = 1e-9;
-        let extents = self.extents();
+    /// Whether a point lies in the domain or next to it, by no more than `share` of the domain's size.
+    pub(crate) fn contains_within(&self, point: [f64; D], share: f64) -> bool {
         let along = |d: usize| {
-            let margin = SHARE * extents[d];
+            let margin = share * (self.upper[d] - self.lower[d]);
             (self.lower[d] - margin..=self.upper[d] + margin).contains(&point[d])
         };
-        let [x, y] = [0, 1].map(|d| if d < D { point[d] } else { 0.0 });
-        let across = |polygon: &Polygon| polygon.contains_within([x, y], SHARE * polygon.size());
+        // Distances to lines are rounded.
+        let margin = |polygon: &Polygon| share.max(1e-12) * polygon.size();
+        let across =
+            |polygon: &Polygon| polygon.contains_within([point[0], point[1]], margin(polygon));
         (0..D).all(along) && self.polygon.as_ref().is_none_or(across)
     }
 

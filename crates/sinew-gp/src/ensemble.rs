@@ -81,8 +81,10 @@ impl<const D: usize> Ensemble<D> {
     /// # Errors
     /// As [`Ensemble::predict_operator`].
     pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64), GpError> {
-        let sum = self
-            .mixture(|posterior| posterior.predict_functional(functional).map(Prediction::from))?;
+        let sum = self.mixture(|posterior| {
+            let (mean, deviation) = posterior.predict_functional(functional)?;
+            Ok(Prediction { mean: vec![mean], deviation: vec![deviation] })
+        })?;
         Ok((sum.mean[0], sum.deviation[0]))
     }
 

@@ -83,7 +83,7 @@ fn depth_of_region(parameters: usize) -> f64 {
 }
 
 impl<const D: usize> Model<D> {
-    /// Maximises evidence times [`crate::Belief`]s from random starts, in parallel.
+    /// Maximises evidence times [`crate::Hyperprior`]s from random starts, in parallel.
     ///
     /// The best restart that did not collapse is taken, or the best if all did; with
     /// [`Evidence::Auto`] it may be [sharpened](Fit::sharpened).
@@ -212,7 +212,7 @@ impl<const D: usize> Model<D> {
         let posterior = Posterior::new(self.clone(), &found.point)?;
         Ok(Outcome {
             evidence,
-            log_evidence: -found.value - self.log_belief(&found.point),
+            log_evidence: -found.value - self.log_hyperprior(&found.point),
             log_posterior: -found.value,
             evaluations: found.evaluations,
             jitter: posterior.jitter(),

@@ -10,6 +10,7 @@ use crate::buffer::Buffer;
 use crate::gram::{Cotangents, Scratch};
 use crate::inverse::invert_lower;
 use crate::model::{Variance, monomial_slope};
+use crate::optimise::dot;
 use crate::state::{Factored, State};
 
 /// Columns are shared out in this many lots, whatever the number of threads, so that sums do not
@@ -219,10 +220,6 @@ impl<const D: usize> State<'_, D> {
             }
         }
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Cotangents of coefficients and kernel parameters.

@@ -115,7 +115,7 @@ pub use model::Model;
 pub use network::{Network, NetworkOptions};
 pub use nuts::{NutsOptions, nuts};
 pub use operator::{Derivative, MOST_DERIVATIVES, Operator, Parameter, Term};
-pub use parameter::{Belief, FreeParameter};
+pub use parameter::{FreeParameter, Hyperprior};
 pub use polygon::{Composition, Polygon};
 pub use posterior::{Posterior, Prediction};
 pub use prior::Prior;

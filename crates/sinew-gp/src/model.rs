@@ -8,7 +8,7 @@ use crate::evidence::{Evaluation, Evidence};
 use crate::gram::PairPlan;
 use crate::kernel::{Measure, unusable};
 use crate::operator::Parameter;
-use crate::parameter::{Belief, FreeParameter};
+use crate::parameter::{FreeParameter, Hyperprior};
 use crate::prior::Prior;
 
 /// Noise of a compiled group.
@@ -163,8 +163,8 @@ impl<const D: usize> Model<D> {
     }
 
     /// Logarithm of the prior density of all parameters, up to a constant.
-    pub(crate) fn log_belief(&self, scaled: &[f64]) -> f64 {
-        self.parameters.iter().zip(scaled).map(|(p, x)| p.belief.log_density(*x).0).sum()
+    pub(crate) fn log_hyperprior(&self, scaled: &[f64]) -> f64 {
+        self.parameters.iter().zip(scaled).map(|(p, x)| p.hyperprior.log_density(*x).0).sum()
     }
 
     /// Logarithm of evidence times prior density, with its gradient: what fits maximise, and what
@@ -175,8 +175,9 @@ impl<const D: usize> Model<D> {
         scaled: &[f64],
     ) -> Result<Evaluation, GpError> {
         let mut evaluation = self.evaluate_as(evidence, scaled)?;
-        let beliefs = self.parameters.iter().zip(scaled).map(|(p, x)| p.belief.log_density(*x));
-        for (slope, (density, own)) in evaluation.gradient.iter_mut().zip(beliefs) {
+        let priors = self.parameters.iter().map(|p| p.hyperprior).zip(scaled);
+        for (slope, (hyperprior, x)) in evaluation.gradient.iter_mut().zip(priors) {
+            let (density, own) = hyperprior.log_density(*x);
             evaluation.value += density;
             *slope += own;
         }
@@ -211,6 +212,7 @@ impl<const D: usize> Model<D> {
         let scale = self.amplitude_scale(&middle);
         let extents = self.prior.domain.extents();
         let names = self.prior.domain.names().clone();
+        let about = |median| Hyperprior::LogNormal { median, deviation: DEVIATION };
         let mut parameters = Vec::new();
         for (number, part) in self.prior.parts.iter().enumerate() {
             self.part_offsets.push(parameters.len());
@@ -220,15 +222,15 @@ impl<const D: usize> Model<D> {
                 logarithmic: true,
                 bounds: AMPLITUDE_BOUNDS.map(|bound| bound * scale),
                 start: AMPLITUDE_START.map(|bound| bound * scale),
-                belief: Belief::LogNormal { median: scale, deviation: BELIEF_DEVIATION },
+                hyperprior: about(scale),
             });
             for hyperparameter in part.kernel.hyperparameters() {
-                let (name, bounds, start, belief) = match hyperparameter.measure {
+                let (name, bounds, start, hyperprior) = match hyperparameter.measure {
                     Measure::Length { axis } => (
                         format!("{} {} {number}", hyperparameter.name, names[axis]),
                         LENGTH_BOUNDS.map(|bound| bound * extents[axis]),
                         LENGTH_START.map(|bound| bound * extents[axis]),
-                        Belief::LogNormal { median: extents[axis], deviation: BELIEF_DEVIATION },
+                        about(extents[axis]),
                     ),
                     Measure::Number { lower, upper } => {
                         let middle = (lower * upper).sqrt();
@@ -237,12 +239,18 @@ impl<const D: usize> Model<D> {
                             name,
                             [lower, upper],
                             [lower, upper].map(|end| (end * middle).sqrt()),
-                            Belief::Flat,
+                            Hyperprior::Flat,
                         )
                     }
                 };
                 let name = distinct(name, &parameters);
-                parameters.push(FreeParameter { name, logarithmic: true, bounds, start, belief });
+                parameters.push(FreeParameter {
+                    name,
+                    logarithmic: true,
+                    bounds,
+                    start,
+                    hyperprior,
+                });
             }
         }
         self.theta_offset = parameters.len();
@@ -254,7 +262,7 @@ impl<const D: usize> Model<D> {
                 logarithmic: bounds[0] > 0.0,
                 bounds,
                 start: bounds,
-                belief: Belief::Flat,
+                hyperprior: Hyperprior::Flat,
             });
         }
         for (number, group) in self.groups.iter_mut().enumerate() {
@@ -268,7 +276,7 @@ impl<const D: usize> Model<D> {
                     logarithmic: true,
                     bounds: NOISE_BOUNDS.map(|bound| bound * scale),
                     start: NOISE_START.map(|bound| bound * scale),
-                    belief: Belief::Flat,
+                    hyperprior: Hyperprior::Flat,
                 });
             }
         }
@@ -320,7 +328,7 @@ const AMPLITUDE_START: [f64; 2] = [0.3, 3.0];
 const LENGTH_BOUNDS: [f64; 2] = [0.03, 30.0];
 const LENGTH_START: [f64; 2] = [0.3, 1.5];
 /// Of logarithms of amplitudes and lengths about the size of data and domain.
-const BELIEF_DEVIATION: f64 = 1.0;
+const DEVIATION: f64 = 1.0;
 /// In units of the spread of the values: from far below any instrument to nothing but noise.
 const NOISE_BOUNDS: [f64; 2] = [1e-5, 2.0];
 const NOISE_START: [f64; 2] = [0.01, 0.1];

@@ -66,7 +66,6 @@ pub fn nuts<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensem
 /// Whitened coordinates z: q = q̂ + S z, each parameter a logistic function of its q.
 struct Space<'a, const D: usize> {
     model: &'a Model<D>,
-    evidence: crate::Evidence,
     normal: Normal,
     /// Ends of each parameter's interval, on its scale.
     bounds: Vec<[f64; 2]>,
@@ -111,7 +110,7 @@ impl<'a, const D: usize> Space<'a, D> {
                 normal.factor[(row, mode)] *= slope;
             }
         }
-        Ok(Self { model, evidence: model.ensemble_evidence(), normal, bounds })
+        Ok(Self { model, normal, bounds })
     }
 
     fn parameters(&self, position: &[f64]) -> Vec<f64> {
@@ -128,7 +127,8 @@ impl<'a, const D: usize> Space<'a, D> {
         let momentum = vec![0.0; position.len()];
         let q = self.normal.map(&position);
         let parameters = self.parameters(&position);
-        let Ok(evaluation) = self.model.evaluate_posterior(self.evidence, &parameters) else {
+        let evidence = self.model.ensemble_evidence();
+        let Ok(evaluation) = self.model.evaluate_posterior(evidence, &parameters) else {
             let gradient = momentum.clone();
             return State { position, momentum, gradient, log_density: f64::NEG_INFINITY };
         };

@@ -225,12 +225,6 @@ impl Polygon {
         })
     }
 
-    /// Whether a point lies inside or on an edge (within rounding).
-    pub fn contains(&self, point: [f64; 2]) -> bool {
-        let [[left, right], _] = self.extents();
-        self.contains_within(point, 1e-12 * (right - left))
-    }
-
     /// Whether a point lies inside or not much farther outside than `margin`.
     pub(crate) fn contains_within(&self, point: [f64; 2], margin: f64) -> bool {
         let [x, y] = Series::plain(point);
@@ -297,7 +291,7 @@ impl Polygon {
                     coordinate(bottom, top, k % POINTS_PER_AXIS),
                 ]
             })
-            .filter(|point| self.contains(*point))
+            .filter(|point| self.contains_within(*point, 0.0))
             .map(|point| {
                 let [x, y] = Series::plain(point);
                 of(&x, &y)
@@ -377,7 +371,7 @@ mod tests {
                 bottom + (top - bottom) * (f64::from(k / 30) + 0.41) / 30.0,
             ];
             let within = inside(corners, point);
-            assert_eq!(polygon.contains(point), within, "{point:?}");
+            assert_eq!(polygon.contains_within(point, 0.0), within, "{point:?}");
             if within {
                 let value = feature(&polygon, point);
                 assert!(0.0 < value && value < 1.1, "{point:?} {value}");

@@ -67,13 +67,6 @@ pub struct Prediction {
     pub deviation: Vec<f64>,
 }
 
-impl From<(f64, f64)> for Prediction {
-    /// Of one value.
-    fn from((mean, deviation): (f64, f64)) -> Self {
-        Self { mean: vec![mean], deviation: vec![deviation] }
-    }
-}
-
 /// An operator compiled at test points.
 struct Query<const D: usize> {
     points: PointCoefficients<D>,

@@ -38,11 +38,11 @@ impl Shape {
     /// Scaled to largest magnitude one on the axis, by sampling.
     fn normalised(self) -> Self {
         const SAMPLES: usize = 100;
-        let [mut most] = [0.0_f64];
-        for k in 0..=SAMPLES {
+        let values = (0..=SAMPLES).map(|k| {
             let [x] = Series::plain([self.lower + self.length * k as f64 / SAMPLES as f64]);
-            most = most.max(self.at(&x).value().abs());
-        }
+            self.at(&x).value().abs()
+        });
+        let most = values.fold(0.0, f64::max);
         self.scaled(1.0 / most)
     }
 }

@@ -275,7 +275,7 @@ impl<'a, const D: usize, const M: usize> Inference<'a, D, M> {
         sites.collect()
     }
 
-    /// Bound plus beliefs at fixed sites, with its gradient.
+    /// Bound plus hyperpriors at fixed sites, with its gradient.
     pub fn evaluate(&self, parameters: &[f64], sites: &[Site]) -> Option<Evaluation> {
         let stage = self.stage(parameters).ok()?;
         let all = self.all_sites(&stage, sites);
@@ -313,7 +313,7 @@ impl<'a, const D: usize, const M: usize> Inference<'a, D, M> {
         for ((slope, parameter), x) in
             gradient.iter_mut().zip(self.model.parameters()).zip(parameters)
         {
-            let (density, own) = parameter.belief.log_density(*x);
+            let (density, own) = parameter.hyperprior.log_density(*x);
             value += density;
             *slope += own;
         }
