@@ -8,11 +8,13 @@ use std::rc::Rc;
 
 use sinew_num::Series;
 
-use crate::error::GpError;
+use crate::error::{GpError, place};
 use crate::field::Field;
 use crate::kernel::choose;
+use crate::model::monomial_value;
 use crate::operator::{Operator, Parameter, Term};
-use crate::prior::Prior;
+use crate::prior::{Part, Prior};
+use crate::problem::check_orders;
 
 /// A product of powers of parameters; empty for 1.
 pub(crate) type Monomial = Vec<(usize, i32)>;
@@ -24,14 +26,14 @@ pub(crate) struct PartCoefficients<const D: usize> {
     pub orders: Vec<[usize; D]>,
     /// For each monomial, A at `[order · points + point]`.
     pub arrays: Vec<Vec<f64>>,
+    /// Coordinates of the points axis by axis, as the latent function takes them.
+    pub axes: [Vec<f64>; D],
 }
 
 /// An operator on a prior at points.
 #[derive(Clone, Debug)]
 pub(crate) struct PointCoefficients<const D: usize> {
     pub count: usize,
-    /// Coordinates axis by axis.
-    pub axes: [Vec<f64>; D],
     /// Lengths of the domain's axes, in which derivatives are of size one.
     pub extents: [f64; D],
     pub monomials: Vec<Monomial>,
@@ -40,9 +42,6 @@ pub(crate) struct PointCoefficients<const D: usize> {
     pub parts: Vec<PartCoefficients<D>>,
 }
 
-/// Where something without finite derivatives was met: what, and at which point.
-pub(crate) type Singularity = (&'static str, usize);
-
 /// Position of each parameter by name, added where it is new.
 pub(crate) fn register(
     known: &mut Vec<Parameter>,
@@ -50,7 +49,10 @@ pub(crate) fn register(
 ) -> Result<usize, GpError> {
     match known.iter().position(|other| other.name() == parameter.name()) {
         Some(position) if known[position] == *parameter => Ok(position),
-        Some(_) => Err(GpError::ParameterClash(parameter.name().into())),
+        Some(_) => Err(GpError::Problem(format!(
+            "parameter {} is declared twice with different bounds; clone one `Parameter`",
+            parameter.name()
+        ))),
         None => {
             known.push(parameter.clone());
             Ok(known.len() - 1)
@@ -59,13 +61,15 @@ pub(crate) fn register(
 }
 
 impl<const D: usize> PointCoefficients<D> {
-    /// Of `operator` on `prior` at `points`; `parameters` are all that occur in the model.
+    /// Of `operator` on `prior` at `points`, in errors those of `whose`; `parameters` are all that
+    /// occur in the model.
     pub fn new(
         prior: &Prior<D>,
         operator: &Operator<D>,
-        points: &[[f64; D]],
+        (points, whose): (&[[f64; D]], &str),
         parameters: &mut Vec<Parameter>,
-    ) -> Result<Result<Self, Singularity>, GpError> {
+    ) -> Result<Self, GpError> {
+        check_orders(&prior.domain, operator)?;
         let mut monomials: Vec<Monomial> = Vec::new();
         let mut of_term = Vec::new();
         for term in operator.terms() {
@@ -80,15 +84,22 @@ impl<const D: usize> PointCoefficients<D> {
             });
             of_term.push(position);
         }
-        let builder = Builder { operator, points, of_term: &of_term, monomials: monomials.len() };
-        Ok(builder.build(prior).map(|(mean, parts)| Self {
-            count: points.len(),
-            axes: std::array::from_fn(|d| points.iter().map(|point| point[d]).collect()),
-            extents: prior.domain.extents(),
-            monomials,
-            mean,
-            parts,
-        }))
+        let of_term = &of_term;
+        let builder = Builder { operator, points, whose, of_term, monomials: monomials.len() };
+        let (mean, parts) = builder.build(prior)?;
+        Ok(Self { count: points.len(), extents: prior.domain.extents(), monomials, mean, parts })
+    }
+
+    /// Values of the monomials.
+    pub fn factors(&self, theta: &[f64]) -> Vec<f64> {
+        self.monomials.iter().map(|monomial| monomial_value(monomial, theta)).collect()
+    }
+
+    /// Adds the operator's mean at each point times `sign`, for the monomials' values `factors`.
+    pub fn add_mean(&self, factors: &[f64], sign: f64, sum: &mut [f64]) {
+        for (factor, mean) in factors.iter().zip(&self.mean) {
+            sum.iter_mut().zip(mean).for_each(|(s, m)| *s += sign * factor * m);
+        }
     }
 
     /// Of the operator with the opposite sign.
@@ -103,6 +114,7 @@ impl<const D: usize> PointCoefficients<D> {
 struct Builder<'a, const D: usize> {
     operator: &'a Operator<D>,
     points: &'a [[f64; D]],
+    whose: &'a str,
     of_term: &'a [usize],
     monomials: usize,
 }
@@ -110,22 +122,25 @@ struct Builder<'a, const D: usize> {
 type Built<const D: usize> = (Vec<Vec<f64>>, Vec<PartCoefficients<D>>);
 
 impl<const D: usize> Builder<'_, D> {
-    fn build(&self, prior: &Prior<D>) -> Result<Built<D>, Singularity> {
+    fn singular(&self, what: &str, index: usize) -> GpError {
+        let (whose, at) = (self.whose, place(&self.points[index]));
+        GpError::Singular(format!(
+            "the {what} has no finite value or derivative at point {index} of {whose} {at}; move the point off the corner, or make the formula finite there"
+        ))
+    }
+
+    fn build(&self, prior: &Prior<D>) -> Result<Built<D>, GpError> {
         let mut mean = vec![vec![0.0; self.points.len()]; self.monomials];
         if !prior.mean.is_zero() {
             for (index, term, coefficient, value) in self.expansions(&prior.mean) {
                 let derivative = coefficient? * value.derivative(&term.1.derivative.orders);
                 if !derivative.is_finite() {
-                    return Err(("prior mean", index));
+                    return Err(self.singular("prior mean", index));
                 }
                 mean[self.of_term[term.0]][index] += derivative;
             }
         }
-        let parts = prior
-            .parts
-            .iter()
-            .map(|part| self.part(&part.factor, &part.axes))
-            .collect::<Result<_, _>>()?;
+        let parts = prior.parts.iter().map(|part| self.part(part)).collect::<Result<_, _>>()?;
         Ok((mean, parts))
     }
 
@@ -133,8 +148,7 @@ impl<const D: usize> Builder<'_, D> {
     fn expansions(
         &self,
         field: &Field<D>,
-    ) -> impl Iterator<Item = (usize, (usize, &Term<D>), Result<f64, Singularity>, Rc<Series>)>
-    {
+    ) -> impl Iterator<Item = (usize, (usize, &Term<D>), Result<f64, GpError>, Rc<Series>)> {
         let degrees = self.operator.orders();
         self.points.iter().enumerate().flat_map(move |(index, point)| {
             let x = Series::variables(*point, degrees);
@@ -145,26 +159,27 @@ impl<const D: usize> Builder<'_, D> {
                 let coefficient = term.scale * factor;
                 let coefficient = match coefficient.is_finite() {
                     true => Ok(coefficient),
-                    false => Err(("coefficient of the operator", index)),
+                    false => Err(self.singular("coefficient of the operator", index)),
                 };
                 (index, (number, term), coefficient, value.clone())
             })
         })
     }
 
-    fn part(&self, factor: &Field<D>, axes: &[usize]) -> Result<PartCoefficients<D>, Singularity> {
+    fn part(&self, part: &Part<D>) -> Result<PartCoefficients<D>, GpError> {
         let count = self.points.len();
         let mut orders: Vec<[usize; D]> = Vec::new();
         let mut arrays: Vec<Vec<f64>> = vec![Vec::new(); self.monomials];
-        for (index, (number, term), coefficient, series) in self.expansions(factor) {
+        for (index, (number, term), coefficient, series) in self.expansions(&part.feature.factor) {
             let coefficient = coefficient?;
             let alpha = term.derivative.orders;
-            for beta in below(alpha, axes) {
+            for beta in below(alpha, &part.feature.axes) {
                 let rest: [usize; D] = std::array::from_fn(|d| alpha[d] - beta[d]);
                 let binomial: f64 = (0..D).map(|d| choose(alpha[d], beta[d])).product();
-                let value = coefficient * binomial * series.derivative(&rest);
+                let (beta, turned) = part.turned(beta);
+                let value = coefficient * binomial * turned * series.derivative(&rest);
                 if !value.is_finite() {
-                    return Err(("feature", index));
+                    return Err(self.singular("feature", index));
                 }
                 let position = orders.iter().position(|o| *o == beta).unwrap_or_else(|| {
                     orders.push(beta);
@@ -174,7 +189,9 @@ impl<const D: usize> Builder<'_, D> {
                 arrays[self.of_term[number]][position * count + index] += value;
             }
         }
-        Ok(without_zeros(orders, arrays, count))
+        let at: Vec<[f64; D]> = self.points.iter().map(|point| part.seen(*point)).collect();
+        let axes = std::array::from_fn(|d| at.iter().map(|point| point[d]).collect());
+        Ok(without_zeros(PartCoefficients { orders, arrays, axes }, count))
     }
 }
 
@@ -198,8 +215,7 @@ fn below<const D: usize>(alpha: [usize; D], axes: &[usize]) -> Vec<[usize; D]> {
 
 /// Drops derivatives that nowhere occur.
 fn without_zeros<const D: usize>(
-    orders: Vec<[usize; D]>,
-    arrays: Vec<Vec<f64>>,
+    PartCoefficients { orders, arrays, axes }: PartCoefficients<D>,
     count: usize,
 ) -> PartCoefficients<D> {
     let row = |position: usize| position * count..(position + 1) * count;
@@ -214,5 +230,6 @@ fn without_zeros<const D: usize>(
             .iter()
             .map(|array| kept.iter().flat_map(|position| array[row(*position)].to_vec()).collect())
             .collect(),
+        axes,
     }
 }

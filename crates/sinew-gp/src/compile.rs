@@ -1,22 +1,16 @@
 //! Observations in numbers: what does not change with the parameters.
 
-use crate::coefficients::{Monomial, PointCoefficients};
+use crate::coefficients::PointCoefficients;
 use crate::data::{Group, Noise, Role};
 use crate::error::GpError;
-use crate::model::{Compiled, Variance, monomial_value};
+use crate::model::{Compiled, Variance};
 use crate::operator::{Operator, Parameter};
-use crate::prior::Prior;
-use crate::problem::check_orders;
+use crate::prior::{Prior, check_smoothness};
 
 /// Relative size of a residual that counts as agreement of an exact value with the boundary.
 const AGREEMENT: f64 = 1e-8;
 
 impl<const D: usize> Compiled<D> {
-    /// Shares of the mean, each with its factor of parameters.
-    fn means(&self) -> impl Iterator<Item = (&Monomial, &Vec<f64>)> {
-        self.legs.iter().flat_map(|leg| leg.monomials.iter().zip(&leg.mean))
-    }
-
     /// Whether imposed values without a known noise are met by the prior mean alone, once the
     /// terms with parameters in front are left out.
     pub fn is_trivially_satisfied(&self) -> bool {
@@ -26,7 +20,8 @@ impl<const D: usize> Compiled<D> {
         }
         let mut residual = self.values.clone();
         let mut size = largest(&residual);
-        for (monomial, mean) in self.means() {
+        let means = self.legs.iter().flat_map(|leg| leg.monomials.iter().zip(&leg.mean));
+        for (monomial, mean) in means {
             size = size.max(largest(mean));
             if monomial.is_empty() {
                 residual.iter_mut().zip(mean).for_each(|(r, m)| *r -= m);
@@ -39,10 +34,7 @@ impl<const D: usize> Compiled<D> {
     pub fn amplitude(&self, theta: &[f64]) -> f64 {
         let count = self.values.len().max(1) as f64;
         let mut residual = self.values.clone();
-        for (monomial, mean) in self.means() {
-            let factor = monomial_value(monomial, theta);
-            residual.iter_mut().zip(mean).for_each(|(r, m)| *r -= factor * m);
-        }
+        self.legs.iter().for_each(|leg| leg.add_mean(&leg.factors(theta), -1.0, &mut residual));
         let size = (residual.iter().map(|r| r * r).sum::<f64>() / count).sqrt();
         let operator = self.operator_size(theta);
         if operator > 0.0 { size / operator } else { 0.0 }
@@ -62,9 +54,8 @@ impl<const D: usize> Compiled<D> {
                 };
                 let sizes: Vec<f64> = part.orders.iter().map(of_order).collect();
                 let square: f64 = leg
-                    .monomials
-                    .iter()
-                    .map(|monomial| monomial_value(monomial, theta))
+                    .factors(theta)
+                    .into_iter()
                     .zip(&part.arrays)
                     .flat_map(|(monomial, array)| {
                         let rows = array.chunks(leg.count.max(1)).zip(&sizes);
@@ -92,18 +83,20 @@ pub(crate) fn compile<const D: usize>(
     theta: &mut Vec<Parameter>,
 ) -> Result<Compiled<D>, GpError> {
     let operator = group.operator.as_ref().unwrap_or(&prior.equation);
-    check_orders(&prior.domain, operator)?;
     check_roughness(prior, operator)?;
+    let whose = format!("observation group {number}");
+    let mut coefficients =
+        |points: &[[f64; D]]| PointCoefficients::new(prior, operator, (points, &whose), theta);
     let mut values = group.values.clone();
-    let mut legs = vec![coefficients(prior, operator, &group.points, number, theta)?];
+    let mut legs = vec![coefficients(&group.points)?];
     if let Some(opposite) = &group.opposite {
-        legs.push(coefficients(prior, operator, opposite, number, theta)?.negated());
+        legs.push(coefficients(opposite)?.negated());
     } else if group.noise == Noise::Exact {
         let kept = informative(&legs[0], &values, number)?;
         if kept.len() < values.len() {
             let points: Vec<[f64; D]> = kept.iter().map(|index| group.points[*index]).collect();
             values = kept.iter().map(|index| values[*index]).collect();
-            legs = vec![coefficients(prior, operator, &points, number, theta)?];
+            legs = vec![coefficients(&points)?];
         }
     }
     let variance = match group.noise {
@@ -114,30 +107,12 @@ pub(crate) fn compile<const D: usize>(
     Ok(Compiled { legs, values, variance, offset: 0, first_leg: 0, role: group.role })
 }
 
-fn coefficients<const D: usize>(
-    prior: &Prior<D>,
-    operator: &Operator<D>,
-    points: &[[f64; D]],
-    group: usize,
-    theta: &mut Vec<Parameter>,
-) -> Result<PointCoefficients<D>, GpError> {
-    PointCoefficients::new(prior, operator, points, theta)?.map_err(|(what, index)| {
-        GpError::Singular { what, index, group, point: points[index].to_vec() }
-    })
-}
-
 /// Refuses operators that take more derivatives than functions of the prior have.
 pub(crate) fn check_roughness<const D: usize>(
     prior: &Prior<D>,
     operator: &Operator<D>,
 ) -> Result<(), GpError> {
-    let needs = operator.order();
-    for part in &prior.parts {
-        if let Some(has) = part.kernel.smoothness().filter(|has| *has < needs) {
-            return Err(GpError::TooRough { kernel: part.kernel.name(), has, needs });
-        }
-    }
-    Ok(())
+    prior.parts.iter().try_for_each(|part| check_smoothness(&*part.kernel, operator))
 }
 
 /// Positions of the observations on which the prior has any freedom; the others must agree.
@@ -164,7 +139,9 @@ fn informative<const D: usize>(
         };
         let residual = value - prescribed;
         if residual.abs() > AGREEMENT * value.abs().max(1.0) {
-            return Err(GpError::Contradiction { index, group, residual });
+            return Err(GpError::Data(format!(
+                "value {index} of observation group {group} is noise-free and off by {residual} where the boundary conditions fix it; correct it or give it noise"
+            )));
         }
     }
     Ok(kept)

@@ -30,6 +30,17 @@ pub enum Condition<const D: usize> {
 }
 
 impl<const D: usize> Condition<D> {
+    /// Of a condition on the slope: factors of value and slope, and the right-hand side.
+    pub(crate) fn spring(&self) -> Option<(f64, f64, &Field<D>)> {
+        match self {
+            Self::Neumann(slope) => Some((0.0, 1.0, slope)),
+            Self::Robin { value_factor, slope_factor, data } => {
+                Some((*value_factor, *slope_factor, data))
+            }
+            Self::Dirichlet(_) | Self::Cauchy { .. } => None,
+        }
+    }
+
     /// How many derivatives, counting the value, the features must have vanish on the face.
     pub(crate) fn contact(&self) -> usize {
         match self {

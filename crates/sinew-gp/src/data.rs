@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use crate::domain::Domain;
-use crate::error::GpError;
+use crate::error::{GpError, check_lengths, place};
 use crate::operator::Operator;
 
 /// Standard deviation of the error of observations.
@@ -113,29 +113,27 @@ pub(crate) fn check<const D: usize>(
     domain: &Domain<D>,
 ) -> Result<(), GpError> {
     for (number, group) in groups.iter().enumerate() {
-        if group.points.len() != group.values.len() {
-            return Err(GpError::Lengths {
-                points: group.points.len(),
-                values: group.values.len(),
-            });
-        }
-        let not_finite =
-            |what, index, value| GpError::NotFinite { what, index, group: number, value };
+        check_lengths(group.points.len(), group.values.len())?;
         for (index, (point, value)) in group.points.iter().zip(&group.values).enumerate() {
-            if let Some(coordinate) = point.iter().find(|c| !c.is_finite()) {
-                return Err(not_finite("point", index, *coordinate));
+            let mut numbers = point.iter().map(|c| ("point", c)).chain([("value", value)]);
+            if let Some((what, found)) = numbers.find(|(_, number)| !number.is_finite()) {
+                return Err(GpError::Data(format!(
+                    "{what} number {index} of observation group {number} is {found}; remove it from the data"
+                )));
             }
-            if !value.is_finite() {
-                return Err(not_finite("value", index, *value));
-            }
-            if !domain.nearly_contains(*point) {
-                let point = point.to_vec();
-                return Err(GpError::OutsideDomain { index, group: number, point });
+            // Rounding leaves points of the boundary next to it.
+            if !domain.contains_within(*point, 1e-9) {
+                return Err(GpError::Data(format!(
+                    "point {index} of observation group {number} {} lies outside the domain; check its unit, or remove it",
+                    place(point)
+                )));
             }
         }
         match group.noise {
             Noise::Known(sigma) if !(sigma.is_finite() && sigma > 0.0) => {
-                return Err(GpError::Noise(sigma));
+                return Err(GpError::Data(format!(
+                    "noise of standard deviation {sigma}; give a finite one above 0, or `Noise::Exact`"
+                )));
             }
             Noise::Exact => check_duplicates(group, number)?,
             Noise::Known(_) | Noise::Learned => {}
@@ -143,22 +141,38 @@ pub(crate) fn check<const D: usize>(
     }
     let empty = |group: &Group<D>| group.points.is_empty();
     if groups.iter().all(empty) {
-        return Err(GpError::NoData);
+        return Err(no_data());
     }
     match groups.iter().position(|group| empty(group) && group.noise == Noise::Learned) {
-        Some(group) => Err(GpError::EmptyGroup { group }),
+        Some(group) => Err(GpError::Data(format!(
+            "observation group {group} has no points, so that its noise cannot be learned; leave it out"
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Nothing to condition on.
+pub(crate) fn no_data() -> GpError {
+    GpError::Data("the model has no observations; add values or an equation".into())
+}
+
+/// Refuses numbers of a prediction that are none.
+pub(crate) fn check_finite<'a>(
+    what: &str,
+    mut numbers: impl Iterator<Item = (usize, &'a f64)>,
+) -> Result<(), GpError> {
+    match numbers.find(|(_, number)| !number.is_finite()) {
+        Some((index, number)) => Err(GpError::Request(format!(
+            "{what} number {index} of the prediction is {number}; give a finite one"
+        ))),
         None => Ok(()),
     }
 }
 
 /// Refuses places of a prediction that are not numbers.
 pub(crate) fn check_places<const D: usize>(points: &[[f64; D]]) -> Result<(), GpError> {
-    for (index, point) in points.iter().enumerate() {
-        if let Some(value) = point.iter().find(|c| !c.is_finite()) {
-            return Err(GpError::NotFinitePrediction { what: "point", index, value: *value });
-        }
-    }
-    Ok(())
+    let numbered = points.iter().enumerate();
+    check_finite("point", numbered.flat_map(|(index, point)| point.iter().map(move |c| (index, c))))
 }
 
 /// Relative difference up to which noise-free values of one point are the same.
@@ -175,7 +189,9 @@ fn check_duplicates<const D: usize>(group: &Group<D>, number: usize) -> Result<(
         let first = *seen.entry(point.map(|c| (c + 0.0).to_bits())).or_insert(second);
         let difference = value - group.values[first];
         if difference.abs() > SAME * value.abs().max(group.values[first].abs()) {
-            return Err(GpError::Duplicates { first, second, group: number, difference });
+            return Err(GpError::Data(format!(
+                "values {first} and {second} of observation group {number} are noise-free, belong to one point and differ by {difference}; keep one, or give them noise"
+            )));
         }
     }
     Ok(())
@@ -189,19 +205,18 @@ mod tests {
     fn groups_that_determine_nothing_are_named() {
         let domain = Domain::interval("x", [0.0, 1.0]).unwrap();
         let check = |data: Data<1>| check(&data.groups, &domain);
-        let refused = |data: Data<1>| check(data).unwrap_err();
+        let refused = |data: Data<1>| check(data).unwrap_err().to_string();
         let some = || Data::new().equation(&[[0.5]], &[1.0], Noise::Exact);
-        assert_eq!(refused(Data::new()), GpError::NoData);
+        assert!(refused(Data::new()).contains("no observations"));
         let off = some().values(&[[1.0 + 1e-12], [3.5]], &[0.1, 0.2], Noise::Learned);
-        let outside = GpError::OutsideDomain { index: 1, group: 1, point: vec![3.5] };
-        assert_eq!(refused(off), outside);
+        assert!(refused(off).contains("point 1 of observation group 1 (3.5) lies outside"));
         let empty = some().values(&[], &[], Noise::Learned);
-        assert_eq!(refused(empty), GpError::EmptyGroup { group: 1 });
+        assert!(refused(empty).contains("observation group 1 has no points"));
         assert_eq!(check(some().values(&[], &[], Noise::Known(0.1))), Ok(()));
         let at = [[0.0], [0.3], [-0.0]];
         let twice = |noise| some().values(&at, &[1.0, 1.0, 1.5], noise);
-        let differ = GpError::Duplicates { first: 0, second: 2, group: 1, difference: 0.5 };
-        assert_eq!(refused(twice(Noise::Exact)), differ);
+        let differ = "values 0 and 2 of observation group 1 are noise-free, belong to one point and differ by 0.5";
+        assert!(refused(twice(Noise::Exact)).contains(differ));
         assert_eq!(check(twice(Noise::Known(0.1))), Ok(()));
         assert_eq!(check(some().values(&at, &[1.0; 3], Noise::Exact)), Ok(()));
     }

@@ -91,14 +91,13 @@ impl<const D: usize> Domain<D> {
         for (d, (name, [lower, upper])) in axes.iter().enumerate() {
             // Neither end nor their distance may overflow.
             if !((upper - lower).is_finite() && lower < upper) {
-                return Err(GpError::EmptyAxis {
-                    axis: (*name).into(),
-                    lower: *lower,
-                    upper: *upper,
-                });
+                return Err(GpError::Problem(format!(
+                    "axis {name} runs from {lower} to {upper}; give finite bounds in ascending order"
+                )));
             }
             if axes[..d].iter().any(|(earlier, _)| earlier == name) {
-                return Err(GpError::RepeatedAxis((*name).into()));
+                let text = format!("two axes are called {name}; name each axis once");
+                return Err(GpError::Problem(text));
             }
         }
         Ok(Self {
@@ -139,7 +138,7 @@ impl<const D: usize> Domain<D> {
     /// # Errors
     /// If there is no polygon, or the composition has no order.
     pub fn composed(self, composition: Composition) -> Result<Self, GpError> {
-        let polygon = self.polygon.ok_or(GpError::NoPolygon)?.composed(composition)?;
+        let polygon = self.polygon.ok_or_else(no_polygon)?.composed(composition)?;
         Ok(Self { polygon: Some(polygon), ..self })
     }
 
@@ -153,10 +152,10 @@ impl<const D: usize> Domain<D> {
     /// # Errors
     /// If there is none of that name.
     pub fn axis(&self, name: &str) -> Result<usize, GpError> {
-        self.names
-            .iter()
-            .position(|n| n == name)
-            .ok_or_else(|| GpError::UnknownAxis { name: name.into(), axes: self.names.join(", ") })
+        self.names.iter().position(|n| n == name).ok_or_else(|| {
+            let axes = self.names.join(", ");
+            GpError::Problem(format!("there is no axis {name}; the domain has {axes}"))
+        })
     }
 
     /// Coordinate of one end of an axis.
@@ -174,20 +173,19 @@ impl<const D: usize> Domain<D> {
 
     /// Whether a point lies in the domain or on its boundary.
     pub fn contains(&self, point: [f64; D]) -> bool {
-        (0..D).all(|d| (self.lower[d]..=self.upper[d]).contains(&point[d]))
-            && self.polygon.as_ref().is_none_or(|polygon| polygon.contains([point[0], point[1]]))
+        self.contains_within(point, 0.0)
     }
 
-    /// Whether a point lies in the domain or next to it, as rounding leaves points of the boundary.
-    pub(crate) fn nearly_contains(&self, point: [f64; D]) -> bool {
-        const SHARE: f64 = 1e-9;
-        let extents = self.extents();
+    /// Whether a point lies in the domain or next to it, by no more than `share` of the domain's size.
+    pub(crate) fn contains_within(&self, point: [f64; D], share: f64) -> bool {
         let along = |d: usize| {
-            let margin = SHARE * extents[d];
+            let margin = share * (self.upper[d] - self.lower[d]);
             (self.lower[d] - margin..=self.upper[d] + margin).contains(&point[d])
         };
-        let [x, y] = [0, 1].map(|d| if d < D { point[d] } else { 0.0 });
-        let across = |polygon: &Polygon| polygon.contains_within([x, y], SHARE * polygon.size());
+        // Distances to lines are rounded.
+        let margin = |polygon: &Polygon| share.max(1e-12) * polygon.size();
+        let across =
+            |polygon: &Polygon| polygon.contains_within([point[0], point[1]], margin(polygon));
         (0..D).all(along) && self.polygon.as_ref().is_none_or(across)
     }
 
@@ -204,7 +202,13 @@ impl<const D: usize> Domain<D> {
             .filter(|point| self.contains(*point))
             .take(count)
             .collect();
-        if points.len() < count { Err(GpError::Sampling) } else { Ok(points) }
+        match points.len() == count {
+            true => Ok(points),
+            false => Err(GpError::Problem(
+                "the domain's polygon has too small a share of its bounding box to sample from"
+                    .into(),
+            )),
+        }
     }
 
     /// The points of a regular grid, `count` along each axis including the ends, that lie in the
@@ -227,6 +231,12 @@ impl<const D: usize> Domain<D> {
     }
 }
 
+/// A polygon's property asked of a domain without one.
+pub(crate) fn no_polygon() -> GpError {
+    let text = "the domain has no polygon; give conditions face by face with `Problem::condition`";
+    GpError::Problem(text.into())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -236,7 +246,7 @@ mod tests {
         let empty = Domain::interval("x", [1.0, 1.0]).unwrap_err();
         assert!(empty.to_string().contains("axis x runs from 1 to 1"));
         let twice = Domain::cuboid([("x", [0.0, 1.0]), ("x", [0.0, 1.0])]).unwrap_err();
-        assert_eq!(twice, GpError::RepeatedAxis("x".into()));
+        assert!(twice.to_string().contains("two axes are called x"));
         let unknown = Domain::interval("x", [0.0, 1.0]).unwrap().axis("y").unwrap_err();
         assert!(unknown.to_string().contains("no axis y"));
     }

@@ -40,11 +40,13 @@ impl<const D: usize> Ensemble<D> {
     /// If there is none of that name, there are no draws, or `level` does not lie between 0 and 1.
     pub fn interval(&self, name: &str, level: f64) -> Result<[f64; 2], GpError> {
         if !(0.0..=1.0).contains(&level) {
-            return Err(GpError::Level(level));
+            let text =
+                format!("an interval of level {level}; give a number between 0 and 1, as 0.95");
+            return Err(GpError::Request(text));
         }
         let mut values = self.parameter(name)?;
         if values.is_empty() {
-            return Err(GpError::NoDraws);
+            return Err(no_draws());
         }
         values.sort_by(f64::total_cmp);
         let tail = 0.5 * (1.0 - level);
@@ -79,8 +81,10 @@ impl<const D: usize> Ensemble<D> {
     /// # Errors
     /// As [`Ensemble::predict_operator`].
     pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64), GpError> {
-        let sum = self
-            .mixture(|posterior| posterior.predict_functional(functional).map(Prediction::from))?;
+        let sum = self.mixture(|posterior| {
+            let (mean, deviation) = posterior.predict_functional(functional)?;
+            Ok(Prediction { mean: vec![mean], deviation: vec![deviation] })
+        })?;
         Ok((sum.mean[0], sum.deviation[0]))
     }
 
@@ -94,8 +98,12 @@ impl<const D: usize> Ensemble<D> {
             .par_iter()
             .map(|draw| predict(&Posterior::new(self.model.clone(), draw)?))
             .collect::<Result<_, _>>()?;
-        mixture(&members).ok_or(GpError::NoDraws)
+        mixture(&members).ok_or_else(no_draws)
     }
+}
+
+fn no_draws() -> GpError {
+    GpError::Request("the ensemble has no draws; keep at least one".into())
 }
 
 /// Equally probable predictions as one; none of none.
@@ -203,11 +211,12 @@ mod tests {
     fn without_draws_there_is_no_prediction() -> Result<(), GpError> {
         let (mut ensemble, ..) = spring()?;
         for level in [95.0, -0.1, f64::NAN] {
-            assert!(matches!(ensemble.interval("D", level), Err(GpError::Level(_))), "{level}");
+            let refused = ensemble.interval("D", level).unwrap_err().to_string();
+            assert!(refused.contains("between 0 and 1"), "{level}: {refused}");
         }
         ensemble.draws.clear();
-        assert_eq!(ensemble.predict(&[[0.5]]).unwrap_err(), GpError::NoDraws);
-        assert_eq!(ensemble.interval("D", 0.95).unwrap_err(), GpError::NoDraws);
+        assert_eq!(ensemble.predict(&[[0.5]]).unwrap_err(), no_draws());
+        assert_eq!(ensemble.interval("D", 0.95).unwrap_err(), no_draws());
         Ok(())
     }
 }

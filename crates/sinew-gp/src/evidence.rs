@@ -37,7 +37,10 @@ impl Evidence {
     ) -> Result<Self, GpError> {
         let unbounded = groups.iter().any(Compiled::is_trivially_satisfied);
         match self {
-            Self::Conditional if imposed == size => Err(GpError::NothingConditional),
+            Self::Conditional if imposed == size => Err(GpError::Data(
+                "conditional evidence needs observations of u beside those of the equation; use joint evidence"
+                    .into(),
+            )),
             Self::Auto if unbounded && imposed < size => Ok(Self::Conditional),
             Self::Auto => Ok(Self::Joint),
             chosen => Ok(chosen),

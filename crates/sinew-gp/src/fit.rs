@@ -54,7 +54,8 @@ pub struct Outcome {
     /// Relative jitter at the end.
     pub jitter: f64,
     /// Whether the posterior explains next to nothing of what measured values differ from the
-    /// prior mean by: the "trivial solution" that takes all of it for noise.
+    /// prior mean by, though that is more than a tenth of their spread: the "trivial solution" that takes
+    /// all of it for noise.
     pub collapsed: bool,
     /// The equation's parameters in their own unit after each iteration.
     pub trace: Vec<Vec<f64>>,
@@ -72,9 +73,6 @@ pub struct Fit<const D: usize> {
     best: usize,
 }
 
-/// Share of the measured variation about the prior mean below which a fit counts as collapsed.
-const COLLAPSE: f64 = 0.1;
-
 /// How far the logarithm of a density of `parameters` parameters, normal about its maximum, falls to the
 /// border of the region that holds 95 % of it: half of that quantile of χ² (Wilson & Hilferty 1931).
 fn depth_of_region(parameters: usize) -> f64 {
@@ -85,7 +83,7 @@ fn depth_of_region(parameters: usize) -> f64 {
 }
 
 impl<const D: usize> Model<D> {
-    /// Maximises evidence times [`crate::Belief`]s from random starts, in parallel.
+    /// Maximises evidence times [`crate::Hyperprior`]s from random starts, in parallel.
     ///
     /// The best restart that did not collapse is taken, or the best if all did; with
     /// [`Evidence::Auto`] it may be [sharpened](Fit::sharpened).
@@ -108,10 +106,7 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// As [`Model::fit`]; and if there are no starts, or one has another number of parameters.
     pub fn fit_from(self, starts: Vec<Vec<f64>>, iterations: usize) -> Result<Fit<D>, GpError> {
-        let expected = self.parameters.len();
-        if let Some(start) = starts.iter().find(|start| start.len() != expected) {
-            return Err(GpError::ParameterCount { found: start.len(), expected });
-        }
+        starts.iter().try_for_each(|start| self.check_count(start))?;
         let model = Arc::new(self);
         let count = starts.len();
         let bounds = model.scaled_bounds();
@@ -131,7 +126,10 @@ impl<const D: usize> Model<D> {
                 let (a, b) = (rank(&restarts[*a]), rank(&restarts[*b]));
                 a.0.cmp(&b.0).then(a.1.total_cmp(&b.1))
             })
-            .ok_or(GpError::NoStarts)?;
+            .ok_or_else(|| {
+                let text = "no starts are given; give one at least, or let `Model::fit` draw some";
+                GpError::Request(text.into())
+            })?;
         match &restarts[best].outcome {
             Ok(settled) => {
                 let sharpened = model.sharpened(settled, iterations);
@@ -160,7 +158,7 @@ impl<const D: usize> Model<D> {
         }
         let bounds = self.scaled_bounds();
         let found = self.climb(Evidence::Joint, &settled.parameters, &bounds, iterations).ok()?;
-        let density = self.evaluate_posterior(&found.parameters).ok()?.value;
+        let density = self.evaluate_posterior(self.evidence, &found.parameters).ok()?.value;
         let depth = settled.log_posterior - density;
         if found.collapsed || depth > depth_of_region(self.parameters.len()) {
             return None;
@@ -181,7 +179,7 @@ impl<const D: usize> Model<D> {
     }
 
     /// Ends of all parameters' intervals, on their scales.
-    fn scaled_bounds(&self) -> Vec<[f64; 2]> {
+    pub(crate) fn scaled_bounds(&self) -> Vec<[f64; 2]> {
         self.parameters.iter().map(|p| p.bounds.map(|bound| p.to_scale(bound))).collect()
     }
 
@@ -195,7 +193,7 @@ impl<const D: usize> Model<D> {
         let mut last = None;
         let mut trace = Vec::new();
         let found = minimise(
-            |x| match self.evaluate_posterior_as(evidence, x) {
+            |x| match self.evaluate_posterior(evidence, x) {
                 Ok(e) => Some((-e.value, e.gradient.iter().map(|g| -g).collect())),
                 Err(error) => {
                     last = Some(error);
@@ -214,11 +212,11 @@ impl<const D: usize> Model<D> {
         let posterior = Posterior::new(self.clone(), &found.point)?;
         Ok(Outcome {
             evidence,
-            log_evidence: -found.value - self.log_belief(&found.point),
+            log_evidence: -found.value - self.log_hyperprior(&found.point),
             log_posterior: -found.value,
             evaluations: found.evaluations,
             jitter: posterior.jitter(),
-            collapsed: posterior.explained().is_some_and(|share| share < COLLAPSE),
+            collapsed: posterior.is_collapsed(),
             parameters: found.point,
             trace,
         })
@@ -243,7 +241,7 @@ impl<const D: usize> Fit<D> {
             return settled.clone();
         }
         let objective = |x: &[f64]| {
-            let e = model.evaluate_posterior_as(model.ensemble_evidence, x).ok()?;
+            let e = model.evaluate_posterior(model.ensemble_evidence, x).ok()?;
             Some((-e.value, e.gradient.iter().map(|g| -g).collect()))
         };
         let iterations = FitOptions::default().iterations;

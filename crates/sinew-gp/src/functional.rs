@@ -3,7 +3,7 @@
 use crate::domain::{Domain, Side};
 use crate::error::GpError;
 use crate::operator::Operator;
-use crate::quadrature::gauss_legendre;
+use crate::quadrature::{gauss_legendre, tensor_product};
 
 /// Σ weight · (L u)(point), a linear functional of u.
 #[derive(Clone, Debug)]
@@ -49,31 +49,20 @@ impl<const D: usize> Functional<D> {
         face: Option<(usize, Side)>,
     ) -> Result<Self, GpError> {
         if domain.cross_section().is_some() {
-            return Err(GpError::PolygonFace { face: "the integral's domain".into() });
+            return Err(GpError::Request(
+                "the domain has a polygon; give points and weights of your own for the integral"
+                    .into(),
+            ));
         }
-        let mut nodes = vec![([0.0; D], 1.0)];
-        for d in 0..D {
-            let along: Vec<(f64, f64)> = match face {
-                Some((axis, side)) if axis == d => vec![(domain.end(d, side), 1.0)],
-                _ => gauss_legendre(order.max(1))
-                    .into_iter()
-                    .map(|(s, w)| {
-                        (domain.lower()[d] + s * domain.extents()[d], w * domain.extents()[d])
-                    })
-                    .collect(),
-            };
-            nodes = nodes
-                .iter()
-                .flat_map(|(point, weight)| {
-                    along.iter().map(move |(x, w)| {
-                        let mut point = *point;
-                        point[d] = *x;
-                        (point, weight * w)
-                    })
-                })
-                .collect();
-        }
-        let (points, weights) = nodes.into_iter().unzip();
+        let along = |d: usize| match face {
+            Some((axis, side)) if axis == d => vec![(domain.end(d, side), 1.0)],
+            _ => {
+                let (lower, extent) = (domain.lower()[d], domain.extents()[d]);
+                let rule = gauss_legendre(order.max(1)).into_iter();
+                rule.map(|(s, w)| (lower + s * extent, w * extent)).collect()
+            }
+        };
+        let (points, weights) = tensor_product(&std::array::from_fn(along)).into_iter().unzip();
         Ok(Self { operator, points, weights })
     }
 }

@@ -10,6 +10,7 @@ use crate::buffer::Buffer;
 use crate::gram::{Cotangents, Scratch};
 use crate::inverse::invert_lower;
 use crate::model::{Variance, monomial_slope};
+use crate::optimise::dot;
 use crate::state::{Factored, State};
 
 /// Columns are shared out in this many lots, whatever the number of threads, so that sums do not
@@ -109,7 +110,7 @@ impl<const D: usize> State<'_, D> {
                 *diagonal *= 1.0 + factored.jitter;
             }
             if let Variance::Learned(position) = group.variance {
-                noise.push((position, 2.0 * self.noise(number).powi(2) * trace));
+                noise.push((position, 2.0 * self.noise[number].powi(2) * trace));
             }
         }
         let mut gradient = self.propagated(&cotangent, &w);
@@ -123,7 +124,7 @@ impl<const D: usize> State<'_, D> {
     pub fn propagated(&self, cotangent: &[f64], w: &[f64]) -> Vec<f64> {
         let mut gradient = vec![0.0; self.model.parameters.len()];
         let pulled = self.pull_back(cotangent);
-        let mut theta = vec![0.0; self.theta().len()];
+        let mut theta = vec![0.0; self.theta.len()];
         for group in &self.model.groups {
             let monomials = &group.legs[0].monomials;
             let mut slopes = vec![0.0; monomials.len()];
@@ -144,13 +145,13 @@ impl<const D: usize> State<'_, D> {
             }
             for (slope, monomial) in slopes.iter().zip(monomials) {
                 for (position, _) in monomial {
-                    theta[*position] += slope * monomial_slope(monomial, self.theta(), *position);
+                    theta[*position] += slope * monomial_slope(monomial, &self.theta, *position);
                 }
             }
         }
         for (position, slope) in theta.into_iter().enumerate() {
             let parameter = &self.model.parameters[self.model.theta_offset + position];
-            let scale = if parameter.logarithmic { self.theta()[position] } else { 1.0 };
+            let scale = if parameter.logarithmic { self.theta[position] } else { 1.0 };
             gradient[self.model.theta_offset + position] = slope * scale;
         }
         for (offset, slopes) in self.model.part_offsets.iter().zip(&pulled.hyperparameters) {
@@ -219,10 +220,6 @@ impl<const D: usize> State<'_, D> {
             }
         }
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Cotangents of coefficients and kernel parameters.

@@ -3,9 +3,9 @@
 //! For two points p, q and a part of the prior, K_pq = Σ_{β, β′} a_{p,β} a_{q,β′} ∂^β ∂′^{β′} k; of a
 //! stationary kernel the last factor is (−1)^|β′| G_{β+β′} with the derivatives G in the difference.
 
-use crate::coefficients::PointCoefficients;
-use crate::kernel::{Kernel, MOST_PAIRS, Orders, Pairs};
-use crate::simd::vectorised;
+use sinew_num::vectorised;
+
+use crate::kernel::{Kernel, MOST_PAIRS, Orders, Request};
 
 /// Which entry of a kernel's table each pair of orders reads.
 #[derive(Clone, Debug)]
@@ -46,18 +46,23 @@ impl<const D: usize> PairPlan<D> {
 /// Points with the coefficients of one part of the prior at the current parameters.
 #[derive(Clone, Copy)]
 pub(crate) struct Side<'a, const D: usize> {
-    pub points: &'a PointCoefficients<D>,
+    /// Their coordinates, axis by axis.
+    pub axes: &'a [Vec<f64>; D],
     /// a_β at `[β · points + point]`, with the amplitude in it.
     pub coefficients: &'a [f64],
 }
 
 impl<'a, const D: usize> Side<'a, D> {
     fn width(&self) -> usize {
-        self.coefficients.len() / self.points.count.max(1)
+        self.coefficients.len() / self.count().max(1)
+    }
+
+    fn count(&self) -> usize {
+        self.axes[0].len()
     }
 
     fn row(&self, order: usize, start: usize, count: usize) -> &'a [f64] {
-        &self.coefficients[order * self.points.count + start..][..count]
+        &self.coefficients[order * self.count() + start..][..count]
     }
 }
 
@@ -90,16 +95,18 @@ pub(crate) struct Scratch {
 }
 
 impl<const D: usize> Block<'_, D> {
-    fn pairs(&self, start: usize, count: usize, column: usize) -> Pairs<'_, D> {
-        Pairs {
-            first: self.first.points.axes.each_ref().map(|axis| &axis[start..start + count]),
-            second: std::array::from_fn(|d| self.second.points.axes[d][column]),
+    fn request(&self, start: usize, count: usize, column: usize) -> Request<'_, D> {
+        Request {
+            hyperparameters: self.hyperparameters,
+            orders: &self.plan.entries,
+            first: self.first.axes.each_ref().map(|axis| &axis[start..start + count]),
+            second: std::array::from_fn(|d| self.second.axes[d][column]),
         }
     }
 
     /// Signed coefficients of the second point.
     fn signed(&self, column: usize, signed: &mut Vec<f64>) {
-        let count = self.second.points.count;
+        let count = self.second.count();
         signed.clear();
         signed.extend(
             self.plan
@@ -118,10 +125,9 @@ impl<const D: usize> Block<'_, D> {
         self.signed(column, &mut scratch.signed);
         for (number, out) in out.chunks_mut(MOST_PAIRS).enumerate() {
             let (start, count) = (start + number * MOST_PAIRS, out.len());
-            let pairs = self.pairs(start, count, column);
             scratch.table.resize(self.plan.entries.len() * count, 0.0);
             let table = scratch.table.as_mut_slice();
-            self.kernel.derivatives(self.hyperparameters, &pairs, &self.plan.entries, table);
+            self.kernel.derivatives(&self.request(start, count, column), table);
             for order in 0..self.first.width() {
                 let coefficients = self.first.row(order, start, count);
                 let reads = &self.plan.reads[order * scratch.signed.len()..];
@@ -149,7 +155,6 @@ impl<const D: usize> Block<'_, D> {
         scratch.slopes.resize(width, 0.0);
         for (number, weights) in weights.chunks(MOST_PAIRS).enumerate() {
             let (start, count) = (start + number * MOST_PAIRS, weights.len());
-            let pairs = self.pairs(start, count, column);
             let size = self.plan.entries.len() * count;
             scratch.table.resize(size, 0.0);
             scratch.weights.clear();
@@ -158,16 +163,14 @@ impl<const D: usize> Block<'_, D> {
             let mut weigh = |table: &[f64], slopes: &mut [f64]| {
                 for order in 0..self.first.width() {
                     let coefficients = self.first.row(order, start, count);
-                    let position = order * self.first.points.count + start;
+                    let position = order * self.first.count() + start;
                     let cotangent = &mut cotangents.first[position..][..count];
                     let reads = &self.plan.reads[order * width..];
                     expand(table, reads, signed, coefficients, weights, cotangent, slopes, own);
                 }
             };
             self.kernel.derivatives_and_pull_back(
-                self.hyperparameters,
-                &pairs,
-                &self.plan.entries,
+                &self.request(start, count, column),
                 [&mut scratch.table, &mut scratch.weights],
                 &mut weigh,
                 cotangents.hyperparameters,

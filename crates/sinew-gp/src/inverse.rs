@@ -3,8 +3,7 @@
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
-
-use crate::simd::vectorised;
+use sinew_num::vectorised;
 
 /// Order up to which rows are eliminated one by one: as many as the nearest cache holds.
 const LEAF: usize = 64;

@@ -107,16 +107,15 @@ pub use field::{Field, constant, field};
 pub use fit::{Fit, FitOptions, Outcome, Restart};
 pub use functional::Functional;
 pub use kernel::{
-    Hyperparameter, Kernel, KernelFault, Linear, MOST_PAIRS, Matern, Measure, Orders, Pairs,
-    Periodic, Product, RationalQuadratic, Scaled, Smoothness, SquaredExponential, Sum,
-    check_kernel,
+    Hyperparameter, Kernel, Linear, MOST_PAIRS, Matern, Measure, Orders, Periodic, Product,
+    RationalQuadratic, Request, Scaled, Smoothness, SquaredExponential, Sum, check_kernel,
 };
 pub use laplace::laplace;
 pub use model::Model;
 pub use network::{Network, NetworkOptions};
 pub use nuts::{NutsOptions, nuts};
 pub use operator::{Derivative, MOST_DERIVATIVES, Operator, Parameter, Term};
-pub use parameter::{Belief, FreeParameter};
+pub use parameter::{FreeParameter, Hyperprior};
 pub use polygon::{Composition, Polygon};
 pub use posterior::{Posterior, Prediction};
 pub use prior::Prior;

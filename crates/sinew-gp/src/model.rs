@@ -2,13 +2,13 @@
 
 use crate::coefficients::{Monomial, PointCoefficients, register};
 use crate::compile::compile;
-use crate::data::{Data, Role, check};
+use crate::data::{Data, Role, check, no_data};
 use crate::error::GpError;
 use crate::evidence::{Evaluation, Evidence};
 use crate::gram::PairPlan;
 use crate::kernel::{Measure, unusable};
 use crate::operator::Parameter;
-use crate::parameter::{Belief, FreeParameter};
+use crate::parameter::{FreeParameter, Hyperprior};
 use crate::prior::Prior;
 
 /// Noise of a compiled group.
@@ -106,7 +106,7 @@ impl<const D: usize> Model<D> {
             compiled.iter().filter(|g| g.role == Role::Imposed).map(|g| g.values.len()).sum();
         let size = offset;
         if size == 0 {
-            return Err(GpError::NoData);
+            return Err(no_data());
         }
         let believed = |group: &Compiled<D>| {
             group.role == Role::Imposed && group.variance == Variance::Known(0.0)
@@ -139,7 +139,10 @@ impl<const D: usize> Model<D> {
             same.count() > 1
         };
         match model.theta.iter().find(own) {
-            Some(clash) => Err(GpError::ReservedName(clash.name().into())),
+            Some(clash) => Err(GpError::Problem(format!(
+                "parameter {} has the name of an amplitude, lengthscale or noise; call it otherwise",
+                clash.name()
+            ))),
             None => Ok(model),
         }
     }
@@ -160,28 +163,21 @@ impl<const D: usize> Model<D> {
     }
 
     /// Logarithm of the prior density of all parameters, up to a constant.
-    pub fn log_belief(&self, scaled: &[f64]) -> f64 {
-        self.parameters.iter().zip(scaled).map(|(p, x)| p.belief.log_density(*x).0).sum()
+    pub(crate) fn log_hyperprior(&self, scaled: &[f64]) -> f64 {
+        self.parameters.iter().zip(scaled).map(|(p, x)| p.hyperprior.log_density(*x).0).sum()
     }
 
     /// Logarithm of evidence times prior density, with its gradient: what fits maximise, and what
     /// NUTS and Laplace explore.
-    ///
-    /// # Errors
-    /// As [`Model::log_evidence`].
-    pub fn evaluate_posterior(&self, scaled: &[f64]) -> Result<Evaluation, GpError> {
-        self.evaluate_posterior_as(self.evidence, scaled)
-    }
-
-    /// [`Model::evaluate_posterior`] for another evidence than the model's own.
-    pub(crate) fn evaluate_posterior_as(
+    pub(crate) fn evaluate_posterior(
         &self,
         evidence: Evidence,
         scaled: &[f64],
     ) -> Result<Evaluation, GpError> {
         let mut evaluation = self.evaluate_as(evidence, scaled)?;
-        let beliefs = self.parameters.iter().zip(scaled).map(|(p, x)| p.belief.log_density(*x));
-        for (slope, (density, own)) in evaluation.gradient.iter_mut().zip(beliefs) {
+        let priors = self.parameters.iter().map(|p| p.hyperprior).zip(scaled);
+        for (slope, (hyperprior, x)) in evaluation.gradient.iter_mut().zip(priors) {
+            let (density, own) = hyperprior.log_density(*x);
             evaluation.value += density;
             *slope += own;
         }
@@ -195,8 +191,20 @@ impl<const D: usize> Model<D> {
     pub fn position(&self, name: &str) -> Result<usize, GpError> {
         self.parameters.iter().position(|p| p.name == name).ok_or_else(|| {
             let known: Vec<&str> = self.parameters.iter().map(|p| p.name.as_str()).collect();
-            GpError::UnknownParameter { name: name.into(), known: known.join(", ") }
+            let known = known.join(", ");
+            GpError::Request(format!("there is no parameter {name}; the model has {known}"))
         })
+    }
+
+    /// Refuses a parameter vector of wrong length.
+    pub(crate) fn check_count(&self, scaled: &[f64]) -> Result<(), GpError> {
+        let (found, expected) = (scaled.len(), self.parameters.len());
+        match found == expected {
+            true => Ok(()),
+            false => {
+                Err(GpError::Request(format!("{found} parameters given, the model has {expected}")))
+            }
+        }
     }
 
     fn lay_out_parameters(&mut self) {
@@ -204,6 +212,7 @@ impl<const D: usize> Model<D> {
         let scale = self.amplitude_scale(&middle);
         let extents = self.prior.domain.extents();
         let names = self.prior.domain.names().clone();
+        let about = |median| Hyperprior::LogNormal { median, deviation: DEVIATION };
         let mut parameters = Vec::new();
         for (number, part) in self.prior.parts.iter().enumerate() {
             self.part_offsets.push(parameters.len());
@@ -213,15 +222,15 @@ impl<const D: usize> Model<D> {
                 logarithmic: true,
                 bounds: AMPLITUDE_BOUNDS.map(|bound| bound * scale),
                 start: AMPLITUDE_START.map(|bound| bound * scale),
-                belief: Belief::LogNormal { median: scale, deviation: BELIEF_DEVIATION },
+                hyperprior: about(scale),
             });
             for hyperparameter in part.kernel.hyperparameters() {
-                let (name, bounds, start, belief) = match hyperparameter.measure {
+                let (name, bounds, start, hyperprior) = match hyperparameter.measure {
                     Measure::Length { axis } => (
                         format!("{} {} {number}", hyperparameter.name, names[axis]),
                         LENGTH_BOUNDS.map(|bound| bound * extents[axis]),
                         LENGTH_START.map(|bound| bound * extents[axis]),
-                        Belief::LogNormal { median: extents[axis], deviation: BELIEF_DEVIATION },
+                        about(extents[axis]),
                     ),
                     Measure::Number { lower, upper } => {
                         let middle = (lower * upper).sqrt();
@@ -230,12 +239,18 @@ impl<const D: usize> Model<D> {
                             name,
                             [lower, upper],
                             [lower, upper].map(|end| (end * middle).sqrt()),
-                            Belief::Flat,
+                            Hyperprior::Flat,
                         )
                     }
                 };
                 let name = distinct(name, &parameters);
-                parameters.push(FreeParameter { name, logarithmic: true, bounds, start, belief });
+                parameters.push(FreeParameter {
+                    name,
+                    logarithmic: true,
+                    bounds,
+                    start,
+                    hyperprior,
+                });
             }
         }
         self.theta_offset = parameters.len();
@@ -247,7 +262,7 @@ impl<const D: usize> Model<D> {
                 logarithmic: bounds[0] > 0.0,
                 bounds,
                 start: bounds,
-                belief: Belief::Flat,
+                hyperprior: Hyperprior::Flat,
             });
         }
         for (number, group) in self.groups.iter_mut().enumerate() {
@@ -261,7 +276,7 @@ impl<const D: usize> Model<D> {
                     logarithmic: true,
                     bounds: NOISE_BOUNDS.map(|bound| bound * scale),
                     start: NOISE_START.map(|bound| bound * scale),
-                    belief: Belief::Flat,
+                    hyperprior: Hyperprior::Flat,
                 });
             }
         }
@@ -313,7 +328,7 @@ const AMPLITUDE_START: [f64; 2] = [0.3, 3.0];
 const LENGTH_BOUNDS: [f64; 2] = [0.03, 30.0];
 const LENGTH_START: [f64; 2] = [0.3, 1.5];
 /// Of logarithms of amplitudes and lengths about the size of data and domain.
-const BELIEF_DEVIATION: f64 = 1.0;
+const DEVIATION: f64 = 1.0;
 /// In units of the spread of the values: from far below any instrument to nothing but noise.
 const NOISE_BOUNDS: [f64; 2] = [1e-5, 2.0];
 const NOISE_START: [f64; 2] = [0.01, 0.1];
@@ -323,8 +338,11 @@ fn check_kernels<const D: usize>(prior: &Prior<D>) -> Result<(), GpError> {
     for kernel in prior.parts.iter().map(|part| &part.kernel) {
         for hyperparameter in kernel.hyperparameters() {
             if let Some(problem) = unusable::<D>(&hyperparameter) {
-                let (kernel, name) = (kernel.name(), hyperparameter.name);
-                return Err(GpError::Hyperparameter { kernel, name, problem });
+                return Err(GpError::Kernel(format!(
+                    "hyperparameter {} of the {} kernel: {problem}",
+                    hyperparameter.name,
+                    kernel.name()
+                )));
             }
         }
     }
@@ -344,7 +362,7 @@ fn distinct(name: String, taken: &[FreeParameter]) -> String {
 }
 
 /// Standard deviation of values, or their size where all are equal; none where all are zero.
-fn spread(values: &[f64]) -> Option<f64> {
+pub(crate) fn spread(values: &[f64]) -> Option<f64> {
     let count = values.len().max(1) as f64;
     let mean = values.iter().sum::<f64>() / count;
     let deviation = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt();

@@ -16,7 +16,6 @@ use crate::error::GpError;
 use crate::operator::Operator;
 use crate::optimise::minimise;
 use crate::prior::Prior;
-use crate::problem::check_orders;
 use crate::state::combine;
 use layout::Layout;
 
@@ -43,7 +42,7 @@ impl Default for NetworkOptions {
 #[derive(Debug)]
 pub struct Network<const D: usize> {
     prior: Prior<D>,
-    layout: Layout<D>,
+    layout: Layout,
     weights: Vec<f64>,
     /// Mean squared misfit, each group of observations counted as in (4.49); infinite before training.
     pub loss: f64,
@@ -70,42 +69,36 @@ impl<const D: usize> Leg<D> {
     fn new(
         prior: &Prior<D>,
         operator: &Operator<D>,
-        points: &[[f64; D]],
-        group: Option<usize>,
+        places: (&[[f64; D]], &str),
         sign: f64,
     ) -> Result<Self, GpError> {
         let mut parameters = Vec::new();
-        let compiled = PointCoefficients::new(prior, operator, points, &mut parameters)?.map_err(
-            |(what, index)| {
-                let point = points[index].to_vec();
-                match group {
-                    Some(group) => GpError::Singular { what, index, group, point },
-                    None => GpError::SingularPrediction { what, index, point },
-                }
-            },
-        )?;
+        let points = PointCoefficients::new(prior, operator, places, &mut parameters)?;
         if let Some(free) = parameters.first() {
-            return Err(GpError::FreeParameter(free.name().into()));
+            return Err(GpError::Problem(format!(
+                "parameter {} is free; networks are trained on equations with known coefficients",
+                free.name()
+            )));
         }
-        let compiled = if sign < 0.0 { compiled.negated() } else { compiled };
-        let ones = vec![1.0; compiled.monomials.len()];
+        let points = if sign < 0.0 { points.negated() } else { points };
+        let factors = points.factors(&[]);
         let coefficients =
-            compiled.parts.iter().map(|part| combine(1.0, &ones, &part.arrays)).collect();
-        Ok(Self { points: compiled, coefficients })
+            points.parts.iter().map(|part| combine(1.0, &factors, &part.arrays)).collect();
+        Ok(Self { points, coefficients })
     }
 }
 
 impl<const D: usize> Target<D> {
     fn new(prior: &Prior<D>, group: &Group<D>, number: usize) -> Result<Self, GpError> {
         let operator = group.operator.as_ref().unwrap_or(&prior.equation);
-        check_orders(&prior.domain, operator)?;
-        let mut legs = vec![Leg::new(prior, operator, &group.points, Some(number), 1.0)?];
+        let whose = format!("observation group {number}");
+        let mut legs = vec![Leg::new(prior, operator, (&group.points, &whose), 1.0)?];
         if let Some(opposite) = &group.opposite {
-            legs.push(Leg::new(prior, operator, opposite, Some(number), -1.0)?);
+            legs.push(Leg::new(prior, operator, (opposite, &whose), -1.0)?);
         }
         let mut residual = group.values.clone();
-        for mean in legs.iter().flat_map(|leg| &leg.points.mean) {
-            residual.iter_mut().zip(mean).for_each(|(r, m)| *r -= m);
+        for Leg { points, .. } in &legs {
+            points.add_mean(&points.factors(&[]), -1.0, &mut residual);
         }
         Ok(Self { legs, residual })
     }
@@ -113,7 +106,7 @@ impl<const D: usize> Target<D> {
     /// L u − L m at one point, its gradient in the weights added to `gradient`.
     fn evaluate(
         &self,
-        layout: &Layout<D>,
+        layout: &Layout,
         point: usize,
         weights: &[f64],
         mut gradient: Option<&mut [f64]>,
@@ -121,9 +114,9 @@ impl<const D: usize> Target<D> {
         let mut sum = 0.0;
         let mut terms = Vec::new();
         for leg in &self.legs {
-            let x = std::array::from_fn(|d| leg.points.axes[d][point]);
             let mut offset = 0;
             for (part, compiled) in leg.points.parts.iter().enumerate() {
+                let x = std::array::from_fn(|d| compiled.axes[d][point]);
                 let range = offset..offset + layout.size_of(part);
                 offset = range.end;
                 terms.clear();
@@ -142,7 +135,7 @@ impl<const D: usize> Target<D> {
 /// The loss (4.49), and its gradient in the weights.
 fn loss<const D: usize>(
     targets: &[Target<D>],
-    layout: &Layout<D>,
+    layout: &Layout,
     weights: &[f64],
 ) -> (f64, Vec<f64>) {
     let mut loss = 0.0;
@@ -196,8 +189,9 @@ impl<const D: usize> Network<D> {
                 minimise(objective, &start, &bounds, options.iterations, |_, _| ())
             })
             .min_by(|a, b| a.value.total_cmp(&b.value));
-        let restarts = options.restarts;
-        let best = best.ok_or(GpError::NoFit { restarts, last: Box::new(GpError::NoData) })?;
+        let best = best.ok_or_else(|| {
+            GpError::Data("the loss is not finite at any start; rescale the data".into())
+        })?;
         Ok(Self { layout, weights: best.point, loss: best.value, evaluations, prior })
     }
 
@@ -230,13 +224,10 @@ impl<const D: usize> Network<D> {
         operator: &Operator<D>,
         points: &[[f64; D]],
     ) -> Result<Vec<f64>, GpError> {
-        check_orders(&self.prior.domain, operator)?;
         check_places(points)?;
-        let leg = Leg::new(&self.prior, operator, points, None, 1.0)?;
+        let leg = Leg::new(&self.prior, operator, (points, "the prediction"), 1.0)?;
         let mut mean = vec![0.0; points.len()];
-        for share in &leg.points.mean {
-            mean.iter_mut().zip(share).for_each(|(m, s)| *m += s);
-        }
+        leg.points.add_mean(&leg.points.factors(&[]), 1.0, &mut mean);
         let target = Target { legs: vec![leg], residual: Vec::new() };
         for (point, mean) in mean.iter_mut().enumerate() {
             *mean += target.evaluate(&self.layout, point, &self.weights, None);

@@ -66,7 +66,6 @@ pub fn nuts<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensem
 /// Whitened coordinates z: q = q̂ + S z, each parameter a logistic function of its q.
 struct Space<'a, const D: usize> {
     model: &'a Model<D>,
-    evidence: crate::Evidence,
     normal: Normal,
     /// Ends of each parameter's interval, on its scale.
     bounds: Vec<[f64; 2]>,
@@ -92,8 +91,7 @@ const INWARDS: f64 = 1e-3;
 
 impl<'a, const D: usize> Space<'a, D> {
     fn new(model: &'a Model<D>, fitted: &[f64]) -> Result<Self, GpError> {
-        let bounds: Vec<[f64; 2]> =
-            model.parameters().iter().map(|p| p.bounds.map(|bound| p.to_scale(bound))).collect();
+        let bounds = model.scaled_bounds();
         let inside: Vec<f64> = fitted
             .iter()
             .zip(&bounds)
@@ -112,7 +110,7 @@ impl<'a, const D: usize> Space<'a, D> {
                 normal.factor[(row, mode)] *= slope;
             }
         }
-        Ok(Self { model, evidence: model.ensemble_evidence(), normal, bounds })
+        Ok(Self { model, normal, bounds })
     }
 
     fn parameters(&self, position: &[f64]) -> Vec<f64> {
@@ -129,7 +127,8 @@ impl<'a, const D: usize> Space<'a, D> {
         let momentum = vec![0.0; position.len()];
         let q = self.normal.map(&position);
         let parameters = self.parameters(&position);
-        let Ok(evaluation) = self.model.evaluate_posterior_as(self.evidence, &parameters) else {
+        let evidence = self.model.ensemble_evidence();
+        let Ok(evaluation) = self.model.evaluate_posterior(evidence, &parameters) else {
             let gradient = momentum.clone();
             return State { position, momentum, gradient, log_density: f64::NEG_INFINITY };
         };

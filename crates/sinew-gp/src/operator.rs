@@ -60,7 +60,9 @@ impl Parameter {
         if lower.is_finite() && upper.is_finite() && lower < upper {
             Ok(Self { name: name.into(), lower, upper })
         } else {
-            Err(GpError::ParameterBounds { name: name.into(), lower, upper })
+            Err(GpError::Problem(format!(
+                "parameter {name} has bounds [{lower}, {upper}]; give finite bounds in ascending order"
+            )))
         }
     }
 

@@ -12,12 +12,12 @@ pub struct FreeParameter {
     /// Where restarts begin, in its own unit.
     pub start: [f64; 2],
     /// What is believed of it before the data.
-    pub belief: Belief,
+    pub hyperprior: Hyperprior,
 }
 
 /// Prior density of a parameter on the scale that it is adjusted on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Belief {
+pub enum Hyperprior {
     /// The same everywhere within the bounds.
     Flat,
     /// Normal in the logarithm. Amplitudes and lengthscales are believed to be the size of the
@@ -32,7 +32,7 @@ pub enum Belief {
     },
 }
 
-impl Belief {
+impl Hyperprior {
     /// Logarithm of the density up to a constant, and its derivative.
     pub(crate) fn log_density(self, coordinate: f64) -> (f64, f64) {
         match self {

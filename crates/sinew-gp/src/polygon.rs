@@ -45,8 +45,8 @@ pub enum Composition {
 /// corners, where the two vanish together.
 #[derive(Clone, Debug)]
 enum Region {
-    /// Signed distance `n·x − offset` to a line, positive on the inside.
-    HalfPlane { normal: [f64; 2], offset: f64 },
+    /// The side of an edge's line that is to the left of it.
+    HalfPlane(Edge),
     /// Intersection.
     All(Vec<Region>),
     /// Union.
@@ -56,7 +56,7 @@ enum Region {
 impl Region {
     fn at(&self, x: &Series, y: &Series) -> Series {
         match self {
-            Self::HalfPlane { normal, offset } => x * normal[0] + y * normal[1] - *offset,
+            Self::HalfPlane(edge) => edge.height(x, y),
             Self::All(parts) => Self::combine(parts, x, y, -1.0),
             Self::Any(parts) => Self::combine(parts, x, y, 1.0),
         }
@@ -81,7 +81,7 @@ impl Region {
             let (from, to) = (pair[0], pair[1]);
             let corner = |position: usize| chain[position % chain.len()];
             if to == from + 1 {
-                parts.push(half_plane(corner(from), corner(to)));
+                parts.push(Self::HalfPlane(Edge::new(corner(from), corner(to))));
             } else {
                 let pocket: Vec<_> = (from..=to).map(corner).collect();
                 parts.push(Self::of_chain(&pocket, false, !convex));
@@ -93,12 +93,6 @@ impl Region {
             (_, false) => Self::Any(parts),
         }
     }
-}
-
-fn half_plane([ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> Region {
-    let length = (bx - ax).hypot(by - ay);
-    let normal = [-(by - ay) / length, (bx - ax) / length];
-    Region::HalfPlane { normal, offset: normal[0] * ax + normal[1] * ay }
 }
 
 /// Twice the signed area of a triangle, positive if anticlockwise.
@@ -130,6 +124,10 @@ fn hull_positions(chain: &[[f64; 2]], closed: bool, turned: f64) -> Vec<usize> {
     hull
 }
 
+fn unusable(corners: usize, problem: &str) -> GpError {
+    GpError::Problem(format!("polygon of {corners} vertices: {problem}"))
+}
+
 impl Polygon {
     /// From its corners, in either sense of rotation.
     ///
@@ -137,7 +135,7 @@ impl Polygon {
     /// If there are fewer than three, some are not finite or coincide, edges cross, or there is
     /// no area.
     pub fn new(corners: &[[f64; 2]]) -> Result<Self, GpError> {
-        let fail = |problem| Err(GpError::Polygon { vertices: corners.len(), problem });
+        let fail = |problem| Err(unusable(corners.len(), problem));
         if corners.len() < 3 {
             return fail("give at least three");
         }
@@ -181,9 +179,8 @@ impl Polygon {
     /// For an equivalence of order zero.
     pub fn composed(self, composition: Composition) -> Result<Self, GpError> {
         if composition == (Composition::Equivalence { order: 0 }) {
-            let vertices = self.corners.len();
             let problem = "an equivalence has an order of at least one";
-            return Err(GpError::Polygon { vertices, problem });
+            return Err(unusable(self.corners.len(), problem));
         }
         Ok(Self { composition, ..self }.rescaled())
     }
@@ -228,12 +225,6 @@ impl Polygon {
         })
     }
 
-    /// Whether a point lies inside or on an edge (within rounding).
-    pub fn contains(&self, point: [f64; 2]) -> bool {
-        let [[left, right], _] = self.extents();
-        self.contains_within(point, 1e-12 * (right - left))
-    }
-
     /// Whether a point lies inside or not much farther outside than `margin`.
     pub(crate) fn contains_within(&self, point: [f64; 2], margin: f64) -> bool {
         let [x, y] = Series::plain(point);
@@ -252,10 +243,7 @@ impl Polygon {
         match self.composition {
             Composition::Adapted | Composition::Conjunction if whole => self.region.at(x, y),
             Composition::Adapted | Composition::Conjunction if self.convex => {
-                let half_plane = |edge: &usize| {
-                    let next = (edge + 1) % self.corners.len();
-                    half_plane(self.corners[*edge], self.corners[next])
-                };
+                let half_plane = |edge: &usize| Region::HalfPlane(self.edges[*edge].clone());
                 Region::All(edges.iter().map(half_plane).collect()).at(x, y)
             }
             Composition::Adapted | Composition::Conjunction => self.equivalence(edges, 1, x, y),
@@ -303,7 +291,7 @@ impl Polygon {
                     coordinate(bottom, top, k % POINTS_PER_AXIS),
                 ]
             })
-            .filter(|point| self.contains(*point))
+            .filter(|point| self.contains_within(*point, 0.0))
             .map(|point| {
                 let [x, y] = Series::plain(point);
                 of(&x, &y)
@@ -383,7 +371,7 @@ mod tests {
                 bottom + (top - bottom) * (f64::from(k / 30) + 0.41) / 30.0,
             ];
             let within = inside(corners, point);
-            assert_eq!(polygon.contains(point), within, "{point:?}");
+            assert_eq!(polygon.contains_within(point, 0.0), within, "{point:?}");
             if within {
                 let value = feature(&polygon, point);
                 assert!(0.0 < value && value < 1.1, "{point:?} {value}");
@@ -422,7 +410,7 @@ mod tests {
             vec![[0.0, 0.0], [1.0, f64::NAN], [0.0, 1.0]],
             vec![[0.0, 0.0], [1.0, 1.0], [2.0, 2.0]],
         ] {
-            assert!(matches!(Polygon::new(&corners), Err(GpError::Polygon { .. })), "{corners:?}");
+            assert!(Polygon::new(&corners).is_err(), "{corners:?}");
         }
     }
 }

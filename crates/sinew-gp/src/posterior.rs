@@ -10,26 +10,31 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::coefficients::PointCoefficients;
 use crate::compile::check_roughness;
-use crate::data::{Role, check_places};
-use crate::error::GpError;
+use crate::data::{Role, check_finite, check_places};
+use crate::error::{GpError, check_lengths};
 use crate::factor::Factor;
 use crate::functional::Functional;
 use crate::gram::{Block, PairPlan, Scratch, Side};
-use crate::model::{Compiled, Model, monomial_value};
+use crate::model::{Model, spread};
 use crate::operator::Operator;
-use crate::problem::check_orders;
 use crate::state::{Factored, State, combine};
 
 /// The Gaussian process conditioned on the data, at fixed parameters.
 #[derive(Debug)]
 pub struct Posterior<const D: usize> {
-    model: Arc<Model<D>>,
-    parameters: Vec<f64>,
+    pub(crate) model: Arc<Model<D>>,
+    pub(crate) parameters: Vec<f64>,
     /// w of the posterior mean m + K_* w: of a Gaussian model K⁻¹ (y − m).
-    weights: Vec<f64>,
-    whitening: Whitening,
-    jitter: f64,
+    pub(crate) weights: Vec<f64>,
+    pub(crate) whitening: Whitening,
+    pub(crate) jitter: f64,
 }
+
+/// Share of what measured values differ from the prior mean by below which a posterior that explains no more of it
+/// has collapsed.
+const COLLAPSE: f64 = 0.1;
+/// Distance from the prior mean, in units of the values' spread, below which there is nothing to explain.
+const NEAR: f64 = 0.1;
 
 /// T of the posterior covariance K_** − (T K_*)ᵀ T K_*.
 #[derive(Debug)]
@@ -62,13 +67,6 @@ pub struct Prediction {
     pub deviation: Vec<f64>,
 }
 
-impl From<(f64, f64)> for Prediction {
-    /// Of one value.
-    fn from((mean, deviation): (f64, f64)) -> Self {
-        Self { mean: vec![mean], deviation: vec![deviation] }
-    }
-}
-
 /// An operator compiled at test points.
 struct Query<const D: usize> {
     points: PointCoefficients<D>,
@@ -79,7 +77,7 @@ struct Query<const D: usize> {
 
 impl<const D: usize> Query<D> {
     fn side(&self, part: usize) -> Side<'_, D> {
-        Side { points: &self.points, coefficients: &self.coefficients[part] }
+        Side { axes: &self.points.parts[part].axes, coefficients: &self.coefficients[part] }
     }
 }
 
@@ -92,17 +90,8 @@ impl<const D: usize> Posterior<D> {
         let Factored { factor, whitened: mut weights, jitter } =
             State::new(&model, parameters)?.factored()?;
         factor.backward(&mut weights);
-        Ok(Self::from_parts(model, parameters, weights, Whitening::Inverse(factor), jitter))
-    }
-
-    pub(crate) fn from_parts(
-        model: Arc<Model<D>>,
-        parameters: &[f64],
-        weights: Vec<f64>,
-        whitening: Whitening,
-        jitter: f64,
-    ) -> Self {
-        Self { model, parameters: parameters.to_vec(), weights, whitening, jitter }
+        let (parameters, whitening) = (parameters.to_vec(), Whitening::Inverse(factor));
+        Ok(Self { model, parameters, weights, whitening, jitter })
     }
 
     /// Relative jitter that the factorisation needed.
@@ -178,13 +167,8 @@ impl<const D: usize> Posterior<D> {
     /// finite.
     pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64), GpError> {
         let weights = &functional.weights;
-        let (points, values) = (functional.points.len(), weights.len());
-        if points != values {
-            return Err(GpError::Lengths { points, values });
-        }
-        if let Some((index, value)) = weights.iter().enumerate().find(|(_, w)| !w.is_finite()) {
-            return Err(GpError::NotFinitePrediction { what: "weight", index, value: *value });
-        }
+        check_lengths(functional.points.len(), weights.len())?;
+        check_finite("weight", weights.iter().enumerate())?;
         let (mean, covariance) = self.joint(&functional.operator, &functional.points)?;
         let value = mean.iter().zip(weights).map(|(m, w)| m * w).sum();
         let variance: f64 = (0..weights.len())
@@ -223,24 +207,25 @@ impl<const D: usize> Posterior<D> {
         Ok((0..count).map(draw).collect())
     }
 
-    /// Share of what measured values differ from the prior mean by that the posterior mean
-    /// explains; none if they do not differ, or are known exactly.
-    pub fn explained(&self) -> Option<f64> {
+    /// Whether measured values that differ from the prior mean are taken for noise.
+    pub(crate) fn is_collapsed(&self) -> bool {
         // y − K̂: the posterior mean at an observation is y − σ² α.
-        let state = State::new(&self.model, &self.parameters).ok()?;
+        let Ok(state) = State::new(&self.model, &self.parameters) else { return false };
         let residual = state.residual();
-        let (mut total, mut left) = (0.0, 0.0);
-        let observed = |group: &&Compiled<D>| group.role == Role::Observed;
-        for (number, group) in self.model.groups.iter().enumerate().filter(|(_, g)| observed(g)) {
-            let sigma = state.noise(number);
-            for row in group.rows().filter(|_| sigma > 0.0) {
-                // In units of the noise, so that groups of different units count alike.
-                let scale = sigma;
-                total += (residual[row] / scale).powi(2);
-                left += (scale * self.weights[row]).powi(2);
+        let (mut before, mut after, mut variation) = (0.0, 0.0, 0.0);
+        for (group, sigma) in self.model.groups.iter().zip(&state.noise) {
+            if group.role != Role::Observed || *sigma == 0.0 {
+                continue;
             }
+            // In units of the noise, so that groups of different units count alike.
+            for row in group.rows() {
+                before += (residual[row] / sigma).powi(2);
+                after += (sigma * self.weights[row]).powi(2);
+            }
+            let spread = spread(&group.values).unwrap_or_default() / sigma;
+            variation += spread * spread * group.values.len() as f64;
         }
-        (total > 0.0).then(|| 1.0 - left / total)
+        after > (1.0 - COLLAPSE) * before && after > NEAR * NEAR * variation
     }
 
     fn query(
@@ -249,29 +234,22 @@ impl<const D: usize> Posterior<D> {
         operator: &Operator<D>,
         points: &[[f64; D]],
     ) -> Result<Query<D>, GpError> {
-        check_orders(&self.model.prior.domain, operator)?;
         check_roughness(&self.model.prior, operator)?;
         check_places(points)?;
         let mut theta = self.model.theta.clone();
-        let built = PointCoefficients::new(&self.model.prior, operator, points, &mut theta)?
-            .map_err(|(what, index)| {
-                let point = points[index].to_vec();
-                GpError::SingularPrediction { what, index, point }
-            })?;
+        let places = (points, "the prediction");
+        let built = PointCoefficients::new(&self.model.prior, operator, places, &mut theta)?;
         if let Some(unknown) = theta.get(self.model.theta.len()) {
             self.model.position(unknown.name())?;
         }
-        let monomials: Vec<f64> =
-            built.monomials.iter().map(|m| monomial_value(m, state.theta())).collect();
+        let monomials = built.factors(&state.theta);
         let mut mean = vec![0.0; points.len()];
-        for (monomial, values) in monomials.iter().zip(&built.mean) {
-            mean.iter_mut().zip(values).for_each(|(m, v)| *m += monomial * v);
-        }
+        built.add_mean(&monomials, 1.0, &mut mean);
         let coefficients = built
             .parts
             .iter()
             .enumerate()
-            .map(|(part, p)| combine(state.kernel(part).0, &monomials, &p.arrays))
+            .map(|(part, p)| combine(state.kernels[part].0, &monomials, &p.arrays))
             .collect();
         Ok(Query { points: built, coefficients, mean })
     }
@@ -301,7 +279,7 @@ impl<const D: usize> Posterior<D> {
                 for (part, leg, plan) in &plans {
                     let block = Block {
                         kernel: &*self.model.prior.parts[*part].kernel,
-                        hyperparameters: state.kernel(*part).1,
+                        hyperparameters: &state.kernels[*part].1,
                         plan,
                         first: query.side(*part),
                         second: state.side(*part, number, *leg),
@@ -342,7 +320,7 @@ impl<const D: usize> Posterior<D> {
             let plan = PairPlan::new(&*description.kernel, orders, orders);
             let block = Block {
                 kernel: &*description.kernel,
-                hyperparameters: state.kernel(part).1,
+                hyperparameters: &state.kernels[part].1,
                 plan: &plan,
                 first: query.side(part),
                 second: query.side(part),

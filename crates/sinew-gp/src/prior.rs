@@ -3,7 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::constraint::{EdgeLift, Feature, constraints, unconstrained};
+use crate::constraint::{Constraints, EdgeLift, Feature, constraints, unconstrained};
 use crate::data::{Group, Noise, Role};
 use crate::domain::{Domain, Side};
 use crate::error::GpError;
@@ -16,17 +16,25 @@ use crate::structure::{AxisStructure, Functional};
 /// One summand σ² φ(x) φ(x′) k(x, x′) of a prior's covariance.
 #[derive(Debug)]
 pub(crate) struct Part<const D: usize> {
-    pub factor: Field<D>,
-    pub axes: Vec<usize>,
-    /// Direction in the plane of the first two axes that alone it depends on there, if so.
-    pub direction: Option<[f64; 2]>,
+    pub feature: Feature<D>,
     pub kernel: Box<dyn Kernel<D>>,
 }
 
 impl<const D: usize> Part<D> {
-    fn new(feature: Feature<D>, kernel: &dyn Kernel<D>) -> Self {
-        let kernel = feature.kernel(kernel);
-        Self { factor: feature.factor, axes: feature.axes, direction: feature.direction, kernel }
+    /// A point as the kernel takes it: along a direction, the position is its first coordinate.
+    pub fn seen(&self, mut point: [f64; D]) -> [f64; D] {
+        if let Some([tx, ty]) = self.feature.direction {
+            (point[0], point[1]) = (tx * point[0] + ty * point[1], 0.0);
+        }
+        point
+    }
+
+    /// A derivative of the latent function in these coordinates, and what it is multiplied by.
+    pub fn turned(&self, mut orders: [usize; D]) -> ([usize; D], f64) {
+        let Some([tx, ty]) = self.feature.direction else { return (orders, 1.0) };
+        let factor = tx.powi(orders[0] as i32) * ty.powi(orders[1] as i32);
+        (orders[0], orders[1]) = (orders[0] + orders[1], 0);
+        (orders, factor)
     }
 }
 
@@ -48,15 +56,7 @@ impl<const D: usize> Prior<D> {
     /// # Errors
     /// If conditions conflict at a corner, or the kernel is too rough for the equation.
     pub fn constrained(problem: &Problem<D>, kernel: &dyn Kernel<D>) -> Result<Self, GpError> {
-        let built = constraints(problem)?;
-        check_smoothness(kernel, problem.equation())?;
-        Ok(Self {
-            domain: problem.domain().clone(),
-            equation: problem.equation().clone(),
-            mean: built.mean,
-            parts: built.features.into_iter().map(|feature| Part::new(feature, kernel)).collect(),
-            boundary: Vec::new(),
-        })
+        Self::of(problem, constraints(problem)?, kernel)
     }
 
     /// A prior that ignores the conditions (UCGP).
@@ -64,15 +64,19 @@ impl<const D: usize> Prior<D> {
     /// # Errors
     /// If the kernel is too rough for the equation.
     pub fn unconstrained(problem: &Problem<D>, kernel: &dyn Kernel<D>) -> Result<Self, GpError> {
+        Self::of(problem, unconstrained(), kernel)
+    }
+
+    fn of(
+        problem: &Problem<D>,
+        Constraints { mean, features }: Constraints<D>,
+        kernel: &dyn Kernel<D>,
+    ) -> Result<Self, GpError> {
         check_smoothness(kernel, problem.equation())?;
-        let free = unconstrained();
-        Ok(Self {
-            domain: problem.domain().clone(),
-            equation: problem.equation().clone(),
-            mean: free.mean,
-            parts: free.features.into_iter().map(|feature| Part::new(feature, kernel)).collect(),
-            boundary: Vec::new(),
-        })
+        let (domain, equation) = (problem.domain().clone(), problem.equation().clone());
+        let part = |feature: Feature<D>| Part { kernel: feature.kernel(kernel), feature };
+        let parts = features.into_iter().map(part).collect();
+        Ok(Self { domain, equation, mean, parts, boundary: Vec::new() })
     }
 
     /// The unconstrained prior with about `points` pseudo-observations of the conditions, spread
@@ -93,15 +97,18 @@ impl<const D: usize> Prior<D> {
     }
 }
 
-fn check_smoothness<const D: usize>(
+/// Refuses kernels whose functions lack the derivatives that an operator takes.
+pub(crate) fn check_smoothness<const D: usize>(
     kernel: &dyn Kernel<D>,
     operator: &Operator<D>,
 ) -> Result<(), GpError> {
-    match kernel.smoothness() {
-        Some(has) if has < operator.order() => {
-            Err(GpError::TooRough { kernel: kernel.name(), has, needs: operator.order() })
-        }
-        _ => Ok(()),
+    let needs = operator.order();
+    match kernel.smoothness().filter(|has| *has < needs) {
+        Some(has) => Err(GpError::Kernel(format!(
+            "the {} kernel has {has} derivatives, the operator takes {needs}; use a smoother kernel",
+            kernel.name()
+        ))),
+        None => Ok(()),
     }
 }
 
@@ -163,7 +170,7 @@ fn pseudo_observations<const D: usize>(
             (0.0, _) => slope,
             (value, _) => value * Derivative::identity() + slope,
         };
-        groups.push(pseudo(operator, places, lift.data()));
+        groups.push(pseudo(operator, places, &lift.data));
     }
     if let Some((polygon, data)) = domain.cross_section().zip(problem.boundary.as_ref()) {
         let mut places = domain.sample(share(all - 1, all), random.random())?;

@@ -1,7 +1,7 @@
 //! A differential equation with its boundary conditions.
 
 use crate::condition::{Condition, Periodicity};
-use crate::domain::{Domain, Side};
+use crate::domain::{Domain, Side, no_polygon};
 use crate::error::GpError;
 use crate::field::Field;
 use crate::operator::{MOST_DERIVATIVES, Operator};
@@ -51,9 +51,9 @@ impl<const D: usize> Problem<D> {
         let face = self.domain.face(axis, side);
         let place = &mut self.faces[axis][side.index()];
         if place.is_some() || self.periodic[axis].is_some() {
-            return Err(GpError::OverDetermined { face });
+            return Err(over_determined(&face));
         }
-        check_robin(&condition, face)?;
+        check_robin(&condition, &face)?;
         *place = Some(condition);
         Ok(self)
     }
@@ -65,7 +65,7 @@ impl<const D: usize> Problem<D> {
     pub fn periodic(mut self, axis: &str, periodicity: Periodicity) -> Result<Self, GpError> {
         let axis = self.free_axis(axis)?;
         if self.faces[axis].iter().any(Option::is_some) || self.periodic[axis].is_some() {
-            return Err(GpError::OverDetermined { face: self.domain.face(axis, Side::Lower) });
+            return Err(over_determined(&self.domain.face(axis, Side::Lower)));
         }
         self.periodic[axis] = Some(periodicity);
         Ok(self)
@@ -78,10 +78,10 @@ impl<const D: usize> Problem<D> {
     /// If the domain has no polygon, or its boundary has values already.
     pub fn boundary(mut self, value: Field<D>) -> Result<Self, GpError> {
         if self.domain.cross_section().is_none() {
-            return Err(GpError::NoPolygon);
+            return Err(no_polygon());
         }
         if self.boundary.is_some() || !self.edges.is_empty() {
-            return Err(GpError::OverDetermined { face: "the polygon".into() });
+            return Err(over_determined("the polygon"));
         }
         self.boundary = Some(value);
         Ok(self)
@@ -98,16 +98,18 @@ impl<const D: usize> Problem<D> {
     /// If the domain has no polygon or no such edge, the edge has a condition already, or a Robin
     /// condition has no slope or factors that are not finite.
     pub fn edge(mut self, edge: usize, condition: Condition<D>) -> Result<Self, GpError> {
-        let edges = self.domain.cross_section().ok_or(GpError::NoPolygon)?.corners().len();
+        let edges = self.domain.cross_section().ok_or_else(no_polygon)?.corners().len();
         if edge >= edges {
-            return Err(GpError::UnknownEdge { edge, edges });
+            return Err(GpError::Problem(format!(
+                "there is no edge {edge}; the polygon has {edges}, numbered from 0"
+            )));
         }
         let face = format!("edge {edge} of the polygon");
         self.edges.resize(edges, None);
         if self.boundary.is_some() || self.edges[edge].is_some() {
-            return Err(GpError::OverDetermined { face });
+            return Err(over_determined(&face));
         }
-        check_robin(&condition, face)?;
+        check_robin(&condition, &face)?;
         self.edges[edge] = Some(condition);
         Ok(self)
     }
@@ -131,18 +133,29 @@ impl<const D: usize> Problem<D> {
     fn free_axis(&self, name: &str) -> Result<usize, GpError> {
         let axis = self.domain.axis(name)?;
         if self.domain.cross_section().is_some() && axis < 2 {
-            return Err(GpError::PolygonFace { face: name.into() });
+            return Err(GpError::Problem(format!(
+                "{name} is part of the polygon; use `Problem::boundary` for all of its edges, `Problem::edge` for one"
+            )));
         }
         Ok(axis)
     }
 }
 
-fn check_robin<const D: usize>(condition: &Condition<D>, face: String) -> Result<(), GpError> {
+/// A second condition where there is one already.
+fn over_determined(face: &str) -> GpError {
+    GpError::Problem(format!(
+        "{face} has a condition already; give value and slope together as a Cauchy condition"
+    ))
+}
+
+fn check_robin<const D: usize>(condition: &Condition<D>, face: &str) -> Result<(), GpError> {
     match *condition {
         Condition::Robin { value_factor, slope_factor, .. }
             if slope_factor == 0.0 || !slope_factor.is_finite() || !value_factor.is_finite() =>
         {
-            Err(GpError::DegenerateRobin { face, value_factor, slope_factor })
+            Err(GpError::Problem(format!(
+                "the Robin condition on {face} has value factor {value_factor} and slope factor {slope_factor}; both must be finite, and the slope's not 0 (use Dirichlet)"
+            )))
         }
         _ => Ok(()),
     }
@@ -155,7 +168,9 @@ pub(crate) fn check_orders<const D: usize>(
 ) -> Result<(), GpError> {
     for (order, axis) in operator.orders().into_iter().zip(domain.names()) {
         if order > MOST_DERIVATIVES {
-            return Err(GpError::Order { axis: axis.clone(), order, most: MOST_DERIVATIVES });
+            return Err(GpError::Problem(format!(
+                "derivative of order {order} along {axis}; at most {MOST_DERIVATIVES} is supported"
+            )));
         }
     }
     Ok(())

@@ -1,45 +1,42 @@
 //! Nodes and weights of Gaussian quadrature.
 
-use std::f64::consts::PI;
-
 use faer::linalg::solvers::SelfAdjointEigen;
 use faer::{Mat, Side};
 
-/// Nodes and weights of Gauss and Legendre for ∫ over [0, 1], by Newton's method on the polynomial.
-pub(crate) fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
-    (0..count)
-        .map(|k| {
-            let mut x = (PI * (k as f64 + 0.75) / (count as f64 + 0.5)).cos();
-            let mut slope = 1.0;
-            // Quadratic convergence from this start: six steps reach rounding for any count in use.
-            for _ in 0..6 {
-                let (mut before, mut at) = (1.0, x);
-                for n in 2..=count {
-                    let n = n as f64;
-                    (before, at) = (at, ((2.0 * n - 1.0) * x * at - (n - 1.0) * before) / n);
-                }
-                if count == 1 {
-                    before = 1.0;
-                }
-                slope = count as f64 * (x * at - before) / (x * x - 1.0);
-                x -= at / slope;
-            }
-            (0.5 * (1.0 - x), 1.0 / ((1.0 - x * x) * slope * slope))
-        })
-        .collect()
+/// Nodes with the products of their weights, of one rule for each axis.
+pub(crate) fn tensor_product<const D: usize>(rules: &[Vec<(f64, f64)>; D]) -> Vec<([f64; D], f64)> {
+    let mut product = vec![([0.0; D], 1.0)];
+    for (d, rule) in rules.iter().enumerate() {
+        let extended = product.iter().flat_map(|(node, weight)| {
+            rule.iter().map(move |(x, w)| {
+                let mut node = *node;
+                node[d] = *x;
+                (node, weight * w)
+            })
+        });
+        product = extended.collect();
+    }
+    product
 }
 
-/// Nodes and weights of Gauss and Hermite for means over a standard normal variable: the spectrum
-/// of the Jacobi matrix of its polynomials (Golub & Welsch 1969).
+/// Nodes and weights of Gauss and Legendre for ∫ over [0, 1].
+pub(crate) fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
+    let rule = gauss(count, |n| n / (4.0 * n * n - 1.0).sqrt());
+    rule.into_iter().map(|(x, weight)| (0.5 * (1.0 + x), weight)).collect()
+}
+
+/// Nodes and weights of Gauss and Hermite for means over a standard normal variable.
 pub(crate) fn gauss_hermite(count: usize) -> Vec<(f64, f64)> {
-    let jacobi =
-        Mat::from_fn(
-            count,
-            count,
-            |i, j| {
-                if i.abs_diff(j) == 1 { (i.max(j) as f64).sqrt() } else { 0.0 }
-            },
-        );
+    gauss(count, f64::sqrt)
+}
+
+/// The spectrum of the Jacobi matrix of orthogonal polynomials (Golub & Welsch 1969), with the
+/// n-th number beside its diagonal of zeros from `beside`.
+fn gauss(count: usize, beside: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
+    let jacobi = Mat::from_fn(count, count, |i, j| match i.abs_diff(j) {
+        1 => beside(i.max(j) as f64),
+        _ => 0.0,
+    });
     let eigen = SelfAdjointEigen::new(jacobi.as_ref(), Side::Lower)
         .expect("the spectrum of a small tridiagonal matrix is always found");
     let nodes = eigen.S().column_vector();

@@ -10,7 +10,7 @@ use crate::error::GpError;
 use crate::evidence::Evidence;
 use crate::factor::Factor;
 use crate::gram::{Block, Scratch, Side};
-use crate::model::{Model, Variance, monomial_value};
+use crate::model::{Model, Variance};
 
 /// Jitter relative to each prior variance: first tried, and largest.
 const FIRST_JITTER: f64 = 1e-10;
@@ -33,15 +33,16 @@ pub(crate) struct Factored {
 pub(crate) struct State<'a, const D: usize> {
     pub model: &'a Model<D>,
     evidence: Evidence,
-    /// Parameters of each part's kernel, and amplitudes.
+    /// Amplitude of each part, and parameters of its kernel.
     pub kernels: Vec<(f64, Vec<f64>)>,
-    theta: Vec<f64>,
+    /// The operators' parameters.
+    pub theta: Vec<f64>,
     /// For each part and leg, a_β.
     pub coefficients: Vec<Vec<Vec<f64>>>,
     /// For each group, values of the monomials.
     monomials: Vec<Vec<f64>>,
     /// For each group, the standard deviation of its noise.
-    noise: Vec<f64>,
+    pub noise: Vec<f64>,
 }
 
 /// a_β = amplitude · Σ_t μ_t A_{t,β}.
@@ -65,10 +66,7 @@ impl<'a, const D: usize> State<'a, D> {
         scaled: &[f64],
         evidence: Evidence,
     ) -> Result<Self, GpError> {
-        let (found, expected) = (scaled.len(), model.parameters.len());
-        if found != expected {
-            return Err(GpError::ParameterCount { found, expected });
-        }
+        model.check_count(scaled)?;
         let theta = model.theta_values(scaled);
         let kernels: Vec<(f64, Vec<f64>)> = model
             .part_offsets
@@ -80,11 +78,8 @@ impl<'a, const D: usize> State<'a, D> {
                 (scaled[*offset].exp(), hyperparameters.iter().map(|h| h.exp()).collect())
             })
             .collect();
-        let monomials: Vec<Vec<f64>> = model
-            .groups
-            .iter()
-            .map(|g| g.legs[0].monomials.iter().map(|m| monomial_value(m, &theta)).collect())
-            .collect();
+        let monomials: Vec<Vec<f64>> =
+            model.groups.iter().map(|group| group.legs[0].factors(&theta)).collect();
         let coefficients = kernels
             .iter()
             .enumerate()
@@ -109,23 +104,10 @@ impl<'a, const D: usize> State<'a, D> {
         Ok(Self { model, evidence, kernels, theta, coefficients, monomials, noise })
     }
 
-    pub fn noise(&self, group: usize) -> f64 {
-        self.noise[group]
-    }
-
-    pub fn theta(&self) -> &[f64] {
-        &self.theta
-    }
-
-    pub fn kernel(&self, part: usize) -> (f64, &[f64]) {
-        let (amplitude, hyperparameters) = &self.kernels[part];
-        (*amplitude, hyperparameters)
-    }
-
     pub fn side(&self, part: usize, group: usize, leg: usize) -> Side<'_, D> {
         let group = &self.model.groups[group];
         Side {
-            points: &group.legs[leg],
+            axes: &group.legs[leg].parts[part].axes,
             coefficients: &self.coefficients[part][group.first_leg + leg],
         }
     }
@@ -160,10 +142,7 @@ impl<'a, const D: usize> State<'a, D> {
             let start = residual.len();
             residual.extend_from_slice(&group.values);
             for leg in &group.legs {
-                for (monomial, mean) in monomials.iter().zip(&leg.mean) {
-                    let rows = residual[start..].iter_mut().zip(mean);
-                    rows.for_each(|(r, m)| *r -= monomial * m);
-                }
+                leg.add_mean(monomials, -1.0, &mut residual[start..]);
             }
         }
         residual

@@ -38,11 +38,11 @@ impl Shape {
     /// Scaled to largest magnitude one on the axis, by sampling.
     fn normalised(self) -> Self {
         const SAMPLES: usize = 100;
-        let [mut most] = [0.0_f64];
-        for k in 0..=SAMPLES {
+        let values = (0..=SAMPLES).map(|k| {
             let [x] = Series::plain([self.lower + self.length * k as f64 / SAMPLES as f64]);
-            most = most.max(self.at(&x).value().abs());
-        }
+            self.at(&x).value().abs()
+        });
+        let most = values.fold(0.0, f64::max);
         self.scaled(1.0 / most)
     }
 }
@@ -227,16 +227,13 @@ impl<const D: usize> AxisStructure<D> {
         };
         match condition {
             Condition::Dirichlet(value) => lift(1.0, 0.0, value, basis.value(side)),
-            Condition::Neumann(slope) => {
-                lift(0.0, 1.0, slope, basis.slope(side));
-                self.traces.push(basis.value(side));
-            }
             Condition::Cauchy { value, slope } => {
                 lift(1.0, 0.0, value, basis.value(side));
                 lift(0.0, 1.0, slope, basis.slope(side));
             }
-            Condition::Robin { value_factor: a, slope_factor: b, data } => {
-                lift(*a, *b, data, basis.slope(side).scaled(1.0 / b));
+            other => {
+                let Some((a, b, data)) = other.spring() else { return };
+                lift(a, b, data, basis.slope(side).scaled(1.0 / b));
                 let free = basis.value(side).plus(&basis.slope(side), -a / b);
                 self.traces.push(free.normalised());
             }

@@ -87,7 +87,14 @@ fn by_series<const D: usize>(
     for (feature, values) in must(constraints(problem)).features.iter().zip(parameters) {
         let (amplitude, rest) = values.split_first().unwrap();
         let numbers: Vec<Series> = rest.iter().map(|v| x[0].constant(*v)).collect();
-        let latent = feature.kernel(kernel).formula(&numbers, &x, &y);
+        let seen = |x: &[Series; D]| match feature.direction {
+            Some([tx, ty]) => {
+                let along = &x[0] * tx + &x[1] * ty;
+                std::array::from_fn(|d| if d == 0 { along.clone() } else { x[d].clone() })
+            }
+            None => x.clone(),
+        };
+        let latent = feature.kernel(kernel).formula(&numbers, &seen(&x), &seen(&y));
         let factors = feature.factor.at(x.clone()) * feature.factor.at(y.clone());
         sum = sum + factors * latent * (amplitude * amplitude);
     }

@@ -15,6 +15,12 @@ fn must<T, E: std::fmt::Display>(result: Result<T, E>) -> T {
     result.unwrap_or_else(|error| panic!("{error}"))
 }
 
+/// That an error says what is expected of it.
+#[track_caller]
+fn says(error: &GpError, text: &str) {
+    assert!(error.to_string().contains(text), "{error}");
+}
+
 /// A string on a bed: −u″ + `bed` u = f on [0, 1], held at both ends.
 fn string(bed: f64) -> Problem<1> {
     let domain = must(Domain::interval("x", [0.0, 1.0]));
@@ -251,17 +257,18 @@ fn what_has_no_bound_is_an_error() {
     let cubic = SemiLinear::new(string(0.0), [Derivative::identity()], |[u]| u.powi(3));
     let start = solved(&cubic, &with(Noise::Exact));
     let exact = cubic.variational(&start, &kernel, &with(Noise::Exact), &options).unwrap_err();
-    assert_eq!(exact, GpError::ExactEquation);
+    says(&exact, "the equation holds exactly");
     // Nothing to collocate.
     let bare = Data::new().values(&at, &[0.1; 3], Noise::Learned);
     let none = cubic.variational(&start, &kernel, &bare, &options).unwrap_err();
-    assert_eq!(none, GpError::NoData);
+    says(&none, "no observations");
     // A term without a value at some of what u may be: the point is named.
     let root = SemiLinear::new(string(0.0), [Derivative::identity()], |[u]| (u + 0.5).ln());
     let wide = with(Noise::Known(20.0));
     let start = solved(&root, &wide);
     let nowhere = root.variational(&start, &kernel, &wide, &options).unwrap_err();
-    assert!(matches!(nowhere, GpError::Term { index: 0..3, .. }), "{nowhere}");
+    assert!(matches!(nowhere, GpError::Singular(_)), "{nowhere}");
+    says(&nowhere, "its arguments at point ");
     // Duplicate points, one point, exact values, values at the boundary: all have one.
     let repeated = Data::new()
         .equation(&[[0.5], [0.5], [1.0]], &[2.0, 2.0, 0.0], Noise::Known(0.1))
@@ -284,7 +291,7 @@ fn terms_without_a_value_are_named_by_point_and_arguments() {
     for term in [|[u]: [Series; 1]| u.ln(), |[u]: [Series; 1]| u.sqrt()] {
         let equation = SemiLinear::new(string(0.0), identity, term);
         let named = equation.solve(&kernel, &data, &options, 5).unwrap_err();
-        assert_eq!(named, GpError::Term { index: 0, arguments: vec![0.0] });
+        says(&named, "near (0), its arguments at point 0");
     }
     let cubic = SemiLinear::new(string(0.0), identity, |[u]| u.powi(3));
     let solution = must(cubic.solve(&kernel, &data, &options, 9));
@@ -292,11 +299,11 @@ fn terms_without_a_value_are_named_by_point_and_arguments() {
     let logarithm = SemiLinear::new(string(0.0), identity, |[u]| u.ln());
     let ends = [[0.5], [0.0]];
     let named = logarithm.left_hand_side(&solution, &ends).unwrap_err();
-    assert_eq!(named, GpError::Term { index: 1, arguments: vec![0.0] });
+    says(&named, "near (0), its arguments at point 1");
     // Unusable data come before anything that they are put into.
     let nowhere = Data::new().equation(&[[f64::NAN]], &[1.0], Noise::Exact);
     let named = logarithm.solve(&kernel, &nowhere, &options, 5).unwrap_err();
-    assert!(matches!(named, GpError::NotFinite { what: "point", .. }), "{named}");
+    says(&named, "point number 0 of observation group 0 is NaN");
     // −u″ − 6 eᵘ = 2 has no solution, and steps lead nowhere.
     let bratu = SemiLinear::new(string(0.0), identity, |[u]| u.exp() * -6.0);
     let at: Vec<[f64; 1]> = (1..8).map(|k| [f64::from(k) / 8.0]).collect();

@@ -2,8 +2,9 @@
 //!
 //! A strain-energy law is written once, over the trait [`Scalar`]. Evaluated over `f64` it
 //! gives the energy, over a [`Jet`] also stress and tangent, over a [`Series`] derivatives of any
-//! order, over a tensor type of another crate the energy of many elements at once. Beside them, with the feature
-//! `threads`, a way to keep the threads of short parallel parts awake.
+//! order, over a tensor type of another crate the energy of many elements at once. Beside them, loops for the vector
+//! instructions at hand ([`vectorised!`]) and, with the feature `threads`, a way to keep the threads of short parallel
+//! parts awake.
 //!
 //! ```
 //! use sinew_num::{Jet, Scalar};
@@ -25,6 +26,7 @@ mod mat3;
 mod ready;
 mod scalar;
 mod series;
+mod simd;
 mod single;
 mod slope;
 
@@ -33,6 +35,7 @@ pub use mat3::Mat3;
 #[cfg(feature = "threads")]
 pub use ready::on_ready_threads;
 pub use scalar::Scalar;
-pub use series::{MOST_VARIABLES, Recording, Series, Step};
+pub use series::{MOST_VARIABLES, Series};
+pub use simd::{Instructions, instructions};
 pub use single::Single;
 pub use slope::Slope;

@@ -1,16 +1,12 @@
 //! Taylor polynomials of several variables, of any order.
 
 mod operators;
-mod recording;
 
 use crate::Scalar;
 use std::borrow::Cow;
 
-use recording::Place;
-pub use recording::{Recording, Step};
-
 /// Most variables that a [`Series`] may have.
-pub const MOST_VARIABLES: usize = 10;
+pub const MOST_VARIABLES: usize = 11;
 
 /// A Taylor polynomial in several variables, cut off at a degree of its own in each of them.
 ///
@@ -26,21 +22,11 @@ pub const MOST_VARIABLES: usize = 10;
 /// let product = x.sin() * y.exp();
 /// assert!((product.derivative(&[2, 1]) + 0.3_f64.sin() * 0.1_f64.exp()).abs() < 1e-15);
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Series {
     degrees: Degrees,
     /// Coefficient of x₀^i x₁^j … at the mixed-radix position (i, j, …), the last variable fastest.
     coefficients: Vec<f64>,
-    /// In a [`Recording`] under way.
-    place: Place,
-}
-
-impl PartialEq for Series {
-    fn eq(&self, other: &Self) -> bool {
-        self.observed();
-        other.observed();
-        self.degrees == other.degrees && self.coefficients == other.coefficients
-    }
 }
 
 /// Highest power kept of each variable.
@@ -112,7 +98,7 @@ fn multiply_into(out: &mut [f64], left: &[f64], right: &[f64], degrees: &[u8]) {
 
 impl Series {
     fn new(degrees: Degrees, coefficients: Vec<f64>) -> Self {
-        Self { degrees, coefficients, place: Place::default() }
+        Self { degrees, coefficients }
     }
 
     /// The numbers `values` that depend on no variable.
@@ -151,7 +137,6 @@ impl Series {
 
     /// Value at the point of expansion.
     pub fn value(&self) -> f64 {
-        self.observed();
         self.coefficients[0]
     }
 
@@ -160,14 +145,12 @@ impl Series {
     /// # Panics
     /// If an order exceeds the degree kept, or their number is not that of the variables.
     pub fn derivative(&self, orders: &[usize]) -> f64 {
-        self.observed();
         let factorials: f64 = orders.iter().map(|n| factorial(*n)).product();
         self.coefficients[self.degrees.position(orders)] * factorials
     }
 
     /// The same polynomial with one more, last variable on which it does not depend.
     pub fn lifted(&self, degree: usize) -> Self {
-        self.observed();
         let mut degrees: Vec<usize> =
             self.degrees.as_slice().iter().map(|d| usize::from(*d)).collect();
         degrees.push(degree);
@@ -181,7 +164,6 @@ impl Series {
 
     /// This series with the constant `value` in its place plus its own last variable.
     pub fn shifted_last_variable(&self, value: f64) -> Self {
-        self.observed();
         let degrees: Vec<usize> = self.degrees.as_slice().iter().map(|d| usize::from(*d)).collect();
         Self::variable(value, degrees.len() - 1, &degrees)
     }
@@ -192,7 +174,6 @@ impl Series {
     /// # Panics
     /// If there is no variable, or the order exceeds the degree kept.
     pub fn last_derivative(&self, order: usize) -> Self {
-        self.observed();
         let count = self.degrees.count.checked_sub(1).expect("a series with a last variable");
         let stride = usize::from(self.degrees.degrees[count]) + 1;
         assert!(order < stride, "order {order} above the degree {}", stride - 1);
@@ -252,13 +233,13 @@ impl Series {
     pub fn exp(&self) -> Self {
         let e = self.coefficients[0].exp();
         let taylor: Vec<f64> = (0..=self.total_degree()).map(|k| e / factorial(k)).collect();
-        self.compose(&taylor).noted([self], |[of]| Step::Exp(of))
+        self.compose(&taylor)
     }
 
     /// Natural logarithm; −∞ at zero and below.
     pub fn ln(&self) -> Self {
         let x = self.coefficients[0];
-        self.logarithm(Scalar::ln(x), x).noted([self], |[of]| Step::Ln(of))
+        self.logarithm(Scalar::ln(x), x)
     }
 
     /// From its value, and the argument that its derivatives are the reciprocals of.
@@ -279,13 +260,13 @@ impl Series {
     /// Sine.
     pub fn sin(&self) -> Self {
         let (sin, cos) = self.coefficients[0].sin_cos();
-        self.circular([sin, cos, -sin, -cos]).noted([self], |[of]| Step::Sin(of))
+        self.circular([sin, cos, -sin, -cos])
     }
 
     /// Cosine.
     pub fn cos(&self) -> Self {
         let (sin, cos) = self.coefficients[0].sin_cos();
-        self.circular([cos, -sin, -cos, sin]).noted([self], |[of]| Step::Cos(of))
+        self.circular([cos, -sin, -cos, sin])
     }
 
     fn circular(&self, cycle: [f64; 4]) -> Self {
@@ -302,7 +283,7 @@ impl Series {
             let square: f64 = (0..=k).map(|i| taylor[i] * taylor[k - i]).sum();
             taylor.push((f64::from(u8::from(k == 0)) - square) / (k as f64 + 1.0));
         }
-        self.compose(&taylor).noted([self], |[of]| Step::Tanh(of))
+        self.compose(&taylor)
     }
 
     /// Square root; its derivatives at zero are infinite.
@@ -312,7 +293,7 @@ impl Series {
 
     /// A real power of a positive number.
     pub fn powf(&self, power: f64) -> Self {
-        self.compose(&self.power_coefficients(power)).noted([self], |[of]| Step::Power(of, power))
+        self.compose(&self.power_coefficients(power))
     }
 
     /// A whole power, of any number.
@@ -335,7 +316,7 @@ impl Series {
                 power
             })
             .collect();
-        self.compose(&taylor).noted([self], |[of]| Step::Power(of, -1.0))
+        self.compose(&taylor)
     }
 
     /// `op` coefficient by coefficient.

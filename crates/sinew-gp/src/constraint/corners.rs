@@ -55,18 +55,14 @@ fn check_edges<const D: usize>(
             point[axis] = domain.end(axis, lift.functional.side());
             let x = Series::plain(point);
             for own in edges.lifts(edge) {
-                let data = own.data();
+                let data = &own.data;
                 let implied = lift.functional.apply(data, axis, ends(domain, axis), &x).value();
                 let asked = own.apply(&lift.data, &x).value();
                 let size = magnitude(data, domain) + magnitude(&lift.data, domain);
                 if differ(implied, asked, size) {
                     let face = domain.face(axis, lift.functional.side());
                     let corner = format!("{face}, polygon edge at ({}, {})", point[0], point[1]);
-                    return Err(GpError::ConflictingCorner {
-                        corner,
-                        first: implied,
-                        second: asked,
-                    });
+                    return Err(conflict(&corner, implied, asked));
                 }
             }
         }
@@ -102,10 +98,17 @@ fn check_corner<const D: usize>(
                 domain.face(first, a.functional.side()),
                 domain.face(second, b.functional.side())
             );
-            return Err(GpError::ConflictingCorner { corner, first: implied, second: asked });
+            return Err(conflict(&corner, implied, asked));
         }
     }
     Ok(())
+}
+
+/// What the condition of one face implies at a corner, and what that of the other asks for.
+pub(super) fn conflict(corner: &str, implied: f64, asked: f64) -> GpError {
+    GpError::Problem(format!(
+        "conditions conflict at the corner {corner}: {implied} from one face, {asked} from the other"
+    ))
 }
 
 /// Largest value found on a coarse grid: what rounding at a corner is relative to.

@@ -46,7 +46,7 @@ pub(super) struct Plane<const D: usize> {
 pub(crate) struct EdgeLift<const D: usize> {
     pub value: f64,
     pub slope: f64,
-    data: Field<D>,
+    pub data: Field<D>,
     pub edge: Edge,
 }
 
@@ -75,18 +75,11 @@ impl<const D: usize> EdgeLift<D> {
         };
         match condition {
             Condition::Dirichlet(value) => vec![lift(1.0, 0.0, value)],
-            Condition::Neumann(slope) => vec![lift(0.0, 1.0, slope)],
             Condition::Cauchy { value, slope } => {
                 vec![lift(1.0, 0.0, value), lift(0.0, 1.0, slope)]
             }
-            Condition::Robin { value_factor, slope_factor, data } => {
-                vec![lift(*value_factor, *slope_factor, data)]
-            }
+            other => other.spring().map(|(a, b, data)| lift(a, b, data)).into_iter().collect(),
         }
-    }
-
-    pub fn data(&self) -> &Field<D> {
-        &self.data
     }
 
     /// Outward normal.
@@ -145,6 +138,10 @@ impl<const D: usize> Conditioned<D> {
                 .enumerate()
                 .filter_map(|(end, (jet, shape))| jet.as_ref().map(|jet| (end, jet, shape)))
         };
+        if let Some((a, b, c)) = self.condition.spring() {
+            let sum = self.trace(&shapes, jets, x) * (&f * (a / b) + 1.0);
+            return if data { sum - &f * c.at(x.clone()) / b } else { sum };
+        }
         match &self.condition {
             Condition::Dirichlet(value) => {
                 let start = if data { zero() + value.at(x.clone()) } else { zero() };
@@ -156,19 +153,11 @@ impl<const D: usize> Conditioned<D> {
                     sum + &f * at * missing
                 })
             }
-            Condition::Neumann(slope) => {
-                let sum = self.trace(&shapes, jets, x);
-                if data { sum - &f * slope.at(x.clone()) } else { sum }
-            }
-            Condition::Robin { value_factor: a, slope_factor: b, data: c } => {
-                let sum = self.trace(&shapes, jets, x) * (&f * (a / b) + 1.0);
-                if data { sum - &f * c.at(x.clone()) / *b } else { sum }
-            }
             Condition::Cauchy { value, slope } if data => {
                 let missing = slope.at(x.clone()) + along(value, normal, x);
                 value.at(x.clone()) - f * missing
             }
-            Condition::Cauchy { .. } => zero(),
+            _ => zero(),
         }
     }
 
@@ -183,14 +172,10 @@ impl<const D: usize> Conditioned<D> {
 
     /// What a free trace is multiplied by, if the condition leaves one.
     fn free_trace(&self, x: &[Series; D]) -> Option<Series> {
-        let ratio = match &self.condition {
-            Condition::Neumann(_) => 0.0,
-            Condition::Robin { value_factor, slope_factor, .. } => value_factor / slope_factor,
-            Condition::Dirichlet(_) | Condition::Cauchy { .. } => return None,
-        };
+        let (a, b, _) = self.condition.spring()?;
         let (f, s) = (self.edge.height(&x[0], &x[1]), self.edge.fraction(&x[0], &x[1]));
         let rest = s.constant(1.0) - &s;
-        let start = f * ratio + 1.0;
+        let start = f * (a / b) + 1.0;
         let ends = [s, rest].into_iter().zip(self.joined);
         Some(ends.filter(|(_, joined)| *joined).fold(start, |p, (end, _)| p * end.squared()))
     }
@@ -340,7 +325,7 @@ impl<const D: usize> Blend<D> {
         let mut planes = vec![Plane { factor: Some(bubble), span: Span::Everything }];
         for position in 0..self.edges.len() {
             let own = &self.edges[position];
-            if matches!(own.condition, Condition::Neumann(_) | Condition::Robin { .. }) {
+            if own.condition.spring().is_some() {
                 let factor = self.clone().normalised(move |blend, x| {
                     let weight = blend.weights(&x[0], &x[1]).swap_remove(position);
                     let trace = blend.edges[position].free_trace(x);

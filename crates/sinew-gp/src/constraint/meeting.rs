@@ -3,7 +3,7 @@
 use faer::Mat;
 use sinew_num::Series;
 
-use super::corners::{differ, magnitude};
+use super::corners::{conflict, differ, magnitude};
 use super::edges::{EdgeLift, along};
 use crate::domain::Domain;
 use crate::error::GpError;
@@ -47,7 +47,7 @@ impl<const D: usize> Corner<D> {
                 rows.push(Row {
                     coefficients: coefficients.map(|c| c / length),
                     factor: scale / length,
-                    data: lift.data().clone(),
+                    data: lift.data.clone(),
                     derivative,
                 });
             };
@@ -122,8 +122,7 @@ impl<const D: usize> Corner<D> {
                     let [x, y] = self.place;
                     let [first, second] = domain.names().first_chunk().expect("two axes");
                     let corner = format!("{first} = {x}, {second} = {y}");
-                    let (first, second) = (implied / row.factor, asked / row.factor);
-                    return Err(GpError::ConflictingCorner { corner, first, second });
+                    return Err(conflict(&corner, implied / row.factor, asked / row.factor));
                 }
             }
         }

@@ -12,7 +12,7 @@ use sinew_num::Series;
 use crate::domain::{Domain, Side};
 use crate::error::GpError;
 use crate::field::{Field, field};
-use crate::kernel::{Along, Kernel};
+use crate::kernel::Kernel;
 use crate::problem::Problem;
 use crate::structure::{AxisStructure, Bubble, Lift, Shape};
 
@@ -27,18 +27,17 @@ pub struct Feature<const D: usize> {
     pub factor: Field<D>,
     /// The axes that k depends on; none for a constant that is integrated out (4.54).
     pub axes: Vec<usize>,
-    /// The direction in the plane of the first two axes of which alone k depends on there: for
-    /// traces on an edge of a polygon, along it.
+    /// The direction in the plane of the first two axes that alone k depends on there: for traces
+    /// on an edge of a polygon, along it. k then takes the position along it as its first coordinate.
     pub direction: Option<[f64; 2]>,
 }
 
 impl<const D: usize> Feature<D> {
     /// `kernel` as a function of what k depends on.
     pub fn kernel(&self, kernel: &dyn Kernel<D>) -> Box<dyn Kernel<D>> {
-        match self.direction {
-            Some(direction) => Box::new(Along::new(kernel, direction, &self.axes)),
-            None => kernel.on_axes(&self.axes),
-        }
+        let across = |axis: &usize| *axis == 1 && self.direction.is_some();
+        let axes: Vec<usize> = self.axes.iter().copied().filter(|axis| !across(axis)).collect();
+        kernel.on_axes(&axes)
     }
 }
 

@@ -158,7 +158,7 @@ fn conflicts_are_named_by_their_corner() {
     let error = constraints(&problem).unwrap_err();
     assert!(error.to_string().contains(&format!("corner x = {PI}, t = 0")), "{error}");
     let twice = problem.condition("x", Side::Upper, Condition::Neumann(constant(0.0)));
-    assert!(matches!(twice, Err(GpError::OverDetermined { .. })));
+    assert!(twice.unwrap_err().to_string().contains("has a condition already"));
 }
 
 #[test]
@@ -181,9 +181,9 @@ fn a_polygon_in_time_keeps_its_edges_and_its_start() {
     }
     assert!(miss(&good) < TOLERANCE);
     let bad = problem(constant(0.0)).unwrap();
-    assert!(matches!(constraints(&bad), Err(GpError::ConflictingCorner { .. })));
+    assert!(constraints(&bad).unwrap_err().to_string().contains("conflict"));
     let face = bad.condition("x", Side::Lower, Condition::Dirichlet(constant(0.0)));
-    assert!(matches!(face, Err(GpError::PolygonFace { .. })));
+    assert!(face.unwrap_err().to_string().contains("x is part of the polygon"));
 }
 
 /// A reference function and its derivative along a direction: compatible data for all edges.
@@ -258,7 +258,7 @@ fn conditions_on_edges_hold_for_whatever_is_drawn() {
                         let x = Series::plain(polygon.on_edge(edge, fraction));
                         for lift in edges.lifts(edge) {
                             let value = lift.apply(&drawn, &x).value();
-                            let missed = value - lift.data().at(x.clone()).value();
+                            let missed = value - lift.data.at(x.clone()).value();
                             // Slopes are of size 1 / length.
                             let size = 1.0 / polygon.size().min(1.0);
                             assert!(
@@ -331,12 +331,14 @@ fn conflicts_on_edges_are_named() {
         (1, Condition::Neumann(constant(2.0))),
     ]);
     let error = constraints(&slopes.unwrap()).unwrap_err();
-    assert!(matches!(error, GpError::ConflictingCorner { .. }), "{error}");
+    assert!(error.to_string().contains("conflict"), "{error}");
     let twice =
         problem(&[(2, Condition::Neumann(constant(0.0))), (2, Condition::Neumann(constant(0.0)))]);
-    assert!(matches!(twice, Err(GpError::OverDetermined { .. })));
+    assert!(
+        twice.unwrap_err().to_string().contains("edge 2 of the polygon has a condition already")
+    );
     let unknown = problem(&[(6, Condition::Neumann(constant(0.0)))]).unwrap_err();
-    assert_eq!(unknown, GpError::UnknownEdge { edge: 6, edges: 6 });
+    assert!(unknown.to_string().contains("no edge 6; the polygon has 6"), "{unknown}");
 }
 
 #[test]
@@ -366,10 +368,10 @@ fn a_prism_in_time_keeps_fluxes_through_its_edges() {
         let [x, y] = good.domain().cross_section().unwrap().on_edge(edge, 0.37);
         let at = Series::plain([x, y, 0.6]);
         for lift in own.lifts(edge) {
-            let missed = lift.apply(&drawn, &at).value() - lift.data().at(at.clone()).value();
+            let missed = lift.apply(&drawn, &at).value() - lift.data.at(at.clone()).value();
             assert!(missed.abs() < TOLERANCE, "edge {edge}: {missed:e}");
         }
     }
     let bad = problem(field(|[x, _, _]: [Series; 3]| x));
-    assert!(matches!(constraints(&bad), Err(GpError::ConflictingCorner { .. })));
+    assert!(constraints(&bad).unwrap_err().to_string().contains("conflict"));
 }

@@ -6,7 +6,7 @@ use sinew_num::MOST_VARIABLES;
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Axes(Option<Vec<usize>>);
 
-const ALL: [usize; MOST_VARIABLES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9];
+const ALL: [usize; MOST_VARIABLES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10];
 
 impl Axes {
     pub fn only(axes: &[usize]) -> Self {

@@ -1,38 +1,31 @@
 //! Covariance functions, with the derivatives that operators take of them.
 
-mod along;
 mod axes;
 mod check;
-mod compiler;
-mod indices;
+mod combined;
 mod linear;
 mod matern;
 mod periodic;
-mod product;
-mod program;
 mod radial;
 mod rational_quadratic;
 mod scaled;
 mod squared_exponential;
-mod sum;
 mod table;
 
 use std::fmt::Debug;
 
 use sinew_num::Series;
 
-pub(crate) use along::Along;
+pub use check::check_kernel;
 pub(crate) use check::unusable;
-pub use check::{KernelFault, check_kernel};
+pub(crate) use combined::choose;
+pub use combined::{Product, Sum};
 pub use linear::Linear;
 pub use matern::{Matern, Smoothness};
 pub use periodic::Periodic;
-pub use product::Product;
-pub(crate) use product::choose;
 pub use rational_quadratic::RationalQuadratic;
 pub use scaled::Scaled;
 pub use squared_exponential::SquaredExponential;
-pub use sum::Sum;
 
 use table::{from_formula, pull_back_from_formula};
 
@@ -78,16 +71,21 @@ impl<const D: usize> Orders<D> {
     }
 }
 
-/// Pairs of many first points with one second point.
+/// Which derivatives are asked for, at which hyperparameters, and of which pairs: many first points
+/// with one second point.
 #[derive(Clone, Copy, Debug)]
-pub struct Pairs<'a, const D: usize> {
+pub struct Request<'a, const D: usize> {
+    /// Values of the hyperparameters.
+    pub hyperparameters: &'a [f64],
     /// Coordinates x of the first points, axis by axis.
     pub first: [&'a [f64]; D],
     /// The second point x′.
     pub second: [f64; D],
+    /// The derivatives.
+    pub orders: &'a [Orders<D>],
 }
 
-impl<const D: usize> Pairs<'_, D> {
+impl<const D: usize> Request<'_, D> {
     /// Number of pairs.
     pub fn count(&self) -> usize {
         self.first[0].len()
@@ -105,8 +103,8 @@ pub const MOST_PAIRS: usize = 64;
 /// A covariance function of variance one (unless scaled), with positive hyperparameters.
 ///
 /// Only [`Kernel::formula`] and a few facts must be given: derivatives then come from Taylor
-/// series, many times faster where the formula does the same for all points and does not ask
-/// [`Series::value`] which way to go. The kernels of this crate give theirs in closed form. Test yours with [`check_kernel`].
+/// series, pair by pair. Most kernels of this crate give theirs in closed form, which is faster by far.
+/// Test yours with [`check_kernel`].
 ///
 /// ```
 /// use sinew_gp::{Hyperparameter, Kernel, Measure, check_kernel};
@@ -132,7 +130,7 @@ pub const MOST_PAIRS: usize = 64;
 /// }
 ///
 /// check_kernel::<2>(&Even, &[], [0.0, 0.0], [1.0, 1.0], 7)?;
-/// # Ok::<(), sinew_gp::KernelFault>(())
+/// # Ok::<(), sinew_gp::GpError>(())
 /// ```
 pub trait Kernel<const D: usize>: Debug + Send + Sync {
     /// Its name, for messages.
@@ -157,45 +155,30 @@ pub trait Kernel<const D: usize>: Debug + Send + Sync {
         false
     }
 
-    /// Derivatives of k for each pair: entry `e` of `orders` fills `table[e · count ..]`.
+    /// Derivatives of k for each pair: entry `e` of the request's orders fills `table[e · count ..]`.
     ///
     /// At most [`MOST_PAIRS`] pairs are asked for at once.
-    fn derivatives(
-        &self,
-        hyperparameters: &[f64],
-        pairs: &Pairs<'_, D>,
-        orders: &[Orders<D>],
-        table: &mut [f64],
-    ) {
-        from_formula(self, hyperparameters, pairs, orders, table);
+    fn derivatives(&self, request: &Request<'_, D>, table: &mut [f64]) {
+        from_formula(self, request, table);
     }
 
     /// Adds to `gradient` the derivatives of Σ weight · table with respect to the logarithm of
     /// each hyperparameter, for `weights` in the layout of the table of [`Kernel::derivatives`].
-    fn pull_back(
-        &self,
-        hyperparameters: &[f64],
-        pairs: &Pairs<'_, D>,
-        orders: &[Orders<D>],
-        weights: &[f64],
-        gradient: &mut [f64],
-    ) {
-        pull_back_from_formula(self, hyperparameters, pairs, orders, weights, gradient);
+    fn pull_back(&self, request: &Request<'_, D>, weights: &[f64], gradient: &mut [f64]) {
+        pull_back_from_formula(self, request, weights, gradient);
     }
 
     /// [`Kernel::derivatives`] into `table`, then [`Kernel::pull_back`] for the weights that
     /// `weigh` makes of it, in memory of the same size; a kernel may share work between the two.
     fn derivatives_and_pull_back(
         &self,
-        hyperparameters: &[f64],
-        pairs: &Pairs<'_, D>,
-        orders: &[Orders<D>],
+        request: &Request<'_, D>,
         [table, weights]: [&mut [f64]; 2],
         weigh: &mut dyn FnMut(&[f64], &mut [f64]),
         gradient: &mut [f64],
     ) {
-        self.derivatives(hyperparameters, pairs, orders, table);
+        self.derivatives(request, table);
         weigh(table, weights);
-        self.pull_back(hyperparameters, pairs, orders, weights, gradient);
+        self.pull_back(request, weights, gradient);
     }
 }

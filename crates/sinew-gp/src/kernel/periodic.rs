@@ -25,7 +25,9 @@ impl Periodic {
     pub fn new(axis: usize, period: f64) -> Result<Self, GpError> {
         match period.is_finite() && period > 0.0 {
             true => Ok(Self { axis, period, active: true }),
-            false => Err(GpError::Period(period)),
+            false => Err(GpError::Kernel(format!(
+                "a periodic kernel of period {period}; give a finite one above 0"
+            ))),
         }
     }
 }

@@ -3,16 +3,12 @@
 use sinew_num::Series;
 
 use super::axes::Axes;
-use super::radial::{self, Profile};
-use super::squared_exponential::{half_square, lengthscales};
-use super::{Hyperparameter, Kernel, Measure, Orders, Pairs};
+use super::radial::{Profile, Radial};
+use super::{Hyperparameter, Measure};
 
 /// (1 + s/α)^(−α) with s = ½ Σ (xᵢ − xᵢ′)² / λᵢ²: squared exponentials of many lengthscales at
 /// once; infinitely smooth (Rasmussen & Williams 2006, eq. 4.19).
-#[derive(Clone, Debug, Default)]
-pub struct RationalQuadratic {
-    axes: Axes,
-}
+pub type RationalQuadratic = Radial<PowerLaw>;
 
 impl RationalQuadratic {
     /// On all axes.
@@ -22,38 +18,49 @@ impl RationalQuadratic {
 
     /// On the axes with these numbers only.
     pub fn along(axes: &[usize]) -> Self {
-        Self { axes: Axes::only(axes) }
+        Self { axes: Axes::only(axes), ..Self::new() }
     }
 }
 
-struct PowerLaw {
-    alpha: f64,
-}
+/// (1 + s/α)^(−α)
+#[derive(Clone, Debug, Default)]
+pub struct PowerLaw;
 
 impl Profile for PowerLaw {
-    fn slopes(&self, s: f64, slopes: &mut [f64]) {
-        let base = 1.0 + s / self.alpha;
-        let mut value = base.powf(-self.alpha);
+    fn name(&self) -> String {
+        "rational-quadratic".into()
+    }
+
+    fn smoothness(&self) -> Option<usize> {
+        None
+    }
+
+    fn own(&self) -> Vec<Hyperparameter> {
+        let measure = Measure::Number { lower: 0.1, upper: 100.0 };
+        vec![Hyperparameter { name: "shape", measure }]
+    }
+
+    fn formula(&self, s: Series, shape: &[Series]) -> Series {
+        ((s / &shape[0] + 1.0).ln() * &shape[0] * -1.0).exp()
+    }
+
+    fn slopes(&self, s: f64, shape: &[f64], slopes: &mut [f64]) {
+        let alpha = shape[0];
+        let base = 1.0 + s / alpha;
+        let mut value = base.powf(-alpha);
         for (m, slope) in slopes.iter_mut().enumerate() {
             *slope = value;
-            value *= -(self.alpha + m as f64) / (self.alpha * base);
+            value *= -(alpha + m as f64) / (alpha * base);
         }
     }
-}
 
-/// ∂/∂ln α of the power law.
-struct ByShape {
-    alpha: f64,
-}
-
-impl Profile for ByShape {
-    fn slopes(&self, s: f64, slopes: &mut [f64]) {
+    fn slopes_by_own(&self, s: f64, shape: &[f64], slopes: &mut [f64]) {
         // The logarithm of the m-th derivative, up to its sign, is
         // Σ_{k<m} ln(α + k) − m ln α − (α + m) ln(1 + s/α).
-        let alpha = self.alpha;
+        let alpha = shape[0];
         let base = 1.0 + s / alpha;
         let logarithm = (s / alpha).ln_1p();
-        PowerLaw { alpha }.slopes(s, slopes);
+        self.slopes(s, shape, slopes);
         let mut sum = 0.0;
         for (m, slope) in slopes.iter_mut().enumerate() {
             let m = m as f64;
@@ -61,71 +68,5 @@ impl Profile for ByShape {
                 alpha * (sum - m / alpha - logarithm + (alpha + m) * s / (alpha * alpha * base));
             sum += 1.0 / (alpha + m);
         }
-    }
-}
-
-impl<const D: usize> Kernel<D> for RationalQuadratic {
-    fn name(&self) -> String {
-        "rational-quadratic".into()
-    }
-
-    fn hyperparameters(&self) -> Vec<Hyperparameter> {
-        let mut all = lengthscales(self.axes.of::<D>());
-        all.push(Hyperparameter {
-            name: "shape",
-            measure: Measure::Number { lower: 0.1, upper: 100.0 },
-        });
-        all
-    }
-
-    fn on_axes(&self, axes: &[usize]) -> Box<dyn Kernel<D>> {
-        Box::new(Self { axes: self.axes.among::<D>(axes) })
-    }
-
-    fn formula(&self, parameters: &[Series], x: &[Series; D], y: &[Series; D]) -> Series {
-        let alpha = &parameters[self.axes.of::<D>().len()];
-        let s = half_square(self.axes.of::<D>(), parameters, x, y);
-        ((s / alpha + 1.0).ln() * alpha * -1.0).exp()
-    }
-
-    fn is_stationary(&self) -> bool {
-        true
-    }
-
-    fn derivatives(
-        &self,
-        parameters: &[f64],
-        pairs: &Pairs<'_, D>,
-        orders: &[Orders<D>],
-        table: &mut [f64],
-    ) {
-        let profile = PowerLaw { alpha: parameters[self.axes.of::<D>().len()] };
-        radial::derivatives(&profile, self.axes.of::<D>(), parameters, pairs, orders, table);
-    }
-
-    fn pull_back(
-        &self,
-        parameters: &[f64],
-        pairs: &Pairs<'_, D>,
-        orders: &[Orders<D>],
-        weights: &[f64],
-        gradient: &mut [f64],
-    ) {
-        let alpha = parameters[self.axes.of::<D>().len()];
-        let profile = PowerLaw { alpha };
-        radial::pull_back(
-            &profile,
-            self.axes.of::<D>(),
-            parameters,
-            pairs,
-            orders,
-            weights,
-            gradient,
-        );
-        let mut table = vec![0.0; weights.len()];
-        let by_shape = ByShape { alpha };
-        radial::derivatives(&by_shape, self.axes.of::<D>(), parameters, pairs, orders, &mut table);
-        gradient[self.axes.of::<D>().len()] +=
-            table.iter().zip(weights).map(|(t, w)| t * w).sum::<f64>();
     }
 }

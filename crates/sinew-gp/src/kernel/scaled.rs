@@ -2,7 +2,7 @@
 
 use sinew_num::Series;
 
-use super::{Hyperparameter, Kernel, Measure, Orders, Pairs};
+use super::{Hyperparameter, Kernel, Measure, Request};
 
 /// σ² k(x, x′), for summands of a [`super::Sum`]; a prior has an amplitude of its own already.
 #[derive(Debug)]
@@ -34,8 +34,8 @@ impl<const D: usize> Kernel<D> for Scaled<D> {
         Box::new(Self { kernel: self.kernel.on_axes(axes) })
     }
 
-    fn formula(&self, parameters: &[Series], x: &[Series; D], y: &[Series; D]) -> Series {
-        parameters[0].squared() * self.kernel.formula(&parameters[1..], x, y)
+    fn formula(&self, hyperparameters: &[Series], x: &[Series; D], y: &[Series; D]) -> Series {
+        hyperparameters[0].squared() * self.kernel.formula(&hyperparameters[1..], x, y)
     }
 
     fn smoothness(&self) -> Option<usize> {
@@ -46,29 +46,24 @@ impl<const D: usize> Kernel<D> for Scaled<D> {
         self.kernel.is_stationary()
     }
 
-    fn derivatives(
-        &self,
-        parameters: &[f64],
-        pairs: &Pairs<'_, D>,
-        orders: &[Orders<D>],
-        table: &mut [f64],
-    ) {
-        self.kernel.derivatives(&parameters[1..], pairs, orders, table);
-        table.iter_mut().for_each(|entry| *entry *= parameters[0] * parameters[0]);
+    fn derivatives(&self, request: &Request<'_, D>, table: &mut [f64]) {
+        let (variance, inner) = split(request);
+        self.kernel.derivatives(&inner, table);
+        table.iter_mut().for_each(|entry| *entry *= variance);
     }
 
-    fn pull_back(
-        &self,
-        parameters: &[f64],
-        pairs: &Pairs<'_, D>,
-        orders: &[Orders<D>],
-        weights: &[f64],
-        gradient: &mut [f64],
-    ) {
+    fn pull_back(&self, request: &Request<'_, D>, weights: &[f64], gradient: &mut [f64]) {
+        let (variance, inner) = split(request);
         let mut table = vec![0.0; weights.len()];
-        self.derivatives(parameters, pairs, orders, &mut table);
+        self.derivatives(request, &mut table);
         gradient[0] += 2.0 * table.iter().zip(weights).map(|(t, w)| t * w).sum::<f64>();
-        let scaled: Vec<f64> = weights.iter().map(|w| w * parameters[0] * parameters[0]).collect();
-        self.kernel.pull_back(&parameters[1..], pairs, orders, &scaled, &mut gradient[1..]);
+        let scaled: Vec<f64> = weights.iter().map(|w| w * variance).collect();
+        self.kernel.pull_back(&inner, &scaled, &mut gradient[1..]);
     }
+}
+
+/// σ², and what is asked of the kernel that it multiplies.
+fn split<'a, const D: usize>(request: &Request<'a, D>) -> (f64, Request<'a, D>) {
+    let hyperparameters = &request.hyperparameters[1..];
+    (request.hyperparameters[0].powi(2), Request { hyperparameters, ..*request })
 }

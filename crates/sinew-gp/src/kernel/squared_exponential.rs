@@ -2,12 +2,12 @@
 
 use std::cell::RefCell;
 
-use sinew_num::Series;
+use sinew_num::{Series, vectorised};
 
 use super::axes::Axes;
-use super::radial::beyond;
-use super::{Hyperparameter, Kernel, MOST_PAIRS, Measure, Orders, Pairs};
-use crate::simd::{exp_of_negative, vectorised};
+use super::radial::{beyond, half_square, lengthscales};
+use super::{Hyperparameter, Kernel, MOST_PAIRS, Orders, Request};
+use crate::simd::exp_of_negative;
 
 /// exp(−½ Σ (xᵢ − xᵢ′)² / λᵢ²) with a lengthscale per axis (4.46); infinitely smooth.
 #[derive(Clone, Debug, Default)]
@@ -27,8 +27,9 @@ impl SquaredExponential {
     }
 }
 
-/// Highest order of a derivative in x − x′, and of one more for gradients.
-const MOST_ORDERS: usize = 2 * crate::operator::MOST_DERIVATIVES + 2;
+/// Highest order of a derivative in x − x′, and of one more for gradients: those of two axes come
+/// together along the edge of a polygon.
+const MOST_ORDERS: usize = 4 * crate::operator::MOST_DERIVATIVES + 2;
 
 impl<const D: usize> Kernel<D> for SquaredExponential {
     fn name(&self) -> String {
@@ -51,51 +52,36 @@ impl<const D: usize> Kernel<D> for SquaredExponential {
         true
     }
 
-    fn derivatives(
-        &self,
-        lengthscales: &[f64],
-        pairs: &Pairs<'_, D>,
-        orders: &[Orders<D>],
-        table: &mut [f64],
-    ) {
+    fn derivatives(&self, request: &Request<'_, D>, table: &mut [f64]) {
         let axes = self.axes.of::<D>();
         SCRATCH.with_borrow_mut(|scratch| {
-            scratch.fill(axes, lengthscales, pairs, orders, 0);
-            scratch.tabulate(axes, orders, pairs.count(), table);
+            scratch.fill(axes, request, 0);
+            scratch.tabulate(axes, request, table);
         });
     }
 
-    fn pull_back(
-        &self,
-        lengthscales: &[f64],
-        pairs: &Pairs<'_, D>,
-        orders: &[Orders<D>],
-        weights: &[f64],
-        gradient: &mut [f64],
-    ) {
+    fn pull_back(&self, request: &Request<'_, D>, weights: &[f64], gradient: &mut [f64]) {
         let axes = self.axes.of::<D>();
         SCRATCH.with_borrow_mut(|scratch| {
-            scratch.fill(axes, lengthscales, pairs, orders, 1);
-            scratch.pull_back(axes, orders, pairs.count(), weights, gradient);
+            scratch.fill(axes, request, 1);
+            scratch.pull_back(axes, request, weights, gradient);
         });
     }
 
     /// The exponentials and polynomials serve both directions.
     fn derivatives_and_pull_back(
         &self,
-        lengthscales: &[f64],
-        pairs: &Pairs<'_, D>,
-        orders: &[Orders<D>],
+        request: &Request<'_, D>,
         [table, weights]: [&mut [f64]; 2],
         weigh: &mut dyn FnMut(&[f64], &mut [f64]),
         gradient: &mut [f64],
     ) {
         let axes = self.axes.of::<D>();
         SCRATCH.with_borrow_mut(|scratch| {
-            scratch.fill(axes, lengthscales, pairs, orders, 1);
-            scratch.tabulate(axes, orders, pairs.count(), table);
+            scratch.fill(axes, request, 1);
+            scratch.tabulate(axes, request, table);
             weigh(table, weights);
-            scratch.pull_back(axes, orders, pairs.count(), weights, gradient);
+            scratch.pull_back(axes, request, weights, gradient);
         });
     }
 }
@@ -131,11 +117,11 @@ impl Scratch {
     fn tabulate<const D: usize>(
         &self,
         axes: &[usize],
-        orders: &[Orders<D>],
-        count: usize,
+        request: &Request<'_, D>,
         table: &mut [f64],
     ) {
-        for (order, row) in orders.iter().zip(table.chunks_mut(count)) {
+        let count = request.count();
+        for (order, row) in request.orders.iter().zip(table.chunks_mut(count)) {
             if beyond(order.first, axes) {
                 row.fill(0.0);
                 continue;
@@ -171,15 +157,15 @@ impl Scratch {
     fn pull_back<const D: usize>(
         &mut self,
         axes: &[usize],
-        orders: &[Orders<D>],
-        count: usize,
+        request: &Request<'_, D>,
         weights: &[f64],
         gradient: &mut [f64],
     ) {
+        let count = request.count();
         let mut gathered = std::mem::take(&mut self.gathered);
         for (number, (d, slope)) in axes.iter().zip(gradient).enumerate() {
             let mut used = [false; MOST_ORDERS];
-            for (order, weights) in orders.iter().zip(weights.chunks(count)) {
+            for (order, weights) in request.orders.iter().zip(weights.chunks(count)) {
                 if beyond(order.first, axes) {
                     continue;
                 }
@@ -214,15 +200,8 @@ impl Scratch {
         self.gathered = gathered;
     }
 
-    fn fill<const D: usize>(
-        &mut self,
-        axes: &[usize],
-        lengthscales: &[f64],
-        pairs: &Pairs<'_, D>,
-        orders: &[Orders<D>],
-        extra: usize,
-    ) {
-        let count = pairs.count();
+    fn fill<const D: usize>(&mut self, axes: &[usize], request: &Request<'_, D>, extra: usize) {
+        let count = request.count();
         while self.axes.len() < axes.len() {
             // h₀ = 1 is never written again.
             let rows = [[1.0; MOST_PAIRS]; MOST_ORDERS];
@@ -231,12 +210,13 @@ impl Scratch {
         // Whole vectors: what the lanes beyond the last pair hold is finite and never read.
         let padded = count.next_multiple_of(LANES);
         self.exponential[..padded].fill(0.0);
-        for ((d, lengthscale), axis) in axes.iter().zip(lengthscales).zip(&mut self.axes) {
-            let most = orders.iter().map(|o| o.first[*d]).max().unwrap_or(0) + extra;
+        for ((d, lengthscale), axis) in axes.iter().zip(request.hyperparameters).zip(&mut self.axes)
+        {
+            let most = request.orders.iter().map(|o| o.first[*d]).max().unwrap_or(0) + extra;
             recurrence(
                 *lengthscale,
-                pairs.first[*d],
-                pairs.second[*d],
+                request.first[*d],
+                request.second[*d],
                 &mut axis.differences[..padded],
                 &mut self.exponential[..padded],
                 &mut axis.rows[..=most],
@@ -346,26 +326,4 @@ vectorised! {
         }
         *slope -= sums.iter().sum::<f64>();
     }
-}
-
-/// One lengthscale for each axis.
-pub(super) fn lengthscales(axes: &[usize]) -> Vec<Hyperparameter> {
-    axes.iter()
-        .map(|axis| Hyperparameter {
-            name: "lengthscale",
-            measure: Measure::Length { axis: *axis },
-        })
-        .collect()
-}
-
-/// ½ Σ (xᵢ − yᵢ)² / λᵢ².
-pub(super) fn half_square<const D: usize>(
-    axes: &[usize],
-    lengthscales: &[Series],
-    x: &[Series; D],
-    y: &[Series; D],
-) -> Series {
-    axes.iter().zip(lengthscales).fold(x[0].constant(0.0), |sum, (d, lengthscale)| {
-        sum + ((&x[*d] - &y[*d]) / lengthscale).squared() * 0.5
-    })
 }

@@ -3,36 +3,38 @@
 use rand_chacha::ChaCha8Rng;
 use sinew_num::MOST_VARIABLES;
 
+use crate::constraint::Feature;
 use crate::operator::MOST_DERIVATIVES;
 use crate::posterior::standard_normal;
-use crate::prior::{Part, Prior};
+use crate::prior::Prior;
 
-/// s = shift + slopes · x: what a unit sees of a point.
+/// s = shift + slope · x along one axis: what a unit sees of a point.
 #[derive(Clone, Debug)]
-pub(super) struct Input<const D: usize> {
-    slopes: [f64; D],
+pub(super) struct Input {
+    axis: usize,
+    slope: f64,
     shift: f64,
 }
 
-impl<const D: usize> Input<D> {
-    /// `direction` · x, mapped so that the ends go to −1 and 1.
-    fn between([lower, upper]: [f64; 2], direction: [f64; D]) -> Self {
+impl Input {
+    /// A coordinate, mapped so that the ends go to −1 and 1.
+    fn between([lower, upper]: [f64; 2], axis: usize) -> Self {
         let half = 0.5 * (upper - lower);
-        Self { slopes: direction.map(|n| n / half), shift: -0.5 * (lower + upper) / half }
+        Self { axis, slope: half.recip(), shift: -0.5 * (lower + upper) / half }
     }
 
-    fn at(&self, x: [f64; D]) -> f64 {
-        self.shift + std::iter::zip(self.slopes, x).map(|(slope, x)| slope * x).sum::<f64>()
+    fn at<const D: usize>(&self, x: [f64; D]) -> f64 {
+        self.shift + self.slope * x[self.axis]
     }
 }
 
 /// Where a part's weights are: for each unit an output weight, a bias and one weight for each
 /// input; last a constant. A part without inputs is its constant alone.
 #[derive(Clone, Debug)]
-pub(super) struct Layout<const D: usize> {
+pub(super) struct Layout {
     pub width: usize,
     /// Inputs of each part.
-    pub parts: Vec<Vec<Input<D>>>,
+    pub parts: Vec<Vec<Input>>,
 }
 
 /// A derivative of a latent function, and what it is multiplied by.
@@ -69,33 +71,26 @@ fn tanh_derivatives(a: f64, values: &mut [f64]) {
 }
 
 /// What a part of the prior depends on.
-fn inputs<const D: usize>(prior: &Prior<D>, part: &Part<D>) -> Vec<Input<D>> {
+fn inputs<const D: usize>(prior: &Prior<D>, part: &Feature<D>) -> Vec<Input> {
     let domain = &prior.domain;
-    let mut inputs = Vec::new();
-    let mut axes = part.axes.as_slice();
-    if let Some((direction, polygon)) = part.direction.zip(domain.cross_section()) {
-        // Traces on an edge change along one direction in the plane of the first two axes.
-        let [nx, ny] = direction;
-        let along = polygon.corners().iter().map(|[x, y]| nx * x + ny * y);
-        let ends = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[lower, upper], s| {
-            [lower.min(s), upper.max(s)]
-        });
-        let mut slopes = [0.0; D];
-        (slopes[0], slopes[1]) = (nx, ny);
-        inputs.push(Input::between(ends, slopes));
-        axes = &axes[axes.iter().take_while(|axis| **axis < 2).count()..];
-    }
-    inputs.extend(axes.iter().map(|axis| {
-        let mut slopes = [0.0; D];
-        slopes[*axis] = 1.0;
-        Input::between([domain.lower()[*axis], domain.upper()[*axis]], slopes)
-    }));
-    inputs
+    let ends = |axis: usize| match (axis, part.direction, domain.cross_section()) {
+        // Positions of the corners along the direction.
+        (0, Some([nx, ny]), Some(polygon)) => {
+            let along = polygon.corners().iter().map(|[x, y]| nx * x + ny * y);
+            along.fold([f64::INFINITY, f64::NEG_INFINITY], |[lower, upper], s| {
+                [lower.min(s), upper.max(s)]
+            })
+        }
+        _ => [domain.lower()[axis], domain.upper()[axis]],
+    };
+    let across = |axis: usize| axis == 1 && part.direction.is_some();
+    let axes = part.axes.iter().copied().filter(|axis| !across(*axis));
+    axes.map(|axis| Input::between(ends(axis), axis)).collect()
 }
 
-impl<const D: usize> Layout<D> {
-    pub fn new(prior: &Prior<D>, width: usize) -> Self {
-        let parts = prior.parts.iter().map(|part| inputs(prior, part)).collect();
+impl Layout {
+    pub fn new<const D: usize>(prior: &Prior<D>, width: usize) -> Self {
+        let parts = prior.parts.iter().map(|part| inputs(prior, &part.feature)).collect();
         Self { width, parts }
     }
 
@@ -111,7 +106,7 @@ impl<const D: usize> Layout<D> {
     }
 
     /// Σ factor · ∂^β z at `x` over `terms`, its gradient in the weights added to `gradient`.
-    pub fn add(
+    pub fn add<const D: usize>(
         &self,
         part: usize,
         weights: &[f64],
@@ -136,9 +131,10 @@ impl<const D: usize> Layout<D> {
             let (output, bias, incoming) = (unit[0], unit[1], &unit[2..]);
             let a = bias + std::iter::zip(incoming, &seen).map(|(w, s)| w * s).sum::<f64>();
             tanh_derivatives(a, &mut tanh[..most + 2]);
-            let slope: [f64; D] = std::array::from_fn(|d| {
-                std::iter::zip(incoming, inputs).map(|(w, input)| w * input.slopes[d]).sum()
-            });
+            let mut slope = [0.0; D];
+            for (w, input) in std::iter::zip(incoming, inputs) {
+                slope[input.axis] = w * input.slope;
+            }
             for (orders, factor) in terms {
                 let order = total(orders);
                 let power: f64 = (0..D).map(|d| slope[d].powi(orders[d] as i32)).product();
@@ -156,8 +152,7 @@ impl<const D: usize> Layout<D> {
                     }
                 });
                 for (own, (input, s)) in own[2..].iter_mut().zip(inputs.iter().zip(&seen)) {
-                    let of_power: f64 =
-                        std::iter::zip(input.slopes, lowered).map(|(a, b)| a * b).sum();
+                    let of_power = input.slope * lowered[input.axis];
                     let by_input = power * tanh[order + 1] * s + of_power * tanh[order];
                     *own += factor * output * by_input;
                 }
@@ -204,11 +199,8 @@ mod tests {
 
     #[test]
     fn gradients_equal_differences() {
-        // Two axes, and one direction in their plane.
-        let axes =
-            vec![Input::between([-1.7, 2.3], [1.0, 0.0]), Input::between([-0.6, 0.8], [0.0, 1.0])];
-        let layout =
-            Layout { width: 3, parts: vec![axes, vec![Input::between([-0.4, 1.9], [0.6, -0.8])]] };
+        let axes = vec![Input::between([-1.7, 2.3], 0), Input::between([-0.6, 0.8], 1)];
+        let layout = Layout { width: 3, parts: vec![axes, vec![Input::between([-0.4, 1.9], 1)]] };
         let mut random = ChaCha8Rng::seed_from_u64(3);
         let all = layout.random(&mut random);
         assert_eq!(all.len(), layout.size());
@@ -234,30 +226,13 @@ mod tests {
     }
 
     #[test]
-    fn traces_on_an_edge_change_along_it_only() {
-        let layout =
-            Layout { width: 4, parts: vec![vec![Input::between([-1.0, 1.0], [0.6, 0.8])]] };
-        let weights = layout.random(&mut ChaCha8Rng::seed_from_u64(1));
-        let at =
-            |x: [f64; 2], orders: [usize; 2]| layout.add(0, &weights, x, &[(orders, 1.0)], None);
-        let x = [0.3, -0.2];
-        // Across the direction nothing changes, and derivatives share it as 0.6 : 0.8.
-        assert!((at(x, [0, 0]) - at([x[0] + 0.8, x[1] - 0.6], [0, 0])).abs() < 1e-14);
-        assert!((at(x, [1, 0]) * 0.8 - at(x, [0, 1]) * 0.6).abs() < 1e-14);
-        const STEP: f64 = 1e-4;
-        let moved = |step: f64| at([x[0] + step, x[1]], [0, 1]);
-        let difference = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
-        assert!((at(x, [1, 1]) - difference).abs() < 1e-7, "{difference}");
-    }
-
-    #[test]
     fn wide_hidden_layers_have_the_covariance_of_the_limit() {
         // Given the hidden layer, u is Gaussian with the covariance mean of hⱼ(x) hⱼ(x′), which
         // tends to E h(x) h(x′) as 1/√width (Theorem 4.6.1).
         const LAYERS: usize = 60;
         let [x, y] = [[0.9], [-0.4]];
         let covariance = |width: usize, random: &mut ChaCha8Rng| {
-            let layout = Layout { width, parts: vec![vec![Input::between([-1.0, 1.0], [1.0])]] };
+            let layout = Layout { width, parts: vec![vec![Input::between([-1.0, 1.0], 0)]] };
             let weights = layout.random(random);
             let hidden = |at: [f64; 1]| {
                 let mut gradient = vec![0.0; weights.len()];

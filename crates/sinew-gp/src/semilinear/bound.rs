@@ -7,7 +7,7 @@ use faer::Mat;
 
 use super::expectation::{Expected, Residual, standard_rule};
 use super::sites::{Approximation, Normal, Pull, Site};
-use super::{SemiLinear, Solution, collocation, is_exact};
+use super::{SemiLinear, Solution, collocation, is_exact, singular_term};
 use crate::data::{Data, Group, Noise, Role};
 use crate::error::GpError;
 use crate::evidence::{Evaluation, Evidence};
@@ -77,7 +77,10 @@ impl<'a, const D: usize, const M: usize> Inference<'a, D, M> {
     ) -> Result<Self, GpError> {
         let at = collocation(data, semilinear.problem.domain())?;
         if is_exact(data) {
-            return Err(GpError::ExactEquation);
+            return Err(GpError::Data(
+                "the equation holds exactly in these data, where no normal distribution has a finite variational bound; give its values `Noise::Learned`, or a known noise"
+                    .into(),
+            ));
         }
         let mean = start.fit.posterior()?;
         let mut groups = data.groups.clone();
@@ -165,7 +168,7 @@ impl<'a, const D: usize, const M: usize> Inference<'a, D, M> {
     }
 
     fn sigma(&self, stage: &Stage<'_, D>, group: usize) -> f64 {
-        match stage.state.noise(group) {
+        match stage.state.noise[group] {
             0.0 => self.exact[group],
             sigma => sigma,
         }
@@ -190,7 +193,7 @@ impl<'a, const D: usize, const M: usize> Inference<'a, D, M> {
             let expected = self.expected(point, &own, &still);
             expected
                 .and_then(|e| site(point, &e, &own, self.sigma(&stage, point.group)))
-                .ok_or(GpError::Term { index, arguments: own[1..].to_vec() })
+                .ok_or_else(|| singular_term(index, &own[1..]))
         });
         sites.collect()
     }
@@ -272,7 +275,7 @@ impl<'a, const D: usize, const M: usize> Inference<'a, D, M> {
         sites.collect()
     }
 
-    /// Bound plus beliefs at fixed sites, with its gradient.
+    /// Bound plus hyperpriors at fixed sites, with its gradient.
     pub fn evaluate(&self, parameters: &[f64], sites: &[Site]) -> Option<Evaluation> {
         let stage = self.stage(parameters).ok()?;
         let all = self.all_sites(&stage, sites);
@@ -310,7 +313,7 @@ impl<'a, const D: usize, const M: usize> Inference<'a, D, M> {
         for ((slope, parameter), x) in
             gradient.iter_mut().zip(self.model.parameters()).zip(parameters)
         {
-            let (density, own) = parameter.belief.log_density(*x);
+            let (density, own) = parameter.hyperprior.log_density(*x);
             value += density;
             *slope += own;
         }
@@ -326,11 +329,8 @@ impl<'a, const D: usize, const M: usize> Inference<'a, D, M> {
         let failing = self.points.iter().enumerate().find_map(|(index, point)| {
             let own: Vec<f64> = point.rows.iter().map(|row| q.mean[*row]).collect();
             let covariance = q.covariance(&stage.prior, &point.rows);
-            let arguments = || own[1..].to_vec();
-            match self.expected(point, &own, &covariance) {
-                None => Some(GpError::Term { index, arguments: arguments() }),
-                Some(_) => None,
-            }
+            let found = self.expected(point, &own, &covariance);
+            found.is_none().then(|| singular_term(index, &own[1..]))
         });
         failing.unwrap_or(none)
     }
@@ -346,9 +346,9 @@ impl<'a, const D: usize, const M: usize> Inference<'a, D, M> {
             .bound(&stage, &self.all_sites(&stage, sites))
             .ok_or_else(|| self.failure(parameters, sites))?;
         let Approximation { weights, whitening, .. } = bound.approximation;
+        let (model, parameters) = (self.model.clone(), parameters.to_vec());
         let whitening = Whitening::Matrix(whitening);
-        let model = self.model.clone();
-        Ok((bound.value, Posterior::from_parts(model, parameters, weights, whitening, 0.0)))
+        Ok((bound.value, Posterior { model, parameters, weights, whitening, jitter: 0.0 }))
     }
 }
 

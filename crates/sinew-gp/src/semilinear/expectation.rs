@@ -4,7 +4,7 @@ use faer::Mat;
 use sinew_num::Series;
 
 use super::Term;
-use crate::quadrature::gauss_hermite;
+use crate::quadrature::{gauss_hermite, tensor_product};
 
 /// Nodes along each argument: exact for terms that are polynomials of degree five.
 const NODES: usize = 6;
@@ -29,21 +29,7 @@ pub(crate) struct Expected {
 
 /// The rule of Gauss and Hermite for M independent standard normal variables.
 pub(crate) fn standard_rule<const M: usize>() -> Vec<([f64; M], f64)> {
-    let line = gauss_hermite(NODES);
-    let mut rule = vec![([0.0; M], 1.0)];
-    for argument in 0..M {
-        rule = rule
-            .iter()
-            .flat_map(|(node, weight)| {
-                line.iter().map(move |(z, w)| {
-                    let mut node = *node;
-                    node[argument] = *z;
-                    (node, weight * w)
-                })
-            })
-            .collect();
-    }
-    rule
+    tensor_product(&std::array::from_fn(|_| gauss_hermite(NODES)))
 }
 
 impl<const M: usize> Residual<'_, M> {

@@ -15,9 +15,9 @@ use std::sync::Arc;
 
 use sinew_num::Series;
 
-use crate::data::{Data, Group, Noise, Role, check};
+use crate::data::{Data, Group, Noise, Role, check, no_data};
 use crate::domain::Domain;
-use crate::error::GpError;
+use crate::error::{GpError, place};
 use crate::evidence::Evidence;
 use crate::field::{Field, field};
 use crate::fit::{Fit, FitOptions};
@@ -151,7 +151,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
             let variables = Series::plain(v);
             *sum += (variables[0].constant(0.0) + (self.term)(variables)).value();
             if !sum.is_finite() {
-                return Err(GpError::Term { index, arguments: v.to_vec() });
+                return Err(singular_term(index, &v));
             }
         }
         Ok(sum)
@@ -246,7 +246,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
             }
             // Slopes that are not finite leave no finite shift either.
             if !shift.is_finite() {
-                return Err(GpError::Term { index, arguments: v.to_vec() });
+                return Err(singular_term(index, v));
             }
             shifts.push(shift);
         }
@@ -272,6 +272,14 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     }
 }
 
+/// A nonlinear term that is not finite where u may be, at a point of those given.
+fn singular_term(index: usize, arguments: &[f64]) -> GpError {
+    let arguments = place(arguments);
+    GpError::Singular(format!(
+        "the nonlinear term has no finite value or derivative near {arguments}, its arguments at point {index}; start from a solution that is better known, or define the term there"
+    ))
+}
+
 /// Whether the equation holds without noise at some points.
 fn is_exact<const D: usize>(data: &Data<D>) -> bool {
     data.groups.iter().any(|group| group.operator.is_none() && group.noise == Noise::Exact)
@@ -285,7 +293,7 @@ fn collocation<const D: usize>(
     check(&data.groups, domain)?;
     let imposed = data.groups.iter().filter(|group| group.operator.is_none());
     let points: Vec<[f64; D]> = imposed.flat_map(|group| group.points.iter().copied()).collect();
-    if points.is_empty() { Err(GpError::NoData) } else { Ok(points) }
+    if points.is_empty() { Err(no_data()) } else { Ok(points) }
 }
 
 /// Largest change of the first argument relative to its largest magnitude.

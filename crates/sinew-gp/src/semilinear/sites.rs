@@ -2,7 +2,7 @@
 
 use faer::linalg::solvers::SelfAdjointEigen;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::{Mat, Par, Side};
+use faer::{ColRef, Mat, MatRef, Par, Side};
 
 use crate::buffer::Buffer;
 use crate::factor::Factor;
@@ -155,8 +155,8 @@ impl Approximation {
         let whitening = solve(scaled.transpose().to_owned());
         let whitened = solve(product.transpose().to_owned());
         factor.forward(&mut misfit);
-        let weights = transposed_times(&whitening, &misfit);
-        let shift = times(&prior.covariance, &weights);
+        let weights = times(whitening.transpose(), &misfit);
+        let shift = times(prior.covariance.as_ref(), &weights);
         let log_determinant: f64 = (0..size).map(|k| 2.0 * factor.column(k)[0].ln()).sum();
         let trace: f64 =
             (0..size).map(|k| dot(whitening.col(k).iter(), whitened.col(k).iter())).sum();
@@ -199,7 +199,7 @@ impl Approximation {
             }
         }
         let passed = Mat::<f64>::identity(size, size) - self.whitening.transpose() * &self.whitened;
-        let moved = times(&passed, &of_mean);
+        let moved = times(passed.as_ref(), &of_mean);
         let mut covariance = &passed * &of_covariance * passed.transpose();
         let precision = self.whitening.transpose() * &self.whitening;
         for column in 0..size {
@@ -211,7 +211,7 @@ impl Approximation {
         }
         // S = CᵀK
         let spread = &prior.covariance - self.whitened.transpose() * &self.whitened;
-        let along = times(&spread, &of_mean);
+        let along = times(spread.as_ref(), &of_mean);
         let both = &spread * &of_covariance * &spread;
         let sigma = sites.iter().map(|site| self.of_sigma(site, &along, &both)).collect();
         let mean = self.weights.iter().zip(&moved).map(|(w, c)| w + c).collect();
@@ -237,14 +237,6 @@ fn dot<'a>(a: impl Iterator<Item = &'a f64>, b: impl Iterator<Item = &'a f64>) -
     a.zip(b).map(|(a, b)| a * b).sum()
 }
 
-fn times(matrix: &Mat<f64>, x: &[f64]) -> Vec<f64> {
-    let mut sum = vec![0.0; matrix.nrows()];
-    for (column, x) in x.iter().enumerate() {
-        sum.iter_mut().zip(matrix.col(column).iter()).for_each(|(s, m)| *s += m * x);
-    }
-    sum
-}
-
-fn transposed_times(matrix: &Mat<f64>, x: &[f64]) -> Vec<f64> {
-    (0..matrix.ncols()).map(|column| dot(matrix.col(column).iter(), x.iter())).collect()
+fn times(matrix: MatRef<'_, f64>, x: &[f64]) -> Vec<f64> {
+    (matrix * ColRef::from_slice(x)).iter().copied().collect()
 }

@@ -18,11 +18,9 @@ use super::{SemiLinear, Solution};
 use crate::data::Data;
 use crate::ensemble::mixture;
 use crate::error::GpError;
-use crate::functional::Functional;
 use crate::kernel::Kernel;
 use crate::laplace::laplace;
 use crate::model::Model;
-use crate::operator::Operator;
 use crate::optimise::minimise;
 use crate::posterior::{Posterior, Prediction};
 
@@ -97,38 +95,9 @@ impl<const D: usize> Variational<D> {
     /// # Errors
     /// If a feature has no derivative at a point.
     pub fn predict(&self, points: &[[f64; D]]) -> Result<Prediction, GpError> {
-        self.predict_operator(&Operator::identity(), points)
-    }
-
-    /// The same of an operator applied to u, its parameters as drawn.
-    ///
-    /// # Errors
-    /// As [`Variational::predict`]; and if the operator has parameters that the model lacks.
-    pub fn predict_operator(
-        &self,
-        operator: &Operator<D>,
-        points: &[[f64; D]],
-    ) -> Result<Prediction, GpError> {
-        self.averaged(|posterior| posterior.predict_operator(operator, points))
-    }
-
-    /// The same of a weighted sum, as an integral.
-    ///
-    /// # Errors
-    /// As [`Variational::predict_operator`].
-    pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64), GpError> {
-        let sum = self
-            .averaged(|posterior| posterior.predict_functional(functional).map(Prediction::from))?;
-        Ok((sum.mean[0], sum.deviation[0]))
-    }
-
-    fn averaged(
-        &self,
-        predict: impl Fn(&Posterior<D>) -> Result<Prediction, GpError> + Sync,
-    ) -> Result<Prediction, GpError> {
-        let members: Vec<Prediction> =
-            self.members.par_iter().map(&predict).collect::<Result<_, _>>()?;
-        mixture(&members).map_or_else(|| predict(&self.posterior), Ok)
+        let members = self.members.par_iter().map(|posterior| posterior.predict(points));
+        let members: Vec<Prediction> = members.collect::<Result<_, _>>()?;
+        mixture(&members).map_or_else(|| self.posterior.predict(points), Ok)
     }
 }
 
@@ -181,8 +150,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         let model = &inference.model;
         let mut parameters = inference.start(start);
         let mut sites = inference.first_sites(start, &parameters)?;
-        let mut bounds: Vec<[f64; 2]> =
-            model.parameters().iter().map(|p| p.bounds.map(|bound| p.to_scale(bound))).collect();
+        let mut bounds = model.scaled_bounds();
         let theta = model.theta_offset..model.theta_offset + model.theta.len();
         // Where the start has the equation's parameters, and other probable values of them.
         let known: Vec<usize> = model.parameters()[theta.clone()]

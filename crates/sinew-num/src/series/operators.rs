@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::{Series, Step};
+use super::Series;
 use crate::Scalar;
 
 /// A binary operator on all combinations of values and references.
@@ -24,19 +24,10 @@ macro_rules! operator {
     };
 }
 
-operator!(Add, add, |l, r| l.zip(r, |a, b| a + b).noted([l, r], |[a, b]| Step::Add(a, b)));
-operator!(Sub, sub, |l, r| l.zip(r, |a, b| a - b).noted([l, r], |[a, b]| Step::Subtract(a, b)));
-operator!(Mul, mul, |l, r| times(l, r));
-operator!(Div, div, |l, r| times(l, &r.recip()));
-
-fn times(left: &Series, right: &Series) -> Series {
-    left.product(right).noted([left, right], |[a, b]| Step::Multiply(a, b))
-}
-
-/// `scale · a + shift`
-fn affine(of: usize, scale: f64, shift: f64) -> Step {
-    Step::Affine { of, scale, shift }
-}
+operator!(Add, add, |l, r| l.zip(r, |a, b| a + b));
+operator!(Sub, sub, |l, r| l.zip(r, |a, b| a - b));
+operator!(Mul, mul, |l, r| l.product(r));
+operator!(Div, div, |l, r| l.product(&r.recip()));
 
 /// An operator with a plain number on either side.
 macro_rules! operator_with_number {
@@ -46,7 +37,7 @@ macro_rules! operator_with_number {
             fn add(self, right: f64) -> Series {
                 let mut result = self.clone();
                 result.coefficients[0] += right;
-                result.noted([&self], |[of]| affine(of, 1.0, right))
+                result
             }
         }
         impl Sub<f64> for $Left {
@@ -58,19 +49,19 @@ macro_rules! operator_with_number {
         impl Mul<f64> for $Left {
             type Output = Series;
             fn mul(self, right: f64) -> Series {
-                self.map(|c| c * right).noted([&self], |[of]| affine(of, right, 0.0))
+                self.map(|c| c * right)
             }
         }
         impl Div<f64> for $Left {
             type Output = Series;
             fn div(self, right: f64) -> Series {
-                self.map(|c| c / right).noted([&self], |[of]| affine(of, right.recip(), 0.0))
+                self.map(|c| c / right)
             }
         }
         impl Neg for $Left {
             type Output = Series;
             fn neg(self) -> Series {
-                self.map(|c| -c).noted([&self], |[of]| affine(of, -1.0, 0.0))
+                self.map(|c| -c)
             }
         }
         impl Add<$Left> for f64 {
@@ -110,8 +101,6 @@ impl Scalar for Series {
         Series::ln(&self)
     }
     fn ln_1p(self) -> Self {
-        // Rare in formulas that are recorded: no step of its own.
-        self.observed();
         let x = self.coefficients[0];
         self.logarithm(Scalar::ln_1p(x), 1.0 + x)
     }
@@ -120,7 +109,6 @@ impl Scalar for Series {
     }
     fn exp_m1(self) -> Self {
         let mut result = Series::exp(&self);
-        self.observed();
         result.coefficients[0] = self.coefficients[0].exp_m1();
         result
     }

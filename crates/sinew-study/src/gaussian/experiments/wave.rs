@@ -43,7 +43,7 @@ pub fn free_ends(scale: Scale) -> Result<Experiment> {
         about: "25 values with 2.5 % noise, 25 collocation points, ten restarts. The Cramér–Rao bound of the \
                 standard deviation of θ is 0.0103. Restarts maximise the conditional evidence unless rows say \
                 joint, which the thesis maximises: that one is unbounded here, and automatic fits climb it only at the \
-                end, next to what the conditional one found. The library's beliefs about amplitudes \
+                end, next to what the conditional one found. The library's hyperpriors of amplitudes \
                 and lengthscales keep HCGPs from it, UCGPs not always.",
         cases,
         figures: no_figures,

@@ -1,17 +1,13 @@
 //! What every kernel must satisfy, for those of this crate and of its users.
 
-mod fault;
-#[cfg(test)]
-mod tests;
-
 use faer::{Mat, Side as Triangle};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_num::Series;
 
-pub use fault::KernelFault;
-
-use super::{Hyperparameter, Kernel, Measure, Orders, Pairs, table};
+use super::table::{from_formula, plain};
+use super::{Hyperparameter, Kernel, Measure, Orders, Request};
+use crate::error::{GpError, place};
 
 /// Checks what is said of the hyperparameters, symmetry, positive definiteness, the table of derivatives against Taylor series of the
 /// formula and against finite differences, and the gradient in the hyperparameters against
@@ -22,14 +18,14 @@ use super::{Hyperparameter, Kernel, Measure, Orders, Pairs, table};
 /// Covariances that are singular but for rounding, as those of very long lengthscales, pass.
 ///
 /// # Errors
-/// The first fault found.
+/// [`GpError::Kernel`] with the first fault found.
 pub fn check_kernel<const D: usize>(
     kernel: &dyn Kernel<D>,
     hyperparameters: &[f64],
     lower: [f64; D],
     upper: [f64; D],
     seed: u64,
-) -> Result<(), KernelFault> {
+) -> Result<(), GpError> {
     check_declarations(kernel, hyperparameters)?;
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let extents: [f64; D] = std::array::from_fn(|d| upper[d] - lower[d]);
@@ -49,16 +45,20 @@ pub fn check_kernel<const D: usize>(
 fn check_declarations<const D: usize>(
     kernel: &dyn Kernel<D>,
     values: &[f64],
-) -> Result<(), KernelFault> {
+) -> Result<(), GpError> {
     let declared = kernel.hyperparameters();
     if values.len() != declared.len() {
-        return Err(KernelFault::Hyperparameters { found: values.len(), expected: declared.len() });
+        return fault(format!(
+            "{} hyperparameter values for a kernel that names {}",
+            values.len(),
+            declared.len()
+        ));
     }
     for (number, (hyperparameter, value)) in declared.iter().zip(values).enumerate() {
         let usable = *value > 0.0 && value.is_finite();
         let value = (!usable).then_some("try it at a finite value above 0");
         if let Some(problem) = unusable::<D>(hyperparameter).or(value) {
-            return Err(KernelFault::Declaration { number, name: hyperparameter.name, problem });
+            return fault(format!("hyperparameter {number} ({}): {problem}", hyperparameter.name));
         }
     }
     Ok(())
@@ -132,20 +132,18 @@ fn close(a: f64, b: f64, scale: f64, tolerance: f64) -> bool {
 
 impl<const D: usize> Checked<'_, D> {
     fn value(&self, x: [f64; D], y: [f64; D]) -> f64 {
-        let hyperparameters: Vec<Series> =
-            self.hyperparameters.iter().map(|h| Series::plain([*h])[0].clone()).collect();
+        let hyperparameters: Vec<Series> = self.hyperparameters.iter().map(|h| plain(*h)).collect();
         self.kernel.formula(&hyperparameters, &Series::plain(x), &Series::plain(y)).value()
     }
 
-    fn symmetry(&self) -> Result<(), KernelFault> {
+    fn symmetry(&self) -> Result<(), GpError> {
         for pair in self.points.windows(2) {
             let (forward, backward) = (self.value(pair[0], pair[1]), self.value(pair[1], pair[0]));
-            if !forward.is_finite() {
-                let (first, second) = (pair[0].to_vec(), pair[1].to_vec());
-                return Err(KernelFault::NotFinite { value: forward, first, second });
-            }
+            check_finite(forward, pair[0], pair[1])?;
             if !close(forward, backward, forward.abs(), TAYLOR_TOLERANCE) {
-                return Err(KernelFault::Symmetry { forward, backward });
+                return fault(format!(
+                    "not symmetric: k(x, x') = {forward}, k(x', x) = {backward}"
+                ));
             }
         }
         Ok(())
@@ -154,15 +152,12 @@ impl<const D: usize> Checked<'_, D> {
     /// By the smallest eigenvalue, which moves by no more than the norm of what rounding adds to
     /// the matrix (Weyl): at most the error of an entry for each point. Elimination would not do,
     /// because rounding grows with every tiny pivot that it passes.
-    fn definiteness(&self, points: &[[f64; D]]) -> Result<(), KernelFault> {
+    fn definiteness(&self, points: &[[f64; D]]) -> Result<(), GpError> {
         let count = points.len();
         let mut covariance = Mat::zeros(count, count);
         for (i, j) in (0..count).flat_map(|i| (0..=i).map(move |j| (i, j))) {
             let value = self.value(points[i], points[j]);
-            if !value.is_finite() {
-                let (first, second) = (points[i].to_vec(), points[j].to_vec());
-                return Err(KernelFault::NotFinite { value, first, second });
-            }
+            check_finite(value, points[i], points[j])?;
             covariance[(i, j)] = value;
         }
         let variance = covariance.norm_max().max(f64::MIN_POSITIVE);
@@ -173,7 +168,9 @@ impl<const D: usize> Checked<'_, D> {
         if eigenvalue >= -VALUE_ERROR * count as f64 {
             return Ok(());
         }
-        Err(KernelFault::Definiteness { points: count, eigenvalue })
+        fault(format!(
+            "the covariance of {count} points has the eigenvalue {eigenvalue:e} in units of the variance"
+        ))
     }
 
     /// All orders up to two in each argument, one axis at a time and mixed.
@@ -205,32 +202,45 @@ impl<const D: usize> Checked<'_, D> {
             .product()
     }
 
-    fn table(&self, hyperparameters: &[f64], second: [f64; D], orders: &[Orders<D>]) -> Vec<f64> {
+    /// Hands over what is asked of the pairs of all points with `second`.
+    fn ask<T>(
+        &self,
+        hyperparameters: &[f64],
+        second: [f64; D],
+        orders: &[Orders<D>],
+        answer: impl FnOnce(&Request<'_, D>, &mut [f64]) -> T,
+    ) -> (Vec<f64>, T) {
         let axes: [Vec<f64>; D] =
             std::array::from_fn(|d| self.points.iter().map(|p| p[d]).collect());
-        let pairs = Pairs { first: axes.each_ref().map(Vec::as_slice), second };
-        let mut table = vec![0.0; orders.len() * pairs.count()];
-        self.kernel.derivatives(hyperparameters, &pairs, orders, &mut table);
-        table
+        let first = axes.each_ref().map(Vec::as_slice);
+        let request = Request { hyperparameters, first, second, orders };
+        let mut table = vec![0.0; orders.len() * request.count()];
+        let answer = answer(&request, &mut table);
+        (table, answer)
     }
 
-    fn derivatives(&self) -> Result<(), KernelFault> {
+    fn table(&self, hyperparameters: &[f64], second: [f64; D], orders: &[Orders<D>]) -> Vec<f64> {
+        let fill = |request: &Request<'_, D>, table: &mut [f64]| {
+            self.kernel.derivatives(request, table);
+        };
+        self.ask(hyperparameters, second, orders, fill).0
+    }
+
+    fn derivatives(&self) -> Result<(), GpError> {
         let orders = self.orders();
         let n = self.points.len();
         let second = self.second;
         let table = self.table(self.hyperparameters, second, &orders);
-        let axes: [Vec<f64>; D] =
-            std::array::from_fn(|d| self.points.iter().map(|p| p[d]).collect());
-        let pairs = Pairs { first: axes.each_ref().map(Vec::as_slice), second };
-        let mut series = vec![0.0; table.len()];
-        table::by_series(self.kernel, self.hyperparameters, &pairs, &orders, &mut series);
+        let (series, ()) = self.ask(self.hyperparameters, second, &orders, |request, table| {
+            from_formula(self.kernel, request, table);
+        });
         for (entry, order) in orders.iter().enumerate() {
             let rows = entry * n..(entry + 1) * n;
             let unit = self.unit(order);
             let scale = series[rows.clone()].iter().fold(0.0_f64, |m, s| m.max((s * unit).abs()));
             for (given, expected) in table[rows.clone()].iter().zip(&series[rows]) {
                 if !close(given * unit, expected * unit, scale, TAYLOR_TOLERANCE) {
-                    return Err(fault(order, *given, *expected, "Taylor series"));
+                    return wrong(order, *given, *expected, "Taylor series");
                 }
             }
         }
@@ -238,7 +248,7 @@ impl<const D: usize> Checked<'_, D> {
     }
 
     /// First derivatives in either argument against differences of the formula.
-    fn differences(&self, second: [f64; D]) -> Result<(), KernelFault> {
+    fn differences(&self, second: [f64; D]) -> Result<(), GpError> {
         for d in 0..D {
             let mut first_order = Orders { first: [0; D], second: [0; D] };
             first_order.first[d] = 1;
@@ -253,14 +263,14 @@ impl<const D: usize> Checked<'_, D> {
                     (given * self.extents[d], (at(STEP) - at(-STEP)) / (2.0 * STEP));
                 if !close(given, expected, expected.abs(), DIFFERENCE_TOLERANCE) {
                     let [given, expected] = [given, expected].map(|slope| slope / self.extents[d]);
-                    return Err(fault(&first_order, given, expected, "central differences"));
+                    return wrong(&first_order, given, expected, "central differences");
                 }
             }
         }
         Ok(())
     }
 
-    fn gradient(&self) -> Result<(), KernelFault> {
+    fn gradient(&self) -> Result<(), GpError> {
         let orders = self.orders();
         // One of the points is the second one: what happens on the diagonal counts too.
         let second = self.points[0];
@@ -268,11 +278,11 @@ impl<const D: usize> Checked<'_, D> {
         let weights: Vec<f64> = (0..orders.len() * n)
             .map(|k| (((k * 7 + 3) % 11) as f64 / 11.0 - 0.4) * self.unit(&orders[k / n]))
             .collect();
-        let axes: [Vec<f64>; D] =
-            std::array::from_fn(|d| self.points.iter().map(|p| p[d]).collect());
-        let pairs = Pairs { first: axes.each_ref().map(Vec::as_slice), second };
-        let mut gradient = vec![0.0; self.hyperparameters.len()];
-        self.kernel.pull_back(self.hyperparameters, &pairs, &orders, &weights, &mut gradient);
+        let (_, gradient) = self.ask(self.hyperparameters, second, &orders, |request, _| {
+            let mut gradient = vec![0.0; self.hyperparameters.len()];
+            self.kernel.pull_back(request, &weights, &mut gradient);
+            gradient
+        });
         let sum = |number: usize, step: f64| -> f64 {
             let mut moved = self.hyperparameters.to_vec();
             moved[number] *= step.exp();
@@ -282,19 +292,35 @@ impl<const D: usize> Checked<'_, D> {
             let expected = (sum(number, STEP) - sum(number, -STEP)) / (2.0 * STEP);
             let scale = expected.abs().max(sum(number, 0.0).abs());
             if !close(*given, expected, scale, DIFFERENCE_TOLERANCE) {
-                return Err(KernelFault::Gradient { number, given: *given, expected });
+                return fault(format!(
+                    "gradient in hyperparameter {number}: {given}, by differences {expected}"
+                ));
             }
         }
         Ok(())
     }
 }
 
-fn fault<const D: usize>(
+fn fault(text: String) -> Result<(), GpError> {
+    Err(GpError::Kernel(text))
+}
+
+fn check_finite<const D: usize>(value: f64, x: [f64; D], y: [f64; D]) -> Result<(), GpError> {
+    if value.is_finite() {
+        return Ok(());
+    }
+    fault(format!("k(x, x') = {value} at x = {}, x' = {}", place(&x), place(&y)))
+}
+
+/// A derivative that does not belong to the formula.
+fn wrong<const D: usize>(
     orders: &Orders<D>,
     given: f64,
     expected: f64,
-    method: &'static str,
-) -> KernelFault {
-    let orders = format!("{:?} in x, {:?} in x'", orders.first, orders.second);
-    KernelFault::Derivative { orders, given, expected, method }
+    method: &str,
+) -> Result<(), GpError> {
+    let [first, second] = [orders.first, orders.second].map(|n| place(&n.map(|n| n as f64)));
+    fault(format!(
+        "derivative {first} in x, {second} in x': {given} in the table, {expected} by {method}"
+    ))
 }
