@@ -47,7 +47,7 @@ pub fn recipe(options: &BeamOptions, method: Method) -> Recipe {
         Method::Pi => {
             let base = PhysicsInformed::default();
             let (coordinates, training) = thesis.unwrap_or((base.coordinates, base.training));
-            let parameter_sets = simulations;
+            let parameter_sets = if options.full { simulations } else { base.parameter_sets };
             PhysicsInformed { parameter_sets, coordinates, training, ..base }.into()
         }
         Method::Hybrid => {

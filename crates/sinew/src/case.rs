@@ -18,7 +18,7 @@ pub use error::CaseError;
 pub use fibres::{FibreRule, Fibres};
 pub use laws::Law;
 pub use loads::{FoundationLoad, Load, Pressure};
-pub use mesh::{BoxMesh, Element, EllipsoidMesh, MeshSource};
+pub use mesh::{BiventricleMesh, BoxMesh, Element, EllipsoidMesh, MeshSource};
 pub use parameters::Range;
 pub use supports::{Support, Turn};
 pub use training::{RecipeName, Training};

@@ -25,6 +25,7 @@ pub const SCENES: &[BuiltIn] = scenes! {
     "TwistingCube": "twisting_cube.toml",
     "TractionBeamHO": "traction_beam_ho.toml",
     "TractionBeamGuccione": "traction_beam_guccione.toml",
+    "Biventricle": "biventricle.toml",
     "IdealVentricle": "ideal_ventricle.toml",
     "LeftVentricle": "left_ventricle.toml",
     "LeftVentricleThesis": "left_ventricle_thesis.toml",

@@ -30,19 +30,19 @@ pub struct PhysicsInformed {
 
 impl Default for PhysicsInformed {
     fn default() -> Self {
-        let config = |steps, evaluations| TrainingConfig {
-            batch: 4,
+        let config = |steps, embedding_share, evaluations| TrainingConfig {
+            batch: 8,
             learning_rate: 8e-3,
             budget: Budget::Steps(steps),
-            embedding_share: 0.3,
+            embedding_share,
             evaluations,
             ..TrainingConfig::default()
         };
         Self {
-            parameter_sets: 200,
-            coordinates: Coordinates::MotionsAfter(config(400, 5)),
+            parameter_sets: 1000,
+            coordinates: Coordinates::MotionsAfter(config(400, 0.3, 5)),
             network: Network::default(),
-            training: config(1600, 20),
+            training: config(2000, 0.15, 20),
         }
     }
 }

@@ -5,10 +5,10 @@ use super::source::{Source, advise, exactly};
 use super::units::{LENGTHS, names};
 use serde::Deserialize;
 use sinew_energy::listed;
-use sinew_mesh::{AnyMesh, TruncatedEllipsoid, box_hexahedra, box_tetrahedra};
+use sinew_mesh::{AnyMesh, Biventricle, TruncatedEllipsoid, box_hexahedra, box_tetrahedra};
 use std::path::PathBuf;
 
-/// Where a mesh comes from: one of the first three keys.
+/// Where a mesh comes from: one of the first four keys.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MeshSource {
@@ -19,6 +19,8 @@ pub struct MeshSource {
     pub cuboid: Option<BoxMesh>,
     /// The wall between two ellipsoids: an idealised ventricle.
     pub ellipsoid: Option<EllipsoidMesh>,
+    /// Two such ventricles in one wall.
+    pub biventricle: Option<BiventricleMesh>,
     /// Cells of what is made.
     pub element: Option<Element>,
     /// Unit of length of the numbers above and in the file; mm where there is none.
@@ -54,6 +56,22 @@ pub struct EllipsoidMesh {
     pub cells: [usize; 3],
 }
 
+/// See [`Biventricle`]; with sets `base`, `endo_left`, `endo_right`, both together `endo`, and `epi`.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BiventricleMesh {
+    /// Radius of a cavity at the base.
+    pub radius: f64,
+    /// Depth of a cavity.
+    pub depth: f64,
+    /// Thickness of the free walls.
+    pub wall: f64,
+    /// Thickness of the septum.
+    pub septum: f64,
+    /// Length of an edge, at most 0.55 of a wall's thickness.
+    pub edge: f64,
+}
+
 /// Cells of a mesh that is made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -76,8 +94,8 @@ impl MeshSource {
             );
         };
         let element = self.element.unwrap_or_default();
-        let mut mesh = match (&self.file, &self.cuboid, &self.ellipsoid) {
-            (Some(file), None, None) => {
+        let mut mesh = match (&self.file, &self.cuboid, &self.ellipsoid, &self.biventricle) {
+            (Some(file), None, None, None) => {
                 if self.element.is_some() {
                     let reason = "a file holds its own kind of cell; leave it out".into();
                     return Err(source.error(&["mesh", "element"], reason));
@@ -92,10 +110,11 @@ impl MeshSource {
                 }
                 sinew_mesh::read(file).map_err(|reason| error(reason.to_string()))?.0
             }
-            (None, Some(cuboid), None) => cuboid.make(element, source)?,
-            (None, None, Some(ellipsoid)) => ellipsoid.make(element, source)?,
+            (None, Some(cuboid), None, None) => cuboid.make(element, source)?,
+            (None, None, Some(ellipsoid), None) => ellipsoid.make(element, source)?,
+            (None, None, None, Some(heart)) => heart.make(element, source)?,
             _ => {
-                let reason = "give one of `file`, `box` and `ellipsoid`".into();
+                let reason = "give one of `file`, `box`, `ellipsoid` and `biventricle`".into();
                 return Err(source.error(&["mesh"], reason));
             }
         };
@@ -160,6 +179,37 @@ impl EllipsoidMesh {
             Element::Tetrahedra => wall.tetrahedra().into(),
             Element::Hexahedra => wall.hexahedra().into(),
         })
+    }
+}
+
+impl BiventricleMesh {
+    fn make(self, element: Element, source: &Source) -> Result<AnyMesh, CaseError> {
+        let Self { radius, depth, wall, septum, edge } = self;
+        let error = |key, reason| Err(source.error(&["mesh", "biventricle", key], reason));
+        let sizes = [
+            ("radius", radius),
+            ("depth", depth),
+            ("wall", wall),
+            ("septum", septum),
+            ("edge", edge),
+        ];
+        for (key, size) in sizes {
+            if !(size > 0.0 && size.is_finite()) {
+                return error(key, format!("{size} is no length; give a positive one"));
+            }
+        }
+        let longest = 0.55 * wall.min(septum);
+        if edge > longest {
+            let reason = format!(
+                "an edge of {edge} reaches through the thinnest wall; give at most {longest}"
+            );
+            return error("edge", reason);
+        }
+        if element != Element::Tetrahedra {
+            let reason = "two ventricles are made of tetrahedra only; leave it out".into();
+            return Err(source.error(&["mesh", "element"], reason));
+        }
+        Ok(Biventricle { radius, depth, wall, septum }.tetrahedra(edge).into())
     }
 }
 
