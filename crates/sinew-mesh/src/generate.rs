@@ -1,10 +1,12 @@
 //! Structured meshes of simple bodies.
 
+mod chamber;
 mod membrane;
 mod shells;
 mod ventricle;
 mod wall;
 
+pub use chamber::{Chamber, ChamberError, ChamberReport, ChamberWall, Size, Trim, WallOptions};
 pub use membrane::{cook_membrane, cook_membrane_point, rectangle_crossed_triangles};
 pub use shells::{cylinder_quarter, sphere_octant};
 pub use ventricle::TruncatedEllipsoid;
