@@ -79,7 +79,10 @@ mod tests {
         let mesh = box_tetrahedra([1.0; 3], [3; 3]);
         let mut surface = extract_surface(&mesh, &boundary_facets(&mesh)).mesh;
         // Different along each axis: edges that meet edges touch only.
-        surface.points.iter_mut().for_each(|[x, y, z]| (*x, *y, *z) = (*x + at, *y + 1.1 * at, *z + 1.3 * at));
+        surface
+            .points
+            .iter_mut()
+            .for_each(|[x, y, z]| (*x, *y, *z) = (*x + at, *y + 1.1 * at, *z + 1.3 * at));
         surface
     }
 

@@ -23,7 +23,8 @@ pub(super) struct Fit<'a> {
     pole: Point,
     /// Unit direction from apex to base.
     up: Point,
-    towards: Option<Point>,
+    /// Angles count from this direction, as far as it is across the axis.
+    towards: Point,
     /// `q` of the rays that leave the pole across the axis.
     equator: f64,
     /// Points of the surface, row by row from the apex.
@@ -42,7 +43,8 @@ impl<'a> Fit<'a> {
         let radius = POLE * axis.norm();
         // Rows are spread evenly over a quarter of a circle and a straight line.
         let equator = FRAC_PI_2 * radius / (FRAC_PI_2 * radius + (base.centre - pole).norm());
-        let towards = towards.map(|point| point - pole);
+        // One for all rows: a second choice could differ.
+        let [towards, _] = frame(up, towards.map(|point| point - pole));
         let (table, ways) = (Vec::new(), Vec::new());
         let mut fit = Self { trees, base, pole, up, towards, equator, table, ways, meridian: 0.0 };
         fit.measure()?;
@@ -75,7 +77,7 @@ impl<'a> Fit<'a> {
     fn point(&self, q: f64, angle: f64) -> Result<Point, ChamberError> {
         let (sin, cos) = angle.sin_cos();
         if q < self.equator {
-            let [across, along] = frame(self.up, self.towards);
+            let [across, along] = frame(self.up, Some(self.towards));
             let (out, down) = (FRAC_PI_2 * q / self.equator).sin_cos();
             return wall(
                 self.trees,
@@ -85,7 +87,7 @@ impl<'a> Fit<'a> {
         }
         let way = (q - self.equator) / (1.0 - self.equator);
         let normal = self.up.lerp(&self.base.normal, way).normalize();
-        let [across, along] = frame(normal, self.towards);
+        let [across, along] = frame(normal, Some(self.towards));
         wall(self.trees, self.pole.lerp(&self.base.centre, way), across * cos + along * sin)
     }
 
