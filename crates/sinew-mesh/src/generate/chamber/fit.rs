@@ -13,6 +13,10 @@ const ROWS: usize = 48;
 const COLUMNS: usize = 64;
 /// Sizes of edges that are tried for a wanted number of nodes, each smaller by this factor.
 const FINER: f64 = 0.98;
+/// Cells along the axis may be this much longer or shorter than wide to come near a wanted number of nodes, and how much that
+/// counts beside the number.
+const LONGER: f64 = 1.25;
+const STRETCHED: f64 = 0.2;
 /// Numbers of nodes that are made.
 const NODES: std::ops::RangeInclusive<usize> = 60..=3_000_000;
 
@@ -116,10 +120,26 @@ impl<'a> Fit<'a> {
             Size::Edge(edge) if edge > around * 1e-4 && edge.is_finite() => edge,
             Size::Edge(edge) => return fail(format!("edges cannot be {edge} long")),
             Size::Nodes(wanted) if NODES.contains(&wanted) => {
-                let apart = |edge: &f64| nodes(cells(*edge)).abs_diff(wanted);
                 let sizes = std::iter::successors(Some(around / 4.0), |edge| Some(edge * FINER));
-                let finest = sizes.take_while(|edge| nodes(cells(*edge)) < 2 * wanted);
-                finest.min_by_key(apart).unwrap_or(around / 8.0)
+                let sizes = sizes.map(cells).take_while(|&cells| nodes(cells) < 2 * wanted);
+                // Layers and cells around come in steps, those along the axis make up for them.
+                let exact = |[layers, around, along]: [usize; 3]| {
+                    let half = around / 8;
+                    let patch = (2 * half + 1).pow(2);
+                    let rings =
+                        (wanted / (layers + 1)).saturating_sub(patch) as f64 / around as f64;
+                    let share = (half as f64 + rings)
+                        .clamp(LONGER.recip() * along as f64, LONGER * along as f64);
+                    [layers, around, (share.round() as usize).max(half + 2)]
+                };
+                let apart = |&(even, cells): &([usize; 3], [usize; 3])| {
+                    let [off, stretched] =
+                        [nodes(cells) as f64 / wanted as f64, cells[2] as f64 / even[2] as f64];
+                    off.ln().abs() + STRETCHED * stretched.ln().abs()
+                };
+                let tried = sizes.map(|cells| (cells, exact(cells)));
+                let best = tried.min_by(|a, b| apart(a).total_cmp(&apart(b)));
+                return Ok(best.map_or(cells(around / 8.0), |(_, cells)| cells));
             }
             Size::Nodes(wanted) => return fail(format!("{wanted} nodes cannot be made")),
         };
