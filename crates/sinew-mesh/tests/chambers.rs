@@ -170,6 +170,7 @@ fn surfaces_without_a_wall_are_refused_with_advice() {
         WallOptions { size: Size::Edge(f64::NAN), ..nodes(0) },
         WallOptions { size: Size::Edge(1e-9), ..nodes(0) },
         WallOptions { layers: Some(0), ..nodes(1500) },
+        WallOptions { layers: Some(90), ..nodes(100) },
     ] {
         assert!(matches!(told(chamber(&surfaces), options), ChamberError::Size { .. }));
     }

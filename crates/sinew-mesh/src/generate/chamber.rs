@@ -5,6 +5,7 @@ mod error;
 mod fit;
 mod outside;
 mod report;
+mod size;
 
 use std::collections::{HashMap, HashSet};
 
@@ -122,7 +123,7 @@ impl Chamber<'_> {
         let axis = Axis::new(self.endocardium)?;
         let base = axis.base(&trees, &options.trim)?;
         let fit = Fit::new(&trees, base, self.towards())?;
-        let [layers, around, along] = fit.cells(options)?;
+        let [layers, around, along] = fit.lengths().cells(options)?;
         let disk = Disk { half: around / 8, along };
         let sheet = disk.sheet(false);
         let inner = fit.inner(&sheet, &disk)?;

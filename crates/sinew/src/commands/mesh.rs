@@ -86,19 +86,21 @@ impl Mesh {
 impl Ventricle {
     fn run(&self) -> Result<()> {
         let options = self.options()?;
-        let angles = numbers::<2>(&self.angles)
-            .ok_or_else(|| Usage(format!("--angles {}: give two angles, such as 60,-60", self.angles)))?;
+        let angles = numbers::<2>(&self.angles).ok_or_else(|| {
+            Usage(format!("--angles {}: give two angles, such as 60,-60", self.angles))
+        })?;
         let endocardium = surface(&self.endocardium)?;
         let epicardium = surface(&self.epicardium)?;
         let septum = self.septum.as_deref().map(surface).transpose()?;
-        let chamber = Chamber {
-            endocardium: &endocardium,
-            epicardium: &epicardium,
-            septum: septum.as_ref(),
-        };
+        let chamber =
+            Chamber { endocardium: &endocardium, epicardium: &epicardium, septum: septum.as_ref() };
         let start = Instant::now();
         let wall = chamber.wall(&options).map_err(|error| {
-            Usage(format!("no wall between {} and {}: {error}", self.endocardium.display(), self.epicardium.display()))
+            Usage(format!(
+                "no wall between {} and {}: {error}",
+                self.endocardium.display(),
+                self.epicardium.display()
+            ))
         })?;
         let seconds = start.elapsed().as_secs_f64();
         let rule = FibreRule {
@@ -119,7 +121,9 @@ impl Ventricle {
         mesh.write_vtu(&self.out)?;
         println!("written: {}", self.out.display());
         if wall.report().crossings.0 > 0 {
-            eprintln!("warning: the given surfaces cross each other or themselves; look at the mesh there");
+            eprintln!(
+                "warning: the given surfaces cross each other or themselves; look at the mesh there"
+            );
         }
         Ok(())
     }
@@ -132,7 +136,8 @@ impl Ventricle {
         let trim = match self.trim.as_str() {
             "auto" => Some(Trim::Auto),
             text => numbers(text).map(|[part]| Trim::Fraction(part)).or_else(|| {
-                numbers(text).map(|[x, y, z, a, b, c]| Trim::Plane { point: [x, y, z], normal: [a, b, c] })
+                numbers(text)
+                    .map(|[x, y, z, a, b, c]| Trim::Plane { point: [x, y, z], normal: [a, b, c] })
             }),
         };
         let trim = trim.ok_or_else(|| {
@@ -148,7 +153,11 @@ impl Ventricle {
 fn surface(path: &Path) -> Result<TriangleMesh> {
     let (surface, report) = read_triangle_mesh(path).map_err(|error| Usage(error.to_string()))?;
     if report.dropped_cells > 0 {
-        eprintln!("{}: {} points, lines and collapsed triangles left out", path.display(), report.dropped_cells);
+        eprintln!(
+            "{}: {} points, lines and collapsed triangles left out",
+            path.display(),
+            report.dropped_cells
+        );
     }
     Ok(surface)
 }

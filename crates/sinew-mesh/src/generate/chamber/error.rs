@@ -3,6 +3,11 @@
 use crate::Defect;
 use thiserror::Error;
 
+/// A point or direction as people read it.
+pub(super) fn shown([x, y, z]: &[f64; 3]) -> String {
+    format!("({x:.3}, {y:.3}, {z:.3})")
+}
+
 /// Surfaces that no wall can be made from. Points are in the surfaces' own unit of length.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
@@ -20,8 +25,10 @@ pub enum ChamberError {
     Closed,
     /// No plane is a base.
     #[error(
-        "no plane across the axis from {apex:?} along {axis:?} cuts a whole wall below the valves; give the plane of the base: \
-         a point and a normal"
+        "no plane across the axis from {} along {} cuts a whole wall below the valves; give the plane of the base: \
+         a point and a normal",
+        shown(apex),
+        shown(axis)
     )]
     NoBase {
         /// The apex.
@@ -37,8 +44,10 @@ pub enum ChamberError {
     },
     /// A ray that leaves the cavity without meeting the endocardium.
     #[error(
-        "the endocardium has a hole below the base: nothing lies from {origin:?} along {direction:?}; put the base \
-         further down, or close the hole"
+        "the endocardium has a hole below the base: nothing lies from {} along {}; put the base \
+         further down, or close the hole",
+        shown(origin),
+        shown(direction)
     )]
     Hole {
         /// Where the ray begins.
@@ -48,8 +57,9 @@ pub enum ChamberError {
     },
     /// A ray that meets the endocardium more than once.
     #[error(
-        "seen from its axis the endocardium lies behind itself at {point:?}; smooth its folds and papillary muscles, or put \
-         the base further down"
+        "seen from its axis the endocardium lies behind itself at {}; smooth its folds and papillary muscles, or put \
+         the base further down",
+        shown(point)
     )]
     Folded {
         /// The first point met.
@@ -57,8 +67,9 @@ pub enum ChamberError {
     },
     /// Much of the endocardium has nothing around it.
     #[error(
-        "{count} of {of} nodes of the endocardium have no outer surface along their normal, the first at {point:?}; give the \
-         epicardium around it, in the same unit, and the septum if there is one"
+        "{count} of {of} nodes of the endocardium have no outer surface along their normal, the first at {}; give the \
+         epicardium around it, in the same unit, and the septum if there is one",
+        shown(point)
     )]
     NoOutside {
         /// Nodes without.
@@ -70,7 +81,8 @@ pub enum ChamberError {
     },
     /// The surfaces touch.
     #[error(
-        "the wall has no thickness at {point:?}; part the surfaces there, or put the base further down"
+        "the wall has no thickness at {}; part the surfaces there, or put the base further down",
+        shown(point)
     )]
     Touching {
         /// Where.
@@ -86,8 +98,9 @@ pub enum ChamberError {
     },
     /// A cell is inside out.
     #[error(
-        "a cell is inside out at {at:?}: the surfaces turn too sharply there for this size of cells; smooth them, choose \
-         other cells, or put the base further down"
+        "a cell is inside out at {}: the surfaces turn too sharply there for this size of cells; smooth them, choose \
+         other cells, or put the base further down",
+        shown(at)
     )]
     Inverted {
         /// Where.

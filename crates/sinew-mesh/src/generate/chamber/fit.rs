@@ -3,7 +3,8 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::axis::{Base, Section, frame, wall};
-use super::{ChamberError, Disk, Point, Sheet, Size, Trees, WallOptions};
+use super::size::Lengths;
+use super::{ChamberError, Disk, Point, Sheet, Trees};
 
 /// Where the rays' origins begin to follow the axis, as a fraction of the way from the apex to the base; below, all rays
 /// leave the same point.
@@ -11,15 +12,6 @@ const POLE: f64 = 1.0 / 3.0;
 /// Rows and columns of the table of points that ways along the surface are measured on.
 const ROWS: usize = 48;
 const COLUMNS: usize = 64;
-/// Sizes of edges that are tried for a wanted number of nodes, each smaller by this factor.
-const FINER: f64 = 0.98;
-/// Cells along the axis may be this much longer or shorter than wide to come near a wanted number of nodes, and how much that
-/// counts beside the number.
-const LONGER: f64 = 1.25;
-const STRETCHED: f64 = 0.2;
-/// Numbers of nodes that are made.
-const NODES: std::ops::RangeInclusive<usize> = 60..=3_000_000;
-
 /// The cavity as rays see it: by `q` from 0 at the apex to 1 at the base, and an angle around the axis.
 pub(super) struct Fit<'a> {
     trees: &'a Trees,
@@ -95,58 +87,13 @@ impl<'a> Fit<'a> {
         wall(self.trees, self.pole.lerp(&self.base.centre, way), across * cos + along * sin)
     }
 
-    /// Layers, cells around and cells from the apex to the base.
-    pub fn cells(&self, options: &WallOptions) -> Result<[usize; 3], ChamberError> {
-        let fail = |what: String| Err(ChamberError::Size { what });
-        if options.layers == Some(0) {
-            return fail("there are no layers".into());
-        }
+    /// Lengths that sizes of cells follow from.
+    pub fn lengths(&self) -> Lengths {
         let perimeter = |row: &[Point; COLUMNS]| -> f64 {
             (0..COLUMNS).map(|k| (row[k] - row[(k + 1) % COLUMNS]).norm()).sum()
         };
         let around = self.table.iter().map(perimeter).fold(0.0, f64::max);
-        let thickness = self.thickness();
-        let cells = |edge: f64| {
-            let count = |length: f64| (length / edge).round().max(1.0) as usize;
-            let half = count(around / 8.0);
-            let layers = options.layers.unwrap_or_else(|| count(thickness).max(2));
-            [layers, 8 * half, count(self.meridian).max(half + 2)]
-        };
-        let nodes = |[layers, around, along]: [usize; 3]| {
-            let half = around / 8;
-            (layers + 1) * ((2 * half + 1).pow(2) + around * (along - half))
-        };
-        let edge = match options.size {
-            Size::Edge(edge) if edge > around * 1e-4 && edge.is_finite() => edge,
-            Size::Edge(edge) => return fail(format!("edges cannot be {edge} long")),
-            Size::Nodes(wanted) if NODES.contains(&wanted) => {
-                let sizes = std::iter::successors(Some(around / 4.0), |edge| Some(edge * FINER));
-                let sizes = sizes.map(cells).take_while(|&cells| nodes(cells) < 2 * wanted);
-                // Layers and cells around come in steps, those along the axis make up for them.
-                let exact = |[layers, around, along]: [usize; 3]| {
-                    let half = around / 8;
-                    let patch = (2 * half + 1).pow(2);
-                    let rings =
-                        (wanted / (layers + 1)).saturating_sub(patch) as f64 / around as f64;
-                    let share = (half as f64 + rings)
-                        .clamp(LONGER.recip() * along as f64, LONGER * along as f64);
-                    [layers, around, (share.round() as usize).max(half + 2)]
-                };
-                let apart = |&(even, cells): &([usize; 3], [usize; 3])| {
-                    let [off, stretched] =
-                        [nodes(cells) as f64 / wanted as f64, cells[2] as f64 / even[2] as f64];
-                    off.ln().abs() + STRETCHED * stretched.ln().abs()
-                };
-                let tried = sizes.map(|cells| (cells, exact(cells)));
-                let best = tried.min_by(|a, b| apart(a).total_cmp(&apart(b)));
-                return Ok(best.map_or(cells(around / 8.0), |(_, cells)| cells));
-            }
-            Size::Nodes(wanted) => return fail(format!("{wanted} nodes cannot be made")),
-        };
-        match nodes(cells(edge)) {
-            count if count > *NODES.end() => fail(format!("these are {count} nodes")),
-            _ => Ok(cells(edge)),
-        }
+        Lengths { around, along: self.meridian, thickness: self.thickness() }
     }
 
     /// Median thickness across the axis in the upper half.

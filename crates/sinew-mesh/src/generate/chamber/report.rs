@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::axis::Base;
+use super::error::shown;
 use super::outside::Outside;
 use super::{Chamber, Point, Trees, folds};
 use crate::quality::Spread;
@@ -129,20 +130,12 @@ fn crossings(chamber: &Chamber<'_>, base: &Base) -> (usize, Option<[f64; 3]>) {
 impl fmt::Display for ChamberReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [layers, around, along] = self.cells;
-        let place = |x: [f64; 3]| format!("({:.1}, {:.1}, {:.1})", x[0], x[1], x[2]);
-        let normal = self.base[1];
         writeln!(
             f,
             "{layers} layers of {around} cells around and {along} from the apex to the base"
         )?;
-        writeln!(
-            f,
-            "base at {}, normal ({:.3}, {:.3}, {:.3})",
-            place(self.base[0]),
-            normal[0],
-            normal[1],
-            normal[2]
-        )?;
+        let [base, normal] = self.base.each_ref().map(shown);
+        writeln!(f, "base at {base}, normal {normal}")?;
         writeln!(f, "{}", self.quality)?;
         let Spread { min, median, max } = self.thickness;
         writeln!(f, "thickness {min:.2} to {max:.2}, median {median:.2}")?;
@@ -162,7 +155,7 @@ impl fmt::Display for ChamberReport {
             )?;
         }
         let (count, first) = self.crossings;
-        let at = first.map_or(String::new(), |x| format!(", the first at {}", place(x)));
+        let at = first.map_or(String::new(), |x| format!(", the first at {}", shown(&x)));
         writeln!(
             f,
             "triangles of the given surfaces that cross below the base: {count} pairs{at}"
