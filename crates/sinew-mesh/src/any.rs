@@ -81,6 +81,11 @@ impl AnyMesh {
         each!(self, mesh => &mesh.facet_sets)
     }
 
+    /// Named sets of facets, to add to.
+    pub fn facet_sets_mut(&mut self) -> &mut BTreeMap<String, Vec<Facet>> {
+        each!(self, mesh => &mut mesh.facet_sets)
+    }
+
     /// Named fields with one row per node.
     pub fn point_fields(&self) -> &BTreeMap<String, Field> {
         each!(self, mesh => &mesh.point_fields)

@@ -54,8 +54,8 @@ impl fmt::Display for Place {
 pub enum Problem {
     /// The format is none of those known.
     #[error(
-        "this is neither legacy VTK, VTU nor gmsh MSH; convert the mesh to one of them, for \
-         example with `meshio convert`"
+        "this is neither legacy VTK, VTU, VTP, gmsh MSH, STL nor OBJ; convert the mesh to one of \
+         them, for example with `meshio convert`"
     )]
     UnknownFormat,
     /// Something else was expected.

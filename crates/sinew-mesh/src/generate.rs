@@ -1,6 +1,7 @@
 //! Structured meshes of simple bodies.
 
 mod biventricle;
+mod chamber;
 mod implicit;
 mod membrane;
 mod shells;
@@ -8,6 +9,7 @@ mod ventricle;
 mod wall;
 
 pub use biventricle::Biventricle;
+pub use chamber::{Chamber, ChamberError, ChamberReport, ChamberWall, Size, Trim, WallOptions};
 pub use membrane::{cook_membrane, cook_membrane_point, rectangle_crossed_triangles};
 pub use shells::{cylinder_quarter, sphere_octant};
 pub use ventricle::TruncatedEllipsoid;

@@ -42,8 +42,10 @@
 //!
 //! | format | read | written |
 //! |---|---|---|
-//! | legacy VTK, text and binary | 2.0 to 4.2, 5.1 | [`write_vtk`]: 5.1 |
-//! | VTU | text, base64, appended raw or base64; plain or zlib | [`write_vtu`]: base64 |
+//! | legacy VTK, text and binary | grids and surfaces (POLYDATA); 2.0 to 4.2, 5.1 | [`write_vtk`], [`to_vtk_surface`]: 5.1 |
+//! | VTU, VTP | text, base64, appended raw or base64; plain or zlib | [`write_vtu`], [`to_vtp`]: base64 |
+//! | STL, text and binary | corners at the same place become one node | [`to_stl`] |
+//! | OBJ | faces, lines and groups | [`to_obj`] |
 //! | PVD | | [`write_pvd`] |
 //! | gmsh MSH, text and binary | 2.2, 4.1 | |
 //! | NumPy npy | floats, integers, booleans; both byte orders | [`write_npy`] |
@@ -53,7 +55,7 @@
 //! in the [`ReadReport`]. Triangles among tetrahedra (quadrilaterals among hexahedra) become facet
 //! sets: named by gmsh's physical groups, or by the values of integer cell fields
 //! (`region:1`), or `facets`. A field that marks nodes becomes a set with
-//! [`Mesh::nodes_where_nonzero`]. Other cells, and such cells folded over, are refused with advice.
+//! [`Mesh::nodes_where_nonzero`]. Polygons and strips of surfaces are read as triangles. Other cells, and such cells folded over, are refused with advice.
 //!
 //! ## Sets in VTK files
 //!
@@ -70,6 +72,7 @@
 
 mod any;
 mod check;
+mod crossings;
 mod distort;
 mod element;
 mod error;
@@ -82,20 +85,23 @@ mod quadratic;
 mod quality;
 mod surface;
 mod topology;
+mod tree;
 
 pub use any::AnyMesh;
+pub use crossings::self_intersections;
 pub use element::Element;
 pub use error::{Defect, MeshError, Place, Problem};
 pub use generate::{
-    Biventricle, TruncatedEllipsoid, Wall, box_hexahedra, box_tetrahedra, cook_membrane,
-    cook_membrane_point, cylinder_quarter, rectangle_crossed_triangles, rectangle_triangles,
-    sphere_octant,
+    Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, Size, Trim, TruncatedEllipsoid,
+    Wall, WallOptions, box_hexahedra, box_tetrahedra, cook_membrane, cook_membrane_point,
+    cylinder_quarter, rectangle_crossed_triangles, rectangle_triangles, sphere_octant,
 };
 pub use geometry::repair_orientation;
 pub use io::{
     NpyArray, ReadReport, VtkEncoding, parse, parse_mesh, parse_npy, parse_tet_mesh,
     parse_triangle_mesh, read, read_mesh, read_npy, read_tet_mesh, read_triangle_mesh, to_npy,
-    to_pvd, to_vtk, to_vtu, write_npy, write_pvd, write_vtk, write_vtu,
+    to_obj, to_pvd, to_stl, to_vtk, to_vtk_surface, to_vtp, to_vtu, write_npy, write_pvd,
+    write_surface, write_vtk, write_vtu,
 };
 pub use mesh::{
     Facet, Field, FieldValues, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh,

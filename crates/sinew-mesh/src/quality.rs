@@ -62,7 +62,7 @@ pub struct Spread {
 
 impl Spread {
     /// `None` without numbers.
-    fn of(mut numbers: Vec<f64>) -> Option<Self> {
+    pub(crate) fn of(mut numbers: Vec<f64>) -> Option<Self> {
         numbers.sort_by(f64::total_cmp);
         let (&min, &max) = (numbers.first()?, numbers.last()?);
         Some(Spread { min, median: numbers[numbers.len() / 2], max })

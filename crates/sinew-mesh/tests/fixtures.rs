@@ -166,7 +166,7 @@ fn refused_files_say_what_to_do() {
     let quadratic = read_tet_mesh(fixture("gmsh_quadratic.msh")).unwrap_err().to_string();
     assert!(quadratic.contains("quadratic") && quadratic.contains("linear"), "{quadratic}");
     let python = message("generate.py");
-    assert!(python.contains("neither legacy VTK, VTU nor gmsh MSH"), "{python}");
+    assert!(python.contains("neither legacy VTK, VTU, VTP, gmsh MSH, STL nor OBJ"), "{python}");
     assert!(message("no_such_file.vtk").contains("check the path"));
     let Err(MeshError::Content { problem, .. }) = read_tet_mesh(fixture("gmsh_plate.msh")) else {
         panic!("a triangle mesh is no tetrahedral mesh");

@@ -170,6 +170,11 @@ proptest! {
     }
 
     #[test]
+    fn damaged_surfaces(bytes in damaged(fixtures(&[".vtp", ".stl", ".obj"]))) {
+        read_safely(&bytes);
+    }
+
+    #[test]
     fn damaged_msh_2(bytes in damaged(fixtures(&["22_ascii.msh", "22_binary.msh"]))) {
         read_safely(&bytes);
     }

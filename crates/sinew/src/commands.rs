@@ -2,6 +2,7 @@
 
 pub mod evaluate;
 pub mod export;
+pub mod mesh;
 pub mod predict;
 pub mod report;
 pub mod sample;

@@ -3,7 +3,7 @@
 mod commands;
 
 use clap::{Parser, Subcommand};
-use commands::{evaluate, export, predict, report, sample, scenes, solve, train};
+use commands::{evaluate, export, mesh, predict, report, sample, scenes, solve, train};
 use std::process::ExitCode;
 
 const HELP: &str = "\
@@ -16,6 +16,9 @@ The way from a mesh to predictions:
   sinew correct beam.toml --theta mu=75,lambda=80 --steps 2
   sinew evaluate beam.toml                        errors and times of all emulators trained so far
   sinew report beam.toml                          the same as a page
+Your own heart:
+  sinew mesh ventricle --endocardium lv.vtk --epicardium epi.vtk -o wall.vtu    a wall with fibres, from its surfaces
+  sinew train LeftVentricle --mesh wall.vtu
 
 CASE is a case file or the name of a built-in scene. Results go to out/NAME (--out). Lengths are in mm, stresses in kPa.
 
@@ -31,6 +34,8 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Make a mesh from surfaces.
+    Mesh(mesh::Mesh),
     /// Find equilibria by Newton's method.
     Solve(solve::Solve),
     /// Draw parameters from their ranges, and solve for them if wanted.
@@ -57,6 +62,7 @@ enum Command {
 
 fn main() -> ExitCode {
     let done = match Arguments::parse().command {
+        Command::Mesh(command) => command.run(),
         Command::Solve(command) => command.run(),
         Command::Sample(command) => command.run(),
         Command::Merge(command) => command.run(),

@@ -134,7 +134,9 @@ fn mistakes_in_a_case_file_are_named_with_their_line() {
 #[test]
 fn help_teaches_and_scenes_can_be_copied() {
     let folder = tempfile::tempdir().unwrap();
-    for command in ["", "solve ", "sample ", "train ", "predict ", "correct ", "evaluate "] {
+    for command in
+        ["", "solve ", "sample ", "train ", "predict ", "correct ", "evaluate ", "mesh ventricle "]
+    {
         let help = done(folder.path(), &format!("{command}--help"));
         assert!(help.contains("sinew new") || help.contains("Example: sinew"), "{help}");
     }
@@ -208,4 +210,61 @@ fn a_campaign_in_shards_is_that_of_one_process() {
     assert!(told.contains("checksum changed since shard 3/4"), "{told}");
     let (code, told) = refused(folder, "sample bar.toml --solve --shard 5/4");
     assert!(code == 2 && told.contains("INDEX/COUNT"), "{told}");
+}
+
+/// Surfaces of a ventricle of a few millimetres, as tools of the field write them.
+fn surfaces(folder: &Path) {
+    use sinew_mesh::{TruncatedEllipsoid, VtkEncoding, extract_surface, to_vtk_surface};
+    let mesh = TruncatedEllipsoid::LAND.wall([1, 32, 16]).tetrahedra();
+    for name in ["endo", "epi"] {
+        let surface = extract_surface(&mesh, &mesh.facet_sets[name]).mesh;
+        let file = to_vtk_surface(&surface, VtkEncoding::Ascii).unwrap();
+        assert!(String::from_utf8_lossy(&file).contains("DATASET POLYDATA"));
+        std::fs::write(folder.join(format!("{name}.vtk")), file).unwrap();
+    }
+}
+
+#[test]
+fn surfaces_become_a_ventricle_that_solves() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    surfaces(folder);
+    let meshed =
+        done(folder, "mesh ventricle --endocardium endo.vtk --epicardium epi.vtk --nodes 300");
+    assert!(meshed.contains("written: wall.vtu") && meshed.contains("volume ratio"), "{meshed}");
+    let solved = done(
+        folder,
+        "solve LeftVentricle --mesh wall.vtu --theta a=0.18,b=2.6,a_f=3.3,b_f=2.7,p=8mmHg",
+    );
+    assert!(solved.contains("volume of region:1"), "{solved}");
+    // The same with the sets' own names and the rule instead of the field.
+    let page = include_str!("../../../docs/case-file.md");
+    let case = page.split("```toml\n").find(|block| block.contains("wall.vtu")).unwrap();
+    let case = case.split("```").next().unwrap();
+    assert!(case.trim().lines().count() <= 25);
+    std::fs::write(folder.join("heart.toml"), case).unwrap();
+    let again = done(folder, "solve heart.toml --theta a=0.18,b=2.6,a_f=3.3,b_f=2.7,p=8mmHg");
+    let displacement = |text: &str| {
+        text.split(": displacement ")
+            .nth(1)
+            .and_then(|rest| rest.split(", volume").next())
+            .unwrap()
+            .to_string()
+    };
+    assert_eq!(displacement(&solved), displacement(&again));
+
+    done(
+        folder,
+        "mesh ventricle --endocardium endo.vtk --epicardium epi.vtk --nodes 300 --element hexahedra --trim 0.8 -o hexa.vtu",
+    );
+    let (mesh, _) = sinew_mesh::read_mesh::<8>(folder.join("hexa.vtu")).unwrap();
+    assert_eq!(mesh.point_fields["fibre"].rows(), mesh.points.len());
+
+    let ask = |more: &str| refused(folder, &format!("mesh ventricle --epicardium epi.vtk {more}"));
+    let (code, told) = ask("--endocardium none.vtk");
+    assert!(code == 2 && told.contains("none.vtk"), "{told}");
+    let (code, told) = ask("--endocardium endo.vtk --trim 1,2");
+    assert!(code == 2 && told.contains("x,y,z,nx,ny,nz"), "{told}");
+    let (code, told) = ask("--endocardium epi.vtk");
+    assert!(code == 2 && told.contains("give the plane of the base"), "{told}");
 }

@@ -115,11 +115,11 @@ const RIM: f64 = 1.0 - 1e-12;
 
 /// The unit disk as the image of a square: a patch of cells in its middle, and rings of cells around.
 #[derive(Clone, Copy)]
-struct Disk {
+pub(super) struct Disk {
     /// Cells from the centre to a side of the patch, an eighth of those around.
-    half: usize,
+    pub half: usize,
     /// Cells from the centre to the rim.
-    along: usize,
+    pub along: usize,
 }
 
 /// Size of the patch's corners over that of a square inscribed in the same ring, and how far its sides
@@ -129,7 +129,7 @@ const BULGE: f64 = 0.15;
 
 impl Disk {
     /// The square `[-1, 1]²`, or its quarter `[0, 1]²`, as a sheet in the plane.
-    fn sheet(&self, quarter: bool) -> Sheet {
+    pub fn sheet(&self, quarter: bool) -> Sheet {
         let half = self.half as i64;
         let start = if quarter { 0 } else { -half };
         let side = (half - start) as usize;
@@ -165,7 +165,7 @@ impl Disk {
         grid_coordinate(self.half + ring, self.along, 1.0)
     }
 
-    fn place(&self, [a, b]: [f64; 2]) -> [f64; 2] {
+    pub fn place(&self, [a, b]: [f64; 2]) -> [f64; 2] {
         let (size, patch) = (a.abs().max(b.abs()), self.scale(0));
         if size <= patch {
             return self.place_in_patch([a, b]);

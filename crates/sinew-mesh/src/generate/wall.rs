@@ -47,8 +47,8 @@ impl fmt::Debug for Wall {
 /// Quadrilaterals in a surface; neighbouring patches share nodes by their keys.
 #[derive(Default)]
 pub(super) struct Sheet {
-    points: Vec<[f64; 3]>,
-    quads: Vec<[usize; 4]>,
+    pub points: Vec<[f64; 3]>,
+    pub quads: Vec<[usize; 4]>,
     by_key: HashMap<[i64; 3], usize>,
 }
 

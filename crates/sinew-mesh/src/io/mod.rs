@@ -8,7 +8,11 @@ mod gmsh4;
 mod grid;
 mod npy;
 mod number;
+mod obj;
+mod polydata;
 mod sets;
+mod stl;
+mod surface_write;
 mod vtk;
 mod vtk_write;
 mod vtu;
@@ -19,13 +23,14 @@ use std::path::Path;
 
 pub use convert::ReadReport;
 pub use npy::{NpyArray, parse_npy, to_npy};
+pub use surface_write::{to_obj, to_stl, to_vtk_surface, to_vtp};
 pub use vtk_write::{VtkEncoding, to_vtk};
 pub use vtu_write::{to_pvd, to_vtu};
 
 use crate::{AnyMesh, Element, Mesh, MeshError, Problem, TetMesh, TriangleMesh};
 use grid::UnstructuredGrid;
 
-/// Reads a mesh from a legacy VTK, VTU or gmsh MSH file, which is told by its content, as is the kind of cell:
+/// Reads a mesh from a legacy VTK, VTU, VTP, gmsh MSH, STL or OBJ file, which is told by its content, as is the kind of cell:
 /// the first of quadratic tetrahedra, hexahedra, tetrahedra, quadratic triangles and triangles that it has.
 ///
 /// # Errors
@@ -159,6 +164,29 @@ pub fn write_vtu<const N: usize>(path: impl AsRef<Path>, mesh: &Mesh<N>) -> Resu
     save(path.as_ref(), &to_vtu(mesh)?)
 }
 
+/// Writes a surface in the format that the ending of the name says: `vtk` (POLYDATA) and `stl` in binary, `vtp`, `obj`.
+///
+/// # Errors
+/// As [`to_vtk_surface`], on another ending, and when the file cannot be written.
+pub fn write_surface(path: impl AsRef<Path>, mesh: &TriangleMesh) -> Result<(), MeshError> {
+    let path = path.as_ref();
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let bytes = match ending.as_str() {
+        "vtk" => to_vtk_surface(mesh, VtkEncoding::Binary)?,
+        "vtp" => to_vtp(mesh)?,
+        "stl" => to_stl(mesh, VtkEncoding::Binary)?,
+        "obj" => to_obj(mesh)?,
+        _ => {
+            let advice = "name the file .vtk, .vtp, .stl or .obj";
+            let value = ending.clone();
+            let problem =
+                Problem::Unsupported { what: "the ending of a surface's file,", value, advice };
+            return Err(cursor::error_at(&path.display().to_string(), 0, problem));
+        }
+    };
+    save(path, &bytes)
+}
+
 /// Writes a PVD file; see [`to_pvd`].
 ///
 /// # Errors
@@ -186,6 +214,10 @@ fn parse_grid(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshError> {
         [b'$', ..] => gmsh::parse(file, bytes),
         [b'<', ..] => vtu::parse(file, bytes),
         _ if content.starts_with(vtk::MAGIC) => vtk::parse(file, bytes),
+        _ if stl::is_binary(bytes) || content.starts_with(b"solid") => stl::parse(file, bytes),
+        _ if obj::looks_like_it(content) => obj::parse(file, bytes),
+        // Binary STL of another length than it declares is told by its name only.
+        _ if file.to_ascii_lowercase().ends_with(".stl") => stl::parse(file, bytes),
         _ => Err(cursor::error_at(file, 0, Problem::UnknownFormat)),
     }
 }

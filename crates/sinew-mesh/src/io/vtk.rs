@@ -7,22 +7,27 @@ use std::collections::BTreeMap;
 use super::cursor::{Cursor, Encoding, Endian};
 use super::grid::UnstructuredGrid;
 use super::number::NumberType;
+use super::polydata::{CellList, Kind, PolyData};
 use crate::{Field, MeshError, Problem};
 
 /// First bytes of every legacy VTK file.
 pub(crate) const MAGIC: &[u8] = b"# vtk DataFile Version";
 
-/// Reads an unstructured grid.
+/// Reads an unstructured grid or a surface (POLYDATA).
 pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshError> {
     let mut reader = Reader {
         cursor: Cursor::new(file, bytes),
         grid: UnstructuredGrid::new(),
+        surface: None,
         attributes_of: None,
         major: 0,
     };
     reader.header()?;
     while reader.section()? {}
-    let Reader { cursor, grid, .. } = reader;
+    let Reader { cursor, mut grid, surface, .. } = reader;
+    if let Some(surface) = surface {
+        surface.fill(&mut grid).map_err(|problem| cursor.error(problem))?;
+    }
     if grid.points.is_empty() {
         return Err(cursor.error(Problem::Missing { expected: "a POINTS section" }));
     }
@@ -44,6 +49,8 @@ enum Owner {
 struct Reader<'a> {
     cursor: Cursor<'a>,
     grid: UnstructuredGrid,
+    /// The cells of a surface.
+    surface: Option<PolyData>,
     attributes_of: Option<Owner>,
     /// Major version of the format.
     major: u32,
@@ -65,12 +72,16 @@ impl Reader<'_> {
         };
         self.keyword("DATASET")?;
         let dataset = self.cursor.text("a dataset type")?;
-        if !dataset.eq_ignore_ascii_case("UNSTRUCTURED_GRID") {
-            return Err(self.cursor.error(Problem::Unsupported {
-                what: "dataset type",
-                value: dataset.into(),
-                advice: "save it as an unstructured grid",
-            }));
+        match dataset.to_ascii_uppercase().as_str() {
+            "UNSTRUCTURED_GRID" => {}
+            "POLYDATA" => self.surface = Some(PolyData::default()),
+            _ => {
+                return Err(self.cursor.error(Problem::Unsupported {
+                    what: "dataset type",
+                    value: dataset.into(),
+                    advice: "save it as an unstructured grid, or a surface as poly data",
+                }));
+            }
         }
         if binary {
             // Legacy VTK is big endian on every machine.
@@ -92,20 +103,32 @@ impl Reader<'_> {
         let Some(word) = self.cursor.word() else { return Ok(false) };
         match word.to_ascii_uppercase().as_slice() {
             b"POINTS" => self.points()?,
-            b"CELLS" if self.major >= 5 => self.cells_with_offsets()?,
-            b"CELLS" => self.cells_with_counts()?,
+            b"CELLS" if self.surface.is_none() => {
+                let list = self.cells()?;
+                self.grid.cells_at = list.at;
+                (self.grid.offsets, self.grid.connectivity) = (list.offsets, list.nodes);
+            }
             b"CELL_TYPES" => self.cell_types()?,
             b"POINT_DATA" => {
                 let declared = self.attributes("POINT_DATA", self.grid.points.len())?;
                 self.attributes_of = Some(Owner::Points(declared));
             }
             b"CELL_DATA" => {
-                let declared = self.attributes("CELL_DATA", self.grid.offsets.len() - 1)?;
+                let listed = self.grid.offsets.len() - 1;
+                let cells = self.surface.as_ref().map_or(listed, PolyData::cell_count);
+                let declared = self.attributes("CELL_DATA", cells)?;
                 self.attributes_of = Some(Owner::Cells(declared));
             }
             b"METADATA" => self.metadata(),
             b"FIELD" => self.field_arrays()?,
             b"LOOKUP_TABLE" => self.lookup_table()?,
+            keyword if self.surface.is_some() && Kind::of_keyword(keyword).is_some() => {
+                let list = self.cells()?;
+                let kind = Kind::of_keyword(keyword);
+                if let (Some(surface), Some(kind)) = (&mut self.surface, kind) {
+                    surface.put(kind, list);
+                }
+            }
             keyword => match (self.attributes_of, attribute_components(keyword)) {
                 (Some(owner), Some(components)) => self.attribute(keyword, components, owner)?,
                 _ => return Err(self.cursor.expected("the keyword of a section", word)),
@@ -134,40 +157,40 @@ impl Reader<'_> {
         Ok(())
     }
 
+    fn cells(&mut self) -> Result<CellList, MeshError> {
+        if self.major >= 5 { self.cells_with_offsets() } else { self.cells_with_counts() }
+    }
+
     /// `CELLS n size`, then each cell as its number of nodes and the nodes.
-    fn cells_with_counts(&mut self) -> Result<(), MeshError> {
+    fn cells_with_counts(&mut self) -> Result<CellList, MeshError> {
         let count: usize = self.cursor.parse("the number of cells")?;
         let size: usize = self.cursor.parse("the size of the cell list")?;
         self.end_of_header();
-        self.grid.cells_at = self.cursor.here();
+        let at = self.cursor.here();
         let list = self.cursor.integers(NumberType::I32, size, "the cell list")?;
+        let (mut offsets, mut connectivity) = (vec![0], Vec::with_capacity(list.len()));
         let mut rest = list.as_slice();
         while let [length, tail @ ..] = rest {
             let nodes = usize::try_from(*length).ok().and_then(|length| tail.get(..length));
             let Some(nodes) = nodes else {
                 let most = tail.len() as i64;
-                let what = "the number of nodes of a cell";
-                return Err(self.cursor.error(Problem::Range {
-                    what,
-                    value: *length,
-                    least: 0,
-                    most,
-                }));
+                let (what, value) = ("the number of nodes of a cell", *length);
+                return Err(self.cursor.error(Problem::Range { what, value, least: 0, most }));
             };
-            self.grid.connectivity.extend_from_slice(nodes);
-            self.grid.offsets.push(self.grid.connectivity.len());
+            connectivity.extend_from_slice(nodes);
+            offsets.push(connectivity.len());
             rest = &tail[nodes.len()..];
         }
-        let found = self.grid.offsets.len() - 1;
+        let found = offsets.len() - 1;
         if found != count {
             let what = "cells in the cell list".into();
             return Err(self.cursor.error(Problem::Count { what, expected: count, found }));
         }
-        Ok(())
+        Ok(CellList { offsets, nodes: connectivity, at })
     }
 
     /// `CELLS n m`, then arrays of `n` offsets and `m` nodes.
-    fn cells_with_offsets(&mut self) -> Result<(), MeshError> {
+    fn cells_with_offsets(&mut self) -> Result<CellList, MeshError> {
         let offsets: usize = self.cursor.parse("the number of offsets")?;
         let nodes: usize = self.cursor.parse("the length of the connectivity")?;
         self.keyword("OFFSETS")?;
@@ -179,10 +202,9 @@ impl Reader<'_> {
         self.keyword("CONNECTIVITY")?;
         let kind = self.number_type()?;
         self.end_of_header();
-        self.grid.cells_at = self.cursor.here();
-        self.grid.connectivity = self.cursor.integers(kind, nodes, "nodes of cells")?;
-        self.grid.offsets = offsets;
-        Ok(())
+        let at = self.cursor.here();
+        let nodes = self.cursor.integers(kind, nodes, "nodes of cells")?;
+        Ok(CellList { offsets, nodes, at })
     }
 
     fn cell_types(&mut self) -> Result<(), MeshError> {

@@ -22,6 +22,23 @@ pub enum VtkEncoding {
 /// # Errors
 /// When the mesh breaks a rule of [`Mesh::check`] or a name cannot be written.
 pub fn to_vtk<const N: usize>(mesh: &Mesh<N>, encoding: VtkEncoding) -> Result<Vec<u8>, MeshError> {
+    to_legacy(mesh, encoding, Shape::Grid)
+}
+
+/// How VTK names the cells of a mesh.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Shape {
+    /// Cells of any kind.
+    Grid,
+    /// Polygons.
+    Surface,
+}
+
+pub(crate) fn to_legacy<const N: usize>(
+    mesh: &Mesh<N>,
+    encoding: VtkEncoding,
+    shape: Shape,
+) -> Result<Vec<u8>, MeshError> {
     mesh.check()?;
     let (nodes, cells) = (mesh.points.len(), mesh.cells.len());
     let (point_fields, cell_fields) = fields_with_sets(mesh)?;
@@ -29,18 +46,24 @@ pub fn to_vtk<const N: usize>(mesh: &Mesh<N>, encoding: VtkEncoding) -> Result<V
         VtkEncoding::Ascii => ("ASCII", Encoding::Text),
         VtkEncoding::Binary => ("BINARY", Encoding::Binary(Endian::Big)),
     };
+    let (dataset, list) = match shape {
+        Shape::Grid => ("UNSTRUCTURED_GRID", "CELLS"),
+        Shape::Surface => ("POLYDATA", "POLYGONS"),
+    };
     let mut file = Writer { bytes: Vec::new(), encoding };
     let magic = String::from_utf8_lossy(vtk::MAGIC);
-    file.text(&format!("{magic} 5.1\nsinew mesh\n{name}\nDATASET UNSTRUCTURED_GRID\n"));
+    file.text(&format!("{magic} 5.1\nsinew mesh\n{name}\nDATASET {dataset}\n"));
     file.text(&format!("POINTS {nodes} double\n"));
     file.floats(mesh.points.as_flattened(), 3);
-    file.text(&format!("CELLS {} {}\nOFFSETS vtktypeint64\n", cells + 1, cells * N));
+    file.text(&format!("{list} {} {}\nOFFSETS vtktypeint64\n", cells + 1, cells * N));
     file.integers((0..=cells).map(|cell| (cell * N) as i64), 1);
     file.text("CONNECTIVITY vtktypeint64\n");
     file.integers(mesh.cells.as_flattened().iter().map(|&node| node as i64), N);
-    file.text(&format!("CELL_TYPES {cells}\n"));
-    let types = std::iter::repeat_n(i32::from(Mesh::<N>::ELEMENT.vtk_type), cells);
-    file.numbers(types, 1, i32::to_string, i32::to_be_bytes);
+    if shape == Shape::Grid {
+        file.text(&format!("CELL_TYPES {cells}\n"));
+        let types = std::iter::repeat_n(i32::from(Mesh::<N>::ELEMENT.vtk_type), cells);
+        file.numbers(types, 1, i32::to_string, i32::to_be_bytes);
+    }
     file.fields("POINT_DATA", nodes, &point_fields);
     file.fields("CELL_DATA", cells, &cell_fields);
     Ok(file.bytes)

@@ -1,4 +1,4 @@
-//! VTU files: VTK's XML format for unstructured grids with text, inline base64 and appended
+//! VTU and VTP files: VTK's XML format for unstructured grids and surfaces with text, inline base64 and appended
 //! (raw or base64) arrays, plain or compressed with zlib (VTK documentation, "VTK XML formats").
 
 use std::borrow::Cow;
@@ -9,11 +9,12 @@ use quick_xml::{Reader, XmlVersion};
 use super::cursor::{Cursor, Endian, error_at, excerpt};
 use super::grid::UnstructuredGrid;
 use super::number::NumberType;
+use super::polydata::{CellList, Kind, PolyData};
 use super::vtk::checked_offsets;
-use super::vtu_data::{Layout, Source, read_array};
+use super::vtu_data::{Layout, Source, ascii, read_array};
 use crate::{Field, FieldValues, MeshError, Place, Problem};
 
-/// Reads an unstructured grid of one piece.
+/// Reads an unstructured grid or a surface of one piece.
 pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshError> {
     // Appended raw data is no XML, so the XML reader sees only what stands before it.
     let tag = b"<AppendedData";
@@ -27,8 +28,8 @@ pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshEr
         section: Section::Other,
         piece: None,
         grid: UnstructuredGrid::new(),
-        offsets: None,
-        offsets_at: 0,
+        is_surface: false,
+        lists: Default::default(),
     };
     parser.xml.config_mut().check_end_names = false;
     while parser.element()? {}
@@ -61,7 +62,8 @@ impl<'a> Appended<'a> {
 #[derive(Clone, Copy, PartialEq)]
 enum Section {
     Points,
-    Cells,
+    /// The only list of cells of a grid, or one of the four of a surface.
+    Cells(Kind),
     PointData,
     CellData,
     Other,
@@ -85,9 +87,19 @@ struct Parser<'a> {
     layout: Layout,
     appended: Option<Appended<'a>>,
     section: Section,
-    /// Numbers of points and cells.
-    piece: Option<(usize, usize)>,
+    /// Number of points, and of cells in each list.
+    piece: Option<(usize, [usize; 4])>,
     grid: UnstructuredGrid,
+    is_surface: bool,
+    lists: [Arrays; 4],
+}
+
+/// The arrays of a list of cells, and where they are in the file.
+#[derive(Default)]
+struct Arrays {
+    nodes: Vec<i64>,
+    nodes_at: usize,
+    /// Where each cell ends, behind a 0.
     offsets: Option<Vec<i64>>,
     offsets_at: usize,
 }
@@ -161,8 +173,9 @@ impl<'a> Parser<'a> {
         let unsupported = |what, value, advice| Problem::Unsupported { what, value, advice };
         match self.attribute(tag, "type")?.unwrap_or_default() {
             kind if kind == "UnstructuredGrid" => {}
+            kind if kind == "PolyData" => self.is_surface = true,
             kind => {
-                let advice = "save it as an unstructured grid (.vtu)";
+                let advice = "save it as an unstructured grid (.vtu) or a surface (.vtp)";
                 return Err(self.error(unsupported("VTK XML file type", kind, advice)));
             }
         }
@@ -190,9 +203,18 @@ impl<'a> Parser<'a> {
             }));
         }
         let points = self.number(tag, "NumberOfPoints")?;
-        let cells = self.number(tag, "NumberOfCells")?;
-        let expected = "NumberOfPoints and NumberOfCells of the piece";
-        let piece = points.zip(cells).ok_or_else(|| self.error(Problem::Missing { expected }))?;
+        let (counts, expected) = if self.is_surface {
+            let names = ["NumberOfVerts", "NumberOfLines", "NumberOfPolys", "NumberOfStrips"];
+            let mut counts = [0; 4];
+            for (count, name) in counts.iter_mut().zip(names) {
+                *count = self.number(tag, name)?.unwrap_or(0);
+            }
+            (Some(counts), "NumberOfPoints of the piece")
+        } else {
+            let count = self.number(tag, "NumberOfCells")?;
+            (count.map(|n| [n, 0, 0, 0]), "NumberOfPoints and NumberOfCells of the piece")
+        };
+        let piece = points.zip(counts).ok_or_else(|| self.error(Problem::Missing { expected }))?;
         self.piece = Some(piece);
         Ok(())
     }
@@ -232,14 +254,16 @@ impl<'a> Parser<'a> {
         let (points, cells) = self
             .piece
             .ok_or_else(|| self.error(Problem::Missing { expected: "a Piece element" }))?;
+        let all = cells.iter().fold(0, |all: usize, &count| all.saturating_add(count));
         // The length of the connectivity is known only from the offsets.
         let rows = match (self.section, header.name.as_str()) {
             (Section::Points | Section::PointData, _) => Some(points),
-            (Section::Cells, "connectivity") => None,
-            (Section::Cells, "offsets" | "types") => Some(cells),
+            (Section::Cells(_), "connectivity") => None,
+            (Section::Cells(kind), "offsets") => Some(cells[kind as usize]),
+            (Section::Cells(_), "types") if !self.is_surface => Some(all),
             // Faces of polyhedra; such cells are refused by their type.
-            (Section::Cells, _) => return Ok(()),
-            _ => Some(cells),
+            (Section::Cells(_), _) => return Ok(()),
+            _ => Some(all),
         };
         let values = self.values(&header, rows, text)?;
         if self.section == Section::Points {
@@ -251,7 +275,8 @@ impl<'a> Parser<'a> {
         match self.section {
             Section::PointData => drop(self.grid.point_fields.insert(name, field)),
             Section::CellData => drop(self.grid.cell_fields.insert(name, field)),
-            _ => self.cells(&name, field, at)?,
+            Section::Cells(kind) => self.cells(kind, &name, field, at)?,
+            Section::Points | Section::Other => {}
         }
         Ok(())
     }
@@ -311,19 +336,17 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    fn cells(&mut self, name: &str, field: Field, at: usize) -> Result<(), MeshError> {
+    fn cells(&mut self, kind: Kind, name: &str, field: Field, at: usize) -> Result<(), MeshError> {
         let labels = field.as_labels().ok_or_else(|| {
             let (expected, found) = ("integers with one component", excerpt(name.as_bytes()));
             error_at(self.file, at, Problem::Expected { expected, found })
         })?;
+        let list = &mut self.lists[kind as usize];
         match name {
-            "connectivity" => {
-                self.grid.cells_at = Place { byte: at, line: None };
-                self.grid.connectivity = labels.to_vec();
-            }
+            "connectivity" => (list.nodes_at, list.nodes) = (at, labels.to_vec()),
             "offsets" => {
-                self.offsets_at = at;
-                self.offsets = Some(std::iter::once(0).chain(labels.iter().copied()).collect());
+                list.offsets_at = at;
+                list.offsets = Some(std::iter::once(0).chain(labels.iter().copied()).collect());
             }
             // Unknown types are refused with their cell's index later.
             _ => {
@@ -334,19 +357,45 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
+    /// A list of cells; `None` when it has none and no arrays.
+    fn list(&mut self, kind: Kind, count: usize) -> Result<Option<CellList>, MeshError> {
+        let end = self.at();
+        let Arrays { nodes, nodes_at, offsets, offsets_at } =
+            std::mem::take(&mut self.lists[kind as usize]);
+        let expected = "an array named offsets";
+        match offsets {
+            None if count == 0 && self.is_surface => Ok(None),
+            None => Err(error_at(self.file, end, Problem::Missing { expected })),
+            Some(offsets) => {
+                let offsets = checked_offsets(&offsets, nodes.len());
+                let offsets = offsets.map_err(|p| error_at(self.file, offsets_at, p))?;
+                Ok(Some(CellList { offsets, nodes, at: Place { byte: nodes_at, line: None } }))
+            }
+        }
+    }
+
     fn finish(mut self) -> Result<UnstructuredGrid, MeshError> {
         let (file, end) = (self.file, self.at());
         let missing = |expected| error_at(file, end, Problem::Missing { expected });
-        let (points, cells) = self.piece.ok_or_else(|| missing("a Piece element"))?;
+        let (points, counts) = self.piece.ok_or_else(|| missing("a Piece element"))?;
         if self.grid.points.len() != points {
             return Err(missing("a Points element with an array"));
         }
-        let offsets = self.offsets.take().ok_or_else(|| missing("an array named offsets"))?;
-        if self.grid.types.len() != cells {
-            return Err(missing("an array named types"));
+        if self.is_surface {
+            let mut surface = PolyData::default();
+            for kind in [Kind::Vertices, Kind::Lines, Kind::Polygons, Kind::Strips] {
+                if let Some(list) = self.list(kind, counts[kind as usize])? {
+                    surface.put(kind, list);
+                }
+            }
+            surface.fill(&mut self.grid).map_err(|problem| error_at(file, end, problem))?;
+        } else if let Some(list) = self.list(Kind::Vertices, counts[0])? {
+            if self.grid.types.len() != counts[0] {
+                return Err(missing("an array named types"));
+            }
+            self.grid.cells_at = list.at;
+            (self.grid.offsets, self.grid.connectivity) = (list.offsets, list.nodes);
         }
-        let offsets = checked_offsets(&offsets, self.grid.connectivity.len());
-        self.grid.offsets = offsets.map_err(|p| error_at(self.file, self.offsets_at, p))?;
         Ok(self.grid)
     }
 }
@@ -354,7 +403,10 @@ impl<'a> Parser<'a> {
 fn section_named(name: &[u8]) -> Option<Section> {
     Some(match name {
         b"Points" => Section::Points,
-        b"Cells" => Section::Cells,
+        b"Cells" | b"Verts" => Section::Cells(Kind::Vertices),
+        b"Lines" => Section::Cells(Kind::Lines),
+        b"Polys" => Section::Cells(Kind::Polygons),
+        b"Strips" => Section::Cells(Kind::Strips),
         b"PointData" => Section::PointData,
         b"CellData" => Section::CellData,
         b"FieldData" => Section::Other,
@@ -376,22 +428,6 @@ fn number_type(name: &str) -> Option<NumberType> {
         "Float64" => NumberType::F64,
         _ => return None,
     })
-}
-
-fn ascii(file: &str, at: usize, kind: NumberType, text: &[u8]) -> Result<FieldValues, MeshError> {
-    let words = text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
-    let bad = |word: &[u8]| {
-        let found = excerpt(word);
-        error_at(file, at, Problem::Expected { expected: "a number of the array's type", found })
-    };
-    let text = |word| str::from_utf8(word).map_err(|_| bad(word));
-    if kind.is_float() {
-        let numbers = words.map(|word| text(word)?.parse().map_err(|_| bad(word)));
-        Ok(FieldValues::Float(numbers.collect::<Result<_, _>>()?))
-    } else {
-        let numbers = words.map(|word| text(word)?.parse().map_err(|_| bad(word)));
-        Ok(FieldValues::Integer(numbers.collect::<Result<_, _>>()?))
-    }
 }
 
 fn appended_source<'a>(

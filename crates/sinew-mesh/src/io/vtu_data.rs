@@ -172,3 +172,25 @@ fn inflate(
     }
     Ok(bytes)
 }
+
+/// The numbers of an array written as text.
+pub(crate) fn ascii(
+    file: &str,
+    at: usize,
+    kind: NumberType,
+    text: &[u8],
+) -> Result<FieldValues, MeshError> {
+    let words = text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+    let bad = |word: &[u8]| {
+        let found = excerpt(word);
+        error_at(file, at, Problem::Expected { expected: "a number of the array's type", found })
+    };
+    let text = |word| str::from_utf8(word).map_err(|_| bad(word));
+    if kind.is_float() {
+        let numbers = words.map(|word| text(word)?.parse().map_err(|_| bad(word)));
+        Ok(FieldValues::Float(numbers.collect::<Result<_, _>>()?))
+    } else {
+        let numbers = words.map(|word| text(word)?.parse().map_err(|_| bad(word)));
+        Ok(FieldValues::Integer(numbers.collect::<Result<_, _>>()?))
+    }
+}

@@ -7,6 +7,7 @@ use base64::{Engine, engine::general_purpose::STANDARD};
 use quick_xml::escape::escape;
 
 use super::sets::fields_with_sets;
+use super::vtk_write::Shape;
 use crate::{Defect, Field, FieldValues, Mesh, MeshError};
 
 /// The mesh as a VTU file with inline base64 arrays, bit for bit. Its sets are written as
@@ -15,24 +16,34 @@ use crate::{Defect, Field, FieldValues, Mesh, MeshError};
 /// # Errors
 /// When the mesh breaks a rule of [`Mesh::check`] or a name cannot be written.
 pub fn to_vtu<const N: usize>(mesh: &Mesh<N>) -> Result<Vec<u8>, MeshError> {
+    to_xml(mesh, Shape::Grid)
+}
+
+pub(crate) fn to_xml<const N: usize>(mesh: &Mesh<N>, shape: Shape) -> Result<Vec<u8>, MeshError> {
     mesh.check()?;
     let (point_fields, cell_fields) = fields_with_sets(mesh)?;
     let (nodes, cells) = (mesh.points.len(), mesh.cells.len());
-    let mut xml = String::from(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" \
-         byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n",
+    let (kind, list) = match shape {
+        Shape::Grid => ("UnstructuredGrid", "Cells"),
+        Shape::Surface => ("PolyData", "Polys"),
+    };
+    let mut xml = format!(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"{kind}\" version=\"1.0\" \
+         byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<{kind}>\n",
     );
-    xml += &format!("<Piece NumberOfPoints=\"{nodes}\" NumberOfCells=\"{cells}\">\n<Points>\n");
+    xml += &format!("<Piece NumberOfPoints=\"{nodes}\" NumberOf{list}=\"{cells}\">\n<Points>\n");
     floats(&mut xml, "Points", 3, mesh.points.as_flattened());
-    xml += "</Points>\n<Cells>\n";
+    xml += &format!("</Points>\n<{list}>\n");
     let connectivity = mesh.cells.as_flattened().iter().map(|&node| node as i64);
     integers(&mut xml, "connectivity", 1, connectivity);
     integers(&mut xml, "offsets", 1, (1..=cells).map(|cell| (cell * N) as i64));
-    array(&mut xml, "UInt8", "types", 1, &vec![Mesh::<N>::ELEMENT.vtk_type; cells]);
-    xml += "</Cells>\n";
+    if shape == Shape::Grid {
+        array(&mut xml, "UInt8", "types", 1, &vec![Mesh::<N>::ELEMENT.vtk_type; cells]);
+    }
+    xml += &format!("</{list}>\n");
     fields(&mut xml, "PointData", &point_fields);
     fields(&mut xml, "CellData", &cell_fields);
-    xml += "</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
+    xml += &format!("</Piece>\n</{kind}>\n</VTKFile>\n");
     Ok(xml.into_bytes())
 }
 

@@ -4,7 +4,7 @@ use super::CaseError;
 use super::laws::Row;
 use super::source::{Source, advise, exactly, exactly_if_any};
 use serde::Deserialize;
-use sinew_fem::fibres::{Depth, Surfaces, VentricleCoordinates};
+use sinew_fem::fibres::{Depth, FibreRule as Angles, Surfaces, VentricleCoordinates};
 use sinew_mesh::{AnyMesh, Field};
 
 /// Where directions come from: a field of the mesh, one direction for all of it, or a rule.
@@ -63,10 +63,7 @@ impl Fibres {
                 return Err(source.error(&["fibres"], reason));
             }
         };
-        for (index, name) in WRITTEN.iter().enumerate() {
-            let rows: Vec<_> = rows.iter().map(|frame| frame[index]).collect();
-            mesh.cell_fields_mut().insert((*name).into(), Field::vectors(&rows));
-        }
+        write(&rows, mesh);
         Ok(())
     }
 
@@ -82,17 +79,47 @@ impl Fibres {
 }
 
 impl FibreRule {
+    /// Writes fibres, sheets and normals into the cells of a tetrahedral mesh with the rule's facet sets.
+    ///
+    /// # Errors
+    /// Why there are none, in words.
+    pub fn lay(&self, mesh: &mut AnyMesh) -> Result<(), String> {
+        write(&self.frames(mesh)?, mesh);
+        Ok(())
+    }
+
+    /// Fibre, sheet and normal at each node of a tetrahedral mesh.
+    ///
+    /// # Errors
+    /// As [`FibreRule::lay`].
+    pub fn at_nodes(&self, mesh: &AnyMesh) -> Result<Vec<[[f64; 3]; 3]>, String> {
+        let (wall, rule) = self.wall(mesh)?;
+        Ok(wall.node_frames(&rule, Depth::Thickness))
+    }
+
     fn frames(&self, mesh: &AnyMesh) -> Result<Vec<[[f64; 3]; 3]>, String> {
+        let (wall, rule) = self.wall(mesh)?;
+        Ok(wall.cell_frames(&rule, Depth::Thickness))
+    }
+
+    fn wall(&self, mesh: &AnyMesh) -> Result<(VentricleCoordinates, Angles), String> {
         let AnyMesh::Tetrahedra(mesh) = mesh else {
             return Err(format!("the rule needs linear tetrahedra, not {}", mesh.element().name));
         };
         let Self { endocardium, epicardium, base, angles, sheet_angles } = self;
         let surfaces = Surfaces { endocardium, epicardium, base };
-        let rule = sinew_fem::fibres::FibreRule::new(angles[0], angles[1])
+        let rule = Angles::new(angles[0], angles[1])
             .and_then(|rule| rule.with_sheets(sheet_angles[0], sheet_angles[1]));
         let wall = rule.and_then(|rule| Ok((VentricleCoordinates::new(mesh, &surfaces)?, rule)));
-        let (wall, rule) = wall.map_err(|error| error.to_string())?;
-        Ok(wall.cell_frames(&rule, Depth::Thickness))
+        wall.map_err(|error| error.to_string())
+    }
+}
+
+/// Writes directions of cells into the mesh.
+fn write(rows: &[[[f64; 3]; 3]], mesh: &mut AnyMesh) {
+    for (index, name) in WRITTEN.iter().enumerate() {
+        let rows: Vec<_> = rows.iter().map(|frame| frame[index]).collect();
+        mesh.cell_fields_mut().insert((*name).into(), Field::vectors(&rows));
     }
 }
 

@@ -1,0 +1,160 @@
+//! Meshes the left ventricle of a real heart over one beat from its surfaces, and loads it to 8 mmHg.
+
+#[path = "../tests/support/ventricle.rs"]
+mod ventricle;
+
+use sinew_energy::metrics::deformed_volume;
+use sinew_fem::fibres::{Depth, FibreRule, Surfaces, VentricleCoordinates};
+use sinew_fem::{Options, Solver};
+use sinew_mesh::{
+    Chamber, Field, Size, TriangleMesh, TruncatedEllipsoid, WallOptions, extract_surface,
+    read_triangle_mesh, write_surface,
+};
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use ventricle::{BULK_MODULUS, MMHG, scene};
+
+const USAGE: &str = "\
+Usage: real_heart [--pressure MMHG] [NODES ...]
+
+Meshes with about so many nodes each [1500 6000], loaded to the pressure [8] with the middle of the thesis' parameters.
+The surfaces are those of ../shared/meshes/biv-me beside the repository where there are any, else those of an ideal
+ventricle, written to files of the same format and read again.";
+
+/// Endocardium, epicardium and, where there is one, septum.
+type Surfaces3 = (TriangleMesh, TriangleMesh, Option<TriangleMesh>);
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let (mut sizes, mut pressure) = (Vec::new(), 8.0);
+    let mut arguments = std::env::args().skip(1);
+    while let Some(argument) = arguments.next() {
+        match (argument.as_str(), argument.parse()) {
+            ("--pressure", _) => pressure = arguments.next().ok_or(USAGE)?.parse()?,
+            (_, Ok(nodes)) => sizes.push(nodes),
+            _ => {
+                println!("{USAGE}");
+                return Ok(());
+            }
+        }
+    }
+    if sizes.is_empty() {
+        sizes = vec![1500, 6000];
+    }
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/meshes/biv-me");
+    let hearts = if folder.exists() { measured(&folder)? } else { vec![ideal()?] };
+    println!(
+        "{:<6} {:>6} {:>6} {:>7} {:>9} {:>6} {:>8} {:>8} {:>6} {:>6} {:>7} {:>8} {:>8}",
+        "frame",
+        "nodes",
+        "cells",
+        "mesh s",
+        "dihedral",
+        "ratio",
+        "wall ml",
+        "endo mm",
+        "iter.",
+        "steps",
+        "solve s",
+        "ml at 0",
+        "ml at p"
+    );
+    let mut failed = 0;
+    for (name, surfaces) in &hearts {
+        for &nodes in &sizes {
+            if let Err(reason) = row(name, surfaces, nodes, pressure * MMHG) {
+                println!("{name:<6} {nodes:>6} FAILED: {reason}");
+                failed += 1;
+            }
+        }
+    }
+    println!("{failed} of {} failed", hearts.len() * sizes.len());
+    Ok(())
+}
+
+fn row(
+    name: &str,
+    surfaces: &Surfaces3,
+    nodes: usize,
+    pressure: f64,
+) -> Result<(), Box<dyn Error>> {
+    let (endocardium, epicardium, septum) = surfaces;
+    let chamber = Chamber { endocardium, epicardium, septum: septum.as_ref() };
+    let start = Instant::now();
+    let wall = chamber.wall(&WallOptions { size: Size::Nodes(nodes), ..WallOptions::default() })?;
+    let seconds = start.elapsed().as_secs_f64();
+    let (mut mesh, report) = (wall.tetrahedra(), wall.report());
+    let names = Surfaces { endocardium: "endocardium", epicardium: "epicardium", base: "base" };
+    let frames =
+        VentricleCoordinates::new(&mesh, &names)?.cell_frames(&FibreRule::SIXTY, Depth::Thickness);
+    let fibres: Vec<[f64; 3]> = frames.iter().map(|frame| frame[0]).collect();
+    mesh.cell_fields.insert("fibre".into(), Field::vectors(&fibres));
+    let cavity = mesh.facet_sets["endocardium"].clone();
+    mesh.facet_sets.insert("region:1".into(), cavity);
+    let quality = &report.quality;
+    print!(
+        "{name:<6} {:>6} {:>6} {seconds:>7.2} {:>9.1} {:>6.2} {:>8.1} {:>8.2} ",
+        quality.nodes,
+        quality.cells,
+        quality.dihedral.min,
+        quality.ratio.min,
+        quality.total_volume / 1e3,
+        report.endocardium_distance[1]
+    );
+    let scene = scene(mesh, BULK_MODULUS);
+    let body = scene.lower()?;
+    let mut theta = body.centre();
+    theta[4] = pressure;
+    let solution = Solver::new(&body)?.solve(&theta, &Options::default())?;
+    let facets = &body.pressures[0].facets;
+    let volume =
+        |u: &[f64]| deformed_volume(&scene.mesh.points, u, facets, report.base[0]).abs() / 1e3;
+    println!(
+        "{:>6} {:>6} {:>7.2} {:>8.1} {:>8.1}",
+        solution.iterations(),
+        solution.load_steps,
+        solution.seconds,
+        volume(&vec![0.0; 3 * body.nodes]),
+        volume(&solution.displacement)
+    );
+    Ok(())
+}
+
+/// The frames of a beat in a folder.
+fn measured(folder: &Path) -> Result<Vec<(String, Surfaces3)>, Box<dyn Error>> {
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)?
+        .map(|entry| Ok(entry?.path()))
+        .collect::<std::io::Result<_>>()?;
+    files.sort();
+    let mut frames = Vec::new();
+    for file in files {
+        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if !name.contains("_LV_ENDOCARDIAL_") {
+            continue;
+        }
+        let read = |other: &str| {
+            read_triangle_mesh(file.with_file_name(name.replace("LV_ENDOCARDIAL", other)))
+        };
+        let surfaces =
+            (read("LV_ENDOCARDIAL")?.0, read("EPICARDIAL")?.0, Some(read("RV_ENDOCARDIAL")?.0));
+        let frame = name.trim_end_matches(".vtk").rsplit('_').next().unwrap_or_default();
+        frames.push((frame.to_string(), surfaces));
+    }
+    Ok(frames)
+}
+
+/// An ideal ventricle of about the same size.
+fn ideal() -> Result<(String, Surfaces3), Box<dyn Error>> {
+    println!("the surfaces of a real heart are absent; an ideal ventricle stands in");
+    let wall = TruncatedEllipsoid { short: [25.0, 36.0], long: [66.0, 75.0], base: 15.0 };
+    let mesh = wall.wall([1, 64, 40]).tetrahedra();
+    let folder = std::env::temp_dir();
+    let surface = |name: &str| -> Result<TriangleMesh, sinew_mesh::MeshError> {
+        let file = folder.join(format!("sinew_ideal_{name}_{}.vtk", std::process::id()));
+        write_surface(&file, &extract_surface(&mesh, &mesh.facet_sets[name]).mesh)?;
+        let read = read_triangle_mesh(&file);
+        let _ = std::fs::remove_file(&file);
+        Ok(read?.0)
+    };
+    Ok(("ideal".into(), (surface("endo")?, surface("epi")?, None)))
+}

@@ -1,0 +1,286 @@
+//! The wall of a chamber of the heart between surfaces that somebody measured.
+
+mod axis;
+mod error;
+mod fit;
+mod outside;
+mod report;
+mod size;
+
+use std::collections::{HashMap, HashSet};
+
+use nalgebra::Vector3;
+
+use super::shells::between;
+use super::ventricle::Disk;
+use super::wall::{InSet, Sheet, Wall};
+use crate::topology::{facet_key, facets};
+use crate::tree::SurfaceTree;
+use crate::{HexMesh, TetMesh, TriangleMesh, min_dihedral_angle};
+use axis::Axis;
+pub use error::ChamberError;
+use fit::Fit;
+use outside::Outside;
+pub use report::ChamberReport;
+
+type Point = Vector3<f64>;
+
+/// Surfaces of a ventricle, as segmentation tools write them: open or closed, of any resolution, with triangles turned
+/// either way. Their wall is a cup of layers, the same grid for every heart of the same size of mesh: a square patch of cells
+/// at the apex, rings of cells up to the base, each node on a ray from the cavity's axis, and from there along the normal
+/// to the nearest outer surface.
+///
+/// What has to hold: below the base, the endocardium is met once by every ray that leaves the axis (a ventricle with deep
+/// folds is to be smoothed first), and an outer surface lies around it.
+///
+/// ```
+/// use sinew_mesh::{Chamber, Size, TruncatedEllipsoid, WallOptions, extract_surface, quality};
+///
+/// // Surfaces of an ideal ventricle stand for those of a person.
+/// let ideal = TruncatedEllipsoid { short: [25.0, 36.0], long: [66.0, 75.0], base: 15.0 }.wall([1, 32, 16]).tetrahedra();
+/// let surface = |name: &str| extract_surface(&ideal, &ideal.facet_sets[name]).mesh;
+/// let (endocardium, epicardium) = (surface("endo"), surface("epi"));
+///
+/// let chamber = Chamber { endocardium: &endocardium, epicardium: &epicardium, septum: None };
+/// let wall = chamber.wall(&WallOptions { size: Size::Nodes(1500), ..WallOptions::default() })?;
+/// let mesh = wall.tetrahedra();
+/// assert!(mesh.points.len().abs_diff(1500) < 150);
+/// assert!(quality(&mesh).unwrap().dihedral.min > 14.0);
+/// assert!((wall.report().cavity_volume / wall.report().cavity_volume_of_surface - 1.0).abs() < 0.02);
+/// # Ok::<(), sinew_mesh::ChamberError>(())
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Chamber<'a> {
+    /// Inner surface.
+    pub endocardium: &'a TriangleMesh,
+    /// Outer surface; it may be that of the whole heart.
+    pub epicardium: &'a TriangleMesh,
+    /// A further outer surface: the endocardium of the other ventricle, whose near side is the septum.
+    pub septum: Option<&'a TriangleMesh>,
+}
+
+/// How a wall is meshed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WallOptions {
+    /// How fine.
+    pub size: Size,
+    /// Layers of cells; where left out as many as make cells about as thick as wide, two at least.
+    pub layers: Option<usize>,
+    /// Where the base is.
+    pub trim: Trim,
+}
+
+impl Default for WallOptions {
+    fn default() -> Self {
+        Self { size: Size::Nodes(1500), layers: None, trim: Trim::Auto }
+    }
+}
+
+/// How fine a mesh is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Size {
+    /// About this many nodes.
+    Nodes(usize),
+    /// Edges about this long \[length\].
+    Edge(f64),
+}
+
+/// Where the base of a ventricle is: what lies beyond is left out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Trim {
+    /// The highest plane across the axis that is below the rims of the endocardium (its valves) and cuts a wall of at least
+    /// half of its median thickness; the plane of the rims where they lie in one that is such.
+    Auto,
+    /// The plane across the axis at this fraction of the way from the apex to the middle of the rims.
+    Fraction(f64),
+    /// A plane.
+    Plane {
+        /// A point of it \[length\].
+        point: [f64; 3],
+        /// Its normal, either way round.
+        normal: [f64; 3],
+    },
+}
+
+/// Smoothing sweeps of the directions through the wall, and the steepest change of its thickness over the way along it:
+/// tried one after the other until no cell is flat.
+const TRIES: [(usize, f64); 4] = [(8, 0.6), (16, 0.5), (32, 0.4), (64, 0.3)];
+/// A smallest dihedral angle that ends the tries \[degrees\].
+const FAIR: f64 = 12.0;
+
+impl Chamber<'_> {
+    /// Fits a wall to the surfaces.
+    ///
+    /// # Errors
+    /// Surfaces or options that give none, with places and advice.
+    pub fn wall(&self, options: &WallOptions) -> Result<ChamberWall, ChamberError> {
+        let surfaces = [Some(self.endocardium), Some(self.epicardium), self.septum];
+        surfaces.into_iter().flatten().try_for_each(TriangleMesh::check)?;
+        if self.endocardium.cells.is_empty() || self.epicardium.cells.is_empty() {
+            return Err(ChamberError::Empty);
+        }
+        let trees = Trees::new(self);
+        let axis = Axis::new(self.endocardium)?;
+        let base = axis.base(&trees, &options.trim)?;
+        let fit = Fit::new(&trees, base, self.towards())?;
+        let [layers, around, along] = fit.lengths().cells(options)?;
+        let disk = Disk { half: around / 8, along };
+        let sheet = disk.sheet(false);
+        let inner = fit.inner(&sheet, &disk)?;
+        let mut best: Option<(f64, Wall, Outside, TetMesh)> = None;
+        for (sweeps, slope) in TRIES {
+            let outside = outside::carry(&trees, &sheet, &inner, &fit.base, sweeps, slope)?;
+            let wall = cup(disk.sheet(false), layers, &inner, &outside);
+            let mesh = wall.tetrahedra();
+            let angle = least_angle(&mesh);
+            if best.as_ref().is_none_or(|(least, ..)| angle > *least) {
+                best = Some((angle, wall, outside, mesh));
+            }
+            if angle >= FAIR {
+                break;
+            }
+        }
+        let (_, wall, outside, mesh) = best.ok_or(ChamberError::Empty)?;
+        let cells = [layers, around, along];
+        let report = report::of(self, &trees, &fit.base, &outside, &mesh, cells);
+        let report = report.ok_or(ChamberError::Empty)?;
+        match report.inverted {
+            Some(at) => Err(ChamberError::Inverted { at }),
+            None => Ok(ChamberWall { wall, report }),
+        }
+    }
+
+    /// Where grids begin to count around the axis: towards the other ventricle, so that grids of one heart agree.
+    fn towards(&self) -> Option<Point> {
+        let points = &self.septum?.points;
+        Some(points.iter().map(|&x| Point::from(x)).sum::<Point>() / points.len().max(1) as f64)
+    }
+}
+
+/// The smallest dihedral angle \[degrees\], below zero where the mesh is folded.
+fn least_angle(mesh: &TetMesh) -> f64 {
+    let angles = (0..mesh.cells.len()).map(|cell| min_dihedral_angle(mesh, cell));
+    let folds = folds(mesh).len();
+    if folds > 0 { -(folds as f64) } else { angles.fold(f64::INFINITY, f64::min) }
+}
+
+/// The facets whose two cells lie on the same side of them: one of the two was inside out before it was made positive.
+fn folds(mesh: &TetMesh) -> Vec<[usize; 3]> {
+    let mut seen = HashMap::with_capacity(2 * mesh.cells.len());
+    let mut folds = Vec::new();
+    for facet in facets(mesh) {
+        let nodes = mesh.facet_nodes(facet);
+        let [a, b, c] = nodes;
+        // Whether it takes an even number of swaps to sort the nodes; seen from the other side it is odd.
+        let even = ((a < b) as u8 + (b < c) as u8 + (a < c) as u8) % 2;
+        match seen.insert(facet_key(mesh, facet), even) {
+            Some(other) if other == even => folds.push(nodes),
+            _ => {}
+        }
+    }
+    folds
+}
+
+/// The surfaces, ready for rays.
+struct Trees {
+    endocardium: SurfaceTree,
+    epicardium: SurfaceTree,
+    septum: Option<SurfaceTree>,
+}
+
+/// Hits nearer than this, relative to the ray's direction of unit length, are the surface that the ray leaves \[length\].
+const LEAVES: f64 = 1e-9;
+
+impl Trees {
+    fn new(chamber: &Chamber<'_>) -> Self {
+        Self {
+            endocardium: SurfaceTree::new(chamber.endocardium),
+            epicardium: SurfaceTree::new(chamber.epicardium),
+            septum: chamber.septum.map(SurfaceTree::new),
+        }
+    }
+
+    /// Way along a ray of unit direction to the nearest outer surface, and whether that is the septum.
+    fn outside(&self, origin: Point, direction: Point) -> Option<(f64, bool)> {
+        let first =
+            |tree: &SurfaceTree| tree.hits(origin, direction).into_iter().find(|&way| way > LEAVES);
+        let (epicardium, septum) = (first(&self.epicardium), self.septum.as_ref().and_then(first));
+        match (epicardium, septum) {
+            (Some(a), Some(b)) => Some(if b < a { (b, true) } else { (a, false) }),
+            (Some(a), None) => Some((a, false)),
+            (None, b) => b.map(|b| (b, true)),
+        }
+    }
+}
+
+/// A wall fitted to the surfaces of a [`Chamber`], ready to be meshed.
+///
+/// Its sides are the node sets and facet sets `base`, `endocardium` and `epicardium`, the whole of the outer surface; the
+/// facets of the latter that face the other ventricle are the facet set `septum`. The point field `depth` goes from 0 on the
+/// endocardium to 1 outside.
+#[derive(Debug)]
+pub struct ChamberWall {
+    wall: Wall,
+    report: ChamberReport,
+}
+
+impl ChamberWall {
+    /// The wall as linear tetrahedra, all of positive volume.
+    pub fn tetrahedra(&self) -> TetMesh {
+        self.wall.tetrahedra()
+    }
+
+    /// The wall as trilinear hexahedra.
+    ///
+    /// # Errors
+    /// A hexahedron that is folded over at a corner; tetrahedra may still do.
+    pub fn hexahedra(&self) -> Result<HexMesh, ChamberError> {
+        let mesh = self.wall.hexahedra();
+        mesh.check()?;
+        Ok(mesh)
+    }
+
+    /// What was made, and how well it fits.
+    pub fn report(&self) -> &ChamberReport {
+        &self.report
+    }
+}
+
+/// The layers between two fitted surfaces.
+fn cup(sheet: Sheet, layers: usize, inner: &[Point], outside: &Outside) -> Wall {
+    let key = |at: [f64; 3]| [at[0].to_bits(), at[1].to_bits()];
+    let ends =
+        inner.iter().zip(&outside.points).map(|(&inner, &outer)| [inner.into(), outer.into()]);
+    let columns: HashMap<[u64; 2], [[f64; 3]; 2]> =
+        sheet.points.iter().map(|&at| key(at)).zip(ends).collect();
+    let septum: HashSet<[u64; 2]> = sheet
+        .points
+        .iter()
+        .zip(&outside.septum)
+        .filter(|(_, is)| **is)
+        .map(|(&at, _)| key(at))
+        .collect();
+    let has_septum = !septum.is_empty();
+    let side = |level: f64| -> InSet { Box::new(move |at| at[2] == level) };
+    let mut sides = vec![
+        ("base", Box::new(|[a, b, _]: [f64; 3]| a.abs().max(b.abs()) == 1.0) as InSet),
+        ("endocardium", side(0.0)),
+        ("epicardium", side(1.0)),
+    ];
+    if has_septum {
+        sides.push(("septum", Box::new(move |at| at[2] == 1.0 && septum.contains(&key(at)))));
+    }
+    Wall {
+        sheet,
+        layers,
+        lift: |[a, b, _], depth| [a, b, depth],
+        depth: |[_, _, depth]| depth,
+        // Only nodes of the sheet are asked for.
+        place: Box::new(move |at| {
+            let ends = columns.get(&key(at)).copied().unwrap_or([at; 2]);
+            std::array::from_fn(|i| between([ends[0][i], ends[1][i]], at[2]))
+        }),
+        sides,
+        nodes: vec![],
+    }
+}

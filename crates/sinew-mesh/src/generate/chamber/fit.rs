@@ -1,0 +1,136 @@
+//! The grid on the endocardium.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use super::axis::{Base, Section, frame, wall};
+use super::size::Lengths;
+use super::{ChamberError, Disk, Point, Sheet, Trees};
+
+/// Where the rays' origins begin to follow the axis, as a fraction of the way from the apex to the base; below, all rays
+/// leave the same point.
+const POLE: f64 = 1.0 / 3.0;
+/// Rows and columns of the table of points that ways along the surface are measured on.
+const ROWS: usize = 48;
+const COLUMNS: usize = 64;
+/// The cavity as rays see it: by `q` from 0 at the apex to 1 at the base, and an angle around the axis.
+pub(super) struct Fit<'a> {
+    trees: &'a Trees,
+    pub base: Base,
+    pole: Point,
+    /// Unit direction from apex to base.
+    up: Point,
+    /// Angles count from this direction, as far as it is across the axis.
+    towards: Point,
+    /// `q` of the rays that leave the pole across the axis.
+    equator: f64,
+    /// Points of the surface, row by row from the apex.
+    table: Vec<[Point; COLUMNS]>,
+    /// Ways along the surface from the apex, relative to the whole, row by row.
+    ways: Vec<[f64; COLUMNS]>,
+    /// Mean way from the apex to the base \[length\].
+    meridian: f64,
+}
+
+impl<'a> Fit<'a> {
+    pub fn new(trees: &'a Trees, base: Base, towards: Option<Point>) -> Result<Self, ChamberError> {
+        let axis = base.centre - base.apex;
+        let up = axis.normalize();
+        let pole = Section::new(trees, base.apex + axis * POLE, up)?.centre;
+        let radius = POLE * axis.norm();
+        // Rows are spread evenly over a quarter of a circle and a straight line.
+        let equator = FRAC_PI_2 * radius / (FRAC_PI_2 * radius + (base.centre - pole).norm());
+        // One for all rows: a second choice could differ.
+        let [towards, _] = frame(up, towards.map(|point| point - pole));
+        let (table, ways) = (Vec::new(), Vec::new());
+        let mut fit = Self { trees, base, pole, up, towards, equator, table, ways, meridian: 0.0 };
+        fit.measure()?;
+        Ok(fit)
+    }
+
+    fn measure(&mut self) -> Result<(), ChamberError> {
+        for row in 0..=ROWS {
+            let mut points = [Point::zeros(); COLUMNS];
+            for (column, point) in points.iter_mut().enumerate() {
+                let angle = TAU * column as f64 / COLUMNS as f64;
+                *point = self.point(row as f64 / ROWS as f64, angle)?;
+            }
+            self.table.push(points);
+        }
+        self.ways.push([0.0; COLUMNS]);
+        for row in 1..=ROWS {
+            let step = |k: usize| (self.table[row][k] - self.table[row - 1][k]).norm();
+            self.ways.push(std::array::from_fn(|k| self.ways[row - 1][k] + step(k)));
+        }
+        let whole = self.ways[ROWS];
+        self.meridian = whole.iter().sum::<f64>() / COLUMNS as f64;
+        let relative = |ways: &mut [f64; COLUMNS]| {
+            ways.iter_mut().zip(whole).for_each(|(way, whole)| *way /= whole);
+        };
+        self.ways.iter_mut().for_each(relative);
+        Ok(())
+    }
+
+    fn point(&self, q: f64, angle: f64) -> Result<Point, ChamberError> {
+        let (sin, cos) = angle.sin_cos();
+        if q < self.equator {
+            let [across, along] = frame(self.up, Some(self.towards));
+            let (out, down) = (FRAC_PI_2 * q / self.equator).sin_cos();
+            return wall(
+                self.trees,
+                self.pole,
+                (across * cos + along * sin) * out - self.up * down,
+            );
+        }
+        let way = (q - self.equator) / (1.0 - self.equator);
+        let normal = self.up.lerp(&self.base.normal, way).normalize();
+        let [across, along] = frame(normal, Some(self.towards));
+        wall(self.trees, self.pole.lerp(&self.base.centre, way), across * cos + along * sin)
+    }
+
+    /// Lengths that sizes of cells follow from.
+    pub fn lengths(&self) -> Lengths {
+        let perimeter = |row: &[Point; COLUMNS]| -> f64 {
+            (0..COLUMNS).map(|k| (row[k] - row[(k + 1) % COLUMNS]).norm()).sum()
+        };
+        let around = self.table.iter().map(perimeter).fold(0.0, f64::max);
+        Lengths { around, along: self.meridian, thickness: self.thickness() }
+    }
+
+    /// Median thickness across the axis in the upper half.
+    fn thickness(&self) -> f64 {
+        let rows = self.table[ROWS / 2..].iter();
+        let mut ways: Vec<f64> = rows
+            .flat_map(|row| {
+                let middle = row.iter().sum::<Point>() / COLUMNS as f64;
+                row.iter()
+                    .filter_map(move |x| Some(self.trees.outside(*x, (x - middle).normalize())?.0))
+            })
+            .collect();
+        ways.sort_by(f64::total_cmp);
+        ways.get(ways.len() / 2).copied().unwrap_or(self.meridian / 10.0)
+    }
+
+    /// The points of the endocardium under the nodes of the sheet.
+    pub fn inner(&self, sheet: &Sheet, disk: &Disk) -> Result<Vec<Point>, ChamberError> {
+        let point = |&[a, b, _]: &[f64; 3]| {
+            let [x, y] = disk.place([a, b]);
+            let angle = y.atan2(x).rem_euclid(TAU);
+            let is_rim = a.abs().max(b.abs()) == 1.0;
+            let q = if is_rim { 1.0 } else { self.row(x.hypot(y), angle) };
+            self.point(q, angle)
+        };
+        sheet.points.iter().map(point).collect()
+    }
+
+    /// The `q` at which a part of the way from apex to base is done.
+    fn row(&self, part: f64, angle: f64) -> f64 {
+        let column = angle / TAU * COLUMNS as f64;
+        let (first, share) = (column as usize % COLUMNS, column.fract());
+        let second = (first + 1) % COLUMNS;
+        let way =
+            |row: usize| (1.0 - share) * self.ways[row][first] + share * self.ways[row][second];
+        let row = (0..ROWS - 1).take_while(|&row| way(row + 1) < part).count();
+        let within = (part - way(row)) / (way(row + 1) - way(row));
+        (row as f64 + within.clamp(0.0, 1.0)) / ROWS as f64
+    }
+}

@@ -1,0 +1,165 @@
+//! What was made, and how well it fits.
+
+use std::fmt;
+
+use super::axis::Base;
+use super::error::shown;
+use super::outside::Outside;
+use super::{Chamber, Point, Trees, folds};
+use crate::quality::Spread;
+use crate::{
+    Facet, QualitySummary, TetMesh, TriangleMesh, boundary_facets, extract_surface, quality,
+    self_intersections,
+};
+
+/// The wall of a [`Chamber`] beside the surfaces it was made from; its `Display` is a small table. Lengths and volumes are in
+/// the surfaces' own unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChamberReport {
+    /// Layers, cells around, and cells from the apex to the base.
+    pub cells: [usize; 3],
+    /// A point of the base and its normal, away from the apex.
+    pub base: [[f64; 3]; 2],
+    /// Quality of the tetrahedra.
+    pub quality: QualitySummary,
+    /// Centre of the worst cell that is inside out, where there is one.
+    pub(super) inverted: Option<[f64; 3]>,
+    /// Thickness of the wall along its columns of nodes.
+    pub thickness: Spread,
+    /// Columns of nodes, and those among them that end short of the outer surface because the thickness jumps there.
+    pub columns: [usize; 2],
+    /// Volume of the cavity below the base.
+    pub cavity_volume: f64,
+    /// The same, as the given endocardium encloses it.
+    pub cavity_volume_of_surface: f64,
+    /// Mean and largest distance of the mesh's endocardium from the given one, at its nodes and the middles of its triangles.
+    pub endocardium_distance: [f64; 2],
+    /// The same of its outer surface from the nearest one given.
+    pub outer_distance: [f64; 2],
+    /// Pairs of triangles of the given surfaces that pass through each other below the base, and where the first is.
+    pub crossings: (usize, Option<[f64; 3]>),
+    /// Pairs of the mesh's own boundary triangles that do.
+    pub own_crossings: usize,
+}
+
+pub(super) fn of(
+    chamber: &Chamber<'_>,
+    trees: &Trees,
+    base: &Base,
+    outside: &Outside,
+    mesh: &TetMesh,
+    cells: [usize; 3],
+) -> Option<ChamberReport> {
+    let surface = |name: &str| extract_surface(mesh, &mesh.facet_sets[name]).mesh;
+    let (inner, outer) = (surface("endocardium"), surface("epicardium"));
+    let from_outside = |x: Point| {
+        let septum = trees.septum.as_ref().map_or(f64::INFINITY, |tree| tree.distance(x));
+        trees.epicardium.distance(x).min(septum)
+    };
+    let boundary: Vec<Facet> = boundary_facets(mesh);
+    let quality = quality(mesh)?;
+    let flat = || (quality.dihedral.min == 0.0).then(|| mesh.cells[quality.worst_cell].to_vec());
+    let inverted = folds(mesh).first().map(|facet| facet.to_vec()).or_else(flat);
+    let centre = |nodes: Vec<usize>| {
+        let sum: Point = nodes.iter().map(|&node| Point::from(mesh.points[node])).sum();
+        (sum / nodes.len() as f64).into()
+    };
+    Some(ChamberReport {
+        cells,
+        base: [base.centre.into(), base.normal.into()],
+        inverted: inverted.map(centre),
+        thickness: Spread::of(outside.thickness.clone())?,
+        columns: [outside.points.len(), outside.limited],
+        cavity_volume: volume_below(&inner, base),
+        cavity_volume_of_surface: volume_below(chamber.endocardium, base),
+        endocardium_distance: distances(&inner, |x| trees.endocardium.distance(x)),
+        outer_distance: distances(&outer, from_outside),
+        crossings: crossings(chamber, base),
+        own_crossings: self_intersections(&extract_surface(mesh, &boundary).mesh).len(),
+        quality,
+    })
+}
+
+/// Mean and largest distance of nodes and middles of triangles.
+fn distances(surface: &TriangleMesh, distance: impl Fn(Point) -> f64) -> [f64; 2] {
+    let middles = (0..surface.cells.len()).map(|c| surface.corners(c).iter().sum::<Point>() / 3.0);
+    let nodes = surface.points.iter().map(|&x| Point::from(x));
+    let all: Vec<f64> = nodes.chain(middles).map(distance).collect();
+    [all.iter().sum::<f64>() / all.len() as f64, all.iter().copied().fold(0.0, f64::max)]
+}
+
+/// The volume between a surface and the plane of the base above it: the cones of what lies below to a point of the plane.
+fn volume_below(surface: &TriangleMesh, base: &Base) -> f64 {
+    let height = |x: &Point| x.dot(&base.normal);
+    let mut sum = 0.0;
+    for cell in 0..surface.cells.len() {
+        let corners = surface.corners(cell).map(|x| x - base.centre);
+        let mut part = Vec::with_capacity(4);
+        for k in 0..3 {
+            let (a, b) = (corners[k], corners[(k + 1) % 3]);
+            if height(&a) <= 0.0 {
+                part.push(a);
+            }
+            if (height(&a) < 0.0) != (height(&b) < 0.0) {
+                part.push(a.lerp(&b, height(&a) / (height(&a) - height(&b))));
+            }
+        }
+        for k in 2..part.len() {
+            sum += part[0].cross(&part[k - 1]).dot(&part[k]) / 6.0;
+        }
+    }
+    sum.abs()
+}
+
+fn crossings(chamber: &Chamber<'_>, base: &Base) -> (usize, Option<[f64; 3]>) {
+    let mut all = TriangleMesh::default();
+    for surface in [Some(chamber.endocardium), Some(chamber.epicardium), chamber.septum] {
+        let Some(surface) = surface else { continue };
+        let step = all.points.len();
+        all.points.extend(&surface.points);
+        all.cells.extend(surface.cells.iter().map(|cell| cell.map(|node| node + step)));
+    }
+    let middle = |cell: usize| all.corners(cell).iter().sum::<Point>() / 3.0;
+    let is_below = |cell: usize| (middle(cell) - base.centre).dot(&base.normal) < 0.0;
+    let pairs = self_intersections(&all);
+    let mut below = pairs.iter().filter(|[a, b]| is_below(*a) && is_below(*b));
+    let first = below.next().map(|[a, _]| middle(*a).into());
+    (first.map_or(0, |_| 1 + below.count()), first)
+}
+
+impl fmt::Display for ChamberReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [layers, around, along] = self.cells;
+        writeln!(
+            f,
+            "{layers} layers of {around} cells around and {along} from the apex to the base"
+        )?;
+        let [base, normal] = self.base.each_ref().map(shown);
+        writeln!(f, "base at {base}, normal {normal}")?;
+        writeln!(f, "{}", self.quality)?;
+        let Spread { min, median, max } = self.thickness;
+        writeln!(f, "thickness {min:.2} to {max:.2}, median {median:.2}")?;
+        let [columns, limited] = self.columns;
+        writeln!(
+            f,
+            "cut short where the thickness jumps: {limited} of {columns} columns of nodes"
+        )?;
+        let (cavity, given) = (self.cavity_volume, self.cavity_volume_of_surface);
+        writeln!(f, "cavity {cavity:.1}, {:.4} of the endocardium's {given:.1}", cavity / given)?;
+        for (name, [mean, largest]) in
+            [("endocardium", self.endocardium_distance), ("outer surface", self.outer_distance)]
+        {
+            writeln!(
+                f,
+                "distance of the {name} from the given one: mean {mean:.3}, largest {largest:.3}"
+            )?;
+        }
+        let (count, first) = self.crossings;
+        let at = first.map_or(String::new(), |x| format!(", the first at {}", shown(&x)));
+        writeln!(
+            f,
+            "triangles of the given surfaces that cross below the base: {count} pairs{at}"
+        )?;
+        write!(f, "triangles of the mesh's boundary that cross: {} pairs", self.own_crossings)
+    }
+}

@@ -1,0 +1,86 @@
+//! How many cells make a wall.
+
+use super::{ChamberError, Size, WallOptions};
+
+/// Sizes of edges that are tried for a wanted number of nodes, each smaller by this factor.
+const FINER: f64 = 0.98;
+/// Cells along the axis may be this much longer or shorter than wide to come near a wanted number of nodes, and how much that
+/// counts beside the number.
+const LONGER: f64 = 1.25;
+const STRETCHED: f64 = 0.2;
+/// Numbers of nodes and layers that are made.
+const NODES: std::ops::RangeInclusive<usize> = 60..=3_000_000;
+const LAYERS: std::ops::RangeInclusive<usize> = 1..=100;
+/// Shortest edges relative to the way around.
+const SHORTEST: f64 = 1e-4;
+
+/// Lengths of a wall.
+pub(super) struct Lengths {
+    /// The longest way around.
+    pub around: f64,
+    /// The way from the apex to the base.
+    pub along: f64,
+    pub thickness: f64,
+}
+
+/// Layers, cells around and cells from the apex to the base.
+type Cells = [usize; 3];
+
+impl Lengths {
+    pub fn cells(&self, options: &WallOptions) -> Result<Cells, ChamberError> {
+        let fail = |what: String| Err(ChamberError::Size { what });
+        if let Some(layers) = options.layers.filter(|layers| !LAYERS.contains(layers)) {
+            return fail(format!("{layers} layers cannot be made"));
+        }
+        match options.size {
+            Size::Edge(edge) if edge.is_finite() && edge > SHORTEST * self.around => {
+                let cells = self.even(edge, options.layers);
+                match nodes(cells) {
+                    count if count > *NODES.end() => fail(format!("these are {count} nodes")),
+                    _ => Ok(cells),
+                }
+            }
+            Size::Edge(edge) => fail(format!("edges cannot be {edge} long")),
+            Size::Nodes(wanted) if NODES.contains(&wanted) => {
+                let cells = self.about(wanted, options.layers);
+                cells.map_or_else(|| fail(format!("{wanted} nodes do not make so many layers")), Ok)
+            }
+            Size::Nodes(wanted) => fail(format!("{wanted} nodes cannot be made")),
+        }
+    }
+
+    /// Cells as long as wide and, where layers are not given, as thick.
+    fn even(&self, edge: f64, layers: Option<usize>) -> Cells {
+        let count = |length: f64| (length / edge).round().max(1.0) as usize;
+        let half = count(self.around / 8.0);
+        let layers = layers.unwrap_or_else(|| count(self.thickness).clamp(2, *LAYERS.end()));
+        [layers, 8 * half, count(self.along).max(half + 2)]
+    }
+
+    /// Nearly even cells that make about so many nodes.
+    fn about(&self, wanted: usize, layers: Option<usize>) -> Option<Cells> {
+        let sizes = std::iter::successors(Some(self.around / 4.0), |edge| Some(edge * FINER));
+        let even = sizes.map(|edge| self.even(edge, layers));
+        let tried = even.take_while(|&cells| nodes(cells) < 2 * wanted);
+        // Layers and cells around come in steps, those along the axis make up for them.
+        let exact = |[layers, around, along]: Cells| {
+            let (half, even) = (around / 8, along as f64);
+            let rings = (wanted / (layers + 1)).saturating_sub((2 * half + 1).pow(2));
+            let along = half as f64 + rings as f64 / around as f64;
+            let along = along.clamp(even / LONGER, even * LONGER).round() as usize;
+            [layers, around, along.max(half + 2)]
+        };
+        let apart = |(even, cells): &(Cells, Cells)| {
+            let off = nodes(*cells) as f64 / wanted as f64;
+            let stretched = cells[2] as f64 / even[2] as f64;
+            off.ln().abs() + STRETCHED * stretched.ln().abs()
+        };
+        let tried = tried.map(|even| (even, exact(even)));
+        tried.min_by(|a, b| apart(a).total_cmp(&apart(b))).map(|(_, cells)| cells)
+    }
+}
+
+fn nodes([layers, around, along]: Cells) -> usize {
+    let half = around / 8;
+    (layers + 1) * ((2 * half + 1).pow(2) + around * (along - half))
+}

@@ -1,0 +1,84 @@
+//! Wavefront OBJ files: `v` points and `f` faces, whose corners may name texture and normal as well (Wavefront
+//! Technologies, "Object Files (.obj)", Appendix B1 of the Advanced Visualizer Manual).
+
+use super::cursor::Cursor;
+use super::grid::UnstructuredGrid;
+use super::polydata::{Kind, add};
+use crate::{MeshError, Problem};
+
+/// First words of lines that an OBJ file may begin with, and no other format does.
+const FIRST: [&[u8]; 11] =
+    [b"v", b"vn", b"vt", b"vp", b"f", b"o", b"g", b"s", b"l", b"mtllib", b"usemtl"];
+
+/// Whether the first line that is no comment looks like one of an OBJ file.
+pub(crate) fn looks_like_it(content: &[u8]) -> bool {
+    let words = content.split(|&byte| byte == b'\n').map(|line| line.trim_ascii());
+    let first = words.filter(|line| !line.is_empty() && !line.starts_with(b"#")).take(1).next();
+    let word = first.and_then(|line| line.split(u8::is_ascii_whitespace).next());
+    word.is_some_and(|word| FIRST.contains(&word))
+}
+
+/// Reads points, faces (as fans of triangles), lines and the names of groups.
+pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshError> {
+    let mut cursor = Cursor::new(file, bytes);
+    let mut grid = UnstructuredGrid::new();
+    let mut group = String::new();
+    (grid.points_at, grid.cells_at) = (cursor.here(), cursor.here());
+    while let Some(line) = cursor.line() {
+        let mut words = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+        let kind = match words.next() {
+            Some(b"v") => {
+                let mut point = [0.0; 3];
+                for x in &mut point {
+                    *x = number(&cursor, words.next(), "a coordinate")?;
+                }
+                grid.points.push(point);
+                continue;
+            }
+            Some(b"g" | b"o") => {
+                let name: Vec<_> = words.map(String::from_utf8_lossy).collect();
+                group = name.join(" ");
+                continue;
+            }
+            Some(b"f") => Kind::Polygons,
+            Some(b"l") => Kind::Lines,
+            Some(b"p") => Kind::Vertices,
+            // Normals, textures, materials and curved surfaces, which have no part in a mesh of triangles.
+            _ => continue,
+        };
+        let nodes = words.map(|word| corner(&cursor, word, grid.points.len()));
+        let nodes = nodes.collect::<Result<Vec<i64>, _>>()?;
+        let first = grid.types.len();
+        add(&mut grid, kind, &nodes);
+        if !group.is_empty() {
+            let added = first..grid.types.len();
+            grid.groups.entry(group.clone()).or_default().extend(added);
+        }
+    }
+    Ok(grid)
+}
+
+/// The point that a corner such as `7`, `7/1`, `7//2` or `-1/-1/-1` names, from 0; negative ones count from the last.
+fn corner(cursor: &Cursor<'_>, word: &[u8], points: usize) -> Result<i64, MeshError> {
+    let point = word.split(|&byte| byte == b'/').next();
+    let value: i64 = number(cursor, point, "the number of a point")?;
+    let count = points as i64;
+    match value {
+        1.. => Ok(value - 1),
+        _ if value < 0 && value >= -count => Ok(count + value),
+        _ => {
+            let what = "the number of a point (they count from 1, or back from -1)";
+            Err(cursor.error(Problem::Range { what, value, least: -count, most: count }))
+        }
+    }
+}
+
+fn number<T: std::str::FromStr>(
+    cursor: &Cursor<'_>,
+    word: Option<&[u8]>,
+    expected: &'static str,
+) -> Result<T, MeshError> {
+    let word = word.ok_or_else(|| cursor.error(Problem::Missing { expected }))?;
+    let number = str::from_utf8(word).ok().and_then(|text| text.parse().ok());
+    number.ok_or_else(|| cursor.expected(expected, word))
+}

@@ -1,0 +1,118 @@
+//! VTK's surfaces: vertices, lines, polygons and strips, in legacy files (POLYDATA) and in XML (VTP).
+
+use super::grid::UnstructuredGrid;
+use crate::{Place, Problem};
+
+/// Triangles that a polygon or strip with fields may have on average: each repeats the fields' rows, so that a small file
+/// could otherwise ask for much memory.
+const MOST_REPEATED: usize = 64;
+
+/// Cells as the nodes of all of them and where those of each begin.
+pub(crate) struct CellList {
+    /// `nodes[offsets[c]..offsets[c + 1]]` are those of cell `c`.
+    pub offsets: Vec<usize>,
+    pub nodes: Vec<i64>,
+    /// Where the nodes are in the file.
+    pub at: Place,
+}
+
+/// The lists of cells in the order in which fields count them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd)]
+pub(crate) enum Kind {
+    Vertices,
+    Lines,
+    Polygons,
+    Strips,
+}
+
+/// The cells of a surface before they are a grid of triangles.
+#[derive(Default)]
+pub(crate) struct PolyData {
+    lists: [Option<CellList>; 4],
+}
+
+impl Kind {
+    /// By the keyword of legacy files.
+    pub fn of_keyword(keyword: &[u8]) -> Option<Self> {
+        Some(match keyword {
+            b"VERTICES" => Kind::Vertices,
+            b"LINES" => Kind::Lines,
+            b"POLYGONS" => Kind::Polygons,
+            b"TRIANGLE_STRIPS" => Kind::Strips,
+            _ => return None,
+        })
+    }
+}
+
+impl PolyData {
+    pub fn put(&mut self, kind: Kind, list: CellList) {
+        self.lists[kind as usize] = Some(list);
+    }
+
+    /// Number of cells in all lists.
+    pub fn cell_count(&self) -> usize {
+        self.lists.iter().flatten().map(|list| list.offsets.len() - 1).sum()
+    }
+
+    /// Adds the cells to a grid: polygons as fans of triangles around their first corner, strips as their triangles. Each
+    /// triangle takes its row of the fields.
+    ///
+    /// # Errors
+    /// Polygons or strips of very many triangles with fields.
+    pub fn fill(self, grid: &mut UnstructuredGrid) -> Result<(), Problem> {
+        let cells = self.cell_count();
+        let kinds = [Kind::Vertices, Kind::Lines, Kind::Polygons, Kind::Strips];
+        // The row of the fields for each cell of the grid.
+        let mut rows = Vec::new();
+        let mut row = 0;
+        for (kind, list) in kinds.into_iter().zip(self.lists) {
+            let Some(list) = list else { continue };
+            if kind >= Kind::Polygons || grid.types.is_empty() {
+                grid.cells_at = list.at;
+            }
+            for pair in list.offsets.windows(2) {
+                add(grid, kind, &list.nodes[pair[0]..pair[1]]);
+                rows.resize(grid.types.len(), row);
+                row += 1;
+            }
+        }
+        if !grid.cell_fields.is_empty() && rows.len() > MOST_REPEATED * cells.max(1) {
+            return Err(Problem::Unsupported {
+                what: "cell fields on polygons or strips of",
+                value: format!("{} triangles each", rows.len() / cells.max(1)),
+                advice: "split them into triangles first, for example with VTK's \"Triangulate\"",
+            });
+        }
+        // A field of another size is refused with the grid.
+        for field in grid.cell_fields.values_mut().filter(|field| field.rows() == cells) {
+            *field = field.select(&rows);
+        }
+        Ok(())
+    }
+}
+
+/// Adds one cell, a polygon or strip as triangles.
+pub(crate) fn add(grid: &mut UnstructuredGrid, kind: Kind, nodes: &[i64]) {
+    let mut push = |vtk_type: u8, nodes: &[i64]| {
+        grid.types.push(vtk_type);
+        grid.connectivity.extend_from_slice(nodes);
+        grid.offsets.push(grid.connectivity.len());
+    };
+    match (kind, nodes) {
+        (Kind::Vertices, [_]) => push(1, nodes),
+        (Kind::Vertices, _) => push(2, nodes),
+        (Kind::Lines, [_, _]) => push(3, nodes),
+        (Kind::Lines, _) => push(4, nodes),
+        (Kind::Polygons, [first, rest @ ..]) if rest.len() >= 2 => {
+            rest.windows(2).for_each(|pair| push(5, &[*first, pair[0], pair[1]]));
+        }
+        (Kind::Strips, [_, _, _, ..]) => {
+            for (index, corners) in nodes.windows(3).enumerate() {
+                let [a, b, c] = [corners[0], corners[1], corners[2]];
+                push(5, &if index % 2 == 0 { [a, b, c] } else { [b, a, c] });
+            }
+        }
+        // A polygon or strip without a triangle in it is refused with its index.
+        _ => push(if kind == Kind::Strips { 6 } else { 7 }, nodes),
+    }
+}

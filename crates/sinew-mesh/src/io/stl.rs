@@ -1,0 +1,141 @@
+//! STL files: triangles without a common list of points, as text or binary (3D Systems, "StereoLithography Interface
+//! Specification", 1989; binary files are little endian).
+
+use std::collections::HashMap;
+
+use super::cursor::{Cursor, error_at};
+use super::grid::UnstructuredGrid;
+use crate::{MeshError, Problem};
+
+/// Bytes before the triangles of a binary file, and of one triangle there.
+const HEAD: usize = 84;
+const TRIANGLE: usize = 50;
+
+/// The number of triangles that a file declares if it is binary.
+fn declared(bytes: &[u8]) -> Option<usize> {
+    let count = bytes.get(80..HEAD)?.first_chunk()?;
+    usize::try_from(u32::from_le_bytes(*count)).ok()
+}
+
+/// Whether the file is binary STL of the length that it declares.
+pub(crate) fn is_binary(bytes: &[u8]) -> bool {
+    let length = declared(bytes).and_then(|count| count.checked_mul(TRIANGLE)?.checked_add(HEAD));
+    length == Some(bytes.len())
+}
+
+/// Reads the triangles; corners at the same place become one point, and triangles that have two such corners are left
+/// out and counted.
+pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshError> {
+    let mut triangles = Triangles::default();
+    if bytes.trim_ascii_start().starts_with(b"solid") && !is_binary(bytes) {
+        text(Cursor::new(file, bytes), &mut triangles)?;
+    } else {
+        binary(file, bytes, &mut triangles)?;
+    }
+    Ok(triangles.grid)
+}
+
+fn binary(file: &str, bytes: &[u8], triangles: &mut Triangles) -> Result<(), MeshError> {
+    let count = declared(bytes).unwrap_or(0);
+    let body = bytes.get(HEAD..).unwrap_or_default();
+    if body.len() < count.saturating_mul(TRIANGLE) {
+        let (what, needed) = ("triangles", count as u128 * TRIANGLE as u128);
+        let available = body.len();
+        return Err(error_at(file, 80, Problem::CutOff { what, needed, available }));
+    }
+    triangles.grid.points_at.byte = HEAD;
+    triangles.grid.cells_at.byte = HEAD;
+    for triangle in body.chunks_exact(TRIANGLE).take(count) {
+        // Behind the normal, which the corners tell as well.
+        let mut numbers = triangle[12..48].as_chunks().0.iter();
+        let mut number =
+            || numbers.next().map_or(0.0, |&bytes| f64::from(f32::from_le_bytes(bytes)));
+        let corners = std::array::from_fn(|_| std::array::from_fn(|_| number()));
+        triangles.push(corners);
+    }
+    Ok(())
+}
+
+fn text(mut cursor: Cursor<'_>, triangles: &mut Triangles) -> Result<(), MeshError> {
+    let mut solids = Vec::new();
+    triangles.grid.points_at = cursor.here();
+    triangles.grid.cells_at = cursor.here();
+    while let Some(word) = cursor.word() {
+        match word.to_ascii_lowercase().as_slice() {
+            b"solid" => {
+                let name = cursor.line().unwrap_or_default();
+                let name = String::from_utf8_lossy(name).into_owned();
+                solids.push((name, triangles.grid.types.len()));
+            }
+            b"facet" => {
+                // Normals are written as they come, not always as numbers.
+                cursor.line();
+                keywords(&mut cursor, &["outer", "loop"])?;
+                let mut corners = [[0.0; 3]; 3];
+                for corner in &mut corners {
+                    keywords(&mut cursor, &["vertex"])?;
+                    for x in corner {
+                        *x = cursor.parse("a coordinate")?;
+                    }
+                }
+                keywords(&mut cursor, &["endloop", "endfacet"])?;
+                triangles.push(corners);
+            }
+            b"endsolid" => drop(cursor.line()),
+            _ => return Err(cursor.expected("facet or endsolid", word)),
+        }
+    }
+    if solids.len() > 1 {
+        triangles.name(&solids);
+    }
+    Ok(())
+}
+
+fn keywords(cursor: &mut Cursor<'_>, keywords: &[&'static str]) -> Result<(), MeshError> {
+    for &keyword in keywords {
+        let word = cursor.text(keyword)?;
+        if !word.eq_ignore_ascii_case(keyword) {
+            return Err(cursor.expected(keyword, word.as_bytes()));
+        }
+    }
+    Ok(())
+}
+
+struct Triangles {
+    grid: UnstructuredGrid,
+    by_place: HashMap<[u64; 3], i64>,
+}
+
+impl Default for Triangles {
+    fn default() -> Self {
+        Self { grid: UnstructuredGrid::new(), by_place: HashMap::new() }
+    }
+}
+
+impl Triangles {
+    fn push(&mut self, corners: [[f64; 3]; 3]) {
+        let nodes = corners.map(|corner| {
+            // Adding zero makes one of both zeros.
+            let key = corner.map(|x| (x + 0.0).to_bits());
+            *self.by_place.entry(key).or_insert_with(|| {
+                self.grid.points.push(corner);
+                self.grid.points.len() as i64 - 1
+            })
+        });
+        let [a, b, c] = nodes;
+        // A collapsed triangle counts as a group of points, which a mesh leaves out.
+        self.grid.types.push(if a == b || b == c || c == a { 2 } else { 5 });
+        self.grid.connectivity.extend(nodes);
+        self.grid.offsets.push(self.grid.connectivity.len());
+    }
+
+    /// Names the triangles behind each start.
+    fn name(&mut self, solids: &[(String, usize)]) {
+        let ends = solids.iter().skip(1).map(|(_, start)| *start).chain([self.grid.types.len()]);
+        for ((name, start), end) in
+            solids.iter().zip(ends).filter(|((name, _), _)| !name.is_empty())
+        {
+            self.grid.groups.entry(name.clone()).or_default().extend(*start..end);
+        }
+    }
+}

@@ -1,0 +1,226 @@
+//! A tree of boxes around the triangles of a surface, for rays, distances and crossings.
+
+use nalgebra::Vector3;
+
+use crate::TriangleMesh;
+
+type Point = Vector3<f64>;
+
+/// Triangles in a leaf of the tree.
+const LEAF: usize = 4;
+/// How far beyond its edges a triangle still stops a ray, as a fraction of its size: a ray through an edge must not slip
+/// between the two triangles there.
+const EDGE: f64 = 1e-9;
+/// Sine of the angle to a triangle's plane below which a line counts as parallel to it: some thousand rounding errors.
+const PARALLEL: f64 = 1e-12;
+
+/// Triangles sorted into nested boxes (a bounding volume hierarchy, split at the median of the longest side).
+pub(crate) struct SurfaceTree {
+    corners: Vec<[Point; 3]>,
+    /// Triangles in the order of the leaves.
+    order: Vec<usize>,
+    nodes: Vec<Node>,
+}
+
+struct Node {
+    low: Point,
+    high: Point,
+    /// The triangles of the node in `order`.
+    start: usize,
+    end: usize,
+    /// The second child; the first one follows its parent, and a leaf has none.
+    second: Option<usize>,
+}
+
+impl SurfaceTree {
+    pub fn new(surface: &TriangleMesh) -> Self {
+        let corners: Vec<_> = (0..surface.cells.len()).map(|cell| surface.corners(cell)).collect();
+        let mut tree = Self { order: (0..corners.len()).collect(), corners, nodes: Vec::new() };
+        if !tree.order.is_empty() {
+            tree.split(0, tree.order.len());
+        }
+        tree
+    }
+
+    fn split(&mut self, start: usize, end: usize) -> usize {
+        let members = self.order[start..end].iter().flat_map(|&t| &self.corners[t]);
+        let far = Point::repeat(f64::INFINITY);
+        let (low, high) = members.fold((far, -far), |(low, high), x| (low.inf(x), high.sup(x)));
+        let node = self.nodes.len();
+        self.nodes.push(Node { low, high, start, end, second: None });
+        if end - start > LEAF {
+            let axis = (high - low).imax();
+            let corners = &self.corners;
+            let centre = |t: usize| corners[t].iter().map(|x| x[axis]).sum::<f64>();
+            let middle = (end - start) / 2;
+            self.order[start..end].select_nth_unstable_by(middle, |&a, &b| {
+                (centre(a), a).partial_cmp(&(centre(b), b)).unwrap_or(a.cmp(&b))
+            });
+            self.split(start, start + middle);
+            self.nodes[node].second = Some(self.split(start + middle, end));
+        }
+        node
+    }
+
+    /// Visits the triangles in all leaves whose boxes are wanted.
+    fn visit(&self, wanted: impl Fn(&Node) -> bool, mut see: impl FnMut(usize)) {
+        let mut stack: Vec<usize> = if self.nodes.is_empty() { vec![] } else { vec![0] };
+        while let Some(at) = stack.pop() {
+            let node = &self.nodes[at];
+            if wanted(node) {
+                match node.second {
+                    Some(second) => stack.extend([second, at + 1]),
+                    None => self.order[node.start..node.end].iter().for_each(|&t| see(t)),
+                }
+            }
+        }
+    }
+
+    /// Distances along a ray (in lengths of `direction`) at which it meets triangles, ascending; an edge is met twice.
+    pub fn hits(&self, origin: Point, direction: Point) -> Vec<f64> {
+        let mut found = Vec::new();
+        let meets = |node: &Node| {
+            let (mut near, mut far) = (0.0_f64, f64::INFINITY);
+            for axis in 0..3 {
+                let [a, b] = [node.low[axis], node.high[axis]].map(|x| x - origin[axis]);
+                if direction[axis] == 0.0 {
+                    if a > 0.0 || b < 0.0 {
+                        return false;
+                    }
+                } else {
+                    let [a, b] = [a, b].map(|x| x / direction[axis]);
+                    (near, far) = (near.max(a.min(b)), far.min(a.max(b)));
+                }
+            }
+            // Boxes of triangles in a plane have no thickness.
+            near <= far * (1.0 + EDGE) + EDGE
+        };
+        self.visit(meets, |t| {
+            let way = crossing(&self.corners[t], origin, direction, -EDGE);
+            found.extend(way.filter(|&way| way >= 0.0));
+        });
+        found.sort_by(f64::total_cmp);
+        found
+    }
+
+    /// Distance of a point from the surface; infinite when it has no triangles.
+    pub fn distance(&self, point: Point) -> f64 {
+        let mut best = f64::INFINITY;
+        let mut stack: Vec<usize> = if self.nodes.is_empty() { vec![] } else { vec![0] };
+        let from_box = |node: &Node| (point - point.sup(&node.low).inf(&node.high)).norm();
+        while let Some(at) = stack.pop() {
+            let node = &self.nodes[at];
+            if from_box(node) >= best {
+                continue;
+            }
+            let Some(second) = node.second else {
+                for &t in &self.order[node.start..node.end] {
+                    best = best.min((point - nearest(&self.corners[t], point)).norm());
+                }
+                continue;
+            };
+            // The nearer child is looked at first.
+            let first_is_nearer = from_box(&self.nodes[at + 1]) <= from_box(&self.nodes[second]);
+            stack.extend(if first_is_nearer { [second, at + 1] } else { [at + 1, second] });
+        }
+        best
+    }
+
+    /// Triangles whose leaf touches the box.
+    pub fn near(&self, low: Point, high: Point) -> Vec<usize> {
+        let mut found = Vec::new();
+        let touches =
+            |node: &Node| (0..3).all(|i| node.low[i] <= high[i] && low[i] <= node.high[i]);
+        self.visit(touches, |t| found.push(t));
+        found
+    }
+}
+
+/// Where a line meets a triangle, in lengths of its direction (Möller and Trumbore, J. Graphics Tools 2, 1997). With a
+/// positive margin the edges do not count, with a negative one a strip beyond them does.
+pub(crate) fn crossing(
+    [a, b, c]: &[Point; 3],
+    origin: Point,
+    direction: Point,
+    margin: f64,
+) -> Option<f64> {
+    let (along, up) = (b - a, c - a);
+    let across = direction.cross(&up);
+    let volume = along.dot(&across);
+    if volume.abs() <= PARALLEL * along.norm() * up.norm() * direction.norm() {
+        return None;
+    }
+    let from = origin - a;
+    let turned = from.cross(&along);
+    let [u, v] = [from.dot(&across), direction.dot(&turned)].map(|x| x / volume);
+    let inside = u >= margin && v >= margin && u + v <= 1.0 - margin;
+    inside.then(|| up.dot(&turned) / volume)
+}
+
+/// The point of a triangle nearest to a point (C. Ericson, Real-Time Collision Detection, 2005, section 5.1.5).
+fn nearest([a, b, c]: &[Point; 3], point: Point) -> Point {
+    let (ab, ac) = (b - a, c - a);
+    let [d1, d2] = [ab, ac].map(|edge| edge.dot(&(point - a)));
+    let [d3, d4] = [ab, ac].map(|edge| edge.dot(&(point - b)));
+    let [d5, d6] = [ab, ac].map(|edge| edge.dot(&(point - c)));
+    let [va, vb, vc] = [d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2];
+    if d1 <= 0.0 && d2 <= 0.0 {
+        *a
+    } else if d3 >= 0.0 && d4 <= d3 {
+        *b
+    } else if d6 >= 0.0 && d5 <= d6 {
+        *c
+    } else if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        a + ab * (d1 / (d1 - d3))
+    } else if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        a + ac * (d2 / (d2 - d6))
+    } else if va <= 0.0 && d4 >= d3 && d5 >= d6 {
+        b + (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)))
+    } else {
+        a + (ab * vb + ac * vc) / (va + vb + vc)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{boundary_facets, box_tetrahedra, extract_surface};
+
+    fn cube() -> TriangleMesh {
+        let mesh = box_tetrahedra([2.0; 3], [5; 3]);
+        extract_surface(&mesh, &boundary_facets(&mesh)).mesh
+    }
+
+    #[test]
+    fn rays_from_inside_leave_once() {
+        let tree = SurfaceTree::new(&cube());
+        for step in 0..200 {
+            let [a, b] = [0.37, 0.11].map(|turn| turn * f64::from(step));
+            let direction = Point::new(a.sin() * b.cos(), a.sin() * b.sin(), a.cos());
+            let hits = tree.hits(Point::new(0.9, 1.1, 1.3), direction);
+            let end = Point::new(0.9, 1.1, 1.3) + direction * hits[0];
+            let off = end.iter().map(|x| x.min(2.0 - x)).fold(f64::INFINITY, f64::min);
+            assert!(off.abs() < 1e-12 && hits[hits.len() - 1] - hits[0] < 1e-12, "{step}");
+        }
+        // Through an edge of triangles, along the axis.
+        assert!(!tree.hits(Point::repeat(0.8), Point::x()).is_empty());
+        assert!(tree.hits(Point::repeat(3.0), Point::x()).is_empty());
+    }
+
+    #[test]
+    fn distances_agree_with_those_of_a_cube() {
+        let tree = SurfaceTree::new(&cube());
+        for step in 0..300 {
+            let point = [0.37, 0.73, 1.31].map(|f| 5.0 * (f * f64::from(step)).sin());
+            let beyond = point.map(|x: f64| (-x).max(x - 2.0));
+            let outside = beyond.map(|x| x.max(0.0).powi(2)).iter().sum::<f64>().sqrt();
+            let inside = -beyond.into_iter().fold(f64::NEG_INFINITY, f64::max);
+            let expected = if outside > 0.0 { outside } else { inside };
+            assert!((tree.distance(point.into()) - expected).abs() < 1e-12, "{point:?}");
+        }
+        assert_eq!(
+            SurfaceTree::new(&TriangleMesh::default()).distance(Point::zeros()),
+            f64::INFINITY
+        );
+    }
+}

@@ -1,0 +1,191 @@
+//! Meshes from surfaces.
+
+use super::Usage;
+use anyhow::{Context, Result};
+use clap::{Args, Subcommand, ValueEnum};
+use sinew::case::FibreRule;
+use sinew_mesh::{
+    AnyMesh, Chamber, Field, Size, TriangleMesh, Trim, WallOptions, read_triangle_mesh,
+};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// What is meshed.
+#[derive(Debug, Args)]
+pub struct Mesh {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Debug, Subcommand)]
+enum What {
+    /// Fill the wall of a ventricle between its surfaces, with names, fibres and a report of how well it fits.
+    Ventricle(Ventricle),
+}
+
+/// Surfaces and sizes.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Surfaces are VTK (POLYDATA), VTP, VTU, STL or OBJ files, open at the valves or not. The endocardium is carried along its
+normals to the nearest outer surface. Lengths are in the surfaces' own unit; case files read them as mm unless they say
+`unit`.
+
+The mesh has the sets base, endocardium, epicardium (the whole outer surface) and septum (its part that faces the other
+ventricle), the field `fibre`, and under the names of the built-in ventricle `region:1` (endocardium) and `clamped` (base).
+
+Example: sinew mesh ventricle --endocardium lv.vtk --epicardium epi.vtk --septum rv.vtk --nodes 1500 -o wall.vtu
+         sinew solve LeftVentricle --mesh wall.vtu --theta a=0.18,b=2.6,a_f=3.3,b_f=2.7,p=8mmHg")]
+struct Ventricle {
+    /// Inner surface
+    #[arg(long, value_name = "FILE")]
+    endocardium: PathBuf,
+    /// Outer surface, of this ventricle or of the whole heart
+    #[arg(long, value_name = "FILE")]
+    epicardium: PathBuf,
+    /// Endocardium of the other ventricle: its near side bounds the wall as well
+    #[arg(long, value_name = "FILE")]
+    septum: Option<PathBuf>,
+    /// About this many nodes [default: 1500]
+    #[arg(long, value_name = "COUNT", conflicts_with = "edge")]
+    nodes: Option<usize>,
+    /// Edges about this long, instead of --nodes
+    #[arg(long, value_name = "LENGTH")]
+    edge: Option<f64>,
+    /// Layers of cells [default: as many as make them about as thick as wide, two at least]
+    #[arg(long, value_name = "COUNT")]
+    layers: Option<usize>,
+    /// Where the base is: auto (the highest plane below the valves that cuts a whole wall), a fraction of the way from the
+    /// apex to the middle of the valves, or the plane x,y,z,nx,ny,nz by a point and a normal
+    #[arg(long, value_name = "PLANE", default_value = "auto", allow_hyphen_values = true)]
+    trim: String,
+    /// Kind of cells
+    #[arg(long, value_enum, default_value_t = Cells::Tetrahedra)]
+    element: Cells,
+    /// Angles of the fibres to the circumference at the inner and outer surface [degrees]
+    #[arg(long, value_name = "INNER,OUTER", default_value = "60,-60", allow_hyphen_values = true)]
+    angles: String,
+    /// Where the mesh goes: a VTU file
+    #[arg(short, long, value_name = "FILE", default_value = "wall.vtu")]
+    out: PathBuf,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum Cells {
+    Tetrahedra,
+    Hexahedra,
+}
+
+impl Mesh {
+    pub fn run(&self) -> Result<()> {
+        match &self.what {
+            What::Ventricle(ventricle) => ventricle.run(),
+        }
+    }
+}
+
+impl Ventricle {
+    fn run(&self) -> Result<()> {
+        let options = self.options()?;
+        let angles = numbers::<2>(&self.angles).ok_or_else(|| {
+            Usage(format!("--angles {}: give two angles, such as 60,-60", self.angles))
+        })?;
+        let endocardium = surface(&self.endocardium)?;
+        let epicardium = surface(&self.epicardium)?;
+        let septum = self.septum.as_deref().map(surface).transpose()?;
+        let chamber =
+            Chamber { endocardium: &endocardium, epicardium: &epicardium, septum: septum.as_ref() };
+        let start = Instant::now();
+        let wall = chamber.wall(&options).map_err(|error| {
+            Usage(format!(
+                "no wall between {} and {}: {error}",
+                self.endocardium.display(),
+                self.epicardium.display()
+            ))
+        })?;
+        let seconds = start.elapsed().as_secs_f64();
+        let rule = FibreRule {
+            endocardium: "endocardium".into(),
+            epicardium: "epicardium".into(),
+            base: "base".into(),
+            angles,
+            sheet_angles: [0.0; 2],
+        };
+        let tetrahedra = wall.tetrahedra().into();
+        let mut mesh = match self.element {
+            Cells::Tetrahedra => lay(tetrahedra, &rule, None)?,
+            Cells::Hexahedra => lay(tetrahedra, &rule, Some(wall.hexahedra()?.into()))?,
+        };
+        name(&mut mesh);
+        println!("{}", wall.report());
+        println!("fitted in {seconds:.2} s");
+        mesh.write_vtu(&self.out)?;
+        println!("written: {}", self.out.display());
+        if wall.report().crossings.0 > 0 {
+            eprintln!(
+                "warning: the given surfaces cross each other or themselves; look at the mesh there"
+            );
+        }
+        Ok(())
+    }
+
+    fn options(&self) -> Result<WallOptions> {
+        let size = match (self.edge, self.nodes) {
+            (Some(edge), _) => Size::Edge(edge),
+            (None, nodes) => Size::Nodes(nodes.unwrap_or(1500)),
+        };
+        let trim = match self.trim.as_str() {
+            "auto" => Some(Trim::Auto),
+            text => numbers(text).map(|[part]| Trim::Fraction(part)).or_else(|| {
+                numbers(text)
+                    .map(|[x, y, z, a, b, c]| Trim::Plane { point: [x, y, z], normal: [a, b, c] })
+            }),
+        };
+        let trim = trim.ok_or_else(|| {
+            Usage(format!(
+                "--trim {}: give auto, a fraction of the axis such as 0.8, or six numbers x,y,z,nx,ny,nz",
+                self.trim
+            ))
+        })?;
+        Ok(WallOptions { size, layers: self.layers, trim })
+    }
+}
+
+fn surface(path: &Path) -> Result<TriangleMesh> {
+    let (surface, report) = read_triangle_mesh(path).map_err(|error| Usage(error.to_string()))?;
+    if report.dropped_cells > 0 {
+        eprintln!(
+            "{}: {} points, lines and collapsed triangles left out",
+            path.display(),
+            report.dropped_cells
+        );
+    }
+    Ok(surface)
+}
+
+/// As many numbers as are asked for, separated by commas.
+fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|word| word.trim().parse()).collect();
+    numbers.ok()?.try_into().ok()
+}
+
+/// Lays fibres into the cells of tetrahedra, or by their nodes into other cells.
+fn lay(mut tetrahedra: AnyMesh, rule: &FibreRule, other: Option<AnyMesh>) -> Result<AnyMesh> {
+    let fail = |reason: String| anyhow::anyhow!("no fibres: {reason}");
+    let Some(mut other) = other else {
+        rule.lay(&mut tetrahedra).map_err(fail)?;
+        return Ok(tetrahedra);
+    };
+    let frames = rule.at_nodes(&tetrahedra).map_err(fail).context("the same wall of tetrahedra")?;
+    let fibres: Vec<_> = frames.iter().map(|frame| frame[0]).collect();
+    other.point_fields_mut().insert("fibre".into(), Field::vectors(&fibres));
+    Ok(other)
+}
+
+/// The names that the built-in ventricle knows its endocardium and base by.
+fn name(mesh: &mut AnyMesh) {
+    let mut held = vec![0; mesh.points().len()];
+    mesh.node_sets()["base"].iter().for_each(|&node| held[node] = 1);
+    mesh.point_fields_mut().insert("clamped".into(), Field::labels(held));
+    let endocardium = mesh.facet_sets()["endocardium"].clone();
+    mesh.facet_sets_mut().insert("region:1".into(), endocardium);
+}
