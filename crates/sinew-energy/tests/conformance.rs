@@ -2,6 +2,7 @@
 
 mod laws {
     use sinew_energy::Guard;
+    use sinew_energy::Law;
     use sinew_energy::Solid;
     use sinew_energy::conformance::*;
     use sinew_energy::laws::{
@@ -9,7 +10,6 @@ mod laws {
         HolzapfelOgden2009, HolzapfelOgdenCompressible, LinearElastic, NeoHookean, NeoHookeanShape,
         PlaneStress,
     };
-    use sinew_energy::Law;
     use sinew_num::Mat3;
     use sinew_num::Scalar;
 
