@@ -55,8 +55,13 @@ fn rows(text: &str) -> Result<BTreeMap<String, Row>> {
         let names = |cell: &str| -> Vec<String> {
             cell.split(',').map(str::trim).filter(|name| !name.is_empty()).map(Into::into).collect()
         };
+        // The crate that opens all others has no second name.
+        let full = |name: &String| match name.as_str() {
+            "sinew" => name.clone(),
+            name => format!("sinew-{name}"),
+        };
         let row = Row {
-            ours: names(ours).iter().map(|name| format!("sinew-{name}")).collect(),
+            ours: names(ours).iter().map(full).collect(),
             heavy: names(heavy).iter().map(|name| name.to_lowercase()).collect(),
         };
         table.insert(name.trim_matches('`').into(), row);

@@ -19,27 +19,19 @@ pub fn cargo(arguments: &[&str], environment: &[(&str, &str)]) -> Result<()> {
     Ok(())
 }
 
-/// Builds and runs a study of `sinew-study`, in the profile that tests use too.
+/// Builds and runs the program of a study.
 ///
 /// Naming an example beside the program makes cargo resolve features as it does for the tests of the whole
 /// workspace, so that the heavy dependencies are compiled once for both; this one needs nothing that the study does not.
-pub fn study(name: &str, options: &[String]) -> Result<()> {
-    let mut build =
-        vec!["build", "--workspace", "--bin", "sinew-study", "--example", "small_ventricle"];
+pub fn study(program: &str, task: &str, options: &[String]) -> Result<()> {
+    let mut build = vec!["build", "--workspace", "--bin", program, "--example", "small_ventricle"];
     // A backend is compiled in by its feature, so that the default build stays small.
     let ndarray = options.windows(2).any(|pair| pair == ["--backend", "ndarray"])
         || options.iter().any(|option| option == "--backend=ndarray");
     if ndarray {
         build.extend(["--features", "sinew-study/ndarray"]);
     }
-    let arguments = [&[name.to_string()], options].concat();
-    start(&build, STUDIES_COLD, "sinew-study", name, &arguments)
-}
-
-/// Builds and runs the organs, resolving features as [`study`] does.
-pub fn organs(options: &[String]) -> Result<()> {
-    let build = ["build", "--workspace", "--bin", "sinew-organs", "--example", "small_ventricle"];
-    start(&build, STUDIES_COLD, "sinew-organs", "reproduce-organs", options)
+    start(&build, STUDIES_COLD, program, task, options)
 }
 
 /// Builds and runs the benchmarks of `sinew-verify`, which needs none of the heavy dependencies of the studies.

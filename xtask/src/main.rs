@@ -73,9 +73,13 @@ enum Task {
 
 fn main() -> Result<()> {
     match Arguments::parse().task {
-        Task::ReproduceBeam { options } => command::study("reproduce-beam", &options),
-        Task::ReproduceOrgans { options } => command::organs(&options),
-        Task::ReproduceGp { options } => command::study("reproduce-gp", &options),
+        Task::ReproduceBeam { options } => {
+            command::study("sinew-study", "reproduce-beam", &options)
+        }
+        Task::ReproduceOrgans { options } => {
+            command::study("sinew-organs", "reproduce-organs", &options)
+        }
+        Task::ReproduceGp { options } => command::study("sinew-study-gp", "reproduce-gp", &options),
         Task::Verify { options } => command::verify(&options),
         Task::Ci => ci::run(),
         Task::Arrows => arrows::check(),

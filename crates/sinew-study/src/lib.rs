@@ -1,13 +1,10 @@
-//! Studies: the thesis' scenes and experiments, the comparison of emulators with the solver, the report.
+//! The thesis' beams: the comparison of emulators with the solver, and the report.
 //!
 //! The program `sinew-study` runs them (`cargo xtask reproduce-beam`). The story of a run:
 //! [`scenes`] are lowered to bodies, [`recipes`] say how `sinew-emulate` makes emulators of them, [`simulate`] solves what
 //! they are judged by, [`report`] tells.
-//!
-//! [`gaussian`] holds the experiments with Gaussian processes (`cargo xtask reproduce-gp`).
 
 pub mod fields;
-pub mod gaussian;
 pub mod manifest;
 pub mod options;
 mod outcome;

@@ -1,15 +1,11 @@
-//! Studies of soft-tissue emulators: `sinew-study --help`.
+//! Emulators of the thesis' beams: `sinew-study --help`.
 
 use clap::Parser;
-use sinew_study::options::{Options, Study};
+use sinew_study::options::BeamOptions;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let result = match Options::parse().study {
-        Study::ReproduceBeam(options) => sinew_study::run::reproduce_beam(&options),
-        Study::ReproduceGp(options) => sinew_study::gaussian::reproduce_gp(&options),
-    };
-    match result {
+    match sinew_study::run::reproduce_beam(&BeamOptions::parse()) {
         Ok(report) => {
             eprintln!("\nreport: {}", report.display());
             ExitCode::SUCCESS

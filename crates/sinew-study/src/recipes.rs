@@ -124,16 +124,11 @@ fn budget(options: &BeamOptions, recipe: &Recipe) -> Budget {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::options::{Options, Study};
     use clap::Parser;
 
     fn options(arguments: &[&str]) -> BeamOptions {
-        let start = ["sinew-study", "reproduce-beam"];
-        let parsed = Options::try_parse_from(start.iter().chain(arguments)).unwrap();
-        match parsed.study {
-            Study::ReproduceBeam(options) => options,
-            other => panic!("{other:?} is another study"),
-        }
+        let start = ["reproduce-beam"];
+        BeamOptions::try_parse_from(start.iter().chain(arguments)).unwrap()
     }
 
     #[test]

@@ -2,19 +2,16 @@
 
 use clap::Parser;
 use sinew_report::{Report, Row};
-use sinew_study::options::{BeamOptions, Options, Study};
+use sinew_study::options::BeamOptions;
 use sinew_study::report::Method;
 use sinew_study::run::reproduce_beam;
 use std::path::Path;
 
 fn options(out: &Path, more: &[&str]) -> BeamOptions {
-    let start = ["sinew-study", "reproduce-beam", "--quick", "--scene", "once", "--out"];
+    let start = ["reproduce-beam", "--quick", "--scene", "once", "--out"];
     let out = out.to_str().expect("a temporary folder has a plain name");
     let arguments = start.iter().copied().chain([out]).chain(more.iter().copied());
-    match Options::parse_from(arguments).study {
-        Study::ReproduceBeam(options) => options,
-        other => panic!("{other:?} is another study"),
-    }
+    BeamOptions::parse_from(arguments)
 }
 
 fn read(out: &Path) -> Report {

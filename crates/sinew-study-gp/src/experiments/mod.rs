@@ -12,7 +12,7 @@ mod poisson_1;
 mod poisson_2;
 mod wave;
 
-use crate::gaussian::experiment::{Experiment, Scale};
+use crate::experiment::{Experiment, Scale};
 use anyhow::Result;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};

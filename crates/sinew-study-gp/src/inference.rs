@@ -1,9 +1,9 @@
 //! Inference with a Gaussian process: data, prior, fit, and what came of it.
 
-use crate::gaussian::draw;
-use crate::gaussian::experiment::{Case, Purpose, Scale, Task};
-use crate::gaussian::problems::Setting;
-use crate::gaussian::row::{Findings, Label, Method, RestartEnd, Run, Thesis};
+use crate::draw;
+use crate::experiment::{Case, Purpose, Scale, Task};
+use crate::problems::Setting;
+use crate::row::{Findings, Label, Method, RestartEnd, Run, Thesis};
 use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -1,8 +1,8 @@
 //! A screened Poisson equation with mixed conditions (§4.8.5), θ known.
 
-use crate::gaussian::experiment::{Experiment, Scale, no_figures};
-use crate::gaussian::inference::{About, Error, Sampling, approaches};
-use crate::gaussian::problems;
+use crate::experiment::{Experiment, Scale, no_figures};
+use crate::inference::{About, Error, Sampling, approaches};
+use crate::problems;
 use anyhow::Result;
 
 /// Pseudo-observations of the PCGP, ten for each edge.

@@ -1,9 +1,9 @@
 //! Wave-BVP-1 and Wave-BVP-2 (§4.8.3): the speed of waves, and how restarts reach it.
 
-use crate::gaussian::experiment::{Case, Experiment, Scale, no_figures};
-use crate::gaussian::floor;
-use crate::gaussian::inference::{About, Approach, Inference, NOISE, Sampling};
-use crate::gaussian::problems::{self, Setting};
+use crate::experiment::{Case, Experiment, Scale, no_figures};
+use crate::floor;
+use crate::inference::{About, Approach, Inference, NOISE, Sampling};
+use crate::problems::{self, Setting};
 use anyhow::Result;
 use sinew_gp::Evidence;
 

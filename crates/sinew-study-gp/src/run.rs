@@ -1,18 +1,18 @@
 //! Works off the chosen experiments and writes their report.
 
-use crate::gaussian::experiment::{Case, Experiment, Scale, Task, derived};
-use crate::gaussian::experiments::Name;
-use crate::gaussian::report::section;
-use crate::gaussian::row::{Row, Run};
-use crate::gaussian::workers;
-use crate::manifest;
-use crate::options::GpOptions;
-use crate::timing::WallClock;
+use crate::experiment::{Case, Experiment, Scale, Task, derived};
+use crate::experiments::Name;
+use crate::options::Options;
+use crate::report::section;
+use crate::row::{Row, Run};
+use crate::workers;
 use anyhow::{Result, ensure};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 use sinew_emulate::{Counter, Terminal, store};
 use sinew_report::{Report, Section};
+use sinew_study::manifest;
+use sinew_study::timing::WallClock;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
@@ -28,7 +28,7 @@ enum Outcome {
 /// How a run began, kept in its folder.
 #[derive(Serialize, Deserialize)]
 struct Beginning {
-    options: GpOptions,
+    options: Options,
     revision: String,
 }
 
@@ -37,7 +37,7 @@ struct Beginning {
 /// # Errors
 /// Whatever keeps the report from being made: options that contradict an interrupted run, problems that cannot
 /// be set up, files that cannot be written. A fit that fails is told in the report.
-pub fn reproduce_gp(options: &GpOptions) -> Result<PathBuf> {
+pub fn reproduce_gp(options: &Options) -> Result<PathBuf> {
     let provenance = manifest::of_this_run(options.seed, options.threads(), options)?;
     let (clock, earlier_revision) = begin(options, &provenance.revision)?;
     store::write_json(&options.out.join("manifest.json"), &provenance)?;
@@ -74,7 +74,7 @@ pub fn reproduce_gp(options: &GpOptions) -> Result<PathBuf> {
 }
 
 /// Prepares the output folder: empties it of an earlier run, or sees to it that the earlier run can be continued.
-fn begin(options: &GpOptions, revision: &str) -> Result<(WallClock, String)> {
+fn begin(options: &Options, revision: &str) -> Result<(WallClock, String)> {
     let folders: Vec<String> = Name::value_variants().iter().map(|name| name.key()).collect();
     let beginning = Beginning { options: options.clone(), revision: revision.into() };
     let (clock, stored) = WallClock::begin(&options.out, &folders, options.resume, beginning)?;
@@ -90,7 +90,7 @@ fn begin(options: &GpOptions, revision: &str) -> Result<(WallClock, String)> {
     Ok((clock, stored.revision))
 }
 
-fn notes(options: &GpOptions, revision: &str, earlier: &str) -> Vec<String> {
+fn notes(options: &Options, revision: &str, earlier: &str) -> Vec<String> {
     let threads = options.threads();
     let mut notes = vec![
         format!(
@@ -127,7 +127,7 @@ struct Piece {
 
 /// Everything that is to be done.
 struct Work<'a> {
-    options: &'a GpOptions,
+    options: &'a Options,
     experiments: &'a [(Name, Experiment)],
     pieces: Vec<Piece>,
 }
@@ -144,7 +144,7 @@ struct Shared<'a> {
 }
 
 impl<'a> Work<'a> {
-    fn of(options: &'a GpOptions, experiments: &'a [(Name, Experiment)]) -> Self {
+    fn of(options: &'a Options, experiments: &'a [(Name, Experiment)]) -> Self {
         let mut pieces = Vec::new();
         for (experiment, (name, content)) in experiments.iter().enumerate() {
             for set in 0..sets(options, *name) {
@@ -234,7 +234,7 @@ impl<'a> Work<'a> {
     }
 }
 
-fn sets(options: &GpOptions, name: Name) -> usize {
+fn sets(options: &Options, name: Name) -> usize {
     if name.is_coverage() { options.sets() } else { options.seeds() }
 }
 

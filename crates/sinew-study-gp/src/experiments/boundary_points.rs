@@ -1,10 +1,10 @@
 //! How many pseudo-observations a PCGP needs (Fig. 4.6).
 
-use crate::gaussian::draw;
-use crate::gaussian::experiment::{Case, Experiment, Scale};
-use crate::gaussian::inference::{About, Approach, Inference, NOISE, Sampling};
-use crate::gaussian::problems::{self, Setting};
-use crate::gaussian::row::{Method, Row};
+use crate::draw;
+use crate::experiment::{Case, Experiment, Scale};
+use crate::inference::{About, Approach, Inference, NOISE, Sampling};
+use crate::problems::{self, Setting};
+use crate::row::{Method, Row};
 use anyhow::Result;
 use sinew_report::{Distribution, Figure, Level, Panel};
 

@@ -3,10 +3,10 @@
 //! No method that only knows equation and conditions can be expected to do better on average, however many
 //! collocation points it takes; what does owes it to a prior that prefers the solution at hand.
 
-use crate::gaussian::experiment::{Case, Scale, Task};
-use crate::gaussian::inference::{About, Sampling};
-use crate::gaussian::problems::{Function, Setting};
-use crate::gaussian::row::{Findings, Method, Run};
+use crate::experiment::{Case, Scale, Task};
+use crate::inference::{About, Sampling};
+use crate::problems::{Function, Setting};
+use crate::row::{Findings, Method, Run};
 use anyhow::{Result, bail};
 use nalgebra::{DMatrix, DVector};
 use sinew_energy::listed;
@@ -134,7 +134,7 @@ pub fn advection_diffusion(theta: &[f64]) -> Function<2> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gaussian::problems;
+    use crate::problems;
 
     #[test]
     fn families_hold_the_settings_solutions() {

@@ -1,11 +1,11 @@
 //! Advection and diffusion (§4.8.4): two parameters, and what more data bring.
 
-use crate::gaussian::draw;
-use crate::gaussian::experiment::{Experiment, Scale};
-use crate::gaussian::floor;
-use crate::gaussian::inference::{About, Approach, Inference, NOISE, Sampling};
-use crate::gaussian::problems;
-use crate::gaussian::row::Row;
+use crate::draw;
+use crate::experiment::{Experiment, Scale};
+use crate::floor;
+use crate::inference::{About, Approach, Inference, NOISE, Sampling};
+use crate::problems;
+use crate::row::Row;
 use anyhow::Result;
 use sinew_report::Figure;
 

@@ -1,6 +1,6 @@
 //! What an experiment is: cases, each run on several data sets.
 
-use crate::gaussian::row::{Label, Row, Run};
+use crate::row::{Label, Row, Run};
 use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

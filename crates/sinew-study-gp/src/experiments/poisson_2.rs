@@ -1,9 +1,9 @@
 //! Poisson-BVP-2 (§4.8.1): a domain that is no box.
 
-use crate::gaussian::experiment::{Experiment, Purpose, Scale, Task, no_figures};
-use crate::gaussian::inference::{About, Approach, Inference, Observed};
-use crate::gaussian::pentagon::{Pentagon, corners};
-use crate::gaussian::problems::Setting;
+use crate::experiment::{Experiment, Purpose, Scale, Task, no_figures};
+use crate::inference::{About, Approach, Inference, Observed};
+use crate::pentagon::{Pentagon, corners};
+use crate::problems::Setting;
 use anyhow::Result;
 use sinew_gp::{Domain, Problem, constant};
 use std::sync::Arc;

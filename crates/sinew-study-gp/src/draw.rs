@@ -1,7 +1,7 @@
 //! Drawings of what a fit says of u.
 
-use crate::gaussian::inference::{Inference, Observed};
-use crate::gaussian::row::Row;
+use crate::inference::{Inference, Observed};
+use crate::row::Row;
 use sinew_gp::{Domain, Fit, GpError, Posterior};
 use sinew_report::format;
 use sinew_report::{Chart, Distribution, Figure, Level, Map, Panel, Series, Style};

@@ -1,6 +1,6 @@
 //! Rows as the tables and sections of a report.
 
-use crate::gaussian::row::{Label, Row};
+use crate::row::{Label, Row};
 use sinew_report::format::{digits, rounded};
 use sinew_report::{Block, Cell, Column, Figure, ReportError, Section, Table, Value};
 

@@ -1,10 +1,10 @@
 //! How often 95 % intervals hold the truth, over many data sets.
 
-use crate::gaussian::draw::BAND;
-use crate::gaussian::experiment::{Case, Experiment, Purpose, Scale, Task, no_figures};
-use crate::gaussian::inference::{About, Approach, Inference, NOISE, Sampling};
-use crate::gaussian::problems::{self, Setting};
-use crate::gaussian::row::{Covered, Findings, Run};
+use crate::draw::BAND;
+use crate::experiment::{Case, Experiment, Purpose, Scale, Task, no_figures};
+use crate::inference::{About, Approach, Inference, NOISE, Sampling};
+use crate::problems::{self, Setting};
+use crate::row::{Covered, Findings, Run};
 use anyhow::Result;
 use sinew_gp::{Evidence, GpError, NutsOptions, nuts};
 use std::time::Instant;

@@ -1,6 +1,6 @@
 //! The boundary value problems of §4.8 with their solutions, misprints corrected.
 
-use crate::gaussian::row::Truth;
+use crate::row::Truth;
 use sinew_gp::{
     Condition, Derivative, Domain, GpError, Parameter, Periodicity, Problem, Series, Side,
     constant, field,

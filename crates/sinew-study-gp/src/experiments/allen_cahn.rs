@@ -1,12 +1,12 @@
 //! A thin travelling front: a nonlinear equation, forward and inverse, beyond the thesis' linear ones.
 
-use crate::gaussian::draw::{self, BAND};
-use crate::gaussian::experiment::{Case, Experiment, Purpose, Scale, Task, no_figures};
-use crate::gaussian::inference::{
+use crate::draw::{self, BAND};
+use crate::experiment::{Case, Experiment, Purpose, Scale, Task, no_figures};
+use crate::inference::{
     About, Approach, Drawings, Inference, Observed, evaluations, standard_normal,
 };
-use crate::gaussian::problems::{Setting, allen_cahn};
-use crate::gaussian::row::{Covered, Findings, Run};
+use crate::problems::{Setting, allen_cahn};
+use crate::row::{Covered, Findings, Run};
 use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -10,6 +10,7 @@ pub mod experiment;
 pub mod experiments;
 mod floor;
 mod inference;
+pub mod options;
 mod pentagon;
 mod problems;
 pub mod report;

@@ -1,9 +1,9 @@
 //! Heat-BVP-1 and Heat-BVP-2 (§4.8.2): the diffusivity from noisy values.
 
-use crate::gaussian::experiment::{Experiment, Scale, no_figures};
-use crate::gaussian::floor;
-use crate::gaussian::inference::{About, NOISE, Sampling, approaches};
-use crate::gaussian::problems;
+use crate::experiment::{Experiment, Scale, no_figures};
+use crate::floor;
+use crate::inference::{About, NOISE, Sampling, approaches};
+use crate::problems;
 use anyhow::Result;
 
 /// Pseudo-observations of the PCGP, as in Fig. 4.7.

@@ -1,11 +1,11 @@
 //! Poisson-BVP-1 (§4.8.1): a Gaussian process and a network, both with the conditions built in, on few
 //! collocation points.
 
-use crate::gaussian::draw;
-use crate::gaussian::experiment::{Case, Experiment, Purpose, Scale, Task, derived, no_figures};
-use crate::gaussian::inference::{About, Approach, Inference, Observed};
-use crate::gaussian::problems::{self, Setting};
-use crate::gaussian::row::{Findings, Method, Run};
+use crate::draw;
+use crate::experiment::{Case, Experiment, Purpose, Scale, Task, derived, no_figures};
+use crate::inference::{About, Approach, Inference, Observed};
+use crate::problems::{self, Setting};
+use crate::row::{Findings, Method, Run};
 use anyhow::Result;
 use nalgebra::{DMatrix, SymmetricEigen};
 use rand::{RngExt, SeedableRng};

@@ -1,11 +1,11 @@
 //! Noise from 0 to 10 % on both heat problems (Fig. 4.7).
 
 use super::heat::BOUNDARY_POINTS;
-use crate::gaussian::draw;
-use crate::gaussian::experiment::{Case, Experiment, Scale};
-use crate::gaussian::inference::{About, Approach, Error, Inference, Sampling};
-use crate::gaussian::problems::{self, Setting};
-use crate::gaussian::row::Row;
+use crate::draw;
+use crate::experiment::{Case, Experiment, Scale};
+use crate::inference::{About, Approach, Error, Inference, Sampling};
+use crate::problems::{self, Setting};
+use crate::row::Row;
 use anyhow::Result;
 use sinew_report::Figure;
 

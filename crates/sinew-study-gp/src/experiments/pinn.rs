@@ -2,10 +2,10 @@
 //!
 //! Misprints corrected: u = (x − x⁴)/12, and the energy has ½⟨u′, u′⟩.
 
-use crate::gaussian::deep::{Jet, WEIGHTS, adam, backward, forward, random_weights};
-use crate::gaussian::draw;
-use crate::gaussian::experiment::{Case, Experiment, Purpose, Scale, Task, no_figures};
-use crate::gaussian::row::{Findings, Label, Method, Run, Thesis};
+use crate::deep::{Jet, WEIGHTS, adam, backward, forward, random_weights};
+use crate::draw;
+use crate::experiment::{Case, Experiment, Purpose, Scale, Task, no_figures};
+use crate::row::{Findings, Label, Method, Run, Thesis};
 use anyhow::Result;
 use sinew_gp::{Domain, Functional, Operator};
 use sinew_report::{Chart, Figure, Panel};

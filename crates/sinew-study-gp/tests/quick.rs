@@ -2,19 +2,16 @@
 
 use clap::Parser;
 use sinew_report::{Block, Report, Row};
-use sinew_study::gaussian::experiments::Name;
-use sinew_study::gaussian::reproduce_gp;
-use sinew_study::options::{GpOptions, Options, Study};
+use sinew_study_gp::experiments::Name;
+use sinew_study_gp::options::Options;
+use sinew_study_gp::reproduce_gp;
 use std::path::Path;
 
-fn options(out: &Path, more: &[&str]) -> GpOptions {
-    let start = ["sinew-study", "reproduce-gp", "--quick", "--out"];
+fn options(out: &Path, more: &[&str]) -> Options {
+    let start = ["reproduce-gp", "--quick", "--out"];
     let out = out.to_str().expect("a temporary folder has a plain name");
     let arguments = start.iter().copied().chain([out]).chain(more.iter().copied());
-    match Options::parse_from(arguments).study {
-        Study::ReproduceGp(options) => options,
-        other => panic!("{other:?} is another study"),
-    }
+    Options::parse_from(arguments)
 }
 
 fn report(out: &Path, more: &[&str]) -> Report {
@@ -54,10 +51,7 @@ fn a_quick_run_has_a_finite_row_for_every_case() {
         assert!(collapsed.note.is_empty(), "{}: {}", row.name(), collapsed.note);
     }
     let cases = Name::DEFAULT.map(|name| {
-        name.experiment(sinew_study::gaussian::experiment::Scale { quick: true })
-            .unwrap()
-            .cases
-            .len()
+        name.experiment(sinew_study_gp::experiment::Scale { quick: true }).unwrap().cases.len()
     });
     assert_eq!(rows(&report).count(), cases.iter().sum::<usize>(), "{:?}", report.notes);
     let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
@@ -99,8 +93,8 @@ fn numbers_do_not_depend_on_threads_and_stored_fits_are_kept() {
 }
 
 mod experiment {
-    use sinew_study::gaussian::experiment::{Case, Task, derived};
-    use sinew_study::gaussian::row::{Findings, Label, Method, Run, Thesis};
+    use sinew_study_gp::experiment::{Case, Task, derived};
+    use sinew_study_gp::row::{Findings, Label, Method, Run, Thesis};
 
     #[test]
     fn seeds_differ_by_purpose_and_data_set() {
@@ -130,8 +124,8 @@ mod experiment {
 
 mod section {
     use sinew_report::{Table, Value};
-    use sinew_study::gaussian::report::section;
-    use sinew_study::gaussian::row::{Findings, Label, Method, Row, Run, Thesis, Truth};
+    use sinew_study_gp::report::section;
+    use sinew_study_gp::row::{Findings, Label, Method, Row, Run, Thesis, Truth};
 
     fn row(err_u: f64, theta: f64) -> Row {
         let label = Label {
