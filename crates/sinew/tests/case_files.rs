@@ -157,7 +157,7 @@ fn every_key_that_is_read_is_on_the_page() {
 
 /// The block with everything, edited; every edit must apply.
 fn edited(from: &str, to: &str) -> String {
-    let block = blocks()[1];
+    let block = blocks()[2];
     assert!(block.contains(from), "the page no longer holds {from:?}");
     block.replace(from, to)
 }
@@ -219,7 +219,7 @@ fn values_that_make_no_sense_are_told_with_key_unit_and_range() {
 
 #[test]
 fn a_range_is_converted_and_a_budget_is_read() {
-    let case = Case::parse(blocks()[1], "page.toml").unwrap();
+    let case = Case::parse(blocks()[2], "page.toml").unwrap();
     let body = case.body().unwrap();
     let range = |index: usize| body.parameters[index].range;
     assert!(
