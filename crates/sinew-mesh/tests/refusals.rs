@@ -122,8 +122,8 @@ fn bad_numbers_are_placed() {
     assert_refused(&good.replace("VECTORS", "VEKTORS"), &["keyword", "VEKTORS", "line 12"]);
     assert_refused(&good.replace("ASCII", "ASCI"), &["line 3", "ASCII or BINARY"]);
     assert_refused(
-        &good.replace("UNSTRUCTURED_GRID", "POLYDATA"),
-        &["POLYDATA", "unstructured grid"],
+        &good.replace("UNSTRUCTURED_GRID", "STRUCTURED_GRID"),
+        &["STRUCTURED_GRID", "unstructured grid"],
     );
     assert_refused("solid ball", &["neither"]);
 }
@@ -167,7 +167,7 @@ fn broken_vtu_files() {
     assert_refused(&good.replace("Name=\"types\"", "Name=\"kinds\""), &["an array named types"]);
     assert_refused(&good.replace(">4<", ">3<"), &["offset of a cell is 3"]);
     assert_refused(&good.replace("NumberOfPoints=\"5\"", "NumberOfPoints=\"6\""), &["18", "15"]);
-    assert_refused(&good.replace("\"UnstructuredGrid\"", "\"PolyData\""), &["PolyData", ".vtu"]);
+    assert_refused(&good.replace("\"UnstructuredGrid\"", "\"ImageData\""), &["ImageData", ".vtu"]);
     assert_refused(&good.replace("Float32", "String"), &["String", "numbers"]);
     assert_refused(&good.replace("format=\"binary\"", "format=\"appended\""), &["AppendedData"]);
     assert_refused(&good.replace("<Piece", "<Peace"), &["a Piece element"]);

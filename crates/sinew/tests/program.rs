@@ -239,8 +239,8 @@ fn surfaces_become_a_ventricle_that_solves() {
     assert!(solved.contains("volume of region:1"), "{solved}");
     // The same with the sets' own names and the rule instead of the field.
     let page = include_str!("../../../docs/case-file.md");
-    let case = page.split("```toml\n").find(|block| block.contains("wall.vtu")).unwrap();
-    let case = case.split("```").next().unwrap();
+    let blocks = page.split("```toml\n").map(|block| block.split("```").next().unwrap());
+    let case = blocks.skip(1).find(|block| block.contains("wall.vtu")).unwrap();
     assert!(case.trim().lines().count() <= 25);
     std::fs::write(folder.join("heart.toml"), case).unwrap();
     let again = done(folder, "solve heart.toml --theta a=0.18,b=2.6,a_f=3.3,b_f=2.7,p=8mmHg");

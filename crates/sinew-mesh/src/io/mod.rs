@@ -214,7 +214,7 @@ fn parse_grid(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshError> {
         [b'$', ..] => gmsh::parse(file, bytes),
         [b'<', ..] => vtu::parse(file, bytes),
         _ if content.starts_with(vtk::MAGIC) => vtk::parse(file, bytes),
-        _ if stl::is_binary(bytes) || content.starts_with(b"solid") => stl::parse(file, bytes),
+        _ if stl::is_binary(bytes) || stl::is_text(content) => stl::parse(file, bytes),
         _ if obj::looks_like_it(content) => obj::parse(file, bytes),
         // Binary STL of another length than it declares is told by its name only.
         _ if file.to_ascii_lowercase().ends_with(".stl") => stl::parse(file, bytes),

@@ -23,11 +23,17 @@ pub(crate) fn is_binary(bytes: &[u8]) -> bool {
     length == Some(bytes.len())
 }
 
+/// Whether the file is STL as text: a solid with facets.
+pub(crate) fn is_text(content: &[u8]) -> bool {
+    let starts = content.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    starts && content.windows(5).any(|word| word.eq_ignore_ascii_case(b"facet"))
+}
+
 /// Reads the triangles; corners at the same place become one point, and triangles that have two such corners are left
 /// out and counted.
 pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshError> {
     let mut triangles = Triangles::default();
-    if bytes.trim_ascii_start().starts_with(b"solid") && !is_binary(bytes) {
+    if is_text(bytes.trim_ascii_start()) && !is_binary(bytes) {
         text(Cursor::new(file, bytes), &mut triangles)?;
     } else {
         binary(file, bytes, &mut triangles)?;

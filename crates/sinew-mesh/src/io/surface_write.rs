@@ -39,9 +39,7 @@ pub fn to_stl(mesh: &TriangleMesh, encoding: VtkEncoding) -> Result<Vec<u8>, Mes
         bytes.extend((mesh.cells.len() as u32).to_le_bytes());
         for cell in 0..mesh.cells.len() {
             let rows = [normal(cell)].into_iter().chain(mesh.corners(cell));
-            bytes.extend(
-                rows.flat_map(|row| <[f64; 3]>::from(row)).flat_map(|x| (x as f32).to_le_bytes()),
-            );
+            bytes.extend(rows.flat_map(<[f64; 3]>::from).flat_map(|x| (x as f32).to_le_bytes()));
             bytes.extend([0; 2]);
         }
         return Ok(bytes);
