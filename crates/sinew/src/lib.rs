@@ -51,6 +51,7 @@ pub mod output;
 mod page;
 pub mod scenes;
 mod theta;
+mod wall;
 
 pub use case::{Case, CaseError};
 pub use comparison::{Comparison, ComparisonError, Method};
@@ -62,3 +63,4 @@ pub use sinew_emulate::{
 pub use sinew_energy::{Body, Load, Parameter, Sampling, Scene, Support, laws};
 pub use sinew_fem::{Options, Solution, Solver, sweep};
 pub use theta::{ThetaText, outside, parse_theta, read_thetas, theta_in_words};
+pub use wall::ventricle;

@@ -1,12 +1,10 @@
 //! Meshes from surfaces.
 
 use super::Usage;
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::{Args, Subcommand, ValueEnum};
-use sinew::case::FibreRule;
-use sinew_mesh::{
-    AnyMesh, Chamber, Field, Size, TriangleMesh, Trim, WallOptions, read_triangle_mesh,
-};
+use sinew::ventricle;
+use sinew_mesh::{Chamber, Size, TriangleMesh, Trim, WallOptions, read_triangle_mesh};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -103,19 +101,8 @@ impl Ventricle {
             ))
         })?;
         let seconds = start.elapsed().as_secs_f64();
-        let rule = FibreRule {
-            endocardium: "endocardium".into(),
-            epicardium: "epicardium".into(),
-            base: "base".into(),
-            angles,
-            sheet_angles: [0.0; 2],
-        };
-        let tetrahedra = wall.tetrahedra().into();
-        let mut mesh = match self.element {
-            Cells::Tetrahedra => lay(tetrahedra, &rule, None)?,
-            Cells::Hexahedra => lay(tetrahedra, &rule, Some(wall.hexahedra()?.into()))?,
-        };
-        name(&mut mesh);
+        let mesh = ventricle(&wall, self.element == Cells::Hexahedra, angles)
+            .map_err(|error| anyhow::anyhow!("no mesh of the wall: {error}"))?;
         println!("{}", wall.report());
         println!("fitted in {seconds:.2} s");
         mesh.write_vtu(&self.out)?;
@@ -166,26 +153,4 @@ fn surface(path: &Path) -> Result<TriangleMesh> {
 fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|word| word.trim().parse()).collect();
     numbers.ok()?.try_into().ok()
-}
-
-/// Lays fibres into the cells of tetrahedra, or by their nodes into other cells.
-fn lay(mut tetrahedra: AnyMesh, rule: &FibreRule, other: Option<AnyMesh>) -> Result<AnyMesh> {
-    let fail = |reason: String| anyhow::anyhow!("no fibres: {reason}");
-    let Some(mut other) = other else {
-        rule.lay(&mut tetrahedra).map_err(fail)?;
-        return Ok(tetrahedra);
-    };
-    let frames = rule.at_nodes(&tetrahedra).map_err(fail).context("the same wall of tetrahedra")?;
-    let fibres: Vec<_> = frames.iter().map(|frame| frame[0]).collect();
-    other.point_fields_mut().insert("fibre".into(), Field::vectors(&fibres));
-    Ok(other)
-}
-
-/// The names that the built-in ventricle knows its endocardium and base by.
-fn name(mesh: &mut AnyMesh) {
-    let mut held = vec![0; mesh.points().len()];
-    mesh.node_sets()["base"].iter().for_each(|&node| held[node] = 1);
-    mesh.point_fields_mut().insert("clamped".into(), Field::labels(held));
-    let endocardium = mesh.facet_sets()["endocardium"].clone();
-    mesh.facet_sets_mut().insert("region:1".into(), endocardium);
 }
