@@ -32,6 +32,8 @@ pub struct Evaluation {
     pub within_two: f64,
     /// Predictions that invert a cell, so that they have neither estimate nor correction.
     pub inverted: usize,
+    /// Relative error of `∂û/∂θ` [%] for every parameter, medians over some cases.
+    pub sensitivity_errors: Vec<f64>,
     /// What it costs.
     pub times: Times,
 }
@@ -107,6 +109,7 @@ impl Emulator<'_> {
             inverted: steps.iter().filter(|steps| steps.is_empty()).count(),
             estimates: (!ratios.is_empty()).then(|| Quantiles::of(ratios)),
             raw: Errors::of(&raw),
+            sensitivity_errors: self.sensitivity_errors(test)?,
             times: self.times(test, theta, step_s)?,
         })
     }

@@ -58,6 +58,7 @@ mod quantiles;
 pub mod recipe;
 mod regression;
 mod sampling;
+mod sensitivity;
 mod session;
 mod simulate;
 pub mod store;

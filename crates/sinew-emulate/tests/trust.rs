@@ -279,3 +279,37 @@ mod quantiles {
         assert!(Quantiles::of([1.0, f64::NAN, 2.0]).max.is_nan());
     }
 }
+
+#[test]
+fn derivatives_are_those_of_the_solver_and_of_differences() {
+    let body = beam(1.0);
+    let theta = vec![10.0, 13.0];
+    let recipe = Regression { simulations: 16, most: 16, ..Regression::default() };
+    let options = TrainingOptions::default();
+    let regression = Recipe::from(recipe).train(&body, &options, &mut ()).unwrap();
+    let mut solver = Solver::new(&body).unwrap();
+    let solution = solver.solve(&theta, &Default::default()).unwrap();
+    let truth = solver.sensitivity(&solution).unwrap();
+    let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let apart = |a: &[f64], b: &[f64]| {
+        let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+        norm(&difference) / norm(b)
+    };
+    for (own, truth) in regression.sensitivity(&theta).unwrap().iter().zip(&truth) {
+        assert!(apart(own, truth) < 1e-2, "{}", apart(own, truth));
+    }
+    // A network's own derivative, whatever it has learned; single precision leaves three digits to a difference.
+    let network = quick_network(20).train(&body, &options, &mut ()).unwrap();
+    for (p, own) in network.sensitivity(&theta).unwrap().iter().enumerate() {
+        let at = |sign: f64| {
+            let mut moved = theta.clone();
+            moved[p] += sign * 0.02 * theta[p];
+            network.predict(&[moved]).unwrap().displacement
+        };
+        let (ahead, behind) = (at(1.0), at(-1.0));
+        let slope: Vec<f64> =
+            ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (0.04 * theta[p])).collect();
+        assert!(apart(own, &slope) < 2e-2, "{}", apart(own, &slope));
+    }
+    assert!(matches!(network.sensitivity(&[10.0]), Err(Error::ThetaLength { .. })));
+}

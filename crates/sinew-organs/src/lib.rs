@@ -4,6 +4,7 @@
 //! [`cubes`] carries one network from small meshes to large ones, [`newcomers`] one from a ventricle to others.
 
 pub mod cubes;
+pub mod map;
 pub mod newcomers;
 pub mod options;
 pub mod organs;

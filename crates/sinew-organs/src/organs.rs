@@ -21,6 +21,8 @@ pub struct Organ {
     pub minutes: f64,
     /// What the thesis prints: medians of err_u \[mm\], err_F, err_I1, err_Π and err_V [%], and displacements.
     pub thesis: Published,
+    /// Whether errors are drawn over the plane of its two parameters, beyond their ranges too.
+    pub map: bool,
     /// What has to be known beside the numbers.
     pub note: &'static str,
 }
@@ -36,6 +38,7 @@ const BASE: Organ = Organ {
     simulations: 100,
     minutes: 10.0,
     thesis: NOTHING,
+    map: false,
     note: "",
 };
 
@@ -58,6 +61,7 @@ pub const ORGANS: &[Organ] = &[
         key: "liver",
         scene: "Liver",
         mesh: Some("liver.vtk"),
+        map: true,
         minutes: 10.0,
         thesis: Published {
             errors: [Some(8.8e-3), None, Some(1.9e-2), None, None],

@@ -1,5 +1,6 @@
 //! From a scene to its section of the report.
 
+use crate::map::{self, ErrorMap};
 use crate::options::Options;
 use crate::organs::{ORGANS, Organ};
 use crate::{cubes, newcomers};
@@ -15,6 +16,8 @@ use std::path::{Path, PathBuf};
 
 /// Newton steps that predictions are corrected by.
 pub const CORRECTIONS: usize = 2;
+/// File of the errors over two parameters.
+const MAP: &str = "map.json";
 /// Cases, simulations and steps of a quick check.
 const QUICK: [usize; 3] = [4, 12, 40];
 /// Cells of a stand-in ventricle and of a cube in a quick check.
@@ -153,12 +156,16 @@ fn section(options: &Options, organ: &Organ) -> Result<Option<Section>> {
     let thesis = if own { organ.thesis } else { Default::default() };
     let mut section = comparison.section(organ.key, &title, &thesis)?;
     section.blocks.insert(0, Block::Text(format!("{}. {}", case.about, organ.note)));
+    if let Some(map) = store::read_json::<ErrorMap>(&folder.join(MAP))? {
+        section.blocks.push(map.block(&comparison.length_unit));
+    }
     Ok(Some(section))
 }
 
 fn compare(options: &Options, organ: &Organ, body: &Body, folder: &Path) -> Result<Comparison> {
     let test = test_set(options, body, organ.test, folder)?;
     let mut comparison = Comparison::new(&test)?;
+    let mut emulators = Vec::new();
     for &name in &options.recipe {
         let recipe = recipe(options, organ, name);
         let budget = match (options.quick, name) {
@@ -168,6 +175,13 @@ fn compare(options: &Options, organ: &Organ, body: &Body, folder: &Path) -> Resu
         };
         let emulator = train(options, body, &recipe, budget, None, &folder.join(recipe.key()))?;
         comparison.add(recipe.key(), &emulator, &test, CORRECTIONS)?;
+        emulators.push((recipe.key(), emulator));
+    }
+    if organ.map {
+        let emulators: Vec<_> =
+            emulators.iter().map(|(name, emulator)| (*name, emulator)).collect();
+        let map = map::map(body, &emulators, options.quick.then_some(3))?;
+        store::write_json(&folder.join(MAP), &map)?;
     }
     Ok(comparison)
 }

@@ -69,3 +69,26 @@ fn names_are_unique() {
     names.dedup();
     assert_eq!(names.len(), keys().count());
 }
+
+#[test]
+fn a_map_reaches_beyond_the_trained_box() {
+    let text = r#"
+        law = "neo-hookean"
+        loads = [{ body_force = [0.0, 0.0, -9.8e-3] }]
+        supports = [{ clamped = "x_min" }]
+        mesh.box = { extent = [30.0, 6.0, 6.0], cells = [6, 2, 2] }
+        parameters = { mu = [8.0, 16.0], lambda = [8.0, 16.0] }
+    "#;
+    let body = sinew::Case::parse(text, "bar.toml").unwrap().body().unwrap();
+    let recipe = sinew::recipe::Regression { simulations: 12, most: 12, target: 0.0 };
+    let recipe = sinew::Recipe::from(recipe);
+    let emulator = recipe.train(&body, &Default::default(), &mut ()).unwrap();
+    let map = sinew_organs::map::map(&body, &[("regression", &emulator)], Some(5)).unwrap();
+    let text = serde_json::to_string(&map).unwrap();
+    let sinew_report::Block::Figure(figure) = map.block("mm") else { panic!("a figure") };
+    let [sinew_report::Panel::Map(panel)] = &figure.panels[..] else { panic!("one map") };
+    // Half of a range of an octave beyond each end.
+    assert!((panel.ranges[0][0] - (8.0 / 2f64.sqrt()).log10()).abs() < 1e-12);
+    let error = |row: usize, column: usize| panel.rows[row][column].unwrap();
+    assert!(error(2, 2) < error(0, 0) && error(2, 2) < error(4, 4), "{text}");
+}

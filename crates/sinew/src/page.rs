@@ -71,6 +71,7 @@ impl Comparison {
                 [self.curves(published)],
             ));
         }
+        blocks.push(self.sensitivities());
         blocks.push(Block::Surfaces(self.surfaces.clone()));
         blocks.extend(self.methods.iter().filter_map(remarks).map(Block::Text));
         Ok(Section { name: name.into(), title: title.into(), blocks })
@@ -134,6 +135,23 @@ impl Comparison {
             fact("parameters", self.parameters.join(", ")),
             fact("displacement", size + &printed.unwrap_or_default()),
         ]
+    }
+
+    /// How far derivatives in the parameters are off.
+    fn sensitivities(&self) -> Block {
+        let name = |parameter: &String| parameter.split(' ').next().unwrap_or_default().to_string();
+        let row = |method: &Method| {
+            let errors =
+                method.evaluation.sensitivity_errors.iter().map(|&error| Cell::from(error));
+            std::iter::once(Cell::from(method.name.as_str())).chain(errors).collect()
+        };
+        Block::Listing {
+            title: "Error of ∂û/∂θ [%], medians: ‖∂û/∂θ − ∂u/∂θ‖ / ‖∂u/∂θ‖".into(),
+            head: std::iter::once("method".into())
+                .chain(self.parameters.iter().map(name))
+                .collect(),
+            rows: self.methods.iter().map(row).collect(),
+        }
     }
 
     fn densities(&self, error: usize, published: &Published) -> Chart {
