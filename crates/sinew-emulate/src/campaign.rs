@@ -2,7 +2,7 @@
 
 use crate::progress::Observer;
 use crate::simulate::{Simulations, read_all, simulate, stored_files, write_all};
-use crate::store::{content, read_json, write_json};
+use crate::store::{read_json, write_json};
 use crate::{Body, Error, Result};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
@@ -14,13 +14,21 @@ use std::str::FromStr;
 /// Printed and read as `3/16`, counted from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shard {
-    /// Which one, from 1.
-    pub index: usize,
-    /// How many there are.
-    pub of: usize,
+    index: usize,
+    of: usize,
 }
 
 impl Shard {
+    /// Shard `index`, from 1, of `of`; `None` where there is no such one.
+    pub fn new(index: usize, of: usize) -> Option<Self> {
+        (1..=of).contains(&index).then_some(Self { index, of })
+    }
+
+    /// How many shards there are.
+    pub fn of(self) -> usize {
+        self.of
+    }
+
     /// The samples that belong to it, of `count`.
     pub fn samples(self, count: usize) -> Range<usize> {
         (self.index - 1) * count / self.of..self.index * count / self.of
@@ -50,12 +58,9 @@ impl FromStr for Shard {
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         let numbers =
             text.split_once('/').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
-        match numbers {
-            Some((index, of)) if (1..=of).contains(&index) => Ok(Self { index, of }),
-            _ => {
-                Err(format!("`{text}` is no shard; write INDEX/COUNT counted from 1, such as 3/16"))
-            }
-        }
+        numbers.and_then(|(index, of)| Self::new(index, of)).ok_or_else(|| {
+            format!("`{text}` is no shard; write INDEX/COUNT counted from 1, such as 3/16")
+        })
     }
 }
 
@@ -83,6 +88,11 @@ pub fn simulate_shard(
 ) -> Result<Simulations> {
     let own = shard.folder(folder);
     let thetas = &thetas[shard.samples(thetas.len())];
+    if read_json::<Seal>(&own.join(SEAL))?.is_some_and(|seal| damaged(&seal, &own).is_some()) {
+        // What changed since it was solved is solved again.
+        std::fs::remove_dir_all(&own)
+            .map_err(|source| Error::File { path: own.clone(), source })?;
+    }
     let stage = format!("solve shard {shard}");
     let found = simulate(body, thetas, &stage, Some(&own), observer)?;
     let seal = Seal { shard, samples: thetas.len(), checksums: checksums(&own)? };
@@ -94,39 +104,42 @@ pub fn simulate_shard(
 /// folder has nothing left to solve.
 ///
 /// # Errors
-/// Shards that are missing or not done, all of them by number; files that were damaged on the way; samples of other
-/// parameters or of another body.
+/// Shards that are missing, not done or damaged, all of them by number; samples of other parameters or of another body.
 pub fn merge(body: &Body, thetas: &[Vec<f64>], of: usize, folder: &Path) -> Result<Simulations> {
     let mut merged = Simulations::default();
     let (mut missing, mut tried) = (Vec::new(), 0);
-    for index in 1..=of {
-        let shard = Shard { index, of };
+    for shard in (1..=of).filter_map(|index| Shard::new(index, of)) {
         let own = shard.folder(folder);
         let samples = &thetas[shard.samples(thetas.len())];
         let Some(seal) = read_json::<Seal>(&own.join(SEAL))? else {
-            missing.push(index);
+            missing.push(shard.to_string());
             continue;
         };
         if seal.shard != shard || seal.samples != samples.len() {
             return Err(Error::OtherSamples { folder: own });
         }
-        let found = checksums(&own)?;
-        if let Some((name, _)) = seal.checksums.iter().find(|pair| !found.contains(pair)) {
-            let reason =
-                format!("its checksum changed since shard {shard} was solved; solve it again");
-            return Err(content(&own.join(name), &reason));
+        if let Some(name) = damaged(&seal, &own) {
+            missing.push(format!("{shard} ({name} changed since it was solved)"));
+            continue;
         }
         if !samples.is_empty() {
             merged.extend(read_all(body, samples, &own)?);
         }
         tried += samples.len();
     }
-    if !missing.is_empty() {
-        let list: Vec<String> = missing.iter().map(|index| format!("{index}/{of}")).collect();
-        return Err(Error::MissingShards { folder: folder.into(), missing: list.join(", ") });
+    if !missing.is_empty() || of == 0 {
+        let missing = missing.join(", ");
+        return Err(Error::MissingShards { folder: folder.into(), missing });
     }
     write_all(body, tried, &merged, folder)?;
     Ok(merged)
+}
+
+/// The first file that is not as it was sealed.
+fn damaged(seal: &Seal, folder: &Path) -> Option<String> {
+    let found = checksums(folder).unwrap_or_default();
+    let changed = seal.checksums.iter().find(|pair| !found.contains(pair));
+    changed.map(|(name, _)| name.clone())
 }
 
 fn checksums(folder: &Path) -> Result<Vec<(String, u32)>> {

@@ -163,13 +163,26 @@ pub enum Error {
         /// The folder.
         folder: PathBuf,
     },
-    /// A folder without the networks that a training should start from.
+    /// A folder whose networks a training cannot start from.
     #[error(
-        "{} holds no network to start from; name the folder of a finished run of the same recipe", folder.display()
+        "{} is nothing to start from: {reason}; name the folder of a finished run of the same recipe and parameters",
+        folder.display()
     )]
-    NothingToStartFrom {
-        /// Where a stage of that run would have kept its network.
+    Start {
+        /// The folder.
         folder: PathBuf,
+        /// Why not.
+        reason: String,
+    },
+    /// A run that would be written over what it learns from.
+    #[error(
+        "{} lies in {}, which the new run replaces; give the new run another folder", from.display(), folder.display()
+    )]
+    OwnSource {
+        /// Folder of the new run.
+        folder: PathBuf,
+        /// What it is to learn from.
+        from: PathBuf,
     },
     /// A folder without an emulator.
     #[error("{} holds no emulator; train one first", folder.display())]

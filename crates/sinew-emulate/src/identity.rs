@@ -19,6 +19,13 @@ pub(crate) struct Identity {
     probe: f64,
 }
 
+impl Identity {
+    /// Names of the parameters.
+    pub fn names(&self) -> Vec<String> {
+        self.parameters.iter().map(|(name, _)| name.clone()).collect()
+    }
+}
+
 /// Energies and positions that differ by less, relatively, are the same after a change of machine.
 const ROUNDING: f64 = 1e-9;
 

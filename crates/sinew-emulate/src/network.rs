@@ -283,7 +283,8 @@ fn trainer(
 fn learned(folder: &Path, stage: &str, backend: Backend) -> Result<Surrogate> {
     let folder = folder.join(stage);
     if !folder.exists() {
-        return Err(Error::NothingToStartFrom { folder });
+        let reason = "it has other coordinates, without this stage".into();
+        return Err(Error::Start { folder, reason });
     }
     Ok(Surrogate::load(&folder, &backend.device()?)?)
 }

@@ -6,8 +6,8 @@ use crate::parameters::check_length;
 use crate::{Emulator, Result};
 use sinew_fem::Options;
 
-/// Step of central differences through a regression, relative to a parameter's value: its coefficients are smooth, and half
-/// of the digits of a double is left.
+/// Step of central differences through a regression, as a share of a parameter's range: its coefficients are smooth, and
+/// half of the digits of a double is left.
 const STEP: f64 = 1e-5;
 /// Cases behind a median.
 const CASES: usize = 10;
@@ -29,7 +29,8 @@ impl Emulator<'_> {
             Model::Regression(regression) => regression,
         };
         let derivative = |p: usize| -> Result<Vec<f64>> {
-            let step = STEP * theta[p].abs().max(f64::MIN_POSITIVE);
+            let [low, high] = self.body.parameters[p].range;
+            let step = STEP * (high - low);
             let at = |sign: f64| {
                 let mut moved = theta.to_vec();
                 moved[p] += sign * step;

@@ -49,7 +49,16 @@ impl<'a, 'b> Session<'a, 'b> {
         observer: &'a mut dyn Observer,
     ) -> Result<Self> {
         options.check()?;
+        if let Some(start) = &options.start {
+            check_start(start, body, recipe)?;
+        }
         if let Some(folder) = &options.folder {
+            // What is learned from must not be emptied with an earlier run.
+            for source in [&options.start, &options.simulations].into_iter().flatten() {
+                if inside(source, folder) {
+                    return Err(Error::OwnSource { folder: folder.clone(), from: source.clone() });
+                }
+            }
             prepare(folder, body, recipe, options)?;
         }
         Ok(Self { body, options, observer, warnings: Vec::new(), simulate_s: 0.0, simulations: 0 })
@@ -89,12 +98,17 @@ impl<'a, 'b> Session<'a, 'b> {
         let found = simulate(self.body, thetas, &stage, folder.as_deref(), self.observer)?;
         found.require(2)?;
         self.simulate_s += found.seconds;
+        self.warn_of_failures(&stage, &found);
+        Ok(found)
+    }
+
+    fn warn_of_failures(&mut self, stage: &str, found: &Simulations) {
         if let Some(first) = found.failures.first() {
             let (theta, reason) = (first.theta.clone(), first.reason.clone());
-            let (failed, tried) = (found.failures.len(), thetas.len());
+            let failed = found.failures.len();
+            let (stage, tried) = (stage.into(), failed + found.fields.len());
             self.warn(Warning::FailedSimulations { stage, failed, tried, theta, reason });
         }
-        Ok(found)
     }
 
     /// Solves for training.
@@ -103,11 +117,10 @@ impl<'a, 'b> Session<'a, 'b> {
             Some(folder) => {
                 let mut found = read_simulations(self.body, folder)?;
                 require_inside(self.body, &found.thetas)?;
-                let share = count.min(found.fields.len()) as f64 / found.fields.len().max(1) as f64;
-                found.thetas.truncate(count);
-                found.fields.truncate(count);
+                found.keep(count);
                 found.require(2)?;
-                self.simulate_s += found.seconds * share;
+                self.simulate_s += found.seconds;
+                self.warn_of_failures(&folder.display().to_string(), &found);
                 found
             }
             None => {
@@ -124,6 +137,52 @@ impl<'a, 'b> Session<'a, 'b> {
         let (count, seed) = (self.options.held_out, self.seed(Stream::HeldOut));
         let thetas = Design::Uniform.sample(&self.body.parameters, count, seed)?;
         Ok(TestSet::new(self.body, self.simulate("held out", &thetas)?))
+    }
+}
+
+/// Requires a finished run of the same recipe, with networks of the same sizes, for parameters of the same names.
+fn check_start(start: &Path, body: &Body, recipe: &Recipe) -> Result<()> {
+    let refuse = |reason: String| Err(Error::Start { folder: start.into(), reason });
+    if matches!(recipe, Recipe::Regression(_) | Recipe::Auto(_)) {
+        return refuse(format!(
+            "`{}` trains no network of its own; choose pi, hybrid or dd",
+            recipe.key()
+        ));
+    }
+    let Some(stored) = read_json::<Started>(&start.join(STARTED))? else {
+        return refuse("it holds no run".into());
+    };
+    if !start.join("emulator").exists() {
+        return refuse("its run is not finished".into());
+    }
+    if stored.recipe.key() != recipe.key() {
+        return refuse(format!(
+            "it is of the recipe `{}`, not `{}`",
+            stored.recipe.key(),
+            recipe.key()
+        ));
+    }
+    if stored.recipe.network() != recipe.network() {
+        return refuse(
+            "its network has other sizes; name the same under [training.network]".into(),
+        );
+    }
+    let (known, own) = (stored.body.names(), identity::of(body).names());
+    if known != own {
+        return refuse(format!(
+            "its parameters are {}, those here {}",
+            known.join(", "),
+            own.join(", ")
+        ));
+    }
+    Ok(())
+}
+
+/// Whether a path is a folder or lies in it.
+fn inside(path: &Path, folder: &Path) -> bool {
+    match (path.canonicalize(), folder.canonicalize()) {
+        (Ok(path), Ok(folder)) => path.starts_with(folder),
+        _ => false,
     }
 }
 

@@ -58,6 +58,15 @@ impl Simulations {
         crate::timing::median(&self.solve_seconds)
     }
 
+    /// Keeps the first `count` at most.
+    pub(crate) fn keep(&mut self, count: usize) {
+        let share = count.min(self.fields.len()) as f64 / self.fields.len().max(1) as f64;
+        self.thetas.truncate(count);
+        self.fields.truncate(count);
+        self.solve_seconds.truncate(count);
+        self.seconds *= share;
+    }
+
     /// Appends more of them.
     pub(crate) fn extend(&mut self, more: Self) {
         self.thetas.extend(more.thetas);
@@ -210,6 +219,13 @@ fn store(folder: &Path, body: &Identity, tried: usize, simulations: &Simulations
     write_json(&folder.join(LOG), &log)
 }
 
+/// Whether two θ are the same but for the rounding of another machine's logarithms.
+fn alike(a: &[f64], b: &[f64]) -> bool {
+    const ROUNDING: f64 = 1e-12;
+    let close = |(a, b): (&f64, &f64)| (a - b).abs() <= ROUNDING * a.abs().max(b.abs());
+    a.len() == b.len() && a.iter().zip(b).all(close)
+}
+
 /// What a folder holds of the samples `thetas` of a body, and how many of them were tried.
 fn stored(folder: &Path, body: &Identity, thetas: &[Vec<f64>]) -> Result<(usize, Simulations)> {
     let file = folder.join(LOG);
@@ -222,9 +238,11 @@ fn stored(folder: &Path, body: &Identity, thetas: &[Vec<f64>]) -> Result<(usize,
     let mut fields = read_table(&folder.join(FIELDS))?;
     rows.truncate(solved);
     fields.truncate(solved);
-    let failed = |theta: &Vec<f64>| log.failures.iter().any(|failure| &failure.theta == theta);
+    let failed = |theta: &Vec<f64>| log.failures.iter().any(|failure| alike(&failure.theta, theta));
     let expected = thetas.iter().take(log.tried).filter(|theta| !failed(theta));
-    if log.tried > thetas.len() || fields.len() != solved || !expected.eq(&rows) {
+    let expected: Vec<&Vec<f64>> = expected.collect();
+    let same = expected.len() == rows.len() && expected.iter().zip(&rows).all(|(a, b)| alike(a, b));
+    if log.tried > thetas.len() || fields.len() != solved || !same {
         return Err(Error::OtherSamples { folder: folder.into() });
     }
     let Log { tried, failures, seconds, solve_seconds, .. } = log;

@@ -99,7 +99,11 @@ impl EmulatorConfig {
             ("edge_features", self.edge_features),
             ("parameters", self.parameters),
         ];
-        match positive.into_iter().find(|(_, value)| *value == 0) {
+        let layers = match self.decoding {
+            Decoding::Components => None,
+            Decoding::Motions { layers } => Some(("layers of virtual nodes", layers)),
+        };
+        match positive.into_iter().chain(layers).find(|(_, value)| *value == 0) {
             None => Ok(()),
             Some((what, value)) => Err(Error::Configuration { what, value, minimum: 1 }),
         }

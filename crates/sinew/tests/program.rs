@@ -195,21 +195,46 @@ fn a_campaign_in_shards_is_that_of_one_process() {
     for (a, b) in parts.iter().zip(&whole) {
         assert!((a - b).abs() <= 1e-10 * b.abs(), "{a} for {b}");
     }
-    let told = done(
-        folder,
-        "train bar.toml --recipe dd --steps 5 --samples 11 --simulations parts/sample",
-    );
-    assert!(told.contains("11 simulations"), "{told}");
     // Another campaign does not mix with it, and damage is noticed.
     let (_, told) = refused(folder, "sample bar.toml --count 12 --solve --out parts --shard 1/4");
-    assert!(told.contains("another campaign (11 samples in 4 shards"), "{told}");
+    assert!(
+        told.contains("another campaign (11 samples in 4 shards, design sobol, seed 1)"),
+        "{told}"
+    );
     let mut bytes = file("parts/sample/shards/00003-of-00004/displacement.npy");
     *bytes.last_mut().unwrap() ^= 1;
     std::fs::write(&fields, bytes).unwrap();
     let (_, told) = refused(folder, "merge bar.toml --out parts");
-    assert!(told.contains("checksum changed since shard 3/4"), "{told}");
+    assert!(told.contains("3/4 (displacement.npy changed since it was solved)"), "{told}");
+    assert_eq!(String::from_utf8(file("parts/sample/thetas.csv")).unwrap().lines().count(), 12);
+    // A damaged shard is solved again, not sealed as it is.
+    done(folder, &format!("sample bar.toml {count} --out parts --shard 3/4"));
+    done(folder, "merge bar.toml --out parts");
+    assert_eq!(file("parts/sample/cases.csv"), merged[0]);
     let (code, told) = refused(folder, "sample bar.toml --solve --shard 5/4");
     assert!(code == 2 && told.contains("INDEX/COUNT"), "{told}");
+}
+
+#[test]
+fn trainings_begin_from_what_there_is() {
+    let folder = bar();
+    let folder = folder.path();
+    done(folder, "sample bar.toml --count 11 --solve");
+    let train =
+        |more: &str| format!("train bar.toml --steps 5 --simulations out/bar/sample {more}");
+    let told = done(folder, &train("--recipe dd"));
+    assert!(told.contains("11 simulations"), "{told}");
+    let told = done(folder, "train bar.toml --recipe regression --simulations out/bar/sample");
+    assert!(told.contains("11 simulations"), "{told}");
+    // From another run of the same recipe only, and not from one that it would replace.
+    let (_, told) = refused(folder, &train("--recipe hybrid --from out/bar/dd"));
+    assert!(told.contains("it is of the recipe `dd`, not `hybrid`"), "{told}");
+    let (_, told) = refused(folder, &train("--recipe dd --from out/bar/dd"));
+    assert!(told.contains("which the new run replaces"), "{told}");
+    assert!(folder.join("out/bar/dd/emulator").exists());
+    done(folder, &train("--recipe dd --from out/bar/dd --name again"));
+    let (_, told) = refused(folder, &train("--recipe regression --from out/bar/dd --name none"));
+    assert!(told.contains("trains no network"), "{told}");
 }
 
 /// Surfaces of a ventricle of a few millimetres, as tools of the field write them.

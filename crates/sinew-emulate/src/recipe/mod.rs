@@ -16,7 +16,9 @@ use crate::emulator::Model;
 use crate::evaluate::TestSet;
 use crate::options::cost;
 use crate::session::Session;
-use crate::{Body, Calibration, Coordinates, Emulator, Observer, Record, Result, TrainingOptions};
+use crate::{
+    Body, Calibration, Coordinates, Emulator, Network, Observer, Record, Result, TrainingOptions,
+};
 use serde::{Deserialize, Serialize};
 
 /// How an emulator is made. [`Recipe::auto`] decides by numbers; every recipe's own settings have defaults that are
@@ -50,6 +52,16 @@ impl Recipe {
             Self::Hybrid(_) => "hybrid",
             Self::Regression(_) => "regression",
             Self::Auto(_) => "auto",
+        }
+    }
+
+    /// Sizes of its network, where it is one.
+    pub fn network(&self) -> Option<Network> {
+        match self {
+            Self::DataDriven(recipe) => Some(recipe.network),
+            Self::PhysicsInformed(recipe) => Some(recipe.network),
+            Self::Hybrid(recipe) => Some(recipe.network),
+            Self::Regression(_) | Self::Auto(_) => None,
         }
     }
 

@@ -3,7 +3,7 @@
 use crate::emulator::Model;
 use crate::recipe::Candidate;
 use crate::session::{Session, Stream};
-use crate::simulate::Simulations;
+use crate::simulate::{Simulations, read_simulations};
 use crate::{Budget, Design, PodRegression, Record, Result, Warning};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
@@ -46,6 +46,9 @@ impl Regression {
         session: &mut Session<'_, '_>,
         record: &mut Record,
     ) -> Result<(PodRegression, f64)> {
+        if let Some(folder) = &session.options.simulations {
+            return self.fit_stored(session, folder, record);
+        }
         let most = self.most.max(self.simulations);
         // The first samples of Sobol's sequence are themselves a design, so that none is wasted when more follow.
         let thetas = session.thetas(Design::Sobol, most, Stream::Regression)?;
@@ -82,5 +85,32 @@ impl Regression {
             }
             count = (2 * count).min(most);
         }
+    }
+
+    /// One fit to simulations that are there.
+    fn fit_stored(
+        &self,
+        session: &mut Session<'_, '_>,
+        folder: &std::path::Path,
+        record: &mut Record,
+    ) -> Result<(PodRegression, f64)> {
+        let mut found = read_simulations(session.body, folder)?;
+        found.keep(self.most);
+        session.simulate_s += found.seconds;
+        session.simulations = found.fields.len();
+        let start = Instant::now();
+        let fit = PodRegression::fit(&session.body.parameters, &found.thetas, &found.fields)?;
+        record.train_s += start.elapsed().as_secs_f64();
+        let error = fit.leave_one_out();
+        let choice = record.choice.get_or_insert_default();
+        (choice.target, choice.taken) = (self.target, choice.candidates.len());
+        choice.candidates.push(Candidate {
+            recipe: "regression".into(),
+            simulations: found.fields.len(),
+            error,
+            seconds: found.seconds + record.train_s,
+            detail: format!("{} modes, {}", fit.modes(), fit.interpolation()),
+        });
+        Ok((fit, error))
     }
 }

@@ -61,13 +61,14 @@ impl Sample {
         let design: Design = serde_json::from_value(self.design.as_str().into())?;
         let thetas = design.sample(&body.parameters, self.count, self.seed)?;
         let folder = self.case.folder(&case).join("sample");
+        self.check_campaign(design, &folder)?;
         let path = folder.join("thetas.csv");
         store::write_bytes(&path, table(&body, &thetas).as_bytes())?;
         if let Some(shard) = self.shard {
-            return self.solve_shard(&body, &thetas, design, shard, &folder);
+            return self.solve_shard(&body, &thetas, shard, &folder);
         }
         if self.solve {
-            let found = solved(&body, &thetas, "solve", None)?;
+            let found = solved(&body, &thetas, "solve", Some(&folder))?;
             let (failed, tried) = (found.failures.len(), thetas.len());
             let (thetas, found) = (&found.thetas[..], vec![("solved", found.fields)]);
             Fields { body: &body, thetas, found }.write(&folder, 0)?;
@@ -82,29 +83,34 @@ impl Sample {
 }
 
 impl Sample {
+    /// Refuses to mix with another campaign in the folder, and notes this one.
+    fn check_campaign(&self, design: Design, folder: &Path) -> Result<()> {
+        let file = folder.join(CAMPAIGN);
+        let (count, seed) = (self.count, self.seed);
+        let own = self.shard.map(|shard| Campaign { count, design, seed, shards: shard.of() });
+        match (store::read_json::<Campaign>(&file)?, own) {
+            (Some(stored), own) if own.as_ref() != Some(&stored) => {
+                let Campaign { count, shards, seed, .. } = stored;
+                let design = serde_json::to_value(stored.design)?;
+                refuse(format!(
+                    "{} holds another campaign ({count} samples in {shards} shards, design {}, seed {seed}); repeat its \
+                     options, or choose another --out",
+                    folder.display(),
+                    design.as_str().unwrap_or_default()
+                ))
+            }
+            (None, Some(own)) => Ok(store::write_json(&file, &own)?),
+            _ => Ok(()),
+        }
+    }
+
     fn solve_shard(
         &self,
         body: &Body,
         thetas: &[Vec<f64>],
-        design: Design,
         shard: Shard,
         folder: &Path,
     ) -> Result<()> {
-        let file = folder.join(CAMPAIGN);
-        let own = Campaign { count: self.count, design, seed: self.seed, shards: shard.of };
-        match store::read_json::<Campaign>(&file)? {
-            Some(stored) if stored != own => {
-                return refuse(format!(
-                    "{} holds another campaign ({} samples in {} shards, seed {}); repeat its options, or choose another --out",
-                    folder.display(),
-                    stored.count,
-                    stored.shards,
-                    stored.seed
-                ));
-            }
-            Some(_) => {}
-            None => store::write_json(&file, &own)?,
-        }
         let found = simulate_shard(body, thetas, shard, folder, &mut Terminal::default())?;
         found.failures.iter().for_each(|failure| told_failure(body, failure));
         println!(

@@ -62,7 +62,8 @@ impl Train {
         };
         let training = Training {
             recipe: self.recipe.unwrap_or(own.recipe),
-            samples: self.samples.or(own.samples),
+            // Of simulations that are there, all.
+            samples: self.samples.or(own.samples).or(self.simulations.as_ref().map(|_| usize::MAX)),
             target: self.target.or(own.target),
             seed: self.seed.or(own.seed),
             minutes,
