@@ -12,9 +12,14 @@ use sinew_report::{Block, Cell, Chart, Column, Row, Section, Series, Style, Tabl
 use std::path::{Path, PathBuf};
 
 /// Name on the command line.
-pub const KEY: &str = "twisting-cubes";
-/// Training time by default \[min\].
-pub const MINUTES: f64 = 2.0 * (2.0 + 3.0 + 5.0) + 10.0 + 15.0;
+pub const KEY: &str = "cube-meshes";
+/// Training time by default \[min\]: every network on every mesh.
+pub fn minutes() -> f64 {
+    let networks = |(index, mesh): (usize, &Mesh)| {
+        f64::from(u8::from(index > 0) + u8::from(mesh.own || index == 0))
+    };
+    MESHES.iter().enumerate().map(|pair| networks(pair) * pair.1.minutes).sum()
+}
 
 /// A mesh of Table 3.2.
 struct Mesh {
@@ -71,6 +76,7 @@ pub fn section(options: &Options) -> Result<Section> {
         [Column::new("memory", "GB").about("most that the process has used so far")],
     );
     let mut chart = Chart::new("Prediction time", ["nodes", "time [s]"], [true; 2]);
+    crate::run::begin(options, KEY)?;
     let mut before: Option<PathBuf> = None;
     let [mut full, mut decoder] = [Vec::new(), Vec::new()];
     for mesh in meshes {
@@ -130,8 +136,8 @@ fn outcomes(options: &Options, mesh: &Mesh, before: Option<PathBuf>) -> Result<V
     for (network, name, budget, start) in runs {
         let emulator = train(options, &body, &recipe, budget, start, &folder.join(name))?;
         outcomes.push(outcome(network, &body, &emulator, &test)?);
-        store::write_json(&file, &outcomes)?;
     }
+    store::write_json(&file, &outcomes)?;
     Ok(outcomes)
 }
 

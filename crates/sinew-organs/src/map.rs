@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use serde::{Deserialize, Serialize};
-use sinew::{Body, Emulator, Parameter, TestSet};
+use sinew::{Body, Emulator, Parameter, Sampling, TestSet};
 use sinew_emulate::Terminal;
 use sinew_report::{Block, Figure, Map, Panel};
 
@@ -36,6 +36,9 @@ pub fn map(
     let [first, second] = &body.parameters[..] else {
         anyhow::bail!("a map is over two parameters, not {}", body.parameters.len());
     };
+    if let Some(p) = body.parameters.iter().find(|p| p.sampling != Sampling::Log) {
+        anyhow::bail!("a map is over logarithmic scales, and {} has another", p.name);
+    }
     let ends = |p: &Parameter| {
         let [low, high] = p.range.map(f64::log10);
         [low - BEYOND * (high - low), high + BEYOND * (high - low)]

@@ -16,6 +16,8 @@ use std::path::{Path, PathBuf};
 
 /// Newton steps that predictions are corrected by.
 pub const CORRECTIONS: usize = 2;
+/// File of the options that a scene was run with.
+const OPTIONS: &str = "options.json";
 /// File of the errors over two parameters.
 const MAP: &str = "map.json";
 /// Cases, simulations and steps of a quick check.
@@ -29,7 +31,6 @@ const QUICK_CELLS: [usize; 3] = [1, 16, 6];
 /// Whatever keeps a scene from being run, and files that cannot be written. Scenes that are done are kept.
 pub fn reproduce(options: &Options) -> Result<PathBuf> {
     let clock = std::time::Instant::now();
-    begin(options)?;
     let provenance = Provenance {
         seed: Some(options.seed),
         threads: rayon::current_num_threads(),
@@ -42,8 +43,9 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
         report.sections.push(section);
         report.provenance = provenance.clone().finished(clock.elapsed().as_secs_f64());
         let [all, met] = report.verdicts();
-        report.headline =
-            format!("{met} of {all} medians that the thesis prints are met or bettered.");
+        report.headline = format!(
+            "{met} of {all} comparisons with medians that the thesis prints are met, each emulator counted for itself."
+        );
         page = report.write(&options.out)?;
         Ok(())
     };
@@ -74,43 +76,54 @@ fn about(options: &Options) -> &'static str {
 
 fn absent(options: &Options, organ: &Organ) -> String {
     let file = organ.mesh.unwrap_or_default();
-    let note = format!(
-        "{} was not run: there is no {} (--meshes)",
-        organ.scene,
-        options.meshes.join(file).display()
-    );
+    let note = match options.quick {
+        true => format!("{} was not run: a quick check leaves published meshes out", organ.scene),
+        false => {
+            let file = options.meshes.join(file);
+            format!("{} was not run: there is no {} (--meshes)", organ.scene, file.display())
+        }
+    };
     eprintln!("{note}");
     note
 }
 
-/// Prepares the output folder, or checks that it holds a run with the same options.
-fn begin(options: &Options) -> Result<()> {
-    let file = options.out.join("options.json");
-    // What is run may differ: scenes that are done are kept.
-    let comparable =
-        |options: &Options| Options { only: Vec::new(), resume: false, ..options.clone() };
+/// Prepares the folder of a scene: emptied, or checked to hold a run with the same options.
+///
+/// # Errors
+/// A folder of something else, or of a run with other options that is to be resumed.
+pub fn begin(options: &Options, key: &str) -> Result<PathBuf> {
+    let folder = options.out.join(key);
+    let file = folder.join(OPTIONS);
     match store::read_json::<Options>(&file)? {
-        Some(stored) if options.resume => ensure!(
-            comparable(&stored) == comparable(options),
-            "the run in {} was started with other options; repeat them, or start without --resume",
-            options.out.display()
-        ),
-        Some(_) => {
-            for key in crate::options::keys().filter(|key| options.wants(key)) {
-                let folder = options.out.join(key);
-                if folder.exists() {
-                    std::fs::remove_dir_all(&folder)
-                        .with_context(|| format!("{} could not be emptied", folder.display()))?;
-                }
-            }
-        }
+        Some(_) if options.resume => same(options, key)?,
+        Some(_) => std::fs::remove_dir_all(&folder)
+            .with_context(|| format!("{} could not be emptied", folder.display()))?,
         None => ensure!(
-            !options.resume,
-            "there is no run to resume in {}; start it without --resume",
-            options.out.display()
+            !folder.exists(),
+            "{} exists but is not of an earlier run; choose another --out",
+            folder.display()
         ),
     }
-    Ok(store::write_json(&file, options)?)
+    store::write_json(&file, options)?;
+    Ok(folder)
+}
+
+/// Requires that a scene was run with the same options.
+///
+/// # Errors
+/// Other options, or none.
+pub fn same(options: &Options, key: &str) -> Result<()> {
+    // What else is run does not matter.
+    let comparable =
+        |options: &Options| Options { only: Vec::new(), resume: false, ..options.clone() };
+    let folder = options.out.join(key);
+    let stored = store::read_json::<Options>(&folder.join(OPTIONS))?;
+    ensure!(
+        stored.is_some_and(|stored| comparable(&stored) == comparable(options)),
+        "the run in {} was started with other options; repeat them, or start it anew without --resume",
+        folder.display()
+    );
+    Ok(())
 }
 
 /// The case of a scene and whether it is the scene itself; `None` where its mesh is absent and nothing stands in.
@@ -138,7 +151,7 @@ pub fn case(options: &Options, organ: &Organ) -> Result<Option<(Case, bool)>> {
 fn section(options: &Options, organ: &Organ) -> Result<Option<Section>> {
     let Some((case, own)) = case(options, organ)? else { return Ok(None) };
     eprintln!("\n{}: {}", case.name, case.about);
-    let folder = options.out.join(organ.key);
+    let folder = begin(options, organ.key)?;
     let title = match own {
         true => organ.scene.to_string(),
         false => format!("{} (in the place of {})", case.name, organ.scene),
