@@ -201,6 +201,95 @@ fn surfaces_without_a_wall_are_refused_with_advice() {
     assert!(matches!(told(chamber(&folded), nodes(1500)), ChamberError::Folded { .. }));
 }
 
+/// A half axis of an ellipsoid across x, across y, along z and where its axis is along x \[mm\].
+type Ellipsoid = [f64; 4];
+/// The other ventricle's endocardium, nine from the ideal cavity, and the surface around both.
+const OTHER: Ellipsoid = [24.0, 28.0, 48.0, 58.0];
+const AROUND: Ellipsoid = [62.0, 40.0, 80.0, 24.0];
+
+/// The surface of an ellipsoid below the base of the ideal ventricle.
+fn ellipsoid([x, y, z, shift]: Ellipsoid) -> TriangleMesh {
+    let long = [z, z + 1.0];
+    let mesh = TruncatedEllipsoid { short: [1.0, 2.0], long, base: 15.0 }.wall([1, 96, 48]);
+    let mesh = mesh.tetrahedra();
+    let mut surface = extract_surface(&mesh, &mesh.facet_sets["endo"]).mesh;
+    surface.points.iter_mut().for_each(|at| *at = [x * at[0] + shift, y * at[1], at[2]]);
+    surface
+}
+
+/// About the distance to an ellipsoid, positive outside.
+fn beyond([x, y, z, shift]: Ellipsoid, at: [f64; 3]) -> f64 {
+    let scaled = [(at[0] - shift) / x, at[1] / y, at[2] / z];
+    let slope = [scaled[0] / x, scaled[1] / y, scaled[2] / z];
+    let norm = |v: [f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
+    (norm(scaled) - 1.0) * norm(scaled) / norm(slope)
+}
+
+#[test]
+fn the_other_ventricle_bounds_the_wall() {
+    let [endocardium, _] = ideal();
+    let (epicardium, other) = (ellipsoid(AROUND), ellipsoid(OTHER));
+    let alone = Chamber { endocardium: &endocardium, epicardium: &epicardium, septum: None };
+    let chamber = Chamber { septum: Some(&other), ..alone };
+    let wall = chamber.wall(&nodes(3000)).unwrap();
+    let (mesh, report) = (wall.tetrahedra(), wall.report());
+    println!("{report}");
+    assert!(report.quality.dihedral.min > 9.0, "{report}");
+    assert_eq!((report.crossings.0, report.own_crossings, report.missed), (0, 0, 0));
+    // Where the other ventricle ends the thickness jumps to the surface around both.
+    assert!(report.columns[1] > 0 && report.columns[1] < report.columns[0] / 2, "{report}");
+    assert!(wall.hexahedra().unwrap().facet_sets.contains_key("septum"));
+    let septum = &mesh.facet_sets["septum"];
+    let outer = &mesh.facet_sets["epicardium"];
+    assert!(septum.len() > outer.len() / 20 && septum.len() < outer.len() / 2);
+    assert!(septum.iter().all(|facet| outer.contains(facet)));
+    // Its nodes lie on the other ventricle and face it, but for those that end short of it; the others' outside.
+    let on = |ellipsoid, node: &usize| beyond(ellipsoid, mesh.points[*node]).abs() < 0.3;
+    let facing = mesh.nodes_of_facets(septum);
+    let met = facing.iter().filter(|node| on(OTHER, node)).count();
+    assert!(met * 3 > facing.len(), "{met} of {}", facing.len());
+    assert!(facing.iter().all(|&node| mesh.points[node][0] > 20.0));
+    let outside = mesh.node_sets["epicardium"].iter();
+    assert!(outside.clone().all(|&node| beyond(OTHER, mesh.points[node]) > -0.3));
+    let free = outside.filter(|&&node| mesh.points[node][0] < 0.0).collect::<Vec<_>>();
+    assert!(!free.is_empty() && free.iter().all(|node| on(AROUND, node)));
+    let near =
+        |&&node: &&usize| (0..3).all(|i| (mesh.points[node][i] - [34.0, 0.0, 0.0][i]).abs() < 5.0);
+    let middle = facing.iter().filter(near).collect::<Vec<_>>();
+    assert!(!middle.is_empty() && middle.iter().all(|node| on(OTHER, node)));
+
+    // Without it the wall reaches into it.
+    let mesh = alone.wall(&nodes(3000)).unwrap().tetrahedra();
+    assert!(!mesh.facet_sets.contains_key("septum"));
+    assert!(mesh.points.iter().any(|&at| beyond(OTHER, at) < -10.0));
+}
+
+#[test]
+fn rays_that_miss_and_crossings_are_told() {
+    let mut surfaces = ideal();
+    let whole = chamber(&surfaces).wall(&nodes(1500)).unwrap();
+    assert_eq!((whole.report().missed, whole.report().warnings()), (0, vec![]));
+    // A hole in the epicardium.
+    let points = surfaces[1].points.clone();
+    let hole = |node: &usize| points[*node][0] > 20.0 && (points[*node][2] + 20.0).abs() < 9.0;
+    surfaces[1].cells.retain(|cell| !cell.iter().all(hole));
+    let wall = chamber(&surfaces).wall(&nodes(1500)).unwrap();
+    let report = wall.report();
+    println!("{report}");
+    assert!(report.missed > 5, "{report}");
+    // They take the thickness beside them, which jumps nowhere.
+    assert!(report.columns[1] < report.missed / 2, "{report}");
+    let line = format!("nothing outside along their normal: {} of", report.missed);
+    assert!(report.to_string().contains(&line), "{report}");
+    let told = report.warnings();
+    assert!(told.len() == 1 && told[0].contains(&format!("{} of", report.missed)), "{told:?}");
+    let mut crossed = whole.report().clone();
+    (crossed.crossings.0, crossed.own_crossings) = (2, 3);
+    let told = crossed.warnings();
+    assert!(told.len() == 2 && told[0].contains("given surfaces"), "{told:?}");
+    assert!(told[1].contains("mesh's boundary crosses itself at 3"), "{told:?}");
+}
+
 #[test]
 fn seven_frames_of_a_real_heart() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/meshes/biv-me");
@@ -208,9 +297,9 @@ fn seven_frames_of_a_real_heart() {
         // Written past the harness, which hides what tests that pass print.
         let _ = writeln!(
             std::io::stderr(),
-            "NOT TESTED: the surfaces of a real heart are absent; an ideal one stands in"
+            "NOT TESTED: the surfaces of a real heart are absent; an ideal one with a septum stands in"
         );
-        return an_ideal_wall_is_found_again();
+        return;
     }
     for frame in ["000", "004", "008", "012", "016", "020", "024"] {
         let [endocardium, epicardium, septum] = ["LV_ENDOCARDIAL", "EPICARDIAL", "RV_ENDOCARDIAL"]

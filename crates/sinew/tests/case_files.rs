@@ -1,6 +1,7 @@
 //! `docs/case-file.md` and the parser say the same, and mistakes are answered with the key that was meant.
 
 use sinew::Case;
+use std::path::Path;
 use toml::{Table, Value};
 
 const PAGE: &str = include_str!("../../../docs/case-file.md");
@@ -220,6 +221,21 @@ fn values_that_make_no_sense_are_told_with_key_unit_and_range() {
     told("endocardium = \"endo\"", "endocardium = \"inside\"", &["fibres.rule", "inside"]);
     told("minutes = 20.0", "minutes = 20.0\nsteps = 100", &["training.steps", "not both"]);
     told("[fibres.rule]", "[fibres]\nfield = \"fibre\"\n[fibres.rule]", &["fibres", "one of"]);
+}
+
+#[test]
+fn edges_of_two_ventricles_have_bounds() {
+    let scene = sinew::scenes::find(Path::new("Biventricle")).unwrap().text;
+    let told = |edge: &str, wall: &str, words: &[&str]| {
+        let text = scene.replace("edge = 5.5", &format!("edge = {edge}"));
+        let error = refusal(&text.replace("wall = 10.0", &format!("wall = {wall}")));
+        for word in words {
+            assert!(error.contains(word), "{word:?} is not in: {error}");
+        }
+    };
+    told("0.01", "10.0", &["mesh.biventricle.edge", "an edge of 0.01", "give at least 0.7"]);
+    told("5.6", "10.0", &["mesh.biventricle.edge", "give at most 5.5"]);
+    told("0.1", "0.2", &["mesh.biventricle", "a wall of 0.2 is too thin"]);
 }
 
 #[test]

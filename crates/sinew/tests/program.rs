@@ -278,11 +278,13 @@ fn surfaces_become_a_ventricle_that_solves() {
     };
     assert_eq!(displacement(&solved), displacement(&again));
 
-    done(
+    let meshed = done(
         folder,
         "mesh ventricle --endocardium endo.vtk --epicardium epi.vtk --nodes 300 --element hexahedra --trim 0.8 -o hexa.vtu",
     );
     let (mesh, _) = sinew_mesh::read_mesh::<8>(folder.join("hexa.vtu")).unwrap();
+    let label = format!("{} hexahedra; the quality below is", mesh.cells.len());
+    assert!(meshed.starts_with(&label), "{meshed}");
     assert_eq!(mesh.point_fields["fibre"].rows(), mesh.points.len());
 
     let ask = |more: &str| refused(folder, &format!("mesh ventricle --epicardium epi.vtk {more}"));

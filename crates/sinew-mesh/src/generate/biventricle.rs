@@ -37,6 +37,8 @@ impl Default for Biventricle {
 
 /// Longest edge over a wall's thickness: the diagonal of a grid cell, 1.73 edges, must not reach through.
 const THICKNESS_SHARE: f64 = 0.55;
+/// Most cells of the grid that the heart is cut out of: with their tetrahedra they take a few gigabytes.
+const GRID_CELLS: f64 = 2e6;
 
 impl Biventricle {
     /// Tetrahedra with edges of about `edge` \[length\].
@@ -44,17 +46,19 @@ impl Biventricle {
     /// Node and facet sets are `base`, `endo_left` (negative x), `endo_right`, both together `endo`, and `epi`.
     ///
     /// # Panics
-    /// When a size or the edge is not positive and finite, or the edge is longer than 0.55 of a wall's thickness.
+    /// When a size or the edge is not positive and finite, or the edge is not between [`Biventricle::shortest_edge`] and
+    /// [`Biventricle::longest_edge`].
     pub fn tetrahedra(&self, edge: f64) -> TetMesh {
         let Self { radius, depth, wall, septum } = *self;
         let sizes = [radius, depth, wall, septum, edge];
+        let (shortest, longest) = (self.shortest_edge(), self.longest_edge());
         assert!(
             sizes.iter().all(|size| size.is_finite() && *size > 0.0)
-                && edge <= THICKNESS_SHARE * wall.min(septum),
-            "radius, depth, walls and edge must be positive, and an edge at most {THICKNESS_SHARE} of a wall's thickness, \
-             not {sizes:?}"
+                && (shortest..=longest).contains(&edge),
+            "radius, depth, walls and edge must be positive, and an edge at most {THICKNESS_SHARE} of a wall's thickness \
+             and at least {shortest}, of which a grid of {GRID_CELLS} cells is made, not {sizes:?}"
         );
-        let reach = [self.centre() + radius + wall, radius + wall, depth + wall];
+        let reach = self.reach();
         // A cell of room around the body, and a plane of the grid through the septum.
         let half = [reach[0], reach[1]].map(|length| (length / edge).ceil() + 1.0);
         let down = (reach[2] / edge).ceil() + 1.0;
@@ -65,6 +69,26 @@ impl Biventricle {
         let mut mesh = implicit_tetrahedra(low, high, cells, body);
         self.name_sides(&mut mesh, edge);
         mesh
+    }
+
+    /// The longest edges, 0.55 of the thinnest wall \[length\].
+    pub fn longest_edge(&self) -> f64 {
+        THICKNESS_SHARE * self.wall.min(self.septum)
+    }
+
+    /// The shortest edges: shorter ones make more cells than a grid of two million \[length\]. It is above the longest where
+    /// the walls are thinner than a hundredth of the heart or so.
+    pub fn shortest_edge(&self) -> f64 {
+        // The room around the body is widest with the longest edges.
+        let room = 2.0 * self.longest_edge();
+        let side = self.reach().iter().map(|length| (length + room).cbrt()).product::<f64>();
+        side * (4.0 / GRID_CELLS).cbrt()
+    }
+
+    /// Lengths from the middle of the base to the outer surface along x, y and down.
+    fn reach(&self) -> [f64; 3] {
+        let Self { radius, depth, wall, .. } = *self;
+        [self.centre() + radius + wall, radius + wall, depth + wall]
     }
 
     /// Distance of a cavity's axis from the middle of the septum.
@@ -131,6 +155,24 @@ mod tests {
                 assert!((cavity / exact - 1.0).abs() < 0.03, "{side}: {cavity} for {exact}");
             }
         }
+    }
+
+    #[test]
+    fn edges_have_bounds() {
+        let heart = Biventricle::default();
+        assert_eq!(heart.longest_edge(), 5.5);
+        let shortest = heart.shortest_edge();
+        // The grid of the box around the heart alone, 110 by 60 by 70, and no more than half as much beside it.
+        let least = (110.0 * 60.0 * 70.0 / GRID_CELLS).cbrt();
+        assert!(least < shortest && shortest < 1.5 * least, "{shortest}");
+        let large = Biventricle { radius: 2e3, depth: 6e3, ..heart };
+        assert!(large.shortest_edge() > large.longest_edge());
+    }
+
+    #[test]
+    #[should_panic(expected = "and at least 0.7")]
+    fn an_edge_that_makes_too_many_cells_is_refused() {
+        Biventricle::default().tetrahedra(0.01);
     }
 
     #[test]

@@ -7,7 +7,7 @@ mod outside;
 mod report;
 mod size;
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
@@ -127,20 +127,13 @@ impl Chamber<'_> {
         let disk = Disk { half: around / 8, along };
         let sheet = disk.sheet(false);
         let inner = fit.inner(&sheet, &disk)?;
-        let mut best: Option<(f64, Wall, Outside, TetMesh)> = None;
-        for (sweeps, slope) in TRIES {
+        let tries = TRIES.iter().map(|&(sweeps, slope)| {
             let outside = outside::carry(&trees, &sheet, &inner, &fit.base, sweeps, slope)?;
             let wall = cup(disk.sheet(false), layers, &inner, &outside);
             let mesh = wall.tetrahedra();
-            let angle = least_angle(&mesh);
-            if best.as_ref().is_none_or(|(least, ..)| angle > *least) {
-                best = Some((angle, wall, outside, mesh));
-            }
-            if angle >= FAIR {
-                break;
-            }
-        }
-        let (_, wall, outside, mesh) = best.ok_or(ChamberError::Empty)?;
+            Ok((least_angle(&mesh), (wall, outside, mesh)))
+        });
+        let (wall, outside, mesh) = best(tries)?;
         let cells = [layers, around, along];
         let report = report::of(self, &trees, &fit.base, &outside, &mesh, cells);
         let report = report.ok_or(ChamberError::Empty)?;
@@ -155,6 +148,26 @@ impl Chamber<'_> {
         let points = &self.septum?.points;
         Some(points.iter().map(|&x| Point::from(x)).sum::<Point>() / points.len().max(1) as f64)
     }
+}
+
+/// The try with the largest angle, up to the first that is fair. Once there is one, those that fail do not count.
+fn best<T>(tries: impl Iterator<Item = Result<(f64, T), ChamberError>>) -> Result<T, ChamberError> {
+    let mut best: Option<(f64, T)> = None;
+    for next in tries {
+        match next {
+            Ok((angle, made)) => {
+                if best.as_ref().is_none_or(|(least, _)| angle > *least) {
+                    best = Some((angle, made));
+                }
+                if angle >= FAIR {
+                    break;
+                }
+            }
+            Err(error) if best.is_none() => return Err(error),
+            Err(_) => {}
+        }
+    }
+    best.map(|(_, made)| made).ok_or(ChamberError::Empty)
 }
 
 /// The smallest dihedral angle \[degrees\], below zero where the mesh is folded.
@@ -246,41 +259,66 @@ impl ChamberWall {
     }
 }
 
-/// The layers between two fitted surfaces.
-fn cup(sheet: Sheet, layers: usize, inner: &[Point], outside: &Outside) -> Wall {
-    let key = |at: [f64; 3]| [at[0].to_bits(), at[1].to_bits()];
-    let ends =
-        inner.iter().zip(&outside.points).map(|(&inner, &outer)| [inner.into(), outer.into()]);
-    let columns: HashMap<[u64; 2], [[f64; 3]; 2]> =
-        sheet.points.iter().map(|&at| key(at)).zip(ends).collect();
-    let septum: HashSet<[u64; 2]> = sheet
-        .points
-        .iter()
-        .zip(&outside.septum)
-        .filter(|(_, is)| **is)
-        .map(|(&at, _)| key(at))
-        .collect();
-    let has_septum = !septum.is_empty();
+/// The layers between two fitted surfaces. Of the reference body only the sets matter: its points are a node of the sheet,
+/// whether that is on the rim, and a depth.
+fn cup(mut sheet: Sheet, layers: usize, inner: &[Point], outside: &Outside) -> Wall {
+    for (node, at) in sheet.points.iter_mut().enumerate() {
+        *at = [node as f64, f64::from(outside::is_rim(at)), 0.0];
+    }
+    let columns: Vec<[Point; 2]> =
+        inner.iter().zip(&outside.points).map(|(&inner, &outer)| [inner, outer]).collect();
+    let septum = outside.septum.clone();
     let side = |level: f64| -> InSet { Box::new(move |at| at[2] == level) };
     let mut sides = vec![
-        ("base", Box::new(|[a, b, _]: [f64; 3]| a.abs().max(b.abs()) == 1.0) as InSet),
+        ("base", Box::new(|[_, rim, _]: [f64; 3]| rim == 1.0) as InSet),
         ("endocardium", side(0.0)),
         ("epicardium", side(1.0)),
     ];
-    if has_septum {
-        sides.push(("septum", Box::new(move |at| at[2] == 1.0 && septum.contains(&key(at)))));
+    if septum.contains(&true) {
+        sides.push(("septum", Box::new(move |at| at[2] == 1.0 && septum[at[0] as usize])));
     }
     Wall {
         sheet,
         layers,
-        lift: |[a, b, _], depth| [a, b, depth],
+        lift: |[node, rim, _], depth| [node, rim, depth],
         depth: |[_, _, depth]| depth,
-        // Only nodes of the sheet are asked for.
-        place: Box::new(move |at| {
-            let ends = columns.get(&key(at)).copied().unwrap_or([at; 2]);
-            std::array::from_fn(|i| between([ends[0][i], ends[1][i]], at[2]))
+        place: Box::new(move |[node, _, depth]| {
+            let [inner, outer] = columns[node as usize];
+            std::array::from_fn(|i| between([inner[i], outer[i]], depth))
         }),
         sides,
         nodes: vec![],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_try_that_fails_later_takes_no_wall_away() {
+        let fails = || Err(ChamberError::Closed);
+        let of = |tries: Vec<Result<(f64, char), ChamberError>>| best(tries.into_iter());
+        assert_eq!(of(vec![Ok((5.0, 'a')), fails()]), Ok('a'));
+        assert_eq!(of(vec![Ok((-3.0, 'a')), fails(), Ok((6.0, 'b')), Ok((4.0, 'c'))]), Ok('b'));
+        assert_eq!(of(vec![Ok((FAIR, 'a')), Ok((20.0, 'b'))]), Ok('a'));
+        assert_eq!(of(vec![fails(), Ok((6.0, 'b'))]), fails().map(|_: (f64, char)| 'b'));
+    }
+
+    #[test]
+    fn every_node_of_the_sheet_has_a_column_of_its_own() {
+        let mut sheet = Disk { half: 1, along: 3 }.sheet(false);
+        let count = sheet.points.len();
+        // Two nodes at one place, and one nowhere.
+        (sheet.points[1], sheet.points[2][0]) = (sheet.points[0], f64::NAN);
+        let inner: Vec<_> = (0..count).map(|node| Point::new(node as f64, 1.0, 2.0)).collect();
+        let points = inner.iter().map(|x| x * 2.0).collect();
+        let (septum, thickness) = (vec![false; count], vec![1.0; count]);
+        let outside = Outside { points, septum, thickness, limited: 0, missed: 0 };
+        let mesh = cup(sheet, 2, &inner, &outside).hexahedra();
+        for (node, &at) in mesh.points.iter().enumerate() {
+            let scale = 1.0 + (node / count) as f64 / 2.0;
+            assert_eq!(Point::from(at), inner[node % count] * scale);
+        }
     }
 }

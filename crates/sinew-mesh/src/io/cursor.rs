@@ -33,6 +33,14 @@ pub(crate) struct Cursor<'a> {
 /// Longest piece of a file that an error repeats, in bytes.
 const EXCERPT: usize = 40;
 
+/// What some editors put before a text in UTF-8.
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// A file without its byte-order mark.
+pub(crate) fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes)
+}
+
 /// The start of a text as errors show it.
 pub(crate) fn excerpt(text: &[u8]) -> String {
     String::from_utf8_lossy(&text[..text.len().min(EXCERPT)]).into_owned()
@@ -45,8 +53,10 @@ pub(crate) fn error_at(file: &str, byte: usize, problem: impl Into<Problem>) -> 
 }
 
 impl<'a> Cursor<'a> {
+    /// At the start of a file, behind its byte-order mark; places count that as well.
     pub fn new(file: &'a str, bytes: &'a [u8]) -> Self {
-        Cursor { file, bytes, position: 0, item: 0, encoding: Encoding::Text }
+        let start = bytes.len() - without_mark(bytes).len();
+        Cursor { file, bytes, position: start, item: start, encoding: Encoding::Text }
     }
 
     /// The error at the last item read.

@@ -208,8 +208,7 @@ pub fn write_npy(path: impl AsRef<Path>, shape: &[usize], values: &[f64]) -> Res
 
 /// Picks the reader by the first bytes, which are surer than the ending of a name.
 fn parse_grid(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshError> {
-    let byte_order_mark = b"\xef\xbb\xbf";
-    let content = bytes.strip_prefix(byte_order_mark).unwrap_or(bytes).trim_ascii_start();
+    let content = cursor::without_mark(bytes).trim_ascii_start();
     match content {
         [b'$', ..] => gmsh::parse(file, bytes),
         [b'<', ..] => vtu::parse(file, bytes),

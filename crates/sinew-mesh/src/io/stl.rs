@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::cursor::{Cursor, error_at};
+use super::cursor::{Cursor, error_at, without_mark};
 use super::grid::UnstructuredGrid;
 use crate::{MeshError, Problem};
 
@@ -33,7 +33,7 @@ pub(crate) fn is_text(content: &[u8]) -> bool {
 /// out and counted.
 pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshError> {
     let mut triangles = Triangles::default();
-    if is_text(bytes.trim_ascii_start()) && !is_binary(bytes) {
+    if is_text(without_mark(bytes).trim_ascii_start()) && !is_binary(bytes) {
         text(Cursor::new(file, bytes), &mut triangles)?;
     } else {
         binary(file, bytes, &mut triangles)?;

@@ -68,7 +68,7 @@ pub struct BiventricleMesh {
     pub wall: f64,
     /// Thickness of the septum.
     pub septum: f64,
-    /// Length of an edge, at most 0.55 of a wall's thickness.
+    /// Length of an edge: from [`Biventricle::shortest_edge`] to [`Biventricle::longest_edge`].
     pub edge: f64,
 }
 
@@ -198,10 +198,24 @@ impl BiventricleMesh {
                 return error(key, format!("{size} is no length; give a positive one"));
             }
         }
-        let longest = 0.55 * wall.min(septum);
+        let heart = Biventricle { radius, depth, wall, septum };
+        let (shortest, longest) = (heart.shortest_edge(), heart.longest_edge());
+        if shortest > longest {
+            let thinnest = wall.min(septum);
+            let reason = format!(
+                "a wall of {thinnest} is too thin beside the heart's size for a grid of cells; give a thicker `wall` and `septum`"
+            );
+            return Err(source.error(&["mesh", "biventricle"], reason));
+        }
         if edge > longest {
             let reason = format!(
                 "an edge of {edge} reaches through the thinnest wall; give at most {longest}"
+            );
+            return error("edge", reason);
+        }
+        if edge < shortest {
+            let reason = format!(
+                "an edge of {edge} makes more cells than can be held; give at least {shortest}"
             );
             return error("edge", reason);
         }
@@ -209,7 +223,7 @@ impl BiventricleMesh {
             let reason = "two ventricles are made of tetrahedra only; leave it out".into();
             return Err(source.error(&["mesh", "element"], reason));
         }
-        Ok(Biventricle { radius, depth, wall, septum }.tetrahedra(edge).into())
+        Ok(heart.tetrahedra(edge).into())
     }
 }
 

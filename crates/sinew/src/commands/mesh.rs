@@ -103,15 +103,17 @@ impl Ventricle {
         let seconds = start.elapsed().as_secs_f64();
         let mesh = ventricle(&wall, self.element == Cells::Hexahedra, angles)
             .map_err(|error| anyhow::anyhow!("no mesh of the wall: {error}"))?;
+        if self.element == Cells::Hexahedra {
+            println!(
+                "{} hexahedra; the quality below is that of the same wall as tetrahedra",
+                mesh.cell_count()
+            );
+        }
         println!("{}", wall.report());
         println!("fitted in {seconds:.2} s");
         mesh.write_vtu(&self.out)?;
         println!("written: {}", self.out.display());
-        if wall.report().crossings.0 > 0 {
-            eprintln!(
-                "warning: the given surfaces cross each other or themselves; look at the mesh there"
-            );
-        }
+        wall.report().warnings().iter().for_each(|warning| eprintln!("warning: {warning}"));
         Ok(())
     }
 

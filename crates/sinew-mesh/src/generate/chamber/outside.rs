@@ -19,6 +19,8 @@ pub(super) struct Outside {
     pub thickness: Vec<f64>,
     /// Nodes whose outer end was brought nearer than the outer surface, because the thickness jumps beside them.
     pub limited: usize,
+    /// Nodes with nothing outside along their direction, which take the thickness around them.
+    pub missed: usize,
 }
 
 pub(super) fn carry(
@@ -50,17 +52,18 @@ pub(super) fn carry(
         return Err(ChamberError::Touching { point: inner[thin].into() });
     }
     let thickness = even(&raw, inner, &neighbours, slope);
-    let shorter = thickness.iter().zip(&raw).filter(|(now, before)| now < before);
+    let shorter = thickness.iter().zip(&raw).filter(|(now, met)| met.is_finite() && now < met);
     let ends = inner.iter().zip(&directions).zip(&thickness);
     Ok(Outside {
         points: ends.map(|((x, direction), way)| x + direction * *way).collect(),
         septum: met.iter().map(|hit| hit.is_some_and(|hit| hit.1)).collect(),
         limited: shorter.count(),
+        missed,
         thickness,
     })
 }
 
-fn is_rim(at: &[f64; 3]) -> bool {
+pub(super) fn is_rim(at: &[f64; 3]) -> bool {
     at[0].abs().max(at[1].abs()) == 1.0
 }
 

@@ -28,6 +28,9 @@ pub struct ChamberReport {
     pub thickness: Spread,
     /// Columns of nodes, and those among them that end short of the outer surface because the thickness jumps there.
     pub columns: [usize; 2],
+    /// Columns with nothing outside along the normal of the endocardium, where a surface has a hole or ends: they are as thick
+    /// as the wall beside them.
+    pub missed: usize,
     /// Volume of the cavity below the base.
     pub cavity_volume: f64,
     /// The same, as the given endocardium encloses it.
@@ -70,6 +73,7 @@ pub(super) fn of(
         inverted: inverted.map(centre),
         thickness: Spread::of(outside.thickness.clone())?,
         columns: [outside.points.len(), outside.limited],
+        missed: outside.missed,
         cavity_volume: volume_below(&inner, base),
         cavity_volume_of_surface: volume_below(chamber.endocardium, base),
         endocardium_distance: distances(&inner, |x| trees.endocardium.distance(x)),
@@ -127,6 +131,32 @@ fn crossings(chamber: &Chamber<'_>, base: &Base) -> (usize, Option<[f64; 3]>) {
     (first.map_or(0, |_| 1 + below.count()), first)
 }
 
+impl ChamberReport {
+    /// What to look at before the mesh is used, in words; nothing where all is well.
+    pub fn warnings(&self) -> Vec<String> {
+        let (missed, [columns, _], own) = (self.missed, self.columns, self.own_crossings);
+        let mut warnings = Vec::new();
+        if self.crossings.0 > 0 {
+            warnings.push(
+                "the given surfaces cross each other or themselves; look at the mesh there".into(),
+            );
+        }
+        if own > 0 {
+            warnings.push(format!(
+                "the mesh's boundary crosses itself at {own} pairs of triangles; smooth the surfaces, choose other cells, \
+                 or put the base further down"
+            ));
+        }
+        if missed > 0 {
+            warnings.push(format!(
+                "{missed} of {columns} columns of nodes met no outer surface and are as thick as the wall beside them; \
+                 close the holes of the outer surfaces, or put the base further down"
+            ));
+        }
+        warnings
+    }
+}
+
 impl fmt::Display for ChamberReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [layers, around, along] = self.cells;
@@ -144,6 +174,7 @@ impl fmt::Display for ChamberReport {
             f,
             "cut short where the thickness jumps: {limited} of {columns} columns of nodes"
         )?;
+        writeln!(f, "nothing outside along their normal: {} of {columns}", self.missed)?;
         let (cavity, given) = (self.cavity_volume, self.cavity_volume_of_surface);
         writeln!(f, "cavity {cavity:.1}, {:.4} of the endocardium's {given:.1}", cavity / given)?;
         for (name, [mean, largest]) in
