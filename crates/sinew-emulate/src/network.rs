@@ -11,6 +11,7 @@ use crate::store::{read_json, write_json};
 use crate::timing::timed;
 use crate::{Body, Error, Record, Result, Warning, graph, parameters};
 use serde::{Deserialize, Serialize};
+use sinew_fem::{Options, Solver};
 use sinew_gnn::Coordinates as Meaning;
 use sinew_gnn::{
     Backend, Concern, DataSet, Decoding, EmulatorConfig, FixedGeometry, Geometry, HistoryPoint,
@@ -99,6 +100,9 @@ pub(crate) struct Plan<'a> {
     pub objective: &'a dyn Fn(&DataSet) -> Result<Box<dyn Objective>>,
 }
 
+/// Learning rate of a network that has learned before, relative to that of a new one: high ones undo what it knows.
+const RATE_OF_START: f64 = 0.5;
+
 /// Trains by `plan`; an interrupted run goes on from its last checkpoint.
 pub(crate) fn train(
     session: &mut Session<'_, '_>,
@@ -114,8 +118,12 @@ pub(crate) fn train(
     let (training, validation) = (lesson.samples(), Vec::new());
     let mut data = DataSet { geometries: Vec::new(), training, validation };
     let (mut coordinates, mut training) = (plan.coordinates.clone(), plan.training.clone());
+    let starts = session.options.start.is_some();
+    if starts {
+        training.learning_rate *= RATE_OF_START;
+    }
     let mut stages = vec![&mut training];
-    if let Coordinates::MotionsAfter(first) = &mut coordinates {
+    if let (Coordinates::MotionsAfter(first), false) = (&mut coordinates, starts) {
         stages.push(first);
     }
     for stage in &mut stages {
@@ -137,6 +145,13 @@ pub(crate) fn train(
         Coordinates::MotionsOfSimulation => {
             let anchor = lesson.central_simulation(body);
             Meaning::Motions(timed(&mut prepare_s, || at_anchor(anchor))?)
+        }
+        // What starts from another body's network has nothing to predict a state of this one with; one solve finds it.
+        Coordinates::MotionsAfter(_) if session.options.start.is_some() => {
+            let centre = body.centre();
+            let solved =
+                timed(&mut prepare_s, || Solver::new(body)?.solve(&centre, &Options::default()))?;
+            Meaning::Motions(timed(&mut prepare_s, || at_anchor(&solved.displacement))?)
         }
         Coordinates::MotionsAfter(first) => {
             geometry.coordinates = Meaning::Motions(timed(&mut prepare_s, at_rest)?);

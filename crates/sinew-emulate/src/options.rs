@@ -50,7 +50,8 @@ pub struct TrainingOptions {
     /// Folder of simulations to learn from in place of new ones, such as [`crate::merge`] leaves.
     pub simulations: Option<PathBuf>,
     /// Folder of another run whose networks this one starts from, be it of another body with another mesh: the recipe
-    /// and the parameters must be the same. With a budget of zero they are taken as they are.
+    /// and the parameters must be the same. Coordinates about a first training's prediction are then about one solution
+    /// instead, for the centre of the ranges. With a budget of zero the networks are taken as they are.
     pub start: Option<PathBuf>,
     /// Tensor backend of networks.
     pub backend: Backend,
