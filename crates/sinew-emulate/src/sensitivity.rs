@@ -9,6 +9,8 @@ use sinew_fem::Options;
 /// Step of central differences through a regression, as a share of a parameter's range: its coefficients are smooth, and
 /// half of the digits of a double is left.
 const STEP: f64 = 1e-5;
+/// Share of the displacement that a parameter must move over its range to count as one that moves the body at all.
+const LEAST_MOTION: f64 = 1e-3;
 /// Cases behind a median.
 const CASES: usize = 10;
 
@@ -43,23 +45,21 @@ impl Emulator<'_> {
     }
 
     /// Median over the first cases of `‖∂û/∂θ − ∂u/∂θ‖ / ‖∂u/∂θ‖` [%] for every parameter, the true derivative by the implicit
-    /// function theorem.
+    /// function theorem. A parameter that moves the body by less than a thousandth over its range is measured against that.
     pub(crate) fn sensitivity_errors(&self, test: &TestSet<'_>) -> Result<Vec<f64>> {
+        let norm = |values: &[f64]| values.iter().map(|v| v * v).sum::<f64>().sqrt();
         let mut errors = vec![Vec::new(); self.body.parameters.len()];
         for (theta, field) in test.thetas.iter().zip(&test.fields).take(CASES) {
             let truth = self.with_solver(|solver| {
                 let solution = solver.solve_from(field, theta, &Options::default())?;
                 Ok(solver.sensitivity(&solution)?)
             })?;
-            for ((errors, own), truth) in errors.iter_mut().zip(self.sensitivity(theta)?).zip(truth)
-            {
-                let norm = |values: &mut dyn Iterator<Item = f64>| {
-                    values.map(|v| v * v).sum::<f64>().sqrt()
-                };
-                let apart = norm(&mut own.iter().zip(&truth).map(|(a, b)| a - b));
-                let size = norm(&mut truth.iter().copied());
-                // A parameter that moves nothing has no relative error.
-                errors.push(if size > 0.0 { 100.0 * apart / size } else { 0.0 });
+            for (p, (own, truth)) in self.sensitivity(theta)?.iter().zip(&truth).enumerate() {
+                let apart: Vec<f64> = own.iter().zip(truth).map(|(a, b)| a - b).collect();
+                let [low, high] = self.body.parameters[p].range;
+                let least = LEAST_MOTION * norm(field) / (high - low);
+                let size = norm(truth).max(least);
+                errors[p].push(if size > 0.0 { 100.0 * norm(&apart) / size } else { 0.0 });
             }
         }
         Ok(errors.iter().map(|errors| crate::timing::median(errors)).collect())

@@ -59,7 +59,7 @@ fn a_quick_run_reports_every_scene_and_is_resumed() {
         std::fs::metadata(folder.path().join("ventricle/comparison.json")).unwrap().modified();
     assert_eq!(before.unwrap(), after.unwrap());
     let other = Options { seed: 2, ..again };
-    let error = sinew_organs::run::reproduce(&other).unwrap_err().to_string();
+    let error = format!("{:#}", sinew_organs::run::reproduce(&other).unwrap_err());
     assert!(error.contains("other options"), "{error}");
 }
 
