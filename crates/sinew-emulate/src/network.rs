@@ -147,7 +147,7 @@ pub(crate) fn train(
             Meaning::Motions(timed(&mut prepare_s, || at_anchor(anchor))?)
         }
         // What starts from another body's network has nothing to predict a state of this one with; one solve finds it.
-        Coordinates::MotionsAfter(_) if session.options.start.is_some() => {
+        Coordinates::MotionsAfter(_) if starts => {
             let centre = body.centre();
             let solved =
                 timed(&mut prepare_s, || Solver::new(body)?.solve(&centre, &Options::default()))?;
@@ -233,8 +233,7 @@ impl Course {
     ) -> Result<Surrogate> {
         let stage = format!("train {} ({name})", plan.recipe);
         let checkpoint = session.folder(name);
-        let mut trainer =
-            trainer(session, name, checkpoint.as_deref(), data, lesson, plan, config)?;
+        let mut trainer = trainer(session, checkpoint.as_deref(), data, lesson, plan, config)?;
         let mut watch = Watch {
             course: self,
             observer: &mut *session.observer,
@@ -268,10 +267,9 @@ impl Course {
     }
 }
 
-/// A new trainer, one that starts from what the stage of this name of another run has learned, or the one of the checkpoint.
+/// A new trainer, one that starts from what another run has learned, or the one of the checkpoint.
 fn trainer(
     session: &Session<'_, '_>,
-    name: &str,
     checkpoint: Option<&Path>,
     data: &DataSet,
     lesson: &Lesson<'_>,
@@ -284,7 +282,7 @@ fn trainer(
         return Ok(Trainer::resume(folder, data.clone(), objective, &device)?);
     }
     let surrogate = match &session.options.start {
-        Some(folder) => learned(folder, name, session.options.backend)?.carried_to(data)?,
+        Some(folder) => learned(folder, session.options.backend)?.carried_to(data)?,
         None => untrained(session, data, lesson, plan, config.seed)?,
     };
     let trainer = Trainer::new(surrogate, data.clone(), objective, config.clone())?;
@@ -294,14 +292,9 @@ fn trainer(
     })
 }
 
-/// What a stage of another run has learned.
-fn learned(folder: &Path, stage: &str, backend: Backend) -> Result<Surrogate> {
-    let folder = folder.join(stage);
-    if !folder.exists() {
-        let reason = "it has other coordinates, without this stage".into();
-        return Err(Error::Start { folder, reason });
-    }
-    Ok(Surrogate::load(&folder, &backend.device()?)?)
+/// What a finished run has learned.
+fn learned(run: &Path, backend: Backend) -> Result<Surrogate> {
+    Ok(Surrogate::load(&run.join("emulator/network"), &backend.device()?)?)
 }
 
 fn untrained(

@@ -33,7 +33,6 @@ pub struct Options {
     pub meshes: PathBuf,
     /// Folder of the surfaces of a real heart, patient1_LV_ENDOCARDIAL_000.vtk and its like
     #[arg(long, default_value = "../shared/meshes/biv-me")]
-    #[serde(default)]
     pub hearts: PathBuf,
     /// Seed that all seeds of the run derive from
     #[arg(long, default_value_t = 1)]
