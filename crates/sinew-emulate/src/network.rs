@@ -21,7 +21,8 @@ use sinew_gnn::{
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-/// Sizes of a network; the defaults are the thesis'.
+/// Sizes of a network. The default has half of the thesis' width: where embeddings are weights of their own, more steps
+/// of narrower perceptrons are worth more (docs/design.md).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Network {
@@ -29,13 +30,22 @@ pub struct Network {
     pub latent: usize,
     /// Width of the hidden layers.
     pub width: usize,
+    /// Width of the hidden layers that read the motions of clusters.
+    pub cluster_width: usize,
     /// Message-passing steps.
     pub message_passing_steps: usize,
 }
 
 impl Default for Network {
     fn default() -> Self {
-        Self { latent: 40, width: 128, message_passing_steps: 5 }
+        Self { latent: 40, width: 64, cluster_width: 32, message_passing_steps: 5 }
+    }
+}
+
+impl Network {
+    /// The thesis' sizes (§2.2.4).
+    pub fn thesis() -> Self {
+        Self { width: 128, ..Self::default() }
     }
 }
 
@@ -121,6 +131,7 @@ pub(crate) fn train(
     let starts = session.options.start.is_some();
     if starts {
         training.learning_rate *= RATE_OF_START;
+        if std::env::var("SHARE0").is_ok() { training.embedding_share = 0.0; }
     }
     let mut stages = vec![&mut training];
     if let (Coordinates::MotionsAfter(first), false) = (&mut coordinates, starts) {
@@ -307,10 +318,12 @@ fn untrained(
     let device = session.options.backend.device()?;
     let Geometry { features, topology, coordinates, .. } = &data.geometries[0];
     let (nodes, edges) = (features.nodes.columns, features.edges.columns);
-    let Network { latent, width, message_passing_steps: steps } = plan.network;
+    let Network { latent, width, cluster_width, message_passing_steps: steps } = plan.network;
     let sizes = EmulatorConfig::new(3, nodes, edges, session.body.parameters.len());
     let decoding = match coordinates {
-        Meaning::Motions(_) => Decoding::Motions { layers: topology.roots_per_layer.len() },
+        Meaning::Motions(_) => {
+            Decoding::Motions { layers: topology.roots_per_layer.len(), width: cluster_width }
+        }
         _ => Decoding::Components,
     };
     let sizes = EmulatorConfig { latent, width, steps, decoding, ..sizes };

@@ -126,10 +126,10 @@ const TRAINING_SHARE: f64 = 0.95;
 /// Share of a time budget that training uses at least.
 const LEAST_TRAINING: f64 = 0.2;
 /// Cost of one message-passing pass with its update, and of one decoders' update, in decoded parameter sets: on the
-/// thesis' beams a step takes 69 ms with four of them and 90 ms with 25, and 13 and 35 with embeddings that keep
-/// their values.
-const PASS_COST: f64 = 56.0;
-const DECODER_COST: f64 = 10.0;
+/// thesis' beams a step takes 120 ms with eight of them, and with embeddings that are weights of their own 14.5 ms, or 23 ms
+/// with 32.
+const PASS_COST: f64 = 300.0;
+const DECODER_COST: f64 = 33.0;
 
 fn steps_of(config: &TrainingConfig) -> f64 {
     match config.budget {

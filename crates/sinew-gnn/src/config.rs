@@ -28,6 +28,8 @@ pub enum Decoding {
         /// Layers of virtual nodes with a perceptron of their own, counted from the whole body down; a graph may have
         /// fewer, or further ones that the last reads too.
         layers: usize,
+        /// Width of the hidden layers of these perceptrons, which have one motion of a whole cluster to tell.
+        width: usize,
     },
 }
 
@@ -100,8 +102,10 @@ impl EmulatorConfig {
             ("parameters", self.parameters),
         ];
         let layers = match self.decoding {
-            Decoding::Components => None,
-            Decoding::Motions { layers } => Some(("layers of virtual nodes", layers)),
+            Decoding::Components => vec![],
+            Decoding::Motions { layers, width } => {
+                vec![("layers of virtual nodes", layers), ("width of their decoders", width)]
+            }
         };
         match positive.into_iter().chain(layers).find(|(_, value)| *value == 0) {
             None => Ok(()),
@@ -109,10 +113,10 @@ impl EmulatorConfig {
         }
     }
 
-    /// Layer widths of a perceptron from `inputs` to `outputs`.
-    pub(crate) fn layer_sizes(&self, inputs: usize, outputs: usize) -> Vec<usize> {
+    /// Layer widths of a perceptron from `inputs` to `outputs`, with hidden layers of `width`.
+    pub(crate) fn layer_sizes(&self, [inputs, width, outputs]: [usize; 3]) -> Vec<usize> {
         let mut sizes = vec![inputs];
-        sizes.extend(std::iter::repeat_n(self.width, self.hidden_layers));
+        sizes.extend(std::iter::repeat_n(width, self.hidden_layers));
         sizes.push(outputs);
         sizes
     }

@@ -1,6 +1,6 @@
 //! The network of thesis Algorithm 2.
 
-use burn::module::Module;
+use burn::module::{Module, Param, ParamId};
 use burn::tensor::{Device, Tensor};
 use sinew_burn::Input;
 
@@ -20,6 +20,9 @@ pub struct Output {
     pub clusters: Option<Tensor<3>>,
 }
 
+/// Embeddings of the nodes of a geometry that are decoded, `[nodes, 2 M]`, layer by layer.
+pub type Embedding = Vec<Tensor<2>>;
+
 /// DeepGraphEmulator, thesis Algorithm 2: encode nodes and edges, pass messages, decode each
 /// displacement component from the embeddings of parameters, global shape and node.
 ///
@@ -35,6 +38,8 @@ pub struct Emulator {
     local_normalisation: Normalisation,
     parameter_encoder: Perceptron,
     decoders: Vec<Perceptron>,
+    /// Embeddings of the geometries trained on, layer by layer, where they are weights of their own.
+    embeddings: Vec<Vec<Param<Tensor<2>>>>,
     #[module(skip)]
     config: EmulatorConfig,
     #[module(skip)]
@@ -62,13 +67,17 @@ impl Emulator {
         let parameter_encoder = normalised(config.parameters);
         let local_normalisation = Normalisation::new(source, 2 * latent);
         let inputs = 3 * latent + config.global_features;
-        let mut decoder = |outputs| Perceptron::decoder(source, config, inputs, outputs);
+        let mut decoder =
+            |width, outputs| Perceptron::decoder(source, config, [inputs, width, outputs]);
         let decoders = match config.decoding {
-            Decoding::Components => (0..config.dimensions).map(|_| decoder(1)).collect(),
-            Decoding::Motions { layers } => std::iter::once(config.dimensions)
-                .chain(std::iter::repeat_n(MOTION, layers))
-                .map(decoder)
-                .collect(),
+            Decoding::Components => {
+                (0..config.dimensions).map(|_| decoder(config.width, 1)).collect()
+            }
+            Decoding::Motions { layers, width } => {
+                let of_nodes = decoder(config.width, config.dimensions);
+                let of_clusters = (0..layers).map(|_| decoder(width, MOTION));
+                std::iter::once(of_nodes).chain(of_clusters).collect()
+            }
         };
         let kernels = Kernels { choice: KernelChoice::default(), activation: config.activation };
         Ok(Self {
@@ -79,6 +88,7 @@ impl Emulator {
             local_normalisation,
             parameter_encoder,
             decoders,
+            embeddings: Vec::new(),
             config: config.clone(),
             kernels,
         })
@@ -95,8 +105,39 @@ impl Emulator {
         self
     }
 
-    /// Steps 1 to 3 of the algorithm: embeddings `z_local` of the nodes that are decoded, `[nodes, 2 M]`: the real
-    /// ones, or all.
+    /// The same network with embeddings of each geometry that no longer come from message passing, but are weights to
+    /// be trained themselves.
+    pub(crate) fn with_embeddings(mut self, embeddings: Vec<Embedding>) -> Self {
+        /// Beyond the identities of all other parameters.
+        const FIRST_ID: u64 = 1 << 32;
+        let mut ids = FIRST_ID..;
+        let mut weight = |layer: Tensor<2>| {
+            let id = ids.next().expect("more identities than memory");
+            Param::initialized(ParamId::from(id), layer).set_require_grad(true)
+        };
+        let weights = |layers: Embedding| layers.into_iter().map(&mut weight).collect();
+        self.embeddings = embeddings.into_iter().map(weights).collect();
+        self
+    }
+
+    /// The embeddings of a geometry that are weights; `None` where they come from message passing.
+    pub(crate) fn embedding(&self, geometry: usize) -> Option<Embedding> {
+        Some(self.embeddings.get(geometry)?.iter().map(Param::val).collect())
+    }
+
+    /// Where the weights are.
+    pub(crate) fn device(&self) -> Device {
+        self.decoders[0].layers[0].bias.device()
+    }
+
+    /// Rows of the embeddings that are weights, layer by layer of every geometry.
+    pub(crate) fn embedded_nodes(&self) -> Vec<Vec<usize>> {
+        let geometries = self.embeddings.iter();
+        geometries.map(|layers| layers.iter().map(|layer| layer.dims()[0]).collect()).collect()
+    }
+
+    /// Steps 1 to 3 of the algorithm: embeddings `z_local` of the nodes that are decoded, `[nodes, 2 M]`, layer by
+    /// layer: the real nodes, and where virtual ones are decoded these.
     ///
     /// `nodes` and `edges` hold standardised features, one row per node (virtual ones included)
     /// and per stored edge.
@@ -105,7 +146,7 @@ impl Emulator {
         graph: &GraphTensors,
         nodes: Tensor<2>,
         edges: Tensor<2>,
-    ) -> Tensor<2> {
+    ) -> Embedding {
         let mut nodes = self.node_encoder.forward(nodes, &self.kernels);
         let mut edges = self.edge_encoder.forward(edges, &self.kernels);
         let latent = self.config.latent;
@@ -117,11 +158,13 @@ impl Emulator {
             edges = edges + messages;
         }
         let local = Tensor::cat(vec![nodes, self.kernels.received_sum(graph, edges)], 1);
-        let rows = match self.config.decoding {
-            Decoding::Components => graph.layers[0].clone(),
-            Decoding::Motions { .. } => 0..graph.edges.nodes(),
+        let layers = match self.config.decoding {
+            Decoding::Components => &graph.layers[..1],
+            Decoding::Motions { .. } => &graph.layers[..],
         };
-        self.local_normalisation.forward(local.slice_dim(0, rows))
+        let decoded = local.slice_dim(0, 0..layers[layers.len() - 1].end);
+        let decoded = self.local_normalisation.forward(decoded);
+        layers.iter().map(|rows| decoded.clone().slice_dim(0, rows.clone())).collect()
     }
 
     /// Messages of the stored edges (2.28), functions of `[e, v_receiver, v_sender]`.
@@ -142,49 +185,41 @@ impl Emulator {
     ///
     /// Layers of virtual nodes are counted from the whole body down, so that the decoder of the largest clusters reads
     /// the largest clusters of every graph; layers that are finer than any the network has are read by its finest.
-    fn decoded(&self, graph: &GraphTensors, local: Tensor<2>) -> Vec<(usize, Tensor<2>)> {
+    fn decoded(&self, local: Embedding) -> Vec<(usize, Tensor<2>)> {
         match self.config.decoding {
-            Decoding::Components => (0..self.decoders.len()).map(|d| (d, local.clone())).collect(),
-            Decoding::Motions { layers } => {
-                let finest = graph.layers.len() - 1;
+            Decoding::Components => (0..self.decoders.len()).map(|d| (d, local[0].clone())).collect(),
+            Decoding::Motions { layers, .. } => {
+                let finest = local.len() - 1;
                 let decoder = |layer: usize| match layer {
                     0 => 0,
                     layer => (layer + layers).saturating_sub(finest).max(1),
                 };
-                let parts = graph.layers.iter().enumerate();
-                parts
-                    .map(|(layer, rows)| (decoder(layer), local.clone().slice_dim(0, rows.clone())))
-                    .collect()
+                (0..local.len()).map(decoder).zip(local).collect()
             }
         }
     }
 
     /// Part of the decoders' first layers that depends on the nodes only: the index of a decoder and `[nodes it reads,
     /// width]` each.
-    pub(crate) fn decoder_node_part(
-        &self,
-        graph: &GraphTensors,
-        local: Tensor<2>,
-    ) -> Vec<(usize, Tensor<2>)> {
+    pub(crate) fn decoder_node_part(&self, local: Embedding) -> Vec<(usize, Tensor<2>)> {
         let start = self.config.latent + self.config.global_features;
-        let parts = self.decoded(graph, local).into_iter();
+        let parts = self.decoded(local).into_iter();
         parts.map(|(d, local)| (d, self.decoders[d].layers[0].partial(local, start))).collect()
     }
 
     /// Step 4 for a batch of parameter sets on one geometry.
     ///
-    /// * `local`: `[nodes, 2 M]` from [`Emulator::local_embedding`] on the same graph.
+    /// * `local`: from [`Emulator::local_embedding`].
     /// * `global`: `[1, global features]`, standardised; `None` exactly where there are none.
     /// * `parameters`: `[batch, parameters]`, standardised.
     pub fn decode(
         &self,
-        graph: &GraphTensors,
-        local: Tensor<2>,
+        local: Embedding,
         global: Option<Tensor<2>>,
         parameters: Tensor<2>,
     ) -> Output {
         let start = self.config.latent + self.config.global_features;
-        let decoded = self.decoded(graph, local).into_iter();
+        let decoded = self.decoded(local).into_iter();
         self.decode_nodes(decoded.map(|(d, local)| (d, features(local, start))), global, parameters)
     }
 
@@ -249,7 +284,7 @@ impl Emulator {
         let mut values = Vec::with_capacity(node_parts.len());
         let mut tangents = Vec::with_capacity(node_parts.len());
         for (decoder, node_part) in node_parts {
-            let (decoder, nodes) = (&self.decoders[*decoder], node_part.dims()[0]);
+            let (decoder, [nodes, width]) = (&self.decoders[*decoder], node_part.dims());
             let shared = decoder_shared_part(decoder, embedding.clone(), global.clone());
             let pairs = node_part.clone().unsqueeze_dim::<3>(0) + shared.unsqueeze_dim::<3>(1);
             let first =

@@ -54,11 +54,17 @@ pub struct Sensitivity {
 }
 
 impl FixedGeometry {
-    pub(crate) fn new(surrogate: &Surrogate, geometry: &GeometryTensors) -> Self {
+    /// Of a geometry that was trained on, at index `known`, or of another one.
+    pub(crate) fn new(
+        surrogate: &Surrogate,
+        known: Option<usize>,
+        geometry: &GeometryTensors,
+    ) -> Self {
         let emulator = surrogate.inference_emulator();
-        let local = surrogate.local_embedding(&emulator, geometry);
+        let local = known.and_then(|index| emulator.embedding(index));
+        let local = local.unwrap_or_else(|| geometry.embedding(&emulator));
         Self {
-            node_parts: emulator.decoder_node_part(&geometry.graph, local),
+            node_parts: emulator.decoder_node_part(local),
             emulator,
             parameters: surrogate.scales.parameters.clone(),
             global: geometry.global.clone(),

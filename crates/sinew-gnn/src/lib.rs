@@ -89,7 +89,7 @@ pub use config::{Activation, Decoding, EmulatorConfig};
 pub use coordinates::{Coordinates, Motions, PrincipalDirections};
 pub use data::{DataSet, Dirichlet, Geometry, Sample};
 pub use device::Backend;
-pub use emulator::{Emulator, Output};
+pub use emulator::{Embedding, Emulator, Output};
 pub use error::{Error, Result};
 pub use fixed::{FixedGeometry, Prediction, Sensitivity};
 pub use graph::GraphTensors;

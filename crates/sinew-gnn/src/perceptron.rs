@@ -87,20 +87,19 @@ impl Perceptron {
         config: &EmulatorConfig,
         inputs: usize,
     ) -> Self {
-        let layers = layers(source, &config.layer_sizes(inputs, config.latent));
+        let layers = layers(source, &config.layer_sizes([inputs, config.width, config.latent]));
         Self { layers, normalisation: Some(Normalisation::new(source, config.latent)) }
     }
 
-    /// Outputs not normalised, initially zero everywhere.
+    /// From inputs over hidden layers of a width to outputs, which are not normalised, and initially zero everywhere.
     pub fn decoder(
         source: &mut Initialiser<'_>,
         config: &EmulatorConfig,
-        inputs: usize,
-        outputs: usize,
+        [inputs, width, outputs]: [usize; 3],
     ) -> Self {
-        let sizes = config.layer_sizes(inputs, outputs);
+        let sizes = config.layer_sizes([inputs, width, outputs]);
         let mut layers = layers(source, &sizes[..sizes.len() - 1]);
-        let weight = source.constant(0.0, [config.width, outputs]);
+        let weight = source.constant(0.0, [sizes[sizes.len() - 2], outputs]);
         layers.push(Affine { weight, bias: source.constant(0.0, [outputs]) });
         Self { layers, normalisation: None }
     }

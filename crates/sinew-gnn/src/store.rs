@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use burn::module::Module;
-use burn::tensor::Device;
+use burn::tensor::{Device, Tensor};
 use serde::{Deserialize, Serialize};
 
 use crate::config::EmulatorConfig;
@@ -14,7 +14,7 @@ use crate::files::{open_directory, read_json, replace_directory, write_json};
 use crate::surrogate::{Scales, Surrogate};
 
 /// Version of the surrogate format.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 const DESCRIPTION: &str = "surrogate.json";
 const WEIGHTS: &str = "weights.bpk";
 
@@ -24,6 +24,8 @@ struct Description {
     config: EmulatorConfig,
     scales: Scales,
     geometries: Vec<Geometry>,
+    /// Rows of the embeddings that are weights, layer by layer of every geometry.
+    embedded_nodes: Vec<Vec<usize>>,
 }
 
 impl Surrogate {
@@ -50,6 +52,7 @@ pub(crate) fn write_surrogate(surrogate: &Surrogate, folder: &Path) -> Result<()
         config: surrogate.emulator.config().clone(),
         scales: surrogate.scales.clone(),
         geometries: surrogate.geometries.clone(),
+        embedded_nodes: surrogate.emulator.embedded_nodes(),
     };
     write_json(&folder.join(DESCRIPTION), &description)?;
     save_weights(&surrogate.emulator, &folder.join(WEIGHTS))
@@ -58,9 +61,9 @@ pub(crate) fn write_surrogate(surrogate: &Surrogate, folder: &Path) -> Result<()
 pub(crate) fn read_surrogate(folder: &Path, device: &Device) -> Result<Surrogate> {
     let path = folder.join(DESCRIPTION);
     check_version(&path, VERSION)?;
-    let Description { config, scales, geometries, .. } = read_json(&path)?;
+    let Description { config, scales, geometries, embedded_nodes, .. } = read_json(&path)?;
     let emulator = Emulator::new(&config, 0, device)?;
-    let emulator = load_weights(emulator, &folder.join(WEIGHTS))?;
+    let emulator = load_weights(emulator, &embedded_nodes, &folder.join(WEIGHTS))?;
     Surrogate::assemble(emulator, scales, geometries, device)
 }
 
@@ -69,9 +72,16 @@ pub(crate) fn save_weights(emulator: &Emulator, path: &Path) -> Result<()> {
     saved.map_err(|error| Error::Format { path: path.into(), reason: error.to_string() })
 }
 
-/// The weights in a file, on the device of `emulator`.
-pub(crate) fn load_weights(emulator: Emulator, path: &Path) -> Result<Emulator> {
-    let loaded = emulator.try_load_file(path);
+/// The weights in a file, on the device of `emulator`, with embeddings of so many nodes in the layers of every geometry.
+pub(crate) fn load_weights(
+    emulator: Emulator,
+    embedded_nodes: &[Vec<usize>],
+    path: &Path,
+) -> Result<Emulator> {
+    let (width, device) = (2 * emulator.config().latent, emulator.device());
+    let blank = |rows: &usize| Tensor::zeros([*rows, width], &device);
+    let blank = embedded_nodes.iter().map(|layers| layers.iter().map(blank).collect());
+    let loaded = emulator.with_embeddings(blank.collect()).try_load_file(path);
     loaded.map_err(|error| Error::Format { path: path.into(), reason: error.to_string() })
 }
 

@@ -8,7 +8,7 @@ use sinew_graph::FeatureStatistics;
 use crate::config::{Decoding, EmulatorConfig};
 use crate::coordinates::{Coordinates, OutputMap};
 use crate::data::{DataSet, Geometry};
-use crate::emulator::Emulator;
+use crate::emulator::{Embedding, Emulator};
 use crate::error::{Error, Result, require_count};
 use crate::fixed::{FixedGeometry, Prediction};
 use crate::graph::GraphTensors;
@@ -99,7 +99,8 @@ impl Surrogate {
     /// # Errors
     /// As [`Surrogate::new`].
     pub fn carried_to(&self, data: &DataSet) -> Result<Self> {
-        let (emulator, scales) = (self.emulator.clone(), self.scales.clone());
+        let emulator = self.emulator.clone().with_embeddings(Vec::new());
+        let scales = self.scales.clone();
         Self::assemble(emulator, scales, data.geometries.clone(), &self.device)
     }
 
@@ -162,7 +163,8 @@ impl Surrogate {
     /// # Errors
     /// A geometry that does not fit the configuration.
     pub fn fixed_geometry(&self, geometry: &Geometry) -> Result<FixedGeometry> {
-        Ok(FixedGeometry::new(self, &self.prepare(geometry)?))
+        let known = self.geometries.iter().position(|known| known == geometry);
+        Ok(FixedGeometry::new(self, known, &self.prepare(geometry)?))
     }
 
     /// Full prediction (all steps of Algorithm 2) of a batch of parameter sets on one geometry.
@@ -178,13 +180,10 @@ impl Surrogate {
         parameter_tensor(&self.scales.parameters, thetas, &self.device)
     }
 
-    /// Embeddings of a geometry's nodes, through `emulator` (this surrogate's, or a copy of it that records gradients).
-    pub(crate) fn local_embedding(
-        &self,
-        emulator: &Emulator,
-        geometry: &GeometryTensors,
-    ) -> Tensor<2> {
-        emulator.local_embedding(&geometry.graph, geometry.nodes.clone(), geometry.edges.clone())
+    /// Embeddings of the nodes of geometry `index`, through `emulator` (this surrogate's, or a copy of it).
+    pub(crate) fn embedding(&self, emulator: &Emulator, index: usize) -> Embedding {
+        let passed = || self.prepared[index].embedding(emulator);
+        emulator.embedding(index).unwrap_or_else(passed)
     }
 
     /// A geometry's tensors.
@@ -217,6 +216,11 @@ impl Surrogate {
 }
 
 impl GeometryTensors {
+    /// Embeddings of its nodes by message passing.
+    pub fn embedding(&self, emulator: &Emulator) -> Embedding {
+        emulator.local_embedding(&self.graph, self.nodes.clone(), self.edges.clone())
+    }
+
     /// The same tensors ready to meet those of an automatically differentiated network.
     pub fn lifted(&self) -> Self {
         Self {

@@ -90,7 +90,7 @@ fn the_order_of_the_stored_edges_does_not_matter() {
         let graph = GraphTensors::new(&topology, device).unwrap();
         let local =
             surrogate.emulator().local_embedding(&graph, nodes.clone(), table(&rows, order.len()));
-        local.into_data().iter::<f64>().collect::<Vec<f64>>()
+        local[0].to_data().iter::<f64>().collect::<Vec<f64>>()
     };
     let order: Vec<usize> = (0..data.geometries[0].topology.senders.len()).collect();
     let reversed: Vec<usize> = order.iter().rev().copied().collect();

@@ -97,7 +97,7 @@ impl Beam {
         let output = OutputScale::root_mean_square(3, [&self.response()[..]]).unwrap();
         let scales = Scales::over(&data.geometries, parameters, output).unwrap();
         let layers = self.topology.roots_per_layer.len();
-        let decoding = Decoding::Motions { layers };
+        let decoding = Decoding::Motions { layers, width: 8 };
         let config = EmulatorConfig { decoding, ..small_config(data, 3) };
         Surrogate::new(&config, data, scales, 1, device).unwrap()
     }

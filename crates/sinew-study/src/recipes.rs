@@ -4,7 +4,7 @@ use crate::options::BeamOptions;
 use crate::report::Method;
 use serde::{Deserialize, Serialize};
 use sinew_emulate::recipe::{DataDriven, Hybrid, PhysicsInformed, Regression};
-use sinew_emulate::{Budget, Coordinates, Recipe, TrainingOptions};
+use sinew_emulate::{Budget, Coordinates, Network, Recipe, TrainingOptions};
 use sinew_gnn::{OptimiserConfig, Schedule, TrainingConfig};
 use std::path::Path;
 
@@ -36,24 +36,25 @@ impl Samples {
 pub fn recipe(options: &BeamOptions, method: Method) -> Recipe {
     let simulations = Samples::of(options).training;
     let thesis = options.full.then(|| (Coordinates::Components, thesis()));
+    let network = if options.full { Network::thesis() } else { Network::default() };
     match method {
         Method::Dd | Method::Fdd => {
             let base = DataDriven::default();
             let (coordinates, training) = thesis.unwrap_or((base.coordinates, base.training));
             // Both terms of (B.1) are then of one size at the start.
             let gradient_weight = if method == Method::Fdd { 1.0 } else { 0.0 };
-            DataDriven { simulations, gradient_weight, coordinates, training, ..base }.into()
+            DataDriven { simulations, gradient_weight, coordinates, network, training, ..base }.into()
         }
         Method::Pi => {
             let base = PhysicsInformed::default();
             let (coordinates, training) = thesis.unwrap_or((base.coordinates, base.training));
             let parameter_sets = if options.full { simulations } else { base.parameter_sets };
-            PhysicsInformed { parameter_sets, coordinates, training, ..base }.into()
+            PhysicsInformed { parameter_sets, coordinates, network, training, ..base }.into()
         }
         Method::Hybrid => {
             let base = Hybrid::default();
             let (coordinates, training) = thesis.unwrap_or((base.coordinates, base.training));
-            Hybrid { simulations, coordinates, training, ..base }.into()
+            Hybrid { simulations, coordinates, network, training, ..base }.into()
         }
         Method::Pod | Method::FemCold | Method::FemWarm => {
             let simulations = Samples::of(options).regression;
@@ -147,7 +148,7 @@ mod tests {
     fn the_full_schedule_is_the_thesis() {
         let options = options(&["--full"]);
         let Recipe::PhysicsInformed(pi) = recipe(&options, Method::Pi) else { panic!("pi") };
-        assert_eq!(pi.coordinates, Coordinates::Components);
+        assert_eq!((&pi.coordinates, pi.network), (&Coordinates::Components, Network::thesis()));
         assert_eq!(pi.training.budget, sinew_gnn::Budget::Steps(1_000_000));
         assert_eq!((pi.training.learning_rate, pi.training.embedding_share), (1e-4, 1.0));
         assert_eq!(budget(&options, &pi.into()), Budget::Effort(1.0));

@@ -22,7 +22,7 @@ pub fn beam(weight: f64) -> Body {
 
 /// A network that trains in seconds.
 pub fn small_network() -> Network {
-    Network { latent: 16, width: 32, message_passing_steps: 3 }
+    Network { latent: 16, width: 32, cluster_width: 16, message_passing_steps: 3 }
 }
 
 pub fn steps(config: &TrainingConfig, steps: usize) -> TrainingConfig {

@@ -78,22 +78,14 @@ mod tests {
     use burn::tensor::{Device, Tensor};
 
     use super::*;
-    use crate::{EmulatorConfig, GraphTensors};
-
-    /// Three nodes in a row.
-    fn graph() -> GraphTensors {
-        let positions = [[0.0; 3], [1.0; 3], [2.0; 3]];
-        let plain = sinew_graph::AugmentationConfig::for_nodes(3);
-        let topology = sinew_graph::augment(&positions, &[[0, 1], [1, 2]], &plain).unwrap();
-        GraphTensors::new(&topology, &Device::flex()).unwrap()
-    }
+    use crate::EmulatorConfig;
 
     /// Sum of squares of one prediction, far from a minimum.
     fn gradients(emulator: &Emulator) -> GradientsParams {
         let device = Device::flex().autodiff();
         let local = Tensor::ones([3, 2 * emulator.config().latent], &device);
         let parameters = Tensor::from_floats([[0.3, -0.8], [1.1, 0.2]], &device);
-        let output = emulator.decode(&graph(), local, None, parameters).nodes;
+        let output = emulator.decode(vec![local], None, parameters).nodes;
         let loss = (output - 1.0).powi_scalar(2).sum();
         GradientsParams::from_grads(loss.backward(), emulator)
     }
@@ -117,7 +109,7 @@ mod tests {
             let device = Device::flex();
             let local = Tensor::ones([3, 2 * config.latent], &device);
             let parameters = Tensor::from_floats([[0.3, -0.8]], &device);
-            let output = emulator.valid().decode(&graph(), local, None, parameters).nodes;
+            let output = emulator.valid().decode(vec![local], None, parameters).nodes;
             output.into_data().try_to_vec().unwrap()
         };
         for (a, b) in outputs(&a).iter().zip(outputs(&b)) {

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use sinew_burn::{AdamRule, adam_direction, momentum_direction};
 
 use super::update::{
-    Descent, Moments, Update, apply, collect, numbers, read_moments, write_moments,
+    Descent, Moments, Place, Update, apply, collect, numbers, read_moments, write_moments,
 };
 use super::{ADAM_EPSILON, Optimiser};
 use crate::emulator::Emulator;
@@ -76,7 +76,12 @@ impl Muon {
 
     /// Whether a parameter's direction of change is orthogonalised, as those of matrices are.
     fn is_orthogonal(&self, update: &Update) -> bool {
-        update.shape.len() == 2 && !(update.decoder && self.config.adam_on_decoders)
+        let by_adam = match update.place {
+            Place::Network => false,
+            Place::Decoder => self.config.adam_on_decoders,
+            Place::Embeddings => true,
+        };
+        update.shape.len() == 2 && !by_adam
     }
 
     fn adam(&self, first: &mut [f32], second: &mut [f32], gradient: &mut [f32]) {
@@ -168,7 +173,7 @@ mod tests {
         let mut muon = Muon::new(MuonConfig::default());
         let update = |id: u64, shape: Vec<usize>| Update {
             id: ParamId::from(id),
-            decoder: false,
+            place: Place::Network,
             shape,
             gradient: vec![],
             moments: Moments::default(),

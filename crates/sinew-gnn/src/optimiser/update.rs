@@ -22,12 +22,22 @@ pub(super) struct Moments {
 /// Moments by parameter.
 pub(super) type AllMoments = BTreeMap<u64, Moments>;
 
+/// What a parameter belongs to.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Place {
+    /// A perceptron that is no decoder, or a normalisation.
+    Network,
+    /// A decoder.
+    Decoder,
+    /// The embeddings of a geometry, whose rows are no layer of a network.
+    Embeddings,
+}
+
 /// One parameter on its way through a step.
 pub(super) struct Update {
     pub id: ParamId,
     pub shape: Vec<usize>,
-    /// Whether it belongs to a decoder.
-    pub decoder: bool,
+    pub place: Place,
     /// The gradient, then the direction of change.
     pub gradient: Vec<f32>,
     pub moments: Moments,
@@ -106,6 +116,17 @@ struct Collector<'a> {
     path: Vec<String>,
 }
 
+impl Collector<'_> {
+    fn place(&self) -> Place {
+        let place = |name: &String| match name.as_str() {
+            "decoders" => Some(Place::Decoder),
+            "embeddings" => Some(Place::Embeddings),
+            _ => None,
+        };
+        self.path.iter().find_map(place).unwrap_or(Place::Network)
+    }
+}
+
 impl ModuleVisitor for Collector<'_> {
     fn enter_module(&mut self, name: &str, _container_type: &str) {
         self.path.push(name.to_string());
@@ -120,7 +141,7 @@ impl ModuleVisitor for Collector<'_> {
             self.updates.push(Update {
                 id: param.id,
                 shape: gradient.dims().to_vec(),
-                decoder: self.path.iter().any(|name| name == "decoders"),
+                place: self.place(),
                 gradient: numbers(gradient),
                 moments: self.moments.remove(&param.id.val()).unwrap_or_default(),
             });

@@ -14,7 +14,7 @@ use crate::store::{check_version, load_weights, read_surrogate, save_weights, wr
 use crate::surrogate::Surrogate;
 
 /// Version of the checkpoint format.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 const RUN: &str = "run.json";
 const OPTIMISER: &str = "optimiser.bin";
 const BEST: &str = "best.bpk";
@@ -26,7 +26,8 @@ struct Run {
     progress: RunState,
     sampler: SamplerState,
     samples: usize,
-    best: Option<(f64, usize)>,
+    /// Validation loss and step of the best weights, and the rows of their embeddings.
+    best: Option<(f64, usize, Vec<Vec<usize>>)>,
 }
 
 /// A checkpoint in memory.
@@ -48,7 +49,7 @@ pub(super) fn write(trainer: &Trainer, samples: usize, directory: &Path) -> Resu
         progress: trainer.progress.clone(),
         sampler: trainer.sampler.state().clone(),
         samples,
-        best: trainer.best.as_ref().map(|best| (best.validation, best.step)),
+        best: trainer.best.as_ref().map(Best::description),
     };
     replace_directory(directory, |folder| {
         write_surrogate(&trainer.current_surrogate(), folder)?;
@@ -67,8 +68,9 @@ pub(super) fn read(directory: &Path, device: &Device) -> Result<Saved> {
     let surrogate = read_surrogate(&folder, device)?;
     let best = match run.best {
         None => None,
-        Some((validation, step)) => {
-            let emulator = load_weights(surrogate.emulator.clone(), &folder.join(BEST))?;
+        Some((validation, step, rows)) => {
+            let emulator = surrogate.emulator.clone();
+            let emulator = load_weights(emulator, &rows, &folder.join(BEST))?;
             Some(Best { validation, step, emulator })
         }
     };

@@ -34,7 +34,8 @@ impl Clock {
     /// Whether the next step is there to learn what a step with resting embeddings costs.
     pub fn is_probing(&self, budget: Budget, embedding_share: f64) -> bool {
         let mixed = embedding_share > 0.0 && embedding_share < 1.0;
-        mixed && matches!(budget, Budget::Seconds(_)) && self.step == PROBE_STEP
+        let due = self.rest.is_none() && self.step == PROBE_STEP;
+        mixed && matches!(budget, Budget::Seconds(_)) && due
     }
 
     /// Whether `embedding_share` of the steps are made.

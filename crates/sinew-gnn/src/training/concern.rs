@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::progress::HistoryPoint;
 use super::trainer::Trainer;
 use crate::data::Sample;
-use crate::emulator::{Emulator, Output};
+use crate::emulator::{Embedding, Emulator, Output};
 use crate::error::Result;
 use crate::objective::Batch;
 
@@ -89,11 +89,11 @@ impl Trainer {
     pub(super) fn inadmissible(
         &self,
         emulator: &Emulator,
-        local: Tensor<2>,
+        local: Embedding,
         batch: &Batch<'_>,
     ) -> Result<usize> {
         let geometry = &self.surrogate.prepared[batch.geometry];
-        let displacement = self.displacement(emulator, geometry, Some(local), batch)?;
+        let displacement = self.displacement(emulator, geometry, local, batch)?;
         Ok(self.objective.inadmissible(batch, displacement))
     }
 
@@ -118,8 +118,9 @@ impl Trainer {
             batches.dedup_by_key(|batch| batch.geometry);
         }
         let emulator = &self.surrogate.emulator;
-        let embed = |geometry| self.surrogate.local_embedding(emulator, geometry);
-        let embeddings: Vec<Tensor<2>> = self.surrogate.prepared.iter().map(embed).collect();
+        let indices = 0..self.surrogate.prepared.len();
+        let embeddings: Vec<Embedding> =
+            indices.map(|index| self.surrogate.embedding(emulator, index)).collect();
         let (mut inadmissible, mut samples) = (0, 0);
         for batch in &batches {
             let local = embeddings[batch.geometry].clone();

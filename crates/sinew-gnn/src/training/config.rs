@@ -32,8 +32,9 @@ pub struct TrainingConfig {
     pub batch: usize,
     /// Largest Euclidean norm of all gradients together; larger ones are scaled down to it.
     pub gradient_norm_limit: Option<f64>,
-    /// Share of the steps after which the node embeddings keep their values, and only the decoders and the parameter
-    /// encoder are trained, at a fraction of the cost. 1 trains all to the end.
+    /// Share of the steps in which message passing is trained. From then on the embeddings of every geometry's nodes are
+    /// weights of their own, trained with decoders and parameter encoder at a fraction of the cost; 1 trains message
+    /// passing to the end, as a network for shapes never seen needs it.
     pub embedding_share: f64,
     /// Seed of the order of the samples.
     pub seed: u64,

@@ -13,15 +13,16 @@ use super::config::TrainingConfig;
 use super::progress::{HistoryPoint, Observer, Progress, StopReason, TrainingReport};
 use super::sampler::Sampler;
 use crate::data::{DataSet, Sample};
-use crate::emulator::Emulator;
+use crate::emulator::{Embedding, Emulator};
 use crate::error::{Error, Result};
 use crate::kernels::KernelChoice;
 use crate::objective::{Batch, Objective};
 use crate::optimiser::{Optimiser, clip_global_norm};
 use crate::surrogate::{GeometryTensors, Surrogate};
 
-/// Share of the budget from which losses tell whether a training goes wrong.
-const JUDGED_FROM: f64 = 0.25;
+/// Share of the budget from which losses tell whether a training goes wrong: about a solution, zero outputs are good ones,
+/// and good trainings need a third of their steps to beat them.
+const JUDGED_FROM: f64 = 0.5;
 
 /// Trains a [`Surrogate`] on a [`DataSet`] by an [`Objective`].
 ///
@@ -41,8 +42,6 @@ pub struct Trainer {
     /// Mean training loss of a network without outputs, once it was needed.
     pub(super) loss_of_zero_output: Option<f64>,
     lifted: Vec<GeometryTensors>,
-    /// Embeddings of the geometries' nodes that are no longer trained, on the device that records gradients.
-    frozen: Vec<Tensor<2>>,
     checkpoints: Option<PathBuf>,
 }
 
@@ -62,6 +61,13 @@ pub(super) struct Best {
     pub validation: f64,
     pub step: usize,
     pub emulator: Emulator,
+}
+
+impl Best {
+    /// Validation loss, step, and the rows of embeddings that are weights.
+    pub fn description(&self) -> (f64, usize, Vec<Vec<usize>>) {
+        (self.validation, self.step, self.emulator.embedded_nodes())
+    }
 }
 
 impl Trainer {
@@ -93,7 +99,6 @@ impl Trainer {
             lifted: surrogate.prepared.iter().map(GeometryTensors::lifted).collect(),
             progress: RunState::default(),
             best: None,
-            frozen: Vec::new(),
             loss_of_zero_output: None,
             checkpoints: None,
             surrogate,
@@ -217,13 +222,12 @@ impl Trainer {
         let start = Instant::now();
         let clock = self.progress.clock;
         let (budget, share) = (self.config.budget, self.config.embedding_share);
-        if self.frozen.is_empty() && (clock.rest.is_some() || clock.is_time_to_rest(budget, share))
-        {
-            self.frozen = self.embeddings();
-            self.progress.clock.rest.get_or_insert((clock.step, clock.seconds));
+        if clock.rest.is_none() && clock.is_time_to_rest(budget, share) {
+            self.emulator = self.emulator.clone().with_embeddings(self.embeddings());
+            self.progress.clock.rest = Some((clock.step, clock.seconds));
         }
-        let probing = self.frozen.is_empty() && clock.is_probing(budget, share);
-        let resting = if probing { self.embeddings() } else { self.frozen.clone() };
+        let probing = self.progress.clock.is_probing(budget, share);
+        let constant = if probing { self.embeddings() } else { Vec::new() };
         let prepared = start.elapsed().as_secs_f64();
         let factor = self.config.schedule.factor(clock.step, clock.total_steps(budget, share));
         let learning_rate = self.config.learning_rate * factor;
@@ -231,7 +235,9 @@ impl Trainer {
             self.sampler.draw().iter().map(|&index| &self.data.training[index]).collect();
         let batch = Batch { geometry: samples[0].geometry, samples: &samples };
         let geometry = &self.lifted[batch.geometry];
-        let local = resting.get(batch.geometry).cloned();
+        let local = constant.get(batch.geometry).cloned();
+        let local = local.or_else(|| self.emulator.embedding(batch.geometry));
+        let local = local.unwrap_or_else(|| geometry.embedding(&self.emulator));
         let loss = self.batch_loss(&self.emulator, geometry, local, &batch)?;
         let value: f64 = loss.clone().into_scalar::<f32>().into();
         let gradients = GradientsParams::from_grads(loss.backward(), &self.emulator);
@@ -240,8 +246,7 @@ impl Trainer {
         if !value.is_finite() || !gradient_norm.is_finite() {
             let (step, samples) = (clock.step + 1, batch.samples.len());
             let emulator = self.emulator.valid();
-            let geometry = &self.surrogate.prepared[batch.geometry];
-            let local = self.surrogate.local_embedding(&emulator, geometry);
+            let local = self.surrogate.embedding(&emulator, batch.geometry);
             return Err(match self.inadmissible(&emulator, local, &batch)? {
                 0 => Error::Diverged { step, loss: value, gradient_norm, learning_rate },
                 inadmissible => Error::InvertedCells { step, inadmissible, samples },
@@ -257,11 +262,11 @@ impl Trainer {
     }
 
     /// Embeddings of the geometries' nodes as they are now, as data.
-    fn embeddings(&self) -> Vec<Tensor<2>> {
+    fn embeddings(&self) -> Vec<Embedding> {
         let emulator = self.emulator.valid();
-        let embed =
-            |geometry| Tensor::from_inner(self.surrogate.local_embedding(&emulator, geometry));
-        self.surrogate.prepared.iter().map(embed).collect()
+        let indices = 0..self.surrogate.prepared.len();
+        let lift = |layers: Embedding| layers.into_iter().map(Tensor::from_inner).collect();
+        indices.map(|index| lift(self.surrogate.embedding(&emulator, index))).collect()
     }
 
     fn count_step(&mut self, loss: f64, seconds: f64) {
@@ -289,18 +294,18 @@ impl Trainer {
         &self,
         emulator: &Emulator,
         geometry: &GeometryTensors,
-        local: Option<Tensor<2>>,
+        local: Embedding,
         batch: &Batch<'_>,
     ) -> Result<Tensor<1>> {
         self.objective.loss(batch, self.displacement(emulator, geometry, local, batch)?)
     }
 
-    /// Predictions for a batch, from given embeddings of the geometry's nodes or new ones.
+    /// Predictions for a batch, from the embeddings of the geometry's nodes.
     pub(super) fn displacement(
         &self,
         emulator: &Emulator,
         geometry: &GeometryTensors,
-        local: Option<Tensor<2>>,
+        local: Embedding,
         batch: &Batch<'_>,
     ) -> Result<Tensor<3>> {
         let thetas: Vec<&[f64]> = batch.samples.iter().map(|sample| &sample.theta[..]).collect();
@@ -308,9 +313,8 @@ impl Trainer {
         if geometry.nodes.is_autodiff() {
             parameters = Tensor::from_inner(parameters);
         }
-        let local = local.unwrap_or_else(|| self.surrogate.local_embedding(emulator, geometry));
         let global = geometry.global.clone();
-        let output = emulator.decode(&geometry.graph, local, global, parameters);
+        let output = emulator.decode(local, global, parameters);
         Ok(geometry.output.displacement(output))
     }
 
@@ -319,11 +323,12 @@ impl Trainer {
         let emulator = &self.surrogate.emulator;
         let mut sum = 0.0;
         for (geometry, tensors) in self.surrogate.prepared.iter().enumerate() {
+            let local = self.surrogate.embedding(emulator, geometry);
             let samples: Vec<&Sample> =
                 self.data.validation.iter().filter(|sample| sample.geometry == geometry).collect();
             for samples in samples.chunks(self.config.batch) {
-                let loss =
-                    self.batch_loss(emulator, tensors, None, &Batch { geometry, samples })?;
+                let batch = Batch { geometry, samples };
+                let loss = self.batch_loss(emulator, tensors, local.clone(), &batch)?;
                 sum += f64::from(loss.into_scalar::<f32>()) * samples.len() as f64;
             }
         }
