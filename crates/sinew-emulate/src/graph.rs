@@ -16,7 +16,7 @@ const SHRINKAGE: usize = 2;
 pub(crate) fn geometry(body: &Body, to_one_root: bool, seed: u64) -> Result<Geometry> {
     let nodes = body.nodes;
     let config = match to_one_root {
-        true => AugmentationConfig::to_one_root(nodes, std::env::var("SHRINK").ok().and_then(|t| t.parse().ok()).unwrap_or(SHRINKAGE)),
+        true => AugmentationConfig::to_one_root(nodes, SHRINKAGE),
         false => AugmentationConfig::for_nodes(nodes),
     };
     let config = AugmentationConfig { seed, ..config };

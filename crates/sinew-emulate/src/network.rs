@@ -131,7 +131,6 @@ pub(crate) fn train(
     let starts = session.options.start.is_some();
     if starts {
         training.learning_rate *= RATE_OF_START;
-        if std::env::var("SHARE0").is_ok() { training.embedding_share = 0.0; }
     }
     let mut stages = vec![&mut training];
     if let (Coordinates::MotionsAfter(first), false) = (&mut coordinates, starts) {
