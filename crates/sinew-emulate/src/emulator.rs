@@ -149,14 +149,14 @@ impl<'b> Emulator<'b> {
         self.predict_by(thetas, |network| Ok(network.fixed.predict(thetas)?))
     }
 
-    /// As [`Emulator::predict`], with the message passing of a network done anew: what a geometry that was never seen
-    /// would take. The same as `predict` for a regression.
+    /// As [`Emulator::predict`], but as if a network had never seen the geometry, which takes message passing, and is less
+    /// accurate than with the embeddings that training gave to its nodes. The same as `predict` for a regression.
     ///
     /// # Errors
     /// As [`Emulator::predict`].
     pub fn predict_in_full(&self, thetas: &[Vec<f64>]) -> Result<Prediction> {
         self.predict_by(thetas, |network| {
-            Ok(network.surrogate.predict(&network.geometry, thetas)?)
+            Ok(network.surrogate.predict_unseen(&network.geometry, thetas)?)
         })
     }
 

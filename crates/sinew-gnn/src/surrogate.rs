@@ -167,12 +167,21 @@ impl Surrogate {
         Ok(FixedGeometry::new(self, known, &self.prepare(geometry)?))
     }
 
-    /// Full prediction (all steps of Algorithm 2) of a batch of parameter sets on one geometry.
+    /// Prediction for a batch of parameter sets on one geometry: all steps of Algorithm 2, or the decoders alone where the
+    /// geometry was trained on and its embeddings are weights.
     ///
     /// # Errors
     /// As [`Surrogate::fixed_geometry`] and [`FixedGeometry::predict`].
     pub fn predict(&self, geometry: &Geometry, thetas: &[Vec<f64>]) -> Result<Prediction> {
         self.fixed_geometry(geometry)?.predict(thetas)
+    }
+
+    /// [`Surrogate::predict`] as if the geometry had never been seen: all steps of Algorithm 2.
+    ///
+    /// # Errors
+    /// As [`Surrogate::predict`].
+    pub fn predict_unseen(&self, geometry: &Geometry, thetas: &[Vec<f64>]) -> Result<Prediction> {
+        FixedGeometry::new(self, None, &self.prepare(geometry)?).predict(thetas)
     }
 
     /// Standardised parameters `[batch, parameters]`.

@@ -51,18 +51,23 @@ pub enum Concern {
     },
 }
 
-/// What the losses of a run tell. A loss of zero outputs that is not finite is no measure of anything.
+/// Standard deviations of a mean loss that may be due to the samples which happened to be drawn.
+const NOISE: f64 = 3.0;
+
+/// What the losses of a run tell beyond their noise. A loss of zero outputs that is not finite is no measure of anything.
 fn of_losses(history: &[HistoryPoint], of_zero_output: f64) -> Option<Concern> {
-    let loss = history.last()?.loss;
+    let &HistoryPoint { loss, deviation, .. } = history.last()?;
     if !of_zero_output.is_finite() {
         return None;
     }
-    if loss >= of_zero_output {
+    if loss - NOISE * deviation >= of_zero_output {
         return Some(Concern::NothingLearned { loss, of_zero_output });
     }
     let lowest = history.iter().min_by(|a, b| a.loss.total_cmp(&b.loss))?;
     let lost = (loss - lowest.loss) / (of_zero_output - lowest.loss);
-    (lost > 0.5).then_some(Concern::LossRose { lowest: lowest.loss, step: lowest.step, loss })
+    let certain = loss - lowest.loss > NOISE * deviation.hypot(lowest.deviation);
+    let rose = lost > 0.5 && certain;
+    rose.then_some(Concern::LossRose { lowest: lowest.loss, step: lowest.step, loss })
 }
 
 /// How many predictions are looked at.
@@ -157,11 +162,12 @@ impl OwnedBatch<'_> {
 mod tests {
     use super::*;
 
-    fn losses(values: &[f64]) -> Vec<HistoryPoint> {
+    fn losses(values: &[f64], deviation: f64) -> Vec<HistoryPoint> {
         let point = |(i, &loss): (usize, &f64)| HistoryPoint {
             step: 10 * (i + 1),
             seconds: 0.0,
             loss,
+            deviation,
             validation: None,
         };
         values.iter().enumerate().map(point).collect()
@@ -169,18 +175,21 @@ mod tests {
 
     #[test]
     fn losses_are_judged_against_those_of_a_network_without_outputs() {
-        assert_eq!(of_losses(&losses(&[0.9, 0.3, 0.1]), 1.0), None);
+        assert_eq!(of_losses(&losses(&[0.9, 0.3, 0.1], 0.01), 1.0), None);
         // Energies are negative; a rise within the noise of batches is none.
-        assert_eq!(of_losses(&losses(&[-0.2, -0.8, -0.78]), 0.0), None);
+        assert_eq!(of_losses(&losses(&[-0.2, -0.8, -0.78], 0.01), 0.0), None);
         assert_eq!(
-            of_losses(&losses(&[0.5, 2.0]), 1.0),
+            of_losses(&losses(&[0.5, 2.0], 0.01), 1.0),
             Some(Concern::NothingLearned { loss: 2.0, of_zero_output: 1.0 })
         );
         assert_eq!(
-            of_losses(&losses(&[-0.2, -0.8, -0.3]), 0.0),
+            of_losses(&losses(&[-0.2, -0.8, -0.3], 0.01), 0.0),
             Some(Concern::LossRose { lowest: -0.8, step: 20, loss: -0.3 })
         );
-        assert_eq!(of_losses(&losses(&[0.5, 2.0]), f64::INFINITY), None);
+        assert_eq!(of_losses(&losses(&[0.5, 2.0], 0.01), f64::INFINITY), None);
         assert_eq!(of_losses(&[], 1.0), None);
+        // About a solution, one displacement for all parameters is a good one, and batches differ by more than it lacks.
+        assert_eq!(of_losses(&losses(&[-0.990, -1.004, -0.985], 0.01), -0.995), None);
+        assert_eq!(of_losses(&losses(&[-0.990, -1.004, -0.998], 0.01), -0.995), None);
     }
 }

@@ -41,7 +41,7 @@ pub trait Observer {
         let _ = (surrogate, point);
     }
 
-    /// Called after an evaluation in the last three quarters of the budget, for each reason not to trust the weights.
+    /// Called after an evaluation in the second half of the budget, for each reason not to trust the weights.
     fn concern(&mut self, concern: &Concern) {
         let _ = concern;
     }
@@ -58,6 +58,8 @@ pub struct HistoryPoint {
     pub seconds: f64,
     /// Mean training loss since the evaluation before.
     pub loss: f64,
+    /// Standard deviation of that mean: every batch has other samples.
+    pub deviation: f64,
     /// Mean loss of the validation samples, where there are any.
     pub validation: Option<f64>,
 }

@@ -51,8 +51,8 @@ pub(super) struct RunState {
     pub clock: Clock,
     pub evaluations: usize,
     pub evaluations_without_improvement: usize,
-    pub loss_sum: f64,
-    pub loss_count: usize,
+    /// Losses of the steps since the latest evaluation.
+    pub losses: Vec<f64>,
     pub history: Vec<HistoryPoint>,
 }
 
@@ -61,6 +61,14 @@ pub(super) struct Best {
     pub validation: f64,
     pub step: usize,
     pub emulator: Emulator,
+}
+
+/// Mean, and standard deviation of the mean.
+fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let squares = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>();
+    (mean, squares.sqrt() / count)
 }
 
 impl Best {
@@ -271,8 +279,7 @@ impl Trainer {
 
     fn count_step(&mut self, loss: f64, seconds: f64) {
         self.progress.clock.count(seconds);
-        self.progress.loss_sum += loss;
-        self.progress.loss_count += 1;
+        self.progress.losses.push(loss);
     }
 
     fn report(&self, loss: f64, gradient_norm: f64, learning_rate: f64) -> Progress {
@@ -341,10 +348,9 @@ impl Trainer {
         self.surrogate.emulator = self.emulator.valid();
         let validation = self.validation_loss()?;
         let state = &mut self.progress;
-        let loss = state.loss_sum / state.loss_count.max(1) as f64;
-        (state.loss_sum, state.loss_count) = (0.0, 0);
+        let (loss, deviation) = mean_and_deviation(&std::mem::take(&mut state.losses));
         let Clock { step, seconds, .. } = state.clock;
-        let point = HistoryPoint { step, seconds, loss, validation };
+        let point = HistoryPoint { step, seconds, loss, deviation, validation };
         state.history.push(point);
         if let Some(validation) = validation {
             let improved = self.best.as_ref().is_none_or(|best| validation < best.validation);
