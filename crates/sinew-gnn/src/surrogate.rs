@@ -94,12 +94,15 @@ impl Surrogate {
         Self::assemble(emulator, scales, data.geometries.clone(), device)
     }
 
-    /// The same network and scales on the geometries of other data, to be trained further there.
+    /// The same network and scales on the geometries of other data, to be trained further there. Embeddings that are
+    /// weights go along if all these geometries are known.
     ///
     /// # Errors
     /// As [`Surrogate::new`].
     pub fn carried_to(&self, data: &DataSet) -> Result<Self> {
-        let emulator = self.emulator.clone().with_embeddings(Vec::new());
+        let embedding = |geometry| self.emulator.embedding(self.known(geometry)?);
+        let embeddings: Option<Vec<_>> = data.geometries.iter().map(embedding).collect();
+        let emulator = self.emulator.clone().with_embeddings(embeddings.unwrap_or_default());
         let scales = self.scales.clone();
         Self::assemble(emulator, scales, data.geometries.clone(), &self.device)
     }
@@ -163,8 +166,14 @@ impl Surrogate {
     /// # Errors
     /// A geometry that does not fit the configuration.
     pub fn fixed_geometry(&self, geometry: &Geometry) -> Result<FixedGeometry> {
-        let known = self.geometries.iter().position(|known| known == geometry);
-        Ok(FixedGeometry::new(self, known, &self.prepare(geometry)?))
+        Ok(FixedGeometry::new(self, self.known(geometry), &self.prepare(geometry)?))
+    }
+
+    /// Index of a geometry whose graph and features are those of this one.
+    fn known(&self, geometry: &Geometry) -> Option<usize> {
+        let Geometry { topology, features, .. } = geometry;
+        let same = |known: &Geometry| known.topology == *topology && known.features == *features;
+        self.geometries.iter().position(same)
     }
 
     /// Prediction for a batch of parameter sets on one geometry: all steps of Algorithm 2, or the decoders alone where the

@@ -200,14 +200,17 @@ fn embeddings_leave_message_passing_and_are_trained_themselves() {
     let (_, all) = run(1.0, 60);
     assert_ne!(passed(&all), passed(&finished));
 
-    // A geometry trained on is predicted with its own embeddings, also after a file; a network that goes on to other
-    // data passes messages there, and so knows less of this geometry.
-    let predict = |surrogate: &Surrogate| {
-        surrogate.predict(&data.geometries[1], &[vec![0.7, 1.9]]).unwrap().displacement
-    };
-    let carried = finished.carried_to(&data).unwrap();
-    assert_eq!(passed(&carried), passed(&finished));
-    assert_ne!(predict(&carried), predict(&finished));
+    // A geometry trained on is predicted with its own embeddings, after a file and in other data too; one that was not is
+    // predicted by message passing.
+    let theta = [vec![0.7, 1.9]];
+    let predict =
+        |surrogate: &Surrogate| surrogate.predict(&data.geometries[1], &theta).unwrap().displacement;
+    let unseen = finished.predict_unseen(&data.geometries[1], &theta).unwrap().displacement;
+    assert_ne!(predict(&finished), unseen);
+    assert_eq!(predict(&finished.carried_to(&data).unwrap()), predict(&finished));
+    let mut moved = data.clone();
+    moved.geometries[0].features.edges.values[0] += 1e-3;
+    assert_eq!(predict(&finished.carried_to(&moved).unwrap()), unseen);
     let folder = tempfile::tempdir().unwrap();
     finished.save(folder.path()).unwrap();
     let loaded = Surrogate::load(folder.path(), device).unwrap();

@@ -7,11 +7,9 @@ use rayon::Yield;
 /// Runs `work` on a thread of the current pool, while another one waits for its parallel parts without going to sleep.
 ///
 /// A training step or an evaluation of an evidence is a number of parallel parts of a tenth of a millisecond each, with little in
-/// between; waking a sleeping thread takes as long as such a part. The waiting thread gives way to other programs.
+/// between; waking a sleeping thread takes as long as such a part. The waiting thread gives way to other programs. A pool of
+/// one thread runs the work and its parallel parts without ever handing over.
 pub fn on_ready_threads<R: Send>(work: impl FnOnce() -> R + Send) -> R {
-    if rayon::current_num_threads() < 2 {
-        return work();
-    }
     let done = AtomicBool::new(false);
     let work = || {
         let _finished = SetOnDrop(&done);
