@@ -70,7 +70,7 @@ impl Emulator {
                 .map(decoder)
                 .collect(),
         };
-        let kernels = Kernels { choice: KernelChoice::default(), activation: config.activation };
+        let kernels = Kernels { choice: KernelChoice::on(device), activation: config.activation };
         Ok(Self {
             node_encoder,
             edge_encoder,
