@@ -310,7 +310,8 @@ impl Trainer {
         }
         let local = local.unwrap_or_else(|| self.surrogate.local_embedding(emulator, geometry));
         let global = geometry.global.clone();
-        let output = emulator.decode(&geometry.graph, local, global, parameters);
+        let output = emulator.decode(&geometry.graph, local, global, parameters.clone());
+        let output = geometry.output.complete(output, parameters);
         Ok(geometry.output.displacement(output))
     }
 
