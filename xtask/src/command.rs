@@ -26,12 +26,18 @@ pub fn cargo(arguments: &[&str], environment: &[(&str, &str)]) -> Result<()> {
 pub fn study(program: &str, task: &str, options: &[String]) -> Result<()> {
     let mut build = vec!["build", "--workspace", "--bin", program, "--example", "small_ventricle"];
     // A backend is compiled in by its feature, so that the default build stays small.
-    let ndarray = options.windows(2).any(|pair| pair == ["--backend", "ndarray"])
-        || options.iter().any(|option| option == "--backend=ndarray");
-    if ndarray {
-        build.extend(["--features", "sinew-study/ndarray"]);
+    let features = backend(options).map(|backend| format!("sinew-study/{backend}"));
+    if let Some(features) = &features {
+        build.extend(["--features", features]);
     }
     start(&build, STUDIES_COLD, program, task, options)
+}
+
+/// The backend among the options of a study that has a feature of its name.
+fn backend(options: &[String]) -> Option<&str> {
+    let mut words = options.iter().flat_map(|option| option.split('='));
+    words.find(|word| *word == "--backend")?;
+    words.next().filter(|backend| *backend != "flex")
 }
 
 /// Builds and runs the benchmarks of `sinew-verify`, which needs none of the heavy dependencies of the studies.

@@ -49,8 +49,8 @@ impl HostTensor {
             Err(tensor) => {
                 let tensor =
                     tensor.downcast::<FloatTensor<B>>().expect("the type it was boxed with");
-                let data = read_sync(B::float_into_data(*tensor))
-                    .expect("tensors of processors are readable");
+                let data =
+                    read_sync(B::float_into_data(*tensor)).expect("tensors can be read back");
                 Self(FlexTensor::from_data(data))
             }
         }
@@ -164,7 +164,7 @@ fn differentiable<B: Backend, C: CheckpointStrategy, O: HostOperation, const N: 
 macro_rules! operations {
     ($($name:ident($count:literal: $($input:ident),+);)+) => {
         /// Host operations by their number of inputs.
-        #[backend_extension(Autodiff, Flex, NdArray: cfg(feature = "ndarray"))]
+        #[backend_extension(Autodiff, Flex, NdArray: cfg(feature = "ndarray"), Cube: cfg(any(feature = "wgpu", feature = "cuda")))]
         pub(crate) trait HostBackend: Backend {
             $(#[allow(clippy::too_many_arguments)]
             fn $name<O: HostOperation>($($input: FloatTensor<Self>),+, operation: O) -> FloatTensor<Self> {
@@ -176,6 +176,9 @@ macro_rules! operations {
 
         #[cfg(feature = "ndarray")]
         impl HostBackend for burn::backend::NdArray {}
+
+        #[cfg(any(feature = "wgpu", feature = "cuda"))]
+        impl HostBackend for burn::backend::Cube {}
 
         impl<B: Backend, C: CheckpointStrategy> HostBackend for Autodiff<B, C> {
             $(fn $name<O: HostOperation>($($input: FloatTensor<Self>),+, operation: O) -> FloatTensor<Self> {

@@ -175,6 +175,12 @@ impl MotionTree {
         displaced.collect()
     }
 
+    /// Displacements of outputs of clusters, and then nodes \[length\]: [`rigid_motions`] of one sample in plain numbers.
+    pub fn moved(&self, outputs: &[f64]) -> Vec<f64> {
+        let (clusters, nodes) = outputs.split_at(self.lengths().0);
+        self.displacement(&self.cluster_motions(clusters), nodes)
+    }
+
     /// Displacements of small outputs of clusters, and then nodes: the linear part, a multilevel frame B.
     pub fn spread(&self, outputs: &[f64]) -> Vec<f64> {
         let along = |&change: &f64| Slope { value: 0.0, gradient: [change] };

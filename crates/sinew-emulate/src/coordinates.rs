@@ -10,11 +10,12 @@
 //! Training on simulations needs no stiffness: the directions in which they differ are few, and
 //! outputs in these directions have the strains of simulations.
 
-use crate::{Body, Result};
+use crate::{Body, Result, parameters};
 use serde::{Deserialize, Serialize};
-use sinew_fem::Solver;
+use sinew_energy::Barriers;
+use sinew_fem::{SolveError, Solver};
 use sinew_gnn::{Motions, PrincipalDirections, TrainingConfig};
-use sinew_graph::Topology;
+use sinew_graph::{FeatureMatrix, Topology};
 
 /// What the outputs of a network mean.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -61,12 +62,116 @@ pub(crate) fn at_anchor(body: &Body, topology: &Topology, anchor: &[f64]) -> Res
     Ok(motions.of_energy(ENERGY_SHARE * work(body, &anchor))?)
 }
 
+/// Motions that follow the parameters by themselves, so that a network learns what is beyond, and the derivatives of the solution as
+/// features of the graph's nodes, in units of outputs: what fibres, loads and supports make of every part of the body.
+///
+/// First order are the derivatives at the motions' origin, one linear system each; second order is what one Newton step adds to first
+/// order a deviation away in each parameter and each two of them. Where an order goes too far, as exponential laws do, less is
+/// taken: what has the least mean energy over some of `thetas`.
+pub(crate) fn following(
+    body: &Body,
+    motions: Motions,
+    thetas: &[Vec<f64>],
+) -> Result<(Motions, FeatureMatrix)> {
+    /// Parts of first order that are tried.
+    const PARTS: [f64; 4] = [1.0, 0.7, 0.4, 0.0];
+    /// Parameter sets that they are tried at.
+    const TRIED: usize = 32;
+    let (centre, scaling) = (body.centre(), parameters::scaling(body)?);
+    let mut solver = Solver::new(body)?;
+    let mut changes = solver.sensitivity_at(motions.origin(), &centre)?;
+    for (change, slope) in changes.iter_mut().zip(scaling.slopes(&centre)) {
+        change.iter_mut().for_each(|u| *u /= slope);
+    }
+    let first = motions.clone().following(&changes, body, &centre)?;
+    let columns = first.features();
+    let mut tried: Vec<Motions> = PARTS.iter().map(|&part| first.clone().damped(part)).collect();
+    if let Some(products) = second_order(body, &first, &mut solver)? {
+        changes.extend(products);
+        tried.insert(0, motions.following(&changes, body, &centre)?);
+    }
+    let guarded = body.clone().with_barriers(Barriers::default());
+    let energy = |motions: &Motions| -> Result<f64> {
+        let of = |theta: &Vec<f64>| -> Result<f64> {
+            Ok(guarded.value(&motions.followed(&scaling.standardise(theta)?, body)?, theta))
+        };
+        thetas.iter().take(TRIED).map(of).sum()
+    };
+    let mut best = (f64::INFINITY, first);
+    for motions in tried {
+        let found = energy(&motions)?;
+        if found < best.0 {
+            best = (found, motions);
+        }
+    }
+    Ok((best.1, columns))
+}
+
+/// Changes of the displacement with the products of two standardised parameters; `None` where first order inverts a cell.
+fn second_order(
+    body: &Body,
+    first: &Motions,
+    solver: &mut Solver<'_>,
+) -> Result<Option<Vec<Vec<f64>>>> {
+    let (count, scaling) = (body.parameters.len(), parameters::scaling(body)?);
+    // Mean of what is missing at both ends of a direction: odd orders cancel.
+    let mut missing = |axes: &[usize]| -> Result<Option<Vec<f64>>> {
+        let mut sum = vec![0.0; 3 * body.nodes];
+        for sign in [1.0, -1.0] {
+            let at: Vec<f64> =
+                (0..count).map(|p| if axes.contains(&p) { sign } else { 0.0 }).collect();
+            let from = first.followed(&at, body)?;
+            match solver.newton_step(&from, &scaling.unstandardise(&at)?) {
+                Ok(step) => {
+                    let moved = step.displacement.iter().zip(&from);
+                    sum.iter_mut()
+                        .zip(moved)
+                        .for_each(|(sum, (to, from))| *sum += 0.5 * (to - from));
+                }
+                Err(SolveError::Inadmissible { .. }) => return Ok(None),
+                Err(other) => return Err(other.into()),
+            }
+        }
+        Ok(Some(sum))
+    };
+    // The origin need not be in equilibrium itself.
+    let Some(at_origin) = missing(&[])? else { return Ok(None) };
+    let mut squares = Vec::with_capacity(count);
+    for p in 0..count {
+        let Some(mut square) = missing(&[p])? else { return Ok(None) };
+        square.iter_mut().zip(&at_origin).for_each(|(square, at_origin)| *square -= at_origin);
+        squares.push(square);
+    }
+    let mut products = Vec::with_capacity(count * (count + 1) / 2);
+    for p in 0..count {
+        products.push(squares[p].clone());
+        for q in p + 1..count {
+            let Some(mut both) = missing(&[p, q])? else { return Ok(None) };
+            let alone = squares[p].iter().zip(&squares[q]).zip(&at_origin);
+            both.iter_mut().zip(alone).for_each(|(both, ((p, q), at_origin))| {
+                *both -= p + q + at_origin;
+            });
+            products.push(both);
+        }
+    }
+    Ok(Some(products))
+}
+
 /// Coordinates in which simulations differ.
 pub(crate) fn of_simulations(fields: &[Vec<f64>]) -> Result<PrincipalDirections> {
     /// Between the spread of the simulations, which hides the small directions from the network, and equal sizes,
     /// which waste it on them: measured in docs/design.md.
     const POWER: f64 = 0.7;
     Ok(PrincipalDirections::of(fields.iter().map(Vec::as_slice), POWER)?)
+}
+
+/// A displacement one Newton step nearer to equilibrium at the centre of the parameter range, or the same where it inverts a cell.
+pub(crate) fn nearer(body: &Body, displacement: &[f64]) -> Result<Vec<f64>> {
+    match Solver::new(body)?.newton_step(displacement, &body.centre()) {
+        Ok(step) => Ok(step.displacement),
+        Err(SolveError::Inadmissible { .. }) => Ok(displacement.to_vec()),
+        Err(other) => Err(other.into()),
+    }
 }
 
 /// Energy that a Newton step from `displacement` would gain at the centre of the parameter range, relative to the

@@ -84,6 +84,7 @@ pub use regression::{Interpolation, PodRegression, RegressionError};
 pub use sampling::Design;
 pub use simulate::{Failure, Simulations, read_simulations, simulate};
 pub use sinew_energy::Body;
+pub use sinew_gnn::Backend;
 #[cfg(feature = "terminal")]
 pub use terminal::Terminal;
 pub use timing::median_seconds;

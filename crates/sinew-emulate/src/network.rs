@@ -145,6 +145,12 @@ pub(crate) fn train(
     let topology = geometry.topology.clone();
     let at_rest = || coordinates::at_rest(body, &topology, lesson.energy);
     let at_anchor = |anchor: &[f64]| coordinates::at_anchor(body, &topology, anchor);
+    let follow = |geometry: &mut Geometry, anchor: &[f64]| -> Result<Meaning> {
+        let (motions, columns) = coordinates::following(body, at_anchor(anchor)?, lesson.thetas)?;
+        let nodes = &mut geometry.features.nodes;
+        *nodes = nodes.beside(&columns).map_err(sinew_gnn::Error::from)?;
+        Ok(Meaning::Motions(motions))
+    };
     geometry.coordinates = match &coordinates {
         Coordinates::Components => Meaning::Components,
         Coordinates::Simulations => {
@@ -161,14 +167,14 @@ pub(crate) fn train(
             let centre = body.centre();
             let solved =
                 timed(&mut prepare_s, || Solver::new(body)?.solve(&centre, &Options::default()))?;
-            Meaning::Motions(timed(&mut prepare_s, || at_anchor(&solved.displacement))?)
+            timed(&mut prepare_s, || follow(&mut geometry, &solved.displacement))?
         }
         Coordinates::MotionsAfter(first) => {
             geometry.coordinates = Meaning::Motions(timed(&mut prepare_s, at_rest)?);
             data.geometries = vec![geometry.clone()];
             let surrogate = course.stage(session, "anchor", &data, lesson, plan, first)?;
             let anchor = surrogate.predict(&geometry, &[body.centre()])?.displacement;
-            Meaning::Motions(timed(&mut prepare_s, || at_anchor(&anchor))?)
+            timed(&mut prepare_s, || follow(&mut geometry, &coordinates::nearer(body, &anchor)?))?
         }
     };
     data.geometries = vec![geometry.clone()];

@@ -19,8 +19,19 @@ impl Solver<'_> {
     /// # Errors
     /// A solution of another body, [`SolveError::Singular`], or [`SolveError::Inadmissible`] where derivatives overflow.
     pub fn sensitivity(&mut self, solution: &Solution) -> Result<Vec<Vec<f64>>, SolveError> {
-        self.factorise_at(solution)?;
-        let Solution { displacement, theta, .. } = solution;
+        self.sensitivity_at(&solution.displacement, &solution.theta)
+    }
+
+    /// The same at a displacement \[length\] near to an equilibrium, as if it were one.
+    ///
+    /// # Errors
+    /// As [`Solver::sensitivity`].
+    pub fn sensitivity_at(
+        &mut self,
+        displacement: &[f64],
+        theta: &[f64],
+    ) -> Result<Vec<Vec<f64>>, SolveError> {
+        self.factorise_at(displacement, theta)?;
         let column = |index: usize| {
             let forces = force_change(self.potential, displacement, theta, &unit(theta, index));
             let mut change = vec![0.0; displacement.len()];
@@ -42,8 +53,8 @@ impl Solver<'_> {
         slope: &[f64],
     ) -> Result<Vec<f64>, SolveError> {
         self.check_displacement(slope)?;
-        self.factorise_at(solution)?;
         let Solution { displacement, theta, .. } = solution;
+        self.factorise_at(displacement, theta)?;
         let mut adjoint = vec![0.0; displacement.len()];
         self.add_exactly(slope, &mut adjoint)?;
         let entry = |index: usize| {
@@ -53,10 +64,10 @@ impl Solver<'_> {
         self.finite((0..theta.len()).map(entry).collect())
     }
 
-    /// Factorises the stiffness at a solution.
-    fn factorise_at(&mut self, solution: &Solution) -> Result<(), SolveError> {
-        self.check_solution(solution)?;
-        let Solution { displacement, theta, .. } = solution;
+    /// Factorises the stiffness at a displacement.
+    fn factorise_at(&mut self, displacement: &[f64], theta: &[f64]) -> Result<(), SolveError> {
+        self.potential.check_theta(theta)?;
+        self.check_displacement(displacement)?;
         let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
         self.assembly.assemble(self.potential, &self.sparsity, state, None);
         self.system.place(&self.potential.positions, displacement, &self.sparsity.frames);

@@ -76,6 +76,17 @@ impl Dirichlet {
         nodes.flat_map(of_node).collect()
     }
 
+    /// A displacement in space with what supports prescribe in place of its own.
+    pub(crate) fn write_over(&self, displacement: &[f64]) -> Vec<f64> {
+        let projectors = self.projectors(3);
+        let rows = projectors.chunks_exact(3).zip(self.held(3)).enumerate();
+        let entry = |(at, (row, held)): (usize, (&[f64], f64))| {
+            let node = &displacement[at / 3 * 3..at / 3 * 3 + 3];
+            held + row.iter().zip(node).map(|(q, u)| q * u).sum::<f64>()
+        };
+        rows.map(entry).collect()
+    }
+
     /// Whether a node has a free component.
     pub fn free_nodes(&self, dimensions: usize) -> Vec<bool> {
         self.prescribed.chunks(dimensions).map(|node| node.iter().any(Option::is_none)).collect()

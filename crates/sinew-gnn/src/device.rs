@@ -1,50 +1,111 @@
 //! Backends and their devices.
 
+use std::fmt;
+use std::str::FromStr;
+
 use burn::tensor::Device;
+#[cfg(any(feature = "wgpu", feature = "cuda"))]
+use burn::tensor::DeviceType;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 
-/// Where tensors live.
+/// Where tensors live. All but the default are compiled in by the cargo feature of their name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Backend {
     /// Burn's own CPU backend, the default.
     #[default]
     Flex,
-    /// The deprecated ndarray backend (cargo feature `ndarray`).
+    /// The deprecated ndarray backend.
     NdArray,
+    /// A graphics processor by Vulkan, Metal, DirectX or OpenGL.
+    Wgpu,
+    /// An NVIDIA graphics processor.
+    Cuda,
 }
 
 impl Backend {
-    /// The backend's device, without automatic differentiation.
+    /// All of them, whether this build contains them or not.
+    pub const ALL: [Self; 4] = [Self::Flex, Self::NdArray, Self::Wgpu, Self::Cuda];
+
+    /// Its name, which is also that of its cargo feature.
+    pub fn name(self) -> &'static str {
+        ["flex", "ndarray", "wgpu", "cuda"][self as usize]
+    }
+
+    /// The backend's device, the best one where there are several, without automatic differentiation.
+    ///
+    /// ```
+    /// use sinew_gnn::Backend;
+    ///
+    /// assert!(Backend::Flex.device().is_ok());
+    /// for backend in Backend::ALL {
+    ///     match backend.device() {
+    ///         Ok(_) => println!("{backend} can be trained on"),
+    ///         Err(reason) => println!("{reason}"),
+    ///     }
+    /// }
+    /// ```
     ///
     /// # Errors
-    /// [`Error::MissingBackend`] if the build does not contain the backend.
+    /// [`Error::MissingBackend`] if the build does not contain the backend, [`Error::NoDevice`] if the machine has no
+    /// device for it.
     pub fn device(self) -> Result<Device> {
         match self {
             Self::Flex => Ok(Device::flex()),
             #[cfg(feature = "ndarray")]
+            #[expect(deprecated, reason = "it is offered as long as Burn has it")]
             Self::NdArray => Ok(Device::ndarray()),
-            #[cfg(not(feature = "ndarray"))]
-            Self::NdArray => Err(Error::MissingBackend("ndarray")),
+            #[cfg(feature = "wgpu")]
+            Self::Wgpu => self.found(DeviceType::Wgpu, Device::wgpu(Default::default())),
+            #[cfg(feature = "cuda")]
+            Self::Cuda => self.found(DeviceType::Cuda, Device::cuda(0)),
+            #[allow(unreachable_patterns)]
+            absent => Err(Error::MissingBackend(absent.name())),
         }
     }
 
-    /// The backends of this build.
-    pub fn available() -> Vec<Self> {
-        [Self::Flex, Self::NdArray].into_iter().filter(|backend| backend.device().is_ok()).collect()
+    /// The device where the machine has any of its kind: a device that is absent panics when it is first used.
+    #[cfg(any(feature = "wgpu", feature = "cuda"))]
+    fn found(self, kind: DeviceType, device: Device) -> Result<Device> {
+        match Device::enumerate(kind).into_vec().is_empty() {
+            false => Ok(device),
+            true => Err(Error::NoDevice(self.name())),
+        }
     }
 }
 
-#[cfg(all(test, not(feature = "ndarray")))]
+impl fmt::Display for Backend {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(self.name())
+    }
+}
+
+impl FromStr for Backend {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let found = Self::ALL.into_iter().find(|backend| backend.name() == text);
+        found.ok_or_else(|| format!("`{text}` is none of {}", Self::ALL.map(Self::name).join(", ")))
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn a_missing_backend_says_how_to_get_it() {
-        let message = Backend::NdArray.device().err().map(|error| error.to_string());
-        assert!(message.is_some_and(|text| text.contains("cargo feature")));
-        assert_eq!(Backend::available(), [Backend::Flex]);
+    fn backends_are_read_and_a_missing_one_says_how_to_get_it() {
+        for backend in Backend::ALL {
+            assert_eq!(backend.name().parse(), Ok(backend));
+            match backend.device() {
+                Err(Error::NoDevice(name)) => assert_eq!(name, backend.name()),
+                Err(error) => assert!(error.to_string().contains("cargo feature"), "{error}"),
+                Ok(_) => {}
+            }
+        }
+        assert!(Backend::Flex.device().is_ok());
+        assert!("gpu".parse::<Backend>().unwrap_err().contains("flex, ndarray, wgpu, cuda"));
     }
 }

@@ -79,7 +79,7 @@ impl Emulator {
                 std::iter::once(of_nodes).chain(of_clusters).collect()
             }
         };
-        let kernels = Kernels { choice: KernelChoice::default(), activation: config.activation };
+        let kernels = Kernels { choice: KernelChoice::on(device), activation: config.activation };
         Ok(Self {
             node_encoder,
             edge_encoder,

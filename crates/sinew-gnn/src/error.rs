@@ -160,6 +160,11 @@ pub enum Error {
     /// A backend this build does not contain.
     #[error("this build has no `{0}` backend; build with the cargo feature of that name")]
     MissingBackend(&'static str),
+    /// A backend without a device.
+    #[error(
+        "this machine has no device for the backend `{0}`, or no driver of it; use another backend, such as flex"
+    )]
+    NoDevice(&'static str),
     /// A sample at which the potential cannot be evaluated.
     #[error("sample {sample} does not suit the potential: {reason}")]
     Parameters {

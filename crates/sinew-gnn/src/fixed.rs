@@ -80,11 +80,10 @@ impl FixedGeometry {
     pub fn predict(&self, thetas: &[Vec<f64>]) -> Result<Prediction> {
         let mut displacement = Vec::with_capacity(thetas.len() * self.degrees_of_freedom());
         for chunk in thetas.chunks(self.sets_per_chunk(1)) {
-            let output = self.emulator.decode_from(
-                &self.node_parts,
-                self.global.clone(),
-                self.inputs(chunk)?,
-            );
+            let inputs = self.inputs(chunk)?;
+            let output =
+                self.emulator.decode_from(&self.node_parts, self.global.clone(), inputs.clone());
+            let output = self.output.complete(output, inputs);
             displacement.extend(values(self.output.displacement(output))?);
         }
         self.prediction(thetas, displacement)
@@ -102,11 +101,14 @@ impl FixedGeometry {
         let mut derivative = vec![0.0; count * length];
         let mut done = 0;
         for chunk in thetas.chunks(self.sets_per_chunk(1 + count)) {
+            let inputs = self.inputs(chunk)?;
             let (output, tangent) = self.emulator.decode_with_tangents(
                 &self.node_parts,
                 self.global.clone(),
-                self.inputs(chunk)?,
+                inputs.clone(),
             );
+            let tangent = self.output.complete_tangents(tangent, inputs.clone());
+            let output = self.output.complete(output, inputs);
             let tangent = values(self.output.tangent(&output, tangent))?;
             displacement.extend(values(self.output.displacement(output))?);
             for (set, theta) in chunk.iter().enumerate() {

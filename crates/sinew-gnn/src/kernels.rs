@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use burn::tensor::Tensor;
+#[cfg(any(feature = "wgpu", feature = "cuda"))]
+use burn::backend::DispatchDevice;
+use burn::tensor::{Device, Tensor};
 use sinew_burn::{GatherPlan, Input};
 
 use crate::config::Activation;
@@ -16,6 +18,18 @@ pub enum KernelChoice {
     /// Fused operations of `sinew-burn`; perceptrons of other than two hidden layers use plain ones.
     #[default]
     Fused,
+}
+
+impl KernelChoice {
+    /// The faster ones on a device: fused operations work in the memory of the processor, so that a graphics
+    /// processor would wait for its tensors to go there and back.
+    pub(crate) fn on(device: &Device) -> Self {
+        match device.clone().without_autodiff().as_dispatch() {
+            #[cfg(any(feature = "wgpu", feature = "cuda"))]
+            DispatchDevice::Cube(_) => Self::Reference,
+            _ => Self::Fused,
+        }
+    }
 }
 
 /// A choice of kernels and the activation they apply.

@@ -87,6 +87,23 @@ impl ParameterScaling {
         scaled.collect()
     }
 
+    /// The parameters of some network inputs.
+    ///
+    /// # Errors
+    /// A wrong number of inputs.
+    pub fn unstandardise(&self, inputs: &[f64]) -> Result<Vec<f64>> {
+        require_count("standardised parameters", inputs.len(), self.ranges.len())?;
+        let value = |(input, range): (&f64, &ParameterRange)| {
+            let (centre, deviation) = range.centre_and_deviation();
+            let scaled = centre + deviation * input;
+            match range.scale {
+                ParameterScale::Linear => scaled,
+                ParameterScale::Log => scaled.exp(),
+            }
+        };
+        Ok(inputs.iter().zip(&self.ranges).map(value).collect())
+    }
+
     /// Requires that the parameters of a sample lie in their ranges.
     ///
     /// # Errors
@@ -101,7 +118,7 @@ impl ParameterScaling {
     }
 
     /// Derivative of every network input with respect to its parameter, at `theta`.
-    pub(crate) fn slopes(&self, theta: &[f64]) -> Vec<f64> {
+    pub fn slopes(&self, theta: &[f64]) -> Vec<f64> {
         let slope = |(&value, range): (&f64, &ParameterRange)| {
             let deviation = range.centre_and_deviation().1;
             match range.scale {
@@ -328,6 +345,8 @@ mod tests {
         assert!((scaling.standardise(&[100.0]).unwrap()[0] - bound).abs() < 1e-12);
         assert!(scaling.standardise(&[5000f64.sqrt()]).unwrap()[0].abs() < 1e-12);
         assert!(scaling.contains(&[100.0]) && !scaling.contains(&[100.1]));
+        assert!((scaling.unstandardise(&[-bound]).unwrap()[0] - 50.0).abs() < 1e-9);
+        assert!(scaling.unstandardise(&[]).is_err());
     }
 
     #[test]

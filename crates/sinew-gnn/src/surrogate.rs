@@ -213,6 +213,11 @@ impl Surrogate {
         let motions = matches!(geometry.coordinates, Coordinates::Motions(_));
         let decoded = matches!(self.emulator.config().decoding, Decoding::Motions { .. });
         require_count("outputs that are rigid motions", motions.into(), decoded.into())?;
+        if let Coordinates::Motions(motions) = &geometry.coordinates
+            && !motions.slopes().is_empty()
+        {
+            motions.check_parameters(self.scales.parameters.ranges().len())?;
+        }
         let features = self.scales.features.standardise(&geometry.features)?;
         let global = self.scales.global.standardise(&geometry.global)?;
         let table = |values: &[f64], rows| matrix(values, rows, &self.device);

@@ -362,3 +362,63 @@ fn bodies_of_different_graphs_train_together_and_a_network_goes_on_to_others() {
     println!("a finer mesh after sixty steps: {carried:.3} and {fresh:.3} of the energy is left");
     assert!(carried < 0.5 * fresh, "{carried} {fresh}");
 }
+
+#[test]
+fn outputs_follow_the_parameters_to_first_order() {
+    let rollers =
+        vec![Support::clamped("x_min"), Support::roller_on_plane("x_max", [1.0, 0.0, 2.0])];
+    let mesh = box_tetrahedra([40.0, 10.0, 10.0], [4, 2, 2]);
+    let beam = Beam::new(mesh, [50.0 * 2f64.sqrt(); 2], rollers);
+    let mut data = beam.data();
+    let Coordinates::Motions(motions) = data.geometries[0].coordinates.clone() else { panic!() };
+    // Of two parameters the first moves the body as its weight does, the second as a weight along y would.
+    let sideways = scene(
+        box_tetrahedra([40.0, 10.0, 10.0], [4, 2, 2]),
+        [0.0, WEIGHT, 0.0],
+        vec![Support::clamped("x_min"), Support::roller_on_plane("x_max", [1.0, 0.0, 2.0])],
+    );
+    let changes = [beam.response(), motions.linear_response(&sideways, &beam.theta).unwrap()];
+    let following = motions.clone().following(&changes, &beam.body, &beam.theta).unwrap();
+    let small = 1e-4;
+    for (p, change) in changes.iter().enumerate() {
+        let parameters: [f64; 2] = std::array::from_fn(|i| if i == p { small } else { 0.0 });
+        let found = following.followed(&parameters, &beam.body).unwrap();
+        let found: Vec<f64> = found.iter().map(|u| u / small).collect();
+        assert!(relative_difference(change, &found) < 1e-3, "{p}");
+        // Half of the way, and of no energy's size.
+        let damped = following.clone().damped(0.5).of_energy(1.0).unwrap();
+        let half: Vec<f64> = damped.followed(&parameters, &beam.body).unwrap();
+        let half: Vec<f64> = half.iter().map(|u| 2.0 * u / small).collect();
+        assert!(relative_difference(change, &half) < 1e-3, "{p}");
+    }
+    assert!(following.followed(&[0.0], &beam.body).is_err());
+    assert!(motions.clone().following(&[vec![0.0; 3]], &beam.body, &beam.theta).is_err());
+    let text = serde_json::to_string(&following).unwrap();
+    assert_eq!(serde_json::from_str::<Motions>(&text).unwrap(), following);
+    let columns = following.features();
+    assert_eq!((columns.rows, columns.columns), (beam.topology.nodes, 12));
+
+    // A network that adds nothing predicts that, with its derivatives.
+    data.geometries[0].coordinates = Coordinates::Motions(following.clone());
+    for device in devices() {
+        let surrogate = beam.surrogate(&data, &device);
+        let fixed = surrogate.fixed_geometry(&data.geometries[0]).unwrap();
+        let theta = vec![55.0, 95.0];
+        let expected = surrogate.scales().parameters.standardise(&theta).unwrap();
+        let expected = following.followed(&expected, &beam.body).unwrap();
+        let found = fixed.predict(std::slice::from_ref(&theta)).unwrap();
+        assert!(relative_difference(&expected, found.field(0)) < 1e-5);
+        let centre = beam.theta.to_vec();
+        let found = fixed.sensitivity(std::slice::from_ref(&centre)).unwrap().derivative;
+        let slopes = surrogate.scales().parameters.slopes(&centre);
+        for ((own, change), slope) in found.chunks(changes[0].len()).zip(&changes).zip(slopes) {
+            let expected: Vec<f64> = change.iter().map(|u| slope * u).collect();
+            assert!(relative_difference(&expected, own) < 1e-4);
+        }
+    }
+    // Parameters that the outputs do not know are refused.
+    let one = motions.following(&changes[..1], &beam.body, &beam.theta).unwrap();
+    data.geometries[0].coordinates = Coordinates::Motions(one);
+    let scales = beam.surrogate(&beam.data(), &devices()[0]);
+    assert!(matches!(scales.fixed_geometry(&data.geometries[0]), Err(Error::Count { .. })));
+}

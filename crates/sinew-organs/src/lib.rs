@@ -8,4 +8,5 @@ pub mod map;
 pub mod newcomers;
 pub mod options;
 pub mod organs;
+pub mod regions;
 pub mod run;

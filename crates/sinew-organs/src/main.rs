@@ -5,14 +5,5 @@ use sinew_organs::options::Options;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    match sinew_organs::run::reproduce(&Options::parse()) {
-        Ok(report) => {
-            eprintln!("\nreport: {}", report.display());
-            ExitCode::SUCCESS
-        }
-        Err(error) => {
-            eprintln!("\nerror: {error:#}");
-            ExitCode::FAILURE
-        }
-    }
+    sinew_study::program::end(sinew_organs::run::reproduce(&Options::parse()))
 }

@@ -3,23 +3,23 @@
 use crate::map::{self, ErrorMap};
 use crate::options::Options;
 use crate::organs::{ORGANS, Organ};
+use crate::regions::{self, Regions};
 use crate::{cubes, newcomers};
 use anyhow::{Context, Result, ensure};
-use sinew::case::RecipeName;
-use sinew::recipe::{PhysicsInformed, Regression};
-use sinew::{
-    Body, Case, Comparison, Design, Emulator, Parameter, Recipe, Sampling, TestSet, TrainingOptions,
-};
+use sinew::case::{RecipeName, Training};
+use sinew::{Body, Case, Comparison, Emulator, Recipe, TestSet, TrainingOptions};
 use sinew_emulate::{Budget, Terminal, store};
 use sinew_report::{Block, Provenance, Report, Section};
+use sinew_study::program;
 use std::path::{Path, PathBuf};
 
 /// Newton steps that predictions are corrected by.
 pub const CORRECTIONS: usize = 2;
 /// File of the options that a scene was run with.
 const OPTIONS: &str = "options.json";
-/// File of the errors over two parameters.
+/// Files of the errors over two parameters and by region.
 const MAP: &str = "map.json";
+const REGIONS: &str = "regions.json";
 /// Cases, simulations and steps of a quick check.
 const QUICK: [usize; 3] = [4, 12, 40];
 /// Cells of a stand-in ventricle and of a cube in a quick check.
@@ -172,6 +172,9 @@ fn section(options: &Options, organ: &Organ) -> Result<Option<Section>> {
     if let Some(map) = store::read_json::<ErrorMap>(&folder.join(MAP))? {
         section.blocks.push(map.block(&comparison.length_unit));
     }
+    if let Some(regions) = store::read_json::<Regions>(&folder.join(REGIONS))? {
+        section.blocks.extend(regions.blocks(&comparison.length_unit));
+    }
     Ok(Some(section))
 }
 
@@ -190,9 +193,11 @@ fn compare(options: &Options, organ: &Organ, body: &Body, folder: &Path) -> Resu
         comparison.add(recipe.key(), &emulator, &test, CORRECTIONS)?;
         emulators.push((recipe.key(), emulator));
     }
+    let emulators: Vec<_> = emulators.iter().map(|(name, emulator)| (*name, emulator)).collect();
+    if let Some(regions) = regions::regions(&test, &emulators)? {
+        store::write_json(&folder.join(REGIONS), &regions)?;
+    }
     if organ.map {
-        let emulators: Vec<_> =
-            emulators.iter().map(|(name, emulator)| (*name, emulator)).collect();
         let map = map::map(body, &emulators, options.quick.then_some(3))?;
         store::write_json(&folder.join(MAP), &map)?;
     }
@@ -208,20 +213,12 @@ pub fn train<'b>(
     start: Option<PathBuf>,
     folder: &Path,
 ) -> Result<Emulator<'b>> {
-    let training = TrainingOptions {
-        budget,
-        start,
-        seed: options.seed,
-        held_out: if options.quick { 2 } else { 20 },
-        evaluations: if options.quick { 2 } else { 20 },
-        folder: Some(folder.into()),
-        resume: options.resume,
-        ..TrainingOptions::default()
-    };
+    let training = program::training(options.quick, options.seed, folder, options.resume);
+    let training = TrainingOptions { budget, start, ..training };
     Ok(recipe.train(body, &training, &mut Terminal::default())?)
 }
 
-/// Cases with their solutions, uniform in the ranges as in the thesis.
+/// Cases with their solutions, few for a quick check.
 pub fn test_set<'b>(
     options: &Options,
     body: &'b Body,
@@ -229,25 +226,11 @@ pub fn test_set<'b>(
     folder: &Path,
 ) -> Result<TestSet<'b>> {
     let cases = if options.quick { QUICK[0] } else { cases };
-    let linear = |p: &Parameter| Parameter { sampling: Sampling::Linear, ..p.clone() };
-    let parameters: Vec<_> = body.parameters.iter().map(linear).collect();
-    let seed = options.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x7e57;
-    let thetas = Design::Uniform.sample(&parameters, cases, seed)?;
-    let (folder, stage) = (folder.join("test"), "solve test cases");
-    let found = sinew::simulate(body, &thetas, stage, Some(&folder), &mut Terminal::default())?;
-    ensure!(!found.fields.is_empty(), "no test case has an equilibrium");
-    Ok(TestSet::new(body, found))
+    Ok(program::test_set(body, cases, options.seed, folder)?.0)
 }
 
-fn recipe(options: &Options, organ: &Organ, name: RecipeName) -> Recipe {
-    let simulations = if options.quick { QUICK[1] } else { organ.simulations };
-    match name {
-        RecipeName::Regression => {
-            Regression { simulations, most: simulations, ..Regression::default() }.into()
-        }
-        RecipeName::Pi => PhysicsInformed::default().into(),
-        RecipeName::Hybrid => sinew::recipe::Hybrid { simulations, ..Default::default() }.into(),
-        RecipeName::Dd => sinew::recipe::DataDriven { simulations, ..Default::default() }.into(),
-        RecipeName::Auto => Recipe::auto(),
-    }
+fn recipe(options: &Options, organ: &Organ, recipe: RecipeName) -> Recipe {
+    let samples = Some(if options.quick { QUICK[1] } else { organ.simulations });
+    // A regression takes all simulations.
+    Training { recipe, samples, target: Some(0.0), ..Training::default() }.recipe()
 }

@@ -29,6 +29,17 @@ fn a_quick_run_reports_every_scene_and_is_resumed() {
     let ventricle = report.section("ventricle").unwrap();
     assert!(ventricle.title.contains("in the place of LeftVentricle"), "{}", ventricle.title);
     assert!(ventricle.tables().all(|table| table.verdicts().next().is_none()));
+    let figure = |name: &str| {
+        let blocks = report.section(name).unwrap().blocks.iter();
+        let mut figures = blocks.filter_map(|block| match block {
+            sinew_report::Block::Figure(figure) if figure.title == "Errors by region" => Some(figure),
+            _ => None,
+        });
+        figures.next()
+    };
+    // Two emulators, two halves of the wall.
+    assert_eq!(figure("ventricle").unwrap().panels.len(), 4);
+    assert!(figure("twisting-cube").is_none());
     let cube = report.section("twisting-cube").unwrap().tables().next().unwrap();
     assert_eq!(
         cube.rows.len(),
@@ -92,4 +103,27 @@ fn a_map_reaches_beyond_the_trained_box() {
     assert!((panel.ranges[0][0] - (8.0 / 2f64.sqrt()).log10()).abs() < 1e-12);
     let error = |row: usize, column: usize| panel.rows[row][column].unwrap();
     assert!(error(2, 2) < error(0, 0) && error(2, 2) < error(4, 4), "{text}");
+}
+
+#[test]
+fn nodes_of_a_ventricle_know_their_place() {
+    use sinew_organs::regions::places;
+    let read = |name: &str| sinew::Case::read(std::path::Path::new(name)).unwrap().body().unwrap();
+    let body = read("IdealVentricle");
+    let places = places(&body).unwrap();
+    let free = body.free_nodes();
+    let nodes = |set: &str| {
+        let facets = body.mesh.facet_sets()[set].iter();
+        facets.flat_map(|&facet| body.mesh.nodes_of_facet(facet)).filter(|node| free.contains(node))
+    };
+    assert!(nodes("endo").all(|node| places[node].depth == 0.0));
+    assert!(nodes("epi").all(|node| places[node].depth == 1.0));
+    // Base at the top, apex at the bottom, and all the way round.
+    for (place, x) in places.iter().zip(&body.positions) {
+        assert!((place.height + x[2] / 74.0).abs() < 1e-9, "{place:?} at {x:?}");
+        assert!((0.0..=1.0).contains(&place.depth) && (0.0..1.0).contains(&place.turn));
+    }
+    let quarter = |k: f64| places.iter().filter(|p| (p.turn * 4.0).floor() == k).count();
+    assert!((0..4).all(|k| quarter(f64::from(k)) > places.len() / 5));
+    assert!(sinew_organs::regions::places(&read("TwistingCube")).is_none());
 }

@@ -9,6 +9,7 @@ pub mod manifest;
 pub mod options;
 mod outcome;
 mod present;
+pub mod program;
 pub mod recipes;
 pub mod report;
 pub mod run;

@@ -5,14 +5,5 @@ use sinew_study::options::BeamOptions;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    match sinew_study::run::reproduce_beam(&BeamOptions::parse()) {
-        Ok(report) => {
-            eprintln!("\nreport: {}", report.display());
-            ExitCode::SUCCESS
-        }
-        Err(error) => {
-            eprintln!("\nerror: {error:#}");
-            ExitCode::FAILURE
-        }
-    }
+    sinew_study::program::end(sinew_study::run::reproduce_beam(&BeamOptions::parse()))
 }

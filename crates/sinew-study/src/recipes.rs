@@ -1,6 +1,7 @@
 //! What the options of the beams mean: recipes, budgets, numbers of simulations.
 
 use crate::options::BeamOptions;
+use crate::program;
 use crate::report::Method;
 use serde::{Deserialize, Serialize};
 use sinew_emulate::recipe::{DataDriven, Hybrid, PhysicsInformed, Regression};
@@ -13,8 +14,6 @@ use std::path::Path;
 pub struct Samples {
     /// Latin hypercube for training.
     pub training: usize,
-    /// Uniform points that the training curves are drawn over.
-    pub validation: usize,
     /// Uniform points that every error in the tables is over.
     pub test: usize,
     /// For the regression.
@@ -25,9 +24,9 @@ impl Samples {
     /// The thesis' 200 and 100; few for a quick check.
     pub fn of(options: &BeamOptions) -> Self {
         if options.quick {
-            Self { training: 32, validation: 4, test: 8, regression: 12 }
+            Self { training: 32, test: 8, regression: 12 }
         } else {
-            Self { training: 200, validation: 20, test: 100, regression: 25 }
+            Self { training: 200, test: 100, regression: 25 }
         }
     }
 }
@@ -65,21 +64,12 @@ pub fn recipe(options: &BeamOptions, method: Method) -> Recipe {
 
 /// How one recipe is trained in a run.
 pub fn training(options: &BeamOptions, recipe: &Recipe, folder: &Path) -> TrainingOptions {
+    let training = program::training(options.quick, options.seed, folder, options.resume);
     TrainingOptions {
         budget: budget(options, recipe),
-        seed: options.seed,
-        held_out: Samples::of(options).validation,
-        evaluations: if options.full {
-            500
-        } else if options.quick {
-            2
-        } else {
-            20
-        },
+        evaluations: if options.full { 500 } else { training.evaluations },
         backend: options.backend,
-        folder: Some(folder.to_path_buf()),
-        resume: options.resume,
-        ..TrainingOptions::default()
+        ..training
     }
 }
 

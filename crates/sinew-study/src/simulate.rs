@@ -1,10 +1,11 @@
 //! Finite-element solutions that emulators are judged by, and what they cost.
 
+use crate::program::test_set;
 use crate::recipes::Samples;
 use crate::scenes::Beam;
 use anyhow::{Context, Result};
-use sinew_emulate::{Body, Design, Terminal, TestSet, simulate, store};
-use sinew_energy::{Parameter, Sampling, metrics};
+use sinew_emulate::{Body, TestSet, store};
+use sinew_energy::metrics;
 use sinew_fem::{Options, Solver, sweep};
 use std::path::Path;
 
@@ -46,15 +47,7 @@ pub fn run<'b>(
     seed: u64,
     folder: &Path,
 ) -> Result<Simulations<'b>> {
-    // The thesis tests uniformly, whatever the parameters are trained at.
-    let linear = |p: &Parameter| Parameter { sampling: Sampling::Linear, ..p.clone() };
-    let parameters: Vec<_> = body.parameters.iter().map(linear).collect();
-    let seed = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 2;
-    let thetas = Design::Uniform.sample(&parameters, counts.test, seed)?;
-    let folder = folder.join("test");
-    let solved = simulate(body, &thetas, "simulate test", Some(&folder), &mut Terminal::default())?;
-    let test_s = solved.seconds;
-    let test = TestSet::new(body, solved);
+    let (test, test_s) = test_set(body, counts.test, seed, folder)?;
     let cold_s = cold_seconds(body, &test.thetas)?;
     Ok(Simulations { test, test_s, fixture: fixture_runs(beam, body)?, cold_s })
 }

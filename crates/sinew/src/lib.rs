@@ -57,7 +57,7 @@ pub use case::{Case, CaseError};
 pub use comparison::{Comparison, ComparisonError, Method};
 pub use page::Published;
 pub use sinew_emulate::{
-    Design, Emulator, Evaluation, Prediction, Recipe, Record, Simulations, TestSet,
+    Backend, Design, Emulator, Evaluation, Prediction, Recipe, Record, Simulations, TestSet,
     TrainingOptions, recipe, simulate,
 };
 pub use sinew_energy::{Body, Load, Parameter, Sampling, Scene, Support, laws};

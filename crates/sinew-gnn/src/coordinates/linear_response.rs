@@ -28,12 +28,30 @@ impl Motions {
         body.value_and_gradient(&vec![0.0; size], theta, &mut forces);
         stiffness.apply(&response, &mut of_supports);
         forces.iter_mut().zip(&of_supports).for_each(|(force, held)| *force = -*force - held);
-        let response_to_forces = self.solve(&stiffness, &dirichlet, &forces)?;
-        add(1.0, &response_to_forces, &mut response);
+        let outputs = self.solve(&stiffness, &dirichlet, &forces)?;
+        add(1.0, &self.displacement_of(&outputs, &dirichlet), &mut response);
         Ok(response)
     }
 
-    /// The displacement u with `K u = f` where nothing is held, zero where it is.
+    /// The outputs of least squares that make small changes of the displacement \[length\].
+    pub(super) fn outputs_of(
+        &self,
+        changes: &[Vec<f64>],
+        body: &Body,
+        theta: &[f64],
+    ) -> Result<Vec<Vec<f64>>> {
+        let dirichlet = Dirichlet::of_body(body);
+        let stiffness = stiffness(body, self.origin(), theta)?;
+        let outputs = |change: &Vec<f64>| {
+            require_count("entries of a change", change.len(), self.origin().len())?;
+            let mut forces = vec![0.0; change.len()];
+            stiffness.apply(change, &mut forces);
+            self.solve(&stiffness, &dirichlet, &forces)
+        };
+        changes.iter().map(outputs).collect()
+    }
+
+    /// Small outputs `Bᵀ w` whose displacement u has `K u = f` where nothing is held: of all that do, those of least squares.
     fn solve(
         &self,
         stiffness: &Stiffness,
@@ -43,30 +61,34 @@ impl Motions {
         let size = forces.len();
         let projectors = dirichlet.projectors(3);
         let project = |vector: &[f64]| project(&projectors, vector);
-        let precondition = |r: &[f64]| project(&self.tree().spread(&self.tree().gather(r)));
         let mut residual = project(forces);
-        let mut response = vec![0.0; size];
-        let mut direction = precondition(&residual);
-        let mut decrease = dot(&residual, &direction);
-        let first = decrease;
+        let mut outputs = vec![0.0; self.tree().gather(&residual).len()];
+        // The search direction as outputs; what it displaces follows from them.
+        let mut direction = outputs.clone();
+        let (mut before, mut first) = (f64::INFINITY, 0f64);
         for _ in 0..MOST_ITERATIONS {
+            let next = self.tree().gather(&residual);
+            let decrease = dot(&next, &next);
+            first = first.max(decrease);
             if decrease <= ACCURACY * first {
-                return Ok(response);
+                return Ok(outputs);
             }
-            let mut image = vec![0.0; size];
-            stiffness.apply(&direction, &mut image);
-            let image = project(&image);
-            let step = decrease / dot(&direction, &image);
-            add(step, &direction, &mut response);
-            add(-step, &image, &mut residual);
-            let next = precondition(&residual);
-            let before = std::mem::replace(&mut decrease, dot(&residual, &next));
             direction.iter_mut().zip(&next).for_each(|(d, n)| *d = n + decrease / before * *d);
+            before = decrease;
+            let moved = project(&self.tree().spread(&direction));
+            let mut image = vec![0.0; size];
+            stiffness.apply(&moved, &mut image);
+            let image = project(&image);
+            let step = decrease / dot(&moved, &image);
+            add(step, &direction, &mut outputs);
+            add(-step, &image, &mut residual);
         }
-        Err(Error::NoLinearResponse {
-            iterations: MOST_ITERATIONS,
-            left: (decrease / first).sqrt(),
-        })
+        let left = (before / first).sqrt();
+        Err(Error::NoLinearResponse { iterations: MOST_ITERATIONS, left })
+    }
+
+    fn displacement_of(&self, outputs: &[f64], dirichlet: &Dirichlet) -> Vec<f64> {
+        project(&dirichlet.projectors(3), &self.tree().spread(outputs))
     }
 }
 

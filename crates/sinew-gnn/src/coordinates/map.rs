@@ -19,6 +19,64 @@ pub(crate) struct OutputMap {
     origin: Tensor<3>,
     rule: Rule,
     supports: Supports,
+    /// Outputs that follow the parameters by themselves.
+    slopes: Option<Slopes>,
+}
+
+/// Outputs per unit of each term of the standardised parameters, see [`terms`].
+#[derive(Debug, Clone)]
+struct Slopes {
+    /// `[terms, 6 × clusters]`.
+    clusters: Tensor<2>,
+    /// `[terms, 3 × real nodes]`.
+    nodes: Tensor<2>,
+}
+
+impl Slopes {
+    fn new(slopes: &[Vec<f64>], of_clusters: usize, device: &Device) -> Option<Self> {
+        let part = |range: fn(&[f64], usize) -> &[f64]| {
+            let rows: Vec<f64> =
+                slopes.iter().flat_map(|row| range(row, of_clusters)).copied().collect();
+            matrix(&rows, slopes.len(), device)
+        };
+        (!slopes.is_empty()).then(|| Self {
+            clusters: part(|row, at| &row[..at]),
+            nodes: part(|row, at| &row[at..]),
+        })
+    }
+
+    /// Adds to `output` what terms of the parameters make, a row for each of its samples.
+    fn add_to(&self, output: Output, terms: Vec<Tensor<2>>) -> Output {
+        let count = self.nodes.dims()[0];
+        let terms = Tensor::cat(terms, 1).slice_dim(1, 0..count);
+        let follow = |outputs: Tensor<3>, slopes: &Tensor<2>| {
+            let followed = terms.clone().matmul(slopes.clone()).reshape(outputs.dims());
+            outputs + followed
+        };
+        Output {
+            nodes: follow(output.nodes, &self.nodes),
+            clusters: output.clusters.map(|clusters| follow(clusters, &self.clusters)),
+        }
+    }
+}
+
+/// The parameters, and then their products `p_i p_j` with `j ≥ i`: those with the first, with the second and so on.
+fn terms(parameters: Tensor<2>) -> Vec<Tensor<2>> {
+    let count = parameters.dims()[1];
+    let part = |range| parameters.clone().slice_dim(1, range);
+    let products = (0..count).map(|i| part(i..i + 1) * part(i..count));
+    std::iter::once(parameters.clone()).chain(products).collect()
+}
+
+/// Derivatives of the terms along a direction of the parameters in each row.
+fn terms_along(parameters: Tensor<2>, direction: Tensor<2>) -> Vec<Tensor<2>> {
+    let count = parameters.dims()[1];
+    let part = |of: &Tensor<2>, range| of.clone().slice_dim(1, range);
+    let products = (0..count).map(|i| {
+        part(&direction, i..i + 1) * part(&parameters, i..count)
+            + part(&parameters, i..i + 1) * part(&direction, i..count)
+    });
+    std::iter::once(direction.clone()).chain(products).collect()
 }
 
 /// From outputs to displacements beyond those of zero outputs.
@@ -50,14 +108,39 @@ impl OutputMap {
             Coordinates::Motions(motions) => Rule::Motions(motions.tree().clone()),
             Coordinates::Principal(directions) => Rule::Matrices(directions.matrices(device)),
         };
+        let slopes = match &geometry.coordinates {
+            Coordinates::Motions(motions) => {
+                Slopes::new(motions.slopes(), 6 * motions.tree().centres.len(), device)
+            }
+            _ => None,
+        };
         Self {
+            slopes,
             origin: field(geometry.coordinates.origin().unwrap_or(&scales.mean)),
             rule,
             supports: Supports::new(&geometry.dirichlet, dimensions, device),
         }
     }
 
-    /// Displacements `[batch, real nodes, D]`.
+    /// The outputs at standardised parameters, one row per sample, from the network's.
+    pub fn complete(&self, output: Output, parameters: Tensor<2>) -> Output {
+        match &self.slopes {
+            Some(slopes) => slopes.add_to(output, terms(parameters)),
+            None => output,
+        }
+    }
+
+    /// The same for derivatives of the outputs in the standardised parameters, those of all samples by the first before those by
+    /// the second.
+    pub fn complete_tangents(&self, change: Output, parameters: Tensor<2>) -> Output {
+        let Some(slopes) = &self.slopes else { return change };
+        let [rows, count] = parameters.dims();
+        let units = Tensor::eye(count, &parameters.device()).reshape([count, 1, count]);
+        let directions = units.repeat_dim(1, rows).reshape([count * rows, count]);
+        slopes.add_to(change, terms_along(parameters.repeat_dim(0, count), directions))
+    }
+
+    /// Displacements `[batch, real nodes, D]` of complete outputs.
     pub fn displacement(&self, output: Output) -> Tensor<3> {
         let increment = match (&self.rule, output.clusters) {
             (Rule::Motions(tree), Some(clusters)) => rigid_motions(clusters, output.nodes, tree),
@@ -114,6 +197,10 @@ impl OutputMap {
                 Rule::Motions(tree) => Rule::Motions(tree.clone()),
             },
             supports: self.supports.lifted(),
+            slopes: self.slopes.as_ref().map(|slopes| Slopes {
+                clusters: Tensor::from_inner(slopes.clusters.clone()),
+                nodes: Tensor::from_inner(slopes.nodes.clone()),
+            }),
         }
     }
 

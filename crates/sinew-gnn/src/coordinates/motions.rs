@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
 use serde::{Deserialize, Serialize};
 use sinew_burn::MotionTree;
 use sinew_energy::{Body, Stiffness};
-use sinew_graph::{Topology, pool_positions};
+use sinew_graph::{FeatureMatrix, Topology, pool_positions};
 
 use super::packed;
 use crate::data::Dirichlet;
@@ -26,6 +26,9 @@ pub struct Motions {
     origin: Arc<[f64]>,
     unknowns: usize,
     tree: Arc<MotionTree>,
+    /// Outputs of clusters and then of nodes per unit of each standardised parameter, and of each product of two; none where
+    /// outputs are the network's alone.
+    slopes: Arc<[Vec<f64>]>,
 }
 
 /// Part of the largest eigenvalue of a cluster's stiffness below which a motion counts as one that moves nothing.
@@ -96,7 +99,79 @@ impl Motions {
             tree.node_scales.as_flattened().as_flattened().iter().fold(0f64, |m, s| m.max(s.abs()));
         require_positive("the displacement of a unit output", largest)?;
         let unknowns = dirichlet.prescribed.iter().filter(|value| value.is_none()).count();
-        Ok(Self { origin: displacement.into(), unknowns, tree: tree.into() })
+        Ok(Self { origin: displacement.into(), unknowns, tree: tree.into(), slopes: Arc::new([]) })
+    }
+
+    /// With outputs that follow the parameters by themselves, so that a network adds what is beyond: `changes` are the changes of
+    /// the displacement with each standardised parameter p, node by node \[length\] (the solution's derivatives, times what
+    /// a unit of the standardised parameter is), and after those, or not, with each of the products `p_i p_j`, `j ≥ i`.
+    ///
+    /// Of all outputs that make a change, those of least squares are taken, which belong to the body and not to its mesh.
+    ///
+    /// # Errors
+    /// Another body than the motions', or changes that do not belong to it.
+    pub fn following(mut self, changes: &[Vec<f64>], body: &Body, theta: &[f64]) -> Result<Self> {
+        self.slopes = self.outputs_of(changes, body, theta)?.into();
+        Ok(self)
+    }
+
+    /// The same with outputs that follow the parameters only this part of the way.
+    pub fn damped(mut self, part: f64) -> Self {
+        let slopes = self.slopes.iter().map(|slope| slope.iter().map(|y| part * y).collect());
+        self.slopes = slopes.collect();
+        self
+    }
+
+    /// Displacement of a body at standardised parameters, node by node \[length\], where a network adds nothing.
+    ///
+    /// # Errors
+    /// Another body than the motions', other parameters than the outputs follow.
+    pub fn followed(&self, parameters: &[f64], body: &Body) -> Result<Vec<f64>> {
+        self.check_parameters(parameters.len())?;
+        require_count("nodes of the body", body.nodes, self.tree.positions.len())?;
+        let products = (0..parameters.len())
+            .flat_map(|i| parameters[i..].iter().map(move |other| parameters[i] * other));
+        let mut outputs = vec![0.0; 6 * self.tree.centres.len() + self.origin.len()];
+        for (slope, term) in self.slopes.iter().zip(parameters.iter().copied().chain(products)) {
+            outputs.iter_mut().zip(slope).for_each(|(y, slope)| *y += term * slope);
+        }
+        let moved = self.tree.moved(&outputs);
+        let moved: Vec<f64> = moved.iter().zip(&*self.origin).map(|(u, at)| u + at).collect();
+        Ok(Dirichlet::of_body(body).write_over(&moved))
+    }
+
+    /// Requires that outputs follow nothing, so many parameters, or these and their products.
+    pub(crate) fn check_parameters(&self, count: usize) -> Result<()> {
+        match self.slopes.len() {
+            0 => Ok(()),
+            all if all == count + count * (count + 1) / 2 => Ok(()),
+            found => require_count("parameters that outputs follow", found, count),
+        }
+    }
+
+    /// The slopes as features of a graph's nodes, virtual ones after the real ones: six columns for each parameter, of which
+    /// real nodes fill three. In units of outputs, they mean the same on every body.
+    pub fn features(&self) -> FeatureMatrix {
+        let (clusters, nodes) = (self.tree.centres.len(), self.tree.node_parents.len());
+        let columns = 6 * self.slopes.len();
+        let row = |node: usize| {
+            self.slopes.iter().flat_map(move |slope| -> [f64; 6] {
+                let (of_clusters, of_nodes) = slope.split_at(6 * clusters);
+                match node.checked_sub(nodes) {
+                    Some(cluster) => std::array::from_fn(|i| of_clusters[6 * cluster + i]),
+                    None => {
+                        std::array::from_fn(|i| if i < 3 { of_nodes[3 * node + i] } else { 0.0 })
+                    }
+                }
+            })
+        };
+        let values = (0..nodes + clusters).flat_map(row).collect();
+        FeatureMatrix { rows: nodes + clusters, columns, values }
+    }
+
+    /// What [`Motions::following`] made of its changes: outputs of clusters, six each, and then of nodes, three each.
+    pub fn slopes(&self) -> &[Vec<f64>] {
+        &self.slopes
     }
 
     /// With outputs so large that, if all displacements of nodes were of size one, they would cost this `energy`.
@@ -110,6 +185,8 @@ impl Motions {
         let of_nodes = tree.node_scales.as_flattened_mut().as_flattened_mut();
         let of_clusters = tree.cluster_scales.as_flattened_mut().as_flattened_mut();
         of_nodes.iter_mut().chain(of_clusters).for_each(|entry| *entry *= size);
+        let slopes = self.slopes.iter().map(|slope| slope.iter().map(|y| y / size).collect());
+        self.slopes = slopes.collect();
         Ok(self)
     }
 
@@ -218,6 +295,8 @@ struct Packed {
     centres: String,
     node_scales: String,
     cluster_scales: String,
+    #[serde(default)]
+    slopes: Vec<String>,
 }
 
 impl From<Motions> for Packed {
@@ -232,6 +311,7 @@ impl From<Motions> for Packed {
             centres: packed::doubles(tree.centres.as_flattened()),
             node_scales: packed::doubles(tree.node_scales.as_flattened().as_flattened()),
             cluster_scales: packed::doubles(tree.cluster_scales.as_flattened().as_flattened()),
+            slopes: motions.slopes.iter().map(|slope| packed::doubles(slope)).collect(),
         }
     }
 }
@@ -261,6 +341,8 @@ impl TryFrom<Packed> for Motions {
             cluster_parents: packed.cluster_parents,
         };
         let origin = read(&packed.origin, 3 * nodes)?.into();
-        Ok(Self { origin, unknowns: packed.unknowns, tree: tree.into() })
+        let slopes = packed.slopes.iter().map(|slope| read(slope, 6 * clusters + 3 * nodes));
+        let slopes = slopes.collect::<std::result::Result<_, _>>()?;
+        Ok(Self { origin, unknowns: packed.unknowns, tree: tree.into(), slopes })
     }
 }

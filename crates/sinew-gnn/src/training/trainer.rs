@@ -321,7 +321,8 @@ impl Trainer {
             parameters = Tensor::from_inner(parameters);
         }
         let global = geometry.global.clone();
-        let output = emulator.decode(local, global, parameters);
+        let output = emulator.decode(local, global, parameters.clone());
+        let output = geometry.output.complete(output, parameters);
         Ok(geometry.output.displacement(output))
     }
 

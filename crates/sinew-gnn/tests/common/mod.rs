@@ -5,9 +5,9 @@ use burn::tensor::Device;
 use sinew_gnn::*;
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 
-/// Devices of this build's backends.
+/// Processors of this build: they repeat every bit, which a graphics processor need not.
 pub fn devices() -> Vec<Device> {
-    Backend::available().into_iter().map(|backend| backend.device().unwrap()).collect()
+    [Backend::Flex, Backend::NdArray].iter().filter_map(|backend| backend.device().ok()).collect()
 }
 
 /// A mesh as the tests need it.

@@ -42,6 +42,9 @@ pub struct Train {
     /// Folder of another run to start from, of the same recipe and parameters on any mesh; with --steps 0 its network is taken as it is
     #[arg(long, value_name = "FOLDER")]
     from: Option<std::path::PathBuf>,
+    /// Where a network is trained: flex (this processor), ndarray (deprecated), wgpu or cuda (graphics processors)
+    #[arg(long, default_value_t)]
+    backend: sinew::Backend,
     /// Name of the emulator's folder within OUT [default: the recipe's]
     #[arg(long)]
     name: Option<String>,
@@ -77,6 +80,7 @@ impl Train {
             folder: Some(folder.clone()),
             simulations: self.simulations.clone(),
             start: self.from.clone(),
+            backend: self.backend,
             resume: self.resume,
             ..training.options()
         };
