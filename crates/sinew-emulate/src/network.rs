@@ -159,8 +159,8 @@ pub(crate) fn train(
         }
         Coordinates::Motions => Meaning::Motions(timed(&mut prepare_s, at_rest)?),
         Coordinates::MotionsOfSimulation => {
-            let anchor = lesson.central_simulation(body);
-            Meaning::Motions(timed(&mut prepare_s, || at_anchor(anchor))?)
+            let anchor = coordinates::nearer(body, lesson.central_simulation(body))?;
+            timed(&mut prepare_s, || follow(&mut geometry, &anchor))?
         }
         // What starts from another body's network has nothing to predict a state of this one with; one solve finds it.
         Coordinates::MotionsAfter(_) if starts => {

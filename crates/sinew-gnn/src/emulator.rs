@@ -187,7 +187,9 @@ impl Emulator {
     /// the largest clusters of every graph; layers that are finer than any the network has are read by its finest.
     fn decoded(&self, local: Embedding) -> Vec<(usize, Tensor<2>)> {
         match self.config.decoding {
-            Decoding::Components => (0..self.decoders.len()).map(|d| (d, local[0].clone())).collect(),
+            Decoding::Components => {
+                (0..self.decoders.len()).map(|d| (d, local[0].clone())).collect()
+            }
             Decoding::Motions { layers, .. } => {
                 let finest = local.len() - 1;
                 let decoder = |layer: usize| match layer {

@@ -203,8 +203,9 @@ fn embeddings_leave_message_passing_and_are_trained_themselves() {
     // A geometry trained on is predicted with its own embeddings, after a file and in other data too; one that was not is
     // predicted by message passing.
     let theta = [vec![0.7, 1.9]];
-    let predict =
-        |surrogate: &Surrogate| surrogate.predict(&data.geometries[1], &theta).unwrap().displacement;
+    let predict = |surrogate: &Surrogate| {
+        surrogate.predict(&data.geometries[1], &theta).unwrap().displacement
+    };
     let unseen = finished.predict_unseen(&data.geometries[1], &theta).unwrap().displacement;
     assert_ne!(predict(&finished), unseen);
     assert_eq!(predict(&finished.carried_to(&data).unwrap()), predict(&finished));

@@ -32,7 +32,9 @@ fn a_quick_run_reports_every_scene_and_is_resumed() {
     let figure = |name: &str| {
         let blocks = report.section(name).unwrap().blocks.iter();
         let mut figures = blocks.filter_map(|block| match block {
-            sinew_report::Block::Figure(figure) if figure.title == "Errors by region" => Some(figure),
+            sinew_report::Block::Figure(figure) if figure.title == "Errors by region" => {
+                Some(figure)
+            }
             _ => None,
         });
         figures.next()

@@ -42,7 +42,8 @@ pub fn recipe(options: &BeamOptions, method: Method) -> Recipe {
             let (coordinates, training) = thesis.unwrap_or((base.coordinates, base.training));
             // Both terms of (B.1) are then of one size at the start.
             let gradient_weight = if method == Method::Fdd { 1.0 } else { 0.0 };
-            DataDriven { simulations, gradient_weight, coordinates, network, training, ..base }.into()
+            DataDriven { simulations, gradient_weight, coordinates, network, training, ..base }
+                .into()
         }
         Method::Pi => {
             let base = PhysicsInformed::default();
