@@ -240,6 +240,7 @@ impl Case {
             SceneError::UnknownFacetSet { .. }
             | SceneError::RepeatedFacet { .. }
             | SceneError::EmptyFacetSet { .. }
+            | SceneError::InnerFacet { .. }
             | SceneError::NotFinite { .. }
             | SceneError::NegativeStiffness { .. }
             | SceneError::ThesisPressure { .. }
