@@ -40,9 +40,9 @@ impl Default for PhysicsInformed {
         };
         Self {
             parameter_sets: 1000,
-            coordinates: Coordinates::MotionsAfter(config(500, 0.05, 5)),
+            coordinates: Coordinates::MotionsAfter(config(400, 0.05, 5)),
             network: Network::default(),
-            training: config(5000, 0.01, 20),
+            training: config(2000, 0.02, 20),
         }
     }
 }
