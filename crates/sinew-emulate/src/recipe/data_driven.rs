@@ -31,8 +31,8 @@ impl Default for DataDriven {
     fn default() -> Self {
         let training = TrainingConfig {
             batch: 8,
-            budget: Budget::Steps(4000),
-            embedding_share: 0.02,
+            budget: Budget::Steps(2000),
+            embedding_share: 0.04,
             ..TrainingConfig::default()
         };
         Self {

@@ -108,14 +108,12 @@ impl OutputMap {
             Coordinates::Motions(motions) => Rule::Motions(motions.tree().clone()),
             Coordinates::Principal(directions) => Rule::Matrices(directions.matrices(device)),
         };
-        let slopes = match &geometry.coordinates {
-            Coordinates::Motions(motions) => {
-                Slopes::new(motions.slopes(), 6 * motions.tree().centres.len(), device)
-            }
-            _ => None,
+        let clusters = match &rule {
+            Rule::Motions(tree) => tree.centres.len(),
+            Rule::Scale(_) | Rule::Matrices(_) => 0,
         };
         Self {
-            slopes,
+            slopes: Slopes::new(geometry.coordinates.slopes(), 6 * clusters, device),
             origin: field(geometry.coordinates.origin().unwrap_or(&scales.mean)),
             rule,
             supports: Supports::new(&geometry.dirichlet, dimensions, device),
