@@ -106,7 +106,7 @@ mod tests {
         assert!((seconds(&more, "liver") - 300.0).abs() < 1e-9);
         // One network on the first mesh of the cube, two on the next two, one on the others.
         let cubes = parse(&["--only", "cube-meshes"]);
-        assert_eq!(cubes.minutes(), 2.0 + 2.0 * 3.0 + 2.0 * 5.0 + 10.0 + 15.0);
+        assert_eq!(cubes.minutes(), 1.0 + 2.0 * 1.0 + 2.0 * 1.5 + 3.0 + 5.0);
         let error =
             Options::try_parse_from(["organs", "--only", "kidney"]).unwrap_err().to_string();
         assert!(error.contains("twisting-cube"), "{error}");
