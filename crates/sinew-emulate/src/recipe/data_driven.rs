@@ -11,7 +11,8 @@ use sinew_gnn::{
     Budget, DataFit, DataFitWithGradient, DataSet, GradientOperator, Objective, TrainingConfig,
 };
 
-/// Mean nodal distance to simulated displacements, thesis (3.11), in the directions in which the simulations differ.
+/// Mean nodal distance to simulated displacements, thesis (3.11), in the directions in which the simulations differ
+/// beyond a polynomial in the parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DataDriven {
