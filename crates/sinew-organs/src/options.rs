@@ -56,7 +56,11 @@ fn key(text: &str) -> Result<String, String> {
 
 /// Names of everything that can be run.
 pub fn keys() -> impl Iterator<Item = &'static str> {
-    ORGANS.iter().map(|organ| organ.key).chain([crate::cubes::KEY, crate::newcomers::KEY])
+    ORGANS.iter().map(|organ| organ.key).chain([
+        crate::cubes::KEY,
+        crate::newcomers::KEY,
+        crate::rates::KEY,
+    ])
 }
 
 impl Options {
@@ -81,7 +85,8 @@ impl Options {
         let cubes = if self.wants(crate::cubes::KEY) { crate::cubes::minutes() } else { 0.0 };
         let shapes =
             if self.wants(crate::newcomers::KEY) { crate::newcomers::MINUTES } else { 0.0 };
-        organs + cubes + shapes
+        let rates = if self.wants(crate::rates::KEY) { crate::rates::MINUTES } else { 0.0 };
+        organs + cubes + shapes + rates
     }
 }
 
