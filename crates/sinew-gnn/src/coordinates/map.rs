@@ -128,6 +128,17 @@ impl OutputMap {
         }
     }
 
+    /// Complete outputs at standardised parameters where a network adds nothing.
+    pub fn without_network(&self, parameters: Tensor<2>) -> Output {
+        let ([nodes, dimensions], samples) = (self.dims(), parameters.dims()[0]);
+        let zeros = |rows, columns| Tensor::zeros([samples, rows, columns], &parameters.device());
+        let clusters = match &self.rule {
+            Rule::Motions(tree) => Some(zeros(tree.centres.len(), 6)),
+            Rule::Scale(_) | Rule::Matrices(_) => None,
+        };
+        self.complete(Output { nodes: zeros(nodes, dimensions), clusters }, parameters)
+    }
+
     /// The same for derivatives of the outputs in the standardised parameters, those of all samples by the first before those by
     /// the second.
     pub fn complete_tangents(&self, change: Output, parameters: Tensor<2>) -> Output {

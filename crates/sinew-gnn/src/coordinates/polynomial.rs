@@ -98,7 +98,7 @@ mod tests {
         }
         assert!((square.constant[0] - 2.0).abs() < 1e-11 && square.residual.amax() < 1e-11);
         // Noise has no order: more terms foretell it worse.
-        let noise = |p: f64, q: f64| (1e4 * (p + 2.0 * q)).sin();
+        let noise = |p: f64, q: f64| (1e3 * (p + 2.0 * q)).sin();
         assert_eq!(at(noise, &parameters).terms.len(), 0);
         // Too few values for second order, and parameters that do not differ for any.
         assert_eq!(at(|p, q| p - q, &parameters[..5]).terms.len(), 2);
