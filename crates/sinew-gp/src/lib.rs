@@ -91,6 +91,7 @@ mod problem;
 mod quadrature;
 mod semilinear;
 mod simd;
+mod space;
 mod state;
 mod structure;
 #[cfg(feature = "burn")]

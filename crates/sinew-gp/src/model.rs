@@ -58,9 +58,6 @@ pub struct Model<const D: usize> {
     pub(crate) imposed: usize,
     pub(crate) size: usize,
     pub(crate) evidence: Evidence,
-    pub(crate) ensemble_evidence: Evidence,
-    /// Whether the evidence was left to choose.
-    pub(crate) automatic: bool,
     /// Number of legs of all groups.
     pub(crate) legs: usize,
     /// For each part, plans between legs at `[first · legs + second]`.
@@ -108,16 +105,7 @@ impl<const D: usize> Model<D> {
         if size == 0 {
             return Err(no_data());
         }
-        let believed = |group: &Compiled<D>| {
-            group.role == Role::Imposed && group.variance == Variance::Known(0.0)
-        };
-        let automatic = evidence == Evidence::Auto;
-        let inferred = automatic && !theta.is_empty() && imposed < size;
-        let evidence = evidence.resolve(&compiled, imposed, size)?;
-        let ensemble_evidence = match inferred && compiled.iter().any(believed) {
-            true => Evidence::Conditional,
-            false => evidence,
-        };
+        let evidence = evidence.resolve(&compiled, imposed, size, theta.len())?;
         let mut model = Self {
             legs,
             plans: plans(&prior, &compiled),
@@ -130,8 +118,6 @@ impl<const D: usize> Model<D> {
             imposed,
             size,
             evidence,
-            ensemble_evidence,
-            automatic,
         };
         model.lay_out_parameters();
         let own = |parameter: &&Parameter| {
@@ -152,7 +138,7 @@ impl<const D: usize> Model<D> {
         &self.parameters
     }
 
-    /// Which evidence restarts maximise, with `Auto` resolved.
+    /// The density that fits maximise and ensembles draw from, with `Auto` resolved.
     pub fn evidence(&self) -> Evidence {
         self.evidence
     }
@@ -169,12 +155,8 @@ impl<const D: usize> Model<D> {
 
     /// Logarithm of evidence times prior density, with its gradient: what fits maximise, and what
     /// NUTS and Laplace explore.
-    pub(crate) fn evaluate_posterior(
-        &self,
-        evidence: Evidence,
-        scaled: &[f64],
-    ) -> Result<Evaluation, GpError> {
-        let mut evaluation = self.evaluate_as(evidence, scaled)?;
+    pub(crate) fn evaluate_posterior(&self, scaled: &[f64]) -> Result<Evaluation, GpError> {
+        let mut evaluation = self.evaluate(scaled)?;
         let priors = self.parameters.iter().map(|p| p.hyperprior).zip(scaled);
         for (slope, (hyperprior, x)) in evaluation.gradient.iter_mut().zip(priors) {
             let (density, own) = hyperprior.log_density(*x);
