@@ -2,8 +2,8 @@
 
 use sinew_num::on_ready_threads;
 
-use crate::error::GpError;
 use crate::data::Role;
+use crate::error::GpError;
 use crate::model::{Compiled, Model, Variance};
 use crate::state::State;
 
@@ -20,12 +20,12 @@ pub enum Evidence {
     /// ln p(y_u | y_f) + ln p(y_f) / n_f with the number n_f of imposed values: a generalised posterior in which they count
     /// for one value together, that is, at a temperature of n_f.
     UnitInformation,
-    /// Joint where nothing is imposed, nothing is measured, no parameter of the equation is free, or the equation holds up
-    /// to errors that are learned; conditional where the equation is met by the prior mean alone, as f = 0 often is; unit
-    /// information elsewhere. [`Model::evidence`] says which.
+    /// Unit information where values are measured and an exact or known equation is imposed that has free parameters,
+    /// or that the prior mean meets by itself (as f = 0 often is); joint elsewhere. [`Model::evidence`] says which.
     ///
     /// Noise-free collocation says of θ how far the true solution is from typical draws of the prior, n_f times
-    /// over, not how accurate measurements are: with the joint evidence that makes intervals too narrow.
+    /// over, not how accurate measurements are: with the joint evidence that makes intervals too narrow. Conditional evidence
+    /// leaves amplitudes and lengthscales to the few measured values, and fits their errors with short lengthscales.
     #[default]
     Auto,
 }
@@ -48,7 +48,7 @@ impl Evidence {
                     .into(),
             )),
             Self::Auto if imposed == size => Ok(Self::Joint),
-            Self::Auto if trivial => Ok(Self::Conditional),
+            Self::Auto if trivial => Ok(Self::UnitInformation),
             Self::Auto if parameters > 0 && groups.iter().any(believed) => Ok(Self::UnitInformation),
             Self::Auto => Ok(Self::Joint),
             chosen => Ok(chosen),
@@ -59,14 +59,10 @@ impl Evidence {
     pub(crate) fn weight(self, imposed: usize) -> f64 {
         match self {
             Self::Conditional => 0.0,
-            Self::UnitInformation => tau(imposed),
+            Self::UnitInformation => 1.0 / imposed.max(1) as f64,
             Self::Joint | Self::Auto => 1.0,
         }
     }
-}
-
-fn tau(imposed: usize) -> f64 {
-    std::env::var("SINEW_TAU").ok().map_or(1.0, |t| t.parse().unwrap()) / imposed.max(1) as f64
 }
 
 /// An evidence with its gradient.

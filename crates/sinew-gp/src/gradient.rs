@@ -97,7 +97,8 @@ impl<const D: usize> State<'_, D> {
         let subtract = |(column, rows): (usize, &mut [f64])| {
             let (w_column, a_column) = (w[column], a[column]);
             for row in column..size {
-                rows[row] -= w[row] * (w_column + a_column) + a[row] * (w_column + weight * a_column);
+                rows[row] -=
+                    w[row] * (w_column + a_column) + a[row] * (w_column + weight * a_column);
             }
             // Half of it on the diagonal, twice the half for the pair off it.
             rows[column] *= 0.5;

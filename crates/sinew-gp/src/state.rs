@@ -235,8 +235,9 @@ impl<'a, const D: usize> State<'a, D> {
     pub fn value(&self, factored: &Factored) -> f64 {
         let of = |rows: std::ops::Range<usize>| -> f64 {
             let count = rows.len() as f64;
-            let row =
-                |row: usize| 0.5 * factored.whitened[row].powi(2) + factored.factor.column(row)[0].ln();
+            let row = |row: usize| {
+                0.5 * factored.whitened[row].powi(2) + factored.factor.column(row)[0].ln()
+            };
             -rows.map(row).sum::<f64>() - 0.5 * count * (2.0 * PI).ln()
         };
         let split = self.first_row();

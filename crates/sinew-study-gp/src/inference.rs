@@ -339,10 +339,10 @@ pub fn approaches<const D: usize>(
     all.into_iter().zip(costs).map(case).collect()
 }
 
-/// Evaluations of evidence and gradient over all restarts and the last climb.
+/// Evaluations of evidence and gradient over all restarts.
 pub fn evaluations<const D: usize>(fit: &Fit<D>) -> usize {
     let restarts = fit.restarts.iter().filter_map(|restart| restart.outcome.as_ref().ok());
-    restarts.chain(&fit.sharpened).map(|outcome| outcome.evaluations).sum()
+    restarts.map(|outcome| outcome.evaluations).sum()
 }
 
 /// What a row adds to problem and method.

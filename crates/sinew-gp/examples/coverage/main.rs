@@ -1,6 +1,6 @@
 //! How often intervals hold the truth, over many sets of data.
 //!
-//! `cargo xtask coverage [SETS] [--only NAME,…] [--evidence joint|conditional|unit]`, or
+//! `cargo xtask coverage [SETS] [--only NAME,…] [--evidence joint|conditional|unit] [--points N] [--laplace]`, or
 //! `cargo run --example coverage -p sinew-gp --no-default-features -- 100`
 //!
 //! Each set has its own places, errors of 2.5 % of the solution's spread whose level is learned, and collocation points. For every
@@ -85,9 +85,11 @@ impl<const D: usize> Neighbours<D> {
         };
         let truth: Vec<f64> = case.truth.iter().map(|(_, value)| *value).collect();
         let (grid, exact) = (domain.sample(50, 99)?, solve(&truth)?);
-        let off = exact.mean(&grid)?.iter().zip(&grid).fold(0.0, |most: f64, (u, x)| {
-            most.max((u - case.solution.value(*x)).abs())
-        });
+        let off = exact
+            .mean(&grid)?
+            .iter()
+            .zip(&grid)
+            .fold(0.0, |most: f64, (u, x)| most.max((u - case.solution.value(*x)).abs()));
         assert!(off < 0.05 * deviation(case), "{}: solutions off by {off:e}", case.name);
         let moved = |k: usize, sign: f64| {
             let mut theta = truth.clone();
@@ -130,7 +132,8 @@ fn run<const D: usize>(
 ) -> Result<Outcome, Failure> {
     let domain = case.problem.domain();
     let sigma = ERROR * deviation(case);
-    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    // Places are drawn with `seed` itself.
+    let mut random = ChaCha8Rng::seed_from_u64(seed + 20_000);
     let places = domain.sample(case.counts[0], seed)?;
     let y: Vec<f64> =
         places.iter().map(|x| case.solution.value(*x) + sigma * normal(&mut random)).collect();
@@ -146,16 +149,6 @@ fn run<const D: usize>(
     let fit_seconds = start.elapsed().as_secs_f64();
 
     let inside = domain.sample(50, 99)?;
-    if std::env::var("SINEW_PRINT").is_ok() {
-        for (p, x) in fit.model().parameters().iter().zip(&fit.outcome().parameters) {
-            eprint!("{} {:.4} in {:.3?}; ", p.name, p.from_scale(*x), p.bounds);
-        }
-        eprintln!("\n{seed}: logp {:.2}, jitter {:e}", fit.outcome().log_posterior, fit.outcome().jitter);
-        for r in &fit.restarts {
-            let o = r.outcome.as_ref().unwrap();
-            eprintln!("   {:.3} {:?}", o.log_posterior, fit.model().parameters().iter().zip(&o.parameters).map(|(p, x)| format!("{:.3}", p.from_scale(*x))).collect::<Vec<_>>());
-        }
-    }
     let judge = |ensemble: Ensemble<D>, seconds: f64| -> Result<Held, GpError> {
         let mut held = Held { seconds, ..Held::default() };
         for ((name, truth), bound) in case.truth.iter().zip(&bound) {
@@ -167,24 +160,34 @@ fn run<const D: usize>(
         }
         let band = ensemble.predict(&inside)?;
         let holds = |k: &usize| {
-            (band.mean[*k] - case.solution.value(inside[*k])).abs() <= TWO_SIDED * band.deviation[*k]
+            (band.mean[*k] - case.solution.value(inside[*k])).abs()
+                <= TWO_SIDED * band.deviation[*k]
         };
         held.u = (0..inside.len()).filter(holds).count() as f64 / inside.len() as f64;
         Ok(held)
     };
     let start = Instant::now();
-    let draws = if options.laplace { 2 } else { NutsOptions::default().draws };
-    let warmup = if options.laplace { 2 } else { NutsOptions::default().warmup };
-    let sampled = nuts(&fit, &NutsOptions { seed, draws, warmup })?;
+    let defaults = NutsOptions::default();
+    // Enough to go on, where Laplace alone is asked for.
+    let of = |count: usize| if options.laplace { 2 } else { count };
+    let nuts_options = NutsOptions { seed, draws: of(defaults.draws), warmup: of(defaults.warmup) };
+    let sampled = nuts(&fit, &nuts_options)?;
     let sampled = judge(sampled, start.elapsed().as_secs_f64())?;
     let start = Instant::now();
     let weighed = laplace(&fit, 300, seed)?;
     let weighed = judge(weighed, start.elapsed().as_secs_f64())?;
-    let errors = case.truth.iter().zip(&bound).map(|((name, truth), bound)| {
-        Ok(((fit.parameter(name)? / truth).ln() / bound).abs())
-    });
+    let errors = case
+        .truth
+        .iter()
+        .zip(&bound)
+        .map(|((name, truth), bound)| Ok(((fit.parameter(name)? / truth).ln() / bound).abs()));
     let off = errors.collect::<Result<_, GpError>>()?;
-    Ok(Outcome { ensembles: [sampled, weighed], off, fit_seconds, evidence: fit.model().evidence() })
+    Ok(Outcome {
+        ensembles: [sampled, weighed],
+        off,
+        fit_seconds,
+        evidence: fit.model().evidence(),
+    })
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
@@ -192,10 +195,7 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-fn study<const D: usize>(
-    case: Result<Case<D>, GpError>,
-    options: &Options,
-) -> Result<(), Failure> {
+fn study<const D: usize>(case: Result<Case<D>, GpError>, options: &Options) -> Result<(), Failure> {
     let case = case?;
     if !options.only.is_empty() && !options.only.iter().any(|name| name == case.name) {
         return Ok(());
@@ -241,7 +241,13 @@ struct Options {
 }
 
 fn options() -> Result<Options, Failure> {
-    let mut options = Options { sets: 4, only: Vec::new(), evidence: Evidence::Auto, points: None, laplace: false };
+    let mut options = Options {
+        sets: 4,
+        only: Vec::new(),
+        evidence: Evidence::Auto,
+        points: None,
+        laplace: false,
+    };
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         match (word.as_str(), words.size_hint()) {
@@ -254,12 +260,16 @@ fn options() -> Result<Options, Failure> {
                     Some("joint") => Evidence::Joint,
                     Some("conditional") => Evidence::Conditional,
                     Some("unit") => Evidence::UnitInformation,
-                    other => return Err(format!("evidence {other:?}: joint, conditional or unit").into()),
+                    other => {
+                        return Err(format!("evidence {other:?}: joint, conditional or unit").into());
+                    }
                 };
             }
             ("--points", _) => options.points = Some(words.next().ok_or("how many?")?.parse()?),
             ("--laplace", _) => options.laplace = true,
-            (sets, _) => options.sets = sets.parse().map_err(|_| format!("{sets} is not a count"))?,
+            (sets, _) => {
+                options.sets = sets.parse().map_err(|_| format!("{sets} is not a count"))?
+            }
         }
     }
     Ok(options)
@@ -267,8 +277,13 @@ fn options() -> Result<Options, Failure> {
 
 fn main() -> Result<(), Failure> {
     let options = options()?;
-    println!("95 % intervals over {} sets: θ and u held [%], estimates inside their own [%], width over Cramér–Rao, seconds; error over Cramér–Rao", options.sets);
-    println!("| problem, parameter | evidence | NUTS: θ | u | own | width | s | Laplace: θ | u | own | width | s | error | fit s |");
+    println!(
+        "95 % intervals over {} sets: θ and u held [%], estimates inside their own [%], width over Cramér–Rao, seconds; error over Cramér–Rao",
+        options.sets
+    );
+    println!(
+        "| problem, parameter | evidence | NUTS: θ | u | own | width | s | Laplace: θ | u | own | width | s | error | fit s |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     study(problems::slab(), &options)?;
     study(problems::cooling(), &options)?;

@@ -32,7 +32,10 @@ impl<const D: usize> Case<D> {
         let of = |term: &sinew_gp::Term<D>| {
             let powers = term.parameters.iter().map(|(p, n)| value(p.name()).powi(*n));
             let factor = term.function.as_ref().map_or(1.0, |function| function.value(x));
-            term.scale * powers.product::<f64>() * factor * series.derivative(&term.derivative.orders)
+            term.scale
+                * powers.product::<f64>()
+                * factor
+                * series.derivative(&term.derivative.orders)
         };
         let load: f64 = operator.terms().iter().map(of).sum();
         let size = operator.terms().iter().map(|term| of(term).abs()).sum::<f64>();
@@ -94,8 +97,7 @@ pub fn cooling() -> Result<Case<2>, GpError> {
     let domain = plane()?;
     let [dx, dt] = domain.derivatives();
     let diffusivity = Parameter::new("D", [0.01, 10.0])?;
-    let solution =
-        field(|[x, t]: [Series; 2]| (x * WAVE).cos() * (t * (-D * WAVE * WAVE)).exp());
+    let solution = field(|[x, t]: [Series; 2]| (x * WAVE).cos() * (t * (-D * WAVE * WAVE)).exp());
     let robin = Condition::Robin { value_factor: 1.0, slope_factor: 1.0, data: constant(0.0) };
     let problem = Problem::new(domain, dt - &diffusivity * dx * dx)?
         .condition("x", Side::Lower, flat())?
@@ -137,8 +139,7 @@ pub fn sprung_string() -> Result<Case<2>, GpError> {
         wave(1.0) + wave(2.0) * 0.5
     });
     let start = Condition::Cauchy { value: at_first(&solution), slope: constant(0.0) };
-    let equation =
-        dt * dt - &speed * (&speed * dx * dx) + &springs * Derivative::identity();
+    let equation = dt * dt - &speed * (&speed * dx * dx) + &springs * Derivative::identity();
     let problem = Problem::new(domain, equation)?
         .condition("x", Side::Lower, zero())?
         .condition("x", Side::Upper, zero())?
@@ -152,9 +153,8 @@ pub fn dispersion() -> Result<Case<2>, GpError> {
     let domain = plane()?;
     let [dx, dt] = domain.derivatives();
     let strength = Parameter::new("s", [2e-5, 0.1])?;
-    let solution = field(|[x, t]: [Series; 2]| {
-        (x * (2.0 * PI) + t * (8.0 * PI * PI * PI * S)).sin()
-    });
+    let solution =
+        field(|[x, t]: [Series; 2]| (x * (2.0 * PI) + t * (8.0 * PI * PI * PI * S)).sin());
     let problem = Problem::new(domain, dt + &strength * dx * dx * dx)?
         .periodic("x", Periodicity::ValueAndSlope)?
         .condition("t", Side::Lower, Condition::Dirichlet(at_first(&solution)))?;
@@ -189,8 +189,7 @@ pub fn beam() -> Result<Case<1>, GpError> {
     let solution = field(|[x]: [Series; 1]| {
         x.squared() * (1.0 - &x).squared() * (1.0 + (&x * 5.0).sin() * 0.5) * 10.0
     });
-    let clamped =
-        || Condition::Cauchy { value: constant(0.0), slope: constant(0.0) };
+    let clamped = || Condition::Cauchy { value: constant(0.0), slope: constant(0.0) };
     let equation = &stiffness * dx * dx * dx * dx + &bedding * Derivative::identity();
     let problem = Problem::new(domain, equation)?
         .condition("x", Side::Lower, clamped())?
@@ -208,9 +207,11 @@ pub fn graded_rod() -> Result<Case<1>, GpError> {
     let solution = field(|[x]: [Series; 1]| (&x * PI).sin() + (&x * 0.3));
     let equation = -(&a * dx * dx) - &b * (along * (dx * dx)) - &b * dx;
     let end = Condition::Neumann(constant(0.3 - PI));
-    let problem = Problem::new(domain, equation)?
-        .condition("x", Side::Lower, zero())?
-        .condition("x", Side::Upper, end)?;
+    let problem = Problem::new(domain, equation)?.condition("x", Side::Lower, zero())?.condition(
+        "x",
+        Side::Upper,
+        end,
+    )?;
     let truth = vec![("a", 1.0), ("b", 2.0)];
     Ok(Case { name: "graded rod", problem, solution, truth, counts: [25, 25] })
 }
@@ -261,4 +262,3 @@ pub fn insulated() -> Result<Case<2>, GpError> {
         .condition("t", Side::Lower, Condition::Dirichlet(at_first(&solution)))?;
     Ok(two("insulated", problem, solution, vec![("D", 0.3)]))
 }
-
