@@ -16,11 +16,13 @@ pub struct Ensemble<const D: usize> {
     model: Arc<Model<D>>,
     /// Parameter vectors, on their scales, equally probable.
     pub draws: Vec<Vec<f64>>,
+    /// The most probable ones.
+    estimate: Vec<f64>,
 }
 
 impl<const D: usize> Ensemble<D> {
-    pub(crate) fn new(model: Arc<Model<D>>, draws: Vec<Vec<f64>>) -> Self {
-        Self { model, draws }
+    pub(crate) fn new(model: Arc<Model<D>>, draws: Vec<Vec<f64>>, estimate: &[f64]) -> Self {
+        Self { model, draws, estimate: estimate.to_vec() }
     }
 
     /// Drawn values of a parameter by name, in its own unit.
@@ -33,24 +35,35 @@ impl<const D: usize> Ensemble<D> {
         Ok(self.draws.iter().map(|draw| parameter.from_scale(draw[position])).collect())
     }
 
-    /// The central interval of a parameter, in its own unit, that holds the share `level` of the
-    /// draws: 0.95 for 95 %.
+    /// The interval of a parameter, in its own unit, that holds the share `level` of the draws: 0.95 for 95 %. It is
+    /// central; but where the fit has the parameter at an end of its bounds, it begins there.
     ///
     /// # Errors
     /// If there is none of that name, there are no draws, or `level` does not lie between 0 and 1.
     pub fn interval(&self, name: &str, level: f64) -> Result<[f64; 2], GpError> {
-        if !(0.0..=1.0).contains(&level) {
-            let text =
-                format!("an interval of level {level}; give a number between 0 and 1, as 0.95");
-            return Err(GpError::Request(text));
-        }
+        check_share(level)?;
+        let position = self.model.position(name)?;
+        let bounds = self.model.parameters()[position].bounds;
+        let tail = 0.5 * (1.0 - level);
+        Ok(match self.model.end_reached(position, self.estimate[position]) {
+            Some(0) => [bounds[0], self.quantile(name, level)?],
+            Some(_) => [self.quantile(name, 1.0 - level)?, bounds[1]],
+            None => [self.quantile(name, tail)?, self.quantile(name, 1.0 - tail)?],
+        })
+    }
+
+    /// The value of a parameter, in its own unit, below which a share of the draws lies: 0.5 for the median.
+    ///
+    /// # Errors
+    /// As [`Ensemble::interval`].
+    pub fn quantile(&self, name: &str, share: f64) -> Result<f64, GpError> {
+        check_share(share)?;
         let mut values = self.parameter(name)?;
         if values.is_empty() {
             return Err(no_draws());
         }
         values.sort_by(f64::total_cmp);
-        let tail = 0.5 * (1.0 - level);
-        Ok([tail, 1.0 - tail].map(|share| quantile(&values, share)))
+        Ok(quantile(&values, share))
     }
 
     /// Mean and standard deviation of u over the draws and over the process for each of them.
@@ -99,6 +112,15 @@ impl<const D: usize> Ensemble<D> {
             .map(|draw| predict(&Posterior::new(self.model.clone(), draw)?))
             .collect::<Result<_, _>>()?;
         mixture(&members).ok_or_else(no_draws)
+    }
+}
+
+fn check_share(share: f64) -> Result<(), GpError> {
+    match (0.0..=1.0).contains(&share) {
+        true => Ok(()),
+        false => Err(GpError::Request(format!(
+            "a level or share of {share}; give a number between 0 and 1, as 0.95"
+        ))),
     }
 }
 
@@ -171,7 +193,7 @@ mod tests {
             draw[position] = model.parameters()[position].to_scale(value);
             draw
         });
-        let ensemble = Ensemble::new(model, draws.to_vec());
+        let ensemble = Ensemble::new(model, draws.to_vec(), &draws[0]);
         Ok((ensemble, &stiffness * dx, domain))
     }
 

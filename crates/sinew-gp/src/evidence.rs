@@ -20,8 +20,8 @@ pub enum Evidence {
     /// ln p(y_u | y_f) + ln p(y_f) / n_f with the number n_f of imposed values: a generalised posterior in which they count
     /// for one value together, that is, at a temperature of n_f.
     UnitInformation,
-    /// Unit information where values are measured and an exact or known equation is imposed that has free parameters,
-    /// or that the prior mean meets by itself (as f = 0 often is); joint elsewhere. [`Model::evidence`] says which.
+    /// Unit information where an equation with free parameters is imposed without errors or with known ones, and where values are
+    /// measured of one that the prior mean meets by itself (as f = 0 often is); joint elsewhere. [`Model::evidence`] says which.
     ///
     /// Noise-free collocation says of θ how far the true solution is from typical draws of the prior, n_f times
     /// over, not how accurate measurements are: with the joint evidence that makes intervals too narrow. Conditional evidence
@@ -43,13 +43,12 @@ impl Evidence {
             group.role == Role::Imposed && matches!(group.variance, Variance::Known(_))
         };
         match self {
-            Self::Conditional | Self::UnitInformation if imposed == size => Err(GpError::Data(
+            Self::Conditional if imposed == size => Err(GpError::Data(
                 "this evidence needs observations of u beside those of the equation; use joint evidence"
                     .into(),
             )),
-            Self::Auto if imposed == size => Ok(Self::Joint),
-            Self::Auto if trivial => Ok(Self::UnitInformation),
             Self::Auto if parameters > 0 && groups.iter().any(believed) => Ok(Self::UnitInformation),
+            Self::Auto if trivial && imposed < size => Ok(Self::UnitInformation),
             Self::Auto => Ok(Self::Joint),
             chosen => Ok(chosen),
         }

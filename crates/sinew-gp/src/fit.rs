@@ -10,6 +10,7 @@ use crate::error::GpError;
 use crate::model::Model;
 use crate::optimise::minimise;
 use crate::posterior::Posterior;
+use crate::resolve::resolve;
 
 /// How a fit is searched for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,11 +21,13 @@ pub struct FitOptions {
     pub iterations: usize,
     /// Seed of the starts.
     pub seed: u64,
+    /// Collocation points at most, where [`crate::Data::equation_everywhere`] leaves their number open.
+    pub most_points: usize,
 }
 
 impl Default for FitOptions {
     fn default() -> Self {
-        Self { restarts: 4, iterations: 300, seed: 0 }
+        Self { restarts: 4, iterations: 300, seed: 0, most_points: 300 }
     }
 }
 
@@ -50,9 +53,8 @@ pub struct Outcome {
     pub evaluations: usize,
     /// Relative jitter at the end.
     pub jitter: f64,
-    /// Whether the posterior explains next to nothing of what measured values differ from the
-    /// prior mean by, though that is more than a tenth of their spread: the "trivial solution" that takes
-    /// all of it for noise.
+    /// Whether the posterior explains less than a tenth of the variance of measured values with errors: the
+    /// "trivial solution" that takes all of it for noise.
     pub collapsed: bool,
     /// The equation's parameters in their own unit after each iteration.
     pub trace: Vec<Vec<f64>>,
@@ -61,10 +63,12 @@ pub struct Outcome {
 /// A fitted model.
 #[derive(Clone, Debug)]
 pub struct Fit<const D: usize> {
-    model: Arc<Model<D>>,
+    pub(crate) model: Arc<Model<D>>,
     /// All restarts, in the order of their starts.
     pub restarts: Vec<Restart>,
     best: usize,
+    /// Collocation points that did not suffice.
+    pub(crate) unsettled: Option<usize>,
 }
 
 impl<const D: usize> Model<D> {
@@ -76,7 +80,7 @@ impl<const D: usize> Model<D> {
     /// If no restart has a finite evidence.
     pub fn fit(self, options: &FitOptions) -> Result<Fit<D>, GpError> {
         let starts = self.random_starts(options);
-        self.fit_from(starts, options.iterations)
+        resolve(self.fit_from(starts, options.iterations)?, options)
     }
 
     /// The starts of [`Model::fit`].
@@ -115,7 +119,7 @@ impl<const D: usize> Model<D> {
                 GpError::Request(text.into())
             })?;
         match &restarts[best].outcome {
-            Ok(_) => Ok(Fit { model, restarts, best }),
+            Ok(_) => Ok(Fit { model, restarts, best, unsettled: None }),
             Err(last) => Err(GpError::NoFit { restarts: count, last: Box::new(last.clone()) }),
         }
     }

@@ -89,6 +89,7 @@ mod posterior;
 mod prior;
 mod problem;
 mod quadrature;
+mod resolve;
 mod semilinear;
 mod simd;
 mod space;
@@ -96,6 +97,7 @@ mod state;
 mod structure;
 #[cfg(feature = "burn")]
 mod tensor;
+mod warning;
 
 pub use condition::{Condition, Periodicity};
 pub use constraint::{Constraints, Feature, constraints};
@@ -126,3 +128,4 @@ pub use semilinear::{SemiLinear, Solution, Variational, VariationalOptions};
 pub use sinew_num::Series;
 #[cfg(feature = "burn")]
 pub use tensor::log_evidence_tensor;
+pub use warning::Warning;

@@ -17,7 +17,7 @@ pub(crate) struct Space<'a, const D: usize> {
     bounds: Vec<[f64; 2]>,
     centre: Vec<f64>,
     /// S, of which S Sᵀ is the inverse of the curvature at q̂, one column for each direction.
-    factor: Mat<f64>,
+    pub factor: Mat<f64>,
 }
 
 /// Largest |q|: a share of 3e-7 of an interval from its end.

@@ -286,7 +286,7 @@ fn membrane(corners: &[[f64; 2]], load: f64, count: usize, composition: Composit
     let at = must(domain.sample(count, 3));
     let data = Data::new().equation(&at, &vec![load; count], Noise::Exact);
     let prior = must(Prior::constrained(&problem, &SquaredExponential::new()));
-    let options = FitOptions { restarts: 2, iterations: 60, seed: 1 };
+    let options = FitOptions { restarts: 2, iterations: 60, seed: 1, ..FitOptions::default() };
     must(must(Model::new(prior, data, Evidence::Auto)).fit(&options))
 }
 

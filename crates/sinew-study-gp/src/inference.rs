@@ -254,6 +254,7 @@ impl<const D: usize> Inference<D> {
             restarts: self.restarts,
             iterations: self.scale.pick(FitOptions::default().iterations, 40),
             seed: task.seed_for(Purpose::Starts),
+            ..FitOptions::default()
         })
     }
 

@@ -261,7 +261,9 @@ fn options() -> Result<Options, Failure> {
                     Some("conditional") => Evidence::Conditional,
                     Some("unit") => Evidence::UnitInformation,
                     other => {
-                        return Err(format!("evidence {other:?}: joint, conditional or unit").into());
+                        return Err(
+                            format!("evidence {other:?}: joint, conditional or unit").into()
+                        );
                     }
                 };
             }
