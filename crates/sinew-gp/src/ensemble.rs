@@ -16,13 +16,11 @@ pub struct Ensemble<const D: usize> {
     model: Arc<Model<D>>,
     /// Parameter vectors, on their scales, equally probable.
     pub draws: Vec<Vec<f64>>,
-    /// The most probable ones.
-    estimate: Vec<f64>,
 }
 
 impl<const D: usize> Ensemble<D> {
-    pub(crate) fn new(model: Arc<Model<D>>, draws: Vec<Vec<f64>>, estimate: &[f64]) -> Self {
-        Self { model, draws, estimate: estimate.to_vec() }
+    pub(crate) fn new(model: Arc<Model<D>>, draws: Vec<Vec<f64>>) -> Self {
+        Self { model, draws }
     }
 
     /// Drawn values of a parameter by name, in its own unit.
@@ -35,21 +33,25 @@ impl<const D: usize> Ensemble<D> {
         Ok(self.draws.iter().map(|draw| parameter.from_scale(draw[position])).collect())
     }
 
-    /// The interval of a parameter, in its own unit, that holds the share `level` of the draws: 0.95 for 95 %. It is
-    /// central; but where the fit has the parameter at an end of its bounds, it begins there.
+    /// The central interval of a parameter, in its own unit, that holds the share `level` of the draws: 0.95 for 95 %.
+    /// Draws never reach a parameter's bounds: an end nearer to one than a twentieth of the interval is that bound.
     ///
     /// # Errors
     /// If there is none of that name, there are no draws, or `level` does not lie between 0 and 1.
     pub fn interval(&self, name: &str, level: f64) -> Result<[f64; 2], GpError> {
+        const NEAR: f64 = 0.05;
         check_share(level)?;
-        let position = self.model.position(name)?;
-        let bounds = self.model.parameters()[position].bounds;
+        let parameter = &self.model.parameters()[self.model.position(name)?];
         let tail = 0.5 * (1.0 - level);
-        Ok(match self.model.end_reached(position, self.estimate[position]) {
-            Some(0) => [bounds[0], self.quantile(name, level)?],
-            Some(_) => [self.quantile(name, 1.0 - level)?, bounds[1]],
-            None => [self.quantile(name, tail)?, self.quantile(name, 1.0 - tail)?],
-        })
+        let mut ends = [self.quantile(name, tail)?, self.quantile(name, 1.0 - tail)?];
+        let [lower, upper] = ends.map(|end| parameter.to_scale(end));
+        for (end, bound) in ends.iter_mut().zip(parameter.bounds) {
+            let distance = (parameter.to_scale(*end) - parameter.to_scale(bound)).abs();
+            if distance < NEAR * (upper - lower) {
+                *end = bound;
+            }
+        }
+        Ok(ends)
     }
 
     /// The value of a parameter, in its own unit, below which a share of the draws lies: 0.5 for the median.
@@ -193,7 +195,7 @@ mod tests {
             draw[position] = model.parameters()[position].to_scale(value);
             draw
         });
-        let ensemble = Ensemble::new(model, draws.to_vec(), &draws[0]);
+        let ensemble = Ensemble::new(model, draws.to_vec());
         Ok((ensemble, &stiffness * dx, domain))
     }
 

@@ -35,7 +35,7 @@ pub fn laplace<const D: usize>(
     let logarithms: Vec<f64> = proposals.par_iter().map(weigh).collect();
     let chosen = resample(&logarithms, draws, random.random());
     let draws = chosen.into_iter().map(|number| space.parameters(&proposals[number]));
-    Ok(Ensemble::new(model.clone(), draws.collect(), &fit.outcome().parameters))
+    Ok(Ensemble::new(model.clone(), draws.collect()))
 }
 
 /// A multivariate t variate.

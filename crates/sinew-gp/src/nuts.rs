@@ -58,7 +58,7 @@ pub fn nuts<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensem
             draws.push(space.parameters(&state.position));
         }
     }
-    Ok(Ensemble::new(model.clone(), draws, &fit.outcome().parameters))
+    Ok(Ensemble::new(model.clone(), draws))
 }
 
 /// A point of a trajectory.
