@@ -8,5 +8,6 @@ pub mod map;
 pub mod newcomers;
 pub mod options;
 pub mod organs;
+pub mod populations;
 pub mod regions;
 pub mod run;

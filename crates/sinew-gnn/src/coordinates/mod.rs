@@ -5,6 +5,7 @@ mod map;
 mod motions;
 mod packed;
 mod principal;
+mod split;
 mod supports;
 
 pub(crate) use map::OutputMap;
