@@ -62,22 +62,24 @@ pub(crate) fn at_anchor(body: &Body, topology: &Topology, anchor: &[f64]) -> Res
     Ok(motions.of_energy(ENERGY_SHARE * work(body, &anchor))?)
 }
 
-/// A state near to equilibrium at the centre of the parameter range, without a simulation: as much of the linear response as has the
-/// least energy, made by motions of the clusters, which turn where it would stretch; and some Newton steps from there.
+/// A state near to equilibrium at the centre of the parameter range: as much of the linear response, or of a `guess`, as has the least energy, made by
+/// motions of the clusters, which turn where it would stretch; and some Newton steps from there.
 pub(crate) fn nearby(
     solver: &mut Solver<'_>,
     topology: &Topology,
+    guess: Vec<f64>,
     newton_steps: usize,
 ) -> Result<Vec<f64>> {
-    /// Parts of the response that are tried: laws that stiffen leave little of it.
-    const PARTS: [f64; 8] = [1.0, 0.7, 0.5, 0.35, 0.25, 0.17, 0.12, 0.08];
+    /// Parts that are tried: laws that stiffen leave little of the linear response.
+    const PARTS: [f64; 11] = [1.4, 1.2, 1.0, 0.85, 0.7, 0.5, 0.35, 0.25, 0.17, 0.12, 0.08];
     let body = solver.body();
     let (centre, rest) = (body.centre(), vec![0.0; 3 * body.nodes]);
     let response = solver.linear_response(&centre)?;
-    let motions = Motions::about(&rest, topology, body, &centre)?.following(&[response], body)?;
+    let motions =
+        Motions::about(&rest, topology, body, &centre)?.following(&[response, guess], body)?;
     let mut best = (f64::INFINITY, rest);
-    for part in PARTS {
-        let moved = motions.followed(&[part], body)?;
+    for part in PARTS.into_iter().flat_map(|part| [[part, 0.0], [0.0, part]]) {
+        let moved = motions.followed(&part, body)?;
         let energy = body.value(&moved, &centre);
         if energy < best.0 {
             best = (energy, moved);

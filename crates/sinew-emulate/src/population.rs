@@ -6,7 +6,7 @@ use crate::recipe::PhysicsInformed;
 use crate::{Body, Design, Emulator, Recipe, Record, Result, graph, parameters};
 use serde::{Deserialize, Serialize};
 use sinew_energy::Barriers;
-use sinew_fem::Solver;
+use sinew_fem::{Options, Solver};
 use sinew_gnn::Coordinates as Meaning;
 use sinew_gnn::{
     Backend, Budget, DataSet, Decoding, EmulatorConfig, Geometry, Lesson, MinimumPotential,
@@ -42,7 +42,7 @@ impl Default for Population {
     fn default() -> Self {
         Self {
             network: Network::default(),
-            newton_steps: 3,
+            newton_steps: 0,
             bodies: 2,
             training: TrainingConfig {
                 batch: 8,
@@ -77,32 +77,89 @@ pub struct PopulationEmulator {
     template: Template,
 }
 
-/// Graph of the bodies that share the connectivity of the first.
+/// A first body: bodies of its connectivity share its graph, and its equilibrium for the centre of the parameters' ranges is a
+/// guess for others.
 #[derive(Clone, Debug)]
 struct Template {
     edges: Vec<[usize; 2]>,
     topology: Topology,
+    positions: Vec<[f64; 3]>,
+    state: Vec<f64>,
 }
 
 impl Template {
     fn new(body: &Body, seed: u64) -> Result<Self> {
-        Ok(Self { edges: body.mesh.edges(), topology: graph::topology(body, true, seed)? })
+        let state = Solver::new(body)?.solve(&body.centre(), &Options::default())?.displacement;
+        Ok(Self {
+            edges: body.mesh.edges(),
+            topology: graph::topology(body, true, seed)?,
+            positions: body.positions.clone(),
+            state,
+        })
     }
 
-    fn of(&self, body: &Body, seed: u64) -> Result<Topology> {
+    /// The graph of a body, and the state of this one's nodes nearest to its own when both fill the same box \[length\].
+    fn of(&self, body: &Body, seed: u64) -> Result<(Topology, Vec<f64>)> {
+        /// Nodes that a state is averaged over, by the inverse squares of their squared distances.
+        const NEAREST: usize = 4;
+        let ([from, own], [to, size]) = (bounds(&self.positions), bounds(&body.positions));
+        let scale: [f64; 3] = std::array::from_fn(|i| size[i] / own[i]);
+        let moved = |node: usize| -> [f64; 3] {
+            std::array::from_fn(|i| scale[i] * self.state[3 * node + i])
+        };
         let known = body.nodes == self.topology.real_nodes && body.mesh.edges() == self.edges;
-        if known { Ok(self.topology.clone()) } else { graph::topology(body, true, seed) }
+        if known {
+            return Ok((self.topology.clone(), (0..body.nodes).flat_map(moved).collect()));
+        }
+        let at = |x: &[f64; 3]| -> [f64; 3] {
+            let x: [f64; 3] = std::array::from_fn(|i| from[i] + (x[i] - to[i]) / scale[i]);
+            let distance = |node: &usize| -> f64 {
+                self.positions[*node].iter().zip(x).map(|(a, b)| (a - b).powi(2)).sum()
+            };
+            let mut near: Vec<(f64, usize)> =
+                (0..self.positions.len()).map(|node| (distance(&node), node)).collect();
+            let last = NEAREST.min(near.len()) - 1;
+            near.select_nth_unstable_by(last, |a, b| a.0.total_cmp(&b.0));
+            let (mut sum, mut weights) = ([0.0; 3], 0.0);
+            for (distance, node) in &near[..=last] {
+                let weight = 1.0 / (distance + 1e-6).powi(2);
+                weights += weight;
+                sum.iter_mut().zip(moved(*node)).for_each(|(sum, u)| *sum += weight * u);
+            }
+            sum.map(|sum| sum / weights)
+        };
+        Ok((graph::topology(body, true, seed)?, body.positions.iter().flat_map(at).collect()))
     }
+}
+
+/// Least coordinates, and extents.
+fn bounds(positions: &[[f64; 3]]) -> [[f64; 3]; 2] {
+    let end = |i: usize, pick: fn(f64, f64) -> f64, from: f64| {
+        positions.iter().map(|x| x[i]).fold(from, pick)
+    };
+    let least: [f64; 3] = std::array::from_fn(|i| end(i, f64::min, f64::INFINITY));
+    let extent = |i: usize| end(i, f64::max, f64::NEG_INFINITY) - least[i];
+    [least, std::array::from_fn(|i| extent(i).max(f64::MIN_POSITIVE))]
 }
 
 /// Numbers of the bodies that scales are taken from, far from those trained on.
 const FIRST_OF_SCALES: u64 = 1 << 40;
 /// So many.
 const OF_SCALES: u64 = 16;
+/// Energies beyond so many times the work of the loads count by their logarithm.
+const FORGIVEN: f64 = 1.0;
 /// Parameter sets that parts of the followed outputs are tried at.
 const TRIED: usize = 8;
 
 impl Population {
+    /// A network that has learned nothing yet.
+    ///
+    /// # Errors
+    /// A body that cannot be drawn or prepared.
+    pub fn prepare(&self, draw: &Draw<'_>, seed: u64) -> Result<PopulationEmulator> {
+        self.untrained(draw, &Template::new(&draw(FIRST_OF_SCALES)?, seed)?, seed)
+    }
+
     /// Trains on the bodies that `draw` makes, and shows the network as it is `training.evaluations` times.
     ///
     /// # Errors
@@ -194,9 +251,9 @@ impl Population {
     /// Outputs of one cost nine times the energy that a Newton step would still gain, and a part of the loads' work. The step itself, in
     /// outputs, is among the features of the nodes, before the derivatives in the parameters.
     fn geometry(&self, body: &Body, template: &Template, seed: u64) -> Result<(Geometry, f64)> {
-        let topology = template.of(body, seed)?;
+        let (topology, guess) = template.of(body, seed)?;
         let mut solver = Solver::new(body)?;
-        let anchor = coordinates::nearby(&mut solver, &topology, self.newton_steps)?;
+        let anchor = coordinates::nearby(&mut solver, &topology, guess, self.newton_steps)?;
         let centre = body.centre();
         let motions = Motions::about(&anchor, &topology, body, &centre)?;
         let thetas = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
@@ -223,7 +280,8 @@ impl Population {
         let thetas = Design::LatinHypercube.sample(&body.parameters, self.training.batch, seed)?;
         let sample = |theta| Sample { geometry: 0, theta, displacement: Vec::new() };
         let potential = Arc::new(body.clone().with_barriers(Barriers::default()));
-        let objective = Box::new(MinimumPotential::new(vec![potential], energy)?);
+        let objective =
+            Box::new(MinimumPotential::new(vec![potential], energy)?.forgiving(FORGIVEN)?);
         Ok(Lesson { geometry, samples: thetas.into_iter().map(sample).collect(), objective })
     }
 }
@@ -265,20 +323,18 @@ impl PopulationEmulator {
         let steps =
             solver.newton_steps(&coordinates::admissible(body, &state), &centre, newton_steps)?;
         let state = steps.into_iter().next_back().map_or(state, |step| step.displacement);
-        follow(&mut solver, &self.template.of(body, self.seed)?, &state, thetas)
+        follow(&mut solver, &self.template.of(body, self.seed)?.0, &state, thetas)
     }
-}
 
-impl Population {
-    /// Displacements of a body at each of `thetas` \[length\] without a network: parameters are followed to second order from the state
-    /// that networks of this population start from.
+    /// The same from the state that the network starts from, without it.
     ///
     /// # Errors
-    /// A body that cannot be prepared.
-    pub fn followed(&self, body: &Body, thetas: &[Vec<f64>], seed: u64) -> Result<Vec<Vec<f64>>> {
+    /// As [`PopulationEmulator::meet`].
+    pub fn followed(&self, body: &Body, thetas: &[Vec<f64>]) -> Result<Vec<Vec<f64>>> {
+        let (topology, guess) = self.template.of(body, self.seed)?;
         let mut solver = Solver::new(body)?;
-        let topology = graph::topology(body, true, seed)?;
-        let state = coordinates::nearby(&mut solver, &topology, self.newton_steps)?;
+        let steps = self.recipe.newton_steps;
+        let state = coordinates::nearby(&mut solver, &topology, guess, steps)?;
         follow(&mut solver, &topology, &state, thetas)
     }
 }

@@ -58,7 +58,7 @@ fn a_network_learns_beams_that_it_has_never_seen() {
         let error = |found: &[f64]| distance(found, &truth.displacement);
         let met = emulator.meet(&body).unwrap();
         let predicted = met.predict(thetas).unwrap().displacement;
-        let without = error(&recipe.followed(&body, thetas, 3).unwrap()[0]);
+        let without = error(&emulator.followed(&body, thetas).unwrap()[0]);
         // Sixty steps take a part of what the first state lacks, on either mesh.
         assert!(error(&predicted) < 0.9 * without, "{} for {without}", error(&predicted));
         let corrected = met.correct(&theta, 3).unwrap();

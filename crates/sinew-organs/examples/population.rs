@@ -45,11 +45,12 @@ fn main() -> Result<()> {
     if a[0] == "prior" {
         for newton_steps in 0..5 {
             let p = Population { newton_steps, ..Population::default() };
+            let em = p.prepare(&|i| stage.body_of_stream(5, i), 1)?;
             let t = Instant::now();
             let mut e = Vec::new();
             let mut c = Vec::new();
             for (x, u) in &test {
-                match p.followed(&x.body, &[x.theta.clone()], 1) {
+                match em.followed(&x.body, &[x.theta.clone()]) {
                     Ok(f) => {
                         e.push(relative(&f[0], u));
                         if let Ok(s) = Solver::new(&x.body)?.newton_step(&f[0], &x.theta) {
@@ -65,6 +66,23 @@ fn main() -> Result<()> {
                 q(c),
                 1e3 * t.elapsed().as_secs_f64() / n as f64
             );
+        }
+        return Ok(());
+    }
+    if a[0] == "rivals" {
+        for count in a[3..].iter().map(|n| n.parse::<usize>()) {
+            let r = sinew_organs::populations::rivals::Rivals::new(&stage, 23, count?)?;
+            println!("{}: simulations {:.1} CPU-s, with fit {:.1}", r.about, r.cpu_s[0], r.cpu_s[1]);
+            for (name, which) in [("mean", 0), ("nearest", 1), ("POD + GP", 2)] {
+                let (mut e, mut c) = (Vec::new(), Vec::new());
+                for (x, u) in &test {
+                    let f = match which { 0 => r.mean(), 1 => r.nearest(x), _ => r.predict(x)? };
+                    e.push(relative(&f, u));
+                    let s = Solver::new(&x.body)?.newton_step(&f, &x.theta);
+                    c.push(s.map_or(1.0, |s| relative(&s.displacement, u)));
+                }
+                println!("{name}: {}, after one step {}", q(e), q(c));
+            }
         }
         return Ok(());
     }
@@ -84,39 +102,45 @@ fn main() -> Result<()> {
         (w[11].parse::<f64>().unwrap_or(0.0) + w[12].parse::<f64>().unwrap_or(0.0)) / 100.0
     };
     let start = cpu();
-    p.train(&|i| stage.body_of_stream(5, i), 1, &mut |g, e| {
-        let spent = cpu() - start;
-        let mut v = Vec::new();
-        let mut c = Vec::new();
-        let mut w = vec![Vec::new(); 3];
-        for (x, u) in &test {
-            let m = e.meet(&x.body)?;
-            let f = m.predict(&[x.theta.clone()])?.displacement;
-            v.push(relative(&f, u));
+    let coarse = stage.clone().with_cells([2, 16, 8]);
+    let every = f(8, 1.0) as u64;
+    p.train(
+        &|i| if i % every == 0 { stage.body_of_stream(5, i) } else { coarse.body_of_stream(5, i) },
+        1,
+        &mut |g, e| {
+            let spent = cpu() - start;
+            let mut v = Vec::new();
+            let mut c = Vec::new();
+            let mut w = vec![Vec::new(); 3];
+            for (x, u) in &test {
+                let m = e.meet(&x.body)?;
+                let f = m.predict(&[x.theta.clone()])?.displacement;
+                v.push(relative(&f, u));
+                if g.share >= 1.0 {
+                    for k in 0..3 {
+                        w[k].push(relative(&e.carried(&x.body, &[x.theta.clone()], k)?[0], u));
+                    }
+                    if let Ok(s) = Solver::new(&x.body)?.newton_step(&f, &x.theta) {
+                        c.push(relative(&s.displacement, u));
+                    }
+                }
+            }
+            println!(
+                "{:5} steps {:6.1} s, cpu {:6.1}: loss {:+.6} {}",
+                g.step,
+                g.seconds,
+                spent,
+                g.loss,
+                q(v)
+            );
             if g.share >= 1.0 {
-                for k in 0..3 {
-                    w[k].push(relative(&e.carried(&x.body, &[x.theta.clone()], k)?[0], u));
-                }
-                if let Ok(s) = Solver::new(&x.body)?.newton_step(&f, &x.theta) {
-                    c.push(relative(&s.displacement, u));
+                println!("after one step {}", q(c));
+                for w in w {
+                    println!("carried {}", q(w));
                 }
             }
-        }
-        println!(
-            "{:5} steps {:6.1} s, cpu {:6.1}: loss {:+.6} {}",
-            g.step,
-            g.seconds,
-            spent,
-            g.loss,
-            q(v)
-        );
-        if g.share >= 1.0 {
-            println!("after one step {}", q(c));
-            for w in w {
-                println!("carried {}", q(w));
-            }
-        }
-        Ok(std::ops::ControlFlow::Continue(()))
-    })?;
+            Ok(std::ops::ControlFlow::Continue(()))
+        },
+    )?;
     Ok(())
 }

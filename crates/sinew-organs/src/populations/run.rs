@@ -179,14 +179,6 @@ fn network(
         Some(time) => sinew_gnn::Budget::Seconds(time.as_secs_f64()),
         None => sinew_gnn::Budget::Steps(steps),
     };
-    for group in groups {
-        let followed = |individual: &Individual| {
-            let theta = std::slice::from_ref(&individual.theta);
-            Ok(recipe.followed(&individual.body, theta, options.seed)?.remove(0))
-        };
-        let about = "a few linear systems, outputs to second order in the parameters";
-        study.outcomes.push(group.measure(["no network", about], 0.0, followed)?);
-    }
     let start = cpu_seconds();
     let mut apart = 0.0;
     let draw = |index: u64| stage.body_of_stream(options.stream(0), index);
@@ -205,6 +197,14 @@ fn network(
         Ok(ControlFlow::Continue(()))
     })?;
     let spent = cpu_seconds() - start - apart;
+    for group in groups {
+        let followed = |individual: &Individual| {
+            let theta = std::slice::from_ref(&individual.theta);
+            Ok(emulator.followed(&individual.body, theta)?.remove(0))
+        };
+        let about = "a few linear systems, outputs to second order in the parameters";
+        study.outcomes.push(group.measure(["no network", about], 0.0, followed)?);
+    }
     let bodies = recipe.bodies * steps;
     let about = match options.budget {
         Some(_) => "by energy, no simulation".to_string(),
