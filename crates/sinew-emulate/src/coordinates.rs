@@ -70,15 +70,16 @@ pub(crate) fn nearby(
     guess: Vec<f64>,
     newton_steps: usize,
 ) -> Result<Vec<f64>> {
-    /// Parts that are tried: laws that stiffen leave little of the linear response.
-    const PARTS: [f64; 11] = [1.4, 1.2, 1.0, 0.85, 0.7, 0.5, 0.35, 0.25, 0.17, 0.12, 0.08];
+    /// Parts that are tried, the first and factor from one to the next: laws that stiffen leave little of the linear response.
+    const PARTS: (f64, f64, i32) = (1.4, 0.75, 20);
     let body = solver.body();
     let (centre, rest) = (body.centre(), vec![0.0; 3 * body.nodes]);
     let response = solver.linear_response(&centre)?;
     let motions =
         Motions::about(&rest, topology, body, &centre)?.following(&[response, guess], body)?;
     let mut best = (f64::INFINITY, rest);
-    for part in PARTS.into_iter().flat_map(|part| [[part, 0.0], [0.0, part]]) {
+    let parts = (0..PARTS.2).map(|k| PARTS.0 * PARTS.1.powi(k));
+    for part in parts.flat_map(|part| [[part, 0.0], [0.0, part]]) {
         let moved = motions.followed(&part, body)?;
         let energy = body.value(&moved, &centre);
         if energy < best.0 {

@@ -246,7 +246,7 @@ impl Population {
         Ok(PopulationEmulator { recipe, seed, surrogate, template })
     }
 
-    /// What a body is for the network, and the work of its loads there.
+    /// What a body is for the network, and the work of its loads there, or what a Newton step would gain if that is more.
     ///
     /// Outputs of one cost nine times the energy that a Newton step would still gain, and a part of the loads' work. The step itself, in
     /// outputs, is among the features of the nodes, before the derivatives in the parameters.
@@ -271,7 +271,7 @@ impl Population {
         graph::add_features(&mut geometry, &step)?;
         graph::add_features(&mut geometry, &first)?;
         geometry.coordinates = Meaning::Motions(motions);
-        Ok((geometry, work))
+        Ok((geometry, work.max(gain)))
     }
 
     fn lesson(&self, body: &Body, template: &Template, seed: u64, index: u64) -> Result<Lesson> {

@@ -72,11 +72,18 @@ fn main() -> Result<()> {
     if a[0] == "rivals" {
         for count in a[3..].iter().map(|n| n.parse::<usize>()) {
             let r = sinew_organs::populations::rivals::Rivals::new(&stage, 23, count?)?;
-            println!("{}: simulations {:.1} CPU-s, with fit {:.1}", r.about, r.cpu_s[0], r.cpu_s[1]);
+            println!(
+                "{}: simulations {:.1} CPU-s, with fit {:.1}",
+                r.about, r.cpu_s[0], r.cpu_s[1]
+            );
             for (name, which) in [("mean", 0), ("nearest", 1), ("POD + GP", 2)] {
                 let (mut e, mut c) = (Vec::new(), Vec::new());
                 for (x, u) in &test {
-                    let f = match which { 0 => r.mean(), 1 => r.nearest(x), _ => r.predict(x)? };
+                    let f = match which {
+                        0 => r.mean(),
+                        1 => r.nearest(x),
+                        _ => r.predict(x)?,
+                    };
                     e.push(relative(&f, u));
                     let s = Solver::new(&x.body)?.newton_step(&f, &x.theta);
                     c.push(s.map_or(1.0, |s| relative(&s.displacement, u)));
