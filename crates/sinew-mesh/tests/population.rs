@@ -4,7 +4,8 @@ use sinew_mesh::{BeamShape, ShapeError, ShapeModes, VentricleShape, quality};
 
 /// Numbers of mean zero and variance one (Box and Muller 1958) from a generator of Park and Miller (1988).
 fn normals(seed: u64, count: usize) -> Vec<f64> {
-    let mut state = seed;
+    // Neighbouring seeds are far apart from the third number on.
+    let mut state = (0..3).fold(seed, |state, _| state * 48271 % 2_147_483_647);
     let mut uniform = || {
         state = state * 48271 % 2_147_483_647;
         state as f64 / 2_147_483_647.0
