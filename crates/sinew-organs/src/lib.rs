@@ -9,6 +9,7 @@ pub mod map;
 pub mod newcomers;
 pub mod options;
 pub mod organs;
+pub mod populations;
 pub mod rates;
 pub mod regions;
 pub mod run;

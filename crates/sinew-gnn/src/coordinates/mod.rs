@@ -6,6 +6,7 @@ mod motions;
 mod packed;
 mod polynomial;
 mod principal;
+mod split;
 mod supports;
 
 pub(crate) use map::OutputMap;

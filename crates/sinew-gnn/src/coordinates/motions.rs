@@ -107,12 +107,13 @@ impl Motions {
     /// the displacement with each standardised parameter p, node by node \[length\] (the solution's derivatives, times what
     /// a unit of the standardised parameter is), and after those, or not, with each of the products `p_i p_j`, `j ≥ i`.
     ///
-    /// Of all outputs that make a change, those of least squares are taken, which belong to the body and not to its mesh.
+    /// Of all outputs that make a change, those are taken in which every cluster, from the whole body down, does as much of it as
+    /// it can, and the nodes do the rest.
     ///
     /// # Errors
     /// Another body than the motions', or changes that do not belong to it.
-    pub fn following(mut self, changes: &[Vec<f64>], body: &Body, theta: &[f64]) -> Result<Self> {
-        self.slopes = self.outputs_of(changes, body, theta)?.into();
+    pub fn following(mut self, changes: &[Vec<f64>], body: &Body) -> Result<Self> {
+        self.slopes = self.outputs_of(changes, &Dirichlet::of_body(body))?.into();
         Ok(self)
     }
 

@@ -37,6 +37,7 @@ pub trait Potential: Send + Sync {
 pub struct MinimumPotential {
     potentials: Vec<Arc<dyn Potential>>,
     energy: f64,
+    limit: Option<f64>,
 }
 
 impl MinimumPotential {
@@ -47,7 +48,17 @@ impl MinimumPotential {
     /// An energy that is not positive.
     pub fn new(potentials: Vec<Arc<dyn Potential>>, energy: f64) -> Result<Self> {
         require_positive("the characteristic energy", energy)?;
-        Ok(Self { potentials, energy })
+        Ok(Self { potentials, energy, limit: None })
+    }
+
+    /// With the logarithm in place of what an energy exceeds `limit` times the characteristic one by, so that no single
+    /// sample, far off under an exponential law, hides what the others say: minima stay where they are.
+    ///
+    /// # Errors
+    /// A limit that is not positive.
+    pub fn forgiving(self, limit: f64) -> Result<Self> {
+        require_positive("the limit of an energy", limit)?;
+        Ok(Self { limit: Some(limit), ..self })
     }
 
     /// Strain energy of a small multiple of `displacement`, scaled back as if the body were
@@ -106,7 +117,10 @@ impl Objective for MinimumPotential {
         let thetas = batch.samples.iter().map(|sample| sample.theta.clone()).collect();
         let at_parameters: Arc<dyn BatchPotential> =
             Arc::new(AtParameters { potential: potential.clone(), thetas });
-        Ok(sinew_burn::fused_potential(displacement, &at_parameters).mean() / self.energy)
+        let energies = sinew_burn::fused_potential(displacement, &at_parameters) / self.energy;
+        let Some(limit) = self.limit else { return Ok(energies.mean()) };
+        let beyond = (energies.clone().clamp_min(limit) / limit).log() * limit;
+        Ok((energies.clamp_max(limit) + beyond).mean())
     }
 
     fn inadmissible(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> usize {
