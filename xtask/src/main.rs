@@ -37,11 +37,26 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         options: Vec<String>,
     },
+    /// Train one emulator for a population of shapes by energy alone and measure it on shapes that it has never seen, beside
+    /// regression and the solver
+    #[command(disable_help_flag = true)]
+    ReproducePopulations {
+        /// Options of the study; `cargo xtask reproduce-populations --help` lists them
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        options: Vec<String>,
+    },
     /// Repeat the thesis' experiments with Gaussian processes and networks that satisfy boundary
     /// conditions exactly, beside the figures it prints
     #[command(disable_help_flag = true)]
     ReproduceGp {
         /// Options of the study; `cargo xtask reproduce-gp --help` lists them
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        options: Vec<String>,
+    },
+    /// How often 95 % intervals of Gaussian processes hold the truth, on eleven problems that are not the thesis'
+    #[command(disable_help_flag = true)]
+    Coverage {
+        /// Sets of data, `--only NAME,…`, `--evidence joint|conditional|unit`, `--points N`, `--laplace`
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         options: Vec<String>,
     },
@@ -79,7 +94,11 @@ fn main() -> Result<()> {
         Task::ReproduceOrgans { options } => {
             command::study("sinew-organs", "reproduce-organs", &options)
         }
+        Task::ReproducePopulations { options } => {
+            command::study("sinew-populations", "reproduce-populations", &options)
+        }
         Task::ReproduceGp { options } => command::study("sinew-study-gp", "reproduce-gp", &options),
+        Task::Coverage { options } => command::coverage(&options),
         Task::Verify { options } => command::verify(&options),
         Task::Ci => ci::run(),
         Task::Arrows => arrows::check(),

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use sinew_energy::Barriers;
 use sinew_fem::{SolveError, Solver};
 use sinew_gnn::{Motions, PrincipalDirections, TrainingConfig};
-use sinew_graph::{FeatureMatrix, Topology};
+use sinew_graph::Topology;
 
 /// What the outputs of a network mean.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -43,11 +43,11 @@ impl Coordinates {
 
 /// Energy that outputs of one cost together about rest, in units of that of the linear response: measured in
 /// docs/design.md.
-const FIRST_SHARE: f64 = 9.0;
+pub(crate) const FIRST_SHARE: f64 = 9.0;
 
 /// The same about a solution, in units of the loads' work: over the parameter
 /// range the energy varies by less than its own size, and smaller first steps are safer.
-const ENERGY_SHARE: f64 = 0.05;
+pub(crate) const ENERGY_SHARE: f64 = 0.05;
 
 /// Motions about rest; `energy` is that of the linear response.
 pub(crate) fn at_rest(body: &Body, topology: &Topology, energy: f64) -> Result<Motions> {
@@ -62,57 +62,84 @@ pub(crate) fn at_anchor(body: &Body, topology: &Topology, anchor: &[f64]) -> Res
     Ok(motions.of_energy(ENERGY_SHARE * work(body, &anchor))?)
 }
 
+/// A state near to equilibrium at the centre of the parameter range: as much of the linear response, or of a `guess`, as has the least energy, made by
+/// motions of the clusters, which turn where it would stretch; and some Newton steps from there.
+pub(crate) fn nearby(
+    solver: &mut Solver<'_>,
+    topology: &Topology,
+    guess: Vec<f64>,
+    newton_steps: usize,
+) -> Result<Vec<f64>> {
+    /// Parts that are tried, the first and factor from one to the next: laws that stiffen leave little of the linear response.
+    const PARTS: (f64, f64, i32) = (1.4, 0.75, 20);
+    let body = solver.body();
+    let (centre, rest) = (body.centre(), vec![0.0; 3 * body.nodes]);
+    let response = solver.linear_response(&centre)?;
+    let motions =
+        Motions::about(&rest, topology, body, &centre)?.following(&[response, guess], body)?;
+    let mut best = (f64::INFINITY, rest);
+    let parts = (0..PARTS.2).map(|k| PARTS.0 * PARTS.1.powi(k));
+    for part in parts.flat_map(|part| [[part, 0.0], [0.0, part]]) {
+        let moved = motions.followed(&part, body)?;
+        let energy = body.value(&moved, &centre);
+        if energy < best.0 {
+            best = (energy, moved);
+        }
+    }
+    if newton_steps == 0 || !best.0.is_finite() {
+        return Ok(best.1);
+    }
+    let steps = solver.newton_steps(&best.1, &centre, newton_steps)?;
+    Ok(steps.into_iter().next_back().map_or(best.1, |step| step.displacement))
+}
+
 /// Motions that follow the parameters by themselves, so that a network learns what is beyond, and the derivatives of the solution as
 /// features of the graph's nodes, in units of outputs: what fibres, loads and supports make of every part of the body.
 ///
 /// First order are the derivatives at the motions' origin, one linear system each; second order is what one Newton step adds to first
-/// order a deviation away in each parameter and each two of them. Where an order goes too far, as exponential laws do, less is
-/// taken: what has the least mean energy over some of `thetas`.
+/// order a deviation away in each parameter and each two of them, with the stiffness at the origin, which is factorised once. Where an
+/// order goes too far, as exponential laws do, less is taken: what has the least mean energy over `thetas`.
+///
+/// Returns these motions, and those of first order for the features.
 pub(crate) fn following(
-    body: &Body,
+    solver: &mut Solver<'_>,
     motions: Motions,
     thetas: &[Vec<f64>],
-) -> Result<(Motions, FeatureMatrix)> {
+) -> Result<(Motions, Motions)> {
     /// Parts of first order that are tried.
     const PARTS: [f64; 4] = [1.0, 0.7, 0.4, 0.0];
-    /// Parameter sets that they are tried at.
-    const TRIED: usize = 32;
+    let body = solver.body();
     let (centre, scaling) = (body.centre(), parameters::scaling(body)?);
-    let mut solver = Solver::new(body)?;
     let mut changes = solver.sensitivity_at(motions.origin(), &centre)?;
     for (change, slope) in changes.iter_mut().zip(scaling.slopes(&centre)) {
         change.iter_mut().for_each(|u| *u /= slope);
     }
-    let first = motions.clone().following(&changes, body, &centre)?;
-    let columns = first.features();
+    let first = motions.clone().following(&changes, body)?;
     let mut tried: Vec<Motions> = PARTS.iter().map(|&part| first.clone().damped(part)).collect();
-    if let Some(products) = second_order(body, &first, &mut solver)? {
+    if let Some(products) = second_order(&first, solver)? {
         changes.extend(products);
-        tried.insert(0, motions.following(&changes, body, &centre)?);
+        tried.insert(0, motions.following(&changes, body)?);
     }
     let guarded = body.clone().with_barriers(Barriers::default());
     let energy = |motions: &Motions| -> Result<f64> {
         let of = |theta: &Vec<f64>| -> Result<f64> {
             Ok(guarded.value(&motions.followed(&scaling.standardise(theta)?, body)?, theta))
         };
-        thetas.iter().take(TRIED).map(of).sum()
+        thetas.iter().map(of).sum()
     };
-    let mut best = (f64::INFINITY, first);
+    let mut best = (f64::INFINITY, first.clone());
     for motions in tried {
         let found = energy(&motions)?;
         if found < best.0 {
             best = (found, motions);
         }
     }
-    Ok((best.1, columns))
+    Ok((best.1, first))
 }
 
 /// Changes of the displacement with the products of two standardised parameters; `None` where first order inverts a cell.
-fn second_order(
-    body: &Body,
-    first: &Motions,
-    solver: &mut Solver<'_>,
-) -> Result<Option<Vec<Vec<f64>>>> {
+fn second_order(first: &Motions, solver: &mut Solver<'_>) -> Result<Option<Vec<Vec<f64>>>> {
+    let body = solver.body();
     let (count, scaling) = (body.parameters.len(), parameters::scaling(body)?);
     // Mean of what is missing at both ends of a direction: odd orders cancel.
     let mut missing = |axes: &[usize]| -> Result<Option<Vec<f64>>> {
@@ -121,9 +148,10 @@ fn second_order(
             let at: Vec<f64> =
                 (0..count).map(|p| if axes.contains(&p) { sign } else { 0.0 }).collect();
             let from = first.followed(&at, body)?;
-            match solver.newton_step(&from, &scaling.unstandardise(&at)?) {
-                Ok(step) => {
-                    let moved = step.displacement.iter().zip(&from);
+            let theta = scaling.unstandardise(&at)?;
+            match solver.step_with_held_stiffness(&from, &theta) {
+                Ok(to) => {
+                    let moved = to.iter().zip(&from);
                     sum.iter_mut()
                         .zip(moved)
                         .for_each(|(sum, (to, from))| *sum += 0.5 * (to - from));
@@ -157,12 +185,20 @@ fn second_order(
     Ok(Some(products))
 }
 
-/// Coordinates in which simulations differ.
-pub(crate) fn of_simulations(fields: &[Vec<f64>]) -> Result<PrincipalDirections> {
+/// Coordinates in which simulations at `thetas` differ beyond a polynomial in the parameters.
+pub(crate) fn of_simulations(
+    body: &Body,
+    thetas: &[Vec<f64>],
+    fields: &[Vec<f64>],
+) -> Result<PrincipalDirections> {
     /// Between the spread of the simulations, which hides the small directions from the network, and equal sizes,
     /// which waste it on them: measured in docs/design.md.
     const POWER: f64 = 0.7;
-    Ok(PrincipalDirections::of(fields.iter().map(Vec::as_slice), POWER)?)
+    let scaling = parameters::scaling(body)?;
+    let parameters: Vec<Vec<f64>> =
+        thetas.iter().map(|theta| scaling.standardise(theta)).collect::<sinew_gnn::Result<_>>()?;
+    let fields = fields.iter().map(Vec::as_slice);
+    Ok(PrincipalDirections::following(fields, &parameters, POWER)?)
 }
 
 /// A displacement one Newton step nearer to equilibrium at the centre of the parameter range, or the same where it inverts a cell.
@@ -191,7 +227,7 @@ pub(crate) fn admissible(body: &Body, displacement: &[f64]) -> Vec<f64> {
 }
 
 /// Work of the loads, or the energy where there are none to speak of [energy].
-fn work(body: &Body, displacement: &[f64]) -> f64 {
+pub(crate) fn work(body: &Body, displacement: &[f64]) -> f64 {
     let energy = body.value(displacement, &body.centre());
     body.load_value(displacement, &body.centre()).abs().max(energy.abs())
 }

@@ -41,6 +41,14 @@ pub enum Error {
     /// The solver cannot solve the body at all, or not where it was asked to.
     #[error(transparent)]
     Solve(#[from] sinew_fem::SolveError),
+    /// A body of a population that could not be drawn.
+    #[error("body {index} of the population could not be made: {reason}")]
+    Draw {
+        /// Its number.
+        index: u64,
+        /// Why.
+        reason: String,
+    },
     /// A network that cannot be made, trained or asked.
     #[error(transparent)]
     Network(#[from] sinew_gnn::Error),

@@ -1,8 +1,8 @@
 //! The graph of a body: what every network starts from.
 
 use crate::{Body, Result};
-use sinew_gnn::{Coordinates, Dirichlet, Geometry};
-use sinew_graph::{AugmentationConfig, FeatureMatrix, augment, graph_features};
+use sinew_gnn::{Coordinates, Dirichlet, Geometry, Motions};
+use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 
 /// Clusters of a layer in one of the next, where they go on to the whole body: measured in docs/design.md.
 const SHRINKAGE: usize = 2;
@@ -14,13 +14,22 @@ const SHRINKAGE: usize = 2;
 /// # Errors
 /// A mesh that has no valid graph.
 pub(crate) fn geometry(body: &Body, to_one_root: bool, seed: u64) -> Result<Geometry> {
-    let nodes = body.nodes;
+    geometry_on(body, topology(body, to_one_root, seed)?)
+}
+
+/// The graph alone, which bodies of one connectivity may share.
+pub(crate) fn topology(body: &Body, to_one_root: bool, seed: u64) -> Result<Topology> {
     let config = match to_one_root {
-        true => AugmentationConfig::to_one_root(nodes, SHRINKAGE),
-        false => AugmentationConfig::for_nodes(nodes),
+        true => AugmentationConfig::to_one_root(body.nodes, SHRINKAGE),
+        false => AugmentationConfig::for_nodes(body.nodes),
     };
     let config = AugmentationConfig { seed, ..config };
-    let topology = augment(&body.positions, &body.mesh.edges(), &config)?;
+    Ok(augment(&body.positions, &body.mesh.edges(), &config)?)
+}
+
+/// Features of a body on a graph of its connectivity.
+pub(crate) fn geometry_on(body: &Body, topology: Topology) -> Result<Geometry> {
+    let nodes = body.nodes;
     let held = body.prescribed.chunks_exact(3).enumerate();
     let held: Vec<usize> =
         held.filter(|(_, row)| row.iter().all(Option::is_some)).map(|(node, _)| node).collect();
@@ -28,4 +37,11 @@ pub(crate) fn geometry(body: &Body, to_one_root: bool, seed: u64) -> Result<Geom
     let features = graph_features(&topology, &body.positions, &indicator, 3)?;
     let (dirichlet, coordinates) = (Dirichlet::of_body(body), Coordinates::Components);
     Ok(Geometry { topology, features, global: Vec::new(), dirichlet, coordinates })
+}
+
+/// Puts what outputs follow beside the features of the nodes.
+pub(crate) fn add_features(geometry: &mut Geometry, motions: &Motions) -> Result<()> {
+    let nodes = &mut geometry.features.nodes;
+    *nodes = nodes.beside(&motions.features())?;
+    Ok(())
 }

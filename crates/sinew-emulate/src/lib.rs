@@ -53,6 +53,7 @@ mod identity;
 mod network;
 mod options;
 mod parameters;
+mod population;
 mod progress;
 mod quantiles;
 pub mod recipe;
@@ -77,6 +78,7 @@ pub use evaluate::{CaseErrors, Errors, METRICS, Metric, TestSet, median_and_wors
 pub use evaluation::{Corrected, Evaluation, Times};
 pub use network::{CurvePoint, Network};
 pub use options::{Budget, TrainingOptions};
+pub use population::{Draw, Population, PopulationEmulator, StreamProgress};
 pub use progress::{Counter, Observer, Progress};
 pub use quantiles::Quantiles;
 pub use recipe::Recipe;

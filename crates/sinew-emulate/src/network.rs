@@ -146,16 +146,21 @@ pub(crate) fn train(
     let at_rest = || coordinates::at_rest(body, &topology, lesson.energy);
     let at_anchor = |anchor: &[f64]| coordinates::at_anchor(body, &topology, anchor);
     let follow = |geometry: &mut Geometry, anchor: &[f64]| -> Result<Meaning> {
-        let (motions, columns) = coordinates::following(body, at_anchor(anchor)?, lesson.thetas)?;
-        let nodes = &mut geometry.features.nodes;
-        *nodes = nodes.beside(&columns).map_err(sinew_gnn::Error::from)?;
+        /// Parameter sets that orders are tried at.
+        const TRIED: usize = 32;
+        let tried = &lesson.thetas[..lesson.thetas.len().min(TRIED)];
+        let (motions, first) =
+            coordinates::following(&mut Solver::new(body)?, at_anchor(anchor)?, tried)?;
+        graph::add_features(geometry, &first)?;
         Ok(Meaning::Motions(motions))
     };
     geometry.coordinates = match &coordinates {
         Coordinates::Components => Meaning::Components,
         Coordinates::Simulations => {
             let fields = lesson.fields.unwrap_or_default();
-            Meaning::Principal(timed(&mut prepare_s, || coordinates::of_simulations(fields))?)
+            Meaning::Principal(timed(&mut prepare_s, || {
+                coordinates::of_simulations(body, lesson.thetas, fields)
+            })?)
         }
         Coordinates::Motions => Meaning::Motions(timed(&mut prepare_s, at_rest)?),
         Coordinates::MotionsOfSimulation => {

@@ -96,6 +96,29 @@ impl Solver<'_> {
         Ok(steps)
     }
 
+    /// Displacement \[length\] after a step with the stiffness that was factorised last, by [`Solver::newton_step`] or
+    /// [`Solver::sensitivity_at`]: one gradient and one back-substitution, where the two states are near to each other.
+    ///
+    /// # Errors
+    /// θ or a displacement that does not belong to the body, or [`SolveError::Inadmissible`] where it inverts a cell.
+    pub fn step_with_held_stiffness(
+        &mut self,
+        displacement: &[f64],
+        theta: &[f64],
+    ) -> Result<Vec<f64>, SolveError> {
+        self.potential.check_theta(theta)?;
+        self.check_displacement(displacement)?;
+        let (mut moved, mut forces) = (displacement.to_vec(), vec![0.0; displacement.len()]);
+        place(self.potential, 1.0, &mut moved);
+        if !self.potential.value_and_gradient(&moved, theta, &mut forces).is_finite() {
+            return Err(SolveError::Inadmissible { cell: self.assembly.worst_cell });
+        }
+        match self.add_newton_step(&forces, &mut moved, ACCURACY) {
+            Solved::Done => Ok(moved),
+            _ => Err(SolveError::Singular),
+        }
+    }
+
     /// Displacement \[length\] of the linearised body under all loads and prescribed motions at θ: one linear system with
     /// the stiffness of the unloaded body at rest. The scale of displacements and energies that training without
     /// simulations starts from.

@@ -103,6 +103,6 @@ pub use scaling::{GlobalScaling, OutputScale, ParameterRange, ParameterScale, Pa
 pub use schedule::Schedule;
 pub use surrogate::{Scales, Surrogate};
 pub use training::{
-    Budget, Concern, HistoryPoint, Observer, Progress, StopReason, Trainer, TrainingConfig,
-    TrainingReport,
+    Budget, Concern, HistoryPoint, Lesson, Observer, Progress, StopReason, StreamTrainer, Trainer,
+    TrainingConfig, TrainingReport,
 };

@@ -378,7 +378,7 @@ fn outputs_follow_the_parameters_to_first_order() {
         vec![Support::clamped("x_min"), Support::roller_on_plane("x_max", [1.0, 0.0, 2.0])],
     );
     let changes = [beam.response(), motions.linear_response(&sideways, &beam.theta).unwrap()];
-    let following = motions.clone().following(&changes, &beam.body, &beam.theta).unwrap();
+    let following = motions.clone().following(&changes, &beam.body).unwrap();
     let small = 1e-4;
     for (p, change) in changes.iter().enumerate() {
         let parameters: [f64; 2] = std::array::from_fn(|i| if i == p { small } else { 0.0 });
@@ -391,8 +391,8 @@ fn outputs_follow_the_parameters_to_first_order() {
         let half: Vec<f64> = half.iter().map(|u| 2.0 * u / small).collect();
         assert!(relative_difference(change, &half) < 1e-3, "{p}");
     }
-    assert!(following.followed(&[0.0], &beam.body).is_err());
-    assert!(motions.clone().following(&[vec![0.0; 3]], &beam.body, &beam.theta).is_err());
+    assert!(following.followed(&[0.0; 3], &beam.body).is_err());
+    assert!(motions.clone().following(&[vec![0.0; 3]], &beam.body).is_err());
     let text = serde_json::to_string(&following).unwrap();
     assert_eq!(serde_json::from_str::<Motions>(&text).unwrap(), following);
     let columns = following.features();
@@ -417,7 +417,7 @@ fn outputs_follow_the_parameters_to_first_order() {
         }
     }
     // Parameters that the outputs do not know are refused.
-    let one = motions.following(&changes[..1], &beam.body, &beam.theta).unwrap();
+    let one = motions.following(&changes[..1], &beam.body).unwrap();
     data.geometries[0].coordinates = Coordinates::Motions(one);
     let scales = beam.surrogate(&beam.data(), &devices()[0]);
     assert!(matches!(scales.fixed_geometry(&data.geometries[0]), Err(Error::Count { .. })));

@@ -92,9 +92,10 @@ pub use crossings::self_intersections;
 pub use element::Element;
 pub use error::{Defect, MeshError, Place, Problem};
 pub use generate::{
-    Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, Size, Trim, TruncatedEllipsoid,
-    Wall, WallOptions, box_hexahedra, box_tetrahedra, cook_membrane, cook_membrane_point,
-    cylinder_quarter, rectangle_crossed_triangles, rectangle_triangles, sphere_octant,
+    BeamShape, Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, ShapeError,
+    ShapeModes, Size, Trim, TruncatedEllipsoid, VentricleShape, Wall, WallOptions, box_hexahedra,
+    box_tetrahedra, cook_membrane, cook_membrane_point, cylinder_quarter,
+    rectangle_crossed_triangles, rectangle_triangles, sphere_octant,
 };
 pub use geometry::repair_orientation;
 pub use io::{

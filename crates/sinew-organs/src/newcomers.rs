@@ -131,15 +131,16 @@ fn absent(options: &Options, shape: &Shape) -> Option<String> {
     if options.quick {
         return Some(format!("{} is left out of a quick check.", shape.name));
     }
-    let there = surface(options, "LV_ENDOCARDIAL", frame).exists();
+    let there = surface(&options.hearts, "LV_ENDOCARDIAL", frame).exists();
     (!there).then(|| {
         let folder = options.hearts.display();
         format!("{} was not met: there are no surfaces of it in {folder} (--hearts).", shape.name)
     })
 }
 
-fn surface(options: &Options, what: &str, frame: &str) -> PathBuf {
-    options.hearts.join(format!("patient1_{what}_{frame}.vtk"))
+/// File of a surface of a frame of the beat.
+pub(crate) fn surface(folder: &Path, what: &str, frame: &str) -> PathBuf {
+    folder.join(format!("patient1_{what}_{frame}.vtk"))
 }
 
 /// The body of a shape: law, load and parameters of the ventricle that the network was trained on, fibres by rule.
@@ -157,7 +158,7 @@ fn body(options: &Options, organ: &Organ, shape: &Shape, folder: &Path) -> Resul
         Source::Heart(frame, nodes) => {
             let file = folder.join("wall.vtu");
             std::fs::create_dir_all(folder)?;
-            heart(options, frame, nodes)?.write_vtu(&file)?;
+            heart(&options.hearts, frame, nodes)?.write_vtu(&file)?;
             Case::read(Path::new("LeftVentricle"))?.with_mesh(file)
         }
     };
@@ -167,8 +168,8 @@ fn body(options: &Options, organ: &Organ, shape: &Shape, folder: &Path) -> Resul
 }
 
 /// The left ventricle of a frame of a beat, its axis upright with the base at z = 0, as the network knows ventricles.
-fn heart(options: &Options, frame: &str, nodes: usize) -> Result<AnyMesh> {
-    let read = |what: &str| read_triangle_mesh(surface(options, what, frame)).map(|read| read.0);
+pub(crate) fn heart(folder: &Path, frame: &str, nodes: usize) -> Result<AnyMesh> {
+    let read = |what: &str| read_triangle_mesh(surface(folder, what, frame)).map(|read| read.0);
     let (endocardium, epicardium) = (read("LV_ENDOCARDIAL")?, read("EPICARDIAL")?);
     let septum = read("RV_ENDOCARDIAL")?;
     let chamber =

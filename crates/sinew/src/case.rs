@@ -154,9 +154,16 @@ impl Case {
     /// A mesh that cannot be read or made; names that mesh or law lack; ranges, units and loads that make no sense: each
     /// with file, line and key.
     pub fn body(&self) -> Result<Body, CaseError> {
+        self.body_on(self.mesh.make(&self.source)?)
+    }
+
+    /// The body on another mesh than its own, in mm, with the sets that fibres, loads and supports name.
+    ///
+    /// # Errors
+    /// As [`Case::body`].
+    pub fn body_on(&self, mut mesh: sinew_mesh::AnyMesh) -> Result<Body, CaseError> {
         let law = self.law.row(&self.source)?;
         let parameters = self.lower_parameters(law)?;
-        let mut mesh = self.mesh.make(&self.source)?;
         if let Some(fibres) = &self.fibres {
             fibres.lay(&mut mesh, &self.source)?;
         }

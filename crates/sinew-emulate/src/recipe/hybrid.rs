@@ -28,8 +28,8 @@ impl Default for Hybrid {
         let training = TrainingConfig {
             batch: 8,
             learning_rate: 8e-3,
-            budget: Budget::Steps(4000),
-            embedding_share: 0.01,
+            budget: Budget::Steps(2000),
+            embedding_share: 0.02,
             ..TrainingConfig::default()
         };
         Self {

@@ -14,7 +14,8 @@ use sinew_gnn::{Budget, DataSet, MinimumPotential, Objective, TrainingConfig};
 use std::sync::Arc;
 
 /// Mean potential energy, thesis (3.12): no simulation enters. One linear solve sets the scale of displacement and
-/// energy.
+/// energy; about the state that a first training predicts, some more make the outputs follow the parameters to second order
+/// before the network learns what is beyond.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PhysicsInformed {
@@ -40,9 +41,9 @@ impl Default for PhysicsInformed {
         };
         Self {
             parameter_sets: 1000,
-            coordinates: Coordinates::MotionsAfter(config(500, 0.05, 5)),
+            coordinates: Coordinates::MotionsAfter(config(400, 0.05, 5)),
             network: Network::default(),
-            training: config(5000, 0.01, 20),
+            training: config(2000, 0.02, 20),
         }
     }
 }

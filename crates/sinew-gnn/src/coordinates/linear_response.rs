@@ -33,24 +33,6 @@ impl Motions {
         Ok(response)
     }
 
-    /// The outputs of least squares that make small changes of the displacement \[length\].
-    pub(super) fn outputs_of(
-        &self,
-        changes: &[Vec<f64>],
-        body: &Body,
-        theta: &[f64],
-    ) -> Result<Vec<Vec<f64>>> {
-        let dirichlet = Dirichlet::of_body(body);
-        let stiffness = stiffness(body, self.origin(), theta)?;
-        let outputs = |change: &Vec<f64>| {
-            require_count("entries of a change", change.len(), self.origin().len())?;
-            let mut forces = vec![0.0; change.len()];
-            stiffness.apply(change, &mut forces);
-            self.solve(&stiffness, &dirichlet, &forces)
-        };
-        changes.iter().map(outputs).collect()
-    }
-
     /// Small outputs `Bᵀ w` whose displacement u has `K u = f` where nothing is held: of all that do, those of least squares.
     fn solve(
         &self,

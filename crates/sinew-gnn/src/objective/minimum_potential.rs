@@ -21,9 +21,9 @@ pub trait Potential: Send + Sync {
         None
     }
 
-    /// Whether a body can have this displacement: no cell is inverted.
-    fn admits(&self, displacement: &[f64]) -> bool {
-        let _ = displacement;
+    /// Whether a body can have this displacement: no cell is inverted, and no barrier bounds its energy.
+    fn admits(&self, displacement: &[f64], theta: &[f64]) -> bool {
+        let _ = (displacement, theta);
         true
     }
 
@@ -37,6 +37,7 @@ pub trait Potential: Send + Sync {
 pub struct MinimumPotential {
     potentials: Vec<Arc<dyn Potential>>,
     energy: f64,
+    limit: Option<f64>,
 }
 
 impl MinimumPotential {
@@ -47,7 +48,17 @@ impl MinimumPotential {
     /// An energy that is not positive.
     pub fn new(potentials: Vec<Arc<dyn Potential>>, energy: f64) -> Result<Self> {
         require_positive("the characteristic energy", energy)?;
-        Ok(Self { potentials, energy })
+        Ok(Self { potentials, energy, limit: None })
+    }
+
+    /// With the logarithm in place of what an energy exceeds `limit` times the characteristic one by, so that no single
+    /// sample, far off under an exponential law, hides what the others say: minima stay where they are.
+    ///
+    /// # Errors
+    /// A limit that is not positive.
+    pub fn forgiving(self, limit: f64) -> Result<Self> {
+        require_positive("the limit of an energy", limit)?;
+        Ok(Self { limit: Some(limit), ..self })
     }
 
     /// Strain energy of a small multiple of `displacement`, scaled back as if the body were
@@ -106,14 +117,18 @@ impl Objective for MinimumPotential {
         let thetas = batch.samples.iter().map(|sample| sample.theta.clone()).collect();
         let at_parameters: Arc<dyn BatchPotential> =
             Arc::new(AtParameters { potential: potential.clone(), thetas });
-        Ok(sinew_burn::fused_potential(displacement, &at_parameters).mean() / self.energy)
+        let energies = sinew_burn::fused_potential(displacement, &at_parameters) / self.energy;
+        let Some(limit) = self.limit else { return Ok(energies.mean()) };
+        let beyond = (energies.clone().clamp_min(limit) / limit).log() * limit;
+        Ok((energies.clamp_max(limit) + beyond).mean())
     }
 
     fn inadmissible(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> usize {
         let Some(potential) = self.potentials.get(batch.geometry) else { return 0 };
         let values: Vec<f64> = displacement.into_data().iter::<f64>().collect();
         let fields = values.chunks_exact(potential.degrees_of_freedom().max(1));
-        fields.filter(|field| !potential.admits(field)).count()
+        let cases = fields.zip(batch.samples);
+        cases.filter(|(field, sample)| !potential.admits(field, &sample.theta)).count()
     }
 }
 
@@ -144,8 +159,8 @@ impl Potential for Body {
         self.check_theta(theta).err().map(|error| error.to_string())
     }
 
-    fn admits(&self, displacement: &[f64]) -> bool {
-        self.admits(displacement)
+    fn admits(&self, displacement: &[f64], theta: &[f64]) -> bool {
+        self.is_within_barriers(displacement, theta)
     }
 
     fn value_and_gradient(&self, displacement: &[f64], theta: &[f64], gradient: &mut [f64]) -> f64 {

@@ -6,9 +6,11 @@ mod concern;
 mod config;
 mod progress;
 mod sampler;
+mod stream;
 mod trainer;
 
 pub use concern::Concern;
 pub use config::{Budget, TrainingConfig};
 pub use progress::{HistoryPoint, Observer, Progress, StopReason, TrainingReport};
+pub use stream::{Lesson, StreamTrainer};
 pub use trainer::Trainer;

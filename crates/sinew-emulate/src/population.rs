@@ -1,0 +1,355 @@
+//! One network for all bodies of a population, trained on a stream of bodies by energy alone.
+
+use crate::coordinates::{self, Coordinates};
+use crate::network::{Network, TrainedNetwork};
+use crate::recipe::PhysicsInformed;
+use crate::{Body, Design, Emulator, Recipe, Record, Result, graph, parameters};
+use serde::{Deserialize, Serialize};
+use sinew_energy::Barriers;
+use sinew_fem::{Options, Solver};
+use sinew_gnn::Coordinates as Meaning;
+use sinew_gnn::{
+    Backend, Budget, DataSet, Decoding, EmulatorConfig, Geometry, Lesson, MinimumPotential,
+    Motions, OutputScale, Sample, Scales, StreamTrainer, Surrogate, TrainingConfig,
+};
+use sinew_graph::Topology;
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::mpsc::sync_channel;
+use std::time::Instant;
+
+/// A body of the population by its number, the same for the same number.
+pub type Draw<'a> = dyn Fn(u64) -> Result<Body> + Sync + 'a;
+
+/// How a network learns a population: every step takes bodies that it has never seen and never sees again.
+///
+/// Each body is prepared by a few linear systems: its linear response, carried by motions of its clusters, Newton steps from there at the centre
+/// of the parameters' ranges, and derivatives in the parameters, which outputs follow to second order. The network learns what is beyond.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Population {
+    /// Sizes of the network.
+    pub network: Network,
+    /// Newton steps to the state that outputs are about.
+    pub newton_steps: usize,
+    /// Bodies in a step.
+    pub bodies: usize,
+    /// Optimiser, schedule, steps; the batch is of parameter sets per body.
+    pub training: TrainingConfig,
+}
+
+impl Default for Population {
+    fn default() -> Self {
+        Self {
+            network: Network::default(),
+            newton_steps: 0,
+            bodies: 2,
+            training: TrainingConfig {
+                batch: 8,
+                learning_rate: 8e-3,
+                budget: Budget::Steps(2000),
+                evaluations: 10,
+                ..TrainingConfig::default()
+            },
+        }
+    }
+}
+
+/// Where a training on a stream stands.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StreamProgress {
+    /// Steps made.
+    pub step: usize,
+    /// Part of the budget that is spent.
+    pub share: f64,
+    /// Wall time since the start, evaluations not counted \[s\].
+    pub seconds: f64,
+    /// Mean loss since the last evaluation.
+    pub loss: f64,
+}
+
+/// A network that has learned a population.
+#[derive(Clone, Debug)]
+pub struct PopulationEmulator {
+    recipe: Population,
+    seed: u64,
+    surrogate: Surrogate,
+    template: Template,
+}
+
+/// A first body: bodies of its connectivity share its graph, and its equilibrium for the centre of the parameters' ranges is a
+/// guess for others.
+#[derive(Clone, Debug)]
+struct Template {
+    edges: Vec<[usize; 2]>,
+    topology: Topology,
+    positions: Vec<[f64; 3]>,
+    state: Vec<f64>,
+}
+
+impl Template {
+    fn new(body: &Body, seed: u64) -> Result<Self> {
+        let state = Solver::new(body)?.solve(&body.centre(), &Options::default())?.displacement;
+        Ok(Self {
+            edges: body.mesh.edges(),
+            topology: graph::topology(body, true, seed)?,
+            positions: body.positions.clone(),
+            state,
+        })
+    }
+
+    /// The graph of a body, and the state of this one's nodes nearest to its own when both fill the same box \[length\].
+    fn of(&self, body: &Body, seed: u64) -> Result<(Topology, Vec<f64>)> {
+        /// Nodes that a state is averaged over, by the inverse squares of their squared distances.
+        const NEAREST: usize = 4;
+        let ([from, own], [to, size]) = (bounds(&self.positions), bounds(&body.positions));
+        let scale: [f64; 3] = std::array::from_fn(|i| size[i] / own[i]);
+        let moved = |node: usize| -> [f64; 3] {
+            std::array::from_fn(|i| scale[i] * self.state[3 * node + i])
+        };
+        let known = body.nodes == self.topology.real_nodes && body.mesh.edges() == self.edges;
+        if known {
+            return Ok((self.topology.clone(), (0..body.nodes).flat_map(moved).collect()));
+        }
+        let at = |x: &[f64; 3]| -> [f64; 3] {
+            let x: [f64; 3] = std::array::from_fn(|i| from[i] + (x[i] - to[i]) / scale[i]);
+            let distance = |node: &usize| -> f64 {
+                self.positions[*node].iter().zip(x).map(|(a, b)| (a - b).powi(2)).sum()
+            };
+            let mut near: Vec<(f64, usize)> =
+                (0..self.positions.len()).map(|node| (distance(&node), node)).collect();
+            let last = NEAREST.min(near.len()) - 1;
+            near.select_nth_unstable_by(last, |a, b| a.0.total_cmp(&b.0));
+            let (mut sum, mut weights) = ([0.0; 3], 0.0);
+            for (distance, node) in &near[..=last] {
+                let weight = 1.0 / (distance + 1e-6).powi(2);
+                weights += weight;
+                sum.iter_mut().zip(moved(*node)).for_each(|(sum, u)| *sum += weight * u);
+            }
+            sum.map(|sum| sum / weights)
+        };
+        Ok((graph::topology(body, true, seed)?, body.positions.iter().flat_map(at).collect()))
+    }
+}
+
+/// Least coordinates, and extents.
+fn bounds(positions: &[[f64; 3]]) -> [[f64; 3]; 2] {
+    let end = |i: usize, pick: fn(f64, f64) -> f64, from: f64| {
+        positions.iter().map(|x| x[i]).fold(from, pick)
+    };
+    let least: [f64; 3] = std::array::from_fn(|i| end(i, f64::min, f64::INFINITY));
+    let extent = |i: usize| end(i, f64::max, f64::NEG_INFINITY) - least[i];
+    [least, std::array::from_fn(|i| extent(i).max(f64::MIN_POSITIVE))]
+}
+
+/// Numbers of the bodies that scales are taken from, far from those trained on.
+const FIRST_OF_SCALES: u64 = 1 << 40;
+/// So many.
+const OF_SCALES: u64 = 16;
+/// Energies beyond so many times the work of the loads count by their logarithm.
+const FORGIVEN: f64 = 1.0;
+/// Parameter sets that parts of the followed outputs are tried at.
+const TRIED: usize = 8;
+
+impl Population {
+    /// A network that has learned nothing yet.
+    ///
+    /// # Errors
+    /// A body that cannot be drawn or prepared.
+    pub fn prepare(&self, draw: &Draw<'_>, seed: u64) -> Result<PopulationEmulator> {
+        self.untrained(draw, &Template::new(&draw(FIRST_OF_SCALES)?, seed)?, seed)
+    }
+
+    /// Trains on the bodies that `draw` makes, and shows the network as it is `training.evaluations` times.
+    ///
+    /// # Errors
+    /// A body that cannot be drawn, prepared or learned.
+    pub fn train(
+        &self,
+        draw: &Draw<'_>,
+        seed: u64,
+        observe: &mut dyn FnMut(StreamProgress, &PopulationEmulator) -> Result<ControlFlow<()>>,
+    ) -> Result<PopulationEmulator> {
+        let template = Template::new(&draw(FIRST_OF_SCALES)?, seed)?;
+        let mut emulator = self.untrained(draw, &template, seed)?;
+        let config = TrainingConfig { seed, ..self.training.clone() };
+        let mut trainer = StreamTrainer::new(emulator.surrogate.clone(), config)?;
+        let lesson = |index: u64| self.lesson(&draw(index)?, &template, seed, index);
+        std::thread::scope(|scope| {
+            // Bodies are prepared on a thread of their own, in their order; it ends when nobody listens.
+            let (send, lessons) = sync_channel(2 * self.bodies.max(1));
+            scope.spawn(move || (0..).try_for_each(|index| send.send(lesson(index)).ok()));
+            let (mut seconds, mut evaluated, mut losses) = (0.0, 0, Vec::new());
+            loop {
+                let start = Instant::now();
+                let share = match self.training.budget {
+                    Budget::Steps(steps) => trainer.steps() as f64 / steps as f64,
+                    Budget::Seconds(budget) => seconds / budget,
+                };
+                let due = (share * self.training.evaluations as f64) as usize;
+                if due > evaluated || share >= 1.0 {
+                    evaluated = due;
+                    emulator.surrogate = trainer.surrogate();
+                    let loss = losses.iter().sum::<f64>() / losses.len().max(1) as f64;
+                    losses.clear();
+                    let progress = StreamProgress { step: trainer.steps(), share, seconds, loss };
+                    if observe(progress, &emulator)?.is_break() || share >= 1.0 {
+                        return Ok(emulator);
+                    }
+                    continue;
+                }
+                let lessons: Vec<Lesson> =
+                    lessons.iter().take(self.bodies.max(1)).collect::<Result<_>>()?;
+                losses.push(trainer.step(&lessons, share)?);
+                seconds += start.elapsed().as_secs_f64();
+            }
+        })
+    }
+
+    fn untrained(
+        &self,
+        draw: &Draw<'_>,
+        template: &Template,
+        seed: u64,
+    ) -> Result<PopulationEmulator> {
+        let bodies =
+            (0..OF_SCALES).map(|i| draw(FIRST_OF_SCALES + i)).collect::<Result<Vec<_>>>()?;
+        let geometries: Vec<Geometry> = bodies
+            .iter()
+            .map(|body| self.geometry(body, template, seed).map(|(geometry, _)| geometry))
+            .collect::<Result<_>>()?;
+        let Geometry { features, topology, .. } = &geometries[0];
+        let Network { latent, width, cluster_width, message_passing_steps: steps } = self.network;
+        let sizes = EmulatorConfig::new(
+            3,
+            features.nodes.columns,
+            features.edges.columns,
+            bodies[0].parameters.len(),
+        );
+        let decoding =
+            Decoding::Motions { layers: topology.roots_per_layer.len(), width: cluster_width };
+        let sizes = EmulatorConfig { latent, width, steps, decoding, ..sizes };
+        let origins = geometries.iter().filter_map(|geometry| match &geometry.coordinates {
+            Meaning::Motions(motions) => Some(motions.origin()),
+            _ => None,
+        });
+        let output = OutputScale::root_mean_square(3, origins)?;
+        let scales = Scales::over(&geometries, parameters::scaling(&bodies[0])?, output)?;
+        let data = DataSet {
+            geometries: vec![geometries[0].clone()],
+            training: Vec::new(),
+            validation: Vec::new(),
+        };
+        let device = Backend::default().device()?;
+        let surrogate = Surrogate::new(&sizes, &data, scales, seed, &device)?;
+        let (recipe, template) = (self.clone(), template.clone());
+        Ok(PopulationEmulator { recipe, seed, surrogate, template })
+    }
+
+    /// What a body is for the network, and the work of its loads there, or what a Newton step would gain if that is more.
+    ///
+    /// Outputs of one cost nine times the energy that a Newton step would still gain, and a part of the loads' work. The step itself, in
+    /// outputs, is among the features of the nodes, before the derivatives in the parameters.
+    fn geometry(&self, body: &Body, template: &Template, seed: u64) -> Result<(Geometry, f64)> {
+        let (topology, guess) = template.of(body, seed)?;
+        let mut solver = Solver::new(body)?;
+        let anchor = coordinates::nearby(&mut solver, &topology, guess, self.newton_steps)?;
+        let centre = body.centre();
+        let motions = Motions::about(&anchor, &topology, body, &centre)?;
+        let thetas = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
+        let (motions, first) = coordinates::following(&mut solver, motions.clone(), &thetas)?;
+        let mut step = solver.step_with_held_stiffness(&anchor, &centre)?;
+        step.iter_mut().zip(&anchor).for_each(|(to, from)| *to -= from);
+        let mut gradient = vec![0.0; anchor.len()];
+        body.value_and_gradient(&anchor, &centre, &mut gradient);
+        let gain = 0.5 * coordinates::dot(&gradient, &step).abs();
+        let work = coordinates::work(body, &anchor);
+        let energy = coordinates::FIRST_SHARE * gain + coordinates::ENERGY_SHARE * work;
+        let (motions, first) = (motions.of_energy(energy)?, first.of_energy(energy)?);
+        let mut geometry = graph::geometry_on(body, topology)?;
+        let step = Motions::clone(&first).following(&[step], body)?;
+        graph::add_features(&mut geometry, &step)?;
+        graph::add_features(&mut geometry, &first)?;
+        geometry.coordinates = Meaning::Motions(motions);
+        Ok((geometry, work.max(gain)))
+    }
+
+    fn lesson(&self, body: &Body, template: &Template, seed: u64, index: u64) -> Result<Lesson> {
+        let (geometry, energy) = self.geometry(body, template, seed)?;
+        let seed = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ index;
+        let thetas = Design::LatinHypercube.sample(&body.parameters, self.training.batch, seed)?;
+        let sample = |theta| Sample { geometry: 0, theta, displacement: Vec::new() };
+        let potential = Arc::new(body.clone().with_barriers(Barriers::default()));
+        let objective =
+            Box::new(MinimumPotential::new(vec![potential], energy)?.forgiving(FORGIVEN)?);
+        Ok(Lesson { geometry, samples: thetas.into_iter().map(sample).collect(), objective })
+    }
+}
+
+impl PopulationEmulator {
+    /// The emulator of a body, be it one of the population or not, with any mesh.
+    ///
+    /// # Errors
+    /// Other parameters than the population's, or a body that cannot be prepared.
+    pub fn meet<'b>(&self, body: &'b Body) -> Result<Emulator<'b>> {
+        let start = Instant::now();
+        let (geometry, _) = self.recipe.geometry(body, &self.template, self.seed)?;
+        let network = TrainedNetwork::new(self.surrogate.clone(), geometry)?;
+        let recipe = Recipe::from(PhysicsInformed {
+            parameter_sets: 0,
+            coordinates: Coordinates::Motions,
+            network: self.recipe.network,
+            training: self.recipe.training.clone(),
+        });
+        let mut record = Record::new(recipe);
+        record.prepare_s = start.elapsed().as_secs_f64();
+        Ok(Emulator::new(body, network.into(), record))
+    }
+
+    /// Displacements of a body at each of `thetas` \[length\], from one state: what the network predicts for the centre of the
+    /// parameters' ranges, after `newton_steps` there. From it the parameters are followed to second order, with one stiffness.
+    ///
+    /// # Errors
+    /// As [`PopulationEmulator::meet`].
+    pub fn carried(
+        &self,
+        body: &Body,
+        thetas: &[Vec<f64>],
+        newton_steps: usize,
+    ) -> Result<Vec<Vec<f64>>> {
+        let centre = body.centre();
+        let state = self.meet(body)?.predict(std::slice::from_ref(&centre))?.displacement;
+        let mut solver = Solver::new(body)?;
+        let steps =
+            solver.newton_steps(&coordinates::admissible(body, &state), &centre, newton_steps)?;
+        let state = steps.into_iter().next_back().map_or(state, |step| step.displacement);
+        follow(&mut solver, &self.template.of(body, self.seed)?.0, &state, thetas)
+    }
+
+    /// The same from the state that the network starts from, without it.
+    ///
+    /// # Errors
+    /// As [`PopulationEmulator::meet`].
+    pub fn followed(&self, body: &Body, thetas: &[Vec<f64>]) -> Result<Vec<Vec<f64>>> {
+        let (topology, guess) = self.template.of(body, self.seed)?;
+        let mut solver = Solver::new(body)?;
+        let steps = self.recipe.newton_steps;
+        let state = coordinates::nearby(&mut solver, &topology, guess, steps)?;
+        follow(&mut solver, &topology, &state, thetas)
+    }
+}
+
+/// Displacements at `thetas`, followed from a state near to equilibrium at the centre of the ranges.
+fn follow(
+    solver: &mut Solver<'_>,
+    topology: &Topology,
+    state: &[f64],
+    thetas: &[Vec<f64>],
+) -> Result<Vec<Vec<f64>>> {
+    let body = solver.body();
+    let motions = Motions::about(state, topology, body, &body.centre())?;
+    let (motions, _) = coordinates::following(solver, motions, thetas)?;
+    let scaling = parameters::scaling(body)?;
+    let field = |theta: &Vec<f64>| Ok(motions.followed(&scaling.standardise(theta)?, body)?);
+    thetas.iter().map(field).collect()
+}

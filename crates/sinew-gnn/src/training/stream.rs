@@ -1,0 +1,113 @@
+//! Training on a stream of geometries, none of which is kept.
+
+use burn::module::Module;
+use burn::optim::GradientsParams;
+use burn::tensor::Tensor;
+
+use super::config::{Budget, TrainingConfig};
+use crate::data::{DataSet, Geometry, Sample};
+use crate::emulator::Emulator;
+use crate::error::{Error, Result};
+use crate::objective::{Batch, Objective};
+use crate::optimiser::{Optimiser, clip_global_norm};
+use crate::surrogate::{GeometryTensors, Surrogate};
+
+/// One geometry of a stream with what is learned there in one step.
+pub struct Lesson {
+    /// The geometry.
+    pub geometry: Geometry,
+    /// Parameter sets on it, all with the geometry's index zero.
+    pub samples: Vec<Sample>,
+    /// What is minimised there; it knows one geometry.
+    pub objective: Box<dyn Objective>,
+}
+
+/// Trains a [`Surrogate`] on geometries that come one after the other, so that it learns what they have in common: for
+/// shapes never seen.
+///
+/// A step takes as many lessons as it is given, and forgets them. Message passing is trained to the end.
+pub struct StreamTrainer {
+    surrogate: Surrogate,
+    emulator: Emulator,
+    optimiser: Box<dyn Optimiser>,
+    config: TrainingConfig,
+    steps: usize,
+}
+
+impl StreamTrainer {
+    /// For a surrogate of the feature counts and scales of the stream.
+    ///
+    /// # Errors
+    /// Settings that admit no training.
+    pub fn new(surrogate: Surrogate, config: TrainingConfig) -> Result<Self> {
+        config.check()?;
+        let emulator = surrogate.emulator.clone().train();
+        let optimiser = config.optimiser.build();
+        Ok(Self { surrogate, emulator, optimiser, config, steps: 0 })
+    }
+
+    /// One update of the weights by the mean loss of some lessons, which is returned. `share` is the part of the budget
+    /// that is spent, for the schedule of the learning rate.
+    ///
+    /// # Errors
+    /// A lesson whose parts do not fit each other, [`Error::Diverged`] if loss or gradient is not finite (the weights
+    /// stay as they were).
+    pub fn step(&mut self, lessons: &[Lesson], share: f64) -> Result<f64> {
+        sinew_burn::on_ready_threads(|| self.step_in_pool(lessons, share))
+    }
+
+    fn step_in_pool(&mut self, lessons: &[Lesson], share: f64) -> Result<f64> {
+        let losses = lessons.iter().map(|lesson| self.loss(lesson)).collect::<Result<Vec<_>>>()?;
+        let sum = losses.into_iter().reduce(|sum, loss| sum + loss);
+        let loss = sum.ok_or(Error::NothingToTrain("a step of a stream needs a lesson"))?;
+        let loss = loss / lessons.len() as f64;
+        let value: f64 = loss.clone().into_scalar::<f32>().into();
+        let gradients = GradientsParams::from_grads(loss.backward(), &self.emulator);
+        let (gradients, gradient_norm) =
+            clip_global_norm(&self.emulator, gradients, self.config.gradient_norm_limit);
+        self.steps += 1;
+        // Steps per budget are known only where the budget counts them.
+        let total = match self.config.budget {
+            Budget::Steps(steps) => steps as f64,
+            Budget::Seconds(_) => self.steps as f64 / share.max(f64::MIN_POSITIVE),
+        };
+        let factor = self.config.schedule.factor(self.steps - 1, total);
+        let learning_rate = self.config.learning_rate * factor;
+        if !value.is_finite() || !gradient_norm.is_finite() {
+            let (step, loss) = (self.steps, value);
+            return Err(Error::Diverged { step, loss, gradient_norm, learning_rate });
+        }
+        self.emulator = self.optimiser.step(learning_rate, self.emulator.clone(), gradients);
+        Ok(value)
+    }
+
+    fn loss(&self, lesson: &Lesson) -> Result<Tensor<1>> {
+        let Lesson { geometry, samples, objective } = lesson;
+        let data = DataSet {
+            geometries: vec![geometry.clone()],
+            training: samples.clone(),
+            validation: Vec::new(),
+        };
+        objective.check(&data)?;
+        let prepared = self.surrogate.prepare(geometry)?;
+        let tensors = GeometryTensors::lifted(&prepared);
+        let samples: Vec<&Sample> = samples.iter().collect();
+        let thetas: Vec<&[f64]> = samples.iter().map(|sample| &sample.theta[..]).collect();
+        let parameters = Tensor::from_inner(self.surrogate.parameter_tensor(&thetas)?);
+        let local = tensors.embedding(&self.emulator);
+        let output = self.emulator.decode(local, tensors.global.clone(), parameters.clone());
+        let output = tensors.output.complete(output, parameters);
+        let displacement = tensors.output.displacement(output);
+        objective.loss(&Batch { geometry: 0, samples: &samples }, displacement)
+    }
+
+    /// Steps made.
+    pub fn steps(&self) -> usize {
+        self.steps
+    }
+
+    /// The surrogate with its current weights.
+    pub fn surrogate(&self) -> Surrogate {
+        Surrogate { emulator: self.emulator.valid(), ..self.surrogate.clone() }
+    }
+}

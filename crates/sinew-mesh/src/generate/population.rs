@@ -1,0 +1,72 @@
+//! Populations of shapes: bodies that differ by a few numbers, drawn independently.
+
+mod beam;
+mod modes;
+mod ventricle;
+
+pub use beam::BeamShape;
+pub use modes::ShapeModes;
+pub use ventricle::VentricleShape;
+
+/// Why numbers describe no body.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ShapeError {
+    /// Too many or too few numbers, or one that is not finite.
+    #[error("a shape has {most} finite numbers; {found} were given, or one of them is none")]
+    Numbers {
+        /// Numbers given.
+        found: usize,
+        /// Numbers there are.
+        most: usize,
+    },
+    /// A measure that no body of the population has.
+    #[error("the {what} of {value:.3} is not between {least} and {most}: draw other numbers")]
+    Measure {
+        /// What was measured.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// Smallest of the population.
+        least: f64,
+        /// Largest of the population.
+        most: f64,
+    },
+    /// A cell without volume, or turned over.
+    #[error("cell {cell} has a volume of {volume:.3e}: the shape is folded; draw other numbers")]
+    Folded {
+        /// The cell.
+        cell: usize,
+        /// Its volume \[length³\].
+        volume: f64,
+    },
+    /// Too few shapes for modes.
+    #[error(
+        "modes need two shapes of the same nodes or more, of which some differ; {found} were given"
+    )]
+    Modes {
+        /// Shapes given.
+        found: usize,
+    },
+}
+
+fn within(what: &'static str, value: f64, [least, most]: [f64; 2]) -> Result<(), ShapeError> {
+    let inside = (least..=most).contains(&value);
+    inside.then_some(()).ok_or(ShapeError::Measure { what, value, least, most })
+}
+
+fn finite(numbers: &[f64], most: usize) -> Result<(), ShapeError> {
+    let fits = numbers.len() <= most && numbers.iter().all(|x| x.is_finite());
+    fits.then_some(()).ok_or(ShapeError::Numbers { found: numbers.len(), most })
+}
+
+/// Requires that every tetrahedron has the orientation it should.
+fn unfolded(mesh: &crate::TetMesh) -> Result<(), ShapeError> {
+    let volume = |cell: &[usize; 4]| {
+        let [a, b, c, d] = cell.map(|node| nalgebra::Vector3::from(mesh.points[node]));
+        (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0
+    };
+    let mut volumes = mesh.cells.iter().map(volume).enumerate();
+    let folded = volumes.find(|(_, volume)| !(*volume > 0.0));
+    folded.map_or(Ok(()), |(cell, volume)| Err(ShapeError::Folded { cell, volume }))
+}

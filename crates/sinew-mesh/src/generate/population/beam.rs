@@ -1,0 +1,72 @@
+//! Beams of random length, thickness, taper, waves, bend and twist.
+
+use super::{ShapeError, finite, unfolded};
+use crate::{TetMesh, box_tetrahedra};
+
+/// A beam along x, about 100 long and 10 × 10 across, that its numbers make longer, thicker, tapered, wavy, bent and twisted.
+///
+/// Numbers of mean zero and variance one, uniform over `[−√3, √3]`, make the population; 0 for all of them is the straight beam.
+///
+/// ```
+/// use sinew_mesh::BeamShape;
+///
+/// let straight = BeamShape::new(&[])?.tetrahedra([10, 3, 3])?;
+/// let other = BeamShape::new(&[1.0, -0.5, 0.7, 0.2, -1.0, 0.3, 1.2, 0.0, 0.4, 1.5, -1.1, 0.8])?;
+/// let other = other.tetrahedra([10, 3, 3])?;
+/// assert_eq!((straight.points.len(), straight.cells.len()), (176, 540));
+/// assert_eq!(other.cells, straight.cells); // the same mesh in another place
+/// assert_eq!(other.node_sets["x_min"], straight.node_sets["x_min"]);
+/// # Ok::<(), sinew_mesh::ShapeError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct BeamShape {
+    numbers: [f64; Self::NUMBERS],
+}
+
+/// Length and thickness of the straight beam.
+const SIZE: [f64; 2] = [100.0, 10.0];
+/// Deviations: of ln length; of ln thickness, its taper and two waves, across y and z; of bends \[length\]; of the twist \[rad\].
+const DEVIATIONS: [f64; BeamShape::NUMBERS] =
+    [0.115, 0.144, 0.173, 0.106, 0.106, 0.144, 0.173, 0.106, 0.106, 15.0, 15.0, 0.346];
+
+impl BeamShape {
+    /// Numbers of a shape.
+    pub const NUMBERS: usize = 12;
+
+    /// Of at most so many numbers; those left out are zero.
+    ///
+    /// # Errors
+    /// More numbers, or one that is not finite.
+    pub fn new(numbers: &[f64]) -> Result<Self, ShapeError> {
+        finite(numbers, Self::NUMBERS)?;
+        let of = |i: usize| numbers.get(i).copied().unwrap_or(0.0);
+        Ok(Self { numbers: std::array::from_fn(|i| DEVIATIONS[i] * of(i)) })
+    }
+
+    /// The mesh of [`box_tetrahedra`] with `cells` along each axis, in its place.
+    ///
+    /// # Errors
+    /// A beam that folds over itself.
+    pub fn tetrahedra(&self, cells: [usize; 3]) -> Result<TetMesh, ShapeError> {
+        let mut mesh = box_tetrahedra([1.0; 3], cells);
+        mesh.map_points(|x| self.place(x));
+        unfolded(&mesh)?;
+        Ok(mesh)
+    }
+
+    /// The place of a point of the unit cube.
+    fn place(&self, [s, y, z]: [f64; 3]) -> [f64; 3] {
+        let n = &self.numbers;
+        let wave = std::f64::consts::TAU * s;
+        let across = |n: &[f64]| {
+            SIZE[1] * (n[0] + n[1] * (s - 0.5) + n[2] * wave.sin() + n[3] * wave.cos()).exp()
+        };
+        let (y, z) = ((y - 0.5) * across(&n[1..5]), (z - 0.5) * across(&n[5..9]));
+        let (sin, cos) = (n[11] * s).sin_cos();
+        [
+            SIZE[0] * n[0].exp() * s,
+            cos * y - sin * z + n[9] * s * s,
+            sin * y + cos * z + n[10] * s * s,
+        ]
+    }
+}

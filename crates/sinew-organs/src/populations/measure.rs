@@ -1,0 +1,139 @@
+//! A method on individuals that it has not seen: errors raw and corrected, beside times.
+
+use super::stage::Individual;
+use anyhow::Result;
+use serde::{Deserialize, Serialize};
+use sinew_fem::{Options, SolveError, Solver};
+use std::time::Instant;
+
+/// Newton steps that predictions are corrected by.
+pub const CORRECTIONS: usize = 2;
+
+/// Individuals with their true displacements.
+#[derive(Debug)]
+pub struct Group {
+    /// What they are.
+    pub name: String,
+    /// The individuals that the solver solved.
+    pub individuals: Vec<Individual>,
+    /// Their displacements \[length\].
+    pub truths: Vec<Vec<f64>>,
+    /// Mean wall time \[s\] and iterations of a cold solve.
+    pub solve: [f64; 2],
+}
+
+/// What a method does on a group; an entry for each individual.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Outcome {
+    /// The method.
+    pub method: String,
+    /// What it is made from.
+    pub about: String,
+    /// The group.
+    pub group: String,
+    /// CPU time of everything before the first individual: simulations and training \[s\].
+    pub cpu_s: f64,
+    /// Wall time of the answers \[s\].
+    pub answer_s: Vec<f64>,
+    /// `‖u − û‖ / ‖u‖` raw and after each Newton step.
+    pub errors: Vec<Vec<f64>>,
+    /// `|V − V̂| / V` of the cavity, raw, where there is one.
+    pub volumes: Vec<f64>,
+    /// Predictions that turn cells over, which no step corrects.
+    pub inverted: usize,
+    /// Parameter sets that the solver has no equilibrium for are no individuals: how many.
+    pub unsolved: usize,
+}
+
+impl Group {
+    /// Solves individuals; those without an equilibrium are left out.
+    ///
+    /// # Errors
+    /// A body that no solver can be prepared for.
+    pub fn new(name: &str, all: impl Iterator<Item = Result<Individual>>) -> Result<Self> {
+        let mut group = Self {
+            name: name.into(),
+            individuals: Vec::new(),
+            truths: Vec::new(),
+            solve: [0.0; 2],
+        };
+        for individual in all {
+            let individual = individual?;
+            let start = Instant::now();
+            let solved =
+                Solver::new(&individual.body)?.solve(&individual.theta, &Options::default());
+            let Ok(solved) = solved else { continue };
+            group.solve[0] += start.elapsed().as_secs_f64();
+            group.solve[1] += solved.history.iterations.len() as f64;
+            group.truths.push(solved.displacement);
+            group.individuals.push(individual);
+        }
+        anyhow::ensure!(!group.truths.is_empty(), "{name}: no individual has an equilibrium");
+        group.solve = group.solve.map(|sum| sum / group.truths.len() as f64);
+        Ok(group)
+    }
+
+    /// Measures a method that predicts the displacement of an individual.
+    ///
+    /// # Errors
+    /// A prediction that fails.
+    pub fn measure(
+        &self,
+        [method, about]: [&str; 2],
+        cpu_s: f64,
+        mut predict: impl FnMut(&Individual) -> Result<Vec<f64>>,
+    ) -> Result<Outcome> {
+        let mut outcome = Outcome {
+            method: method.into(),
+            about: about.into(),
+            group: self.name.clone(),
+            cpu_s,
+            answer_s: Vec::new(),
+            errors: vec![Vec::new(); CORRECTIONS + 1],
+            volumes: Vec::new(),
+            inverted: 0,
+            unsolved: 0,
+        };
+        for (individual, truth) in self.individuals.iter().zip(&self.truths) {
+            let start = Instant::now();
+            let predicted = predict(individual)?;
+            outcome.answer_s.push(start.elapsed().as_secs_f64());
+            outcome.errors[0].push(distance(&predicted, truth));
+            let (body, theta) = (&individual.body, &individual.theta);
+            let volumes = body.cavity_volumes(truth).into_iter();
+            let volumes = volumes.zip(body.cavity_volumes(&predicted)).take(1);
+            outcome.volumes.extend(volumes.map(|(v, w)| (v - w).abs() / v));
+            let steps = match Solver::new(body)?.newton_steps(&predicted, theta, CORRECTIONS) {
+                Ok(steps) => steps,
+                Err(SolveError::Inadmissible { .. }) => {
+                    outcome.inverted += 1;
+                    Vec::new()
+                }
+                Err(other) => return Err(other.into()),
+            };
+            let mut last = outcome.errors[0][outcome.errors[0].len() - 1];
+            for (step, errors) in outcome.errors[1..].iter_mut().enumerate() {
+                last = steps.get(step).map_or(last, |step| distance(&step.displacement, truth));
+                errors.push(last);
+            }
+        }
+        Ok(outcome)
+    }
+}
+
+/// `‖u − û‖ / ‖u‖` over all nodes together.
+pub fn distance(found: &[f64], truth: &[f64]) -> f64 {
+    let difference: f64 = found.iter().zip(truth).map(|(a, b)| (a - b).powi(2)).sum();
+    (difference / truth.iter().map(|u| u * u).sum::<f64>()).sqrt()
+}
+
+/// CPU time of this process on all its threads \[s\]; NaN where the system does not tell.
+pub fn cpu_seconds() -> f64 {
+    /// Clock ticks in a second, which Linux fixes for programs.
+    const TICKS: f64 = 100.0;
+    let status = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    // User and system time are the fields 12 and 13 after the name, which may hold spaces.
+    let fields = status.rsplit(')').next().unwrap_or_default().split_whitespace();
+    let ticks: Vec<f64> = fields.skip(11).take(2).filter_map(|field| field.parse().ok()).collect();
+    if ticks.len() == 2 { (ticks[0] + ticks[1]) / TICKS } else { f64::NAN }
+}

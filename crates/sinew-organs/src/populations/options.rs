@@ -1,0 +1,36 @@
+//! Command line.
+
+use super::stage::KEYS;
+use clap::Parser;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Train one emulator for a population of shapes by energy alone, and measure it on shapes that it has never seen, against
+/// regression on simulations of registered shapes and against the solver (thesis, chapter 2).
+#[derive(Parser, Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[command(name = "cargo xtask reproduce-populations", version, max_term_width = 110)]
+pub struct Options {
+    /// Populations, separated by commas [default: all]
+    #[arg(long, value_delimiter = ',', value_parser = KEYS)]
+    pub only: Vec<String>,
+    /// Wall time of the training of each population, such as 6m, in place of the default number of steps
+    #[arg(long, value_parser = humantime::parse_duration, conflicts_with = "quick")]
+    pub budget: Option<Duration>,
+    /// The same code on small meshes with few shapes and steps: a check, not a result
+    #[arg(long)]
+    pub quick: bool,
+    /// Folder of the surfaces of a real heart, patient1_LV_ENDOCARDIAL_000.vtk and its like
+    #[arg(long, default_value = "../shared/meshes/biv-me")]
+    pub hearts: PathBuf,
+    /// Seed that all seeds of the run derive from
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Folder for the report and what it is made of
+    #[arg(long, default_value = "out/reproduce-populations")]
+    pub out: PathBuf,
+    /// Keep the populations that an earlier run with the same options has finished
+    #[arg(long)]
+    #[serde(skip)]
+    pub resume: bool,
+}

@@ -1,0 +1,291 @@
+//! From populations to the report.
+
+use super::measure::{CORRECTIONS, Group, Outcome, cpu_seconds};
+use super::options::Options;
+use super::rivals::Rivals;
+use super::stage::{Individual, KEYS, Stage};
+use anyhow::{Context, Result, ensure};
+use sinew_emulate::{Population, PopulationEmulator, store};
+use sinew_report::{Block, Chart, Column, Distribution, Provenance, Report, Row, Section};
+use sinew_report::{Series, Style, Table};
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+/// Streams that individuals are drawn from: what is trained on, simulated for rivals, and tested on never meet.
+const STREAMS: [u64; 3] = [11, 23, 47];
+
+/// How large a study of a population is.
+struct Size {
+    /// Individuals tested on.
+    tests: u64,
+    /// Simulations of the rivals.
+    simulations: &'static [usize],
+    /// Steps of the training.
+    steps: usize,
+}
+
+/// Everything measured on a population.
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Study {
+    options: Options,
+    facts: Vec<(String, String)>,
+    outcomes: Vec<Outcome>,
+    /// CPU time \[s\] and median error on some of the individuals during the training.
+    curve: Vec<[f64; 2]>,
+}
+
+/// Runs all populations that are asked for and writes the report, anew after each; the path of `report.html`.
+///
+/// # Errors
+/// Whatever keeps a population from being learned, and files that cannot be written. Populations that are done are kept.
+pub fn reproduce(options: &Options) -> Result<PathBuf> {
+    let clock = std::time::Instant::now();
+    let provenance = Provenance {
+        seed: Some(options.seed),
+        threads: rayon::current_num_threads(),
+        config: toml::to_string_pretty(options)?,
+        ..Provenance::of_this_run("sinew-organs", env!("CARGO_MANIFEST_DIR"))
+    };
+    let about = match options.quick {
+        true => "A quick check of the code path on small meshes: its errors mean nothing.",
+        false => {
+            "Errors on shapes that no method has seen, beside CPU time; the truth is our finite-element solution."
+        }
+    };
+    let mut report = Report::new("Populations of shapes", about, provenance.clone());
+    let mut page = options.out.join("report.html");
+    for key in KEYS.iter().filter(|key| options.wants(key)) {
+        let study = study(options, key).with_context(|| format!("population {key}"))?;
+        report.sections.push(section(key, &study)?);
+        report.provenance = provenance.clone().finished(clock.elapsed().as_secs_f64());
+        page = report.write(&options.out)?;
+    }
+    Ok(page)
+}
+
+impl Options {
+    fn wants(&self, key: &str) -> bool {
+        self.only.is_empty() || self.only.iter().any(|only| only == key)
+    }
+
+    fn stream(&self, which: usize) -> u64 {
+        self.seed.wrapping_mul(1000) + STREAMS[which]
+    }
+
+    fn size(&self, key: &str) -> Size {
+        match (self.quick, key) {
+            (true, _) => Size { tests: 3, simulations: &[8], steps: 6 },
+            (_, "beams") => Size { tests: 200, simulations: &[100, 400], steps: 2000 },
+            _ => Size { tests: 60, simulations: &[100, 300], steps: 1500 },
+        }
+    }
+}
+
+fn study(options: &Options, key: &str) -> Result<Study> {
+    let file = options.out.join(key).join("study.json");
+    if let Some(done) = store::read_json::<Study>(&file)?.filter(|_| options.resume) {
+        let comparable =
+            |options: &Options| Options { only: Vec::new(), resume: false, ..options.clone() };
+        ensure!(
+            comparable(&done.options) == comparable(options),
+            "{} is of a run with other options; repeat them, or start anew without --resume",
+            file.display()
+        );
+        return Ok(done);
+    }
+    let (stage, size) = (Stage::new(key, options.quick)?, options.size(key));
+    eprintln!("\n{}", stage.about);
+    let groups = groups(options, &stage, size.tests)?;
+    let mut study = Study {
+        options: options.clone(),
+        facts: Vec::new(),
+        outcomes: Vec::new(),
+        curve: Vec::new(),
+    };
+    for group in &groups {
+        let nodes: Vec<usize> = group.individuals.iter().map(|i| i.body.nodes).collect();
+        let least = nodes.iter().min().copied().unwrap_or_default();
+        let most = nodes.iter().max().copied().unwrap_or_default();
+        let nodes = if least == most { least.to_string() } else { format!("{least} to {most}") };
+        let [seconds, iterations] = group.solve;
+        let fact = format!(
+            "{} solved, {nodes} nodes; a cold solve takes {iterations:.1} iterations and {:.0} ms",
+            group.truths.len(),
+            1e3 * seconds
+        );
+        study.facts.push((group.name.clone(), fact));
+    }
+    for &count in size.simulations {
+        rivals(options, &stage, &groups[0], count, &mut study)?;
+    }
+    network(options, &stage, &groups, size.steps, &mut study)?;
+    store::write_json(&file, &study)?;
+    Ok(study)
+}
+
+/// Individuals of the population, and others: of other meshes, beyond its spread, of a person.
+fn groups(options: &Options, stage: &Stage, tests: u64) -> Result<Vec<Group>> {
+    let draw = |stage: &Stage, count: u64| {
+        let (stage, stream) = (stage.clone(), options.stream(2));
+        (0..count).map(move |index| stage.draw(stream, index))
+    };
+    let mut groups = vec![Group::new("population", draw(stage, tests))?];
+    if !options.quick {
+        let fewer = tests / 4;
+        for (name, finer) in [("coarser meshes", false), ("finer meshes", true)] {
+            groups.push(Group::new(name, draw(&stage.clone().with_finer_cells(finer), fewer))?);
+        }
+        let beyond = stage.clone().with_spread(1.5);
+        groups.push(Group::new("1.5 times the spread", draw(&beyond, fewer))?);
+    }
+    let hearts = stage.hearts(&options.hearts)?;
+    if !hearts.is_empty() && !options.quick {
+        groups.push(Group::new("a person's heart", hearts.into_iter().map(Ok))?);
+    }
+    Ok(groups)
+}
+
+fn rivals(
+    options: &Options,
+    stage: &Stage,
+    group: &Group,
+    count: usize,
+    study: &mut Study,
+) -> Result<()> {
+    let rivals = Rivals::new(stage, options.stream(1), count)?;
+    let [simulated, fitted] = rivals.cpu_s;
+    let of = format!("{count} simulations");
+    let mut add = |method: &str,
+                   about: &str,
+                   cpu: f64,
+                   predict: &mut dyn FnMut(&Individual) -> Result<Vec<f64>>| {
+        study.outcomes.push(group.measure([method, about], cpu, predict)?);
+        anyhow::Ok(())
+    };
+    add("mean", &of, simulated, &mut |_| Ok(rivals.mean()))?;
+    add("nearest", &of, simulated, &mut |individual| Ok(rivals.nearest(individual)))?;
+    add("POD + GP", &rivals.about, fitted, &mut |individual| rivals.predict(individual))
+}
+
+fn network(
+    options: &Options,
+    stage: &Stage,
+    groups: &[Group],
+    steps: usize,
+    study: &mut Study,
+) -> Result<()> {
+    let mut recipe = Population::default();
+    recipe.training.budget = match options.budget {
+        Some(time) => sinew_gnn::Budget::Seconds(time.as_secs_f64()),
+        None => sinew_gnn::Budget::Steps(steps),
+    };
+    let start = cpu_seconds();
+    let mut apart = 0.0;
+    let draw = |index: u64| stage.body_of_stream(options.stream(0), index);
+    let emulator = recipe.train(&draw, options.seed, &mut |progress, emulator| {
+        let now = cpu_seconds();
+        let error = on_the_way(&groups[0], emulator)?;
+        study.curve.push([now - start - apart, error]);
+        eprintln!(
+            "{:6} steps, {:.0} CPU-seconds: loss {:+.5}, median error {:.2} %",
+            progress.step,
+            now - start - apart,
+            progress.loss,
+            100.0 * error
+        );
+        apart += cpu_seconds() - now;
+        Ok(ControlFlow::Continue(()))
+    })?;
+    let spent = cpu_seconds() - start - apart;
+    for group in groups {
+        let followed = |individual: &Individual| {
+            let theta = std::slice::from_ref(&individual.theta);
+            Ok(emulator.followed(&individual.body, theta)?.remove(0))
+        };
+        let about = "a few linear systems, outputs to second order in the parameters";
+        study.outcomes.push(group.measure(["no network", about], 0.0, followed)?);
+    }
+    let bodies = recipe.bodies * steps;
+    let about = match options.budget {
+        Some(_) => "by energy, no simulation".to_string(),
+        None => format!("by energy on {bodies} shapes, no simulation"),
+    };
+    for group in groups {
+        let outcome = group.measure(["network", &about], spent, |individual| {
+            let met = emulator.meet(&individual.body)?;
+            Ok(met.predict(std::slice::from_ref(&individual.theta))?.displacement)
+        })?;
+        study.outcomes.push(outcome);
+        let about = format!(
+            "the network's state for the centre of the parameters, {CARRIED_STEPS} Newton steps there, outputs to second order"
+        );
+        let outcome = group.measure(["network, carried", &about], spent, |individual| {
+            let theta = std::slice::from_ref(&individual.theta);
+            Ok(emulator.carried(&individual.body, theta, CARRIED_STEPS)?.remove(0))
+        })?;
+        study.outcomes.push(outcome);
+    }
+    Ok(())
+}
+
+/// Newton steps from the network's state for the centre of the parameters to one that is followed.
+const CARRIED_STEPS: usize = 2;
+
+/// Median error on the first individuals.
+fn on_the_way(group: &Group, emulator: &PopulationEmulator) -> sinew_emulate::Result<f64> {
+    const SOME: usize = 20;
+    let mut errors = Vec::new();
+    for (individual, truth) in group.individuals.iter().zip(&group.truths).take(SOME) {
+        let met = emulator.meet(&individual.body)?;
+        let found = met.predict(std::slice::from_ref(&individual.theta))?.displacement;
+        errors.push(super::measure::distance(&found, truth));
+    }
+    errors.sort_by(f64::total_cmp);
+    Ok(errors[errors.len() / 2])
+}
+
+fn section(key: &str, study: &Study) -> Result<Section> {
+    let percent = |name: &str, about: &str| Column::new(name, "%").about(about);
+    let mut table = Table::new(
+        [
+            percent("raw", "‖u − û‖ / ‖u‖ of each individual"),
+            percent("1 step", "after one Newton step"),
+            percent("2 steps", "after two"),
+            percent("volume", "|V − V̂| / V of the cavity, raw"),
+        ],
+        [
+            Column::new("answer", "s").about("the first for a shape, all that it needs included"),
+            Column::new("CPU", "s").once().about("simulations and training, on all threads"),
+        ],
+        [Column::new("inverted", "").about("predictions that turn cells over")],
+    );
+    for outcome in &study.outcomes {
+        let many = |values: &[f64], factor: f64| {
+            Distribution::of(values.iter().map(|value| factor * value).collect())
+        };
+        let answer = many(&outcome.answer_s, 1.0).context("no individual")?;
+        let raw = many(&outcome.errors[0], 100.0).context("no individual")?;
+        let mut row = Row::new(outcome.method.clone(), raw, answer)?
+            .on(outcome.group.clone(), "")
+            .described(&outcome.about, "our finite-element solution on the same mesh");
+        for step in 1..=CORRECTIONS {
+            row = row.error(many(&outcome.errors[step], 100.0));
+        }
+        row = row.error(many(&outcome.volumes, 100.0)).time(outcome.cpu_s);
+        table.push(row.other(Some(outcome.inverted as f64)))?;
+    }
+    let curve = Chart::new("Error in training", ["CPU time [s]", "median error"], [true; 2])
+        .with(Series::new("network", Style::Marked, study.curve.clone()));
+    let stage = Stage::new(key, true)?;
+    let blocks = vec![
+        Block::Text(stage.about.into()),
+        Block::Facts(study.facts.clone()),
+        Block::Table(table),
+        Block::charts(
+            "Error against CPU time",
+            "On twenty individuals of the population.",
+            [curve],
+        ),
+    ];
+    Ok(Section { name: key.into(), title: format!("A population of {key}"), blocks })
+}

@@ -1,0 +1,176 @@
+//! The populations: how their bodies are drawn.
+
+use crate::newcomers::{heart, surface};
+use anyhow::{Context, Result};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use sinew::{Body, Case};
+use sinew_emulate::{Design, Error};
+use sinew_mesh::{AnyMesh, BeamShape, ShapeError, VentricleShape};
+use std::path::Path;
+
+/// A population of bodies.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    /// Name on the command line and of its folder.
+    pub key: &'static str,
+    /// What it is.
+    pub about: &'static str,
+    /// Law, loads, supports and parameters.
+    case: Case,
+    kind: Kind,
+    cells: [usize; 3],
+    /// Deviation of the shape numbers, in those of the population.
+    spread: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Beams,
+    Ventricles,
+}
+
+/// A shape of the population with one parameter set.
+#[derive(Debug)]
+pub struct Individual {
+    /// Shape numbers.
+    pub numbers: Vec<f64>,
+    /// Its body.
+    pub body: Body,
+    /// Parameters, within their ranges.
+    pub theta: Vec<f64>,
+}
+
+/// Names of the stages.
+pub const KEYS: [&str; 2] = ["beams", "ventricles"];
+
+impl Stage {
+    /// The stage of a name, on small meshes for a quick check.
+    ///
+    /// # Errors
+    /// A name that is none.
+    pub fn new(key: &str, quick: bool) -> Result<Self> {
+        let read = |scene: &str| Case::read(Path::new(scene)).context("a built-in scene");
+        Ok(match key {
+            "beams" => Self {
+                key: KEYS[0],
+                about: "Beams of random length, thickness, taper, waves, bend and twist under their own weight",
+                case: read("OnceClampedBeam")?,
+                kind: Kind::Beams,
+                cells: if quick { [6, 2, 2] } else { [10, 3, 3] },
+                spread: 1.0,
+            },
+            "ventricles" => Self {
+                key: KEYS[1],
+                about: "Left ventricles of 32 smooth modes with the spread of 1093 hearts, fibres by rule, under the pressure of their cavity",
+                case: read("IdealVentricle")?,
+                kind: Kind::Ventricles,
+                cells: if quick { [1, 16, 6] } else { [2, 32, 16] },
+                spread: 1.0,
+            },
+            _ => anyhow::bail!("`{key}` is no population; there are: {}", KEYS.join(", ")),
+        })
+    }
+
+    /// The same on meshes of finer or coarser cells.
+    pub fn with_finer_cells(mut self, finer: bool) -> Self {
+        self.cells = match (self.kind, finer) {
+            (Kind::Beams, false) => [8, 2, 3],
+            (Kind::Beams, true) => [13, 4, 4],
+            (Kind::Ventricles, false) => [2, 24, 12],
+            (Kind::Ventricles, true) => [2, 40, 20],
+        };
+        self
+    }
+
+    /// The same on meshes of other cells.
+    pub fn with_cells(self, cells: [usize; 3]) -> Self {
+        Self { cells, ..self }
+    }
+
+    /// The same with shape numbers so many times as far from zero.
+    pub fn with_spread(self, spread: f64) -> Self {
+        Self { spread, ..self }
+    }
+
+    /// The frames of a person's beat, in the middle of the parameters' ranges; none for other populations or where there is no surface in the folder.
+    ///
+    /// # Errors
+    /// Surfaces that cannot be read or meshed.
+    pub fn hearts(&self, folder: &Path) -> Result<Vec<Individual>> {
+        const FRAMES: [&str; 7] = ["000", "004", "008", "012", "016", "020", "024"];
+        const NODES: usize = 1500;
+        let there = |frame: &&&str| surface(folder, "LV_ENDOCARDIAL", frame).exists();
+        if self.kind != Kind::Ventricles {
+            return Ok(Vec::new());
+        }
+        let frames = FRAMES.iter().filter(there);
+        let individual = |frame: &&str| {
+            let mut case = Case::read(Path::new("LeftVentricle"))?;
+            (case.law, case.parameters) = (self.case.law.clone(), self.case.parameters.clone());
+            let body = case.body_on(heart(folder, frame, NODES)?)?;
+            let theta = body.centre();
+            Ok(Individual { numbers: Vec::new(), body, theta })
+        };
+        frames.map(individual).collect()
+    }
+
+    /// The body of shape numbers.
+    ///
+    /// # Errors
+    /// Numbers of no shape, or a body that cannot be lowered.
+    pub fn body(&self, numbers: &[f64]) -> Result<Body> {
+        Ok(self.case.body_on(self.mesh(numbers)?)?)
+    }
+
+    fn mesh(&self, numbers: &[f64]) -> Result<AnyMesh, ShapeError> {
+        Ok(match self.kind {
+            Kind::Beams => BeamShape::new(numbers)?.tetrahedra(self.cells)?.into(),
+            Kind::Ventricles => VentricleShape::new(numbers)?.tetrahedra(self.cells)?.into(),
+        })
+    }
+
+    /// The individual of a stream and its number, the same for the same; shapes that the population does not have are drawn again.
+    ///
+    /// # Errors
+    /// A body that cannot be lowered.
+    pub fn draw(&self, stream: u64, index: u64) -> Result<Individual> {
+        let seed = stream.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(index);
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        loop {
+            let numbers: Vec<f64> = (0..self.numbers())
+                .map(|_| match self.kind {
+                    Kind::Beams => self.spread * 12f64.sqrt() * (random.random::<f64>() - 0.5),
+                    Kind::Ventricles => self.spread * normal(&mut random),
+                })
+                .collect();
+            let Ok(mesh) = self.mesh(&numbers) else { continue };
+            let body = self.case.body_on(mesh)?;
+            let theta = Design::Uniform.sample(&body.parameters, 1, random.random())?.remove(0);
+            return Ok(Individual { numbers, body, theta });
+        }
+    }
+
+    /// Bodies for a training, from a stream of their own.
+    ///
+    /// # Errors
+    /// As [`Stage::draw`].
+    pub fn body_of_stream(&self, stream: u64, index: u64) -> Result<Body, Error> {
+        let draw = self.draw(stream, index);
+        draw.map(|individual| individual.body)
+            .map_err(|error| Error::Draw { index, reason: format!("{error:#}") })
+    }
+
+    fn numbers(&self) -> usize {
+        match self.kind {
+            Kind::Beams => BeamShape::NUMBERS,
+            Kind::Ventricles => VentricleShape::NUMBERS,
+        }
+    }
+}
+
+/// A standard normal number (Box and Muller 1958).
+fn normal(random: &mut ChaCha8Rng) -> f64 {
+    let [u, v] = [1.0 - random.random::<f64>(), random.random::<f64>()];
+    (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+}
