@@ -46,6 +46,14 @@ pub fn verify(options: &[String]) -> Result<()> {
     start(&build, VERIFY_COLD, "verify", "verify", options)
 }
 
+/// Runs the example `coverage` of `sinew-gp`, which needs none of the heavy dependencies either.
+pub fn coverage(options: &[String]) -> Result<()> {
+    let build =
+        ["run", "--package", "sinew-gp", "--no-default-features", "--example", "coverage", "--"];
+    let options = options.iter().map(String::as_str);
+    cargo(&build.into_iter().chain(options).collect::<Vec<_>>(), &[])
+}
+
 /// What a build from nothing takes on two cores (docs/design.md, "Building").
 const STUDIES_COLD: &str = "seven minutes";
 const VERIFY_COLD: &str = "two minutes";

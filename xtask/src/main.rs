@@ -53,6 +53,13 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         options: Vec<String>,
     },
+    /// How often 95 % intervals of Gaussian processes hold the truth, on eleven problems that are not the thesis'
+    #[command(disable_help_flag = true)]
+    Coverage {
+        /// Sets of data, `--only NAME,…`, `--evidence joint|conditional|unit`, `--points N`, `--laplace`
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        options: Vec<String>,
+    },
     /// Run the benchmarks of the solver against references it shares no code with
     #[command(disable_help_flag = true)]
     Verify {
@@ -91,6 +98,7 @@ fn main() -> Result<()> {
             command::study("sinew-populations", "reproduce-populations", &options)
         }
         Task::ReproduceGp { options } => command::study("sinew-study-gp", "reproduce-gp", &options),
+        Task::Coverage { options } => command::coverage(&options),
         Task::Verify { options } => command::verify(&options),
         Task::Ci => ci::run(),
         Task::Arrows => arrows::check(),

@@ -202,6 +202,7 @@ macro_rules! operations {
 operations! {
     of_one(1: a);
     of_two(2: a, b);
+    of_three(3: a, b, c);
     of_seven(7: a, b, c, d, e, f, g);
     of_eight(8: a, b, c, d, e, f, g, h);
     of_nine(9: a, b, c, d, e, f, g, h, i);

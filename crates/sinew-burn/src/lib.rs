@@ -22,6 +22,7 @@
 //! - [`gathered_mlp`]: a perceptron on gathered rows;
 //! - [`signed_edge_sum`], [`received_edge_sum`]: messages to nodes;
 //! - [`celu`], [`activate`]: activations;
+//! - [`sum`], [`normalised`]: of two tensors, of rows;
 //! - [`orthogonalise`]: the Newton–Schulz iteration of the Muon optimiser;
 //! - [`adam_direction`], [`momentum_direction`]: moments of gradients, in place;
 //! - [`Lanes`]: a tensor as the number type of a formula;
@@ -37,6 +38,7 @@
 
 mod activation;
 mod celu;
+mod combine;
 mod edges;
 mod error;
 mod host;
@@ -62,6 +64,7 @@ mod turning;
 
 pub use activation::Activation;
 pub use celu::{activate, celu};
+pub use combine::{normalised, sum};
 pub use edges::{EdgeTopology, received_edge_sum, signed_edge_sum};
 pub use error::IndexError;
 pub use index::GatherPlan;

@@ -72,12 +72,13 @@ pub fn gathered_mlp(
     let hidden = activate(second, weights.activation);
     let output = hidden.matmul(weights.third_weight) + weights.third_bias.unsqueeze();
     match weights.normalisation {
-        Some(normalisation) => normalise(output, normalisation),
+        Some(normalisation) => normalised(output, normalisation),
         None => output,
     }
 }
 
-fn normalise(x: Tensor<2>, normalisation: LayerNormalisation) -> Tensor<2> {
+/// Rows of mean zero and variance one, times gain plus offset.
+pub fn normalised(x: Tensor<2>, normalisation: LayerNormalisation) -> Tensor<2> {
     let deviation = x.clone() - x.mean_dim(1);
     let variance = (deviation.clone() * deviation.clone()).mean_dim(1);
     let normal = deviation / (variance + normalisation.epsilon).sqrt();

@@ -185,12 +185,20 @@ fn second_order(first: &Motions, solver: &mut Solver<'_>) -> Result<Option<Vec<V
     Ok(Some(products))
 }
 
-/// Coordinates in which simulations differ.
-pub(crate) fn of_simulations(fields: &[Vec<f64>]) -> Result<PrincipalDirections> {
+/// Coordinates in which simulations at `thetas` differ beyond a polynomial in the parameters.
+pub(crate) fn of_simulations(
+    body: &Body,
+    thetas: &[Vec<f64>],
+    fields: &[Vec<f64>],
+) -> Result<PrincipalDirections> {
     /// Between the spread of the simulations, which hides the small directions from the network, and equal sizes,
     /// which waste it on them: measured in docs/design.md.
     const POWER: f64 = 0.7;
-    Ok(PrincipalDirections::of(fields.iter().map(Vec::as_slice), POWER)?)
+    let scaling = parameters::scaling(body)?;
+    let parameters: Vec<Vec<f64>> =
+        thetas.iter().map(|theta| scaling.standardise(theta)).collect::<sinew_gnn::Result<_>>()?;
+    let fields = fields.iter().map(Vec::as_slice);
+    Ok(PrincipalDirections::following(fields, &parameters, POWER)?)
 }
 
 /// A displacement one Newton step nearer to equilibrium at the centre of the parameter range, or the same where it inverts a cell.

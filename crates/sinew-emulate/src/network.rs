@@ -158,7 +158,9 @@ pub(crate) fn train(
         Coordinates::Components => Meaning::Components,
         Coordinates::Simulations => {
             let fields = lesson.fields.unwrap_or_default();
-            Meaning::Principal(timed(&mut prepare_s, || coordinates::of_simulations(fields))?)
+            Meaning::Principal(timed(&mut prepare_s, || {
+                coordinates::of_simulations(body, lesson.thetas, fields)
+            })?)
         }
         Coordinates::Motions => Meaning::Motions(timed(&mut prepare_s, at_rest)?),
         Coordinates::MotionsOfSimulation => {

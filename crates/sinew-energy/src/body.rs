@@ -263,6 +263,22 @@ impl Body {
         (0..self.volumes.len()).map(change).all(|change: f64| change > -1.0)
     }
 
+    /// Whether the energy at a displacement is the body's own: no cell is inverted, and no barrier, if there are some, is in use.
+    /// Beyond barriers an energy is bounded, and loads pull it down for ever.
+    pub fn is_within_barriers(&self, displacement: &[f64], theta: &[f64]) -> bool {
+        /// Between two ways of rounding the same formula.
+        const ROUNDING: f64 = 1e-9;
+        let parameters = self.law_parameters(theta);
+        let within = |point: usize| {
+            let h = self.displacement_gradient(point, displacement);
+            let own = self.material.energy(point, parameters, &h, None);
+            let guarded = self.material.energy(point, parameters, &h, self.barriers.as_ref());
+            (own - guarded).abs() <= ROUNDING * own.abs()
+        };
+        let guarded = self.barriers.is_some() && self.patches.is_empty();
+        self.admits(displacement) && (!guarded || (0..self.volumes.len()).all(within))
+    }
+
     /// The part of θ that the law reads.
     ///
     /// # Panics

@@ -154,8 +154,9 @@ impl Emulator {
             let messages = self.messages(edge_update, graph, nodes.clone(), edges.clone());
             let sums = self.kernels.signed_sum(graph, messages.clone());
             let inputs = vec![features(nodes.clone(), 0), features(sums, latent)];
-            nodes = nodes + node_update.evaluate(inputs, &Rows::Aligned, &self.kernels);
-            edges = edges + messages;
+            let update = node_update.evaluate(inputs, &Rows::Aligned, &self.kernels);
+            nodes = self.kernels.sum(nodes, update);
+            edges = self.kernels.sum(edges, messages);
         }
         let local = Tensor::cat(vec![nodes, self.kernels.received_sum(graph, edges)], 1);
         let layers = match self.config.decoding {
@@ -163,7 +164,7 @@ impl Emulator {
             Decoding::Motions { .. } => &graph.layers[..],
         };
         let decoded = local.slice_dim(0, 0..layers[layers.len() - 1].end);
-        let decoded = self.local_normalisation.forward(decoded);
+        let decoded = self.local_normalisation.evaluate(decoded, &self.kernels);
         layers.iter().map(|rows| decoded.clone().slice_dim(0, rows.clone())).collect()
     }
 

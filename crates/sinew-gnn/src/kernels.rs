@@ -67,6 +67,14 @@ impl Kernels {
         }
     }
 
+    /// Of two tensors of one shape.
+    pub fn sum(&self, a: Tensor<2>, b: Tensor<2>) -> Tensor<2> {
+        match self.choice {
+            KernelChoice::Fused => sinew_burn::sum(a, b),
+            KernelChoice::Reference => a + b,
+        }
+    }
+
     /// Received minus sent messages at every node (2.27).
     pub fn signed_sum(&self, graph: &GraphTensors, messages: Tensor<2>) -> Tensor<2> {
         match self.choice {

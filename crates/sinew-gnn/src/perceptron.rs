@@ -56,6 +56,19 @@ impl Normalisation {
         deviation * inverse * self.gain.val().unsqueeze() + self.offset.val().unsqueeze()
     }
 
+    fn fused(&self) -> LayerNormalisation {
+        let (gain, offset) = (self.gain.val(), self.offset.val());
+        LayerNormalisation { gain, offset, epsilon: NORMALISATION_EPSILON }
+    }
+
+    /// [`Normalisation::forward`] by the chosen kernels.
+    pub fn evaluate(&self, x: Tensor<2>, kernels: &Kernels) -> Tensor<2> {
+        match kernels.choice {
+            KernelChoice::Fused => sinew_burn::normalised(x, self.fused()),
+            KernelChoice::Reference => self.forward(x),
+        }
+    }
+
     /// Derivative in direction `tangent` at `x`.
     pub fn tangent(&self, x: Tensor<2>, tangent: Tensor<2>) -> Tensor<2> {
         let (deviation, inverse) = centre(x);
@@ -137,11 +150,7 @@ impl Perceptron {
         let [first, second, third] = &self.layers[..] else {
             return None;
         };
-        let normalisation = self.normalisation.as_ref().map(|normalisation| LayerNormalisation {
-            gain: normalisation.gain.val(),
-            offset: normalisation.offset.val(),
-            epsilon: NORMALISATION_EPSILON,
-        });
+        let normalisation = self.normalisation.as_ref().map(Normalisation::fused);
         Some(PerceptronWeights {
             activation: kernels.activation.into(),
             first_weight: first.weight.val(),

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use sinew_graph::FeatureStatistics;
 
 use crate::config::{Decoding, EmulatorConfig};
-use crate::coordinates::{Coordinates, OutputMap};
+use crate::coordinates::{Coordinates, OutputMap, check_terms};
 use crate::data::{DataSet, Geometry};
 use crate::emulator::{Embedding, Emulator};
 use crate::error::{Error, Result, require_count};
@@ -213,11 +213,8 @@ impl Surrogate {
         let motions = matches!(geometry.coordinates, Coordinates::Motions(_));
         let decoded = matches!(self.emulator.config().decoding, Decoding::Motions { .. });
         require_count("outputs that are rigid motions", motions.into(), decoded.into())?;
-        if let Coordinates::Motions(motions) = &geometry.coordinates
-            && !motions.slopes().is_empty()
-        {
-            motions.check_parameters(self.scales.parameters.ranges().len())?;
-        }
+        let parameters = self.scales.parameters.ranges().len();
+        check_terms(geometry.coordinates.slopes().len(), parameters)?;
         let features = self.scales.features.standardise(&geometry.features)?;
         let global = self.scales.global.standardise(&geometry.global)?;
         let table = |values: &[f64], rows| matrix(values, rows, &self.device);

@@ -191,7 +191,7 @@ fn a_stored_surrogate_predicts_the_same() {
         );
         let path = place.join("surrogate.json");
         let text =
-            std::fs::read_to_string(&path).unwrap().replacen("\"version\":3", "\"version\":9", 1);
+            std::fs::read_to_string(&path).unwrap().replacen("\"version\":4", "\"version\":9", 1);
         std::fs::write(&path, text).unwrap();
         assert!(matches!(Surrogate::load(&place, &device), Err(Error::Version { found: 9, .. })));
         std::fs::remove_file(&path).unwrap();

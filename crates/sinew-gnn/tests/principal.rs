@@ -5,11 +5,20 @@ mod common;
 use common::*;
 use sinew_gnn::*;
 
-/// Directions that mix all degrees of freedom.
+/// Directions that mix all degrees of freedom, about displacements that follow two parameters.
 fn mixing_directions(size: usize) -> PrincipalDirections {
-    let wave = |k: usize| (0..size).map(move |i| ((k * i) as f64 + 0.3).sin()).collect();
-    let fields: Vec<Vec<f64>> = (1..6).map(wave).collect();
-    PrincipalDirections::of(fields.iter().map(Vec::as_slice), 0.7).unwrap()
+    let wave = |k: usize, i: usize| ((k * i) as f64 + 0.3).sin();
+    let parameters: Vec<Vec<f64>> =
+        (1..21).map(|k| vec![(1.3 * k as f64).sin(), (2.1 * k as f64).cos()]).collect();
+    let field = |(k, p): (usize, &Vec<f64>)| -> Vec<f64> {
+        let at = |i| wave(1, i) + p[0] * wave(2, i) + p[0] * p[1] * wave(3, i) + 0.1 * wave(k, i);
+        (0..size).map(at).collect()
+    };
+    let fields: Vec<Vec<f64>> = parameters.iter().enumerate().map(field).collect();
+    let fields = fields.iter().map(Vec::as_slice);
+    let directions = PrincipalDirections::following(fields, &parameters, 0.7).unwrap();
+    assert!(!directions.slopes().is_empty());
+    directions
 }
 
 #[test]
@@ -55,4 +64,35 @@ fn directions_of_another_body_are_refused() {
     let (_, mut data) = plane_data();
     data.geometries[0].coordinates = Coordinates::Principal(mixing_directions(4));
     assert!(matches!(data.check(2), Err(Error::Count { .. })));
+}
+
+#[test]
+fn what_follows_the_parameters_is_there_before_any_training() {
+    // Displacements of second order in the parameters, and nothing beyond them.
+    let parameters: Vec<Vec<f64>> =
+        (0..20).map(|k| vec![(1.3 * k as f64).sin(), (2.1 * k as f64).cos()]).collect();
+    let (_, mut data) = plane_data();
+    data.geometries.truncate(1);
+    data.training.retain(|sample| sample.geometry == 0);
+    data.validation.clear();
+    let size = data.geometries[0].dirichlet.prescribed.len();
+    let field = |p: &[f64]| -> Vec<f64> {
+        (0..size).map(|i| 1.0 + i as f64 * p[0] - p[1] + 0.3 * p[0] * p[1]).collect()
+    };
+    let fields: Vec<Vec<f64>> = parameters.iter().map(|p| field(p)).collect();
+    let directions =
+        PrincipalDirections::following(fields.iter().map(Vec::as_slice), &parameters, 0.7).unwrap();
+    data.geometries[0].coordinates = Coordinates::Principal(directions);
+    let config = small_config(&data, 2);
+    let surrogate = untrained(&data, &config, 7, &devices()[0]);
+    let theta = vec![0.8, 1.3];
+    let standardised = surrogate.scales().parameters.standardise(&theta).unwrap();
+    let found = surrogate.predict(&data.geometries[0], &[theta]).unwrap().displacement;
+    let expected = field(&standardised);
+    for (dof, prescribed) in data.geometries[0].dirichlet.prescribed.iter().enumerate() {
+        let expected = prescribed.unwrap_or(expected[dof]);
+        // Single precision, at values of the size of the field.
+        assert!((found[dof] - expected).abs() < 1e-6 * size as f64, "{} {expected}", found[dof]);
+    }
+    assert!(PrincipalDirections::following([&[1.0][..], &[2.0]], &parameters, 0.7).is_err());
 }

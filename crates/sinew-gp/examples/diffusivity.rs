@@ -46,10 +46,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         Noise::Exact,
     );
 
-    // The most probable diffusivity. The conditional evidence is the one whose intervals cover.
+    // The most probable diffusivity.
     let start = Instant::now();
     let prior = Prior::constrained(&problem, &SquaredExponential::new())?;
-    let fit = Model::new(prior, data, Evidence::Conditional)?.fit(&FitOptions::default())?;
+    let fit = Model::new(prior, data, Evidence::Auto)?.fit(&FitOptions::default())?;
     let found = fit.parameter("diffusivity")?;
     println!(
         "D = {found:.4} mm²/h, error {:.1} %, in {:.2} s",

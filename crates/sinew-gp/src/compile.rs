@@ -87,16 +87,16 @@ pub(crate) fn compile<const D: usize>(
     let whose = format!("observation group {number}");
     let mut coefficients =
         |points: &[[f64; D]]| PointCoefficients::new(prior, operator, (points, &whose), theta);
-    let mut values = group.values.clone();
+    let (mut values, mut places) = (group.values.clone(), group.points.clone());
     let mut legs = vec![coefficients(&group.points)?];
     if let Some(opposite) = &group.opposite {
         legs.push(coefficients(opposite)?.negated());
     } else if group.noise == Noise::Exact {
         let kept = informative(&legs[0], &values, number)?;
         if kept.len() < values.len() {
-            let points: Vec<[f64; D]> = kept.iter().map(|index| group.points[*index]).collect();
+            places = kept.iter().map(|index| group.points[*index]).collect();
             values = kept.iter().map(|index| values[*index]).collect();
-            legs = vec![coefficients(&points)?];
+            legs = vec![coefficients(&places)?];
         }
     }
     let variance = match group.noise {
@@ -104,7 +104,17 @@ pub(crate) fn compile<const D: usize>(
         Noise::Known(sigma) => Variance::Known(sigma),
         Noise::Learned => Variance::Learned(usize::MAX),
     };
-    Ok(Compiled { legs, values, variance, offset: 0, first_leg: 0, role: group.role })
+    let places = if group.operator.is_none() { places } else { Vec::new() };
+    Ok(Compiled {
+        number,
+        legs,
+        values,
+        places,
+        variance,
+        offset: 0,
+        first_leg: 0,
+        role: group.role,
+    })
 }
 
 /// Refuses operators that take more derivatives than functions of the prior have.

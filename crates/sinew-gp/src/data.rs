@@ -1,9 +1,8 @@
 //! What is observed.
 
-use std::collections::HashMap;
-
 use crate::domain::Domain;
 use crate::error::{GpError, check_lengths, place};
+use crate::field::Field;
 use crate::operator::Operator;
 
 /// Standard deviation of the error of observations.
@@ -56,12 +55,14 @@ pub(crate) struct Group<const D: usize> {
 #[derive(Clone, Debug, Default)]
 pub struct Data<const D: usize> {
     pub(crate) groups: Vec<Group<D>>,
+    /// Right-hand side of an equation whose points the fit chooses.
+    pub(crate) everywhere: Option<Field<D>>,
 }
 
 impl<const D: usize> Data<D> {
     /// None yet.
     pub fn new() -> Self {
-        Self { groups: Vec::new() }
+        Self { groups: Vec::new(), everywhere: None }
     }
 
     /// Number of observations.
@@ -84,6 +85,20 @@ impl<const D: usize> Data<D> {
             noise,
             role: Role::Imposed,
         });
+        self
+    }
+
+    /// The problem's equation everywhere, without error: [`crate::Model::fit`] imposes it at as many points as it takes
+    /// until intervals no longer move (15 for each dimension at first, [`crate::FitOptions::most_points`] at most).
+    ///
+    /// ```
+    /// use sinew_gp::{Data, field};
+    ///
+    /// let data: Data<1> = Data::new().equation_everywhere(field(|[x]| x.sin()));
+    /// assert_eq!(data.count(), 0, "the points are found by the fit");
+    /// ```
+    pub fn equation_everywhere(mut self, source: Field<D>) -> Self {
+        self.everywhere = Some(source);
         self
     }
 
@@ -135,7 +150,7 @@ pub(crate) fn check<const D: usize>(
                     "noise of standard deviation {sigma}; give a finite one above 0, or `Noise::Exact`"
                 )));
             }
-            Noise::Exact => check_duplicates(group, number)?,
+            Noise::Exact => check_contradictions(group, number, &domain.extents())?,
             Noise::Known(_) | Noise::Learned => {}
         }
     }
@@ -177,21 +192,42 @@ pub(crate) fn check_places<const D: usize>(points: &[[f64; D]]) -> Result<(), Gp
 
 /// Relative difference up to which noise-free values of one point are the same.
 const SAME: f64 = 1e-8;
+/// Slope, in units of the largest value over the domain's size, that no function of a prior has: lengthscales are at least
+/// 0.03 of the domain, and this is thirty times what they make of a function of that value.
+const STEEPEST: f64 = 1e3;
 
-/// Refuses noise-free values of one point that differ: jitter would let them pass for their mean.
-fn check_duplicates<const D: usize>(group: &Group<D>, number: usize) -> Result<(), GpError> {
+/// Refuses noise-free values that differ by more than neighbours can: jitter would let them pass for their mean.
+fn check_contradictions<const D: usize>(
+    group: &Group<D>,
+    number: usize,
+    extents: &[f64; D],
+) -> Result<(), GpError> {
     if group.opposite.is_some() {
         return Ok(());
     }
-    let mut seen: HashMap<[u64; D], usize> = HashMap::new();
-    for (second, (point, value)) in group.points.iter().zip(&group.values).enumerate() {
-        // Zero of either sign is one place.
-        let first = *seen.entry(point.map(|c| (c + 0.0).to_bits())).or_insert(second);
-        let difference = value - group.values[first];
-        if difference.abs() > SAME * value.abs().max(group.values[first].abs()) {
-            return Err(GpError::Data(format!(
-                "values {first} and {second} of observation group {number} are noise-free, belong to one point and differ by {difference}; keep one, or give them noise"
-            )));
+    let largest = group.values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+    // In the order of their first coordinate few come near enough to be compared.
+    let mut order: Vec<usize> = (0..group.values.len()).collect();
+    order.sort_by(|a, b| group.points[*a][0].total_cmp(&group.points[*b][0]).then(a.cmp(b)));
+    for (position, first) in order.iter().enumerate() {
+        let (here, value) = (&group.points[*first], group.values[*first]);
+        for second in &order[position + 1..] {
+            let there = &group.points[*second];
+            let apart = |d: usize| ((there[d] - here[d]) / extents[d]).powi(2);
+            // No two values differ by more than twice the largest.
+            if apart(0).sqrt() * STEEPEST > 2.0 {
+                break;
+            }
+            let distance = (0..D).map(apart).sum::<f64>().sqrt();
+            let difference = group.values[*second] - value;
+            if difference.abs() > largest * (STEEPEST * distance).max(SAME) {
+                let (first, second) = (first.min(second), first.max(second));
+                let points = [first, second].map(|k| place(&group.points[*k])).join(" and ");
+                return Err(GpError::Data(format!(
+                    "values {first} and {second} of observation group {number} at {points} are noise-free and differ by {:e}, more than neighbours can; keep one, or give them noise",
+                    difference.abs()
+                )));
+            }
         }
     }
     Ok(())
@@ -215,7 +251,7 @@ mod tests {
         assert_eq!(check(some().values(&[], &[], Noise::Known(0.1))), Ok(()));
         let at = [[0.0], [0.3], [-0.0]];
         let twice = |noise| some().values(&at, &[1.0, 1.0, 1.5], noise);
-        let differ = "values 0 and 2 of observation group 1 are noise-free, belong to one point and differ by 0.5";
+        let differ = "values 0 and 2 of observation group 1 at (0) and (-0) are noise-free and differ by 5e-1";
         assert!(refused(twice(Noise::Exact)).contains(differ));
         assert_eq!(check(twice(Noise::Known(0.1))), Ok(()));
         assert_eq!(check(some().values(&at, &[1.0; 3], Noise::Exact)), Ok(()));

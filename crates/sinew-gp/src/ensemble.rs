@@ -33,24 +33,39 @@ impl<const D: usize> Ensemble<D> {
         Ok(self.draws.iter().map(|draw| parameter.from_scale(draw[position])).collect())
     }
 
-    /// The central interval of a parameter, in its own unit, that holds the share `level` of the
-    /// draws: 0.95 for 95 %.
+    /// The central interval of a parameter, in its own unit, that holds the share `level` of the draws: 0.95 for 95 %.
+    /// Draws never reach a parameter's bounds: an end nearer to one than a twentieth of the interval is that bound.
     ///
     /// # Errors
     /// If there is none of that name, there are no draws, or `level` does not lie between 0 and 1.
     pub fn interval(&self, name: &str, level: f64) -> Result<[f64; 2], GpError> {
-        if !(0.0..=1.0).contains(&level) {
-            let text =
-                format!("an interval of level {level}; give a number between 0 and 1, as 0.95");
-            return Err(GpError::Request(text));
+        const NEAR: f64 = 0.05;
+        check_share(level)?;
+        let parameter = &self.model.parameters()[self.model.position(name)?];
+        let tail = 0.5 * (1.0 - level);
+        let mut ends = [self.quantile(name, tail)?, self.quantile(name, 1.0 - tail)?];
+        let [lower, upper] = ends.map(|end| parameter.to_scale(end));
+        for (end, bound) in ends.iter_mut().zip(parameter.bounds) {
+            let distance = (parameter.to_scale(*end) - parameter.to_scale(bound)).abs();
+            if distance < NEAR * (upper - lower) {
+                *end = bound;
+            }
         }
+        Ok(ends)
+    }
+
+    /// The value of a parameter, in its own unit, below which a share of the draws lies: 0.5 for the median.
+    ///
+    /// # Errors
+    /// As [`Ensemble::interval`].
+    pub fn quantile(&self, name: &str, share: f64) -> Result<f64, GpError> {
+        check_share(share)?;
         let mut values = self.parameter(name)?;
         if values.is_empty() {
             return Err(no_draws());
         }
         values.sort_by(f64::total_cmp);
-        let tail = 0.5 * (1.0 - level);
-        Ok([tail, 1.0 - tail].map(|share| quantile(&values, share)))
+        Ok(quantile(&values, share))
     }
 
     /// Mean and standard deviation of u over the draws and over the process for each of them.
@@ -99,6 +114,15 @@ impl<const D: usize> Ensemble<D> {
             .map(|draw| predict(&Posterior::new(self.model.clone(), draw)?))
             .collect::<Result<_, _>>()?;
         mixture(&members).ok_or_else(no_draws)
+    }
+}
+
+fn check_share(share: f64) -> Result<(), GpError> {
+    match (0.0..=1.0).contains(&share) {
+        true => Ok(()),
+        false => Err(GpError::Request(format!(
+            "a level or share of {share}; give a number between 0 and 1, as 0.95"
+        ))),
     }
 }
 

@@ -2,11 +2,12 @@
 
 use sinew_num::on_ready_threads;
 
+use crate::data::Role;
 use crate::error::GpError;
-use crate::model::{Compiled, Model};
+use crate::model::{Compiled, Model, Variance};
 use crate::state::State;
 
-/// What a fit maximises.
+/// The density of the data of which a fit takes the maximum and ensembles draw: one for both.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Evidence {
     /// ln p(y_u, y_f) (4.18). Unbounded where noise-free collocation is met by the prior mean
@@ -16,14 +17,15 @@ pub enum Evidence {
     /// ln p(y_u | y_f): how well what is imposed (the equation, and pseudo-observations of the
     /// boundary) predicts what is measured.
     Conditional,
-    /// Joint where it is bounded. Elsewhere restarts maximise the conditional evidence, and from the best of
-    /// them a last climb the joint one ([`crate::Fit::sharpened`]): next to a sound fit that has a local
-    /// maximum, mostly, which tells the size of errors and θ more sharply, because it also counts how well θ lets the
-    /// solution be a typical draw of the prior. It is taken unless it collapsed, or left the region that
-    /// holds 95 % of what the conditional evidence finds probable, of all parameters or of θ alone.
+    /// ln p(y_u | y_f) + ln p(y_f) / n_f with the number n_f of imposed values: a generalised posterior in which they count
+    /// for one value together, that is, at a temperature of n_f.
+    UnitInformation,
+    /// Unit information where an equation with free parameters is imposed without errors or with known ones, and where values are
+    /// measured of one that the prior mean meets by itself (as f = 0 often is); joint elsewhere. [`Model::evidence`] says which.
     ///
-    /// Ensembles ([`crate::nuts`], [`crate::laplace`]) of models with parameters in the equation and noise-free
-    /// collocation always take the conditional one: see [`Model::ensemble_evidence`].
+    /// Noise-free collocation says of θ how far the true solution is from typical draws of the prior, n_f times
+    /// over, not how accurate measurements are: with the joint evidence that makes intervals too narrow. Conditional evidence
+    /// leaves amplitudes and lengthscales to the few measured values, and fits their errors with short lengthscales.
     #[default]
     Auto,
 }
@@ -34,16 +36,30 @@ impl Evidence {
         groups: &[Compiled<D>],
         imposed: usize,
         size: usize,
+        parameters: usize,
     ) -> Result<Self, GpError> {
-        let unbounded = groups.iter().any(Compiled::is_trivially_satisfied);
+        let trivial = groups.iter().any(Compiled::is_trivially_satisfied);
+        let believed = |group: &Compiled<D>| {
+            group.role == Role::Imposed && matches!(group.variance, Variance::Known(_))
+        };
         match self {
             Self::Conditional if imposed == size => Err(GpError::Data(
-                "conditional evidence needs observations of u beside those of the equation; use joint evidence"
+                "this evidence needs observations of u beside those of the equation; use joint evidence"
                     .into(),
             )),
-            Self::Auto if unbounded && imposed < size => Ok(Self::Conditional),
+            Self::Auto if parameters > 0 && groups.iter().any(believed) => Ok(Self::UnitInformation),
+            Self::Auto if trivial && imposed < size => Ok(Self::UnitInformation),
             Self::Auto => Ok(Self::Joint),
             chosen => Ok(chosen),
+        }
+    }
+
+    /// Power that the probability of `imposed` values is raised to.
+    pub(crate) fn weight(self, imposed: usize) -> f64 {
+        match self {
+            Self::Conditional => 0.0,
+            Self::UnitInformation => 1.0 / imposed.max(1) as f64,
+            Self::Joint | Self::Auto => 1.0,
         }
     }
 }
@@ -60,16 +76,6 @@ pub struct Evaluation {
 }
 
 impl<const D: usize> Model<D> {
-    /// The evidence that ensembles explore.
-    ///
-    /// It is the model's own, but for [`Evidence::Auto`] with free parameters in the equation and
-    /// noise-free collocation, where it is the conditional one. There p(y_f | θ) has no noise in it: what it says of
-    /// θ depends on how far the true solution is from typical draws of the prior, not on how
-    /// accurate the measurements are. That makes a good estimate, but no interval that covers.
-    pub fn ensemble_evidence(&self) -> Evidence {
-        self.ensemble_evidence
-    }
-
     /// The prior covariance of all observed functionals, without noise, row by row: imposed
     /// groups (equation, pseudo-observations) first, then the measured ones in their order.
     ///
@@ -96,16 +102,7 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// As [`Model::log_evidence`].
     pub fn evaluate(&self, parameters: &[f64]) -> Result<Evaluation, GpError> {
-        self.evaluate_as(self.evidence, parameters)
-    }
-
-    /// [`Model::evaluate`] for another evidence than the model's own.
-    pub(crate) fn evaluate_as(
-        &self,
-        evidence: Evidence,
-        parameters: &[f64],
-    ) -> Result<Evaluation, GpError> {
-        let state = State::with_evidence(self, parameters, evidence)?;
+        let state = State::new(self, parameters)?;
         let evaluate = || {
             let factored = state.factored()?;
             Ok(Evaluation {

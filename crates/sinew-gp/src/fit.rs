@@ -7,10 +7,10 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use crate::error::GpError;
-use crate::evidence::Evidence;
 use crate::model::Model;
 use crate::optimise::minimise;
 use crate::posterior::Posterior;
+use crate::resolve::resolve;
 
 /// How a fit is searched for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,11 +21,13 @@ pub struct FitOptions {
     pub iterations: usize,
     /// Seed of the starts.
     pub seed: u64,
+    /// Collocation points at most, where [`crate::Data::equation_everywhere`] leaves their number open.
+    pub most_points: usize,
 }
 
 impl Default for FitOptions {
     fn default() -> Self {
-        Self { restarts: 4, iterations: 300, seed: 0 }
+        Self { restarts: 4, iterations: 300, seed: 0, most_points: 300 }
     }
 }
 
@@ -43,9 +45,7 @@ pub struct Restart {
 pub struct Outcome {
     /// Parameters, on their scales.
     pub parameters: Vec<f64>,
-    /// Which evidence was maximised.
-    pub evidence: Evidence,
-    /// Its logarithm.
+    /// Logarithm of the evidence, which [`Model::evidence`] names.
     pub log_evidence: f64,
     /// Logarithm of evidence times prior density of the parameters: what was maximised.
     pub log_posterior: f64,
@@ -53,9 +53,8 @@ pub struct Outcome {
     pub evaluations: usize,
     /// Relative jitter at the end.
     pub jitter: f64,
-    /// Whether the posterior explains next to nothing of what measured values differ from the
-    /// prior mean by, though that is more than a tenth of their spread: the "trivial solution" that takes
-    /// all of it for noise.
+    /// Whether the posterior explains less than a tenth of the variance of measured values with errors: the
+    /// "trivial solution" that takes all of it for noise.
     pub collapsed: bool,
     /// The equation's parameters in their own unit after each iteration.
     pub trace: Vec<Vec<f64>>,
@@ -64,35 +63,24 @@ pub struct Outcome {
 /// A fitted model.
 #[derive(Clone, Debug)]
 pub struct Fit<const D: usize> {
-    model: Arc<Model<D>>,
+    pub(crate) model: Arc<Model<D>>,
     /// All restarts, in the order of their starts.
     pub restarts: Vec<Restart>,
-    /// The maximum of the joint evidence next to the best restart, for [`Evidence::Auto`] where
-    /// restarts maximise the conditional one, if it is [trustworthy](Evidence::Auto).
-    pub sharpened: Option<Outcome>,
     best: usize,
-}
-
-/// How far the logarithm of a density of `parameters` parameters, normal about its maximum, falls to the
-/// border of the region that holds 95 % of it: half of that quantile of χ² (Wilson & Hilferty 1931).
-fn depth_of_region(parameters: usize) -> f64 {
-    const NORMAL_QUANTILE: f64 = 1.645;
-    let count = parameters as f64;
-    let spread = 2.0 / (9.0 * count);
-    0.5 * count * (1.0 - spread + NORMAL_QUANTILE * spread.sqrt()).powi(3)
+    /// Collocation points that did not suffice.
+    pub(crate) unsettled: Option<usize>,
 }
 
 impl<const D: usize> Model<D> {
     /// Maximises evidence times [`crate::Hyperprior`]s from random starts, in parallel.
     ///
-    /// The best restart that did not collapse is taken, or the best if all did; with
-    /// [`Evidence::Auto`] it may be [sharpened](Fit::sharpened).
+    /// The best restart that did not collapse is taken, or the best if all did.
     ///
     /// # Errors
     /// If no restart has a finite evidence.
     pub fn fit(self, options: &FitOptions) -> Result<Fit<D>, GpError> {
         let starts = self.random_starts(options);
-        self.fit_from(starts, options.iterations)
+        resolve(self.fit_from(starts, options.iterations)?, options)
     }
 
     /// The starts of [`Model::fit`].
@@ -113,7 +101,7 @@ impl<const D: usize> Model<D> {
         let restarts: Vec<Restart> = starts
             .into_par_iter()
             .map(|start| {
-                let outcome = model.climb(model.evidence, &start, &bounds, iterations);
+                let outcome = model.climb(&start, &bounds, iterations);
                 Restart { outcome, start }
             })
             .collect();
@@ -131,10 +119,7 @@ impl<const D: usize> Model<D> {
                 GpError::Request(text.into())
             })?;
         match &restarts[best].outcome {
-            Ok(settled) => {
-                let sharpened = model.sharpened(settled, iterations);
-                Ok(Fit { model, restarts, sharpened, best })
-            }
+            Ok(_) => Ok(Fit { model, restarts, best, unsettled: None }),
             Err(last) => Err(GpError::NoFit { restarts: count, last: Box::new(last.clone()) }),
         }
     }
@@ -149,35 +134,6 @@ impl<const D: usize> Model<D> {
             .collect()
     }
 
-    /// The maximum of the joint evidence next to one of the conditional evidence, unless it has
-    /// collapsed or left the region that holds 95 % of what the latter finds probable, of all parameters
-    /// or of θ.
-    fn sharpened(self: &Arc<Self>, settled: &Outcome, iterations: usize) -> Option<Outcome> {
-        if !self.automatic || self.evidence != Evidence::Conditional || settled.collapsed {
-            return None;
-        }
-        let bounds = self.scaled_bounds();
-        let found = self.climb(Evidence::Joint, &settled.parameters, &bounds, iterations).ok()?;
-        let density = self.evaluate_posterior(self.evidence, &found.parameters).ok()?.value;
-        let depth = settled.log_posterior - density;
-        if found.collapsed || depth > depth_of_region(self.parameters.len()) {
-            return None;
-        }
-        let theta = self.theta_offset..self.theta_offset + self.theta.len();
-        if theta.is_empty() {
-            return Some(found);
-        }
-        // θ alone, whatever suits it best for the others.
-        let mut held = bounds;
-        for position in theta.clone() {
-            held[position] = [found.parameters[position]; 2];
-        }
-        let profile =
-            self.climb(Evidence::Conditional, &found.parameters, &held, iterations).ok()?;
-        let depth = settled.log_posterior - profile.log_posterior;
-        (depth <= depth_of_region(theta.len())).then_some(found)
-    }
-
     /// Ends of all parameters' intervals, on their scales.
     pub(crate) fn scaled_bounds(&self) -> Vec<[f64; 2]> {
         self.parameters.iter().map(|p| p.bounds.map(|bound| p.to_scale(bound))).collect()
@@ -185,7 +141,6 @@ impl<const D: usize> Model<D> {
 
     fn climb(
         self: &Arc<Self>,
-        evidence: Evidence,
         start: &[f64],
         bounds: &[[f64; 2]],
         iterations: usize,
@@ -193,7 +148,7 @@ impl<const D: usize> Model<D> {
         let mut last = None;
         let mut trace = Vec::new();
         let found = minimise(
-            |x| match self.evaluate_posterior(evidence, x) {
+            |x| match self.evaluate_posterior(x) {
                 Ok(e) => Some((-e.value, e.gradient.iter().map(|g| -g).collect())),
                 Err(error) => {
                     last = Some(error);
@@ -211,7 +166,6 @@ impl<const D: usize> Model<D> {
         };
         let posterior = Posterior::new(self.clone(), &found.point)?;
         Ok(Outcome {
-            evidence,
             log_evidence: -found.value - self.log_hyperprior(&found.point),
             log_posterior: -found.value,
             evaluations: found.evaluations,
@@ -224,29 +178,9 @@ impl<const D: usize> Model<D> {
 }
 
 impl<const D: usize> Fit<D> {
-    /// What was taken: the best restart, sharpened if that is to be trusted.
+    /// What was taken: the best restart.
     pub fn outcome(&self) -> &Outcome {
-        self.sharpened.as_ref().unwrap_or_else(|| self.settled())
-    }
-
-    /// The best restart.
-    fn settled(&self) -> &Outcome {
         self.restarts[self.best].outcome.as_ref().expect("the best restart succeeded")
-    }
-
-    /// The most probable parameters for the evidence of ensembles.
-    pub(crate) fn ensemble_mode(&self) -> Vec<f64> {
-        let (model, settled) = (&self.model, &self.settled().parameters);
-        if model.ensemble_evidence == model.evidence {
-            return settled.clone();
-        }
-        let objective = |x: &[f64]| {
-            let e = model.evaluate_posterior(model.ensemble_evidence, x).ok()?;
-            Some((-e.value, e.gradient.iter().map(|g| -g).collect()))
-        };
-        let iterations = FitOptions::default().iterations;
-        let found = minimise(objective, settled, &model.scaled_bounds(), iterations, |_, _| ());
-        found.map_or_else(|| settled.clone(), |found| found.point)
     }
 
     /// The model that was fitted.

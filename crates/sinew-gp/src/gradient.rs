@@ -17,17 +17,21 @@ use crate::state::{Factored, State};
 /// depend on it.
 const LOTS: usize = 32;
 
+fn square(memory: &mut [f64], size: usize) -> MatMut<'_, f64> {
+    MatMut::from_column_major_slice_mut(memory, size, size)
+}
+
 impl<const D: usize> State<'_, D> {
     /// Cotangents of −ln evidence: of the covariance (lower triangle, as if its entries were
     /// independent and each off-diagonal one counted twice) and of the residual.
     ///
-    /// With W the rows from `split` on of L⁻¹, z = L⁻¹ r, w = Wᵀ z_u and a = L_ff⁻ᵀ z_f, they are
-    /// ½(WᵀW − wwᵀ − waᵀ − awᵀ) and w.
+    /// With W the rows from `split` on of L⁻¹, z = L⁻¹ r, w = Wᵀ z_u, a = L_ff⁻ᵀ z_f and τ the weight of the rows
+    /// before, they are ½(WᵀW − wwᵀ − waᵀ − awᵀ) + ½τ(K_ff⁻¹ − aaᵀ) and w + τa.
     fn cotangents(&self, factored: &Factored) -> (Buffer, Vec<f64>) {
         let (size, split, par) = (self.model.size, self.first_row(), self.threads());
+        let weight = self.weight();
         let rest = size - split;
         let lower = factored.factor.view();
-        let square = |memory, size| MatMut::from_column_major_slice_mut(memory, size, size);
         let mut memory = Buffer::take(rest * rest);
         let mut inverse = square(&mut memory, rest);
         let trailing = lower.submatrix(split, split, rest, rest);
@@ -64,6 +68,14 @@ impl<const D: usize> State<'_, D> {
             matmul(corner, low, Accum::Replace, left.transpose(), full, left, full, 1.0, par);
             let below = cotangent.rb_mut().submatrix_mut(split, 0, rest, split);
             matmul(below, full, Accum::Replace, inverse.transpose(), high, left, full, 1.0, par);
+            if weight > 0.0 {
+                let mut memory = Buffer::take(split * split);
+                let mut imposed = square(&mut memory, split);
+                invert_lower(imposed.rb_mut(), lower.submatrix(0, 0, split, split), par);
+                let (upper, imposed) = (imposed.rb().transpose(), imposed.rb());
+                let corner = cotangent.rb_mut().submatrix_mut(0, 0, split, split);
+                matmul(corner, low, Accum::Add, upper, high, imposed, low, weight, par);
+            }
         }
         let corner = cotangent.rb_mut().submatrix_mut(split, split, rest, rest);
         matmul(corner, low, Accum::Replace, inverse.transpose(), high, inverse, low, 1.0, par);
@@ -75,7 +87,7 @@ impl<const D: usize> State<'_, D> {
                 Some(c) => inverse.col(c).iter().zip(tail).skip(c).map(|(l, z)| l * z).sum(),
             }
         };
-        let w: Vec<f64> = match self.parallel() {
+        let mut w: Vec<f64> = match self.parallel() {
             true => (0..size).into_par_iter().map(of_w).collect(),
             false => (0..size).map(of_w).collect(),
         };
@@ -85,7 +97,8 @@ impl<const D: usize> State<'_, D> {
         let subtract = |(column, rows): (usize, &mut [f64])| {
             let (w_column, a_column) = (w[column], a[column]);
             for row in column..size {
-                rows[row] -= w[row] * (w_column + a_column) + a[row] * w_column;
+                rows[row] -=
+                    w[row] * (w_column + a_column) + a[row] * (w_column + weight * a_column);
             }
             // Half of it on the diagonal, twice the half for the pair off it.
             rows[column] *= 0.5;
@@ -94,6 +107,7 @@ impl<const D: usize> State<'_, D> {
             true => entries.par_chunks_mut(size).enumerate().for_each(subtract),
             false => entries.chunks_mut(size).enumerate().for_each(subtract),
         }
+        w.iter_mut().zip(&a).for_each(|(w, a)| *w += weight * a);
         (entries, w)
     }
 

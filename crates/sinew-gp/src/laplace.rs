@@ -1,97 +1,23 @@
-//! A normal approximation to the posterior of all parameters.
+//! Draws about the fit, weighed by the posterior.
 
-use std::f64::consts::PI;
-
-use faer::linalg::solvers::SelfAdjointEigen;
-use faer::{Mat, Side as Triangle};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 
 use crate::ensemble::Ensemble;
 use crate::error::GpError;
 use crate::fit::Fit;
-use crate::model::Model;
 use crate::posterior::standard_normal;
+use crate::space::Space;
 
-/// The normal distribution with the fit's parameters as mean and the curvature there.
-pub(crate) struct Normal {
-    pub mean: Vec<f64>,
-    /// A factor S of the covariance S Sᵀ, one column for each direction.
-    pub factor: Mat<f64>,
-    /// Parameters at a bound, which are not normal: how far inside they are on average, with a sign.
-    at_bounds: Vec<(usize, f64)>,
-}
+/// Proposals for each draw that is kept.
+const PROPOSALS: usize = 2;
+/// Degrees of freedom of the proposals: tails heavier than any that the posterior is likely to have.
+const FREEDOM: i32 = 5;
 
-/// Step in the (mostly logarithmic) parameters of the difference of gradients; on short intervals a share of
-/// half of them.
-const STEP: f64 = 1e-3;
-/// Directions in which the logarithm of the density curves less than this are as good as flat:
-/// their standard deviation is kept to about a factor e².
-const LEAST_CURVATURE: f64 = 0.25;
-
-impl Normal {
-    /// From central differences of the gradient. From a bound the density falls inwards as exp(−g t − ½ h t²): it is
-    /// taken for an exponential one, of the mean that is right where g or h is zero, independent of the rest.
-    pub fn at<const D: usize>(model: &Model<D>, mean: &[f64]) -> Result<Self, GpError> {
-        let count = mean.len();
-        let bounds = model.scaled_bounds();
-        let step = |k: usize| STEP * (0.5 * (bounds[k][1] - bounds[k][0])).min(1.0);
-        let inwards: Vec<Option<f64>> = (0..count)
-            .map(|k| match mean[k] {
-                x if x - step(k) <= bounds[k][0] => Some(1.0),
-                x if x + step(k) >= bounds[k][1] => Some(-1.0),
-                _ => None,
-            })
-            .collect();
-        let free = |k: &usize| inwards[*k].is_none();
-        let gradient = |column: usize, step: f64| {
-            let mut moved = mean.to_vec();
-            moved[column] += step;
-            let evaluation = model.evaluate_posterior(model.ensemble_evidence(), &moved)?;
-            Ok::<_, GpError>(evaluation.gradient)
-        };
-        let mut curvature = Mat::<f64>::zeros(count, count);
-        let mut at_bounds = Vec::new();
-        for (column, inwards) in inwards.iter().enumerate() {
-            let step = step(column);
-            let Some(sign) = inwards else {
-                let (after, before) = (gradient(column, step)?, gradient(column, -step)?);
-                for row in (0..count).filter(free) {
-                    curvature[(row, column)] = -(after[row] - before[row]) / (2.0 * step);
-                }
-                continue;
-            };
-            let fall = |steps: f64| Ok(-sign * gradient(column, sign * steps * step)?[column]);
-            let (here, further): (f64, f64) = (fall(0.0)?, fall(1.0)?);
-            let bend = ((further - here) / step).max(LEAST_CURVATURE);
-            at_bounds.push((column, sign / (here.max(0.0) + (0.5 * PI * bend).sqrt())));
-        }
-        let symmetric =
-            Mat::from_fn(count, count, |i, j| 0.5 * (curvature[(i, j)] + curvature[(j, i)]));
-        let Ok(eigen) = SelfAdjointEigen::new(symmetric.as_ref(), Triangle::Lower) else {
-            return Err(GpError::NotPositiveDefinite { size: count, jitter: 0.0 });
-        };
-        let (vectors, values) = (eigen.U(), eigen.S().column_vector());
-        let factor = Mat::from_fn(count, count, |row, mode| {
-            let spread = values[mode].max(LEAST_CURVATURE).sqrt().recip();
-            if free(&row) { vectors[(row, mode)] * spread } else { 0.0 }
-        });
-        Ok(Self { mean: mean.to_vec(), factor, at_bounds })
-    }
-
-    /// mean + S z.
-    pub fn map(&self, z: &[f64]) -> Vec<f64> {
-        let mut point = self.mean.clone();
-        for (mode, z) in z.iter().enumerate() {
-            point.iter_mut().zip(self.factor.col(mode).iter()).for_each(|(x, s)| *x += s * z);
-        }
-        point
-    }
-}
-
-/// Draws parameters from the normal approximation at the fit (Laplace), kept within their bounds,
-/// for the evidence of [`Model::ensemble_evidence`]. Parameters that the fit has at a bound are drawn from what
-/// falls off inside of it.
+/// Draws parameters by importance: proposals from Student's t distribution with the curvature at the maximum of the
+/// posterior (Laplace's approximation, with heavier tails), of which `draws` are kept with the weight that the posterior has
+/// there over the proposals' (Kass & Raftery 1995, §4.2; weights cut off as by Ionides 2008).
 ///
 /// # Errors
 /// If the evidence cannot be evaluated next to the fit.
@@ -101,21 +27,56 @@ pub fn laplace<const D: usize>(
     seed: u64,
 ) -> Result<Ensemble<D>, GpError> {
     let model = fit.model();
-    let normal = Normal::at(model, &fit.ensemble_mode())?;
+    let space = Space::new(model, &fit.outcome().parameters)?;
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let draws = (0..draws)
-        .map(|_| {
-            let z: Vec<f64> =
-                (0..normal.mean.len()).map(|_| standard_normal(&mut random)).collect();
-            let mut point = normal.map(&z);
-            for (position, mean) in &normal.at_bounds {
-                point[*position] -= mean * (1.0 - random.random::<f64>()).ln();
-            }
-            for (x, [lower, upper]) in point.iter_mut().zip(model.scaled_bounds()) {
-                *x = x.clamp(lower, upper);
-            }
-            point
-        })
-        .collect();
-    Ok(Ensemble::new(model.clone(), draws))
+    let proposals: Vec<Vec<f64>> =
+        (0..PROPOSALS * draws).map(|_| proposal(space.dimension(), &mut random)).collect();
+    let weigh = |z: &Vec<f64>| space.log_density(z) - log_density(z);
+    let logarithms: Vec<f64> = proposals.par_iter().map(weigh).collect();
+    let chosen = resample(&logarithms, draws, random.random());
+    let draws = chosen.into_iter().map(|number| space.parameters(&proposals[number]));
+    Ok(Ensemble::new(model.clone(), draws.collect()))
+}
+
+/// A multivariate t variate.
+fn proposal(dimension: usize, random: &mut ChaCha8Rng) -> Vec<f64> {
+    let square: f64 = (0..FREEDOM).map(|_| standard_normal(random).powi(2)).sum();
+    let stretch = (f64::from(FREEDOM) / square).sqrt();
+    (0..dimension).map(|_| stretch * standard_normal(random)).collect()
+}
+
+/// Logarithm of its density, up to a constant.
+fn log_density(z: &[f64]) -> f64 {
+    let square: f64 = z.iter().map(|z| z * z).sum();
+    -0.5 * (f64::from(FREEDOM) + z.len() as f64) * (square / f64::from(FREEDOM)).ln_1p()
+}
+
+/// Positions drawn with weights of these logarithms, ascending: systematic resampling, from one uniform number.
+fn resample(logarithms: &[f64], count: usize, uniform: f64) -> Vec<usize> {
+    let most = logarithms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let mut weights: Vec<f64> = logarithms.iter().map(|l| (l - most).exp()).collect();
+    let mean = weights.iter().sum::<f64>() / weights.len().max(1) as f64;
+    let cut = mean * (weights.len() as f64).sqrt();
+    weights.iter_mut().for_each(|weight| *weight = weight.min(cut));
+    let total: f64 = weights.iter().sum();
+    let (mut chosen, mut sum) = (Vec::with_capacity(count), 0.0);
+    for (number, weight) in weights.iter().enumerate() {
+        sum += weight / total * count as f64;
+        while chosen.len() < count && chosen.len() as f64 + uniform < sum {
+            chosen.push(number);
+        }
+    }
+    chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_is_chosen_as_often_as_it_weighs() {
+        let weights = [1.0, 1.0, 3.0, 1.0, 2.0_f64];
+        let chosen = resample(&weights.map(f64::ln), 8, 0.5);
+        assert_eq!(chosen, [0, 1, 2, 2, 2, 3, 4, 4]);
+    }
 }

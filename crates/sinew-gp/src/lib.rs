@@ -89,12 +89,15 @@ mod posterior;
 mod prior;
 mod problem;
 mod quadrature;
+mod resolve;
 mod semilinear;
 mod simd;
+mod space;
 mod state;
 mod structure;
 #[cfg(feature = "burn")]
 mod tensor;
+mod warning;
 
 pub use condition::{Condition, Periodicity};
 pub use constraint::{Constraints, Feature, constraints};
@@ -125,3 +128,4 @@ pub use semilinear::{SemiLinear, Solution, Variational, VariationalOptions};
 pub use sinew_num::Series;
 #[cfg(feature = "burn")]
 pub use tensor::log_evidence_tensor;
+pub use warning::Warning;

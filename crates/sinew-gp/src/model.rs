@@ -10,6 +10,7 @@ use crate::kernel::{Measure, unusable};
 use crate::operator::Parameter;
 use crate::parameter::{FreeParameter, Hyperprior};
 use crate::prior::Prior;
+use crate::resolve::Everywhere;
 
 /// Noise of a compiled group.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +24,10 @@ pub(crate) enum Variance {
 /// Observations compiled for one operator.
 #[derive(Debug)]
 pub(crate) struct Compiled<const D: usize> {
+    /// Its position among the groups as they were given.
+    pub number: usize,
+    /// Points of the problem's equation; empty for other operators.
+    pub places: Vec<[f64; D]>,
     /// What is observed is the sum of the operator's values over these: one set of points, or the
     /// two ends of a jump, the second with the opposite sign.
     pub legs: Vec<PointCoefficients<D>>,
@@ -58,11 +63,10 @@ pub struct Model<const D: usize> {
     pub(crate) imposed: usize,
     pub(crate) size: usize,
     pub(crate) evidence: Evidence,
-    pub(crate) ensemble_evidence: Evidence,
-    /// Whether the evidence was left to choose.
-    pub(crate) automatic: bool,
     /// Number of legs of all groups.
     pub(crate) legs: usize,
+    /// The equation whose points the fit chooses.
+    pub(crate) everywhere: Option<Everywhere<D>>,
     /// For each part, plans between legs at `[first · legs + second]`.
     pub(crate) plans: Vec<Vec<PairPlan<D>>>,
 }
@@ -79,7 +83,14 @@ impl<const D: usize> Model<D> {
     /// name of another one; if an operator's order is too high, or conditional evidence is
     /// asked for without observations to predict.
     pub fn new(prior: Prior<D>, data: Data<D>, evidence: Evidence) -> Result<Self, GpError> {
-        let mut groups = data.groups;
+        let Data { groups, everywhere } = data;
+        if let Some(source) = everywhere {
+            let rest = Data { groups, everywhere: None };
+            let everywhere = Everywhere { source, rest };
+            let first = everywhere.at(&prior.domain, Everywhere::<D>::first())?;
+            return Ok(Self { everywhere: Some(everywhere), ..Self::new(prior, first, evidence)? });
+        }
+        let mut groups = groups;
         groups.extend(prior.boundary.iter().cloned());
         check(&groups, &prior.domain)?;
         check_kernels(&prior)?;
@@ -108,18 +119,10 @@ impl<const D: usize> Model<D> {
         if size == 0 {
             return Err(no_data());
         }
-        let believed = |group: &Compiled<D>| {
-            group.role == Role::Imposed && group.variance == Variance::Known(0.0)
-        };
-        let automatic = evidence == Evidence::Auto;
-        let inferred = automatic && !theta.is_empty() && imposed < size;
-        let evidence = evidence.resolve(&compiled, imposed, size)?;
-        let ensemble_evidence = match inferred && compiled.iter().any(believed) {
-            true => Evidence::Conditional,
-            false => evidence,
-        };
+        let evidence = evidence.resolve(&compiled, imposed, size, theta.len())?;
         let mut model = Self {
             legs,
+            everywhere: None,
             plans: plans(&prior, &compiled),
             prior,
             parameters: Vec::new(),
@@ -130,8 +133,6 @@ impl<const D: usize> Model<D> {
             imposed,
             size,
             evidence,
-            ensemble_evidence,
-            automatic,
         };
         model.lay_out_parameters();
         let own = |parameter: &&Parameter| {
@@ -152,7 +153,7 @@ impl<const D: usize> Model<D> {
         &self.parameters
     }
 
-    /// Which evidence restarts maximise, with `Auto` resolved.
+    /// The density that fits maximise and ensembles draw from, with `Auto` resolved.
     pub fn evidence(&self) -> Evidence {
         self.evidence
     }
@@ -169,12 +170,8 @@ impl<const D: usize> Model<D> {
 
     /// Logarithm of evidence times prior density, with its gradient: what fits maximise, and what
     /// NUTS and Laplace explore.
-    pub(crate) fn evaluate_posterior(
-        &self,
-        evidence: Evidence,
-        scaled: &[f64],
-    ) -> Result<Evaluation, GpError> {
-        let mut evaluation = self.evaluate_as(evidence, scaled)?;
+    pub(crate) fn evaluate_posterior(&self, scaled: &[f64]) -> Result<Evaluation, GpError> {
+        let mut evaluation = self.evaluate(scaled)?;
         let priors = self.parameters.iter().map(|p| p.hyperprior).zip(scaled);
         for (slope, (hyperprior, x)) in evaluation.gradient.iter_mut().zip(priors) {
             let (density, own) = hyperprior.log_density(*x);
@@ -265,18 +262,24 @@ impl<const D: usize> Model<D> {
                 hyperprior: Hyperprior::Flat,
             });
         }
-        for (number, group) in self.groups.iter_mut().enumerate() {
+        for group in &mut self.groups {
             if let Variance::Learned(position) = &mut group.variance {
                 *position = parameters.len();
                 // Of conditions that are all zero, what functions of the data's size would break them by.
                 let broken = || scale * group.operator_size(&middle);
                 let scale = spread(&group.values).unwrap_or_else(broken);
                 parameters.push(FreeParameter {
-                    name: format!("noise {}", number + 1),
+                    name: format!("noise {}", group.number + 1),
                     logarithmic: true,
                     bounds: NOISE_BOUNDS.map(|bound| bound * scale),
                     start: NOISE_START.map(|bound| bound * scale),
-                    hyperprior: Hyperprior::Flat,
+                    hyperprior: match group.role {
+                        Role::Observed => Hyperprior::LogNormal {
+                            median: NOISE_MEDIAN * scale,
+                            deviation: NOISE_DEVIATION,
+                        },
+                        _ => Hyperprior::Flat,
+                    },
                 });
             }
         }
@@ -332,6 +335,10 @@ const DEVIATION: f64 = 1.0;
 /// In units of the spread of the values: from far below any instrument to nothing but noise.
 const NOISE_BOUNDS: [f64; 2] = [1e-5, 2.0];
 const NOISE_START: [f64; 2] = [0.01, 0.1];
+/// What is believed of measurement errors: 95 % between 0.3 % and all of the spread. A few values tell their errors hardly at
+/// all; without a belief these would be taken for next to nothing.
+const NOISE_MEDIAN: f64 = 0.05;
+const NOISE_DEVIATION: f64 = 1.5;
 
 /// Refuses kernels whose hyperparameters have no range to be adjusted in.
 fn check_kernels<const D: usize>(prior: &Prior<D>) -> Result<(), GpError> {

@@ -1,7 +1,7 @@
 //! The No-U-Turn sampler over all parameters of a model.
 //!
 //! Hoffman & Gelman 2014, with multinomial choice along the trajectory (Betancourt 2017). The
-//! space is stretched by the curvature at the fit, and each parameter's interval is opened up by
+//! space is stretched by the curvature at the maximum, and each parameter's interval is opened up by
 //! a logistic map, so that one step size serves all directions.
 
 use rand::{RngExt, SeedableRng};
@@ -10,9 +10,8 @@ use rand_chacha::ChaCha8Rng;
 use crate::ensemble::Ensemble;
 use crate::error::GpError;
 use crate::fit::Fit;
-use crate::laplace::Normal;
-use crate::model::Model;
 use crate::posterior::standard_normal;
+use crate::space::Space;
 
 /// How parameters are sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,16 +36,15 @@ const ACCEPTANCE: f64 = 0.8;
 const DIVERGENCE: f64 = 1000.0;
 const MOST_DOUBLINGS: usize = 8;
 
-/// Draws parameters from their posterior, starting at the fit, for the evidence of
-/// [`Model::ensemble_evidence`].
+/// Draws parameters from their posterior, starting at its maximum.
 ///
 /// # Errors
 /// If the evidence cannot be evaluated at the fit.
 pub fn nuts<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensemble<D>, GpError> {
     let model = fit.model();
-    let space = Space::new(model, &fit.ensemble_mode())?;
+    let space = Space::new(model, &fit.outcome().parameters)?;
     let mut random = ChaCha8Rng::seed_from_u64(options.seed);
-    let mut state = space.state(vec![0.0; model.parameters().len()]);
+    let mut state = space.state(vec![0.0; space.dimension()]);
     let mut adaptation = StepSize::new(0.2);
     let mut draws = Vec::with_capacity(options.draws);
     for iteration in 0..options.warmup + options.draws {
@@ -61,14 +59,6 @@ pub fn nuts<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensem
         }
     }
     Ok(Ensemble::new(model.clone(), draws))
-}
-
-/// Whitened coordinates z: q = q̂ + S z, each parameter a logistic function of its q.
-struct Space<'a, const D: usize> {
-    model: &'a Model<D>,
-    normal: Normal,
-    /// Ends of each parameter's interval, on its scale.
-    bounds: Vec<[f64; 2]>,
 }
 
 /// A point of a trajectory.
@@ -86,71 +76,10 @@ impl State {
     }
 }
 
-/// Share of an interval that a fit at its end is moved inwards by.
-const INWARDS: f64 = 1e-3;
-
-impl<'a, const D: usize> Space<'a, D> {
-    fn new(model: &'a Model<D>, fitted: &[f64]) -> Result<Self, GpError> {
-        let bounds = model.scaled_bounds();
-        let inside: Vec<f64> = fitted
-            .iter()
-            .zip(&bounds)
-            .map(|(x, [lower, upper])| {
-                let margin = INWARDS * (upper - lower);
-                x.clamp(lower + margin, upper - margin)
-            })
-            .collect();
-        let mut normal = Normal::at(model, &inside)?;
-        for (row, (x, [lower, upper])) in inside.iter().zip(&bounds).enumerate() {
-            let share = (x - lower) / (upper - lower);
-            normal.mean[row] = (share / (1.0 - share)).ln();
-            // dq/dx of the logistic map, which takes the factor from x to q.
-            let slope = 1.0 / ((upper - lower) * share * (1.0 - share));
-            for mode in 0..inside.len() {
-                normal.factor[(row, mode)] *= slope;
-            }
-        }
-        Ok(Self { model, normal, bounds })
-    }
-
-    fn parameters(&self, position: &[f64]) -> Vec<f64> {
-        self.normal
-            .map(position)
-            .iter()
-            .zip(&self.bounds)
-            .map(|(q, [lower, upper])| lower + (upper - lower) / (1.0 + (-q).exp()))
-            .collect()
-    }
-
-    /// Density and gradient; −∞ where the evidence has no value.
+impl<const D: usize> Space<'_, D> {
     fn state(&self, position: Vec<f64>) -> State {
-        let momentum = vec![0.0; position.len()];
-        let q = self.normal.map(&position);
-        let parameters = self.parameters(&position);
-        let evidence = self.model.ensemble_evidence();
-        let Ok(evaluation) = self.model.evaluate_posterior(evidence, &parameters) else {
-            let gradient = momentum.clone();
-            return State { position, momentum, gradient, log_density: f64::NEG_INFINITY };
-        };
-        let mut log_density = evaluation.value;
-        // With s the logistic function, ln |dx/dq| = ln s + ln (1 − s) up to a constant.
-        let by_q: Vec<f64> = q
-            .iter()
-            .zip(&self.bounds)
-            .zip(&evaluation.gradient)
-            .map(|((q, [lower, upper]), slope)| {
-                let s = 1.0 / (1.0 + (-q).exp());
-                log_density += s.ln() + (1.0 - s).ln();
-                slope * (upper - lower) * s * (1.0 - s) + 1.0 - 2.0 * s
-            })
-            .collect();
-        let gradient = (0..by_q.len())
-            .map(|mode| self.normal.factor.col(mode).iter().zip(&by_q).map(|(s, g)| s * g).sum())
-            .collect();
-        if !log_density.is_finite() {
-            log_density = f64::NEG_INFINITY;
-        }
-        State { position, momentum, gradient, log_density }
+        let (log_density, gradient) = self.log_density_and_slope(&position);
+        State { momentum: vec![0.0; position.len()], position, gradient, log_density }
     }
 
     fn leapfrog(&self, from: &State, step: f64) -> State {

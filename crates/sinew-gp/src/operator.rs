@@ -152,6 +152,11 @@ impl<const D: usize> Operator<D> {
         })
     }
 
+    /// One summand alone.
+    pub(crate) fn of(term: &Term<D>) -> Self {
+        Self { terms: vec![term.clone()] }
+    }
+
     fn map(self, change: impl Fn(Term<D>) -> Term<D>) -> Self {
         Self { terms: self.terms.into_iter().map(change).collect() }
     }

@@ -30,11 +30,8 @@ pub struct Posterior<const D: usize> {
     pub(crate) jitter: f64,
 }
 
-/// Share of what measured values differ from the prior mean by below which a posterior that explains no more of it
-/// has collapsed.
+/// Share of the variance of measured values below which a posterior that explains no more of it has collapsed.
 const COLLAPSE: f64 = 0.1;
-/// Distance from the prior mean, in units of the values' spread, below which there is nothing to explain.
-const NEAR: f64 = 0.1;
 
 /// T of the posterior covariance K_** − (T K_*)ᵀ T K_*.
 #[derive(Debug)]
@@ -207,25 +204,30 @@ impl<const D: usize> Posterior<D> {
         Ok((0..count).map(draw).collect())
     }
 
-    /// Whether measured values that differ from the prior mean are taken for noise.
+    /// Whether what measured values differ by among themselves is taken for noise.
     pub(crate) fn is_collapsed(&self) -> bool {
-        // y − K̂: the posterior mean at an observation is y − σ² α.
         let Ok(state) = State::new(&self.model, &self.parameters) else { return false };
-        let residual = state.residual();
-        let (mut before, mut after, mut variation) = (0.0, 0.0, 0.0);
+        let (mut left, mut variation) = (0.0, 0.0);
         for (group, sigma) in self.model.groups.iter().zip(&state.noise) {
             if group.role != Role::Observed || *sigma == 0.0 {
                 continue;
             }
-            // In units of the noise, so that groups of different units count alike.
-            for row in group.rows() {
-                before += (residual[row] / sigma).powi(2);
-                after += (sigma * self.weights[row]).powi(2);
-            }
+            // In units of the noise, so that groups of different units count alike. The posterior mean at an observation
+            // is y − σ² α.
+            left += group.rows().map(|row| (sigma * self.weights[row]).powi(2)).sum::<f64>();
             let spread = spread(&group.values).unwrap_or_default() / sigma;
             variation += spread * spread * group.values.len() as f64;
         }
-        after > (1.0 - COLLAPSE) * before && after > NEAR * NEAR * variation
+        left > (1.0 - COLLAPSE) * variation && variation > 0.0
+    }
+
+    /// What an exact observation is off by when it is predicted from all others: α / (K⁻¹) at its row.
+    pub(crate) fn left_out(&self, row: usize) -> f64 {
+        let Whitening::Inverse(factor) = &self.whitening else { return 0.0 };
+        let mut column = vec![0.0; self.model.size];
+        column[row] = 1.0;
+        factor.forward(&mut column);
+        self.weights[row] / column.iter().map(|x| x * x).sum::<f64>()
     }
 
     fn query(

@@ -73,6 +73,7 @@ impl<const D: usize> Prior<D> {
         kernel: &dyn Kernel<D>,
     ) -> Result<Self, GpError> {
         check_smoothness(kernel, problem.equation())?;
+        check_mean(problem.domain(), &mean)?;
         let (domain, equation) = (problem.domain().clone(), problem.equation().clone());
         let part = |feature: Feature<D>| Part { kernel: feature.kernel(kernel), feature };
         let parts = features.into_iter().map(part).collect();
@@ -94,6 +95,22 @@ impl<const D: usize> Prior<D> {
         let mut prior = Self::unconstrained(problem, kernel)?;
         prior.boundary = pseudo_observations(problem, points, seed)?;
         Ok(prior)
+    }
+}
+
+/// Refuses conditions whose formulas are undefined in the domain: places enough to find any that are on a hundredth of it.
+fn check_mean<const D: usize>(domain: &Domain<D>, mean: &Field<D>) -> Result<(), GpError> {
+    const PLACES: usize = 300;
+    if mean.is_zero() {
+        return Ok(());
+    }
+    let undefined = |x: &[f64; D]| !mean.value(*x).is_finite();
+    match domain.sample(PLACES, 0)?.iter().find(|x| undefined(x)) {
+        Some(x) => Err(GpError::Singular(format!(
+            "the conditions' formulas have no finite value at {}; conditions are continued into the domain, so give formulas that are defined all over it",
+            crate::error::place(x)
+        ))),
+        None => Ok(()),
     }
 }
 

@@ -32,7 +32,6 @@ pub(crate) struct Factored {
 /// Coefficients of all groups at given parameters.
 pub(crate) struct State<'a, const D: usize> {
     pub model: &'a Model<D>,
-    evidence: Evidence,
     /// Amplitude of each part, and parameters of its kernel.
     pub kernels: Vec<(f64, Vec<f64>)>,
     /// The operators' parameters.
@@ -57,15 +56,6 @@ pub(crate) fn combine(amplitude: f64, monomials: &[f64], arrays: &[Vec<f64>]) ->
 
 impl<'a, const D: usize> State<'a, D> {
     pub fn new(model: &'a Model<D>, scaled: &[f64]) -> Result<Self, GpError> {
-        Self::with_evidence(model, scaled, model.evidence)
-    }
-
-    /// For another evidence than the model's own.
-    pub fn with_evidence(
-        model: &'a Model<D>,
-        scaled: &[f64],
-        evidence: Evidence,
-    ) -> Result<Self, GpError> {
         model.check_count(scaled)?;
         let theta = model.theta_values(scaled);
         let kernels: Vec<(f64, Vec<f64>)> = model
@@ -101,7 +91,7 @@ impl<'a, const D: usize> State<'a, D> {
                 Variance::Learned(position) => scaled[position].exp(),
             })
             .collect();
-        Ok(Self { model, evidence, kernels, theta, coefficients, monomials, noise })
+        Ok(Self { model, kernels, theta, coefficients, monomials, noise })
     }
 
     pub fn side(&self, part: usize, group: usize, leg: usize) -> Side<'_, D> {
@@ -232,17 +222,26 @@ impl<'a, const D: usize> State<'a, D> {
         Ok(Factored { factor, whitened, jitter })
     }
 
-    /// Rows whose probability the evidence is; those before are conditioned on.
+    /// The first row that counts in full. Those before are imposed, and count [`State::weight`].
     pub fn first_row(&self) -> usize {
-        if self.evidence == Evidence::Conditional { self.model.imposed } else { 0 }
+        if self.model.evidence == Evidence::Joint { 0 } else { self.model.imposed }
+    }
+
+    /// Power that the probability of imposed rows is raised to.
+    pub fn weight(&self) -> f64 {
+        self.model.evidence.weight(self.model.imposed)
     }
 
     pub fn value(&self, factored: &Factored) -> f64 {
-        let rows = self.first_row()..self.model.size;
-        let count = rows.len() as f64;
-        let sum: f64 = rows
-            .map(|row| 0.5 * factored.whitened[row].powi(2) + factored.factor.column(row)[0].ln())
-            .sum();
-        -sum - 0.5 * count * (2.0 * PI).ln()
+        let of = |rows: std::ops::Range<usize>| -> f64 {
+            let count = rows.len() as f64;
+            let row = |row: usize| {
+                0.5 * factored.whitened[row].powi(2) + factored.factor.column(row)[0].ln()
+            };
+            -rows.map(row).sum::<f64>() - 0.5 * count * (2.0 * PI).ln()
+        };
+        let split = self.first_row();
+        let measured = of(split..self.model.size);
+        if self.weight() > 0.0 { measured + self.weight() * of(0..split) } else { measured }
     }
 }

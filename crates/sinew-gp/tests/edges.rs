@@ -55,7 +55,7 @@ fn error(problem: &Problem<2>, count: usize) -> f64 {
     let load: Vec<f64> = at.iter().map(|point| 0.75 * value(point)).collect();
     let prior = must(Prior::constrained(problem, &SquaredExponential::new()));
     let data = Data::new().equation(&at, &load, Noise::Exact);
-    let options = FitOptions { restarts: 2, iterations: 60, seed: 1 };
+    let options = FitOptions { restarts: 2, iterations: 60, seed: 1, ..FitOptions::default() };
     let fit = must(must(Model::new(prior, data, Evidence::Auto)).fit(&options));
     let grid = must(domain.sample(300, 9));
     let mean = must(must(fit.posterior()).mean(&grid));

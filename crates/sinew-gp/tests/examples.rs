@@ -23,3 +23,28 @@ fn examples_keep_their_promises() {
         assert!(printed.contains("error"), "{name} says how far off it is: {printed}");
     }
 }
+
+#[test]
+fn intervals_hold_the_truth() {
+    // Four sets of two problems, f = 0 and f ≠ 0, for every day; `cargo xtask coverage 100` is the study.
+    let options = ["4", "--only", "slab,graded rod"];
+    let output = Command::new(program("coverage")).args(options).output().expect("it starts");
+    let printed = String::from_utf8_lossy(&output.stdout);
+    println!("{printed}{}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success());
+    let rows: Vec<Vec<&str>> = printed
+        .lines()
+        .filter(|line| line.contains("UnitInformation"))
+        .map(|line| line.split('|').map(str::trim).collect())
+        .collect();
+    assert_eq!(rows.len(), 3, "slab D, graded rod a and b");
+    for row in rows {
+        let number = |column: usize| -> f64 { row[column].parse().expect("a number") };
+        // NUTS begins at column 3, Laplace at 8: θ held, u held, estimates inside, width over Cramér–Rao.
+        for first in [3, 8] {
+            assert!(number(first) >= 75.0 && number(first + 1) >= 80.0, "{row:?}");
+            assert_eq!(number(first + 2), 100.0, "{row:?}");
+            assert!((0.6..2.0).contains(&number(first + 3)), "{row:?}");
+        }
+    }
+}

@@ -79,7 +79,10 @@ fn jitter_is_never_silent() {
     // differ, they need more of it, or have no evidence to speak of.
     let contradiction = Data::new().values(&[[0.5], [0.5]], &[0.1, 0.2], Noise::Exact);
     let refused = Model::new(prior(&problem), contradiction, Evidence::Joint).unwrap_err();
-    says(&refused, "values 0 and 1 of observation group 0 are noise-free, belong to one point");
+    says(
+        &refused,
+        "values 0 and 1 of observation group 0 at (0.5) and (0.5) are noise-free and differ",
+    );
     let one = |data: Data<1>, value| data.values(&[[0.5]], &[value], Noise::Exact);
     let data = one(one(Data::new(), 0.1), 0.2);
     let model = must(Model::new(prior(&problem), data, Evidence::Joint));
@@ -246,7 +249,7 @@ fn like_kernels_in_a_sum_have_names_of_their_own() {
 
 #[test]
 fn loads_alone_give_the_same_answer_in_any_unit_of_length() {
-    let options = FitOptions { restarts: 2, iterations: 60, seed: 0 };
+    let options = FitOptions { restarts: 2, iterations: 60, seed: 0, ..FitOptions::default() };
     let solved = |length: f64| {
         let beam = string(length, None);
         let at: Vec<[f64; 1]> = (1..10).map(|k| [length * f64::from(k) / 10.0]).collect();

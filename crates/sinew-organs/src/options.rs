@@ -56,7 +56,11 @@ fn key(text: &str) -> Result<String, String> {
 
 /// Names of everything that can be run.
 pub fn keys() -> impl Iterator<Item = &'static str> {
-    ORGANS.iter().map(|organ| organ.key).chain([crate::cubes::KEY, crate::newcomers::KEY])
+    ORGANS.iter().map(|organ| organ.key).chain([
+        crate::cubes::KEY,
+        crate::newcomers::KEY,
+        crate::rates::KEY,
+    ])
 }
 
 impl Options {
@@ -81,7 +85,8 @@ impl Options {
         let cubes = if self.wants(crate::cubes::KEY) { crate::cubes::minutes() } else { 0.0 };
         let shapes =
             if self.wants(crate::newcomers::KEY) { crate::newcomers::MINUTES } else { 0.0 };
-        organs + cubes + shapes
+        let rates = if self.wants(crate::rates::KEY) { crate::rates::MINUTES } else { 0.0 };
+        organs + cubes + shapes + rates
     }
 }
 
@@ -106,7 +111,7 @@ mod tests {
         assert!((seconds(&more, "liver") - 300.0).abs() < 1e-9);
         // One network on the first mesh of the cube, two on the next two, one on the others.
         let cubes = parse(&["--only", "cube-meshes"]);
-        assert_eq!(cubes.minutes(), 2.0 + 2.0 * 3.0 + 2.0 * 5.0 + 10.0 + 15.0);
+        assert_eq!(cubes.minutes(), 1.0 + 2.0 * 1.0 + 2.0 * 1.5 + 3.0 + 5.0);
         let error =
             Options::try_parse_from(["organs", "--only", "kidney"]).unwrap_err().to_string();
         assert!(error.contains("twisting-cube"), "{error}");

@@ -49,7 +49,7 @@ pub const ORGANS: &[Organ] = &[
         scene: "TwistingCube",
         test: 50,
         simulations: 50,
-        minutes: 3.0,
+        minutes: 2.0,
         thesis: Published {
             errors: [Some(8.5e-4), None, Some(1.2e-2), None, None],
             displacement: Some([1.1, 3.5]),
@@ -62,7 +62,7 @@ pub const ORGANS: &[Organ] = &[
         scene: "Liver",
         mesh: Some("liver.vtk"),
         map: true,
-        minutes: 5.0,
+        minutes: 3.0,
         thesis: Published {
             errors: [Some(8.8e-3), None, Some(1.9e-2), None, None],
             displacement: Some([7.9, 58.5]),
@@ -75,7 +75,7 @@ pub const ORGANS: &[Organ] = &[
         scene: "LeftVentricle",
         mesh: Some("left_ventricle.vtk"),
         stand_in: Some("IdealVentricle"),
-        minutes: 15.0,
+        minutes: 8.0,
         thesis: VENTRICLE,
         note: "Under the true follower pressure of the cavity; the thesis' figures are for its stand-in, which moves the nodes \
                40 % further. The fibres are the published ones, of which 28 % are off because signs disagreed when they were \
@@ -86,7 +86,7 @@ pub const ORGANS: &[Organ] = &[
         key: "ventricle-thesis",
         scene: "LeftVentricleThesis",
         mesh: Some("left_ventricle.vtk"),
-        minutes: 10.0,
+        minutes: 6.0,
         thesis: VENTRICLE,
         note: "The thesis' own variants of law and pressure.",
         ..BASE
@@ -95,28 +95,28 @@ pub const ORGANS: &[Organ] = &[
         key: "ventricle-neo-hookean",
         scene: "LeftVentricleNeoHookean",
         mesh: Some("left_ventricle.vtk"),
-        minutes: 5.0,
+        minutes: 3.0,
         note: "The thesis says that errors are ten times below those of Holzapfel-Ogden, and prints no figures.",
         ..BASE
     },
     Organ {
         key: "biventricle",
         scene: "Biventricle",
-        minutes: 6.0,
+        minutes: 4.0,
         note: "The thesis prints a mean err_u of 0.048 mm for one case on a shape of its own; ours is made here.",
         ..BASE
     },
     Organ {
         key: "traction-ho",
         scene: "TractionBeamHO",
-        minutes: 2.0,
+        minutes: 1.0,
         note: "A traction that keeps its direction: a pressure that follows a surface with a loose rim has no potential.",
         ..BASE
     },
     Organ {
         key: "traction-guccione",
         scene: "TractionBeamGuccione",
-        minutes: 2.0,
+        minutes: 1.0,
         note: "A traction that keeps its direction: a pressure that follows a surface with a loose rim has no potential.",
         ..BASE
     },

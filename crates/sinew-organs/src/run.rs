@@ -4,7 +4,7 @@ use crate::map::{self, ErrorMap};
 use crate::options::Options;
 use crate::organs::{ORGANS, Organ};
 use crate::regions::{self, Regions};
-use crate::{cubes, newcomers};
+use crate::{cubes, newcomers, rates};
 use anyhow::{Context, Result, ensure};
 use sinew::case::{RecipeName, Training};
 use sinew::{Body, Case, Comparison, Emulator, Recipe, TestSet, TrainingOptions};
@@ -60,6 +60,9 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
     }
     if options.wants(newcomers::KEY) {
         add(newcomers::section(options).context("new ventricles")?, &mut report)?;
+    }
+    if options.wants(rates::KEY) {
+        add(rates::section(options).context("learning rates")?, &mut report)?;
     }
     ensure!(!report.sections.is_empty(), "nothing was run: {}", report.notes.join("; "));
     Ok(page)

@@ -12,13 +12,21 @@ fn options(arguments: &[&str], out: &std::path::Path) -> Options {
 #[test]
 fn a_quick_run_reports_every_scene_and_is_resumed() {
     let folder = tempfile::tempdir().unwrap();
-    let only = "twisting-cube,liver,ventricle,traction-guccione,cube-meshes,new-ventricle";
+    let only =
+        "twisting-cube,liver,ventricle,traction-guccione,cube-meshes,new-ventricle,learning-rates";
     let page = sinew_organs::run::reproduce(&options(&["--only", only], folder.path())).unwrap();
     let report = Report::read(&folder.path().join("report.json")).unwrap();
     let names: Vec<_> = report.sections.iter().map(|section| section.name.as_str()).collect();
     assert_eq!(
         names,
-        ["twisting-cube", "ventricle", "traction-guccione", "cube-meshes", "new-ventricle"]
+        [
+            "twisting-cube",
+            "ventricle",
+            "traction-guccione",
+            "cube-meshes",
+            "new-ventricle",
+            "learning-rates"
+        ]
     );
     assert!(
         report.notes.iter().any(|note| note.contains("Liver was not run")),
@@ -62,6 +70,8 @@ fn a_quick_run_reports_every_scene_and_is_resumed() {
     let table = report.section("cube-meshes").unwrap().tables().next().unwrap();
     let networks: Vec<_> = table.rows.iter().map(|row| row.method.as_str()).collect();
     assert_eq!(networks, ["from nothing", "as it is", "trained on", "from nothing"]);
+    let rates = report.section("learning-rates").unwrap().tables().next().unwrap();
+    assert_eq!(rates.rows.len(), 7, "four rates of the thesis and three of ours");
 
     // Nothing is done twice.
     let before =

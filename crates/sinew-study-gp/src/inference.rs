@@ -254,6 +254,7 @@ impl<const D: usize> Inference<D> {
             restarts: self.restarts,
             iterations: self.scale.pick(FitOptions::default().iterations, 40),
             seed: task.seed_for(Purpose::Starts),
+            ..FitOptions::default()
         })
     }
 
@@ -339,10 +340,10 @@ pub fn approaches<const D: usize>(
     all.into_iter().zip(costs).map(case).collect()
 }
 
-/// Evaluations of evidence and gradient over all restarts and the last climb.
+/// Evaluations of evidence and gradient over all restarts.
 pub fn evaluations<const D: usize>(fit: &Fit<D>) -> usize {
     let restarts = fit.restarts.iter().filter_map(|restart| restart.outcome.as_ref().ok());
-    restarts.chain(&fit.sharpened).map(|outcome| outcome.evaluations).sum()
+    restarts.map(|outcome| outcome.evaluations).sum()
 }
 
 /// What a row adds to problem and method.

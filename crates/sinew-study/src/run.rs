@@ -177,8 +177,8 @@ fn description(recipe: &Recipe, choice: Option<&sinew_emulate::recipe::Choice>) 
             recipe.simulations
         ),
         Recipe::PhysicsInformed(_) => {
-            "emulator trained by minimum potential energy, without simulations; one linear \
-             solve sets its scale"
+            "emulator trained by minimum potential energy, without simulations; a few linear \
+             solves set its scale and what it follows by itself"
                 .to_string()
         }
         Recipe::Regression(_) | Recipe::Auto(_) => {

@@ -11,7 +11,8 @@ use sinew_gnn::{
     Budget, DataFit, DataFitWithGradient, DataSet, GradientOperator, Objective, TrainingConfig,
 };
 
-/// Mean nodal distance to simulated displacements, thesis (3.11), in the directions in which the simulations differ.
+/// Mean nodal distance to simulated displacements, thesis (3.11), in the directions in which the simulations differ
+/// beyond a polynomial in the parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DataDriven {
@@ -31,8 +32,8 @@ impl Default for DataDriven {
     fn default() -> Self {
         let training = TrainingConfig {
             batch: 8,
-            budget: Budget::Steps(4000),
-            embedding_share: 0.02,
+            budget: Budget::Steps(2000),
+            embedding_share: 0.04,
             ..TrainingConfig::default()
         };
         Self {

@@ -11,6 +11,7 @@ pub use data_driven::DataDriven;
 pub use hybrid::Hybrid;
 pub use physics_informed::PhysicsInformed;
 pub use regression::Regression;
+pub use sinew_gnn::{OptimiserConfig, Schedule, TrainingConfig};
 
 use crate::emulator::Model;
 use crate::evaluate::TestSet;

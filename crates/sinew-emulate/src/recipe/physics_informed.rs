@@ -14,7 +14,8 @@ use sinew_gnn::{Budget, DataSet, MinimumPotential, Objective, TrainingConfig};
 use std::sync::Arc;
 
 /// Mean potential energy, thesis (3.12): no simulation enters. One linear solve sets the scale of displacement and
-/// energy.
+/// energy; about the state that a first training predicts, some more make the outputs follow the parameters to second order
+/// before the network learns what is beyond.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PhysicsInformed {

@@ -17,7 +17,8 @@ pub struct Regression {
     pub simulations: usize,
     /// Simulations at most.
     pub most: usize,
-    /// Leave-one-out error to be met, root mean square norm relative to that of the displacements.
+    /// Leave-one-out error to be met, root mean square norm relative to that of the displacements; zero asks for the most
+    /// simulations without expecting anything of them.
     pub target: f64,
 }
 
@@ -34,7 +35,7 @@ impl Regression {
         record: &mut Record,
     ) -> Result<Model> {
         let (regression, error) = self.fit(session, record)?;
-        if error > self.target {
+        if self.target > 0.0 && error > self.target {
             session.warn(Warning::TargetMissed { error, target: self.target });
         }
         Ok(Model::Regression(regression))

@@ -108,14 +108,12 @@ impl OutputMap {
             Coordinates::Motions(motions) => Rule::Motions(motions.tree().clone()),
             Coordinates::Principal(directions) => Rule::Matrices(directions.matrices(device)),
         };
-        let slopes = match &geometry.coordinates {
-            Coordinates::Motions(motions) => {
-                Slopes::new(motions.slopes(), 6 * motions.tree().centres.len(), device)
-            }
-            _ => None,
+        let clusters = match &rule {
+            Rule::Motions(tree) => tree.centres.len(),
+            Rule::Scale(_) | Rule::Matrices(_) => 0,
         };
         Self {
-            slopes,
+            slopes: Slopes::new(geometry.coordinates.slopes(), 6 * clusters, device),
             origin: field(geometry.coordinates.origin().unwrap_or(&scales.mean)),
             rule,
             supports: Supports::new(&geometry.dirichlet, dimensions, device),
@@ -128,6 +126,17 @@ impl OutputMap {
             Some(slopes) => slopes.add_to(output, terms(parameters)),
             None => output,
         }
+    }
+
+    /// Complete outputs at standardised parameters where a network adds nothing.
+    pub fn without_network(&self, parameters: Tensor<2>) -> Output {
+        let ([nodes, dimensions], samples) = (self.dims(), parameters.dims()[0]);
+        let zeros = |rows, columns| Tensor::zeros([samples, rows, columns], &parameters.device());
+        let clusters = match &self.rule {
+            Rule::Motions(tree) => Some(zeros(tree.centres.len(), 6)),
+            Rule::Scale(_) | Rule::Matrices(_) => None,
+        };
+        self.complete(Output { nodes: zeros(nodes, dimensions), clusters }, parameters)
     }
 
     /// The same for derivatives of the outputs in the standardised parameters, those of all samples by the first before those by

@@ -4,12 +4,14 @@ mod linear_response;
 mod map;
 mod motions;
 mod packed;
+mod polynomial;
 mod principal;
 mod split;
 mod supports;
 
 pub(crate) use map::OutputMap;
 pub use motions::Motions;
+pub(crate) use polynomial::check_terms;
 pub use principal::PrincipalDirections;
 
 use serde::{Deserialize, Serialize};
@@ -28,6 +30,15 @@ pub enum Coordinates {
 }
 
 impl Coordinates {
+    /// Outputs per unit of each standardised parameter, and of each product of two; none where outputs do not follow.
+    pub(crate) fn slopes(&self) -> &[Vec<f64>] {
+        match self {
+            Self::Components => &[],
+            Self::Motions(motions) => motions.slopes(),
+            Self::Principal(directions) => directions.slopes(),
+        }
+    }
+
     /// Displacements of zero outputs, if they are not those of the scale.
     pub(crate) fn origin(&self) -> Option<&[f64]> {
         match self {

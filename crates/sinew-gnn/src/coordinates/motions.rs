@@ -9,6 +9,7 @@ use sinew_energy::{Body, Stiffness};
 use sinew_graph::{FeatureMatrix, Topology, pool_positions};
 
 use super::packed;
+use super::polynomial::{check_terms, terms};
 use crate::data::Dirichlet;
 use crate::error::{Error, Result, require_count, require_finite, require_positive};
 
@@ -128,26 +129,15 @@ impl Motions {
     /// # Errors
     /// Another body than the motions', other parameters than the outputs follow.
     pub fn followed(&self, parameters: &[f64], body: &Body) -> Result<Vec<f64>> {
-        self.check_parameters(parameters.len())?;
+        check_terms(self.slopes.len(), parameters.len())?;
         require_count("nodes of the body", body.nodes, self.tree.positions.len())?;
-        let products = (0..parameters.len())
-            .flat_map(|i| parameters[i..].iter().map(move |other| parameters[i] * other));
         let mut outputs = vec![0.0; 6 * self.tree.centres.len() + self.origin.len()];
-        for (slope, term) in self.slopes.iter().zip(parameters.iter().copied().chain(products)) {
+        for (slope, term) in self.slopes.iter().zip(terms(parameters)) {
             outputs.iter_mut().zip(slope).for_each(|(y, slope)| *y += term * slope);
         }
         let moved = self.tree.moved(&outputs);
         let moved: Vec<f64> = moved.iter().zip(&*self.origin).map(|(u, at)| u + at).collect();
         Ok(Dirichlet::of_body(body).write_over(&moved))
-    }
-
-    /// Requires that outputs follow nothing, so many parameters, or these and their products.
-    pub(crate) fn check_parameters(&self, count: usize) -> Result<()> {
-        match self.slopes.len() {
-            0 => Ok(()),
-            all if all == count + count * (count + 1) / 2 => Ok(()),
-            found => require_count("parameters that outputs follow", found, count),
-        }
     }
 
     /// The slopes as features of a graph's nodes, virtual ones after the real ones: six columns for each parameter, of which

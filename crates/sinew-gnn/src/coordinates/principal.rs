@@ -5,9 +5,11 @@ use std::sync::Arc;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use burn::tensor::{Device, Tensor, TensorData};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
+use super::packed;
+use super::polynomial::Polynomial;
 use crate::error::{Error, Result, require_count, require_finite};
 
 /// Displacements as `u = origin + U (s/s₁)^p s₁ Uᵀ · output` with the principal directions U and deviations s of simulations:
@@ -18,6 +20,8 @@ pub struct PrincipalDirections {
     origin: Arc<[f64]>,
     /// Applied to a row of outputs one after the other, each from the right.
     factors: Vec<Factor>,
+    /// Outputs per unit of each standardised parameter, and of each product of two; none where outputs are the network's alone.
+    slopes: Arc<[Vec<f64>]>,
 }
 
 /// A matrix, row by row.
@@ -42,6 +46,15 @@ impl Factor {
 const SMALLEST_DEVIATION: f64 = 1e-7;
 /// Accuracy and sweeps of the singular values: nalgebra's own accuracy, and more sweeps than any matrix needs.
 const DECOMPOSITION: (f64, usize) = (5.0 * f64::EPSILON, 10_000);
+pub(super) const NO_DIRECTIONS: &str = "directions need two simulations that differ";
+
+/// Left singular vectors and singular values.
+fn decomposed(matrix: DMatrix<f64>) -> Result<(DMatrix<f64>, DVector<f64>)> {
+    let (accuracy, sweeps) = DECOMPOSITION;
+    let found = matrix.try_svd(true, false, accuracy, sweeps);
+    let found = found.and_then(|found| Some((found.u?, found.singular_values)));
+    found.ok_or(Error::NothingToTrain(NO_DIRECTIONS))
+}
 
 impl PrincipalDirections {
     /// About the mean of simulated displacements, with the map `U (s/s₁)^p s₁ Uᵀ` of their principal directions U
@@ -52,39 +65,74 @@ impl PrincipalDirections {
     /// Fewer than two fields, of different lengths, not finite, or all the same.
     pub fn of<'a>(fields: impl IntoIterator<Item = &'a [f64]>, power: f64) -> Result<Self> {
         let fields: Vec<&[f64]> = fields.into_iter().collect();
+        let parameters = vec![Vec::new(); fields.len()];
+        Self::following(fields, &parameters, power)
+    }
+
+    /// The same about a polynomial in the standardised parameters of each simulation, of first or second order, whichever foretells
+    /// each simulation best from all others, so that a network learns what is beyond; U and s are those of what is left.
+    ///
+    /// # Errors
+    /// Those of [`PrincipalDirections::of`], and parameters that do not belong to the fields.
+    pub fn following<'a>(
+        fields: impl IntoIterator<Item = &'a [f64]>,
+        parameters: &[Vec<f64>],
+        power: f64,
+    ) -> Result<Self> {
+        let fields: Vec<&[f64]> = fields.into_iter().collect();
         let (count, size) = (fields.len(), fields.first().map_or(0, |field| field.len()));
         if count < 2 || size == 0 {
-            return Err(Error::NothingToTrain("directions need two simulations that differ"));
+            return Err(Error::NothingToTrain(NO_DIRECTIONS));
         }
         for field in &fields {
             require_count("values of a simulated displacement", field.len(), size)?;
             require_finite("a simulated displacement", field)?;
         }
+        require_count("parameters of simulations", parameters.len(), count)?;
+        let width = parameters[0].len();
+        for parameters in parameters {
+            require_count("parameters of a simulation", parameters.len(), width)?;
+            require_finite("parameters of a simulation", parameters)?;
+        }
         let mean: Vec<f64> = (0..size)
             .map(|i| fields.iter().map(|field| field[i]).sum::<f64>() / count as f64)
             .collect();
-        let root = (count as f64).sqrt();
-        let spread = DMatrix::from_fn(size, count, |i, j| (fields[j][i] - mean[i]) / root);
-        let (accuracy, sweeps) = DECOMPOSITION;
-        let decomposition = spread.try_svd(true, false, accuracy, sweeps);
-        let (modes, deviations) = decomposition
-            .and_then(|svd| Some((svd.u?, svd.singular_values)))
-            .filter(|(_, deviations)| deviations[0] > 0.0)
-            .ok_or(Error::NothingToTrain("directions need two simulations that differ"))?;
+        let spread = DMatrix::from_fn(size, count, |i, j| fields[j][i] - mean[i]);
+        let (modes, deviations) = decomposed(spread.clone())?;
+        if deviations[0] == 0.0 {
+            return Err(Error::NothingToTrain(NO_DIRECTIONS));
+        }
+        // All that follows happens in the space of the simulations.
         let floor = SMALLEST_DEVIATION * deviations[0];
         let kept = deviations.iter().take_while(|&&deviation| deviation > floor).count();
-        let scale = |mode: usize| deviations[0] * (deviations[mode] / deviations[0]).powf(power);
+        let modes = modes.columns(0, kept).into_owned();
+        let polynomial = Polynomial::fit(&modes.tr_mul(&spread).transpose(), parameters)?;
+        let (turn, left) = decomposed(polynomial.residual.transpose())?;
+        let start = &modes * &polynomial.constant;
+        let modes = modes * &turn;
+        let root = (count as f64).sqrt();
+        let largest = left[0].max(floor) / root;
+        let scales = left.map(|s| largest * (s.max(floor) / root / largest).powf(power));
         let down = (0..size).flat_map(|i| (0..kept).map(move |j| (i, j)));
         let up = (0..kept).flat_map(|j| (0..size).map(move |i| (i, j)));
         let factors = vec![
-            Factor::new(kept, down.map(|(i, j)| modes[(i, j)] * scale(j))),
+            Factor::new(kept, down.map(|(i, j)| modes[(i, j)] * scales[j])),
             Factor::new(size, up.map(|(i, j)| modes[(i, j)])),
         ];
-        Self::from_factors(mean, factors)
+        let output = |term: &DVector<f64>| -> Vec<f64> {
+            let components = turn.tr_mul(term).component_div(&scales);
+            (&modes * components).iter().copied().collect()
+        };
+        let origin = mean.iter().zip(start.iter()).map(|(mean, start)| mean + start).collect();
+        Self::from_parts(origin, factors, polynomial.terms.iter().map(output).collect())
     }
 
-    fn from_factors(origin: Vec<f64>, factors: Vec<Factor>) -> Result<Self> {
+    fn from_parts(origin: Vec<f64>, factors: Vec<Factor>, slopes: Vec<Vec<f64>>) -> Result<Self> {
         require_finite("the origin of the outputs", &origin)?;
+        for slope in &slopes {
+            require_count("outputs per unit of a parameter", slope.len(), origin.len())?;
+            require_finite("outputs per unit of a parameter", slope)?;
+        }
         let mut size = origin.len();
         for factor in &factors {
             require_finite("the output map", &factor.entries)?;
@@ -96,12 +144,17 @@ impl PrincipalDirections {
             size = factor.columns;
         }
         require_count("columns of the output map", size, origin.len())?;
-        Ok(Self { origin: origin.into(), factors })
+        Ok(Self { origin: origin.into(), factors, slopes: slopes.into() })
     }
 
     /// Displacement of a zero output \[length\].
     pub fn origin(&self) -> &[f64] {
         &self.origin
+    }
+
+    /// Outputs per unit of each standardised parameter, and then of each product of two; none where outputs do not follow.
+    pub fn slopes(&self) -> &[Vec<f64>] {
+        &self.slopes
     }
 
     /// Number of directions that outputs are mapped to.
@@ -124,6 +177,8 @@ impl PrincipalDirections {
 struct Packed {
     origin: Vec<f64>,
     factors: Vec<PackedFactor>,
+    #[serde(default)]
+    slopes: Vec<String>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -138,7 +193,11 @@ impl From<PrincipalDirections> for Packed {
             let bytes: Vec<u8> = factor.entries.iter().flat_map(|v| v.to_le_bytes()).collect();
             PackedFactor { columns: factor.columns, entries: STANDARD.encode(bytes) }
         };
-        Self { origin: basis.origin.to_vec(), factors: basis.factors.iter().map(pack).collect() }
+        Self {
+            origin: basis.origin.to_vec(),
+            factors: basis.factors.iter().map(pack).collect(),
+            slopes: basis.slopes.iter().map(|slope| packed::doubles(slope)).collect(),
+        }
     }
 }
 
@@ -153,7 +212,10 @@ impl TryFrom<Packed> for PrincipalDirections {
         };
         let factors =
             packed.factors.into_iter().map(unpack).collect::<std::result::Result<_, _>>()?;
-        Self::from_factors(packed.origin, factors).map_err(|error| error.to_string())
+        let slopes = packed.slopes.iter();
+        let slopes = slopes.map(|slope| packed::read_doubles(slope, packed.origin.len()));
+        let slopes = slopes.collect::<std::result::Result<_, _>>()?;
+        Self::from_parts(packed.origin, factors, slopes).map_err(|error| error.to_string())
     }
 }
 

@@ -21,9 +21,9 @@ pub trait Potential: Send + Sync {
         None
     }
 
-    /// Whether a body can have this displacement: no cell is inverted.
-    fn admits(&self, displacement: &[f64]) -> bool {
-        let _ = displacement;
+    /// Whether a body can have this displacement: no cell is inverted, and no barrier bounds its energy.
+    fn admits(&self, displacement: &[f64], theta: &[f64]) -> bool {
+        let _ = (displacement, theta);
         true
     }
 
@@ -127,7 +127,8 @@ impl Objective for MinimumPotential {
         let Some(potential) = self.potentials.get(batch.geometry) else { return 0 };
         let values: Vec<f64> = displacement.into_data().iter::<f64>().collect();
         let fields = values.chunks_exact(potential.degrees_of_freedom().max(1));
-        fields.filter(|field| !potential.admits(field)).count()
+        let cases = fields.zip(batch.samples);
+        cases.filter(|(field, sample)| !potential.admits(field, &sample.theta)).count()
     }
 }
 
@@ -158,8 +159,8 @@ impl Potential for Body {
         self.check_theta(theta).err().map(|error| error.to_string())
     }
 
-    fn admits(&self, displacement: &[f64]) -> bool {
-        self.admits(displacement)
+    fn admits(&self, displacement: &[f64], theta: &[f64]) -> bool {
+        self.is_within_barriers(displacement, theta)
     }
 
     fn value_and_gradient(&self, displacement: &[f64], theta: &[f64], gradient: &mut [f64]) -> f64 {

@@ -1,12 +1,11 @@
 //! What a training that did not diverge may still have got wrong.
 
-use burn::tensor::Tensor;
 use serde::{Deserialize, Serialize};
 
 use super::progress::HistoryPoint;
 use super::trainer::Trainer;
 use crate::data::Sample;
-use crate::emulator::{Embedding, Emulator, Output};
+use crate::emulator::Embedding;
 use crate::error::Result;
 use crate::objective::Batch;
 
@@ -14,15 +13,15 @@ use crate::objective::Batch;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(rename_all = "kebab-case")]
 pub enum Concern {
-    /// The network is no better than one displacement for all parameters.
+    /// The network is no better than none, whose outputs are one displacement for all parameters or follow them by themselves.
     #[error(
-        "nothing was learned: the mean loss of the latest steps is {loss:.3e}, that of zero outputs, one displacement \
-         for all parameters, {of_zero_output:.3e}; lower the learning rate, or train for longer"
+        "nothing was learned: the mean loss is {loss:.3e}, that without the network's outputs {of_zero_output:.3e}; lower \
+         the learning rate, or train for longer"
     )]
     NothingLearned {
-        /// Mean training loss since the evaluation before the last.
+        /// Mean loss, at the end of all training samples, before since the evaluation before the last.
         loss: f64,
-        /// Mean loss of the displacement that a network without outputs stands for.
+        /// Mean loss of the training samples without the network's outputs.
         of_zero_output: f64,
     },
     /// More than half of what had been learned is lost again.
@@ -35,16 +34,17 @@ pub enum Concern {
         lowest: f64,
         /// Step of the evaluation that it was reported at.
         step: usize,
-        /// Mean training loss since the evaluation before the last.
+        /// Mean loss, at the end of all training samples, before since the evaluation before the last.
         loss: f64,
     },
     /// Predictions that only a guard of the energy makes admissible.
     #[error(
-        "{inadmissible} of {samples} predictions at the parameters of the training invert a cell; train for longer, \
-         or begin from a smaller displacement"
+        "{inadmissible} of {samples} predictions at the parameters of the training invert a cell, or stretch it so far \
+         that only barriers bound its energy; lower the learning rate, train for longer, or begin from a smaller \
+         displacement"
     )]
     Inadmissible {
-        /// Parameter sets whose predictions invert a cell.
+        /// Parameter sets whose predictions are such.
         inadmissible: usize,
         /// Parameter sets.
         samples: usize,
@@ -54,9 +54,11 @@ pub enum Concern {
 /// Standard deviations of a mean loss that may be due to the samples which happened to be drawn.
 const NOISE: f64 = 3.0;
 
-/// What the losses of a run tell beyond their noise. A loss of zero outputs that is not finite is no measure of anything.
-fn of_losses(history: &[HistoryPoint], of_zero_output: f64) -> Option<Concern> {
-    let &HistoryPoint { loss, deviation, .. } = history.last()?;
+/// What the losses of a run tell beyond their noise, of which `exact`, that of all samples after the last step, has none. A loss of
+/// zero outputs that is not finite is no measure of anything.
+fn of_losses(history: &[HistoryPoint], of_zero_output: f64, exact: Option<f64>) -> Option<Concern> {
+    let last = history.last()?;
+    let (loss, deviation) = exact.map_or((last.loss, last.deviation), |exact| (exact, 0.0));
     if !of_zero_output.is_finite() {
         return None;
     }
@@ -86,38 +88,27 @@ impl Trainer {
             Some(loss) => loss,
             None => *self.loss_of_zero_output.insert(self.zero_output_loss()?),
         };
-        let of_losses = of_losses(&self.progress.history, of_zero_output);
-        Ok(of_losses.into_iter().chain(self.of_states(thoroughness)?).collect())
+        let (inadmissible, loss) = self.of_states(thoroughness)?;
+        let exact = (thoroughness == Thoroughness::AllSamples).then_some(loss);
+        let of_losses = of_losses(&self.progress.history, of_zero_output, exact);
+        Ok(of_losses.into_iter().chain(inadmissible).collect())
     }
 
-    /// How many of an emulator's predictions for a batch, from given node embeddings, invert a cell.
-    pub(super) fn inadmissible(
-        &self,
-        emulator: &Emulator,
-        local: Embedding,
-        batch: &Batch<'_>,
-    ) -> Result<usize> {
-        let geometry = &self.surrogate.prepared[batch.geometry];
-        let displacement = self.displacement(emulator, geometry, local, batch)?;
-        Ok(self.objective.inadmissible(batch, displacement))
-    }
-
-    /// Mean loss over the training samples if the network had no outputs.
+    /// Mean loss over the training samples without the network's outputs.
     fn zero_output_loss(&self) -> Result<f64> {
         let mut sum = 0.0;
         for batch in self.training_batches() {
             let output = &self.surrogate.prepared[batch.geometry].output;
-            let [nodes, dimensions] = output.dims();
-            let zeros =
-                Tensor::zeros([batch.samples.len(), nodes, dimensions], &self.surrogate.device);
-            let displacement = output.displacement(Output { nodes: zeros, clusters: None });
-            let loss = self.objective.loss(&batch.as_batch(), displacement)?;
+            let thetas: Vec<&[f64]> = batch.samples.iter().map(|s| &s.theta[..]).collect();
+            let nothing = output.without_network(self.surrogate.parameter_tensor(&thetas)?);
+            let loss = self.objective.loss(&batch.as_batch(), output.displacement(nothing))?;
             sum += f64::from(loss.into_scalar::<f32>()) * batch.samples.len() as f64;
         }
         Ok(sum / self.data.training.len() as f64)
     }
 
-    fn of_states(&self, thoroughness: Thoroughness) -> Result<Option<Concern>> {
+    /// What is wrong with predictions, and their mean loss.
+    fn of_states(&self, thoroughness: Thoroughness) -> Result<(Option<Concern>, f64)> {
         let mut batches = self.training_batches();
         if thoroughness == Thoroughness::OneBatch {
             batches.dedup_by_key(|batch| batch.geometry);
@@ -126,13 +117,19 @@ impl Trainer {
         let indices = 0..self.surrogate.prepared.len();
         let embeddings: Vec<Embedding> =
             indices.map(|index| self.surrogate.embedding(emulator, index)).collect();
-        let (mut inadmissible, mut samples) = (0, 0);
+        let (mut inadmissible, mut samples, mut loss) = (0, 0, 0.0);
         for batch in &batches {
             let local = embeddings[batch.geometry].clone();
-            inadmissible += self.inadmissible(emulator, local, &batch.as_batch())?;
-            samples += batch.samples.len();
+            let (batch, geometry) = (batch.as_batch(), &self.surrogate.prepared[batch.geometry]);
+            let displacement = self.displacement(emulator, geometry, local, &batch)?;
+            inadmissible += self.objective.inadmissible(&batch, displacement.clone());
+            let count = batch.samples.len();
+            samples += count;
+            let mean = self.objective.loss(&batch, displacement)?.into_scalar::<f32>();
+            loss += f64::from(mean) * count as f64;
         }
-        Ok((inadmissible > 0).then_some(Concern::Inadmissible { inadmissible, samples }))
+        let concern = (inadmissible > 0).then_some(Concern::Inadmissible { inadmissible, samples });
+        Ok((concern, loss / samples as f64))
     }
 
     /// All training samples, in batches of one geometry each.
@@ -173,23 +170,34 @@ mod tests {
         values.iter().enumerate().map(point).collect()
     }
 
+    fn of_losses_of(history: &[HistoryPoint], of_zero_output: f64) -> Option<Concern> {
+        of_losses(history, of_zero_output, None)
+    }
+
     #[test]
     fn losses_are_judged_against_those_of_a_network_without_outputs() {
-        assert_eq!(of_losses(&losses(&[0.9, 0.3, 0.1], 0.01), 1.0), None);
+        assert_eq!(of_losses_of(&losses(&[0.9, 0.3, 0.1], 0.01), 1.0), None);
         // Energies are negative; a rise within the noise of batches is none.
-        assert_eq!(of_losses(&losses(&[-0.2, -0.8, -0.78], 0.01), 0.0), None);
+        assert_eq!(of_losses_of(&losses(&[-0.2, -0.8, -0.78], 0.01), 0.0), None);
         assert_eq!(
-            of_losses(&losses(&[0.5, 2.0], 0.01), 1.0),
+            of_losses_of(&losses(&[0.5, 2.0], 0.01), 1.0),
             Some(Concern::NothingLearned { loss: 2.0, of_zero_output: 1.0 })
         );
         assert_eq!(
-            of_losses(&losses(&[-0.2, -0.8, -0.3], 0.01), 0.0),
+            of_losses_of(&losses(&[-0.2, -0.8, -0.3], 0.01), 0.0),
             Some(Concern::LossRose { lowest: -0.8, step: 20, loss: -0.3 })
         );
-        assert_eq!(of_losses(&losses(&[0.5, 2.0], 0.01), f64::INFINITY), None);
-        assert_eq!(of_losses(&[], 1.0), None);
+        assert_eq!(of_losses_of(&losses(&[0.5, 2.0], 0.01), f64::INFINITY), None);
+        assert_eq!(of_losses_of(&[], 1.0), None);
         // About a solution, one displacement for all parameters is a good one, and batches differ by more than it lacks.
-        assert_eq!(of_losses(&losses(&[-0.990, -1.004, -0.985], 0.01), -0.995), None);
-        assert_eq!(of_losses(&losses(&[-0.990, -1.004, -0.998], 0.01), -0.995), None);
+        assert_eq!(of_losses_of(&losses(&[-0.990, -1.004, -0.985], 0.01), -0.995), None);
+        assert_eq!(of_losses_of(&losses(&[-0.990, -1.004, -0.998], 0.01), -0.995), None);
+        // The loss of all samples has no noise.
+        let history = losses(&[-0.990, -1.004, -0.985], 0.01);
+        assert_eq!(of_losses(&history, -0.995, Some(-0.996)), None);
+        assert_eq!(
+            of_losses(&history, -0.995, Some(-0.994)),
+            Some(Concern::NothingLearned { loss: -0.994, of_zero_output: -0.995 })
+        );
     }
 }

@@ -255,7 +255,9 @@ impl Trainer {
             let (step, samples) = (clock.step + 1, batch.samples.len());
             let emulator = self.emulator.valid();
             let local = self.surrogate.embedding(&emulator, batch.geometry);
-            return Err(match self.inadmissible(&emulator, local, &batch)? {
+            let geometry = &self.surrogate.prepared[batch.geometry];
+            let displacement = self.displacement(&emulator, geometry, local, &batch)?;
+            return Err(match self.objective.inadmissible(&batch, displacement) {
                 0 => Error::Diverged { step, loss: value, gradient_norm, learning_rate },
                 inadmissible => Error::InvertedCells { step, inadmissible, samples },
             });

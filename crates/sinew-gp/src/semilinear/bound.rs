@@ -96,7 +96,7 @@ impl<'a, const D: usize, const M: usize> Inference<'a, D, M> {
             });
         }
         let prior = Prior::constrained(&semilinear.problem, kernel)?;
-        let model = Model::new(prior, Data { groups }, Evidence::Joint)?;
+        let model = Model::new(prior, Data { groups, everywhere: None }, Evidence::Joint)?;
         let offsets = |role: Role| {
             model.groups.iter().enumerate().filter(move |(_, group)| group.role == role)
         };

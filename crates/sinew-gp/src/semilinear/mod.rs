@@ -263,7 +263,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
             }
             group
         });
-        let data = Data { groups: groups.collect() };
+        let data = Data { groups: groups.collect(), everywhere: None };
         // What the equation says of itself depends on the linearisation: with measured values, only
         // how well it predicts these counts.
         let measured = data.groups.iter().any(|group| group.role == Role::Observed);

@@ -6,7 +6,7 @@ use crate::inference::{About, Approach, Inference, NOISE, Sampling};
 use crate::problems::{self, Setting};
 use crate::row::{Covered, Findings, Run};
 use anyhow::Result;
-use sinew_gp::{Evidence, GpError, NutsOptions, nuts};
+use sinew_gp::{GpError, NutsOptions, nuts};
 use std::time::Instant;
 
 /// Nominal share.
@@ -15,8 +15,7 @@ const LEVEL: f64 = 0.95;
 const PLACES: usize = 200;
 const SAMPLING: Sampling = Sampling { values: 25, collocation: 25, error: NOISE };
 
-const ABOUT: &str = "25 values with 2.5 % noise and 25 collocation points. NUTS over all parameters from the fit with \
-                     conditional evidence; per data set one interval for each parameter, and the share of 200 random \
+const ABOUT: &str = "25 values with 2.5 % noise and 25 collocation points. NUTS over all parameters; per data set one interval for each parameter, and the share of 200 random \
                      places where the band about u holds it.";
 
 /// Heat-BVP-1.
@@ -35,8 +34,7 @@ pub fn advection_diffusion(scale: Scale) -> Result<Experiment> {
 }
 
 fn of(title: &'static str, setting: Setting<2>, scale: Scale) -> Experiment {
-    let inference = Inference::sampled(&setting, Approach::Constrained, SAMPLING, scale)
-        .with_evidence(Evidence::Conditional);
+    let inference = Inference::sampled(&setting, Approach::Constrained, SAMPLING, scale);
     let label = inference.label(About::default().at("NUTS"));
     let run = move |task: &Task| run(&inference, task);
     let cases = vec![Case { label, cost: 5.0, run: Box::new(run) }];

@@ -1,0 +1,301 @@
+//! How often intervals hold the truth, over many sets of data.
+//!
+//! `cargo xtask coverage [SETS] [--only NAME,…] [--evidence joint|conditional|unit] [--points N] [--laplace]`, or
+//! `cargo run --example coverage -p sinew-gp --no-default-features -- 100`
+//!
+//! Each set has its own places, errors of 2.5 % of the solution's spread whose level is learned, and collocation points. For every
+//! problem: the share of 95 % intervals of all parameters that hold them, by NUTS and by Laplace; the share of u that lies
+//! in its band; the share of estimates inside their own intervals; the width of intervals over that of least squares with
+//! the solution known for every parameter (the bound of Cramér and Rao); the estimates' error over that bound; seconds.
+
+mod problems;
+
+use std::time::Instant;
+
+use problems::Case;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use sinew_gp::{
+    Data, Ensemble, Evidence, FitOptions, GpError, Model, Noise, NutsOptions, Posterior, Prior,
+    SquaredExponential, laplace, nuts,
+};
+
+/// Errors of measurements, in units of the solution's standard deviation.
+const ERROR: f64 = 0.025;
+/// Quantiles of the normal distribution that hold 95 %.
+const TWO_SIDED: f64 = 1.96;
+
+type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+/// What one ensemble says.
+#[derive(Default)]
+struct Held {
+    theta: Vec<bool>,
+    estimate: Vec<bool>,
+    width: Vec<f64>,
+    u: f64,
+    seconds: f64,
+}
+
+/// What one set of data gives: by NUTS, and by Laplace.
+struct Outcome {
+    ensembles: [Held; 2],
+    /// Errors of estimates in units of the Cramér–Rao deviation.
+    off: Vec<f64>,
+    fit_seconds: f64,
+    evidence: Evidence,
+}
+
+fn normal(random: &mut ChaCha8Rng) -> f64 {
+    let radius = (-2.0 * (1.0 - random.random::<f64>()).ln()).sqrt();
+    radius * (2.0 * std::f64::consts::PI * random.random::<f64>()).cos()
+}
+
+fn deviation<const D: usize>(case: &Case<D>) -> f64 {
+    let values: Vec<f64> =
+        case.problem.domain().grid(21).into_iter().map(|x| case.solution.value(x)).collect();
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    (values.iter().map(|u| (u - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
+}
+
+/// Solutions at parameters next to the true ones, by many collocation points.
+struct Neighbours<const D: usize> {
+    /// For each parameter, a step up and a step down of its logarithm.
+    moved: Vec<[Posterior<D>; 2]>,
+}
+
+impl<const D: usize> Neighbours<D> {
+    const STEP: f64 = 0.02;
+
+    fn new(case: &Case<D>) -> Result<Self, GpError> {
+        let domain = case.problem.domain();
+        let at = domain.sample([0, 40, 300, 500][D], 77)?;
+        let f: Vec<f64> = at.iter().map(|x| case.load(*x)).collect();
+        let prior = Prior::constrained(&case.problem, &SquaredExponential::new())?;
+        let data = Data::new().equation(&at, &f, Noise::Exact);
+        let model = std::sync::Arc::new(Model::new(prior, data, Evidence::Joint)?);
+        let solve = |theta: &[f64]| {
+            let value = |p: &sinew_gp::FreeParameter| {
+                let known = case.truth.iter().position(|(name, _)| *name == p.name);
+                p.to_scale(known.map_or(0.5 * (p.start[0] * p.start[1]).sqrt(), |k| theta[k]))
+            };
+            let parameters: Vec<f64> = model.parameters().iter().map(value).collect();
+            Posterior::new(model.clone(), &parameters)
+        };
+        let truth: Vec<f64> = case.truth.iter().map(|(_, value)| *value).collect();
+        let (grid, exact) = (domain.sample(50, 99)?, solve(&truth)?);
+        let off = exact
+            .mean(&grid)?
+            .iter()
+            .zip(&grid)
+            .fold(0.0, |most: f64, (u, x)| most.max((u - case.solution.value(*x)).abs()));
+        assert!(off < 0.05 * deviation(case), "{}: solutions off by {off:e}", case.name);
+        let moved = |k: usize, sign: f64| {
+            let mut theta = truth.clone();
+            theta[k] *= (sign * Self::STEP).exp();
+            solve(&theta)
+        };
+        let both = |k: usize| Ok([moved(k, 1.0)?, moved(k, -1.0)?]);
+        Ok(Self { moved: (0..truth.len()).map(both).collect::<Result<_, GpError>>()? })
+    }
+
+    /// Derivatives of u in the logarithms of the parameters.
+    fn slopes(&self, places: &[[f64; D]]) -> Result<Vec<Vec<f64>>, GpError> {
+        let slope = |[up, down]: &[Posterior<D>; 2]| {
+            let (up, down) = (up.mean(places)?, down.mean(places)?);
+            Ok(up.iter().zip(&down).map(|(a, b)| (a - b) / (2.0 * Self::STEP)).collect())
+        };
+        self.moved.iter().map(slope).collect()
+    }
+}
+
+/// Standard deviations of the parameters' logarithms below which no unbiased estimate is (one or two parameters).
+fn cramer_rao(slopes: &[Vec<f64>], sigma: f64) -> Vec<f64> {
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    match slopes {
+        [one] => vec![sigma / product(one, one).sqrt()],
+        [a, b] => {
+            let (aa, ab, bb) = (product(a, a), product(a, b), product(b, b));
+            let determinant = aa * bb - ab * ab;
+            vec![sigma * (bb / determinant).sqrt(), sigma * (aa / determinant).sqrt()]
+        }
+        _ => unreachable!("problems have one or two parameters"),
+    }
+}
+
+fn run<const D: usize>(
+    case: &Case<D>,
+    neighbours: &Neighbours<D>,
+    options: &Options,
+    seed: u64,
+) -> Result<Outcome, Failure> {
+    let domain = case.problem.domain();
+    let sigma = ERROR * deviation(case);
+    // Places are drawn with `seed` itself.
+    let mut random = ChaCha8Rng::seed_from_u64(seed + 20_000);
+    let places = domain.sample(case.counts[0], seed)?;
+    let y: Vec<f64> =
+        places.iter().map(|x| case.solution.value(*x) + sigma * normal(&mut random)).collect();
+    let at = domain.sample(options.points.unwrap_or(case.counts[1]), seed + 10_000)?;
+    let f: Vec<f64> = at.iter().map(|x| case.load(*x)).collect();
+    let bound = cramer_rao(&neighbours.slopes(&places)?, sigma);
+
+    let start = Instant::now();
+    let data = Data::new().values(&places, &y, Noise::Learned).equation(&at, &f, Noise::Exact);
+    let prior = Prior::constrained(&case.problem, &SquaredExponential::new())?;
+    let model = Model::new(prior, data, options.evidence)?;
+    let fit = model.fit(&FitOptions { seed, ..FitOptions::default() })?;
+    let fit_seconds = start.elapsed().as_secs_f64();
+
+    let inside = domain.sample(50, 99)?;
+    let judge = |ensemble: Ensemble<D>, seconds: f64| -> Result<Held, GpError> {
+        let mut held = Held { seconds, ..Held::default() };
+        for ((name, truth), bound) in case.truth.iter().zip(&bound) {
+            let [lower, upper] = ensemble.interval(name, 0.95)?;
+            let estimate = fit.parameter(name)?;
+            held.theta.push(lower <= *truth && *truth <= upper);
+            held.estimate.push(lower <= estimate && estimate <= upper);
+            held.width.push((upper / lower).ln() / (2.0 * TWO_SIDED * bound));
+        }
+        let band = ensemble.predict(&inside)?;
+        let holds = |k: &usize| {
+            (band.mean[*k] - case.solution.value(inside[*k])).abs()
+                <= TWO_SIDED * band.deviation[*k]
+        };
+        held.u = (0..inside.len()).filter(holds).count() as f64 / inside.len() as f64;
+        Ok(held)
+    };
+    let start = Instant::now();
+    let defaults = NutsOptions::default();
+    // Enough to go on, where Laplace alone is asked for.
+    let of = |count: usize| if options.laplace { 2 } else { count };
+    let nuts_options = NutsOptions { seed, draws: of(defaults.draws), warmup: of(defaults.warmup) };
+    let sampled = nuts(&fit, &nuts_options)?;
+    let sampled = judge(sampled, start.elapsed().as_secs_f64())?;
+    let start = Instant::now();
+    let weighed = laplace(&fit, 300, seed)?;
+    let weighed = judge(weighed, start.elapsed().as_secs_f64())?;
+    let errors = case
+        .truth
+        .iter()
+        .zip(&bound)
+        .map(|((name, truth), bound)| Ok(((fit.parameter(name)? / truth).ln() / bound).abs()));
+    let off = errors.collect::<Result<_, GpError>>()?;
+    Ok(Outcome {
+        ensembles: [sampled, weighed],
+        off,
+        fit_seconds,
+        evidence: fit.model().evidence(),
+    })
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+fn study<const D: usize>(case: Result<Case<D>, GpError>, options: &Options) -> Result<(), Failure> {
+    let case = case?;
+    if !options.only.is_empty() && !options.only.iter().any(|name| name == case.name) {
+        return Ok(());
+    }
+    let neighbours = Neighbours::new(&case)?;
+    let outcomes: Vec<Outcome> = (0..options.sets)
+        .into_par_iter()
+        .map(|seed| run(&case, &neighbours, options, seed))
+        .collect::<Result<_, _>>()?;
+    let count = outcomes.len() as f64;
+    for k in 0..case.truth.len() {
+        print!("| {} {} | {:?} ", case.name, case.truth[k].0, outcomes[0].evidence);
+        for which in 0..2 {
+            let share = |of: &dyn Fn(&Held) -> f64| {
+                100.0 * outcomes.iter().map(|o| of(&o.ensembles[which])).sum::<f64>() / count
+            };
+            let one = |b: bool| f64::from(u8::from(b));
+            print!(
+                "| {:.0} | {:.1} | {:.0} | {:.2} | {:.2} ",
+                share(&|h| one(h.theta[k])),
+                share(&|h| h.u),
+                share(&|h| one(h.estimate[k])),
+                median(outcomes.iter().map(|o| o.ensembles[which].width[k]).collect()),
+                median(outcomes.iter().map(|o| o.ensembles[which].seconds).collect()),
+            );
+        }
+        println!(
+            "| {:.2} | {:.2} |",
+            median(outcomes.iter().map(|o| o.off[k]).collect()) / 0.6745,
+            median(outcomes.iter().map(|o| o.fit_seconds).collect()),
+        );
+    }
+    Ok(())
+}
+
+/// What the command line asks for.
+struct Options {
+    sets: u64,
+    only: Vec<String>,
+    evidence: Evidence,
+    points: Option<usize>,
+    laplace: bool,
+}
+
+fn options() -> Result<Options, Failure> {
+    let mut options = Options {
+        sets: 4,
+        only: Vec::new(),
+        evidence: Evidence::Auto,
+        points: None,
+        laplace: false,
+    };
+    let mut words = std::env::args().skip(1);
+    while let Some(word) = words.next() {
+        match (word.as_str(), words.size_hint()) {
+            ("--only", _) => {
+                let names = words.next().ok_or("--only needs names")?;
+                options.only = names.split(',').map(str::to_string).collect();
+            }
+            ("--evidence", _) => {
+                options.evidence = match words.next().as_deref() {
+                    Some("joint") => Evidence::Joint,
+                    Some("conditional") => Evidence::Conditional,
+                    Some("unit") => Evidence::UnitInformation,
+                    other => {
+                        return Err(
+                            format!("evidence {other:?}: joint, conditional or unit").into()
+                        );
+                    }
+                };
+            }
+            ("--points", _) => options.points = Some(words.next().ok_or("how many?")?.parse()?),
+            ("--laplace", _) => options.laplace = true,
+            (sets, _) => {
+                options.sets = sets.parse().map_err(|_| format!("{sets} is not a count"))?
+            }
+        }
+    }
+    Ok(options)
+}
+
+fn main() -> Result<(), Failure> {
+    let options = options()?;
+    println!(
+        "95 % intervals over {} sets: θ and u held [%], estimates inside their own [%], width over Cramér–Rao, seconds; error over Cramér–Rao",
+        options.sets
+    );
+    println!(
+        "| problem, parameter | evidence | NUTS: θ | u | own | width | s | Laplace: θ | u | own | width | s | error | fit s |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
+    study(problems::slab(), &options)?;
+    study(problems::cooling(), &options)?;
+    study(problems::ring(), &options)?;
+    study(problems::sprung_string(), &options)?;
+    study(problems::dispersion(), &options)?;
+    study(problems::plate(), &options)?;
+    study(problems::beam(), &options)?;
+    study(problems::graded_rod(), &options)?;
+    study(problems::reaction(), &options)?;
+    study(problems::triangle(), &options)?;
+    study(problems::insulated(), &options)
+}

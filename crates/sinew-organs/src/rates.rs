@@ -1,0 +1,151 @@
+//! Learning rates (thesis B.1): four beams trained by energy at several rates, in the thesis' way and in ours.
+
+use crate::options::Options;
+use crate::run::train;
+use anyhow::Result;
+use serde::{Deserialize, Serialize};
+use sinew::recipe::{OptimiserConfig, PhysicsInformed, Schedule, TrainingConfig};
+use sinew::{Body, Case};
+use sinew_emulate::{Budget, Coordinates, CurvePoint, Network, store};
+use sinew_report::{Block, Cell, Chart, Column, Row, Section, Series, Style, Table};
+use std::path::Path;
+
+/// Name on the command line.
+pub const KEY: &str = "learning-rates";
+/// Training time by default \[min\].
+pub const MINUTES: f64 = SECONDS / 60.0 * (SCENES.len() * (THESIS.len() + OURS.len())) as f64;
+/// Of one network \[s\].
+const SECONDS: f64 = 20.0;
+const SCENES: [&str; 4] =
+    ["OnceClampedBeam", "TwiceClampedBeam", "TractionBeamHO", "TractionBeamGuccione"];
+/// Rates of Adam, kept to the end; with the last the thesis' trainings diverged.
+const THESIS: [f64; 4] = [1e-5, 5e-5, 1e-4, 5e-4];
+/// Peaks of Muon's rates, about the default.
+const OURS: [f64; 3] = [2e-3, 8e-3, 3.2e-2];
+
+/// A network trained at one rate.
+#[derive(Debug, Serialize, Deserialize)]
+struct Outcome {
+    rule: String,
+    curve: Vec<CurvePoint>,
+    train_s: f64,
+    /// Why the training ended early.
+    failure: Option<String>,
+}
+
+/// Trains every beam at every rate.
+///
+/// # Errors
+/// Whatever keeps a beam from being solved; trainings that diverge are results.
+pub fn section(options: &Options) -> Result<Section> {
+    crate::run::begin(options, KEY)?;
+    let mut blocks = vec![Block::Text(
+        "Thesis B.1: learning rates of networks that are trained by energy. In the thesis' way, displacements as they are, one parameter \
+         set a step, Adam at a constant rate and message passing to the end; and as this library trains, with the peak of Muon's rate. \
+         Every training has the same time. The thesis trains for a million steps, and says that 5e-4 diverged on every beam; here a \
+         barrier keeps cells from turning over."
+            .into(),
+    )];
+    let scenes = if options.quick { &SCENES[..1] } else { &SCENES };
+    for scene in scenes {
+        let case = Case::read(Path::new(scene))?;
+        let body = case.body()?;
+        eprintln!("\nlearning rates, {scene}");
+        let mut outcomes = Vec::new();
+        for (rule, recipe) in rules() {
+            outcomes.push(outcome(options, &body, scene, &rule, recipe)?);
+        }
+        blocks.extend(report(scene, &outcomes)?);
+    }
+    Ok(Section { name: KEY.into(), title: "Learning rates".into(), blocks })
+}
+
+/// Names and recipes.
+fn rules() -> impl Iterator<Item = (String, PhysicsInformed)> {
+    let thesis = THESIS.map(|rate| {
+        let training = TrainingConfig {
+            optimiser: OptimiserConfig::adam(),
+            learning_rate: rate,
+            schedule: Schedule::Constant,
+            batch: 1,
+            gradient_norm_limit: None,
+            embedding_share: 1.0,
+            ..TrainingConfig::default()
+        };
+        let coordinates = Coordinates::Components;
+        let network = Network::thesis();
+        let recipe = PhysicsInformed { parameter_sets: 200, coordinates, network, training };
+        (format!("thesis, {rate:.0e}"), recipe)
+    });
+    let ours = OURS.map(|rate| {
+        let mut recipe = PhysicsInformed::default();
+        recipe.training.learning_rate = rate;
+        if let Coordinates::MotionsAfter(first) = &mut recipe.coordinates {
+            first.learning_rate = rate;
+        }
+        (format!("ours, {rate:.1e}"), recipe)
+    });
+    thesis.into_iter().chain(ours)
+}
+
+fn outcome(
+    options: &Options,
+    body: &Body,
+    scene: &str,
+    rule: &str,
+    recipe: PhysicsInformed,
+) -> Result<Outcome> {
+    let folder = options.out.join(KEY).join(scene).join(rule.replace(", ", "-"));
+    let file = folder.join("outcome.json");
+    if let Some(done) = store::read_json(&file)?.filter(|_| options.resume) {
+        return Ok(done);
+    }
+    let budget = match options.quick {
+        true => Budget::Steps(20),
+        false => Budget::Seconds(options.seconds(SECONDS / 60.0)),
+    };
+    let trained = train(options, body, &recipe.into(), budget, None, &folder);
+    let (curve, train_s, failure) = match trained {
+        Ok(emulator) => {
+            let record = &emulator.record;
+            (record.history.clone(), record.prepare_s + record.train_s, None)
+        }
+        Err(error) => {
+            let curve: Vec<CurvePoint> =
+                store::read_json(&folder.join("curve.json"))?.unwrap_or_default();
+            let train_s = curve.last().map_or(0.0, |point| point.train_s);
+            (curve, train_s, Some(format!("{error:#}")))
+        }
+    };
+    let outcome = Outcome { rule: rule.into(), curve, train_s, failure };
+    store::write_json(&file, &outcome)?;
+    Ok(outcome)
+}
+
+fn report(scene: &str, outcomes: &[Outcome]) -> Result<Vec<Block>> {
+    let mut table = Table::new(
+        [
+            Column::new("err_u", "mm").about("‖u − û‖ at every node that is free to move"),
+            Column::new("err_F", "%").about("‖F − F̂‖ / ‖F‖ at every quadrature point"),
+        ],
+        [Column::new("train", "s").once()],
+        [Column::new("steps", "")],
+    );
+    let mut chart = Chart::new(scene, ["time [s]", "err_u [mm]"], [false, true]);
+    let mut texts = vec![Block::Text(scene.into())];
+    for Outcome { rule, curve, train_s, failure } in outcomes {
+        let errors = curve.iter().filter_map(|point| Some((point, point.medians?)));
+        let points: Vec<_> = errors.clone().map(|(point, e)| [point.train_s, e[0]]).collect();
+        chart = chart.with(Series::new(rule.clone(), Style::Line, points));
+        if let Some(failure) = failure {
+            texts.push(Block::Text(format!("{rule}: {failure}")));
+        }
+        if let Some((point, [err_u, err_f, ..])) = errors.last() {
+            let row = Row::new(rule.clone(), Cell::from(err_u), *train_s)?.error(err_f);
+            table.push(row.other(point.step as f64))?;
+        }
+    }
+    texts.push(Block::Table(table));
+    texts.push(Block::charts("Error against time", "Median over the held-out cases.", [chart]));
+    Ok(texts)
+}
