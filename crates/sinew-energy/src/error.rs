@@ -76,6 +76,19 @@ pub enum SceneError {
         /// Local index of the vertex that the facet leaves out.
         opposite: usize,
     },
+    /// A load on a facet between two cells.
+    #[error(
+        "facet set `{name}` names the facet of cell {cell} opposite to its vertex {opposite}, which lies inside the body; \
+         loads act on its surface: leave inner facets out"
+    )]
+    InnerFacet {
+        /// The facet set.
+        name: String,
+        /// Index of the cell.
+        cell: usize,
+        /// Local index of the vertex that the facet leaves out.
+        opposite: usize,
+    },
     /// Nothing holds the body along an axis.
     #[error(
         "no support holds the body along {axes}: it is free to move there and has no unique \
@@ -258,7 +271,8 @@ pub enum SceneError {
     },
     /// A load takes its size from an entry of θ that is none of the loads'.
     #[error(
-        "a load reads entry {index} of theta, but entries of loads are {first}..{count}; choose one of these"
+        "a load reads entry {index} of theta, but {}",
+        entries_of_loads(*first, *count)
     )]
     LoadParameter {
         /// The entry it reads.
@@ -340,4 +354,18 @@ pub enum ThetaError {
         /// Largest sensible value.
         most: f64,
     },
+}
+
+/// Which entries of θ a load may read.
+fn entries_of_loads(first: usize, count: usize) -> String {
+    match count.saturating_sub(first) {
+        0 => format!(
+            "all {count} parameters belong to the law; list one for the load after them, which becomes entry {first}"
+        ),
+        1 => format!("only entry {first} is free for loads: the law reads those before it"),
+        _ => format!(
+            "only entries {first} to {} are free for loads: the law reads those before them",
+            count - 1
+        ),
+    }
 }

@@ -14,7 +14,7 @@ use crate::{
 };
 use geometry::shape_functions;
 use overlaps::check_overlaps;
-use sinew_mesh::{Facet, Mesh};
+use sinew_mesh::{Facet, Mesh, boundary_facets};
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 pub(crate) use supports::Held;
@@ -111,6 +111,7 @@ where
         check_overlaps(self.mesh)?;
         let material = material()?;
         let held = self.held()?;
+        self.check_loads_on_boundary()?;
         let nodal_force = self.nodal_force(rule, &volumes)?;
         let springs = self.springs()?;
         let pressures = self.pressures(&held, loose_rims)?;
@@ -168,6 +169,24 @@ where
             if !ordered || (parameter.sampling == Sampling::Log && least <= 0.0) {
                 let name = parameter.name.clone();
                 return Err(SceneError::Range { name, range: parameter.range });
+            }
+        }
+        Ok(())
+    }
+
+    /// Loads act on the surface: inside, where two cells meet, a force per area has no meaning of its own, and an outward
+    /// normal would depend on which of the cells the set names.
+    fn check_loads_on_boundary(&self) -> Result<(), SceneError> {
+        let sets = self.loads.iter().filter_map(Load::facets);
+        let loaded = sets.map(|name| Ok((name, self.facets(name)?)));
+        let loaded = loaded.collect::<Result<Vec<_>, SceneError>>()?;
+        if loaded.is_empty() {
+            return Ok(());
+        }
+        let boundary: HashSet<_> = boundary_facets(self.mesh).into_iter().collect();
+        for (name, facets) in loaded {
+            if let Some(&Facet { cell, opposite }) = facets.iter().find(|f| !boundary.contains(f)) {
+                return Err(SceneError::InnerFacet { name: name.into(), cell, opposite });
             }
         }
         Ok(())

@@ -206,6 +206,19 @@ pub enum Load {
     },
 }
 
+impl Load {
+    /// Name of the facet set that the load acts on; `None` for a body force.
+    pub fn facets(&self) -> Option<&str> {
+        match self {
+            Self::BodyForce(_) => None,
+            Self::Traction { facets, .. }
+            | Self::Foundation { facets, .. }
+            | Self::Pressure { facets, .. }
+            | Self::ThesisPressure { facets, .. } => Some(facets),
+        }
+    }
+}
+
 /// A support: prescribed displacements of a named node set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Support {

@@ -391,7 +391,6 @@ fn outputs_follow_the_parameters_to_first_order() {
         let half: Vec<f64> = half.iter().map(|u| 2.0 * u / small).collect();
         assert!(relative_difference(change, &half) < 1e-3, "{p}");
     }
-    // Two slopes are of two parameters, or of one and its square.
     assert!(following.followed(&[0.0; 3], &beam.body).is_err());
     assert!(motions.clone().following(&[vec![0.0; 3]], &beam.body).is_err());
     let text = serde_json::to_string(&following).unwrap();

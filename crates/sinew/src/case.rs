@@ -247,6 +247,7 @@ impl Case {
             SceneError::UnknownFacetSet { .. }
             | SceneError::RepeatedFacet { .. }
             | SceneError::EmptyFacetSet { .. }
+            | SceneError::InnerFacet { .. }
             | SceneError::NotFinite { .. }
             | SceneError::NegativeStiffness { .. }
             | SceneError::ThesisPressure { .. }

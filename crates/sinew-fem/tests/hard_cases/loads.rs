@@ -51,6 +51,27 @@ fn a_facet_listed_twice_is_refused() {
 }
 
 #[test]
+fn a_load_on_a_facet_inside_the_body_is_refused() {
+    let mesh = cube(1);
+    let boundary = sinew_mesh::boundary_facets(&mesh);
+    let facets =
+        (0..mesh.cells.len()).flat_map(|cell| (0..4).map(move |opposite| Facet { cell, opposite }));
+    let inner = facets.into_iter().find(|facet| !boundary.contains(facet)).unwrap();
+    let foundation = |facets: String| Load::Foundation { facets, normal: 1.0, tangential: 1.0 };
+    for load in [
+        traction("mixed", [1.0, 0.0, 0.0]),
+        pressure("mixed", Magnitude::Fixed(1.0)),
+        foundation("mixed".into()),
+    ] {
+        let mut mesh = mesh.clone();
+        mesh.facet_sets.insert("mixed".into(), vec![boundary[0], inner]);
+        let error = Scene { loads: vec![load], ..scene(NeoHookean, mesh) }.lower().unwrap_err();
+        let Facet { cell, opposite } = inner;
+        assert_eq!(error, SceneError::InnerFacet { name: "mixed".into(), cell, opposite });
+    }
+}
+
+#[test]
 fn loads_that_are_no_numbers_are_refused() {
     for value in [f64::NAN, f64::INFINITY] {
         let loads = [
@@ -87,8 +108,14 @@ fn a_load_that_reads_a_missing_entry_of_theta_is_refused() {
         scene.parameters = parameters(&["mu", "lambda", "p"]);
         scene.loads = vec![pressure("x_max", Magnitude::Theta(index))];
         let expected = SceneError::LoadParameter { index, first: 2, count: 3 };
-        assert_eq!(scene.lower().unwrap_err(), expected);
+        let error = scene.lower().unwrap_err();
+        assert!(error.to_string().contains("only entry 2 is free for loads"), "{error}");
+        assert_eq!(error, expected);
     }
+    let mut scene = scene(NeoHookean, cube(1));
+    scene.loads = vec![pressure("x_max", Magnitude::Theta(2))];
+    let error = scene.lower().unwrap_err().to_string();
+    assert!(error.contains("list one for the load after them, which becomes entry 2"), "{error}");
 }
 
 #[test]
