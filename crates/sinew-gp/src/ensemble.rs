@@ -34,12 +34,13 @@ impl<const D: usize> Ensemble<D> {
     }
 
     /// The central interval of a parameter, in its own unit, that holds the share `level` of the draws: 0.95 for 95 %.
-    /// Draws never reach a parameter's bounds: an end nearer to one than a twentieth of the interval is that bound.
+    /// Draws never reach a parameter's bounds: an end nearer to one than a tenth of the interval is that bound (where a
+    /// normal density would have fallen to a sixteenth).
     ///
     /// # Errors
     /// If there is none of that name, there are no draws, or `level` does not lie between 0 and 1.
     pub fn interval(&self, name: &str, level: f64) -> Result<[f64; 2], GpError> {
-        const NEAR: f64 = 0.05;
+        const NEAR: f64 = 0.1;
         check_share(level)?;
         let parameter = &self.model.parameters()[self.model.position(name)?];
         let tail = 0.5 * (1.0 - level);

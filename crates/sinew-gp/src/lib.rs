@@ -50,7 +50,8 @@
 //!   in, as pseudo-observations, or ignored (HCGP, PCGP and UCGP in Chapter 4 of the thesis);
 //!   [`Network`]: a neural network with the conditions built in (HCNN), on the same prior;
 //! - [`Model::fit`], [`laplace`] and [`nuts`]: the most probable parameters, and ensembles of
-//!   probable ones for intervals that cover;
+//!   probable ones for intervals that cover, all of the density that [`Evidence`] names;
+//! - [`Fit::warnings`]: what the fit cannot tell;
 //! - [`Kernel`] and [`check_kernel`]: your own kernel from its formula, and whether it is one;
 //! - `log_evidence_tensor` (feature `burn`, on by default): the evidence inside a Burn graph;
 //! - [`SemiLinear`]: equations with a nonlinear term, by Gauss and Newton, and with their

@@ -14,6 +14,23 @@ use crate::operator::Operator;
 use crate::space::Space;
 
 /// Why an answer may be worth less than it looks.
+///
+/// ```
+/// use sinew_gp::{
+///     Data, Domain, Evidence, FitOptions, Model, Noise, Prior, Problem, SquaredExponential, Warning,
+/// };
+///
+/// let domain = Domain::interval("x", [0.0, 1.0])?;
+/// let [dx] = domain.derivatives();
+/// let prior = Prior::constrained(&Problem::new(domain, dx * dx)?, &SquaredExponential::new())?;
+/// let data = Data::new()
+///     .values(&[[0.4]], &[1.0], Noise::Learned)
+///     .equation(&[[0.5]], &[0.0], Noise::Exact);
+/// let fit = Model::new(prior, data, Evidence::Auto)?.fit(&FitOptions::default())?;
+/// let few = Warning::FewValues { noise: "noise 1".into(), values: 1 };
+/// assert!(fit.warnings()?.contains(&few));
+/// # Ok::<(), sinew_gp::GpError>(())
+/// ```
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Warning {
     /// A parameter of the equation, or a learned noise, at an end of its range.

@@ -51,8 +51,9 @@ pub enum Concern {
     },
 }
 
-/// Standard deviations of a mean loss that may be due to the samples which happened to be drawn.
-const NOISE: f64 = 3.0;
+/// Standard deviations of a mean loss that may be due to the samples which happened to be drawn: the lowest of twenty means of
+/// some six batches each is easily four off.
+const NOISE: f64 = 5.0;
 
 /// What the losses of a run tell beyond their noise, of which `exact`, that of all samples after the last step, has none. A loss of
 /// zero outputs that is not finite is no measure of anything.
