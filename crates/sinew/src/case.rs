@@ -154,6 +154,8 @@ impl Case {
     /// A mesh that cannot be read or made; names that mesh or law lack; ranges, units and loads that make no sense: each
     /// with file, line and key.
     pub fn body(&self) -> Result<Body, CaseError> {
+        // Names and ranges are looked at before a mesh is.
+        self.lower_parameters(self.law.row(&self.source)?)?;
         self.body_on(self.mesh.make(&self.source)?)
     }
 
