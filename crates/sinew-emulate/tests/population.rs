@@ -79,6 +79,7 @@ fn a_body_that_cannot_be_drawn_ends_a_training() {
         _ => Ok(beam(index, [4, 1, 1])),
     };
     let end = small(0, 50).train(&draw, 1, &mut |_, _| Ok(ControlFlow::Continue(())));
-    let error = end.err().expect("the fourth body is none").to_string();
+    let Err(error) = end else { panic!("the fourth body is none") };
+    let error = error.to_string();
     assert!(error.contains("body 3 of the population could not be made: no shape"), "{error}");
 }

@@ -134,13 +134,13 @@ fn report(scene: &str, outcomes: &[Outcome]) -> Result<Vec<Block>> {
     let mut chart = Chart::new(scene, ["time [s]", "err_u [mm]"], [false, true]);
     let mut texts = vec![Block::Text(scene.into())];
     for Outcome { rule, curve, train_s, failure } in outcomes {
-        let errors = curve.iter().filter_map(|point| Some((point, point.medians?)));
+        let mut errors = curve.iter().filter_map(|point| Some((point, point.medians?)));
         let points: Vec<_> = errors.clone().map(|(point, e)| [point.train_s, e[0]]).collect();
         chart = chart.with(Series::new(rule.clone(), Style::Line, points));
         if let Some(failure) = failure {
             texts.push(Block::Text(format!("{rule}: {failure}")));
         }
-        if let Some((point, [err_u, err_f, ..])) = errors.last() {
+        if let Some((point, [err_u, err_f, ..])) = errors.next_back() {
             let row = Row::new(rule.clone(), Cell::from(err_u), *train_s)?.error(err_f);
             table.push(row.other(point.step as f64))?;
         }

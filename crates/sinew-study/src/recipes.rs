@@ -42,19 +42,18 @@ pub fn recipe(options: &BeamOptions, method: Method) -> Recipe {
             let (coordinates, training) = thesis.unwrap_or((base.coordinates, base.training));
             // Both terms of (B.1) are then of one size at the start.
             let gradient_weight = if method == Method::Fdd { 1.0 } else { 0.0 };
-            DataDriven { simulations, gradient_weight, coordinates, network, training, ..base }
-                .into()
+            DataDriven { simulations, gradient_weight, coordinates, network, training }.into()
         }
         Method::Pi => {
             let base = PhysicsInformed::default();
             let (coordinates, training) = thesis.unwrap_or((base.coordinates, base.training));
             let parameter_sets = if options.full { simulations } else { base.parameter_sets };
-            PhysicsInformed { parameter_sets, coordinates, network, training, ..base }.into()
+            PhysicsInformed { parameter_sets, coordinates, network, training }.into()
         }
         Method::Hybrid => {
             let base = Hybrid::default();
             let (coordinates, training) = thesis.unwrap_or((base.coordinates, base.training));
-            Hybrid { simulations, coordinates, network, training, ..base }.into()
+            Hybrid { simulations, coordinates, network, training }.into()
         }
         Method::Pod | Method::FemCold | Method::FemWarm => {
             let simulations = Samples::of(options).regression;

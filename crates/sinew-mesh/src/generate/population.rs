@@ -67,6 +67,6 @@ fn unfolded(mesh: &crate::TetMesh) -> Result<(), ShapeError> {
         (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0
     };
     let mut volumes = mesh.cells.iter().map(volume).enumerate();
-    let folded = volumes.find(|(_, volume)| !(*volume > 0.0));
+    let folded = volumes.find(|(_, volume)| volume.is_nan() || *volume <= 0.0);
     folded.map_or(Ok(()), |(cell, volume)| Err(ShapeError::Folded { cell, volume }))
 }
