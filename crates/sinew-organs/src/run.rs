@@ -233,7 +233,11 @@ pub fn test_set<'b>(
 }
 
 fn recipe(options: &Options, organ: &Organ, recipe: RecipeName) -> Recipe {
-    let samples = Some(if options.quick { QUICK[1] } else { organ.simulations });
+    let samples = match (options.quick, recipe) {
+        (true, _) => Some(QUICK[1]),
+        (false, RecipeName::Regression) => Some(organ.simulations),
+        (false, _) => None,
+    };
     // A regression takes all simulations.
     Training { recipe, samples, target: Some(0.0), ..Training::default() }.recipe()
 }
