@@ -25,6 +25,7 @@ pub type Draw<'a> = dyn Fn(u64) -> Result<Body> + Sync + 'a;
 ///
 /// Each body is prepared by a few linear systems: its linear response, carried by motions of its clusters, Newton steps from there at the centre
 /// of the parameters' ranges, and derivatives in the parameters, which outputs follow to second order. The network learns what is beyond.
+/// One body, the first, is solved: its equilibrium is another state that bodies may start from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Population {
@@ -257,7 +258,7 @@ impl Population {
         let centre = body.centre();
         let motions = Motions::about(&anchor, &topology, body, &centre)?;
         let thetas = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
-        let (motions, first) = coordinates::following(&mut solver, motions.clone(), &thetas)?;
+        let (motions, first) = coordinates::following(&mut solver, motions, &thetas)?;
         let mut step = solver.step_with_held_stiffness(&anchor, &centre)?;
         step.iter_mut().zip(&anchor).for_each(|(to, from)| *to -= from);
         let mut gradient = vec![0.0; anchor.len()];
@@ -267,7 +268,7 @@ impl Population {
         let energy = coordinates::FIRST_SHARE * gain + coordinates::ENERGY_SHARE * work;
         let (motions, first) = (motions.of_energy(energy)?, first.of_energy(energy)?);
         let mut geometry = graph::geometry_on(body, topology)?;
-        let step = Motions::clone(&first).following(&[step], body)?;
+        let step = first.clone().following(&[step], body)?;
         graph::add_features(&mut geometry, &step)?;
         graph::add_features(&mut geometry, &first)?;
         geometry.coordinates = Meaning::Motions(motions);

@@ -74,7 +74,7 @@ pub(crate) fn at_share(parameter: &Parameter, share: f64) -> f64 {
 
 /// The share of a parameter's range at which a value lies, on the scale of its sampling: within 0 and 1 inside. NaN where
 /// the scale has no such value.
-pub(crate) fn share_of(parameter: &Parameter, value: f64) -> f64 {
+pub fn share_of(parameter: &Parameter, value: f64) -> f64 {
     let [low, high] = parameter.range;
     match parameter.sampling {
         Sampling::Log => (value / low).ln() / (high / low).ln(),

@@ -273,7 +273,7 @@ impl Body {
             let h = self.displacement_gradient(point, displacement);
             let own = self.material.energy(point, parameters, &h, None);
             let guarded = self.material.energy(point, parameters, &h, self.barriers.as_ref());
-            (own - guarded).abs() <= ROUNDING * own.abs()
+            own.is_finite() && (own - guarded).abs() <= ROUNDING * own.abs()
         };
         let guarded = self.barriers.is_some() && self.patches.is_empty();
         self.admits(displacement) && (!guarded || (0..self.volumes.len()).all(within))

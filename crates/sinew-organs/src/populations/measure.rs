@@ -20,6 +20,8 @@ pub struct Group {
     pub truths: Vec<Vec<f64>>,
     /// Mean wall time \[s\] and iterations of a cold solve.
     pub solve: [f64; 2],
+    /// Individuals that the solver found no equilibrium for, and that are left out.
+    pub unsolved: usize,
 }
 
 /// What a method does on a group; an entry for each individual.
@@ -41,8 +43,6 @@ pub struct Outcome {
     pub volumes: Vec<f64>,
     /// Predictions that turn cells over, which no step corrects.
     pub inverted: usize,
-    /// Parameter sets that the solver has no equilibrium for are no individuals: how many.
-    pub unsolved: usize,
 }
 
 impl Group {
@@ -56,13 +56,17 @@ impl Group {
             individuals: Vec::new(),
             truths: Vec::new(),
             solve: [0.0; 2],
+            unsolved: 0,
         };
         for individual in all {
             let individual = individual?;
             let start = Instant::now();
             let solved =
                 Solver::new(&individual.body)?.solve(&individual.theta, &Options::default());
-            let Ok(solved) = solved else { continue };
+            let Ok(solved) = solved else {
+                group.unsolved += 1;
+                continue;
+            };
             group.solve[0] += start.elapsed().as_secs_f64();
             group.solve[1] += solved.history.iterations.len() as f64;
             group.truths.push(solved.displacement);
@@ -92,7 +96,6 @@ impl Group {
             errors: vec![Vec::new(); CORRECTIONS + 1],
             volumes: Vec::new(),
             inverted: 0,
-            unsolved: 0,
         };
         for (individual, truth) in self.individuals.iter().zip(&self.truths) {
             let start = Instant::now();

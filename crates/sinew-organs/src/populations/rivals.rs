@@ -4,7 +4,7 @@ use super::measure::cpu_seconds;
 use super::stage::{Individual, Stage};
 use anyhow::Result;
 use sinew::Parameter;
-use sinew_emulate::PodRegression;
+use sinew_emulate::{PodRegression, share_of};
 use sinew_fem::{Options, Solver};
 
 /// Simulations of individuals of a population, and what is fitted to them.
@@ -66,13 +66,9 @@ impl Rivals {
     pub fn nearest(&self, individual: &Individual) -> Vec<f64> {
         let parameters = all_parameters(individual);
         let own = input(individual);
-        let scaled = |value: f64, p: &Parameter| match p.sampling {
-            sinew::Sampling::Log => (value / p.range[0]).ln() / (p.range[1] / p.range[0]).ln(),
-            sinew::Sampling::Linear => (value - p.range[0]) / (p.range[1] - p.range[0]),
-        };
         let distance = |other: &[f64]| -> f64 {
             let terms = own.iter().zip(other).zip(&parameters);
-            terms.map(|((a, b), p)| (scaled(*a, p) - scaled(*b, p)).powi(2)).sum()
+            terms.map(|((a, b), p)| (share_of(p, *a) - share_of(p, *b)).powi(2)).sum()
         };
         let pairs = self.inputs.iter().zip(&self.fields);
         let nearest = pairs.min_by(|a, b| distance(a.0).total_cmp(&distance(b.0)));

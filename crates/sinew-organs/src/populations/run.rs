@@ -109,8 +109,9 @@ fn study(options: &Options, key: &str) -> Result<Study> {
         let nodes = if least == most { least.to_string() } else { format!("{least} to {most}") };
         let [seconds, iterations] = group.solve;
         let fact = format!(
-            "{} solved, {nodes} nodes; a cold solve takes {iterations:.1} iterations and {:.0} ms",
+            "{} solved, {} without an equilibrium left out, {nodes} nodes; a cold solve takes {iterations:.1} iterations and {:.0} ms",
             group.truths.len(),
+            group.unsolved,
             1e3 * seconds
         );
         study.facts.push((group.name.clone(), fact));
@@ -207,8 +208,8 @@ fn network(
     }
     let bodies = recipe.bodies * steps;
     let about = match options.budget {
-        Some(_) => "by energy, no simulation".to_string(),
-        None => format!("by energy on {bodies} shapes, no simulation"),
+        Some(_) => "by energy, one solve".to_string(),
+        None => format!("by energy on {bodies} shapes, one solve"),
     };
     for group in groups {
         let outcome = group.measure(["network", &about], spent, |individual| {
