@@ -211,6 +211,29 @@ fn guards_keep_a_tangled_body_finite() {
 }
 
 #[test]
+fn a_state_that_only_guards_bound_is_not_within_them() {
+    let directions = vec![[[1.0, 0.0, 0.0]]; 6];
+    let scene =
+        Scene::new(box_tetrahedra([1.0; 3], [1; 3]), HolzapfelOgden.nearly_incompressible(25.0));
+    let scene = scene.directions(directions).support(Support::clamped("x_min"));
+    let names = ["a", "b", "a_f", "b_f"].map(parameter);
+    let scene = names.into_iter().fold(scene, Scene::parameter);
+    let body = scene.lower().unwrap();
+    let guarded = body.clone().with_barriers(Barriers::default());
+    let stretched = |by: f64| -> Vec<f64> {
+        body.positions.iter().flat_map(|x| [by * x[0], 0.0, 0.0]).collect()
+    };
+    let theta = [1.0; 4];
+    assert!(guarded.is_within_barriers(&stretched(0.2), &theta));
+    // A saturated invariant, and an exponential that overflows without guards.
+    for by in [3.0, 1e3] {
+        assert!(body.admits(&stretched(by)), "{by}");
+        assert!(!guarded.is_within_barriers(&stretched(by), &theta), "{by}");
+    }
+    assert_eq!(body.value(&stretched(1e3), &theta), f64::INFINITY);
+}
+
+#[test]
 fn metrics_of_known_differences() {
     let scene = block();
     let potential = scene.lower().unwrap();

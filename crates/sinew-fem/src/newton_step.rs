@@ -100,7 +100,8 @@ impl Solver<'_> {
     /// [`Solver::sensitivity_at`]: one gradient and one back-substitution, where the two states are near to each other.
     ///
     /// # Errors
-    /// θ or a displacement that does not belong to the body, or [`SolveError::Inadmissible`] where it inverts a cell.
+    /// θ or a displacement that does not belong to the body, [`SolveError::Inadmissible`] where it inverts a cell, or
+    /// [`SolveError::Singular`] where nothing was factorised.
     pub fn step_with_held_stiffness(
         &mut self,
         displacement: &[f64],
@@ -114,7 +115,8 @@ impl Solver<'_> {
             return Err(SolveError::Inadmissible { cell: self.assembly.worst_cell });
         }
         match self.add_newton_step(&forces, &mut moved, ACCURACY) {
-            Solved::Done => Ok(moved),
+            // A factor that was never computed solves nothing.
+            Solved::Done if moved.iter().all(|u| u.is_finite()) => Ok(moved),
             _ => Err(SolveError::Singular),
         }
     }
