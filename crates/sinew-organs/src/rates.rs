@@ -4,7 +4,7 @@ use crate::options::Options;
 use crate::run::train;
 use anyhow::Result;
 use serde::{Deserialize, Serialize};
-use sinew::recipe::{OptimiserConfig, PhysicsInformed, Schedule, TrainingConfig};
+use sinew::recipe::{PhysicsInformed, TrainingConfig};
 use sinew::{Body, Case};
 use sinew_emulate::{Budget, Coordinates, CurvePoint, Network, store};
 use sinew_report::{Block, Cell, Chart, Column, Row, Section, Series, Style, Table};
@@ -63,15 +63,7 @@ pub fn section(options: &Options) -> Result<Section> {
 /// Names and recipes.
 fn rules() -> impl Iterator<Item = (String, PhysicsInformed)> {
     let thesis = THESIS.map(|rate| {
-        let training = TrainingConfig {
-            optimiser: OptimiserConfig::adam(),
-            learning_rate: rate,
-            schedule: Schedule::Constant,
-            batch: 1,
-            gradient_norm_limit: None,
-            embedding_share: 1.0,
-            ..TrainingConfig::default()
-        };
+        let training = TrainingConfig { learning_rate: rate, ..TrainingConfig::thesis() };
         let coordinates = Coordinates::Components;
         let network = Network::thesis();
         let recipe = PhysicsInformed { parameter_sets: 200, coordinates, network, training };

@@ -6,7 +6,7 @@ use crate::report::Method;
 use serde::{Deserialize, Serialize};
 use sinew_emulate::recipe::{DataDriven, Hybrid, PhysicsInformed, Regression};
 use sinew_emulate::{Budget, Coordinates, Network, Recipe, TrainingOptions};
-use sinew_gnn::{OptimiserConfig, Schedule, TrainingConfig};
+use sinew_gnn::TrainingConfig;
 use std::path::Path;
 
 /// Numbers of simulations.
@@ -34,7 +34,7 @@ impl Samples {
 /// The recipe of an emulator; what is no network is a regression.
 pub fn recipe(options: &BeamOptions, method: Method) -> Recipe {
     let simulations = Samples::of(options).training;
-    let thesis = options.full.then(|| (Coordinates::Components, thesis()));
+    let thesis = options.full.then(|| (Coordinates::Components, TrainingConfig::thesis()));
     let network = if options.full { Network::thesis() } else { Network::default() };
     match method {
         Method::Dd | Method::Fdd => {
@@ -70,22 +70,6 @@ pub fn training(options: &BeamOptions, recipe: &Recipe, folder: &Path) -> Traini
         evaluations: if options.full { 500 } else { training.evaluations },
         backend: options.backend,
         ..training
-    }
-}
-
-/// The thesis' schedule (§3.3.1): 5000 epochs of 200 samples, one by one, Adam at 1e-4.
-fn thesis() -> TrainingConfig {
-    TrainingConfig {
-        optimiser: OptimiserConfig::adam(),
-        learning_rate: 1e-4,
-        schedule: Schedule::Constant,
-        budget: sinew_gnn::Budget::Steps(5000 * 200),
-        batch: 1,
-        gradient_norm_limit: None,
-        embedding_share: 1.0,
-        seed: 0,
-        evaluations: 500,
-        patience: None,
     }
 }
 
