@@ -4,6 +4,7 @@ use crate::coordinates::{self, Coordinates};
 use crate::network::{Network, TrainedNetwork};
 use crate::recipe::PhysicsInformed;
 use crate::{Body, Design, Emulator, Recipe, Record, Result, graph, parameters};
+use rayon::ThreadPoolBuilder;
 use serde::{Deserialize, Serialize};
 use sinew_energy::Barriers;
 use sinew_fem::{Options, Solver};
@@ -15,24 +16,44 @@ use sinew_gnn::{
 use sinew_graph::Topology;
 use std::ops::ControlFlow;
 use std::sync::Arc;
-use std::sync::mpsc::sync_channel;
+use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::Instant;
 
 /// A body of the population by its number, the same for the same number.
 pub type Draw<'a> = dyn Fn(u64) -> Result<Body> + Sync + 'a;
 
+/// What is known of a body before the network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Start {
+    /// A state near to equilibrium at the centre of the parameters' ranges: the linear response, or the first body's equilibrium carried
+    /// over, and Newton steps from there. The network has to find the equilibrium.
+    Near {
+        /// So many steps.
+        newton_steps: usize,
+    },
+    /// Equilibrium there, by one solve of every body. The network has to find what the parameters do beyond second order.
+    Equilibrium,
+}
+
+impl Default for Start {
+    fn default() -> Self {
+        Self::Near { newton_steps: 0 }
+    }
+}
+
 /// How a network learns a population: every step takes bodies that it has never seen and never sees again.
 ///
-/// Each body is prepared by a few linear systems: its linear response, carried by motions of its clusters, Newton steps from there at the centre
-/// of the parameters' ranges, and derivatives in the parameters, which outputs follow to second order. The network learns what is beyond.
+/// Each body is prepared by a few linear systems: a state to [start](Start) from, and derivatives in the parameters, which outputs follow to
+/// second order. The network learns what is beyond.
 /// One body, the first, is solved: its equilibrium is another state that bodies may start from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Population {
     /// Sizes of the network.
     pub network: Network,
-    /// Newton steps to the state that outputs are about.
-    pub newton_steps: usize,
+    /// The state that the outputs of a body are about.
+    pub start: Start,
     /// Bodies in a step.
     pub bodies: usize,
     /// Optimiser, schedule, steps; the batch is of parameter sets per body.
@@ -43,7 +64,7 @@ impl Default for Population {
     fn default() -> Self {
         Self {
             network: Network::default(),
-            newton_steps: 0,
+            start: Start::default(),
             bodies: 2,
             training: TrainingConfig {
                 batch: 8,
@@ -65,8 +86,10 @@ pub struct StreamProgress {
     pub share: f64,
     /// Wall time since the start, evaluations not counted \[s\].
     pub seconds: f64,
-    /// Mean loss since the last evaluation.
+    /// Mean loss since the last evaluation, of steps whose loss was finite.
     pub loss: f64,
+    /// Bodies that were left out because they could not be prepared, such as those without an equilibrium.
+    pub left_out: usize,
 }
 
 /// A network that has learned a population.
@@ -175,12 +198,22 @@ impl Population {
         let mut emulator = self.untrained(draw, &template, seed)?;
         let config = TrainingConfig { seed, ..self.training.clone() };
         let mut trainer = StreamTrainer::new(emulator.surrogate.clone(), config)?;
-        let lesson = |index: u64| self.lesson(&draw(index)?, &template, seed, index);
+        let lesson = |index: u64| -> Result<Result<Lesson>> {
+            let body = draw(index)?;
+            Ok(self.lesson(&body, &template, seed, index))
+        };
         std::thread::scope(|scope| {
             // Bodies are prepared on a thread of their own, in their order; it ends when nobody listens.
             let (send, lessons) = sync_channel(2 * self.bodies.max(1));
-            scope.spawn(move || (0..).try_for_each(|index| send.send(lesson(index)).ok()));
-            let (mut seconds, mut evaluated, mut losses) = (0.0, 0, Vec::new());
+            scope.spawn(move || {
+                let all = || (0..).try_for_each(|index| send.send(lesson(index)).ok());
+                // On its own, so that it does not wait for threads that train.
+                match ThreadPoolBuilder::new().num_threads(1).use_current_thread().build() {
+                    Ok(pool) => pool.install(all),
+                    Err(_) => all(),
+                }
+            });
+            let (mut seconds, mut evaluated, mut losses, mut left_out) = (0.0, 0, Vec::new(), 0);
             loop {
                 let start = Instant::now();
                 let share = match self.training.budget {
@@ -191,17 +224,19 @@ impl Population {
                 if due > evaluated || share >= 1.0 {
                     evaluated = due;
                     emulator.surrogate = trainer.surrogate();
+                    losses.retain(|loss: &f64| loss.is_finite());
                     let loss = losses.iter().sum::<f64>() / losses.len().max(1) as f64;
                     losses.clear();
-                    let progress = StreamProgress { step: trainer.steps(), share, seconds, loss };
+                    let step = trainer.steps();
+                    let progress = StreamProgress { step, share, seconds, loss, left_out };
                     if observe(progress, &emulator)?.is_break() || share >= 1.0 {
                         return Ok(emulator);
                     }
                     continue;
                 }
-                let lessons: Vec<Lesson> =
-                    lessons.iter().take(self.bodies.max(1)).collect::<Result<_>>()?;
-                losses.push(trainer.step(&lessons, share)?);
+                let (prepared, refused) = prepared(&lessons, self.bodies.max(1))?;
+                left_out += refused;
+                losses.push(trainer.step(&prepared, share)?);
                 seconds += start.elapsed().as_secs_f64();
             }
         })
@@ -213,19 +248,29 @@ impl Population {
         template: &Template,
         seed: u64,
     ) -> Result<PopulationEmulator> {
-        let bodies =
-            (0..OF_SCALES).map(|i| draw(FIRST_OF_SCALES + i)).collect::<Result<Vec<_>>>()?;
-        let geometries: Vec<Geometry> = bodies
-            .iter()
-            .map(|body| self.geometry(body, template, seed).map(|(geometry, _)| geometry))
-            .collect::<Result<_>>()?;
+        let mut geometries = Vec::new();
+        let mut last = None;
+        for index in 0..2 * OF_SCALES {
+            // Some have no equilibrium.
+            match self.geometry(&draw(FIRST_OF_SCALES + index)?, template, seed) {
+                Ok((geometry, _)) => geometries.push(geometry),
+                Err(error) => last = Some(error),
+            }
+            if geometries.len() == OF_SCALES as usize {
+                break;
+            }
+        }
+        if let (true, Some(error)) = (geometries.is_empty(), last) {
+            return Err(error);
+        }
+        let body = draw(FIRST_OF_SCALES)?;
         let Geometry { features, topology, .. } = &geometries[0];
         let Network { latent, width, cluster_width, message_passing_steps: steps } = self.network;
         let sizes = EmulatorConfig::new(
             3,
             features.nodes.columns,
             features.edges.columns,
-            bodies[0].parameters.len(),
+            body.parameters.len(),
         );
         let decoding =
             Decoding::Motions { layers: topology.roots_per_layer.len(), width: cluster_width };
@@ -235,7 +280,7 @@ impl Population {
             _ => None,
         });
         let output = OutputScale::root_mean_square(3, origins)?;
-        let scales = Scales::over(&geometries, parameters::scaling(&bodies[0])?, output)?;
+        let scales = Scales::over(&geometries, parameters::scaling(&body)?, output)?;
         let data = DataSet {
             geometries: vec![geometries[0].clone()],
             training: Vec::new(),
@@ -250,29 +295,47 @@ impl Population {
     /// What a body is for the network, and the work of its loads there, or what a Newton step would gain if that is more.
     ///
     /// Outputs of one cost nine times the energy that a Newton step would still gain, and a part of the loads' work. The step itself, in
-    /// outputs, is among the features of the nodes, before the derivatives in the parameters.
+    /// outputs, is among the features of the nodes, before the derivatives in the parameters, unless it is rounding.
     fn geometry(&self, body: &Body, template: &Template, seed: u64) -> Result<(Geometry, f64)> {
         let (topology, guess) = template.of(body, seed)?;
         let mut solver = Solver::new(body)?;
-        let anchor = coordinates::nearby(&mut solver, &topology, guess, self.newton_steps)?;
         let centre = body.centre();
+        let anchor = self.anchor(&mut solver, &topology, guess)?;
         let motions = Motions::about(&anchor, &topology, body, &centre)?;
         let thetas = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
         let (motions, first) = coordinates::following(&mut solver, motions, &thetas)?;
-        let mut step = solver.step_with_held_stiffness(&anchor, &centre)?;
-        step.iter_mut().zip(&anchor).for_each(|(to, from)| *to -= from);
-        let mut gradient = vec![0.0; anchor.len()];
-        body.value_and_gradient(&anchor, &centre, &mut gradient);
-        let gain = 0.5 * coordinates::dot(&gradient, &step).abs();
+        let (step, gain) = match self.start {
+            Start::Near { .. } => missing_step(&mut solver, &anchor, &centre)?,
+            Start::Equilibrium => (None, 0.0),
+        };
         let work = coordinates::work(body, &anchor);
         let energy = coordinates::FIRST_SHARE * gain + coordinates::ENERGY_SHARE * work;
         let (motions, first) = (motions.of_energy(energy)?, first.of_energy(energy)?);
         let mut geometry = graph::geometry_on(body, topology)?;
-        let step = first.clone().following(&[step], body)?;
-        graph::add_features(&mut geometry, &step)?;
+        if let Some(step) = step {
+            graph::add_features(&mut geometry, &first.clone().following(&[step], body)?)?;
+        }
         graph::add_features(&mut geometry, &first)?;
         geometry.coordinates = Meaning::Motions(motions);
         Ok((geometry, work.max(gain)))
+    }
+
+    /// The state that a body's outputs are about \[length\].
+    fn anchor(
+        &self,
+        solver: &mut Solver<'_>,
+        topology: &Topology,
+        guess: Vec<f64>,
+    ) -> Result<Vec<f64>> {
+        match self.start {
+            Start::Near { newton_steps } => {
+                coordinates::nearby(solver, topology, guess, newton_steps)
+            }
+            Start::Equilibrium => {
+                let centre = solver.body().centre();
+                Ok(solver.solve(&centre, &Options::default())?.displacement)
+            }
+        }
     }
 
     fn lesson(&self, body: &Body, template: &Template, seed: u64, index: u64) -> Result<Lesson> {
@@ -334,10 +397,47 @@ impl PopulationEmulator {
     pub fn followed(&self, body: &Body, thetas: &[Vec<f64>]) -> Result<Vec<Vec<f64>>> {
         let (topology, guess) = self.template.of(body, self.seed)?;
         let mut solver = Solver::new(body)?;
-        let steps = self.recipe.newton_steps;
-        let state = coordinates::nearby(&mut solver, &topology, guess, steps)?;
+        let state = self.recipe.anchor(&mut solver, &topology, guess)?;
         follow(&mut solver, &topology, &state, thetas)
     }
+}
+
+/// So many lessons, and how many bodies before them could not be prepared.
+fn prepared(
+    lessons: &Receiver<Result<Result<Lesson>>>,
+    count: usize,
+) -> Result<(Vec<Lesson>, usize)> {
+    /// In a row; then something is wrong with all of them.
+    const MOST_REFUSED: usize = 20;
+    let (mut prepared, mut refused, mut in_a_row) = (Vec::with_capacity(count), 0, 0);
+    for lesson in lessons {
+        match lesson? {
+            Ok(lesson) => {
+                prepared.push(lesson);
+                in_a_row = 0;
+            }
+            Err(error) if in_a_row == MOST_REFUSED => return Err(error),
+            Err(_) => (refused, in_a_row) = (refused + 1, in_a_row + 1),
+        }
+        if prepared.len() == count {
+            break;
+        }
+    }
+    Ok((prepared, refused))
+}
+
+/// The Newton step that a state lacks \[length\], with the stiffness that is factorised, and the energy that it would gain.
+fn missing_step(
+    solver: &mut Solver<'_>,
+    state: &[f64],
+    theta: &[f64],
+) -> Result<(Option<Vec<f64>>, f64)> {
+    let mut step = solver.step_with_held_stiffness(state, theta)?;
+    step.iter_mut().zip(state).for_each(|(to, from)| *to -= from);
+    let mut gradient = vec![0.0; state.len()];
+    solver.body().value_and_gradient(state, theta, &mut gradient);
+    let gain = 0.5 * coordinates::dot(&gradient, &step).abs();
+    Ok((Some(step), gain))
 }
 
 /// Displacements at `thetas`, followed from a state near to equilibrium at the centre of the ranges.

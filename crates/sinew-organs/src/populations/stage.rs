@@ -83,6 +83,11 @@ impl Stage {
         self
     }
 
+    /// The same on meshes of so many cells along each axis.
+    pub fn with_cells(self, cells: [usize; 3]) -> Self {
+        Self { cells, ..self }
+    }
+
     /// The same with shape numbers so many times as far from zero.
     pub fn with_spread(self, spread: f64) -> Self {
         Self { spread, ..self }
