@@ -76,6 +76,7 @@ impl Options {
         match (self.quick, key) {
             (true, _) => Size { tests: 3, simulations: &[8], steps: 6 },
             (_, "beams") => Size { tests: 200, simulations: &[100, 400], steps: 2000 },
+            (_, "infarcts") => Size { tests: 60, simulations: &[300], steps: 1000 },
             _ => Size { tests: 60, simulations: &[100, 300], steps: 1500 },
         }
     }
@@ -135,6 +136,9 @@ fn groups(options: &Options, stage: &Stage, tests: u64) -> Result<Vec<Group>> {
         let fewer = tests / 4;
         for (name, finer) in [("coarser meshes", false), ("finer meshes", true)] {
             groups.push(Group::new(name, draw(&stage.clone().with_finer_cells(finer), fewer))?);
+        }
+        if stage.has_scars() {
+            groups.push(Group::new("two infarcts", draw(&stage.clone().with_scars(2), fewer))?);
         }
         let beyond = stage.clone().with_spread(1.5);
         groups.push(Group::new("1.5 times the spread", draw(&beyond, fewer))?);
