@@ -7,7 +7,7 @@ use crate::state::load_gradient;
 use crate::system::System;
 
 /// Residual of a linear system relative to its right-hand side: Newton's method stays quadratic down to it.
-const TOLERANCE: f64 = 1e-9;
+const TOLERANCE: f64 = 1e-10;
 /// Most iterations of one linear self.
 const MOST_ITERATIONS: usize = 400;
 

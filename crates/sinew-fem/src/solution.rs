@@ -50,7 +50,8 @@ pub struct Options {
     pub iterations_per_load: usize,
     /// Largest first load step, as a fraction of the load. Slender bodies start with less, by the linear model at rest.
     pub first_load_step: f64,
-    /// Most that a load step may be longer than the one before; at its usual number of iterations it is as long.
+    /// Most that a load step may be longer than the one before. It is as long where that began a fifth of the forces away
+    /// from equilibrium.
     pub load_step_growth: f64,
     /// Smallest load step before the solve gives up, relative to the load that was reached; above the first load step
     /// none is tried.
