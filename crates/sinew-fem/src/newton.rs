@@ -131,9 +131,10 @@ impl System<'_> {
             least = least.min(size);
             let floor = STALLED[usize::from(!self.has_potential())];
             let stalled = stalls >= MOST_STALLS && size <= floor;
-            // On the way to another load it does not matter whether the equilibrium is stable.
-            let known = search.negative_pivots.is_some() || goal.accuracy >= ROUGH;
-            if known && (stalled || self.is_balanced(&search, &residual, size)) {
+            // A step at least: what is extrapolated from extrapolated states alone drifts away from equilibrium.
+            if search.negative_pivots.is_some()
+                && (stalled || self.is_balanced(&search, &residual, size))
+            {
                 return Some(self.found(search, residual));
             }
             let growth = MOST_GROWTH[usize::from(goal.accuracy >= ROUGH)];
