@@ -113,7 +113,7 @@ fn factors(stiffness: &Stiffness, ordering: SymmetricOrdering<'_, usize>) {
                 &mut entries,
                 matrix,
                 Side::Lower,
-                none.clone(),
+                none,
                 par,
                 MemStack::new(&mut memory),
                 Default::default(),
