@@ -5,7 +5,7 @@ use super::options::Options;
 use super::rivals::Rivals;
 use super::stage::{Individual, KEYS, Stage};
 use anyhow::{Context, Result, ensure};
-use sinew_emulate::{Population, PopulationEmulator, store};
+use sinew_emulate::{Population, PopulationEmulator, Start, store};
 use sinew_report::{Block, Chart, Column, Distribution, Provenance, Report, Row, Section};
 use sinew_report::{Series, Style, Table};
 use std::ops::ControlFlow;
@@ -175,13 +175,13 @@ fn network(
     steps: usize,
     study: &mut Study,
 ) -> Result<()> {
-    let mut recipe = Population::default();
+    let mut recipe = Population { start: stage.start, ..Population::default() };
     recipe.training.budget = match options.budget {
         Some(time) => sinew_gnn::Budget::Seconds(time.as_secs_f64()),
         None => sinew_gnn::Budget::Steps(steps),
     };
     let start = cpu_seconds();
-    let mut apart = 0.0;
+    let (mut apart, mut left_out) = (0.0, 0);
     let draw = |index: u64| stage.body_of_stream(options.stream(0), index);
     let emulator = recipe.train(&draw, options.seed, &mut |progress, emulator| {
         let now = cpu_seconds();
@@ -195,21 +195,31 @@ fn network(
             100.0 * error
         );
         apart += cpu_seconds() - now;
+        left_out = progress.left_out;
         Ok(ControlFlow::Continue(()))
     })?;
+    let fact = format!("{left_out} of the stream left out, for they could not be prepared");
+    study.facts.push(("training".into(), fact));
     let spent = cpu_seconds() - start - apart;
     for group in groups {
         let followed = |individual: &Individual| {
             let theta = std::slice::from_ref(&individual.theta);
             Ok(emulator.followed(&individual.body, theta)?.remove(0))
         };
-        let about = "a few linear systems, outputs to second order in the parameters";
+        let about = match stage.start {
+            Start::Near { .. } => "a few linear systems, outputs to second order in the parameters",
+            Start::Equilibrium => "one solve, followed to second order in the parameters",
+        };
         study.outcomes.push(group.measure(["no network", about], 0.0, followed)?);
     }
     let bodies = recipe.bodies * steps;
+    let solves = match stage.start {
+        Start::Near { .. } => "one solve in all",
+        Start::Equilibrium => "one solve of each body",
+    };
     let about = match options.budget {
-        Some(_) => "by energy, one solve".to_string(),
-        None => format!("by energy on {bodies} shapes, one solve"),
+        Some(_) => format!("by energy, {solves}"),
+        None => format!("by energy on {bodies} shapes, {solves}"),
     };
     for group in groups {
         let outcome = group.measure(["network", &about], spent, |individual| {
@@ -217,6 +227,9 @@ fn network(
             Ok(met.predict(std::slice::from_ref(&individual.theta))?.displacement)
         })?;
         study.outcomes.push(outcome);
+        if stage.start == Start::Equilibrium {
+            continue;
+        }
         let about = format!(
             "the network's state for the centre of the parameters, {CARRIED_STEPS} Newton steps there, outputs to second order"
         );

@@ -5,7 +5,7 @@ use anyhow::{Context, Result};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew::{Body, Case};
-use sinew_emulate::{Design, Error};
+use sinew_emulate::{Design, Error, Start};
 use sinew_mesh::{AnyMesh, BeamShape, ShapeError, VentricleShape};
 use std::path::Path;
 
@@ -20,6 +20,10 @@ pub struct Stage {
     case: Case,
     kind: Kind,
     cells: [usize; 3],
+    /// Meshes of the bodies trained on, one after the other.
+    training_cells: Vec<[usize; 3]>,
+    /// What is known of a body before the network.
+    pub start: Start,
     /// Deviation of the shape numbers, in those of the population.
     spread: f64,
 }
@@ -58,6 +62,8 @@ impl Stage {
                 case: read("OnceClampedBeam")?,
                 kind: Kind::Beams,
                 cells: if quick { [6, 2, 2] } else { [10, 3, 3] },
+                training_cells: vec![if quick { [6, 2, 2] } else { [10, 3, 3] }],
+                start: Start::Near { newton_steps: 0 },
                 spread: 1.0,
             },
             "ventricles" => Self {
@@ -66,6 +72,12 @@ impl Stage {
                 case: read("IdealVentricle")?,
                 kind: Kind::Ventricles,
                 cells: if quick { [1, 16, 6] } else { [2, 32, 16] },
+                // A network does not know meshes: most of what it learns it learns on coarse ones.
+                training_cells: match quick {
+                    true => vec![[1, 16, 6]],
+                    false => vec![[2, 16, 8], [2, 16, 8], [2, 16, 8], [2, 24, 12]],
+                },
+                start: Start::Equilibrium,
                 spread: 1.0,
             },
             _ => anyhow::bail!("`{key}` is no population; there are: {}", KEYS.join(", ")),
@@ -151,7 +163,8 @@ impl Stage {
     /// # Errors
     /// As [`Stage::draw`].
     pub fn body_of_stream(&self, stream: u64, index: u64) -> Result<Body, Error> {
-        let draw = self.draw(stream, index);
+        let cells = self.training_cells[index as usize % self.training_cells.len()];
+        let draw = Self { cells, ..self.clone() }.draw(stream, index);
         draw.map(|individual| individual.body)
             .map_err(|error| Error::Draw { index, reason: format!("{error:#}") })
     }
