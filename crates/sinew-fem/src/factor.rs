@@ -15,7 +15,8 @@ use faer::{Conj, MatMut, Par, Side};
 use std::sync::Arc;
 
 /// First shift \[relative to the mean diagonal\] that is tried on an indefinite matrix, and its growth.
-/// Small enough to keep a nearly definite matrix's Newton step, and reaching any matrix in a few tries.
+/// Small enough to leave a slender body its soft directions, along which it snaps or buckles (an arch took 539 iterations
+/// from 1e-4, 10 from here), and reaching any matrix in a few tries.
 const FIRST_SHIFT: f64 = 1e-6;
 const SHIFT_GROWTH: f64 = 8.0;
 const MOST_SHIFTS: usize = 12;

@@ -6,9 +6,10 @@ use crate::gmres::gmres;
 use crate::state::load_gradient;
 use crate::system::System;
 
-/// Residual of a linear system relative to its right-hand side: Newton's method stays quadratic down to it.
+/// Residual of a linear system relative to its right-hand side: Newton's method stays quadratic down to it, and what is
+/// left of volumes in a balance that one step reaches stays below what is asked for.
 const TOLERANCE: f64 = 1e-10;
-/// Most iterations of one linear self.
+/// Most iterations of one linear system.
 const MOST_ITERATIONS: usize = 400;
 
 impl System<'_> {

@@ -36,7 +36,7 @@ const NEAR_EQUILIBRIUM: f64 = 1e-6;
 /// That step is taken when it lowers the residual to this part.
 const CONVERGING: f64 = 0.25;
 
-/// Equilibria that are no more accurate than this need no factor.
+/// Equilibria that are no more accurate than this \[relative\] are on the way to others.
 const ROUGH: f64 = 1e-6;
 
 /// What is searched: an equilibrium at one load, or at one swept volume.
