@@ -18,7 +18,7 @@ const FILE: &str = "series.json";
 impl Series {
     /// Solves once, at the centre of the parameters' ranges.
     pub fn of(body: &Body, seed: u64) -> Result<Self> {
-        let topology = graph::topology(body, true, seed)?;
+        let topology = graph::topology_of_met(body, seed)?;
         let (mut solver, centre) = (Solver::new(body)?, body.centre());
         let solved = solver.solve(&centre, &Options::default())?.displacement;
         let motions = Motions::about(&solved, &topology, body, &centre)?;

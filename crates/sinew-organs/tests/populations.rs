@@ -17,7 +17,7 @@ fn a_quick_run_reports_every_population_and_is_resumed() {
     let read = || Report::read(&folder.path().join("report.json")).unwrap();
     let report = read();
     let names: Vec<_> = report.sections.iter().map(|section| section.name.as_str()).collect();
-    assert_eq!(names, ["beams", "ventricles"]);
+    assert_eq!(names, ["beams", "ventricles", "infarcts"]);
     for section in &report.sections {
         let table = section.tables().next().unwrap();
         let methods: Vec<_> = table.rows.iter().map(|row| row.method.as_str()).collect();

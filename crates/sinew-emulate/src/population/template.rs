@@ -46,7 +46,7 @@ impl Template {
         let edges = body.mesh.edges();
         match self.graphs.iter().find(|(known, _)| *known == edges) {
             Some((_, topology)) => Ok(topology.clone()),
-            None => graph::topology(body, true, seed),
+            None => graph::topology_of_met(body, seed),
         }
     }
 }

@@ -1,10 +1,11 @@
 //! From populations to the report.
 
 use super::measure::{CORRECTIONS, Group, Outcome, cpu_seconds};
-use super::options::Options;
+use super::options::{Options, keys};
+use super::rectangles;
 use super::rivals::Rivals;
-use super::stage::{Individual, KEYS, Stage};
-use anyhow::{Context, Result, ensure};
+use super::stage::{Individual, Stage};
+use anyhow::{Context, Result};
 use sinew_emulate::{Population, PopulationEmulator, Start, store};
 use sinew_report::{Block, Chart, Column, Distribution, Provenance, Report, Row, Section};
 use sinew_report::{Series, Style, Table};
@@ -54,9 +55,12 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
     };
     let mut report = Report::new("Populations of shapes", about, provenance.clone());
     let mut page = options.out.join("report.html");
-    for key in KEYS.iter().filter(|key| options.wants(key)) {
-        let study = study(options, key).with_context(|| format!("population {key}"))?;
-        report.sections.push(section(key, &study)?);
+    for key in keys().into_iter().filter(|key| options.wants(key)) {
+        let section = match key {
+            rectangles::KEY => rectangles::section(options),
+            _ => study(options, key).and_then(|study| section(key, &study)),
+        };
+        report.sections.push(section.with_context(|| format!("population {key}"))?);
         report.provenance = provenance.clone().finished(clock.elapsed().as_secs_f64());
         page = report.write(&options.out)?;
     }
@@ -76,6 +80,7 @@ impl Options {
         match (self.quick, key) {
             (true, _) => Size { tests: 3, simulations: &[8], steps: 6 },
             (_, "beams") => Size { tests: 200, simulations: &[100, 400], steps: 2000 },
+            (_, "infarcts") => Size { tests: 60, simulations: &[300], steps: 1000 },
             _ => Size { tests: 60, simulations: &[100, 300], steps: 1500 },
         }
     }
@@ -84,13 +89,7 @@ impl Options {
 fn study(options: &Options, key: &str) -> Result<Study> {
     let file = options.out.join(key).join("study.json");
     if let Some(done) = store::read_json::<Study>(&file)?.filter(|_| options.resume) {
-        let comparable =
-            |options: &Options| Options { only: Vec::new(), resume: false, ..options.clone() };
-        ensure!(
-            comparable(&done.options) == comparable(options),
-            "{} is of a run with other options; repeat them, or start anew without --resume",
-            file.display()
-        );
+        options.require_same(&done.options, &file)?;
         return Ok(done);
     }
     let (stage, size) = (Stage::new(key, options.quick)?, options.size(key));
@@ -135,6 +134,9 @@ fn groups(options: &Options, stage: &Stage, tests: u64) -> Result<Vec<Group>> {
         let fewer = tests / 4;
         for (name, finer) in [("coarser meshes", false), ("finer meshes", true)] {
             groups.push(Group::new(name, draw(&stage.clone().with_finer_cells(finer), fewer))?);
+        }
+        if stage.has_scars() {
+            groups.push(Group::new("two infarcts", draw(&stage.clone().with_scars(2), fewer))?);
         }
         let beyond = stage.clone().with_spread(1.5);
         groups.push(Group::new("1.5 times the spread", draw(&beyond, fewer))?);

@@ -47,6 +47,13 @@ pub enum RecipeName {
     Dd,
 }
 
+impl RecipeName {
+    /// Whether it always trains a network.
+    pub fn is_network(self) -> bool {
+        matches!(self, Self::Hybrid | Self::Pi | Self::Dd)
+    }
+}
+
 impl Training {
     /// The recipe with its settings.
     pub fn recipe(&self) -> Recipe {
