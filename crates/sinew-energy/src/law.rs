@@ -56,8 +56,12 @@ pub(crate) const POSITIVE: RangeInclusive<f64> = 1e-100..=1e100;
 ///         let (i1, ln_j) = (h.first_invariant_minus_three(), h.volume_change().ln_1p());
 ///         let (s, p) = (2.0 * c1 + 4.0 * c2 * i1, lambda * ln_j - 2.0 * c1);
 ///         let g = &inverse_transpose;
+///         let energy = c1 * (i1 - 2.0 * ln_j) + c2 * i1 * i1 + 0.5 * lambda * ln_j * ln_j;
+///         if !energy.is_finite() {
+///             return Response::INADMISSIBLE; // an overflow, and no NaN
+///         }
 ///         Response {
-///             energy: c1 * (i1 - 2.0 * ln_j) + c2 * i1 * i1 + 0.5 * lambda * ln_j * ln_j,
+///             energy,
 ///             stress: Mat3::from_fn(|i, k| s * f[i][k] + p * g[i][k]),
 ///             tangent: std::array::from_fn(|row| {
 ///                 std::array::from_fn(|column| {
@@ -170,7 +174,11 @@ pub fn stress_by_slopes<L: Law<D>, G: Guard, const D: usize>(
         &directions.map(|d| d.map(Slope::constant)),
         guard,
     );
-    (finite_or_infinite(slope.value), Mat3::from_fn(|i, j| slope.gradient[3 * i + j]))
+    let overflow = !slope.value.is_finite() || slope.gradient.iter().any(|x| x.is_nan());
+    if overflow {
+        return (f64::INFINITY, Mat3::ZERO);
+    }
+    (slope.value, Mat3::from_fn(|i, j| slope.gradient[3 * i + j]))
 }
 
 /// [`Law::response`] by second-order jets whatever the law overrides: the reference of closed forms.
@@ -187,8 +195,12 @@ pub fn response_by_jets<L: Law<D>, const D: usize>(
         &directions.map(|d| d.map(Jet::constant)),
         &Exact,
     );
+    let mut derivatives = jet.gradient.iter().chain(jet.hessian.as_flattened());
+    if !jet.value.is_finite() || derivatives.any(|x| x.is_nan()) {
+        return Response::INADMISSIBLE;
+    }
     Response {
-        energy: finite_or_infinite(jet.value),
+        energy: jet.value,
         stress: Mat3::from_fn(|i, j| jet.gradient[3 * i + j]),
         tangent: jet.hessian,
     }
