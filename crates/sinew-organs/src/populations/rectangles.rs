@@ -327,5 +327,5 @@ fn network(
 }
 
 /// Steps of a training, one beam each, and their largest learning rate.
-const STEPS: usize = 6000;
+const STEPS: usize = 3000;
 const RATE: f64 = 4e-3;

@@ -120,7 +120,7 @@ impl Stage {
         self.scars > 0
     }
 
-    /// The frames of a person's beat, in the middle of the parameters' ranges; none for other populations or where there is no surface in the folder.
+    /// The frames of a person's beat, each with parameters of its own; none for other populations or where there is no surface in the folder.
     ///
     /// # Errors
     /// Surfaces that cannot be read or meshed.
@@ -136,10 +136,14 @@ impl Stage {
             let mut case = Case::read(Path::new("LeftVentricle"))?;
             (case.law, case.parameters) = (self.case.law.clone(), self.case.parameters.clone());
             let body = case.body_on(heart(folder, frame, NODES)?)?;
-            let theta = body.centre();
-            Ok(Individual { numbers: Vec::new(), body, theta })
+            Ok(Individual { numbers: Vec::new(), theta: body.centre(), body })
         };
-        frames.map(individual).collect()
+        let mut hearts = frames.map(individual).collect::<Result<Vec<_>>>()?;
+        if let Some(first) = hearts.first() {
+            let thetas = Design::Sobol.sample(&first.body.parameters, hearts.len(), 1)?;
+            hearts.iter_mut().zip(thetas).for_each(|(heart, theta)| heart.theta = theta);
+        }
+        Ok(hearts)
     }
 
     /// The body of shape numbers.
