@@ -230,6 +230,22 @@ impl<const D: usize> Posterior<D> {
         self.weights[row] / column.iter().map(|x| x * x).sum::<f64>()
     }
 
+    /// Standard deviation of an operator before the data, root mean square over points.
+    pub(crate) fn prior_deviation(
+        &self,
+        operator: &Operator<D>,
+        points: &[[f64; D]],
+    ) -> Result<f64, GpError> {
+        let state = State::new(&self.model, &self.parameters)?;
+        let query = self.query(&state, operator, points)?;
+        let mut scratch = Scratch::default();
+        let mut sum = [0.0];
+        for point in 0..points.len() {
+            self.add_own(&state, &query, (point, point), &mut sum, &mut scratch);
+        }
+        Ok((sum[0] / points.len().max(1) as f64).sqrt())
+    }
+
     fn query(
         &self,
         state: &State<'_, D>,
