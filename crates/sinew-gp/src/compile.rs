@@ -89,9 +89,10 @@ pub(crate) fn compile<const D: usize>(
         |points: &[[f64; D]]| PointCoefficients::new(prior, operator, (points, &whose), theta);
     let (mut values, mut places) = (group.values.clone(), group.points.clone());
     let mut legs = vec![coefficients(&group.points)?];
-    if let Some(opposite) = &group.opposite {
-        legs.push(coefficients(opposite)?.negated());
-    } else if group.noise == Noise::Exact {
+    for (factor, points) in &group.further {
+        legs.push(coefficients(points)?.scaled(*factor));
+    }
+    if group.further.is_empty() && group.noise == Noise::Exact {
         let kept = informative(&legs[0], &values, number)?;
         if kept.len() < values.len() {
             places = kept.iter().map(|index| group.points[*index]).collect();

@@ -118,7 +118,7 @@ pub use laplace::laplace;
 pub use model::Model;
 pub use network::{Network, NetworkOptions};
 pub use nuts::{NutsOptions, nuts};
-pub use operator::{Derivative, MOST_DERIVATIVES, Operator, Parameter, Term};
+pub use operator::{Derivative, MOST_DERIVATIVES, Operator, Parameter, Source, Term};
 pub use parameter::{FreeParameter, Hyperprior};
 pub use polygon::{Composition, Polygon};
 pub use posterior::{Posterior, Prediction};

@@ -80,11 +80,11 @@ fn poisson_1_needs_four_collocation_points() {
     // −u'' = f with f = −2 (the thesis prints 2), u = x², u(0) = u'(0) = 0, u'(2) = u(2).
     let domain = must(Domain::interval("x", [0.0, 2.0]));
     let [dx] = domain.derivatives();
-    let clamped = Condition::Cauchy { value: constant(0.0), slope: constant(0.0) };
-    let robin = Condition::Robin { value_factor: -1.0, slope_factor: 1.0, data: constant(0.0) };
+    let robin =
+        Condition::Robin { value_factor: constant(-1.0), slope_factor: 1.0, data: constant(0.0) };
     let problem = must(
         Problem::new(domain.clone(), -(dx * dx))
-            .and_then(|p| p.condition("x", Side::Lower, clamped))
+            .and_then(|p| p.condition("x", Side::Lower, Condition::clamped()))
             .and_then(|p| p.condition("x", Side::Upper, robin)),
     );
     for count in [4, 8] {
@@ -131,10 +131,10 @@ fn wave_1_gives_the_speed() {
     let domain = must(Domain::cuboid([("x", [0.0, PI]), ("t", [0.0, 1.0])]));
     let [dx, dt] = domain.derivatives();
     let speed = must(Parameter::new("theta", [0.05, 20.0]));
-    let start = Condition::Cauchy {
-        value: field(|[x, _]: [Series; 2]| x.cos()),
-        slope: field(|[x, _]: [Series; 2]| x.cos().squared()),
-    };
+    let start = Condition::initial(
+        field(|[x, _]: [Series; 2]| x.cos()),
+        field(|[x, _]: [Series; 2]| x.cos().squared()),
+    );
     let problem = must(
         Problem::new(domain.clone(), dt * dt - &speed * (&speed * dx * dx))
             .and_then(|p| p.condition("x", Side::Lower, Condition::Neumann(constant(0.0))))
@@ -158,10 +158,8 @@ fn wave_2_is_periodic() {
     let domain = must(Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.5, 2.5])]));
     let [dx, dt] = domain.derivatives();
     let speed = must(Parameter::new("theta", [0.05, 20.0]));
-    let start = Condition::Cauchy {
-        value: field(|[x, _]: [Series; 2]| (x * PI).sin()),
-        slope: constant(0.0),
-    };
+    let start =
+        Condition::initial(field(|[x, _]: [Series; 2]| (x * PI).sin()), constant(0.0));
     let problem = must(
         Problem::new(domain.clone(), dt * dt - &speed * (&speed * dx * dx))
             .and_then(|p| p.periodic("x", Periodicity::Value))

@@ -322,6 +322,7 @@ fn coefficients_that_are_not_numbers_are_named() {
     let named = Model::new(prior(&undefined), loads(3), Evidence::Auto).unwrap_err();
     says(&named, "the coefficient of the operator has no finite value");
     for (value_factor, slope_factor) in [(f64::NAN, 1.0), (1.0, f64::INFINITY), (1.0, 0.0)] {
+        let value_factor = constant(value_factor);
         let robin = Condition::Robin { value_factor, slope_factor, data: constant(0.0) };
         let problem = must(Problem::new(domain.clone(), dx * dx));
         let refused = problem.condition("x", Side::Lower, robin).unwrap_err();

@@ -98,7 +98,8 @@ pub fn cooling() -> Result<Case<2>, GpError> {
     let [dx, dt] = domain.derivatives();
     let diffusivity = Parameter::new("D", [0.01, 10.0])?;
     let solution = field(|[x, t]: [Series; 2]| (x * WAVE).cos() * (t * (-D * WAVE * WAVE)).exp());
-    let robin = Condition::Robin { value_factor: 1.0, slope_factor: 1.0, data: constant(0.0) };
+    let robin =
+        Condition::Robin { value_factor: constant(1.0), slope_factor: 1.0, data: constant(0.0) };
     let problem = Problem::new(domain, dt - &diffusivity * dx * dx)?
         .condition("x", Side::Lower, flat())?
         .condition("x", Side::Upper, robin)?
@@ -138,7 +139,7 @@ pub fn sprung_string() -> Result<Case<2>, GpError> {
         };
         wave(1.0) + wave(2.0) * 0.5
     });
-    let start = Condition::Cauchy { value: at_first(&solution), slope: constant(0.0) };
+    let start = Condition::initial(at_first(&solution), constant(0.0));
     let equation = dt * dt - &speed * (&speed * dx * dx) + &springs * Derivative::identity();
     let problem = Problem::new(domain, equation)?
         .condition("x", Side::Lower, zero())?
@@ -189,11 +190,10 @@ pub fn beam() -> Result<Case<1>, GpError> {
     let solution = field(|[x]: [Series; 1]| {
         x.squared() * (1.0 - &x).squared() * (1.0 + (&x * 5.0).sin() * 0.5) * 10.0
     });
-    let clamped = || Condition::Cauchy { value: constant(0.0), slope: constant(0.0) };
     let equation = &stiffness * dx * dx * dx * dx + &bedding * Derivative::identity();
     let problem = Problem::new(domain, equation)?
-        .condition("x", Side::Lower, clamped())?
-        .condition("x", Side::Upper, clamped())?;
+        .condition("x", Side::Lower, Condition::clamped())?
+        .condition("x", Side::Upper, Condition::clamped())?;
     let truth = vec![("EI", 1.0), ("k", 300.0)];
     Ok(Case { name: "beam", problem, solution, truth, counts: [25, 25] })
 }
@@ -224,7 +224,7 @@ pub fn reaction() -> Result<Case<2>, GpError> {
     let solution =
         field(|[x, y]: [Series; 2]| &x * (&x * -1.0).exp() * (y * (PI / 2.0)).cos() * 3.0);
     let robin = Condition::Robin {
-        value_factor: 1.0,
+        value_factor: constant(1.0),
         slope_factor: 1.0,
         data: field(|[_, y]: [Series; 2]| (y * (PI / 2.0)).cos() * (3.0 * (-1.0_f64).exp())),
     };

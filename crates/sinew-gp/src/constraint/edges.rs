@@ -14,13 +14,14 @@ use std::sync::Arc;
 
 use sinew_num::Series;
 
+use super::extension::{along_edge, extension};
 use super::meeting::{Corner, Jet};
-use super::wedges::adapted;
+use super::wedges::{Held, adapted, singular};
 use crate::condition::Condition;
 use crate::domain::Domain;
 use crate::edge::Edge;
 use crate::error::GpError;
-use crate::field::{Field, field};
+use crate::field::{Field, constant, field};
 use crate::operator::Operator;
 use crate::polygon::{Polygon, products_of_others};
 use crate::problem::Problem;
@@ -44,7 +45,7 @@ pub(super) struct Plane<const D: usize> {
 /// a u + b ∂u/∂n = data on an edge, n pointing outwards.
 #[derive(Clone, Debug)]
 pub(crate) struct EdgeLift<const D: usize> {
-    pub value: f64,
+    pub value: Field<D>,
     pub slope: f64,
     pub data: Field<D>,
     pub edge: Edge,
@@ -74,9 +75,9 @@ impl<const D: usize> EdgeLift<D> {
             edge: edge.clone(),
         };
         match condition {
-            Condition::Dirichlet(value) => vec![lift(1.0, 0.0, value)],
+            Condition::Dirichlet(value) => vec![lift(constant(1.0), 0.0, value)],
             Condition::Cauchy { value, slope } => {
-                vec![lift(1.0, 0.0, value), lift(0.0, 1.0, slope)]
+                vec![lift(constant(1.0), 0.0, value), lift(Field::zero(), 1.0, slope)]
             }
             other => other.spring().map(|(a, b, data)| lift(a, b, data)).into_iter().collect(),
         }
@@ -90,13 +91,48 @@ impl<const D: usize> EdgeLift<D> {
     /// a u + b ∂u/∂n of a function, at `x` on the edge.
     pub fn apply(&self, function: &Field<D>, x: &[Series; D]) -> Series {
         let mut sum = x[0].constant(0.0);
-        if self.value != 0.0 {
-            sum = sum + function.at(x.clone()) * self.value;
+        if !self.value.is_zero() {
+            sum = sum + function.at(x.clone()) * self.value.at(x.clone());
         }
         if self.slope != 0.0 {
             sum = sum + along(function, self.outwards(), x) * self.slope;
         }
         sum
+    }
+}
+
+impl<const D: usize> Condition<D> {
+    /// What is left for u where u + `part` is to satisfy the condition on an edge.
+    fn without(&self, part: &Field<D>, edge: &Edge) -> Self {
+        let outwards = edge.normal.map(|n| -n);
+        let less = |data: &Field<D>, value: Field<D>, slope: f64| {
+            let (data, part) = (data.clone(), part.clone());
+            let rest = field(move |x: [Series; D]| {
+                let mut sum = x[0].constant(0.0) + data.at(x.clone());
+                if !value.is_zero() {
+                    sum = sum - part.at(x.clone()) * value.at(x.clone());
+                }
+                if slope != 0.0 {
+                    sum = sum - along(&part, outwards, &x) * slope;
+                }
+                sum
+            });
+            along_edge(edge, rest)
+        };
+        let value = |data| less(data, constant(1.0), 0.0);
+        let slope = |data| less(data, Field::zero(), 1.0);
+        match self {
+            Self::Dirichlet(data) => Self::Dirichlet(value(data)),
+            Self::Neumann(data) => Self::Neumann(slope(data)),
+            Self::Cauchy { value: u, slope: c } => Self::Cauchy { value: value(u), slope: slope(c) },
+            Self::Robin { value_factor, slope_factor, data } => Self::Robin {
+                value_factor: value_factor.clone(),
+                slope_factor: *slope_factor,
+                data: less(data, value_factor.clone(), *slope_factor),
+            },
+            // Not on edges, as `Problem::edge` sees to.
+            Self::Derivatives(_) => self.clone(),
+        }
     }
 }
 
@@ -139,7 +175,7 @@ impl<const D: usize> Conditioned<D> {
                 .filter_map(|(end, (jet, shape))| jet.as_ref().map(|jet| (end, jet, shape)))
         };
         if let Some((a, b, c)) = self.condition.spring() {
-            let sum = self.trace(&shapes, jets, x) * (&f * (a / b) + 1.0);
+            let sum = self.trace(&shapes, jets, x) * (&f * a.at(x.clone()) / b + 1.0);
             return if data { sum - &f * c.at(x.clone()) / b } else { sum };
         }
         match &self.condition {
@@ -175,7 +211,7 @@ impl<const D: usize> Conditioned<D> {
         let (a, b, _) = self.condition.spring()?;
         let (f, s) = (self.edge.height(&x[0], &x[1]), self.edge.fraction(&x[0], &x[1]));
         let rest = s.constant(1.0) - &s;
-        let start = f * (a / b) + 1.0;
+        let start = f * a.at(x.clone()) / b + 1.0;
         let ends = [s, rest].into_iter().zip(self.joined);
         Some(ends.filter(|(_, joined)| *joined).fold(start, |p, (end, _)| p * end.squared()))
     }
@@ -196,6 +232,8 @@ pub(super) struct Edges<const D: usize> {
     /// The same function on all edges, which needs no blending.
     boundary: Option<Field<D>>,
     inner: Option<Arc<Blend<D>>>,
+    /// A function near the conditions, and the blend of what it leaves of them.
+    near: Option<(Field<D>, Arc<Blend<D>>)>,
     polygon: Option<Polygon>,
     equation: Operator<D>,
 }
@@ -216,7 +254,8 @@ impl<const D: usize> Edges<D> {
             .filter(|_| problem.edges.iter().any(Option::is_some))
             .map(|polygon| Arc::new(Blend::new(polygon.clone(), &problem.edges)));
         let (boundary, equation) = (problem.boundary.clone(), problem.equation().clone());
-        Self { boundary, inner, polygon, equation }
+        let near = inner.as_ref().and_then(|blend| blend.near(&problem.edges));
+        Self { boundary, inner, near, polygon, equation }
     }
 
     /// Conditions on one edge.
@@ -236,10 +275,14 @@ impl<const D: usize> Edges<D> {
 
     /// A function that satisfies the conditions on the edges.
     pub fn mean(&self) -> Field<D> {
-        match (&self.boundary, &self.inner) {
-            (Some(value), _) => value.clone(),
-            (None, None) => Field::zero(),
-            (None, Some(blend)) => blend.clone().mean(),
+        match (&self.boundary, &self.inner, &self.near) {
+            (Some(value), _, _) => value.clone(),
+            (None, None, _) => Field::zero(),
+            (None, Some(blend), None) => blend.clone().mean(),
+            (None, Some(_), Some((near, rest))) => {
+                let (near, rest) = (near.clone(), rest.clone().mean());
+                field(move |x: [Series; D]| near.at(x.clone()) + rest.at(x))
+            }
         }
     }
 
@@ -253,7 +296,7 @@ impl<const D: usize> Edges<D> {
                 let factors = adapted(polygon, &self.equation).unwrap_or_else(|| vec![plain()]);
                 factors.into_iter().map(|factor| everything(Some(factor))).collect()
             }
-            (None, Some(blend), _) => blend.clone().planes(),
+            (None, Some(blend), _) => blend.clone().planes(&self.equation),
             _ => vec![everything(None)],
         }
     }
@@ -288,6 +331,45 @@ impl<const D: usize> Blend<D> {
         Self { polygon, edges, corners }
     }
 
+    /// Whether all edges hold values of one function, which the blend then is.
+    fn is_one_function(&self) -> bool {
+        let value = |own: &Conditioned<D>| match &own.condition {
+            Condition::Dirichlet(value) => Some(value.clone()),
+            _ => None,
+        };
+        let Some(values) = self.edges.iter().map(value).collect::<Option<Vec<_>>>() else {
+            return false;
+        };
+        self.polygon.corners().iter().zip(self.polygon.corners().iter().skip(2)).all(|(a, b)| {
+            let mut at = [0.0; D];
+            // Off the edges, and off what is symmetric.
+            (at[0], at[1]) = (0.63 * a[0] + 0.37 * b[0], 0.63 * a[1] + 0.37 * b[1]);
+            let first = values[0].value(at);
+            values.iter().all(|value| (value.value(at) - first).abs() <= 1e-12 * first.abs())
+        })
+    }
+
+    /// A function near the conditions, and the blend of the rest.
+    fn near(&self, conditions: &[Option<Condition<D>>]) -> Option<(Field<D>, Arc<Self>)> {
+        let of = |own: &Conditioned<D>| {
+            let lifts = EdgeLift::of(&own.condition, &own.edge).into_iter();
+            lifts.map(|lift| (own.number, lift)).collect::<Vec<_>>()
+        };
+        let lifts: Vec<_> = self.edges.iter().flat_map(of).collect();
+        // With slopes, or edges without conditions, such a function is little determined away from the others.
+        let held = self.held();
+        let values = held.iter().all(|held| *held == Some(Held::Value));
+        if !values || !self.polygon.adapts() || self.is_one_function() {
+            return None;
+        }
+        let near = extension(&self.polygon, &held, &lifts)?;
+        let rest = conditions.iter().zip(self.polygon.edges()).map(|(condition, edge)| {
+            condition.as_ref().map(|condition| condition.without(&near, edge))
+        });
+        let rest: Vec<_> = rest.collect();
+        Some((near, Arc::new(Self::new(self.polygon.clone(), &rest))))
+    }
+
     /// All Wₑ.
     fn weights(&self, x: &Series, y: &Series) -> Vec<Series> {
         let size = self.polygon.size();
@@ -320,9 +402,33 @@ impl<const D: usize> Blend<D> {
         })
     }
 
-    fn planes(self: Arc<Self>) -> Vec<Plane<D>> {
-        let bubble = self.clone().normalised(|blend, x| blend.bubble(&x[0], &x[1]));
-        let mut planes = vec![Plane { factor: Some(bubble), span: Span::Everything }];
+    /// What is held on each edge, where it is a value or a slope alone.
+    fn held(&self) -> Vec<Option<Held>> {
+        let mut held = vec![None; self.corners.len()];
+        for own in &self.edges {
+            held[own.number] = match own.condition {
+                Condition::Dirichlet(_) => Some(Held::Value),
+                Condition::Neumann(_) => Some(Held::Slope),
+                _ => None,
+            };
+        }
+        held
+    }
+
+    fn planes(self: Arc<Self>, equation: &Operator<D>) -> Vec<Plane<D>> {
+        let everything = |factor| Plane { factor: Some(factor), span: Span::Everything };
+        let held = self.held();
+        let values = held.iter().all(|held| *held == Some(Held::Value));
+        let smooth = if values { adapted(&self.polygon, equation) } else { None };
+        let mut planes: Vec<Plane<D>> = match smooth {
+            Some(factors) => factors.into_iter().map(everything).collect(),
+            None => {
+                let bubble = self.clone().normalised(|blend, x| blend.bubble(&x[0], &x[1]));
+                let rough = singular(&self.polygon, equation, &held).into_iter();
+                let lone = |factor| Plane { factor: Some(factor), span: Span::Nothing };
+                std::iter::once(everything(bubble)).chain(rough.map(lone)).collect()
+            }
+        };
         for position in 0..self.edges.len() {
             let own = &self.edges[position];
             if own.condition.spring().is_some() {
