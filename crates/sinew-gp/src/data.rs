@@ -22,7 +22,7 @@ pub enum Noise {
 /// Their order is that of the rows of the covariance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Role {
-    /// Part of the model: what the conditional evidence conditions on.
+    /// Part of the model.
     Imposed,
     /// Measured: the evidence says how well it is predicted.
     Observed,

@@ -37,7 +37,7 @@
 //! let posterior = fit.posterior()?;
 //! let at_the_end = posterior.predict(&[[1.5, 1.0], [0.0, 0.5]])?;
 //! assert!((at_the_end.mean[0] - exact([1.5, 1.0])).abs() < 0.02);
-//! assert_eq!(at_the_end.deviation[1], 0.0); // on the boundary nothing is uncertain
+//! assert_eq!(at_the_end.standard_deviation[1], 0.0); // on the boundary nothing is uncertain
 //!
 //! // What leaves through the right end altogether: −∫ κ u_x dt.
 //! let flux = Functional::face_integral(&rod, ("x", Side::Upper), -(&diffusivity * dx), 8)?;

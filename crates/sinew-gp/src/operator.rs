@@ -71,6 +71,14 @@ impl Parameter {
         &self.name
     }
 
+    /// Halfway between its bounds, on the scale that it is inferred on.
+    pub(crate) fn middle(&self) -> f64 {
+        match self.lower > 0.0 {
+            true => (self.lower * self.upper).sqrt(),
+            false => 0.5 * (self.lower + self.upper),
+        }
+    }
+
     /// Its lower and upper bound.
     pub fn bounds(&self) -> [f64; 2] {
         [self.lower, self.upper]

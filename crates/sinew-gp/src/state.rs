@@ -242,6 +242,6 @@ impl<'a, const D: usize> State<'a, D> {
         };
         let split = self.first_row();
         let measured = of(split..self.model.size);
-        if self.weight() > 0.0 { measured + self.weight() * of(0..split) } else { measured }
+        measured + self.weight() * of(0..split)
     }
 }

@@ -343,18 +343,12 @@ fn a_corner_that_points_inwards_costs_one_per_cent() {
     }
 }
 
-/// Median of errors of θ over seeds 0 to 4.
-fn median(mut errors: Vec<f64>) -> f64 {
-    errors.sort_by(f64::total_cmp);
-    errors[errors.len() / 2]
-}
-
 #[test]
-fn one_value_of_the_equation_sharpens_fits() {
+fn one_value_of_the_equation_keeps_fits_from_collapse() {
     let domain = must(Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.0, 1.0])]));
     let problem = advection_and_diffusion(&domain);
     let exact = |[x, t]: [f64; 2]| (2.0 * PI * x).sin() * (-(0.1 * PI * PI + 0.025) * t + x).exp();
-    let fitted = |evidence: Evidence, constrained: bool, seed: u64| {
+    let fitted = |constrained: bool, seed: u64| {
         let kernel = SquaredExponential::new();
         let prior = match constrained {
             true => Prior::constrained(&problem, &kernel),
@@ -362,17 +356,10 @@ fn one_value_of_the_equation_sharpens_fits() {
         };
         let data = observed(&domain, exact, [25, 25], 0.025, seed);
         let options = FitOptions { restarts: 4, seed, ..FitOptions::default() };
-        must(must(Model::new(must(prior), data, evidence)).fit(&options))
+        must(must(Model::new(must(prior), data, Evidence::Auto)).fit(&options))
     };
-    let errors = |evidence: Evidence| -> Vec<f64> {
-        let fits = (0..5).map(|seed| fitted(evidence, true, seed));
-        fits.map(|fit| error(&fit, &domain, exact)).collect()
-    };
-    let (plain, sharp) = (errors(Evidence::Conditional), errors(Evidence::Auto));
-    println!("Adv 2: conditional {plain:.5?}, unit information {sharp:.5?}");
-    assert!(median(sharp) < median(plain));
     for constrained in [true, false] {
-        let fit = fitted(Evidence::Auto, constrained, 0);
+        let fit = fitted(constrained, 0);
         assert_eq!(fit.model().evidence(), Evidence::UnitInformation);
         assert!(!fit.outcome().collapsed, "with conditions: {constrained}");
     }

@@ -79,8 +79,8 @@ fn ensembles_hold_the_truth_and_agree() {
         // The noise of six values of size 0.05 leaves about one per cent.
         assert!(upper - lower > 0.02 && upper - lower < 0.3, "[{lower}, {upper}]");
         let prediction = must(ensemble.predict(&[[0.5], [0.0]]));
-        assert!((prediction.mean[0] - deflection([0.5])).abs() < 3.0 * prediction.deviation[0]);
-        assert_eq!(prediction.deviation[1], 0.0);
+        assert!((prediction.mean[0] - deflection([0.5])).abs() < 3.0 * prediction.standard_deviation[0]);
+        assert_eq!(prediction.standard_deviation[1], 0.0);
     }
     let again = must(nuts(&fit, &options));
     assert_eq!(again.draws, sampled.draws, "a seed gives one answer");
@@ -301,7 +301,7 @@ fn fluxes_and_samples_follow_the_posterior() {
     let places = [[0.0], [0.3], [0.6]];
     let prediction = must(posterior.predict(&places));
     let draws = must(posterior.sample(&places, 2000, 5));
-    for (place, deviation) in prediction.deviation.iter().enumerate() {
+    for (place, deviation) in prediction.standard_deviation.iter().enumerate() {
         let mean = draws.iter().map(|d| d[place]).sum::<f64>() / 2000.0;
         let variance = draws.iter().map(|d| (d[place] - mean).powi(2)).sum::<f64>() / 2000.0;
         assert!((variance.sqrt() - deviation).abs() < 0.1 * deviation + 1e-7);

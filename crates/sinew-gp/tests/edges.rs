@@ -232,7 +232,7 @@ fn notched(u: fn(&[Series; 2]) -> Series, load: fn([f64; 2]) -> f64, seed: u64) 
     let off = mean.iter().zip(&exact).map(|(m, u)| (m - u).abs()).fold(0.0, f64::max);
     let band = |at: &[[f64; 2]]| {
         let prediction = must(posterior.predict(at));
-        prediction.deviation.iter().sum::<f64>() / at.len() as f64
+        prediction.standard_deviation.iter().sum::<f64>() / at.len() as f64
     };
     // A tenth from the notch, and from the five outer corners.
     let notch = band(&[[0.93, 0.93], [1.07, 0.93], [0.93, 1.07]]);

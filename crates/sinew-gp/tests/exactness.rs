@@ -229,7 +229,7 @@ fn check_gradient<const D: usize>(
 
 #[test]
 fn evidence_gradients_equal_differences() {
-    for evidence in [Evidence::Joint, Evidence::Conditional, Evidence::UnitInformation] {
+    for evidence in [Evidence::Joint, Evidence::UnitInformation] {
         let kernels: Vec<Box<dyn Kernel<2>>> = vec![
             Box::new(SquaredExponential::new()),
             Box::new(RationalQuadratic::new()),

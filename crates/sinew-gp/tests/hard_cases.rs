@@ -102,7 +102,7 @@ fn one_number_is_enough_to_compute_with() {
     let mean = must(posterior.mean(&[[0.0], [0.5], [1.0]]));
     assert_eq!([mean[0], mean[2]], [0.0, 0.0]);
     assert!(mean[1] > 0.0 && mean[1] < 1.0, "{mean:?}");
-    let uncertain = must(posterior.predict(&[[0.5]])).deviation[0];
+    let uncertain = must(posterior.predict(&[[0.5]])).standard_deviation[0];
     assert!(uncertain.is_finite() && uncertain > 0.0);
     // One value with noise to be learned.
     let value = deflection(0.5);
