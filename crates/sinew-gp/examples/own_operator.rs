@@ -12,7 +12,7 @@ use std::time::Instant;
 use rand::{RngExt, SeedableRng};
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Evidence, FitOptions, Model, Noise, Parameter, Prior,
-    Problem, Side, SquaredExponential, constant, field, laplace,
+    Problem, Side, SquaredExponential, field, laplace,
 };
 
 /// The truth: bending stiffness and bedding.

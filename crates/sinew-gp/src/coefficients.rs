@@ -102,6 +102,24 @@ impl<const D: usize> PointCoefficients<D> {
         }
     }
 
+    /// At some of the points.
+    pub fn of_points(&self, points: &[usize]) -> Self {
+        let pick = |row: &[f64]| points.iter().map(|k| row[*k]).collect::<Vec<f64>>();
+        let picked = |array: &Vec<f64>| array.chunks(self.count.max(1)).flat_map(pick).collect();
+        let part = |part: &PartCoefficients<D>| PartCoefficients {
+            orders: part.orders.clone(),
+            arrays: part.arrays.iter().map(picked).collect(),
+            axes: part.axes.each_ref().map(|axis| pick(axis)),
+        };
+        Self {
+            count: points.len(),
+            extents: self.extents,
+            monomials: self.monomials.clone(),
+            mean: self.mean.iter().map(|mean| pick(mean)).collect(),
+            parts: self.parts.iter().map(part).collect(),
+        }
+    }
+
     /// Of a multiple of the operator.
     pub fn scaled(mut self, factor: f64) -> Self {
         let arrays = self.parts.iter_mut().flat_map(|part| &mut part.arrays);

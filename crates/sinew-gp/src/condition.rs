@@ -122,7 +122,8 @@ impl<const D: usize> Condition<D> {
             Self::Derivatives(given) => {
                 let unusable = |k: &usize| {
                     let order = given[*k].0;
-                    order >= MOST_DERIVATIVES || given[..*k].iter().any(|(other, _)| *other == order)
+                    order >= MOST_DERIVATIVES
+                        || given[..*k].iter().any(|(other, _)| *other == order)
                 };
                 let wrong = match (0..given.len()).find(unusable) {
                     Some(k) => format!("order {}", given[k].0),

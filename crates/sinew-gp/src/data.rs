@@ -1,5 +1,8 @@
 //! What is observed.
 
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
 use crate::domain::Domain;
 use crate::error::{GpError, check_lengths, place};
 use crate::field::Field;
@@ -70,6 +73,26 @@ impl<const D: usize> Data<D> {
     /// Number of observations.
     pub fn count(&self) -> usize {
         self.groups.iter().map(|group| group.points.len()).sum()
+    }
+
+    /// The same with at most `count` values of each measured group, drawn at random: enough for parameters where there are
+    /// tens of thousands (see [`crate::Model::reduced`]).
+    pub fn thinned(&self, count: usize, seed: u64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut thinned = self.clone();
+        for group in thinned.groups.iter_mut().filter(|group| group.role == Role::Observed) {
+            let mut order: Vec<(u64, usize)> =
+                (0..group.values.len()).map(|k| (random.random(), k)).collect();
+            order.sort_unstable();
+            order.truncate(count);
+            let kept: Vec<usize> = order.into_iter().map(|(_, k)| k).collect();
+            group.points = kept.iter().map(|k| group.points[*k]).collect();
+            group.values = kept.iter().map(|k| group.values[*k]).collect();
+            for (_, points) in &mut group.further {
+                *points = kept.iter().map(|k| points[*k]).collect();
+            }
+        }
+        thinned
     }
 
     /// Adds values of u, one for each point.
@@ -185,7 +208,8 @@ impl<const D: usize> Data<D> {
         let mut data = self.group(*weight * operator.clone(), &[*first], &[value], noise, role);
         let factors = weights.iter().skip(1).map(|w| w / weight);
         if let Some(group) = data.groups.last_mut() {
-            group.further = factors.zip(rest).map(|(factor, point)| (factor, vec![*point])).collect();
+            group.further =
+                factors.zip(rest).map(|(factor, point)| (factor, vec![*point])).collect();
         }
         Ok(data)
     }

@@ -242,7 +242,10 @@ mod tests {
         const TOLERANCE: f64 = 1e-9;
         let found = ensemble.predict_operator(&flux, &[[0.9]])?;
         assert!((found.mean[0] - mean).abs() < TOLERANCE * mean.abs(), "{found:?}, not {mean}");
-        assert!((found.standard_deviation[0] - deviation).abs() < TOLERANCE * deviation, "{deviation}");
+        assert!(
+            (found.standard_deviation[0] - deviation).abs() < TOLERANCE * deviation,
+            "{deviation}"
+        );
         // A functional of one point is the same thing, and so are weights that cancel.
         let sum =
             Functional { operator: flux, points: vec![[0.9]; 3], weights: vec![1.0, 2.0, -1.0] };

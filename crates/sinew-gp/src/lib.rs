@@ -51,6 +51,7 @@
 //!   [`Network`]: a neural network with the conditions built in (HCNN), on the same prior;
 //! - [`Model::fit`], [`laplace`] and [`nuts`]: the most probable parameters, and ensembles of
 //!   probable ones for intervals that cover, all of the density that [`Evidence`] names;
+//! - [`Model::reduced`]: tens of thousands of values, with the distance from the exact posterior;
 //! - [`Fit::warnings`]: what the fit cannot tell;
 //! - [`Kernel`] and [`check_kernel`]: your own kernel from its formula, and whether it is one;
 //! - `log_evidence_tensor` (feature `burn`, on by default): the evidence inside a Burn graph;
@@ -90,6 +91,7 @@ mod posterior;
 mod prior;
 mod problem;
 mod quadrature;
+mod reduced;
 mod resolve;
 mod semilinear;
 mod simd;
@@ -124,6 +126,7 @@ pub use polygon::{Composition, Polygon};
 pub use posterior::{Posterior, Prediction};
 pub use prior::Prior;
 pub use problem::Problem;
+pub use reduced::{Reduced, ReducedOptions};
 pub use semilinear::{SemiLinear, Solution, Variational, VariationalOptions};
 /// The number type of formulas in the coordinates.
 pub use sinew_num::Series;

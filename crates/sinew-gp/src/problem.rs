@@ -134,12 +134,7 @@ impl<const D: usize> Problem<D> {
     }
 
     /// What an edge cannot carry.
-    fn check_edge(
-        &self,
-        edge: usize,
-        condition: &Condition<D>,
-        face: &str,
-    ) -> Result<(), GpError> {
+    fn check_edge(&self, edge: usize, condition: &Condition<D>, face: &str) -> Result<(), GpError> {
         if let Condition::Derivatives(_) = condition {
             return Err(GpError::Problem(format!(
                 "{face} is given derivatives by their order; on edges of polygons use Dirichlet, Neumann, Cauchy or Robin"

@@ -158,8 +158,7 @@ fn wave_2_is_periodic() {
     let domain = must(Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.5, 2.5])]));
     let [dx, dt] = domain.derivatives();
     let speed = must(Parameter::new("theta", [0.05, 20.0]));
-    let start =
-        Condition::initial(field(|[x, _]: [Series; 2]| (x * PI).sin()), constant(0.0));
+    let start = Condition::initial(field(|[x, _]: [Series; 2]| (x * PI).sin()), constant(0.0));
     let problem = must(
         Problem::new(domain.clone(), dt * dt - &speed * (&speed * dx * dx))
             .and_then(|p| p.periodic("x", Periodicity::Value))

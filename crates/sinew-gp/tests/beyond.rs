@@ -79,7 +79,9 @@ fn ensembles_hold_the_truth_and_agree() {
         // The noise of six values of size 0.05 leaves about one per cent.
         assert!(upper - lower > 0.02 && upper - lower < 0.3, "[{lower}, {upper}]");
         let prediction = must(ensemble.predict(&[[0.5], [0.0]]));
-        assert!((prediction.mean[0] - deflection([0.5])).abs() < 3.0 * prediction.standard_deviation[0]);
+        assert!(
+            (prediction.mean[0] - deflection([0.5])).abs() < 3.0 * prediction.standard_deviation[0]
+        );
         assert_eq!(prediction.standard_deviation[1], 0.0);
     }
     let again = must(nuts(&fit, &options));

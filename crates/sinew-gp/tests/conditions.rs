@@ -53,10 +53,9 @@ fn beam(
 fn beams_rest_hang_and_mirror_as_they_do() -> Result<(), GpError> {
     // At the time of writing 1e-10, 5e-5 of 3, 9e-7 and 2e-9.
     const TOLERANCE: f64 = 1e-5;
-    let on_two =
-        beam(1.0, [Condition::simply_supported(), Condition::simply_supported()], |x| {
-            x.powi(4) - 2.0 * x.powi(3) + x
-        })?;
+    let on_two = beam(1.0, [Condition::simply_supported(), Condition::simply_supported()], |x| {
+        x.powi(4) - 2.0 * x.powi(3) + x
+    })?;
     assert!(on_two.0 < TOLERANCE && on_two.1[0].abs() < 1e-9, "{on_two:?}");
     let shelf = beam(1.0, [Condition::clamped(), Condition::free_end()], |x| {
         x.powi(4) - 4.0 * x.powi(3) + 6.0 * x.powi(2)
@@ -64,9 +63,8 @@ fn beams_rest_hang_and_mirror_as_they_do() -> Result<(), GpError> {
     assert!(shelf.0 < 3e-4, "{shelf:?}");
     assert!(shelf.1.iter().all(|force| force.abs() < 1e-9), "{shelf:?}");
     // One half of a beam that is clamped at both ends.
-    let half = beam(0.5, [Condition::clamped(), Condition::symmetry()], |x| {
-        (x * (1.0 - x)).powi(2)
-    })?;
+    let half =
+        beam(0.5, [Condition::clamped(), Condition::symmetry()], |x| (x * (1.0 - x)).powi(2))?;
     assert!(half.0 < TOLERANCE && half.1[1].abs() < 1e-9, "{half:?}");
     // A deflection and a bending moment that are given.
     let given = Condition::Derivatives(vec![(0, constant(0.5)), (2, constant(3.0))]);
@@ -112,8 +110,11 @@ fn an_unknown_film_is_imposed_at_points_and_found() -> Result<(), GpError> {
     let [dx, dt] = domain.derivatives();
     let film = Parameter::new("h", [0.05, 20.0])?;
     // With the start given too, its corner with the face would tell h alone.
-    let problem = Problem::new(domain.clone(), dt - 0.5 * (dx * dx))?
-        .condition("x", Side::Lower, Condition::Neumann(constant(0.0)))?;
+    let problem = Problem::new(domain.clone(), dt - 0.5 * (dx * dx))?.condition(
+        "x",
+        Side::Lower,
+        Condition::Neumann(constant(0.0)),
+    )?;
     let leaving: Operator<2> = dx + &film * Derivative::identity();
     let face: Vec<[f64; 2]> = (1..=10).map(|k| [1.0, 0.1 * f64::from(k)]).collect();
     let (at, places) = (domain.sample(25, 5)?, domain.sample(25, 6)?);
@@ -190,7 +191,8 @@ fn an_integral_that_is_given_settles_a_constant() -> Result<(), GpError> {
     let measured = equation().integral(&total, 0.3, Noise::Known(1e-3))?;
     let found = fitted(&problem, measured)?.posterior()?.mean(&[[0.5]])?[0];
     assert!((found - 0.3).abs() < 3e-3, "{found}");
-    let none = Functional { operator: Operator::identity(), points: Vec::new(), weights: Vec::new() };
+    let none =
+        Functional { operator: Operator::identity(), points: Vec::new(), weights: Vec::new() };
     assert!(equation().integral(&none, 1.0, Noise::Exact).is_err());
     Ok(())
 }

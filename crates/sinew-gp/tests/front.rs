@@ -165,6 +165,7 @@ fn forty_noisy_values_give_the_width() {
     // estimate from 40 values with errors of 2.5 % has a standard deviation below 4 to 5 %.
     let window = must(Domain::cuboid([("x", [-0.2, 0.4]), ("t", [0.5, 1.0])]));
     let (mut errors, mut gains, mut shares) = (Vec::new(), Vec::new(), Vec::new());
+    let mut off = Vec::new();
     let mut held = 0;
     for seed in 0..5 {
         let (places, y) = measured(&window, seed);
@@ -196,6 +197,7 @@ fn forty_noisy_values_give_the_width() {
         shares.push(share);
         errors.push((epsilon / EPSILON - 1.0).abs());
         gains.push(linear / best);
+        off.push(linear);
         held += usize::from(lower < EPSILON && EPSILON < upper);
     }
     errors.sort_by(f64::total_cmp);
@@ -203,7 +205,9 @@ fn forty_noisy_values_give_the_width() {
     shares.sort_by(f64::total_cmp);
     assert!(errors[2] < 0.05, "median of {errors:?}");
     assert!(held >= 4, "{held} of 5 intervals hold the truth");
-    assert!(gains[0] > 1.0 && gains[2] > 3.0, "{gains:?}");
+    // The linearised solutions' own errors were 1.3e-3 in the median where only the measured values were to be explained.
+    off.sort_by(f64::total_cmp);
+    assert!(off[2] < 5e-4 && gains[0] > 1.0, "{off:?} {gains:?}");
     // Missed are places far behind the front, where errors and bands are next to nothing.
     assert!(shares[2] > 0.85, "{shares:?}");
 }

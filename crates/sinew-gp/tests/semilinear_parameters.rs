@@ -16,9 +16,8 @@ fn growth() -> Result<SemiLinear<1, 1>, GpError> {
     let (rate, capacity) = (Parameter::new("r", [0.1, 10.0])?, Parameter::new("c", [0.5, 20.0])?);
     let start = Condition::Dirichlet(constant(0.25));
     let problem = Problem::new(domain, dt)?.condition("t", Side::Lower, start)?;
-    let term = |[u]: [sinew_gp::Series; 1], [r, c]: [sinew_gp::Series; 2]| {
-        -(r * &u * (1.0 - &u / c))
-    };
+    let term =
+        |[u]: [sinew_gp::Series; 1], [r, c]: [sinew_gp::Series; 2]| -(r * &u * (1.0 - &u / c));
     Ok(SemiLinear::with_parameters(problem, [Derivative::identity()], [rate, capacity], term))
 }
 
@@ -69,7 +68,8 @@ fn the_variational_bound_keeps_the_terms_parameters() -> Result<(), GpError> {
 #[test]
 fn samples_of_an_operator_scatter_as_predicted() -> Result<(), GpError> {
     let (growth, kernel) = (growth()?, SquaredExponential::new());
-    let solution = growth.solve(&kernel, &measured(Noise::Known(0.05)), &FitOptions::default(), 40)?;
+    let solution =
+        growth.solve(&kernel, &measured(Noise::Known(0.05)), &FitOptions::default(), 40)?;
     let posterior = solution.fit.posterior()?;
     let rate = Derivative::along(0).into();
     let predicted = posterior.predict_operator(&rate, &[[1.7]])?;

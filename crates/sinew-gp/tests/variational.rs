@@ -58,7 +58,9 @@ fn of_a_linear_term_nothing_is_approximate() {
     let (exact, bound) = (must(best.predict(&places)), must(found.posterior().predict(&places)));
     for place in 0..places.len() {
         assert!((exact.mean[place] - bound.mean[place]).abs() < 1e-4 * exact.mean[1].abs());
-        assert!((exact.standard_deviation[place] / bound.standard_deviation[place] - 1.0).abs() < 1e-3);
+        assert!(
+            (exact.standard_deviation[place] / bound.standard_deviation[place] - 1.0).abs() < 1e-3
+        );
     }
     println!("{:?}", found.trace);
 }
@@ -162,7 +164,10 @@ fn the_bound_is_below_the_evidence_and_the_bands_are_true() {
         truth.log_evidence, found.bound, truth.effective
     );
     println!("mean {:.3?}, bound {:.3?}, linear {:.3?}", truth.mean, bound.mean, linear.mean);
-    println!("deviation {:.3?} {:.3?} {:.3?}", truth.deviation, bound.standard_deviation, linear.standard_deviation);
+    println!(
+        "deviation {:.3?} {:.3?} {:.3?}",
+        truth.deviation, bound.standard_deviation, linear.standard_deviation
+    );
     // The draws leave 1/√effective, here less than 0.003.
     assert!(truth.effective > 1e5);
     assert!(found.bound < truth.log_evidence + 0.01 && found.bound > truth.log_evidence - 0.15);
@@ -173,7 +178,10 @@ fn the_bound_is_below_the_evidence_and_the_bands_are_true() {
         let narrow = |found: f64| 1.0 - found / deviation;
         // A normal distribution below a bound is narrower than the truth, but less so than the linear one.
         assert!(narrow(bound.standard_deviation[place]) > 0.0);
-        assert!(narrow(bound.standard_deviation[place]) < 0.75 * narrow(linear.standard_deviation[place]));
+        assert!(
+            narrow(bound.standard_deviation[place])
+                < 0.75 * narrow(linear.standard_deviation[place])
+        );
     }
 }
 
@@ -366,7 +374,8 @@ fn exact_zeros_count_in_any_unit() {
             let options = VariationalOptions::default();
             let found = must(cubic.variational(&start, &kernel, &data, &options));
             let found = must(found.predict(&[[0.9], [0.5]]));
-            [found.mean[0], found.standard_deviation[0], found.mean[1], found.standard_deviation[1]].map(|u| u / unit)
+            [found.mean[0], found.standard_deviation[0], found.mean[1], found.standard_deviation[1]]
+                .map(|u| u / unit)
         };
     let reference = solved(1.0);
     for unit in [1e8, 1e-8] {

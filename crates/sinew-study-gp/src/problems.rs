@@ -147,8 +147,7 @@ pub fn wave_2() -> Result<Setting<2>, GpError> {
     let domain = Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.5, 2.5])])?;
     let [dx, dt] = domain.derivatives();
     let speed = Parameter::new("theta", [0.05, 20.0])?;
-    let start =
-        Condition::initial(field(|[x, _]: [Series; 2]| (x * PI).sin()), constant(0.0));
+    let start = Condition::initial(field(|[x, _]: [Series; 2]| (x * PI).sin()), constant(0.0));
     let problem = Problem::new(domain, dt * dt - &speed * (&speed * dx * dx))?
         .periodic("x", Periodicity::Value)?
         .condition("t", Side::Lower, start)?;

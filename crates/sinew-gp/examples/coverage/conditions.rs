@@ -16,7 +16,8 @@ pub fn half_wall() -> Result<Case<2>, GpError> {
     let [dx, dt] = domain.derivatives();
     let diffusivity = Parameter::new("D", [0.01, 10.0])?;
     let solution = field(|[x, t]: [Series; 2]| {
-        let wave = |n: f64| (&x * (n * PI / 2.0)).cos() * (&t * (-D * (n * PI / 2.0).powi(2))).exp();
+        let wave =
+            |n: f64| (&x * (n * PI / 2.0)).cos() * (&t * (-D * (n * PI / 2.0).powi(2))).exp();
         wave(1.0) + wave(3.0) * 0.2
     });
     let problem = Problem::new(domain, dt - &diffusivity * dx * dx)?
@@ -32,9 +33,8 @@ pub fn gangway() -> Result<Case<1>, GpError> {
     let [dx] = domain.derivatives();
     let stiffness = Parameter::new("EI", [0.05, 20.0])?;
     let water = Parameter::new("k", [1.0, 400.0])?;
-    let solution = field(|[x]: [Series; 1]| {
-        x.powi(3) / 6.0 - x.powi(4) / 6.0 + x.powi(5) / 20.0 + &x * 0.05
-    });
+    let solution =
+        field(|[x]: [Series; 1]| x.powi(3) / 6.0 - x.powi(4) / 6.0 + x.powi(5) / 20.0 + &x * 0.05);
     let equation = &stiffness * dx * dx * dx * dx + &water * Derivative::identity();
     let problem = Problem::new(domain, equation)?
         .condition("x", Side::Lower, Condition::simply_supported())?

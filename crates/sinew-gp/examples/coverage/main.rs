@@ -262,9 +262,7 @@ fn options() -> Result<Options, Failure> {
                     Some("joint") => Evidence::Joint,
                     Some("unit") => Evidence::UnitInformation,
                     other => {
-                        return Err(
-                            format!("evidence {other:?}: joint or unit").into()
-                        );
+                        return Err(format!("evidence {other:?}: joint or unit").into());
                     }
                 };
             }

@@ -192,7 +192,14 @@ pub fn plate() -> Result<Case<3>, GpError> {
         .condition("y", Side::Lower, zero())?
         .condition("y", Side::Upper, zero())?
         .condition("t", Side::Lower, Condition::Dirichlet(start))?;
-    Ok(Case { name: "plate", problem, solution, truth: vec![("D", D)], counts: [30, 60], given: nothing })
+    Ok(Case {
+        name: "plate",
+        problem,
+        solution,
+        truth: vec![("D", D)],
+        counts: [30, 60],
+        given: nothing,
+    })
 }
 
 /// A clamped beam on an elastic bed: fourth order, under a load.

@@ -124,7 +124,9 @@ impl<const D: usize> Condition<D> {
         match self {
             Self::Dirichlet(data) => Self::Dirichlet(value(data)),
             Self::Neumann(data) => Self::Neumann(slope(data)),
-            Self::Cauchy { value: u, slope: c } => Self::Cauchy { value: value(u), slope: slope(c) },
+            Self::Cauchy { value: u, slope: c } => {
+                Self::Cauchy { value: value(u), slope: slope(c) }
+            }
             Self::Robin { value_factor, slope_factor, data } => Self::Robin {
                 value_factor: value_factor.clone(),
                 slope_factor: *slope_factor,

@@ -100,7 +100,8 @@ pub(super) fn extension<const D: usize>(
         // Slopes in units of a value.
         let unit = if lift.slope == 0.0 { 1.0 } else { polygon.size() / lift.slope.abs() };
         for k in 0..PLACES {
-            let fraction = 0.5 - 0.5 * ((k as f64 + 0.5) / PLACES as f64 * std::f64::consts::PI).cos();
+            let fraction =
+                0.5 - 0.5 * ((k as f64 + 0.5) / PLACES as f64 * std::f64::consts::PI).cos();
             let mut at = [0.0; D];
             (at[0], at[1]) = polygon.on_edge(*edge, fraction).into();
             let x = Series::plain(at);

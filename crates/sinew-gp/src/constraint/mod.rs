@@ -149,7 +149,8 @@ fn features<const D: usize>(
     let mut features = Vec::new();
     for plane in planes {
         for factors in &products {
-            let varies = |factor: &Factor<D>| matches!(factor, Factor::Trace(_, t) if t.is_varying());
+            let varies =
+                |factor: &Factor<D>| matches!(factor, Factor::Trace(_, t) if t.is_varying());
             let feature = product(plane.clone(), factors.clone());
             features.push(match factors.iter().any(varies) {
                 true => normalised(domain, feature)?,

@@ -130,7 +130,10 @@ mod tests {
     #[test]
     fn choices_expand_once() {
         assert_eq!(Name::chosen(&[]), Name::DEFAULT);
-        assert_eq!(Name::chosen(&[Name::Heat1, Name::Pinn, Name::Heat1]), [Name::Heat1, Name::Pinn]);
+        assert_eq!(
+            Name::chosen(&[Name::Heat1, Name::Pinn, Name::Heat1]),
+            [Name::Heat1, Name::Pinn]
+        );
         assert_eq!(Name::AdvectionDiffusion.key(), "advection-diffusion");
     }
 }
