@@ -88,11 +88,7 @@ impl<const D: usize> Model<D> {
     ///
     /// # Errors
     /// If the parameters are not those of this model, or its covariance has no factor.
-    pub fn reduced(
-        self,
-        fit: &Fit<D>,
-        options: &ReducedOptions,
-    ) -> Result<Reduced<D>, GpError> {
+    pub fn reduced(self, fit: &Fit<D>, options: &ReducedOptions) -> Result<Reduced<D>, GpError> {
         let names = |model: &Self| -> Vec<String> {
             model.parameters.iter().map(|p| p.name.clone()).collect()
         };
@@ -120,10 +116,10 @@ impl<const D: usize> Model<D> {
         let (vectors, values) = (eigen.U(), eigen.S().column_vector());
         let right = vectors.transpose() * (factor.transpose() * column(&scaled));
         // L⁻¹ N^−½ of the chosen rows.
-        let mut whitened = Mat::from_fn(count, count, |i, j| {
-            if i == j { 1.0 / noise[pivots[j]] } else { 0.0 }
-        });
-        let lower = Mat::from_fn(count, count, |i, j| if j <= i { factor[(pivots[i], j)] } else { 0.0 });
+        let mut whitened =
+            Mat::from_fn(count, count, |i, j| if i == j { 1.0 / noise[pivots[j]] } else { 0.0 });
+        let lower =
+            Mat::from_fn(count, count, |i, j| if j <= i { factor[(pivots[i], j)] } else { 0.0 });
         solve_lower_triangular_in_place(lower.as_ref(), whitened.as_mut(), Par::Seq);
         let turned = vectors.transpose() * &whitened;
         let order = ascending(&pivots);
@@ -191,7 +187,9 @@ impl<const D: usize> State<'_, D> {
         while pivots.len() < options.most.min(size) {
             let largest = (0..size).max_by(|a, b| left[*a].total_cmp(&left[*b]));
             let Some(pivot) = largest.filter(|pivot| left[*pivot] > 0.0) else { break };
-            if left.iter().sum::<f64>() <= enough || left[pivot] < ROUNDING * diagonal[pivot] / noise[pivot].powi(2) {
+            if left.iter().sum::<f64>() <= enough
+                || left[pivot] < ROUNDING * diagonal[pivot] / noise[pivot].powi(2)
+            {
                 break;
             }
             let mut own = self.column(pivot);
@@ -239,9 +237,8 @@ fn divergence(
         let along = eigen.U().transpose() * (scaled.transpose() * column(&right));
         let square: f64 = right.iter().map(|r| r * r).sum();
         let values = eigen.S().column_vector();
-        let told: f64 = (0..along.nrows())
-            .map(|k| along[(k, 0)].powi(2) / (1.0 + values[k].max(0.0)))
-            .sum();
+        let told: f64 =
+            (0..along.nrows()).map(|k| along[(k, 0)].powi(2) / (1.0 + values[k].max(0.0))).sum();
         Ok(square - told)
     };
     let sum: f64 = traces.iter().sum();
@@ -254,9 +251,8 @@ fn column(values: &[f64]) -> Mat<f64> {
 }
 
 fn decomposed(matrix: &Mat<f64>) -> Result<SelfAdjointEigen<f64>, GpError> {
-    SelfAdjointEigen::new(matrix.as_ref(), Triangle::Lower).map_err(|_| {
-        GpError::NotPositiveDefinite { size: matrix.nrows(), jitter: FIRST_JITTER }
-    })
+    SelfAdjointEigen::new(matrix.as_ref(), Triangle::Lower)
+        .map_err(|_| GpError::NotPositiveDefinite { size: matrix.nrows(), jitter: FIRST_JITTER })
 }
 
 /// Positions of the pivots in ascending order of their rows.

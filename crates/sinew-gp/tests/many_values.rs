@@ -17,7 +17,11 @@ fn slab(count: usize) -> Result<(Problem<2>, Data<2>), GpError> {
     let problem = Problem::new(domain.clone(), dt - &diffusivity * dx * dx)?
         .condition("x", Side::Lower, Condition::Neumann(constant(0.0)))?
         .condition("x", Side::Upper, Condition::Dirichlet(constant(0.0)))?
-        .condition("t", Side::Lower, Condition::Dirichlet(field(|[x, _]| (x * (PI / 2.0)).cos())))?;
+        .condition(
+            "t",
+            Side::Lower,
+            Condition::Dirichlet(field(|[x, _]| (x * (PI / 2.0)).cos())),
+        )?;
     let places = domain.sample(count, 1)?;
     let y: Vec<f64> =
         places.iter().enumerate().map(|(k, x)| exact(*x) + 0.03 * (7.0 * k as f64).sin()).collect();
@@ -35,8 +39,8 @@ fn exact([x, t]: [f64; 2]) -> f64 {
 fn few_of_the_values_tell_what_all_do() -> Result<(), GpError> {
     let (problem, data) = slab(500)?;
     let prior = || Prior::constrained(&problem, &SquaredExponential::new());
-    let fit = Model::new(prior()?, data.thinned(100, 3), Evidence::Auto)?
-        .fit(&FitOptions::default())?;
+    let fit =
+        Model::new(prior()?, data.thinned(100, 3), Evidence::Auto)?.fit(&FitOptions::default())?;
     let all = std::sync::Arc::new(Model::new(prior()?, data.clone(), Evidence::Auto)?);
     let whole = Posterior::new(all, &fit.outcome().parameters)?;
     let places = problem.domain().sample(60, 9)?;

@@ -103,7 +103,7 @@ impl<const D: usize> Setting<D> {
         let mut random = ChaCha8Rng::seed_from_u64(task.seed_for(Purpose::Noise));
         let (of_u, of_f, noise) = match sampling.error {
             Error::Relative(share) => {
-                (share * self.standard_deviation(), 0.0, [Noise::Learned, Noise::Exact])
+                (share * self.deviation(), 0.0, [Noise::Learned, Noise::Exact])
             }
             Error::Known(sigma) => (sigma, sigma, [Noise::Known(sigma), Noise::Known(sigma)]),
         };

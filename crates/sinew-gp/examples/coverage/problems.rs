@@ -57,14 +57,17 @@ impl<const D: usize> Case<D> {
     }
 }
 
+/// u = 0.
 pub fn zero<const D: usize>() -> Condition<D> {
     Condition::Dirichlet(constant(0.0))
 }
 
+/// No flux.
 pub fn flat<const D: usize>() -> Condition<D> {
     Condition::Neumann(constant(0.0))
 }
 
+/// The unit square of x and t.
 pub fn plane() -> Result<Domain<2>, GpError> {
     Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.0, 1.0])])
 }
@@ -78,6 +81,7 @@ pub fn at_first(solution: &Field<2>) -> Field<2> {
     })
 }
 
+/// With 25 values and 25 points.
 pub fn two(
     name: &'static str,
     problem: Problem<2>,

@@ -2,8 +2,9 @@
 
 use sinew_num::Series;
 
-use super::edges::{Edges, along};
+use super::edges::Edges;
 use super::ends;
+use super::lift::along;
 use crate::domain::Domain;
 use crate::error::GpError;
 use crate::field::Field;

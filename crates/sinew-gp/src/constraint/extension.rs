@@ -9,7 +9,7 @@
 use faer::Mat;
 use sinew_num::Series;
 
-use super::edges::EdgeLift;
+use super::lift::EdgeLift;
 use super::wedges::{Held, Wedge};
 use crate::edge::Edge;
 use crate::field::{Field, field};

@@ -4,7 +4,7 @@ use faer::Mat;
 use sinew_num::Series;
 
 use super::corners::{conflict, differ, magnitude};
-use super::edges::{EdgeLift, along};
+use super::lift::{EdgeLift, along};
 use crate::domain::Domain;
 use crate::error::GpError;
 use crate::field::Field;

@@ -3,6 +3,7 @@
 mod corners;
 mod edges;
 mod extension;
+mod lift;
 mod meeting;
 #[cfg(test)]
 mod tests;
@@ -18,8 +19,8 @@ use crate::problem::Problem;
 use crate::structure::{AxisStructure, Bubble, Lift, Trace};
 
 use corners::check_corners;
-pub(crate) use edges::EdgeLift;
 use edges::{Edges, Plane, Span};
+pub(crate) use lift::EdgeLift;
 
 /// A summand φ(x) φ(x′) k(x, x′) of a constrained kernel.
 #[derive(Clone, Debug)]

@@ -9,9 +9,9 @@
 mod bound;
 mod expectation;
 mod sites;
+mod tangent;
 mod variational;
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
 use sinew_num::{MOST_VARIABLES, Series};
@@ -20,7 +20,6 @@ use crate::data::{Data, Group, Noise, Role, check, no_data};
 use crate::domain::Domain;
 use crate::error::{GpError, place};
 use crate::evidence::Evidence;
-use crate::field::{Field, field};
 use crate::fit::{Fit, FitOptions};
 use crate::kernel::Kernel;
 use crate::model::Model;
@@ -306,72 +305,6 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         let evidence = if measured { Evidence::UnitInformation } else { Evidence::Joint };
         Model::new(Prior::constrained(&problem, kernel)?, data, evidence)
     }
-
-    /// The operator linearised in arguments and parameters about `values` and `theta`, and at each point what is added to f:
-    /// g + g_v dv + g_θ dθ + g_vθ dv dθ, sorted by θ and u.
-    fn tangent(
-        &self,
-        points: &[[f64; D]],
-        values: &[[f64; M]],
-        theta: &[f64],
-    ) -> Result<(Operator<D>, Vec<f64>), GpError> {
-        let count = theta.len();
-        // For each argument its factor alone, then times each parameter; then each parameter alone.
-        let mut factors = vec![HashMap::new(); M * (count + 1) + count];
-        let mut shifts = Vec::with_capacity(points.len());
-        for (index, (point, v)) in points.iter().zip(values).enumerate() {
-            let degrees = vec![1; M + count];
-            let numbers: Vec<f64> = v.iter().chain(theta).copied().collect();
-            let variable = |k: usize| Series::variable(numbers[k], k, &degrees);
-            let known: Vec<Series> = (M..M + count).map(variable).collect();
-            let arguments: [Series; M] = std::array::from_fn(variable);
-            let g = arguments[0].constant(0.0) + (self.term)(arguments, &known);
-            let slope = |of: &[usize]| {
-                let mut orders = vec![0; M + count];
-                of.iter().for_each(|k| orders[*k] = 1);
-                g.derivative(&orders)
-            };
-            let mut shift = -g.value();
-            let mut insert = |position: usize, value: f64| {
-                factors[position].insert(point.map(f64::to_bits), value);
-            };
-            let mut alone: Vec<f64> = (0..count).map(|p| slope(&[M + p])).collect();
-            for (number, v) in v.iter().enumerate() {
-                let mut factor = slope(&[number]);
-                shift += factor * v;
-                for p in 0..count {
-                    let both = slope(&[number, M + p]);
-                    factor -= both * theta[p];
-                    alone[p] -= both * v;
-                    shift -= both * v * theta[p];
-                    insert(number * (count + 1) + p + 1, both);
-                }
-                insert(number * (count + 1), factor);
-            }
-            for (p, alone) in alone.into_iter().enumerate() {
-                shift += slope(&[M + p]) * theta[p];
-                insert(M * (count + 1) + p, alone);
-            }
-            // Slopes that are not finite leave no finite shift either.
-            if !shift.is_finite() {
-                return Err(singular_term(index, v));
-            }
-            shifts.push(shift);
-        }
-        let mut factors = factors.into_iter().map(tabulated);
-        let mut next = || factors.next().expect("as many as were made");
-        let mut equation = self.problem.equation().clone();
-        for argument in self.arguments {
-            equation = equation + next() * argument;
-            for parameter in &self.parameters {
-                equation = equation + parameter * (next() * argument);
-            }
-        }
-        for parameter in &self.parameters {
-            equation = equation + parameter * next();
-        }
-        Ok((equation, shifts))
-    }
 }
 
 fn plain(value: f64) -> Series {
@@ -414,12 +347,4 @@ fn relative_change<const M: usize>(old: &[[f64; M]], new: &[[f64; M]]) -> f64 {
     let size = new.iter().fold(f64::MIN_POSITIVE, |most, v| most.max(v[0].abs()));
     let change = |(old, new): (&[f64; M], &[f64; M])| (old[0] - new[0]).abs();
     old.iter().zip(new).map(change).fold(0.0, f64::max) / size
-}
-
-/// A function known at some points only, and not a number elsewhere.
-fn tabulated<const D: usize>(values: HashMap<[u64; D], f64>) -> Field<D> {
-    field(move |x: [Series; D]| {
-        let key = x.each_ref().map(|coordinate| coordinate.value().to_bits());
-        x[0].constant(values.get(&key).copied().unwrap_or(f64::NAN))
-    })
 }
