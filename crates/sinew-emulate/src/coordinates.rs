@@ -98,7 +98,7 @@ pub(crate) fn nearby(
 ///
 /// First order are the derivatives at the motions' origin, one linear system each; second order is what one Newton step adds to first
 /// order a deviation away in each parameter and each two of them, with the stiffness at the origin, which is factorised once. Where an
-/// order goes too far, as exponential laws do, less is taken: what has the least mean energy over `thetas`.
+/// order goes too far, as exponential laws do, less is taken.
 ///
 /// Returns these motions, and those of first order for the features.
 pub(crate) fn following(
@@ -106,8 +106,8 @@ pub(crate) fn following(
     motions: Motions,
     thetas: &[Vec<f64>],
 ) -> Result<(Motions, Motions)> {
-    /// Parts of first order that are tried.
-    const PARTS: [f64; 4] = [1.0, 0.7, 0.4, 0.0];
+    /// Distances in standardised parameters at which second order is taken, the next where the one before inverts a cell.
+    const DEVIATIONS: [f64; 3] = [1.0, 0.5, 0.25];
     let body = solver.body();
     let (centre, scaling) = (body.centre(), parameters::scaling(body)?);
     let mut changes = solver.sensitivity_at(motions.origin(), &centre)?;
@@ -115,36 +115,60 @@ pub(crate) fn following(
         change.iter_mut().for_each(|u| *u /= slope);
     }
     let first = motions.clone().following(&changes, body)?;
-    let mut tried: Vec<Motions> = PARTS.iter().map(|&part| first.clone().damped(part)).collect();
-    if let Some(products) = second_order(&first, solver)? {
-        changes.extend(products);
-        tried.insert(0, motions.following(&changes, body)?);
-    }
-    let guarded = body.clone().with_barriers(Barriers::default());
-    let energy = |motions: &Motions| -> Result<f64> {
-        let of = |theta: &Vec<f64>| -> Result<f64> {
-            Ok(guarded.value(&motions.followed(&scaling.standardise(theta)?, body)?, theta))
-        };
-        thetas.iter().map(of).sum()
-    };
-    let mut best = (f64::INFINITY, first.clone());
-    for motions in tried {
-        let found = energy(&motions)?;
-        if found < best.0 {
-            best = (found, motions);
+    for deviation in DEVIATIONS {
+        if let Some(products) = second_order(&first, solver, deviation)? {
+            changes.extend(products);
+            let both = motions.following(&changes, body)?;
+            return Ok((damped(both, body, thetas)?, first));
         }
     }
-    Ok((best.1, first))
+    Ok((damped(first.clone(), body, thetas)?, first))
 }
 
-/// Changes of the displacement with the products of two standardised parameters; `None` where first order inverts a cell.
-fn second_order(first: &Motions, solver: &mut Solver<'_>) -> Result<Option<Vec<Vec<f64>>>> {
+/// As much of first and of second order as has the least energy at `thetas`. Energies count by their logarithm beyond a small part of
+/// the work of the loads, so that no single set of parameters decides.
+fn damped(motions: Motions, body: &Body, thetas: &[Vec<f64>]) -> Result<Motions> {
+    /// Parts of both that are tried.
+    const PARTS: [[f64; 2]; 6] =
+        [[1.0, 1.0], [1.0, 0.6], [1.0, 0.3], [1.0, 0.0], [0.7, 0.0], [0.4, 0.0]];
+    /// That part of the work.
+    const PRECISE: f64 = 0.01;
+    let of_first_order = body.parameters.len();
+    let mut tried = PARTS.map(|parts| (0.0, motions.clone().damped(parts, of_first_order)));
+    let (guarded, scaling) =
+        (body.clone().with_barriers(Barriers::default()), parameters::scaling(body)?);
+    let scale = PRECISE * work(body, motions.origin());
+    for theta in thetas {
+        let at = scaling.standardise(theta)?;
+        let energy = |(_, motions): &(f64, Motions)| -> Result<f64> {
+            Ok(guarded.value(&motions.followed(&at, body)?, theta))
+        };
+        let energies: Vec<f64> = tried.iter().map(energy).collect::<Result<_>>()?;
+        let least = energies.iter().copied().fold(f64::INFINITY, f64::min);
+        // Where all are infinite, they say nothing.
+        for ((loss, _), energy) in tried.iter_mut().zip(energies).filter(|_| least.is_finite()) {
+            *loss += ((energy - least) / scale).ln_1p();
+        }
+    }
+    tried.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    let [(_, best), ..] = tried;
+    Ok(best)
+}
+
+/// Changes of the displacement with the products of two standardised parameters, from states so far from the origin; `None` where first
+/// order inverts a cell there.
+fn second_order(
+    first: &Motions,
+    solver: &mut Solver<'_>,
+    deviation: f64,
+) -> Result<Option<Vec<Vec<f64>>>> {
     let body = solver.body();
     let (count, scaling) = (body.parameters.len(), parameters::scaling(body)?);
+    let factor = 0.5 / deviation.powi(2);
     // Mean of what is missing at both ends of a direction: odd orders cancel.
     let mut missing = |axes: &[usize]| -> Result<Option<Vec<f64>>> {
         let mut sum = vec![0.0; 3 * body.nodes];
-        for sign in [1.0, -1.0] {
+        for sign in [deviation, -deviation] {
             let at: Vec<f64> =
                 (0..count).map(|p| if axes.contains(&p) { sign } else { 0.0 }).collect();
             let from = first.followed(&at, body)?;
@@ -154,7 +178,7 @@ fn second_order(first: &Motions, solver: &mut Solver<'_>) -> Result<Option<Vec<V
                     let moved = to.iter().zip(&from);
                     sum.iter_mut()
                         .zip(moved)
-                        .for_each(|(sum, (to, from))| *sum += 0.5 * (to - from));
+                        .for_each(|(sum, (to, from))| *sum += factor * (to - from));
                 }
                 Err(SolveError::Inadmissible { .. }) => return Ok(None),
                 Err(other) => return Err(other.into()),

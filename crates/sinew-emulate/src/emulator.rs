@@ -6,8 +6,9 @@ use crate::identity::{self, Identity};
 use crate::network::{CurvePoint, TrainedNetwork};
 use crate::parameters::{check_length, extrapolation};
 use crate::recipe::{Choice, Recipe};
+use crate::series::Regressed;
 use crate::store::{content, read_json, write_json};
-use crate::{Body, Error, PodRegression, Result, Warning};
+use crate::{Body, Error, Result, Warning};
 use serde::{Deserialize, Serialize};
 use sinew_fem::Solver;
 use sinew_gnn::Backend;
@@ -18,7 +19,13 @@ use std::sync::Mutex;
 #[derive(Debug)]
 pub(crate) enum Model {
     Network(Box<TrainedNetwork>),
-    Regression(PodRegression),
+    Regressed(Box<Regressed>),
+}
+
+impl From<Regressed> for Model {
+    fn from(regressed: Regressed) -> Self {
+        Self::Regressed(Box::new(regressed))
+    }
 }
 
 impl From<TrainedNetwork> for Model {
@@ -168,9 +175,9 @@ impl<'b> Emulator<'b> {
         thetas.iter().try_for_each(|theta| check_length(self.body, theta))?;
         let displacement = match &self.model {
             Model::Network(network) => by(network)?.displacement,
-            Model::Regression(regression) => {
-                let fields: Result<Vec<_>, _> =
-                    thetas.iter().map(|theta| regression.predict(theta)).collect();
+            Model::Regressed(regressed) => {
+                let fields: Result<Vec<_>> =
+                    thetas.iter().map(|theta| regressed.predict(self.body, theta)).collect();
                 fields?.concat()
             }
         };
@@ -188,8 +195,8 @@ impl<'b> Emulator<'b> {
                 network.surrogate.save(&folder.join("network"))?;
                 Kind::Network
             }
-            Model::Regression(regression) => {
-                regression.save(&folder.join("regression"))?;
+            Model::Regressed(regressed) => {
+                regressed.save(&folder.join("regression"))?;
                 Kind::Regression
             }
         };
@@ -219,10 +226,7 @@ impl<'b> Emulator<'b> {
                 let network = TrainedNetwork::load(&folder.join("network"), Backend::default())?;
                 network.into()
             }
-            Kind::Regression => Model::Regression(PodRegression::load(
-                &folder.join("regression"),
-                &body.parameters,
-            )?),
+            Kind::Regression => Regressed::load(&folder.join("regression"), body)?.into(),
         };
         Ok(Self::new(body, model, record))
     }

@@ -27,6 +27,13 @@ pub(crate) fn topology(body: &Body, to_one_root: bool, seed: u64) -> Result<Topo
     Ok(augment(&body.positions, &body.mesh.edges(), &config)?)
 }
 
+/// The graph of a body that is met, not trained on: up to the whole body, by one start of k-means, where ten take longer than all else.
+pub(crate) fn topology_of_met(body: &Body, seed: u64) -> Result<Topology> {
+    let config = AugmentationConfig::to_one_root(body.nodes, SHRINKAGE);
+    let config = AugmentationConfig { seed, runs: 1, ..config };
+    Ok(augment(&body.positions, &body.mesh.edges(), &config)?)
+}
+
 /// Features of a body on a graph of its connectivity.
 pub(crate) fn geometry_on(body: &Body, topology: Topology) -> Result<Geometry> {
     let nodes = body.nodes;

@@ -60,6 +60,7 @@ pub mod recipe;
 mod regression;
 mod sampling;
 mod sensitivity;
+mod series;
 mod session;
 mod simulate;
 pub mod store;
@@ -78,7 +79,7 @@ pub use evaluate::{CaseErrors, Errors, METRICS, Metric, TestSet, median_and_wors
 pub use evaluation::{Corrected, Evaluation, Times};
 pub use network::{CurvePoint, Network};
 pub use options::{Budget, TrainingOptions};
-pub use population::{Draw, Population, PopulationEmulator, StreamProgress};
+pub use population::{Draw, Population, PopulationEmulator, Start, StreamProgress};
 pub use progress::{Counter, Observer, Progress};
 pub use quantiles::Quantiles;
 pub use recipe::Recipe;

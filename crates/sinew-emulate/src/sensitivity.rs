@@ -22,13 +22,13 @@ impl Emulator<'_> {
     /// As [`Emulator::predict`].
     pub fn sensitivity(&self, theta: &[f64]) -> Result<Vec<Vec<f64>>> {
         check_length(self.body, theta)?;
-        let regression = match &self.model {
+        let regressed = match &self.model {
             Model::Network(network) => {
                 let found = network.fixed.sensitivity(&[theta.to_vec()])?.derivative;
                 let length = found.len() / theta.len();
                 return Ok(found.chunks(length).map(<[f64]>::to_vec).collect());
             }
-            Model::Regression(regression) => regression,
+            Model::Regressed(regressed) => regressed,
         };
         let derivative = |p: usize| -> Result<Vec<f64>> {
             let [low, high] = self.body.parameters[p].range;
@@ -36,7 +36,7 @@ impl Emulator<'_> {
             let at = |sign: f64| {
                 let mut moved = theta.to_vec();
                 moved[p] += sign * step;
-                regression.predict(&moved)
+                regressed.predict(self.body, &moved)
             };
             let (ahead, behind) = (at(1.0)?, at(-1.0)?);
             Ok(ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * step)).collect())

@@ -143,7 +143,7 @@ impl<'a, 'b> Session<'a, 'b> {
 /// Requires a finished run of the same recipe, with networks of the same sizes, for parameters of the same names.
 fn check_start(start: &Path, body: &Body, recipe: &Recipe) -> Result<()> {
     let refuse = |reason: String| Err(Error::Start { folder: start.into(), reason });
-    if matches!(recipe, Recipe::Regression(_) | Recipe::Auto(_)) {
+    if matches!(recipe, Recipe::Series | Recipe::Regression(_) | Recipe::Auto(_)) {
         return refuse(format!(
             "`{}` trains no network of its own; choose pi, hybrid or dd",
             recipe.key()

@@ -1,6 +1,6 @@
 //! One network for beams that it has never seen.
 
-use sinew_emulate::{Body, Error, Population, StreamProgress};
+use sinew_emulate::{Body, Error, Population, Start, StreamProgress};
 use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
 use sinew_fem::{Options, Solver};
 use sinew_gnn::Budget;
@@ -22,7 +22,7 @@ fn beam(index: u64, cells: [usize; 3]) -> Body {
 }
 
 fn small(newton_steps: usize, steps: usize) -> Population {
-    let mut recipe = Population { newton_steps, ..Population::default() };
+    let mut recipe = Population { start: Start::Near { newton_steps }, ..Population::default() };
     recipe.network.width = 32;
     recipe.network.latent = 16;
     recipe.network.message_passing_steps = 2;

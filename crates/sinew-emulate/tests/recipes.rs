@@ -7,6 +7,7 @@ use sinew_emulate::{
     Coordinates, Design, Emulator, Errors, Observer, Recipe, TestSet, TrainingOptions, Warning,
     simulate,
 };
+use sinew_fem::{Options, Solver};
 use support::{beam, small_network, steps};
 
 /// Errors over cases that the emulator has not seen, neither in training nor in calibration.
@@ -42,6 +43,50 @@ fn regression_on_few_simulations_is_nearly_exact() {
     let emulator = recipe.train(&body, &TrainingOptions::default(), &mut ()).unwrap();
     assert_eq!(emulator.record.simulations, 16);
     check(&emulator, 1e-4, 1e-4);
+}
+
+#[test]
+fn one_solution_followed_to_second_order_needs_no_training() {
+    let body = beam(1.0);
+    let emulator = Recipe::Series.train(&body, &TrainingOptions::default(), &mut ()).unwrap();
+    assert_eq!((emulator.record.simulations, emulator.record.steps), (1, 0));
+    check(&emulator, 5e-3, 0.02);
+    // At the centre of the ranges it is the solution, and its derivatives are those of the solution.
+    let (centre, mut solver) = (body.centre(), Solver::new(&body).unwrap());
+    let solution = solver.solve(&centre, &Options::default()).unwrap();
+    let at_centre = emulator.predict(std::slice::from_ref(&centre)).unwrap();
+    assert!(apart(at_centre.field(0), &solution.displacement) < 1e-9);
+    let truth = solver.sensitivity(&solution).unwrap();
+    for (found, truth) in emulator.sensitivity(&centre).unwrap().iter().zip(&truth) {
+        assert!(apart(found, truth) < 1e-4);
+    }
+    // It comes back from its files.
+    let folder = tempfile::tempdir().unwrap();
+    emulator.save(folder.path()).unwrap();
+    let theta = [vec![60.0, 90.0]];
+    let loaded = Emulator::load(folder.path(), &body).unwrap().predict(&theta).unwrap();
+    let stored = emulator.predict(&theta).unwrap();
+    assert!(apart(loaded.field(0), stored.field(0)) < 1e-12);
+}
+
+fn apart(found: &[f64], truth: &[f64]) -> f64 {
+    let squares = |values: &mut dyn Iterator<Item = f64>| values.map(|x| x * x).sum::<f64>();
+    let difference = squares(&mut found.iter().zip(truth).map(|(a, b)| a - b));
+    (difference / squares(&mut truth.iter().copied())).sqrt()
+}
+
+#[test]
+fn few_simulations_are_regressed_about_the_series() {
+    let body = beam(1.0);
+    let of = |recipe: Recipe| recipe.train(&body, &TrainingOptions::default(), &mut ()).unwrap();
+    let few = of(Regression { simulations: 4, most: 4, target: 0.0 }.into());
+    let detail = few.record.choice.as_ref().unwrap().candidates[0].detail.clone();
+    assert!(detail.ends_with("of what second order about one solution leaves"), "{detail}");
+    assert!(errors(&few).relative.q50 < errors(&of(Recipe::Series)).relative.q50);
+    // With so many that the series says nothing more, it is not asked.
+    let many = of(Regression { simulations: 16, most: 16, target: 0.0 }.into());
+    let detail = &many.record.choice.as_ref().unwrap().candidates[0].detail;
+    assert!(!detail.contains("second order"), "{detail}");
 }
 
 #[test]

@@ -18,6 +18,19 @@ pub enum SceneError {
     /// The mesh breaks its own rules.
     #[error(transparent)]
     Mesh(#[from] Defect),
+    /// A field of stiffness that is not one.
+    #[error(
+        "a field of stiffness has one finite, positive factor for each of {nodes} nodes; {found} were given, and that of node {node} \
+         is missing or none"
+    )]
+    Factors {
+        /// Nodes of the body.
+        nodes: usize,
+        /// Factors given.
+        found: usize,
+        /// First node without a fit one.
+        node: usize,
+    },
     /// A tetrahedron without positive volume.
     #[error(
         "cell {cell} has volume {volume:e}; turn inverted cells with sinew_mesh::repair_orientation \

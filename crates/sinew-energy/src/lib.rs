@@ -51,6 +51,7 @@ mod rim;
 mod scene;
 mod solid;
 mod spring;
+mod stiffened;
 mod stiffness;
 mod surface;
 

@@ -1,8 +1,8 @@
 //! Solids of three parts.
 
-use sinew_energy::laws::{FixedTension, HolzapfelOgden, NeoHookeanShape};
+use sinew_energy::laws::{FixedTension, HolzapfelOgden, NeoHookean, NeoHookeanShape};
 use sinew_energy::{
-    ActiveStress, Exact, Invariants, Law, Parameter, Scene, SceneError, Support, at_points,
+    ActiveStress, Body, Exact, Invariants, Law, Parameter, Scene, SceneError, Support, at_points,
 };
 use sinew_num::{Mat3, Scalar};
 
@@ -54,4 +54,50 @@ fn a_point_without_directions_is_outside_the_domain() {
     assert_eq!(material.stress(2, &theta, &Mat3::ZERO, None), (f64::INFINITY, Mat3::ZERO));
     assert_eq!(material.response(2, &theta, &Mat3::ZERO).energy, f64::INFINITY);
     assert!(material.directions(2).is_empty());
+}
+
+#[test]
+fn a_field_of_stiffness_counts_energy_cell_by_cell() {
+    let bar = Scene::new(sinew_mesh::box_tetrahedra([4.0, 1.0, 1.0], [4, 1, 1]), NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 1.0..=4.0))
+        .parameter(Parameter::log("lambda", "kPa", 1.0..=4.0))
+        .support(Support::clamped("x_min"))
+        .lower()
+        .unwrap();
+    let nodes = bar.nodes;
+    let u: Vec<f64> = (0..3 * nodes).map(|i| 0.02 * (i as f64).sin()).collect();
+    let (theta, doubled) = ([1.5, 2.5], [3.0, 5.0]);
+    // Neo-Hookean energy is linear in its parameters.
+    let gradient = |body: &Body, theta: &[f64]| {
+        let mut gradient = vec![0.0; 3 * nodes];
+        let energy = body.value_and_gradient(&u, theta, &mut gradient);
+        gradient.push(energy);
+        gradient
+    };
+    let twice = bar.clone().stiffened(&vec![2.0; nodes]).unwrap();
+    let close = |a: Vec<f64>, b: Vec<f64>| a.iter().zip(&b).all(|(a, b)| (a - b).abs() < 1e-12);
+    assert!(close(gradient(&twice, &theta), gradient(&bar, &doubled)));
+    let tangent = |body: &Body, theta: &[f64]| {
+        let mut forces = vec![0.0; 3 * nodes];
+        body.stiffness(&u, theta).unwrap().apply(&u, &mut forces);
+        forces
+    };
+    assert!(close(tangent(&twice, &theta), tangent(&bar, &doubled)));
+    // A scar at one end: only its cells count more, by the mean over their nodes.
+    let factors: Vec<f64> =
+        bar.positions.iter().map(|x| if x[0] > 3.5 { 9.0 } else { 1.0 }).collect();
+    let scarred = bar.clone().stiffened(&factors).unwrap();
+    for point in 0..bar.cell_count() {
+        let cell = bar.nodes_of_cell(point);
+        let mean = cell.iter().map(|&node| factors[node]).sum::<f64>() / cell.len() as f64;
+        let h = bar.displacement_gradient(point, &u);
+        let [plain, more] =
+            [&bar, &scarred].map(|body| body.material.energy(point, &theta, &h, None));
+        assert!((more - mean * plain).abs() <= 1e-15 * more.abs());
+    }
+    for (wrong, node) in [(vec![1.0; nodes - 1], nodes - 1), (vec![f64::NAN; nodes], 0)] {
+        let Err(error) = bar.clone().stiffened(&wrong) else { panic!("no field of stiffness") };
+        assert!(error.to_string().contains(&format!("that of node {node} ")), "{error}");
+    }
+    assert!(bar.stiffened(&[vec![1.0; nodes - 1], vec![0.0]].concat()).is_err());
 }

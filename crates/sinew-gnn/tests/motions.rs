@@ -386,7 +386,7 @@ fn outputs_follow_the_parameters_to_first_order() {
         let found: Vec<f64> = found.iter().map(|u| u / small).collect();
         assert!(relative_difference(change, &found) < 1e-3, "{p}");
         // Half of the way, and of no energy's size.
-        let damped = following.clone().damped(0.5).of_energy(1.0).unwrap();
+        let damped = following.clone().damped([0.5, 0.5], 1).of_energy(1.0).unwrap();
         let half: Vec<f64> = damped.followed(&parameters, &beam.body).unwrap();
         let half: Vec<f64> = half.iter().map(|u| 2.0 * u / small).collect();
         assert!(relative_difference(change, &half) < 1e-3, "{p}");

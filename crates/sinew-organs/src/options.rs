@@ -26,7 +26,7 @@ pub struct Options {
     #[arg(long)]
     pub quick: bool,
     /// Recipes to train
-    #[arg(long, value_delimiter = ',', value_enum, default_value = "pi,regression")]
+    #[arg(long, value_delimiter = ',', value_enum, default_value = "pi,series,regression")]
     pub recipe: Vec<RecipeName>,
     /// Folder of left_ventricle.vtk and liver.vtk, where there are such
     #[arg(long, default_value = "../shared/meshes")]
@@ -78,8 +78,7 @@ impl Options {
 
     /// Training time by default of everything that is run \[min\].
     fn minutes(&self) -> f64 {
-        let networks =
-            self.recipe.iter().filter(|&&recipe| recipe != RecipeName::Regression).count();
+        let networks = self.recipe.iter().filter(|recipe| recipe.is_network()).count();
         let organs = ORGANS.iter().filter(|organ| self.wants(organ.key));
         let organs: f64 = organs.map(|organ| organ.minutes * networks as f64).sum();
         let cubes = if self.wants(crate::cubes::KEY) { crate::cubes::minutes() } else { 0.0 };

@@ -188,7 +188,7 @@ fn compare(options: &Options, organ: &Organ, body: &Body, folder: &Path) -> Resu
     for &name in &options.recipe {
         let recipe = recipe(options, organ, name);
         let budget = match (options.quick, name) {
-            (_, RecipeName::Regression) => Budget::default(),
+            _ if !name.is_network() => Budget::default(),
             (true, _) => Budget::Steps(QUICK[2]),
             (false, _) => Budget::Seconds(options.seconds(organ.minutes)),
         };

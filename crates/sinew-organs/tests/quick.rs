@@ -47,17 +47,17 @@ fn a_quick_run_reports_every_scene_and_is_resumed() {
         });
         figures.next()
     };
-    // Two emulators, two halves of the wall.
-    assert_eq!(figure("ventricle").unwrap().panels.len(), 4);
+    // Three emulators, two halves of the wall.
+    assert_eq!(figure("ventricle").unwrap().panels.len(), 6);
     assert!(figure("twisting-cube").is_none());
     let cube = report.section("twisting-cube").unwrap().tables().next().unwrap();
     assert_eq!(
         cube.rows.len(),
-        7,
-        "pi and regression, raw and after two corrections, and the solver"
+        10,
+        "pi, series and regression, raw and after two corrections, and the solver"
     );
     // Raw medians are held against what is printed, corrected ones are not.
-    assert_eq!(cube.verdicts().count(), 4);
+    assert_eq!(cube.verdicts().count(), 6);
     // Corrections come nearer to the solver whatever they begin from.
     let error = |row: usize| cube.rows[row].errors[0].value.median().unwrap();
     assert!(

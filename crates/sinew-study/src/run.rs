@@ -181,6 +181,7 @@ fn description(recipe: &Recipe, choice: Option<&sinew_emulate::recipe::Choice>) 
              solves set its scale and what it follows by itself"
                 .to_string()
         }
+        Recipe::Series => "one solution, followed to second order in the parameters".to_string(),
         Recipe::Regression(_) | Recipe::Auto(_) => {
             let taken = choice.and_then(|choice| choice.candidates.get(choice.taken));
             taken.map_or_else(String::new, |taken| {

@@ -86,7 +86,7 @@ impl Auto {
     ) -> Result<Model> {
         let target = self.regression.target;
         let (regression, error) = self.regression.fit(session, record)?;
-        let mut best = (Model::Regression(regression), error);
+        let mut best = (Model::from(regression), error);
         let mut choice = record.choice.take().unwrap_or_default();
         for rival in self.rivals.iter().filter(|_| error > target) {
             let mut own = Record::new(rival.clone());

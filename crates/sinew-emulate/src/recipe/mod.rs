@@ -16,11 +16,13 @@ pub use sinew_gnn::{OptimiserConfig, Schedule, TrainingConfig};
 use crate::emulator::Model;
 use crate::evaluate::TestSet;
 use crate::options::cost;
+use crate::series::{Regressed, Series};
 use crate::session::Session;
 use crate::{
     Body, Calibration, Coordinates, Emulator, Network, Observer, Record, Result, TrainingOptions,
 };
 use serde::{Deserialize, Serialize};
+use std::time::Instant;
 
 /// How an emulator is made. [`Recipe::auto`] decides by numbers; every recipe's own settings have defaults that are
 /// measured in docs/design.md.
@@ -33,6 +35,8 @@ pub enum Recipe {
     PhysicsInformed(PhysicsInformed),
     /// A network on simulated displacements whose errors are weighed by the body's stiffness.
     Hybrid(Hybrid),
+    /// One solution, at the centre of the parameters' ranges, followed to second order: nothing is trained.
+    Series,
     /// Decomposition of few simulations and a Gaussian process: the best of a fixed geometry with few parameters.
     Regression(Regression),
     /// The one that cross-validation prefers.
@@ -51,6 +55,7 @@ impl Recipe {
             Self::DataDriven(_) => "dd",
             Self::PhysicsInformed(_) => "pi",
             Self::Hybrid(_) => "hybrid",
+            Self::Series => "series",
             Self::Regression(_) => "regression",
             Self::Auto(_) => "auto",
         }
@@ -62,7 +67,7 @@ impl Recipe {
             Self::DataDriven(recipe) => Some(recipe.network),
             Self::PhysicsInformed(recipe) => Some(recipe.network),
             Self::Hybrid(recipe) => Some(recipe.network),
-            Self::Regression(_) | Self::Auto(_) => None,
+            Self::Series | Self::Regression(_) | Self::Auto(_) => None,
         }
     }
 
@@ -120,7 +125,7 @@ impl Recipe {
             Self::DataDriven(recipe) => of(&recipe.coordinates, &recipe.training),
             Self::PhysicsInformed(recipe) => of(&recipe.coordinates, &recipe.training),
             Self::Hybrid(recipe) => of(&recipe.coordinates, &recipe.training),
-            Self::Regression(_) => 0.0,
+            Self::Series | Self::Regression(_) => 0.0,
             Self::Auto(recipe) => recipe.rivals.iter().map(Self::cost).sum(),
         }
     }
@@ -135,6 +140,13 @@ impl Recipe {
             Self::DataDriven(recipe) => recipe.model(session, held_out, record),
             Self::PhysicsInformed(recipe) => recipe.model(session, held_out, record),
             Self::Hybrid(recipe) => recipe.model(session, held_out, record),
+            Self::Series => {
+                let start = Instant::now();
+                let series = Some(Series::of(session.body, session.options.seed)?);
+                record.prepare_s = start.elapsed().as_secs_f64();
+                session.simulations = 1;
+                Ok(Regressed { series, regression: None }.into())
+            }
             Self::Regression(recipe) => recipe.model(session, record),
             Self::Auto(recipe) => recipe.model(session, held_out, record),
         }

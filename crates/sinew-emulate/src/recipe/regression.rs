@@ -1,14 +1,16 @@
-//! Decomposition of few simulations, and a Gaussian process.
+//! Decomposition of few simulations, or of what second order leaves of them, and a Gaussian process.
 
 use crate::emulator::Model;
 use crate::recipe::Candidate;
+use crate::series::{Regressed, Series};
 use crate::session::{Session, Stream};
 use crate::simulate::{Simulations, read_simulations};
-use crate::{Budget, Design, PodRegression, Record, Result, Warning};
+use crate::{Budget, Design, Record, Result, Warning};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-/// Proper orthogonal decomposition of few simulations and interpolation of its coefficients, see [`PodRegression`].
+/// Proper orthogonal decomposition of few simulations and interpolation of its coefficients, see [`crate::PodRegression`]; or of
+/// what [`Recipe::Series`](crate::Recipe::Series) leaves of them, where that halves the error by leaving one out.
 /// The number of simulations doubles until the leave-one-out error meets the target.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -38,7 +40,7 @@ impl Regression {
         if self.target > 0.0 && error > self.target {
             session.warn(Warning::TargetMissed { error, target: self.target });
         }
-        Ok(Model::Regression(regression))
+        Ok(regression.into())
     }
 
     /// The regression and its leave-one-out error; every number of simulations that was tried is in the record.
@@ -46,7 +48,7 @@ impl Regression {
         &self,
         session: &mut Session<'_, '_>,
         record: &mut Record,
-    ) -> Result<(PodRegression, f64)> {
+    ) -> Result<(Regressed, f64)> {
         if let Some(folder) = &session.options.simulations {
             return self.fit_stored(session, folder, record);
         }
@@ -55,6 +57,7 @@ impl Regression {
         let thetas = session.thetas(Design::Sobol, most, Stream::Regression)?;
         let most = thetas.len();
         let mut count = self.simulations.clamp(2, most.max(2)).min(most);
+        let series = series(session, record);
         let choice = record.choice.get_or_insert_default();
         choice.target = self.target;
         let mut found = Simulations::default();
@@ -62,18 +65,18 @@ impl Regression {
             let tried = found.thetas.len() + found.failures.len();
             found.extend(session.simulate(&format!("regression {count}"), &thetas[tried..count])?);
             let start = Instant::now();
-            let fit = PodRegression::fit(&session.body.parameters, &found.thetas, &found.fields)?;
+            let (fit, error) =
+                Regressed::fit(session.body, series.as_ref(), &found.thetas, &found.fields)?;
             let seconds = start.elapsed().as_secs_f64();
             record.train_s += seconds;
             session.simulations = found.fields.len();
-            let error = fit.leave_one_out();
             choice.taken = choice.candidates.len();
             choice.candidates.push(Candidate {
                 recipe: "regression".into(),
                 simulations: found.fields.len(),
                 error,
                 seconds: found.seconds + seconds,
-                detail: format!("{} modes, {}", fit.modes(), fit.interpolation()),
+                detail: fit.detail(),
             });
             let outcome = format!("{count} simulations: error {error:.1e} by leaving one out");
             session.observer.finished("regression", &outcome, seconds);
@@ -94,15 +97,16 @@ impl Regression {
         session: &mut Session<'_, '_>,
         folder: &std::path::Path,
         record: &mut Record,
-    ) -> Result<(PodRegression, f64)> {
+    ) -> Result<(Regressed, f64)> {
         let mut found = read_simulations(session.body, folder)?;
         found.keep(self.most);
         session.simulate_s += found.seconds;
         session.simulations = found.fields.len();
+        let series = series(session, record);
         let start = Instant::now();
-        let fit = PodRegression::fit(&session.body.parameters, &found.thetas, &found.fields)?;
+        let (fit, error) =
+            Regressed::fit(session.body, series.as_ref(), &found.thetas, &found.fields)?;
         record.train_s += start.elapsed().as_secs_f64();
-        let error = fit.leave_one_out();
         let choice = record.choice.get_or_insert_default();
         (choice.target, choice.taken) = (self.target, choice.candidates.len());
         choice.candidates.push(Candidate {
@@ -110,8 +114,16 @@ impl Regression {
             simulations: found.fields.len(),
             error,
             seconds: found.seconds + record.train_s,
-            detail: format!("{} modes, {}", fit.modes(), fit.interpolation()),
+            detail: fit.detail(),
         });
         Ok((fit, error))
     }
+}
+
+/// The series of second order; none for a body that has no solution at the centre of its parameters' ranges.
+fn series(session: &Session<'_, '_>, record: &mut Record) -> Option<Series> {
+    let start = Instant::now();
+    let series = Series::of(session.body, session.options.seed).ok();
+    record.prepare_s += start.elapsed().as_secs_f64();
+    series
 }

@@ -117,9 +117,12 @@ impl Motions {
         Ok(self)
     }
 
-    /// The same with outputs that follow the parameters only this part of the way.
-    pub fn damped(mut self, part: f64) -> Self {
-        let slopes = self.slopes.iter().map(|slope| slope.iter().map(|y| part * y).collect());
+    /// The same with outputs that follow the first `count` changes, and the others, only these parts of the way.
+    pub fn damped(mut self, [first, others]: [f64; 2], count: usize) -> Self {
+        let slopes = self.slopes.iter().enumerate().map(|(k, slope)| {
+            let part = if k < count { first } else { others };
+            slope.iter().map(|y| part * y).collect()
+        });
         self.slopes = slopes.collect();
         self
     }

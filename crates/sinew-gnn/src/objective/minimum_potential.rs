@@ -8,7 +8,7 @@ use sinew_energy::Body;
 
 use super::{Batch, Objective};
 use crate::data::{DataSet, Sample};
-use crate::error::{Error, Result, require_count, require_positive};
+use crate::error::{Error, Result, require_count, require_finite, require_positive};
 
 /// A total potential energy Π(u; θ) of any dimension and material.
 pub trait Potential: Send + Sync {
@@ -38,6 +38,8 @@ pub struct MinimumPotential {
     potentials: Vec<Arc<dyn Potential>>,
     energy: f64,
     limit: Option<f64>,
+    /// Reference energy and unit of each sample of a batch.
+    references: Option<Arc<[[f64; 2]]>>,
 }
 
 impl MinimumPotential {
@@ -48,7 +50,7 @@ impl MinimumPotential {
     /// An energy that is not positive.
     pub fn new(potentials: Vec<Arc<dyn Potential>>, energy: f64) -> Result<Self> {
         require_positive("the characteristic energy", energy)?;
-        Ok(Self { potentials, energy, limit: None })
+        Ok(Self { potentials, energy, limit: None, references: None })
     }
 
     /// With the logarithm in place of what an energy exceeds `limit` times the characteristic one by, so that no single
@@ -59,6 +61,20 @@ impl MinimumPotential {
     pub fn forgiving(self, limit: f64) -> Result<Self> {
         require_positive("the limit of an energy", limit)?;
         Ok(Self { limit: Some(limit), ..self })
+    }
+
+    /// With the energy of each sample relative to a reference of its own, and in a unit of its own, in place of the characteristic energy:
+    /// `[reference, unit]`, in the order of the samples of a batch, as in a [`crate::Lesson`], whose samples all are in it. With what
+    /// can still be gained at each sample for its unit, samples near to equilibrium count as much as those far from it.
+    ///
+    /// # Errors
+    /// A reference that is not finite, a unit that is not positive.
+    pub fn relative_to(self, references: Vec<[f64; 2]>) -> Result<Self> {
+        for [reference, unit] in &references {
+            require_finite("the reference of an energy", &[*reference])?;
+            require_positive("the unit of an energy", *unit)?;
+        }
+        Ok(Self { references: Some(references.into()), ..self })
     }
 
     /// Strain energy of a small multiple of `displacement`, scaled back as if the body were
@@ -117,7 +133,18 @@ impl Objective for MinimumPotential {
         let thetas = batch.samples.iter().map(|sample| sample.theta.clone()).collect();
         let at_parameters: Arc<dyn BatchPotential> =
             Arc::new(AtParameters { potential: potential.clone(), thetas });
-        let energies = sinew_burn::fused_potential(displacement, &at_parameters) / self.energy;
+        let energies = sinew_burn::fused_potential(displacement, &at_parameters);
+        let energies = match &self.references {
+            None => energies / self.energy,
+            Some(references) => {
+                require_count("samples of a batch", batch.samples.len(), references.len())?;
+                let column = |k: usize| {
+                    let values: Vec<f32> = references.iter().map(|pair| pair[k] as f32).collect();
+                    Tensor::<1>::from_data(values.as_slice(), &energies.device())
+                };
+                (energies.clone() - column(0)) / column(1)
+            }
+        };
         let Some(limit) = self.limit else { return Ok(energies.mean()) };
         let beyond = (energies.clone().clamp_min(limit) / limit).log() * limit;
         Ok((energies.clamp_max(limit) + beyond).mean())

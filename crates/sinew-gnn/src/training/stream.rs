@@ -32,7 +32,12 @@ pub struct StreamTrainer {
     optimiser: Box<dyn Optimiser>,
     config: TrainingConfig,
     steps: usize,
+    /// Steps in a row that taught nothing, because no number of theirs was finite.
+    lost: usize,
 }
+
+/// So many lost steps in a row are a training that diverged.
+const MOST_LOST: usize = 10;
 
 impl StreamTrainer {
     /// For a surrogate of the feature counts and scales of the stream.
@@ -43,28 +48,31 @@ impl StreamTrainer {
         config.check()?;
         let emulator = surrogate.emulator.clone().train();
         let optimiser = config.optimiser.build();
-        Ok(Self { surrogate, emulator, optimiser, config, steps: 0 })
+        Ok(Self { surrogate, emulator, optimiser, config, steps: 0, lost: 0 })
     }
 
     /// One update of the weights by the mean loss of some lessons, which is returned. `share` is the part of the budget
     /// that is spent, for the schedule of the learning rate.
     ///
+    /// Of a stream that never ends a body may be one whose energy overflows: lessons whose loss is not finite are left out, and the
+    /// weights stay as they were where the gradient is not.
+    ///
     /// # Errors
-    /// A lesson whose parts do not fit each other, [`Error::Diverged`] if loss or gradient is not finite (the weights
-    /// stay as they were).
+    /// A lesson whose parts do not fit each other, [`Error::Diverged`] after ten steps in a row that taught nothing.
     pub fn step(&mut self, lessons: &[Lesson], share: f64) -> Result<f64> {
         sinew_burn::on_ready_threads(|| self.step_in_pool(lessons, share))
     }
 
     fn step_in_pool(&mut self, lessons: &[Lesson], share: f64) -> Result<f64> {
-        let losses = lessons.iter().map(|lesson| self.loss(lesson)).collect::<Result<Vec<_>>>()?;
-        let sum = losses.into_iter().reduce(|sum, loss| sum + loss);
-        let loss = sum.ok_or(Error::NothingToTrain("a step of a stream needs a lesson"))?;
-        let loss = loss / lessons.len() as f64;
-        let value: f64 = loss.clone().into_scalar::<f32>().into();
-        let gradients = GradientsParams::from_grads(loss.backward(), &self.emulator);
-        let (gradients, gradient_norm) =
-            clip_global_norm(&self.emulator, gradients, self.config.gradient_norm_limit);
+        let mut losses = Vec::with_capacity(lessons.len());
+        for lesson in lessons {
+            let loss = self.loss(lesson)?;
+            let value: f64 = loss.clone().into_scalar::<f32>().into();
+            losses.push((loss, value));
+        }
+        let given = losses.len();
+        losses.retain(|(_, value)| value.is_finite());
+        let (kept, value) = (losses.len(), losses.iter().map(|(_, value)| value).sum::<f64>());
         self.steps += 1;
         // Steps per budget are known only where the budget counts them.
         let total = match self.config.budget {
@@ -73,12 +81,27 @@ impl StreamTrainer {
         };
         let factor = self.config.schedule.factor(self.steps - 1, total);
         let learning_rate = self.config.learning_rate * factor;
-        if !value.is_finite() || !gradient_norm.is_finite() {
-            let (step, loss) = (self.steps, value);
-            return Err(Error::Diverged { step, loss, gradient_norm, learning_rate });
+        let mut gradient_norm = f64::NAN;
+        if let Some(sum) = losses.into_iter().map(|(loss, _)| loss).reduce(|sum, loss| sum + loss) {
+            let loss = sum / kept as f64;
+            let gradients = GradientsParams::from_grads(loss.backward(), &self.emulator);
+            let (gradients, norm) =
+                clip_global_norm(&self.emulator, gradients, self.config.gradient_norm_limit);
+            if norm.is_finite() {
+                self.lost = 0;
+                self.emulator =
+                    self.optimiser.step(learning_rate, self.emulator.clone(), gradients);
+                return Ok(value / kept as f64);
+            }
+            gradient_norm = norm;
+        } else if given == 0 {
+            return Err(Error::NothingToTrain("a step of a stream needs a lesson"));
         }
-        self.emulator = self.optimiser.step(learning_rate, self.emulator.clone(), gradients);
-        Ok(value)
+        self.lost += 1;
+        if self.lost < MOST_LOST {
+            return Ok(f64::NAN);
+        }
+        Err(Error::Diverged { step: self.steps, loss: f64::NAN, gradient_norm, learning_rate })
     }
 
     fn loss(&self, lesson: &Lesson) -> Result<Tensor<1>> {
@@ -101,7 +124,7 @@ impl StreamTrainer {
         objective.loss(&Batch { geometry: 0, samples: &samples }, displacement)
     }
 
-    /// Steps made.
+    /// Steps made, lost ones included.
     pub fn steps(&self) -> usize {
         self.steps
     }

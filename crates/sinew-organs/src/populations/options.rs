@@ -1,9 +1,9 @@
 //! Command line.
 
-use super::stage::KEYS;
+use super::{rectangles, stage};
 use clap::Parser;
 use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Train one emulator for a population of shapes by energy alone, and measure it on shapes that it has never seen, against
@@ -12,7 +12,7 @@ use std::time::Duration;
 #[command(name = "cargo xtask reproduce-populations", version, max_term_width = 110)]
 pub struct Options {
     /// Populations, separated by commas [default: all]
-    #[arg(long, value_delimiter = ',', value_parser = KEYS)]
+    #[arg(long, value_delimiter = ',', value_parser = keys())]
     pub only: Vec<String>,
     /// Wall time of the training of each population, such as 6m, in place of the default number of steps
     #[arg(long, value_parser = humantime::parse_duration, conflicts_with = "quick")]
@@ -33,4 +33,26 @@ pub struct Options {
     #[arg(long)]
     #[serde(skip)]
     pub resume: bool,
+}
+
+/// Names of all parts of the study, in their order.
+pub fn keys() -> Vec<&'static str> {
+    std::iter::once(rectangles::KEY).chain(stage::KEYS).collect()
+}
+
+impl Options {
+    /// Requires that what was kept is of a run with these options.
+    ///
+    /// # Errors
+    /// Another run.
+    pub fn require_same(&self, kept: &Self, file: &Path) -> anyhow::Result<()> {
+        let comparable =
+            |options: &Self| Self { only: Vec::new(), resume: false, ..options.clone() };
+        anyhow::ensure!(
+            comparable(kept) == comparable(self),
+            "{} is of a run with other options; repeat them, or start anew without --resume",
+            file.display()
+        );
+        Ok(())
+    }
 }

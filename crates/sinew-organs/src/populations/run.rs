@@ -1,11 +1,12 @@
 //! From populations to the report.
 
 use super::measure::{CORRECTIONS, Group, Outcome, cpu_seconds};
-use super::options::Options;
+use super::options::{Options, keys};
+use super::rectangles;
 use super::rivals::Rivals;
-use super::stage::{Individual, KEYS, Stage};
-use anyhow::{Context, Result, ensure};
-use sinew_emulate::{Population, PopulationEmulator, store};
+use super::stage::{Individual, Stage};
+use anyhow::{Context, Result};
+use sinew_emulate::{Population, PopulationEmulator, Start, store};
 use sinew_report::{Block, Chart, Column, Distribution, Provenance, Report, Row, Section};
 use sinew_report::{Series, Style, Table};
 use std::ops::ControlFlow;
@@ -54,9 +55,12 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
     };
     let mut report = Report::new("Populations of shapes", about, provenance.clone());
     let mut page = options.out.join("report.html");
-    for key in KEYS.iter().filter(|key| options.wants(key)) {
-        let study = study(options, key).with_context(|| format!("population {key}"))?;
-        report.sections.push(section(key, &study)?);
+    for key in keys().into_iter().filter(|key| options.wants(key)) {
+        let section = match key {
+            rectangles::KEY => rectangles::section(options),
+            _ => study(options, key).and_then(|study| section(key, &study)),
+        };
+        report.sections.push(section.with_context(|| format!("population {key}"))?);
         report.provenance = provenance.clone().finished(clock.elapsed().as_secs_f64());
         page = report.write(&options.out)?;
     }
@@ -76,6 +80,7 @@ impl Options {
         match (self.quick, key) {
             (true, _) => Size { tests: 3, simulations: &[8], steps: 6 },
             (_, "beams") => Size { tests: 200, simulations: &[100, 400], steps: 2000 },
+            (_, "infarcts") => Size { tests: 60, simulations: &[300], steps: 1000 },
             _ => Size { tests: 60, simulations: &[100, 300], steps: 1500 },
         }
     }
@@ -84,13 +89,7 @@ impl Options {
 fn study(options: &Options, key: &str) -> Result<Study> {
     let file = options.out.join(key).join("study.json");
     if let Some(done) = store::read_json::<Study>(&file)?.filter(|_| options.resume) {
-        let comparable =
-            |options: &Options| Options { only: Vec::new(), resume: false, ..options.clone() };
-        ensure!(
-            comparable(&done.options) == comparable(options),
-            "{} is of a run with other options; repeat them, or start anew without --resume",
-            file.display()
-        );
+        options.require_same(&done.options, &file)?;
         return Ok(done);
     }
     let (stage, size) = (Stage::new(key, options.quick)?, options.size(key));
@@ -136,6 +135,9 @@ fn groups(options: &Options, stage: &Stage, tests: u64) -> Result<Vec<Group>> {
         for (name, finer) in [("coarser meshes", false), ("finer meshes", true)] {
             groups.push(Group::new(name, draw(&stage.clone().with_finer_cells(finer), fewer))?);
         }
+        if stage.has_scars() {
+            groups.push(Group::new("two infarcts", draw(&stage.clone().with_scars(2), fewer))?);
+        }
         let beyond = stage.clone().with_spread(1.5);
         groups.push(Group::new("1.5 times the spread", draw(&beyond, fewer))?);
     }
@@ -175,13 +177,13 @@ fn network(
     steps: usize,
     study: &mut Study,
 ) -> Result<()> {
-    let mut recipe = Population::default();
+    let mut recipe = Population { start: stage.start, ..Population::default() };
     recipe.training.budget = match options.budget {
         Some(time) => sinew_gnn::Budget::Seconds(time.as_secs_f64()),
         None => sinew_gnn::Budget::Steps(steps),
     };
     let start = cpu_seconds();
-    let mut apart = 0.0;
+    let (mut apart, mut left_out) = (0.0, 0);
     let draw = |index: u64| stage.body_of_stream(options.stream(0), index);
     let emulator = recipe.train(&draw, options.seed, &mut |progress, emulator| {
         let now = cpu_seconds();
@@ -195,21 +197,31 @@ fn network(
             100.0 * error
         );
         apart += cpu_seconds() - now;
+        left_out = progress.left_out;
         Ok(ControlFlow::Continue(()))
     })?;
+    let fact = format!("{left_out} of the stream left out, for they could not be prepared");
+    study.facts.push(("training".into(), fact));
     let spent = cpu_seconds() - start - apart;
     for group in groups {
         let followed = |individual: &Individual| {
             let theta = std::slice::from_ref(&individual.theta);
             Ok(emulator.followed(&individual.body, theta)?.remove(0))
         };
-        let about = "a few linear systems, outputs to second order in the parameters";
+        let about = match stage.start {
+            Start::Near { .. } => "a few linear systems, outputs to second order in the parameters",
+            Start::Equilibrium => "one solve, followed to second order in the parameters",
+        };
         study.outcomes.push(group.measure(["no network", about], 0.0, followed)?);
     }
     let bodies = recipe.bodies * steps;
+    let solves = match stage.start {
+        Start::Near { .. } => "one solve in all",
+        Start::Equilibrium => "one solve of each body",
+    };
     let about = match options.budget {
-        Some(_) => "by energy, one solve".to_string(),
-        None => format!("by energy on {bodies} shapes, one solve"),
+        Some(_) => format!("by energy, {solves}"),
+        None => format!("by energy on {bodies} shapes, {solves}"),
     };
     for group in groups {
         let outcome = group.measure(["network", &about], spent, |individual| {
@@ -217,6 +229,9 @@ fn network(
             Ok(met.predict(std::slice::from_ref(&individual.theta))?.displacement)
         })?;
         study.outcomes.push(outcome);
+        if stage.start == Start::Equilibrium {
+            continue;
+        }
         let about = format!(
             "the network's state for the centre of the parameters, {CARRIED_STEPS} Newton steps there, outputs to second order"
         );

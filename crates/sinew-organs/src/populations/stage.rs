@@ -5,7 +5,7 @@ use anyhow::{Context, Result};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew::{Body, Case};
-use sinew_emulate::{Design, Error};
+use sinew_emulate::{Design, Error, Start};
 use sinew_mesh::{AnyMesh, BeamShape, ShapeError, VentricleShape};
 use std::path::Path;
 
@@ -20,8 +20,14 @@ pub struct Stage {
     case: Case,
     kind: Kind,
     cells: [usize; 3],
+    /// Meshes of the bodies trained on, one after the other.
+    training_cells: Vec<[usize; 3]>,
+    /// What is known of a body before the network.
+    pub start: Start,
     /// Deviation of the shape numbers, in those of the population.
     spread: f64,
+    /// Infarcts of every body.
+    scars: usize,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,7 +48,7 @@ pub struct Individual {
 }
 
 /// Names of the stages.
-pub const KEYS: [&str; 2] = ["beams", "ventricles"];
+pub const KEYS: [&str; 3] = ["beams", "ventricles", "infarcts"];
 
 impl Stage {
     /// The stage of a name, on small meshes for a quick check.
@@ -58,7 +64,10 @@ impl Stage {
                 case: read("OnceClampedBeam")?,
                 kind: Kind::Beams,
                 cells: if quick { [6, 2, 2] } else { [10, 3, 3] },
+                training_cells: vec![if quick { [6, 2, 2] } else { [10, 3, 3] }],
+                start: Start::Near { newton_steps: 0 },
                 spread: 1.0,
+                scars: 0,
             },
             "ventricles" => Self {
                 key: KEYS[1],
@@ -66,7 +75,20 @@ impl Stage {
                 case: read("IdealVentricle")?,
                 kind: Kind::Ventricles,
                 cells: if quick { [1, 16, 6] } else { [2, 32, 16] },
+                // A network does not know meshes: most of what it learns it learns on coarse ones.
+                training_cells: match quick {
+                    true => vec![[1, 16, 6]],
+                    false => vec![[2, 16, 8], [2, 16, 8], [2, 16, 8], [2, 24, 12]],
+                },
+                start: Start::Equilibrium,
                 spread: 1.0,
+                scars: 0,
+            },
+            "infarcts" => Self {
+                key: KEYS[2],
+                about: "The same left ventricles, each with an infarct anywhere: a round scar five to twenty times as stiff, which no mesh knows",
+                scars: 1,
+                ..Self::new("ventricles", quick)?
             },
             _ => anyhow::bail!("`{key}` is no population; there are: {}", KEYS.join(", ")),
         })
@@ -88,6 +110,16 @@ impl Stage {
         Self { spread, ..self }
     }
 
+    /// The same with another number of infarcts in every body that has any.
+    pub fn with_scars(self, scars: usize) -> Self {
+        Self { scars, ..self }
+    }
+
+    /// Whether its bodies have infarcts.
+    pub fn has_scars(&self) -> bool {
+        self.scars > 0
+    }
+
     /// The frames of a person's beat, in the middle of the parameters' ranges; none for other populations or where there is no surface in the folder.
     ///
     /// # Errors
@@ -96,7 +128,7 @@ impl Stage {
         const FRAMES: [&str; 7] = ["000", "004", "008", "012", "016", "020", "024"];
         const NODES: usize = 1500;
         let there = |frame: &&&str| surface(folder, "LV_ENDOCARDIAL", frame).exists();
-        if self.kind != Kind::Ventricles {
+        if self.kind != Kind::Ventricles || self.scars > 0 {
             return Ok(Vec::new());
         }
         let frames = FRAMES.iter().filter(there);
@@ -133,14 +165,20 @@ impl Stage {
         let seed = stream.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(index);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         loop {
-            let numbers: Vec<f64> = (0..self.numbers())
+            let mut numbers: Vec<f64> = (0..self.numbers())
                 .map(|_| match self.kind {
                     Kind::Beams => self.spread * 12f64.sqrt() * (random.random::<f64>() - 0.5),
                     Kind::Ventricles => self.spread * normal(&mut random),
                 })
                 .collect();
             let Ok(mesh) = self.mesh(&numbers) else { continue };
-            let body = self.case.body_on(mesh)?;
+            let mut body = self.case.body_on(mesh)?;
+            for _ in 0..self.scars {
+                let scar = Scar::draw(&body, &mut random);
+                let factors = scar.factors(&body);
+                body = body.stiffened(&factors)?;
+                numbers.extend(scar.numbers());
+            }
             let theta = Design::Uniform.sample(&body.parameters, 1, random.random())?.remove(0);
             return Ok(Individual { numbers, body, theta });
         }
@@ -151,7 +189,8 @@ impl Stage {
     /// # Errors
     /// As [`Stage::draw`].
     pub fn body_of_stream(&self, stream: u64, index: u64) -> Result<Body, Error> {
-        let draw = self.draw(stream, index);
+        let cells = self.training_cells[index as usize % self.training_cells.len()];
+        let draw = Self { cells, ..self.clone() }.draw(stream, index);
         draw.map(|individual| individual.body)
             .map_err(|error| Error::Draw { index, reason: format!("{error:#}") })
     }
@@ -161,6 +200,39 @@ impl Stage {
             Kind::Beams => BeamShape::NUMBERS,
             Kind::Ventricles => VentricleShape::NUMBERS,
         }
+    }
+}
+
+/// Scar tissue around a node.
+struct Scar {
+    centre: [f64; 3],
+    /// \[mm\].
+    radius: f64,
+    factor: f64,
+}
+
+impl Scar {
+    fn draw(body: &Body, random: &mut ChaCha8Rng) -> Self {
+        let mut between = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
+        let node = between(0.0, body.nodes as f64) as usize;
+        let (radius, factor) = (between(10.0, 20.0), between(5f64.ln(), 20f64.ln()).exp());
+        Self { centre: body.positions[node.min(body.nodes - 1)], radius, factor }
+    }
+
+    /// How many times as stiff every node is.
+    fn factors(&self, body: &Body) -> Vec<f64> {
+        let at = |x: &[f64; 3]| {
+            let squared: f64 = x.iter().zip(self.centre).map(|(a, b)| (a - b).powi(2)).sum();
+            let share = (1.0 - squared / self.radius.powi(2)).max(0.0);
+            1.0 + (self.factor - 1.0) * share.powi(2)
+        };
+        body.positions.iter().map(at).collect()
+    }
+
+    /// What a regression may know of it, of about size one.
+    fn numbers(&self) -> [f64; 5] {
+        let [x, y, z] = self.centre.map(|x| x / 30.0);
+        [x, y, z, (self.radius - 15.0) / 3.0, (self.factor / 10.0).ln() / 0.4]
     }
 }
 

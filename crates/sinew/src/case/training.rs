@@ -35,6 +35,8 @@ pub enum RecipeName {
     /// The one that cross-validation on few simulations prefers.
     #[default]
     Auto,
+    /// One solution, followed to second order in the parameters: nothing is trained.
+    Series,
     /// Few simulations, their main modes, and a Gaussian process.
     Regression,
     /// A network on simulations, weighed by the body's stiffness.
@@ -45,12 +47,20 @@ pub enum RecipeName {
     Dd,
 }
 
+impl RecipeName {
+    /// Whether it always trains a network.
+    pub fn is_network(self) -> bool {
+        matches!(self, Self::Hybrid | Self::Pi | Self::Dd)
+    }
+}
+
 impl Training {
     /// The recipe with its settings.
     pub fn recipe(&self) -> Recipe {
         let network = self.network.unwrap_or_default();
         match self.recipe {
             RecipeName::Auto => Auto { regression: self.regression(), ..Auto::default() }.into(),
+            RecipeName::Series => Recipe::Series,
             RecipeName::Regression => self.regression().into(),
             RecipeName::Hybrid => {
                 let own = Hybrid { network, ..Hybrid::default() };

@@ -11,8 +11,9 @@ use sinew::case::{RecipeName, Training};
 Options replace those of the case's [training]. The emulator and everything it was made of go to OUT/RECIPE; a run that
 was stopped goes on with --resume. Held-out simulations calibrate the error estimate and say how good it is.
 
-Recipes: regression (few simulations; the best for one geometry and few parameters), hybrid and dd (networks on
-simulations), pi (a network without simulations), auto (regression, and hybrid where that misses the target).
+Recipes: series (one solution, followed to second order: no training), regression (few simulations; the best for one
+geometry and few parameters), hybrid and dd (networks on simulations), pi (a network without simulations), auto
+(regression, and hybrid where that misses the target).
 
 Example: sinew train IdealVentricle --recipe regression --samples 50")]
 pub struct Train {

@@ -1,9 +1,12 @@
 //! One network for all bodies of a population, trained on a stream of bodies by energy alone.
 
+mod template;
+
 use crate::coordinates::{self, Coordinates};
 use crate::network::{Network, TrainedNetwork};
 use crate::recipe::PhysicsInformed;
 use crate::{Body, Design, Emulator, Recipe, Record, Result, graph, parameters};
+use rayon::ThreadPoolBuilder;
 use serde::{Deserialize, Serialize};
 use sinew_energy::Barriers;
 use sinew_fem::{Options, Solver};
@@ -15,24 +18,45 @@ use sinew_gnn::{
 use sinew_graph::Topology;
 use std::ops::ControlFlow;
 use std::sync::Arc;
-use std::sync::mpsc::sync_channel;
+use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::Instant;
+use template::Template;
 
 /// A body of the population by its number, the same for the same number.
 pub type Draw<'a> = dyn Fn(u64) -> Result<Body> + Sync + 'a;
 
+/// What is known of a body before the network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Start {
+    /// A state near to equilibrium at the centre of the parameters' ranges: the linear response, or the first body's equilibrium carried
+    /// over, and Newton steps from there. The network has to find the equilibrium.
+    Near {
+        /// So many steps.
+        newton_steps: usize,
+    },
+    /// Equilibrium there, by one solve of every body. The network has to find what the parameters do beyond second order.
+    Equilibrium,
+}
+
+impl Default for Start {
+    fn default() -> Self {
+        Self::Near { newton_steps: 0 }
+    }
+}
+
 /// How a network learns a population: every step takes bodies that it has never seen and never sees again.
 ///
-/// Each body is prepared by a few linear systems: its linear response, carried by motions of its clusters, Newton steps from there at the centre
-/// of the parameters' ranges, and derivatives in the parameters, which outputs follow to second order. The network learns what is beyond.
+/// Each body is prepared by a few linear systems: a state to [start](Start) from, and derivatives in the parameters, which outputs follow to
+/// second order. The network learns what is beyond.
 /// One body, the first, is solved: its equilibrium is another state that bodies may start from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Population {
     /// Sizes of the network.
     pub network: Network,
-    /// Newton steps to the state that outputs are about.
-    pub newton_steps: usize,
+    /// The state that the outputs of a body are about.
+    pub start: Start,
     /// Bodies in a step.
     pub bodies: usize,
     /// Optimiser, schedule, steps; the batch is of parameter sets per body.
@@ -43,7 +67,7 @@ impl Default for Population {
     fn default() -> Self {
         Self {
             network: Network::default(),
-            newton_steps: 0,
+            start: Start::default(),
             bodies: 2,
             training: TrainingConfig {
                 batch: 8,
@@ -65,8 +89,10 @@ pub struct StreamProgress {
     pub share: f64,
     /// Wall time since the start, evaluations not counted \[s\].
     pub seconds: f64,
-    /// Mean loss since the last evaluation.
+    /// Mean loss since the last evaluation, of steps whose loss was finite.
     pub loss: f64,
+    /// Bodies that were left out because they could not be prepared, such as those without an equilibrium.
+    pub left_out: usize,
 }
 
 /// A network that has learned a population.
@@ -78,72 +104,7 @@ pub struct PopulationEmulator {
     template: Template,
 }
 
-/// A first body: bodies of its connectivity share its graph, and its equilibrium for the centre of the parameters' ranges is a
-/// guess for others.
-#[derive(Clone, Debug)]
-struct Template {
-    edges: Vec<[usize; 2]>,
-    topology: Topology,
-    positions: Vec<[f64; 3]>,
-    state: Vec<f64>,
-}
-
-impl Template {
-    fn new(body: &Body, seed: u64) -> Result<Self> {
-        let state = Solver::new(body)?.solve(&body.centre(), &Options::default())?.displacement;
-        Ok(Self {
-            edges: body.mesh.edges(),
-            topology: graph::topology(body, true, seed)?,
-            positions: body.positions.clone(),
-            state,
-        })
-    }
-
-    /// The graph of a body, and the state of this one's nodes nearest to its own when both fill the same box \[length\].
-    fn of(&self, body: &Body, seed: u64) -> Result<(Topology, Vec<f64>)> {
-        /// Nodes that a state is averaged over, by the inverse squares of their squared distances.
-        const NEAREST: usize = 4;
-        let ([from, own], [to, size]) = (bounds(&self.positions), bounds(&body.positions));
-        let scale: [f64; 3] = std::array::from_fn(|i| size[i] / own[i]);
-        let moved = |node: usize| -> [f64; 3] {
-            std::array::from_fn(|i| scale[i] * self.state[3 * node + i])
-        };
-        let known = body.nodes == self.topology.real_nodes && body.mesh.edges() == self.edges;
-        if known {
-            return Ok((self.topology.clone(), (0..body.nodes).flat_map(moved).collect()));
-        }
-        let at = |x: &[f64; 3]| -> [f64; 3] {
-            let x: [f64; 3] = std::array::from_fn(|i| from[i] + (x[i] - to[i]) / scale[i]);
-            let distance = |node: &usize| -> f64 {
-                self.positions[*node].iter().zip(x).map(|(a, b)| (a - b).powi(2)).sum()
-            };
-            let mut near: Vec<(f64, usize)> =
-                (0..self.positions.len()).map(|node| (distance(&node), node)).collect();
-            let last = NEAREST.min(near.len()) - 1;
-            near.select_nth_unstable_by(last, |a, b| a.0.total_cmp(&b.0));
-            let (mut sum, mut weights) = ([0.0; 3], 0.0);
-            for (distance, node) in &near[..=last] {
-                let weight = 1.0 / (distance + 1e-6).powi(2);
-                weights += weight;
-                sum.iter_mut().zip(moved(*node)).for_each(|(sum, u)| *sum += weight * u);
-            }
-            sum.map(|sum| sum / weights)
-        };
-        Ok((graph::topology(body, true, seed)?, body.positions.iter().flat_map(at).collect()))
-    }
-}
-
-/// Least coordinates, and extents.
-fn bounds(positions: &[[f64; 3]]) -> [[f64; 3]; 2] {
-    let end = |i: usize, pick: fn(f64, f64) -> f64, from: f64| {
-        positions.iter().map(|x| x[i]).fold(from, pick)
-    };
-    let least: [f64; 3] = std::array::from_fn(|i| end(i, f64::min, f64::INFINITY));
-    let extent = |i: usize| end(i, f64::max, f64::NEG_INFINITY) - least[i];
-    [least, std::array::from_fn(|i| extent(i).max(f64::MIN_POSITIVE))]
-}
-
-/// Numbers of the bodies that scales are taken from, far from those trained on.
+/// Numbers of the bodies that scales and graphs are taken from, far from those trained on.
 const FIRST_OF_SCALES: u64 = 1 << 40;
 /// So many.
 const OF_SCALES: u64 = 16;
@@ -152,13 +113,17 @@ const FORGIVEN: f64 = 1.0;
 /// Parameter sets that parts of the followed outputs are tried at.
 const TRIED: usize = 8;
 
+fn first_bodies(draw: &Draw<'_>) -> Result<Vec<Body>> {
+    (0..OF_SCALES).map(|index| draw(FIRST_OF_SCALES + index)).collect()
+}
+
 impl Population {
     /// A network that has learned nothing yet.
     ///
     /// # Errors
     /// A body that cannot be drawn or prepared.
     pub fn prepare(&self, draw: &Draw<'_>, seed: u64) -> Result<PopulationEmulator> {
-        self.untrained(draw, &Template::new(&draw(FIRST_OF_SCALES)?, seed)?, seed)
+        self.untrained(&first_bodies(draw)?, seed)
     }
 
     /// Trains on the bodies that `draw` makes, and shows the network as it is `training.evaluations` times.
@@ -171,16 +136,26 @@ impl Population {
         seed: u64,
         observe: &mut dyn FnMut(StreamProgress, &PopulationEmulator) -> Result<ControlFlow<()>>,
     ) -> Result<PopulationEmulator> {
-        let template = Template::new(&draw(FIRST_OF_SCALES)?, seed)?;
-        let mut emulator = self.untrained(draw, &template, seed)?;
+        let mut emulator = self.untrained(&first_bodies(draw)?, seed)?;
+        let template = emulator.template.clone();
         let config = TrainingConfig { seed, ..self.training.clone() };
         let mut trainer = StreamTrainer::new(emulator.surrogate.clone(), config)?;
-        let lesson = |index: u64| self.lesson(&draw(index)?, &template, seed, index);
+        let lesson = |index: u64| -> Result<Result<Lesson>> {
+            let body = draw(index)?;
+            Ok(self.lesson(&body, &template, seed, index))
+        };
         std::thread::scope(|scope| {
             // Bodies are prepared on a thread of their own, in their order; it ends when nobody listens.
             let (send, lessons) = sync_channel(2 * self.bodies.max(1));
-            scope.spawn(move || (0..).try_for_each(|index| send.send(lesson(index)).ok()));
-            let (mut seconds, mut evaluated, mut losses) = (0.0, 0, Vec::new());
+            scope.spawn(move || {
+                let all = || (0..).try_for_each(|index| send.send(lesson(index)).ok());
+                // On its own, so that it does not wait for threads that train.
+                match ThreadPoolBuilder::new().num_threads(1).use_current_thread().build() {
+                    Ok(pool) => pool.install(all),
+                    Err(_) => all(),
+                }
+            });
+            let (mut seconds, mut evaluated, mut losses, mut left_out) = (0.0, 0, Vec::new(), 0);
             loop {
                 let start = Instant::now();
                 let share = match self.training.budget {
@@ -191,41 +166,42 @@ impl Population {
                 if due > evaluated || share >= 1.0 {
                     evaluated = due;
                     emulator.surrogate = trainer.surrogate();
+                    losses.retain(|loss: &f64| loss.is_finite());
                     let loss = losses.iter().sum::<f64>() / losses.len().max(1) as f64;
                     losses.clear();
-                    let progress = StreamProgress { step: trainer.steps(), share, seconds, loss };
+                    let step = trainer.steps();
+                    let progress = StreamProgress { step, share, seconds, loss, left_out };
                     if observe(progress, &emulator)?.is_break() || share >= 1.0 {
                         return Ok(emulator);
                     }
                     continue;
                 }
-                let lessons: Vec<Lesson> =
-                    lessons.iter().take(self.bodies.max(1)).collect::<Result<_>>()?;
-                losses.push(trainer.step(&lessons, share)?);
+                let (prepared, refused) = prepared(&lessons, self.bodies.max(1))?;
+                left_out += refused;
+                losses.push(trainer.step(&prepared, share)?);
                 seconds += start.elapsed().as_secs_f64();
             }
         })
     }
 
-    fn untrained(
-        &self,
-        draw: &Draw<'_>,
-        template: &Template,
-        seed: u64,
-    ) -> Result<PopulationEmulator> {
-        let bodies =
-            (0..OF_SCALES).map(|i| draw(FIRST_OF_SCALES + i)).collect::<Result<Vec<_>>>()?;
-        let geometries: Vec<Geometry> = bodies
-            .iter()
-            .map(|body| self.geometry(body, template, seed).map(|(geometry, _)| geometry))
-            .collect::<Result<_>>()?;
+    fn untrained(&self, bodies: &[Body], seed: u64) -> Result<PopulationEmulator> {
+        let template = Template::new(bodies, self.start, seed)?;
+        let prepared = bodies.iter().map(|body| self.geometry(body, &template, seed));
+        // Some have no equilibrium.
+        let (prepared, refused): (Vec<_>, Vec<_>) = prepared.partition(Result::is_ok);
+        let geometries: Vec<Geometry> =
+            prepared.into_iter().flatten().map(|(geometry, ..)| geometry).collect();
+        if let (true, Some(refused)) = (geometries.is_empty(), refused.into_iter().next()) {
+            refused?;
+        }
+        let body = &bodies[0];
         let Geometry { features, topology, .. } = &geometries[0];
         let Network { latent, width, cluster_width, message_passing_steps: steps } = self.network;
         let sizes = EmulatorConfig::new(
             3,
             features.nodes.columns,
             features.edges.columns,
-            bodies[0].parameters.len(),
+            body.parameters.len(),
         );
         let decoding =
             Decoding::Motions { layers: topology.roots_per_layer.len(), width: cluster_width };
@@ -235,7 +211,7 @@ impl Population {
             _ => None,
         });
         let output = OutputScale::root_mean_square(3, origins)?;
-        let scales = Scales::over(&geometries, parameters::scaling(&bodies[0])?, output)?;
+        let scales = Scales::over(&geometries, parameters::scaling(body)?, output)?;
         let data = DataSet {
             geometries: vec![geometries[0].clone()],
             training: Vec::new(),
@@ -243,47 +219,86 @@ impl Population {
         };
         let device = Backend::default().device()?;
         let surrogate = Surrogate::new(&sizes, &data, scales, seed, &device)?;
-        let (recipe, template) = (self.clone(), template.clone());
-        Ok(PopulationEmulator { recipe, seed, surrogate, template })
+        Ok(PopulationEmulator { recipe: self.clone(), seed, surrogate, template })
     }
 
     /// What a body is for the network, and the work of its loads there, or what a Newton step would gain if that is more.
     ///
     /// Outputs of one cost nine times the energy that a Newton step would still gain, and a part of the loads' work. The step itself, in
-    /// outputs, is among the features of the nodes, before the derivatives in the parameters.
-    fn geometry(&self, body: &Body, template: &Template, seed: u64) -> Result<(Geometry, f64)> {
-        let (topology, guess) = template.of(body, seed)?;
+    /// outputs, is among the features of the nodes, before the derivatives in the parameters, unless it is rounding.
+    fn geometry<'b>(
+        &self,
+        body: &'b Body,
+        template: &Template,
+        seed: u64,
+    ) -> Result<(Geometry, f64, Solver<'b>)> {
+        let (topology, centre) = (template.graph(body, seed)?, body.centre());
         let mut solver = Solver::new(body)?;
-        let anchor = coordinates::nearby(&mut solver, &topology, guess, self.newton_steps)?;
-        let centre = body.centre();
+        let anchor = self.anchor(&mut solver, &topology, template)?;
         let motions = Motions::about(&anchor, &topology, body, &centre)?;
         let thetas = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
         let (motions, first) = coordinates::following(&mut solver, motions, &thetas)?;
-        let mut step = solver.step_with_held_stiffness(&anchor, &centre)?;
-        step.iter_mut().zip(&anchor).for_each(|(to, from)| *to -= from);
-        let mut gradient = vec![0.0; anchor.len()];
-        body.value_and_gradient(&anchor, &centre, &mut gradient);
-        let gain = 0.5 * coordinates::dot(&gradient, &step).abs();
         let work = coordinates::work(body, &anchor);
-        let energy = coordinates::FIRST_SHARE * gain + coordinates::ENERGY_SHARE * work;
+        let (step, gain, energy) = match self.start {
+            Start::Near { .. } => {
+                let (step, gain) = missing_step(&mut solver, &anchor, &centre)?;
+                (
+                    Some(step),
+                    gain,
+                    coordinates::FIRST_SHARE * gain + coordinates::ENERGY_SHARE * work,
+                )
+            }
+            Start::Equilibrium => {
+                let gains = gains(&mut solver, &motions, &thetas, work)?;
+                let mut units: Vec<f64> = gains.iter().map(|[_, unit]| *unit).collect();
+                units.sort_by(f64::total_cmp);
+                (None, 0.0, coordinates::FIRST_SHARE * units[units.len() / 2])
+            }
+        };
         let (motions, first) = (motions.of_energy(energy)?, first.of_energy(energy)?);
         let mut geometry = graph::geometry_on(body, topology)?;
-        let step = first.clone().following(&[step], body)?;
-        graph::add_features(&mut geometry, &step)?;
+        if let Some(step) = step {
+            graph::add_features(&mut geometry, &first.clone().following(&[step], body)?)?;
+        }
         graph::add_features(&mut geometry, &first)?;
         geometry.coordinates = Meaning::Motions(motions);
-        Ok((geometry, work.max(gain)))
+        Ok((geometry, work.max(gain), solver))
+    }
+
+    /// The state that a body's outputs are about \[length\].
+    fn anchor(
+        &self,
+        solver: &mut Solver<'_>,
+        topology: &Topology,
+        template: &Template,
+    ) -> Result<Vec<f64>> {
+        match (self.start, &template.solved) {
+            (Start::Near { newton_steps }, Some(solved)) => {
+                let guess = solved.carried_to(solver.body());
+                coordinates::nearby(solver, topology, guess, newton_steps)
+            }
+            _ => {
+                let centre = solver.body().centre();
+                Ok(solver.solve(&centre, &Options::default())?.displacement)
+            }
+        }
     }
 
     fn lesson(&self, body: &Body, template: &Template, seed: u64, index: u64) -> Result<Lesson> {
-        let (geometry, energy) = self.geometry(body, template, seed)?;
+        let (geometry, energy, mut solver) = self.geometry(body, template, seed)?;
         let seed = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ index;
         let thetas = Design::LatinHypercube.sample(&body.parameters, self.training.batch, seed)?;
         let sample = |theta| Sample { geometry: 0, theta, displacement: Vec::new() };
         let potential = Arc::new(body.clone().with_barriers(Barriers::default()));
-        let objective =
-            Box::new(MinimumPotential::new(vec![potential], energy)?.forgiving(FORGIVEN)?);
-        Ok(Lesson { geometry, samples: thetas.into_iter().map(sample).collect(), objective })
+        let objective = MinimumPotential::new(vec![potential], energy)?.forgiving(FORGIVEN)?;
+        let objective = match (self.start, &geometry.coordinates) {
+            (Start::Equilibrium, Meaning::Motions(motions)) => {
+                objective.relative_to(gains(&mut solver, motions, &thetas, energy)?)?
+            }
+            _ => objective,
+        };
+        let (samples, objective) = (thetas.into_iter().map(sample).collect(), Box::new(objective));
+        Ok(Lesson { geometry, samples, objective })
     }
 }
 
@@ -294,7 +309,7 @@ impl PopulationEmulator {
     /// Other parameters than the population's, or a body that cannot be prepared.
     pub fn meet<'b>(&self, body: &'b Body) -> Result<Emulator<'b>> {
         let start = Instant::now();
-        let (geometry, _) = self.recipe.geometry(body, &self.template, self.seed)?;
+        let (geometry, ..) = self.recipe.geometry(body, &self.template, self.seed)?;
         let network = TrainedNetwork::new(self.surrogate.clone(), geometry)?;
         let recipe = Recipe::from(PhysicsInformed {
             parameter_sets: 0,
@@ -324,7 +339,7 @@ impl PopulationEmulator {
         let steps =
             solver.newton_steps(&coordinates::admissible(body, &state), &centre, newton_steps)?;
         let state = steps.into_iter().next_back().map_or(state, |step| step.displacement);
-        follow(&mut solver, &self.template.of(body, self.seed)?.0, &state, thetas)
+        follow(&mut solver, &self.template.graph(body, self.seed)?, &state, thetas)
     }
 
     /// The same from the state that the network starts from, without it.
@@ -332,12 +347,70 @@ impl PopulationEmulator {
     /// # Errors
     /// As [`PopulationEmulator::meet`].
     pub fn followed(&self, body: &Body, thetas: &[Vec<f64>]) -> Result<Vec<Vec<f64>>> {
-        let (topology, guess) = self.template.of(body, self.seed)?;
+        let topology = self.template.graph(body, self.seed)?;
         let mut solver = Solver::new(body)?;
-        let steps = self.recipe.newton_steps;
-        let state = coordinates::nearby(&mut solver, &topology, guess, steps)?;
+        let state = self.recipe.anchor(&mut solver, &topology, &self.template)?;
         follow(&mut solver, &topology, &state, thetas)
     }
+}
+
+/// So many lessons, and how many bodies before them could not be prepared.
+fn prepared(
+    lessons: &Receiver<Result<Result<Lesson>>>,
+    count: usize,
+) -> Result<(Vec<Lesson>, usize)> {
+    /// In a row; then something is wrong with all of them.
+    const MOST_REFUSED: usize = 20;
+    let (mut prepared, mut refused, mut in_a_row) = (Vec::with_capacity(count), 0, 0);
+    for lesson in lessons {
+        match lesson? {
+            Ok(lesson) => {
+                prepared.push(lesson);
+                in_a_row = 0;
+            }
+            Err(error) if in_a_row == MOST_REFUSED => return Err(error),
+            Err(_) => (refused, in_a_row) = (refused + 1, in_a_row + 1),
+        }
+        if prepared.len() == count {
+            break;
+        }
+    }
+    Ok((prepared, refused))
+}
+
+/// For each of `thetas` the energy that a Newton step from where outputs follow to would reach, with the stiffness that is factorised, and
+/// what it would gain: a small part of the loads' work at least, and all of it where there is nothing to tell.
+fn gains(
+    solver: &mut Solver<'_>,
+    motions: &Motions,
+    thetas: &[Vec<f64>],
+    work: f64,
+) -> Result<Vec<[f64; 2]>> {
+    /// That part: displacements that are off by a thousandth or so.
+    const LEAST: f64 = 1e-5;
+    let body = solver.body();
+    let scaling = parameters::scaling(body)?;
+    let of = |theta: &Vec<f64>| -> Result<[f64; 2]> {
+        let state = motions.followed(&scaling.standardise(theta)?, body)?;
+        let energy = body.value(&state, theta);
+        Ok(match missing_step(solver, &state, theta) {
+            Ok((_, gain)) if gain < work && energy.is_finite() => {
+                [energy - gain, gain.max(LEAST * work)]
+            }
+            _ => [-work, work],
+        })
+    };
+    thetas.iter().map(of).collect()
+}
+
+/// The Newton step that a state lacks \[length\], with the stiffness that is factorised, and the energy that it would gain.
+fn missing_step(solver: &mut Solver<'_>, state: &[f64], theta: &[f64]) -> Result<(Vec<f64>, f64)> {
+    let mut step = solver.step_with_held_stiffness(state, theta)?;
+    step.iter_mut().zip(state).for_each(|(to, from)| *to -= from);
+    let mut gradient = vec![0.0; state.len()];
+    solver.body().value_and_gradient(state, theta, &mut gradient);
+    let gain = 0.5 * coordinates::dot(&gradient, &step).abs();
+    Ok((step, gain))
 }
 
 /// Displacements at `thetas`, followed from a state near to equilibrium at the centre of the ranges.

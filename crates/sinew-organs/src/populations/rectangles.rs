@@ -1,0 +1,331 @@
+//! Plane beams of the thesis' chapter 2: one network on simulations of rectangles, with and without virtual nodes (Tables A.1 to A.4).
+
+use super::measure::cpu_seconds;
+use super::options::Options;
+use anyhow::{Context, Result};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+use sinew::Parameter;
+use sinew_emulate::{PodRegression, store};
+use sinew_fem::{Options as SolverOptions, Solver};
+use sinew_gnn::{
+    Activation, Backend, Budget, Coordinates, DataFit, DataSet, Dirichlet, EmulatorConfig,
+    Geometry, OutputScale, ParameterRange, ParameterScale, ParameterScaling, Sample, Scales,
+    Surrogate, Trainer, TrainingConfig,
+};
+use sinew_graph::{AugmentationConfig, FeatureMatrix, augment, graph_features};
+use sinew_report::{Block, Cell, Column, Distribution, Row, Section, Table};
+use std::time::Instant;
+
+/// Name on the command line and of its folder.
+pub const KEY: &str = "rectangles";
+
+/// Lengths \[cm\], widths as parts of them, moduli [unit of stress] of the population.
+const LENGTHS: [f64; 2] = [4.0, 7.0];
+const SLENDERNESS: [f64; 2] = [0.2, 0.4];
+const MODULI: [f64; 2] = [4.0, 10.0];
+/// Cells along and across.
+const CELLS: [usize; 2] = [11, 7];
+/// Millimetres in the unit of length.
+const MM: f64 = 10.0;
+
+/// A rectangle with its parameters and its displacement.
+struct Beam {
+    /// Length and width \[cm\].
+    size: [f64; 2],
+    /// μ and λ.
+    theta: Vec<f64>,
+    body: sinew::Body,
+    /// In the plane, node by node \[cm\].
+    displacement: Vec<f64>,
+}
+
+/// Sizes of one network of the study.
+#[derive(Clone, Copy, Debug)]
+struct Variant {
+    /// K.
+    steps: usize,
+    /// Width of the embeddings, M.
+    latent: usize,
+    /// Virtual nodes, η.
+    virtual_nodes: &'static [usize],
+}
+
+/// A method, its errors and its costs.
+#[derive(Serialize, Deserialize)]
+struct Trained {
+    method: String,
+    about: String,
+    /// Of every node of every beam tested \[mm\].
+    errors: Vec<f64>,
+    cpu_s: f64,
+    /// Wall time of one answer \[s\].
+    answer_s: f64,
+    /// What the thesis prints for the median \[mm\].
+    printed: Option<f64>,
+}
+
+/// Everything measured.
+#[derive(Serialize, Deserialize)]
+struct Study {
+    options: Options,
+    facts: Vec<(String, String)>,
+    trained: Vec<Trained>,
+}
+
+/// The section of the report.
+///
+/// # Errors
+/// A beam that cannot be solved, a training that diverges, files that cannot be written.
+pub fn section(options: &Options) -> Result<Section> {
+    let file = options.out.join(KEY).join("study.json");
+    let study = match store::read_json::<Study>(&file)?.filter(|_| options.resume) {
+        Some(done) => {
+            options.require_same(&done.options, &file)?;
+            done
+        }
+        None => {
+            let study = study(options)?;
+            store::write_json(&file, &study)?;
+            study
+        }
+    };
+    let mut table = Table::new(
+        [Column::new("err_u", "mm").about("‖u − û‖ at every node of every beam tested")],
+        [
+            Column::new("answer", "s"),
+            Column::new("CPU", "s").once().about("training or fit, all threads"),
+        ],
+        [],
+    );
+    for trained in &study.trained {
+        let errors = Distribution::of(trained.errors.clone()).context("no node was tested")?;
+        let errors = Cell::from(errors).against("thesis", trained.printed);
+        let row = Row::new(trained.method.clone(), errors, trained.answer_s)?;
+        let row = row.described(&trained.about, "our finite-element solution on the same mesh");
+        table.push(row.time(trained.cpu_s))?;
+    }
+    let about = "Rectangles of random length and width under a body force, clamped at one end, in plane strain and small displacements: \
+                 networks on simulations, from none to all of their message-passing steps, with and without virtual nodes, and regression over \
+                 length, width and moduli.";
+    let blocks = vec![Block::Text(about.into()), Block::Facts(study.facts), Block::Table(table)];
+    Ok(Section { name: KEY.into(), title: "Plane beams of many sizes".into(), blocks })
+}
+
+fn study(options: &Options) -> Result<Study> {
+    eprintln!("\nPlane beams of random length and width");
+    let [training, validation, testing] = if options.quick { [6, 2, 3] } else { [225, 25, 50] };
+    let mut random = ChaCha8Rng::seed_from_u64(options.seed);
+    let beams = (0..training + validation + testing).map(|_| Beam::draw(&mut random));
+    let beams = beams.collect::<Result<Vec<_>>>()?;
+    let (seen, unseen) = beams.split_at(training + validation);
+    let sizes: Vec<f64> = unseen.iter().flat_map(|beam| lengths(&beam.displacement)).collect();
+    let sizes = Distribution::of(sizes).context("no node was tested")?;
+    let fact = |name: &str, what: String| (name.to_string(), what);
+    let facts = vec![
+        fact(
+            "beams",
+            format!(
+                "{training} to train, {validation} to choose weights, {testing} to test; 96 nodes"
+            ),
+        ),
+        fact(
+            "displacements tested",
+            format!("mean {:.2} mm, largest {:.1} mm", sizes.mean, sizes.q100),
+        ),
+    ];
+    let mut trained = vec![regression(&seen[..training], unseen)?];
+    if !options.quick {
+        trained.push(regression(&seen[..25], unseen)?);
+    }
+    for (variant, printed) in variants(options.quick) {
+        let found = network(options, variant, printed, seen.split_at(training), unseen)?;
+        let median = Distribution::of(found.errors.clone()).context("no node was tested")?.q50;
+        eprintln!("{:34} median {median:.4} mm after {:.0} CPU-seconds", found.method, found.cpu_s);
+        trained.push(found);
+    }
+    Ok(Study { options: options.clone(), facts, trained })
+}
+
+/// Networks of Tables A.1 to A.4, with the medians that the thesis prints \[mm\].
+fn variants(quick: bool) -> Vec<(Variant, Option<f64>)> {
+    const NONE: &[usize] = &[];
+    const TWO: &[usize] = &[24, 6];
+    let of = |steps, latent, virtual_nodes| Variant { steps, latent, virtual_nodes };
+    if quick {
+        return vec![(of(1, 8, NONE), None), (of(1, 8, TWO), None)];
+    }
+    let alone = [1.47, 0.664, 0.0821, 0.0406, 0.0272, 0.0285];
+    let with = [0.161, 0.0279, 0.0271, 0.0273, 0.0309, 0.0346];
+    let steps = |printed: [f64; 6], nodes: &'static [usize]| {
+        (1..).zip(printed).map(move |(k, printed)| (of(k, 40, nodes), Some(printed)))
+    };
+    let layers: [(&[usize], f64); 4] =
+        [(&[4], 0.0237), (&[8], 0.0284), (&[48, 12], 0.0345), (&[48, 24, 6], 0.0249)];
+    let widths = [(3, 0.102), (6, 0.0380), (10, 0.0346), (20, 0.0321), (60, 0.0249)];
+    steps(alone, NONE)
+        .chain(steps(with, TWO))
+        .chain(layers.into_iter().map(|(nodes, printed)| (of(2, 40, nodes), Some(printed))))
+        .chain(widths.into_iter().map(|(latent, printed)| (of(2, latent, TWO), Some(printed))))
+        .collect()
+}
+
+impl Beam {
+    fn draw(random: &mut ChaCha8Rng) -> Result<Self> {
+        let mut between = |[low, high]: [f64; 2]| low + (high - low) * random.random::<f64>();
+        let (length, part) = (between(LENGTHS), between(SLENDERNESS));
+        let (size, theta) = ([length, part * length], vec![between(MODULI), between(MODULI)]);
+        let mesh = sinew_mesh::rectangle_triangles(size, CELLS);
+        let modulus = |name: &str| Parameter::linear(name, "", MODULI[0]..=MODULI[1]);
+        let body = sinew::Scene::new(mesh, sinew::laws::LinearElastic)
+            .parameter(modulus("mu"))
+            .parameter(modulus("lambda"))
+            .load(sinew::Load::BodyForce([0.0, -0.4 * part * part, 0.0]))
+            .support(sinew::Support::clamped("x_min"))
+            .lower()?;
+        let solved = Solver::new(&body)?.solve(&theta, &SolverOptions::default())?;
+        let (nodes, _) = solved.displacement.as_chunks::<3>();
+        let displacement = nodes.iter().flat_map(|[x, y, _]| [*x, *y]).collect();
+        Ok(Self { size, theta, body, displacement })
+    }
+
+    fn geometry(&self, virtual_nodes: &[usize], seed: u64) -> Result<Geometry> {
+        const NEIGHBOURS: usize = 4;
+        let nodes = self.body.nodes;
+        let config = AugmentationConfig {
+            roots_per_layer: virtual_nodes.to_vec(),
+            neighbours: NEIGHBOURS,
+            seed,
+            ..AugmentationConfig::for_nodes(nodes)
+        };
+        let topology = augment(&self.body.positions, &self.body.mesh.edges(), &config)?;
+        let held: Vec<usize> = (0..nodes).filter(|&n| self.body.positions[n][0] == 0.0).collect();
+        let indicator = FeatureMatrix::indicator(nodes, &held)?;
+        Ok(Geometry {
+            features: graph_features(&topology, &self.body.positions, &indicator, 2)?,
+            global: self.size.to_vec(),
+            dirichlet: Dirichlet::clamped(nodes, 2, &held)?,
+            coordinates: Coordinates::Components,
+            topology,
+        })
+    }
+
+    /// Inputs of a regression over shapes.
+    fn numbers(&self) -> Vec<f64> {
+        let [length, width] = self.size;
+        vec![length, width / length, self.theta[0], self.theta[1]]
+    }
+}
+
+/// Distances in the plane \[mm\] of displacements \[cm\].
+fn lengths(displacement: &[f64]) -> Vec<f64> {
+    displacement.as_chunks::<2>().0.iter().map(|[x, y]| MM * x.hypot(*y)).collect()
+}
+
+fn apart(found: &[f64], beam: &Beam) -> Vec<f64> {
+    let difference = found.iter().zip(&beam.displacement).map(|(a, b)| a - b);
+    lengths(&difference.collect::<Vec<_>>())
+}
+
+fn regression(seen: &[Beam], unseen: &[Beam]) -> Result<Trained> {
+    let start = cpu_seconds();
+    let [named, ranges] = [["length", "slenderness", "mu", "lambda"], ["cm", "", "", ""]];
+    let ranges = [LENGTHS, SLENDERNESS, MODULI, MODULI].into_iter().zip(named).zip(ranges);
+    let parameters: Vec<Parameter> = ranges
+        .map(|((range, name), unit)| Parameter::log(name, unit, range[0]..=range[1]))
+        .collect();
+    let inputs: Vec<Vec<f64>> = seen.iter().map(Beam::numbers).collect();
+    let fields: Vec<Vec<f64>> = seen.iter().map(|beam| beam.displacement.clone()).collect();
+    let fit = PodRegression::fit(&parameters, &inputs, &fields)?;
+    let cpu_s = cpu_seconds() - start;
+    let (start, mut errors) = (Instant::now(), Vec::new());
+    for beam in unseen {
+        errors.extend(apart(&fit.predict(&beam.numbers())?, beam));
+    }
+    Ok(Trained {
+        method: format!("POD + GP, {} beams", seen.len()),
+        about: format!("regression over length, slenderness and moduli; {}", fit.interpolation()),
+        errors,
+        cpu_s,
+        answer_s: start.elapsed().as_secs_f64() / unseen.len() as f64,
+        printed: None,
+    })
+}
+
+fn network(
+    options: &Options,
+    variant: Variant,
+    printed: Option<f64>,
+    (training, validation): (&[Beam], &[Beam]),
+    unseen: &[Beam],
+) -> Result<Trained> {
+    let Variant { steps, latent, virtual_nodes } = variant;
+    let start = cpu_seconds();
+    let geometries = training.iter().chain(validation);
+    let geometries = geometries
+        .map(|beam| beam.geometry(virtual_nodes, options.seed))
+        .collect::<Result<Vec<_>>>()?;
+    let sample = |(geometry, beam): (usize, &Beam)| Sample {
+        geometry,
+        theta: beam.theta.clone(),
+        displacement: beam.displacement.clone(),
+    };
+    let data = DataSet {
+        geometries,
+        training: training.iter().enumerate().map(sample).collect(),
+        validation: (training.len()..).zip(validation).map(sample).collect(),
+    };
+    let output = OutputScale::standardising(2, training.iter().map(|beam| &beam.displacement[..]))?;
+    let objective = DataFit::new(output.length())?;
+    let modulus =
+        ParameterRange { lower: MODULI[0], upper: MODULI[1], scale: ParameterScale::Linear };
+    let scales = Scales::over(&data.geometries, ParameterScaling::new(vec![modulus; 2])?, output)?;
+    let sizes = EmulatorConfig {
+        latent,
+        steps,
+        activation: Activation::Tanh,
+        global_features: 2,
+        ..EmulatorConfig::new(2, 1, 3, 2)
+    };
+    let surrogate =
+        Surrogate::new(&sizes, &data, scales, options.seed, &Backend::default().device()?)?;
+    let config = TrainingConfig {
+        learning_rate: RATE,
+        batch: 1,
+        budget: Budget::Steps(if options.quick { 12 } else { STEPS }),
+        evaluations: if options.quick { 2 } else { 20 },
+        seed: options.seed,
+        ..TrainingConfig::default()
+    };
+    let mut trainer = Trainer::new(surrogate, data, Box::new(objective), config)?;
+    trainer.run(&mut ())?;
+    let surrogate = trainer.into_surrogate();
+    let cpu_s = cpu_seconds() - start;
+    let (mut errors, mut answer_s) = (Vec::new(), 0.0);
+    for beam in unseen {
+        let start = Instant::now();
+        let geometry = beam.geometry(virtual_nodes, options.seed)?;
+        let found = surrogate.predict(&geometry, std::slice::from_ref(&beam.theta))?;
+        answer_s += start.elapsed().as_secs_f64() / unseen.len() as f64;
+        errors.extend(apart(found.field(0), beam));
+    }
+    let virtual_nodes = match virtual_nodes {
+        [] => "no virtual nodes".to_string(),
+        some => format!("η = {some:?}"),
+    };
+    Ok(Trained {
+        method: format!("K = {steps}, M = {latent}, {virtual_nodes}"),
+        about:
+            "network on simulations, mean nodal distance, the best weights on the validation beams"
+                .into(),
+        errors,
+        cpu_s,
+        answer_s,
+        printed,
+    })
+}
+
+/// Steps of a training, one beam each, and their largest learning rate.
+const STEPS: usize = 6000;
+const RATE: f64 = 4e-3;
