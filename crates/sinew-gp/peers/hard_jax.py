@@ -85,6 +85,14 @@ def objective(problem, q, data, scale):
     return jnp.sum(rows[n:]) + jnp.sum(rows[:n]) / n + prior + noise
 
 
+def predicted(problem, q, data, grid):
+    L, z = factored(problem, q, data)
+    count = problem.amplitudes + problem.lengths
+    k, fu, _ = covariances(problem, q[:count], jnp.exp(q[count]))
+    cross = jnp.concatenate([fu(data[2], grid), k(data[0], grid)])
+    return jax.vmap(problem.mean)(grid) + jax.scipy.linalg.solve_triangular(L, cross, lower=True).T @ z
+
+
 compiled = {}
 for line in sys.stdin:
     given = json.loads(line)
@@ -93,9 +101,9 @@ for line in sys.stdin:
     clock = time.perf_counter()
     scale = jnp.std(data[1])
     if name not in compiled:
-        own = lambda q, data, scale: objective(problem, q, data, scale)
-        compiled[name] = jax.jit(jax.value_and_grad(own))
-    value = compiled[name]
+        own = lambda q, data, scale, problem=problem: objective(problem, q, data, scale)
+        compiled[name] = jax.jit(jax.value_and_grad(own)), jax.jit(lambda *all, problem=problem: predicted(problem, *all))
+    value, predict = compiled[name]
     count = problem.amplitudes + problem.lengths
     best = None
     for seed in range(4):
@@ -109,10 +117,6 @@ for line in sys.stdin:
     slope = lambda q: np.asarray(value(jnp.array(q), data, scale)[1])
     hessian = np.array([(slope(best.x + h) - slope(best.x - h)) / 2e-3 for h in 1e-3 * np.eye(len(best.x))])
     width = 1.96 * np.sqrt(np.linalg.inv(0.5 * (hessian + hessian.T))[count, count])
-    L, z = jax.jit(lambda q: factored(problem, q, data))(q)
-    k, fu, _ = covariances(problem, q[:count], jnp.exp(q[count]))
-    grid = jnp.array(given["grid"])
-    cross = jnp.concatenate([fu(data[2], grid), k(data[0], grid)])
-    u = jax.vmap(problem.mean)(grid) + jax.scipy.linalg.solve_triangular(L, cross, lower=True).T @ z
+    u = predict(q, data, jnp.array(given["grid"]))
     seconds = time.perf_counter() - clock
     print(*np.exp([q[count], q[count] - width, q[count] + width]), seconds, *np.asarray(u), flush=True)

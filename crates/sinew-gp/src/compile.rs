@@ -84,7 +84,7 @@ pub(crate) fn compile<const D: usize>(
 ) -> Result<Compiled<D>, GpError> {
     let operator = group.operator.as_ref().unwrap_or(&prior.equation);
     check_roughness(prior, operator)?;
-    let whose = format!("observation group {number}");
+    let whose = format!("observation group {}", number + 1);
     let mut coefficients =
         |points: &[[f64; D]]| PointCoefficients::new(prior, operator, (points, &whose), theta);
     let (mut values, mut places) = (group.values.clone(), group.points.clone());
@@ -93,7 +93,7 @@ pub(crate) fn compile<const D: usize>(
         legs.push(coefficients(points)?.scaled(*factor));
     }
     if group.further.is_empty() && group.noise == Noise::Exact {
-        let kept = informative(&legs[0], &values, number)?;
+        let kept = informative(&legs[0], &values, number + 1)?;
         if kept.len() < values.len() {
             places = kept.iter().map(|index| group.points[*index]).collect();
             values = kept.iter().map(|index| values[*index]).collect();

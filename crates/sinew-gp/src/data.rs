@@ -239,7 +239,9 @@ pub(crate) fn check<const D: usize>(
     groups: &[Group<D>],
     domain: &Domain<D>,
 ) -> Result<(), GpError> {
-    for (number, group) in groups.iter().enumerate() {
+    for (index, group) in groups.iter().enumerate() {
+        // As noises are numbered.
+        let number = index + 1;
         check_lengths(group.points.len(), group.values.len())?;
         for (index, (point, value)) in group.points.iter().zip(&group.values).enumerate() {
             let mut numbers = point.iter().map(|c| ("point", c)).chain([("value", value)]);
@@ -277,8 +279,9 @@ pub(crate) fn check<const D: usize>(
         return Err(no_data());
     }
     match groups.iter().position(|group| empty(group) && group.noise == Noise::Learned) {
-        Some(group) => Err(GpError::Data(format!(
-            "observation group {group} has no points, so that its noise cannot be learned; leave it out"
+        Some(index) => Err(GpError::Data(format!(
+            "observation group {} has no points, so that its noise cannot be learned; leave it out",
+            index + 1
         ))),
         None => Ok(()),
     }
@@ -363,13 +366,13 @@ mod tests {
         let some = || Data::new().equation(&[[0.5]], &[1.0], Noise::Exact);
         assert!(refused(Data::new()).contains("no observations"));
         let off = some().values(&[[1.0 + 1e-12], [3.5]], &[0.1, 0.2], Noise::Learned);
-        assert!(refused(off).contains("point 1 of observation group 1 (3.5) lies outside"));
+        assert!(refused(off).contains("point 1 of observation group 2 (3.5) lies outside"));
         let empty = some().values(&[], &[], Noise::Learned);
-        assert!(refused(empty).contains("observation group 1 has no points"));
+        assert!(refused(empty).contains("observation group 2 has no points"));
         assert_eq!(check(some().values(&[], &[], Noise::Known(0.1))), Ok(()));
         let at = [[0.0], [0.3], [-0.0]];
         let twice = |noise| some().values(&at, &[1.0, 1.0, 1.5], noise);
-        let differ = "values 0 and 2 of observation group 1 at (0) and (-0) are noise-free and differ by 5e-1";
+        let differ = "values 0 and 2 of observation group 2 at (0) and (-0) are noise-free and differ by 5e-1";
         assert!(refused(twice(Noise::Exact)).contains(differ));
         assert_eq!(check(twice(Noise::Known(0.1))), Ok(()));
         assert_eq!(check(some().values(&at, &[1.0; 3], Noise::Exact)), Ok(()));

@@ -91,7 +91,7 @@ impl<const D: usize> Leg<D> {
 impl<const D: usize> Target<D> {
     fn new(prior: &Prior<D>, group: &Group<D>, number: usize) -> Result<Self, GpError> {
         let operator = group.operator.as_ref().unwrap_or(&prior.equation);
-        let whose = format!("observation group {number}");
+        let whose = format!("observation group {}", number + 1);
         let mut legs = vec![Leg::new(prior, operator, (&group.points, &whose), 1.0)?];
         for (factor, points) in &group.further {
             legs.push(Leg::new(prior, operator, (points, &whose), *factor)?);

@@ -251,13 +251,13 @@ fn hard_cases_are_right_or_typed_errors() {
         1e-4,
     );
     let wrong = solve(base.clone().values(&[[1.0]], &[0.2], Noise::Exact)).unwrap_err();
-    says(&wrong, "value 0 of observation group 1 is noise-free and off by 0.2");
+    says(&wrong, "value 0 of observation group 2 is noise-free and off by 0.2");
     // One observation only.
     let one = must(solve(Data::new().values(&[[0.5]], &[deflection([0.5])], Noise::Exact)));
     close(one, 1e-6);
     // What is not a number, or nothing, is named.
     let nan = solve(base.clone().values(&[[0.4]], &[f64::NAN], Noise::Learned)).unwrap_err();
-    says(&nan, "value number 0 of observation group 1 is NaN");
+    says(&nan, "value number 0 of observation group 2 is NaN");
     says(&solve(Data::new()).unwrap_err(), "no observations");
     let lengths = solve(base.clone().values(&[[0.4]], &[], Noise::Learned)).unwrap_err();
     says(&lengths, "1 points but 0 values");

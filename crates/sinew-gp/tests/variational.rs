@@ -311,7 +311,7 @@ fn terms_without_a_value_are_named_by_point_and_arguments() {
     // Unusable data come before anything that they are put into.
     let nowhere = Data::new().equation(&[[f64::NAN]], &[1.0], Noise::Exact);
     let named = logarithm.solve(&kernel, &nowhere, &options, 5).unwrap_err();
-    says(&named, "point number 0 of observation group 0 is NaN");
+    says(&named, "point number 0 of observation group 1 is NaN");
     // −u″ − 6 eᵘ = 2 has no solution, and steps lead nowhere.
     let bratu = SemiLinear::new(string(0.0), identity, |[u]| u.exp() * -6.0);
     let at: Vec<[f64; 1]> = (1..8).map(|k| [f64::from(k) / 8.0]).collect();
