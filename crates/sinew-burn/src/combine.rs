@@ -9,6 +9,14 @@ use crate::reference;
 
 /// `a + b` of tensors of one shape, as one operation.
 ///
+/// ```
+/// use burn::tensor::{Device, Tensor};
+///
+/// let a = Tensor::<2>::from_floats([[1.0, 2.0]], &Device::flex());
+/// let sum = sinew_burn::sum(a.clone(), a).into_data();
+/// assert_eq!(sum.iter::<f32>().collect::<Vec<_>>(), [2.0, 4.0]);
+/// ```
+///
 /// # Panics
 /// When the shapes differ.
 pub fn sum(a: Tensor<2>, b: Tensor<2>) -> Tensor<2> {
@@ -36,6 +44,18 @@ impl HostOperation for Sum {
 }
 
 /// Rows `[rows, m]` of mean zero and variance one, times gain plus offset, as one operation.
+///
+/// ```
+/// use burn::tensor::{Device, Tensor};
+/// use sinew_burn::LayerNormalisation;
+///
+/// let device = Device::flex();
+/// let (gain, offset) = (Tensor::<1>::ones([2], &device), Tensor::<1>::zeros([2], &device));
+/// let rows = Tensor::<2>::from_floats([[1.0, 3.0]], &device);
+/// let rows = sinew_burn::normalised(rows, LayerNormalisation { gain, offset, epsilon: 1e-9 });
+/// let rows: Vec<f32> = rows.into_data().iter::<f32>().collect();
+/// assert!((rows[0] + 1.0).abs() < 1e-6 && (rows[1] - 1.0).abs() < 1e-6);
+/// ```
 ///
 /// # Panics
 /// When gain or offset have not one number per column.

@@ -42,16 +42,31 @@ pub enum SceneError {
         /// Its volume \[length³\].
         volume: f64,
     },
-    /// Two cells on the same side of a facet, such as one cell listed twice: what lies there would count twice.
+    /// Two cells on the same side of a facet: one cell listed twice, or folded over its neighbour.
     #[error(
-        "cells {} and {} lie on the same side of the facet with nodes {}; remove the one too many",
-        cells[0], cells[1], listed(facet)
+        "cells {} and {} lie on the same side of the facet with nodes {}; {}",
+        cells[0], cells[1], listed(facet), overlap_advice(*twice)
     )]
     OverlappingCells {
         /// Indices of the cells, ascending.
         cells: [usize; 2],
         /// Corners of the facet, ascending.
         facet: Vec<usize>,
+        /// Whether both have the same nodes.
+        twice: bool,
+    },
+    /// A quadrature rule that does not measure the reference element.
+    #[error(
+        "the weights of the {points} quadrature points add up to {sum}; give positive ones that add up to {needed}, the measure \
+         of the reference element"
+    )]
+    Quadrature {
+        /// Number of points.
+        points: usize,
+        /// Sum of their weights.
+        sum: f64,
+        /// Measure of the reference element.
+        needed: f64,
     },
     /// A support names a node set that the mesh lacks.
     #[error("there is no node set `{name}`; the mesh has {}", listed(known))]
@@ -380,5 +395,13 @@ fn entries_of_loads(first: usize, count: usize) -> String {
             "only entries {first} to {} are free for loads: the law reads those before them",
             count - 1
         ),
+    }
+}
+
+fn overlap_advice(twice: bool) -> &'static str {
+    if twice {
+        "they are one cell listed twice: remove one"
+    } else {
+        "one is folded over the other, the mesh is tangled there: move their nodes apart, or mesh the body anew"
     }
 }

@@ -76,3 +76,6 @@ pub use solid::{
 pub use spring::Spring;
 pub use stiffness::Stiffness;
 pub use surface::{PressureSurface, SurfaceResponse};
+
+/// Numbers that a law of one's own is written in, see [`Law`].
+pub use sinew_num::{Mat3, Scalar};

@@ -98,13 +98,7 @@ impl Assembly {
             rounding.energy += energy;
             let (places, stiffness) = (sparsity.springs.of(index), &spring.stiffness);
             let entry = |row: usize, column: usize| stiffness[row][column];
-            if self.add_turned(&sparsity.frames, &[spring.node], places, 1.0, entry) {
-                continue;
-            }
-            let lower = (0..3).flat_map(|row| &stiffness[row][..=row]);
-            for (&slot, value) in places.iter().zip(lower) {
-                self.matrix[slot as usize] += value;
-            }
+            self.add_matrix(&sparsity.frames, &[spring.node], places, 1.0, entry);
         }
         if potential.patches.is_empty() {
             with_nodes!(potential.nodes_per_cell, N => {
@@ -244,11 +238,7 @@ impl Assembly {
             }
             let (places, lower) = (sparsity.cells.of(index), patch.stiffness(potential, points));
             let entry = |row: usize, column: usize| lower[row * (row + 1) / 2 + column];
-            if !self.add_turned(&sparsity.frames, &patch.nodes, places, 1.0, entry) {
-                for (&place, value) in places.iter().zip(&lower) {
-                    self.matrix[place as usize] += value;
-                }
-            }
+            self.add_matrix(&sparsity.frames, &patch.nodes, places, 1.0, entry);
             self.patches.push(patch);
         }
     }
@@ -275,13 +265,7 @@ impl Assembly {
             }
             let (places, hessian) = (sparsity.facets.of(first_facet + facet), &response.hessian);
             let entry = |row: usize, column: usize| hessian[row][column];
-            if self.add_turned(&sparsity.frames, nodes, places, magnitude, entry) {
-                continue;
-            }
-            let lower = (0..9).flat_map(|row| &hessian[row][..=row]);
-            for (&slot, value) in places.iter().zip(lower) {
-                self.matrix[slot as usize] += magnitude * value;
-            }
+            self.add_matrix(&sparsity.frames, nodes, places, magnitude, entry);
         }
         norm.value()
     }
@@ -327,13 +311,7 @@ impl Assembly {
         }
         let (size, places) = (response.gradient.len(), sparsity.surfaces.of(facet));
         let entry = |row: usize, column: usize| response.hessian[row * size + column];
-        if self.add_turned(&sparsity.frames, nodes, places, magnitude, entry) {
-            return norm.value();
-        }
-        let lower = (0..size).flat_map(|row| &response.hessian[row * size..][..=row]);
-        for (&place, value) in places.iter().zip(lower) {
-            self.matrix[place as usize] += magnitude * value;
-        }
+        self.add_matrix(&sparsity.frames, nodes, places, magnitude, entry);
         norm.value()
     }
 
@@ -402,6 +380,11 @@ impl Assembly {
     /// Displacement gradient and response at each quadrature point there.
     pub fn responses(&self) -> impl Iterator<Item = &(Mat3<f64>, Response)> {
         self.points.iter()
+    }
+
+    /// The second Piola–Kirchhoff stress at each point.
+    pub fn stress(&self) -> PredictedStress {
+        self.points.iter().map(|(h, response)| product(&inverse(h), &response.stress)).collect()
     }
 
     /// The stress at each point after a step along `direction` by the linear model of the stress,

@@ -1,22 +1,13 @@
 //! Equilibria that are no minima: incompressible bodies and pressures on surfaces with a loose rim.
 
-mod gmres;
-mod linear;
-mod newton;
-mod solve;
-mod state;
-mod volume;
-
-pub use solve::BalanceSolution;
-pub use volume::{VolumeStep, VolumeTrace};
-
-use crate::SolveError;
-use crate::assembly::Assembly;
-use crate::factor::Factor;
-use crate::rigid::check_supports;
-use crate::solver::check_arrays;
-use crate::sparsity::Sparsity;
-use sinew_energy::{ForceBalance, SurfaceResponse};
+use crate::check::check_length;
+use crate::newton::Equilibrium;
+use crate::path::Path;
+use crate::system::{System, Unknowns};
+use crate::watch::{Log, Progress};
+use crate::{History, LockingWarning, Options, SolveError};
+use sinew_energy::ForceBalance;
+use std::time::Instant;
 
 /// Finds equilibria of a body for which there is no potential to minimise.
 ///
@@ -59,21 +50,74 @@ use sinew_energy::{ForceBalance, SurfaceResponse};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct BalanceSolver<'p> {
-    system: System<'p>,
-    factor: Factor,
+    pub(crate) balance: &'p ForceBalance,
+    pub(crate) system: System<'p>,
 }
 
-/// The balance with its derivatives where they were assembled last.
-struct System<'p> {
-    body: &'p ForceBalance,
-    sparsity: Sparsity,
-    assembly: Assembly,
-    /// Forces of the facets of the followers with their derivatives, where last assembled.
-    followers: Vec<SurfaceResponse>,
-    /// `∂r_p/∂u` of each cell: one row per corner, `3N` columns.
-    coupling: Vec<f64>,
-    /// Modulus of each quadrature point that the pressure works against \[stress\].
-    moduli: Vec<f64>,
+/// An equilibrium of forces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BalanceSolution {
+    /// Displacement `[u_x, u_y, u_z]` node by node \[length\].
+    pub displacement: Vec<f64>,
+    /// The field of pressure at [`sinew_energy::PressureField::nodes`] \[stress\], compression negative; empty
+    /// without one.
+    pub pressure: Vec<f64>,
+    /// Parameters of law and loads.
+    pub theta: Vec<f64>,
+    /// Fraction of all loads.
+    pub load_factor: f64,
+    /// Norm of the unbalanced nodal forces \[stress·length²\].
+    pub residual: f64,
+    /// Norm of the changes of volume that the pressures should prevent \[length³\].
+    pub volume_residual: f64,
+    /// Norm of the loads and reactions \[stress·length²\], to compare the residual with.
+    pub force_scale: f64,
+    /// Least volume ratio J of all quadrature points.
+    pub least_volume_ratio: f64,
+    /// Negative pivots of the symmetric part of the stiffness of the displacements.
+    pub negative_pivots: usize,
+    /// Elements that are too stiff for this body, so that the displacement is too small.
+    pub locking: Option<LockingWarning>,
+    /// Number of load steps, 1 when the whole load was taken at once.
+    pub load_steps: usize,
+    /// Iterations of all linear systems.
+    pub linear_iterations: usize,
+    /// All iterations.
+    pub history: History,
+    /// Wall-clock time of the solve \[s\].
+    pub seconds: f64,
+}
+
+impl BalanceSolution {
+    /// Number of Newton iterations.
+    pub fn iterations(&self) -> usize {
+        self.history.steps()
+    }
+
+    pub(crate) fn new(
+        (found, load_steps): (Equilibrium, usize),
+        theta: &[f64],
+        locking: Option<LockingWarning>,
+        history: History,
+        start: Instant,
+    ) -> Self {
+        Self {
+            displacement: found.unknowns.displacement,
+            pressure: found.unknowns.pressure,
+            theta: theta.to_vec(),
+            load_factor: found.load_factor,
+            residual: found.residual.force,
+            volume_residual: found.residual.volume,
+            force_scale: found.force_scale,
+            least_volume_ratio: found.least_volume_ratio,
+            negative_pivots: found.negative_pivots,
+            locking,
+            load_steps,
+            linear_iterations: found.linear_iterations,
+            history,
+            seconds: start.elapsed().as_secs_f64(),
+        }
+    }
 }
 
 impl<'p> BalanceSolver<'p> {
@@ -81,24 +125,81 @@ impl<'p> BalanceSolver<'p> {
     ///
     /// # Errors
     /// A potential that is malformed or whose supports leave a part of the body free to move.
-    pub fn new(body: &'p ForceBalance) -> Result<Self, SolveError> {
-        let potential = &body.body;
-        check_arrays(potential)?;
-        check_supports(potential)?;
-        let sparsity = Sparsity::new(potential, &body.followers)?;
-        let factor = Factor::new(&sparsity)?;
-        let points = potential.volumes.len();
-        let assembly = Assembly::new(&sparsity, points, potential.prescribed.len());
-        let corners = body.pressure_field.as_ref().map_or(0, |field| field.corners);
-        let coupling = vec![0.0; potential.cell_count() * corners * 3 * potential.nodes_per_cell];
-        let (followers, moduli) = (Vec::new(), vec![0.0; points]);
-        let system = System { body, sparsity, assembly, followers, coupling, moduli };
-        Ok(Self { system, factor })
+    pub fn new(balance: &'p ForceBalance) -> Result<Self, SolveError> {
+        System::balance(balance).map(|system| Self { balance, system })
     }
 
     /// Number of unknowns: free degrees of freedom, then pressures.
     pub fn unknowns(&self) -> [usize; 2] {
-        let field = self.system.body.pressure_field.as_ref();
-        [self.system.sparsity.unknowns(), field.map_or(0, |field| field.unknowns)]
+        [self.system.sparsity.unknowns(), self.system.pressures()]
+    }
+
+    /// The equilibrium for θ, reached from the reference configuration: at once if that works, else under
+    /// loads and prescribed motions that rise step by step.
+    ///
+    /// # Errors
+    /// θ that makes no sense, or [`SolveError::NotConverged`].
+    pub fn solve(
+        &mut self,
+        theta: &[f64],
+        options: &Options,
+    ) -> Result<BalanceSolution, SolveError> {
+        let rest = self.system.rest();
+        self.solve_logged(rest, theta, options, Log::default())
+    }
+
+    /// The equilibrium for θ, starting from one that should be near it; step by step from rest where that fails.
+    ///
+    /// # Errors
+    /// As for [`BalanceSolver::solve`], and a solution of another body.
+    pub fn solve_from(
+        &mut self,
+        near: &BalanceSolution,
+        theta: &[f64],
+        options: &Options,
+    ) -> Result<BalanceSolution, SolveError> {
+        let from = self.checked(near, theta)?;
+        self.solve_logged(from, theta, options, Log::default())
+    }
+
+    /// The unknowns of a solution, if it is one of this body.
+    pub(crate) fn checked(
+        &self,
+        solution: &BalanceSolution,
+        theta: &[f64],
+    ) -> Result<Unknowns, SolveError> {
+        self.balance.check_theta(theta)?;
+        let BalanceSolution { displacement, pressure, .. } = solution.clone();
+        check_length(self.system.body.prescribed.len(), &displacement)?;
+        check_length(self.system.pressures(), &pressure)?;
+        Ok(Unknowns { displacement, pressure })
+    }
+
+    /// As [`BalanceSolver::solve`]; `watch` is called with each state that the iteration comes to.
+    ///
+    /// # Errors
+    /// As for [`BalanceSolver::solve`].
+    pub fn solve_watched(
+        &mut self,
+        theta: &[f64],
+        options: &Options,
+        watch: &mut impl FnMut(&Progress<'_>),
+    ) -> Result<BalanceSolution, SolveError> {
+        let rest = self.system.rest();
+        self.solve_logged(rest, theta, options, Log::watched(watch))
+    }
+
+    fn solve_logged(
+        &mut self,
+        from: Unknowns,
+        theta: &[f64],
+        options: &Options,
+        mut history: Log<'_>,
+    ) -> Result<BalanceSolution, SolveError> {
+        let start = Instant::now();
+        self.balance.check_theta(theta)?;
+        let found = Path::to_load(&mut self.system, theta, options).run(from, &mut history)?;
+        let locking = self.system.locking(theta);
+        Ok(BalanceSolution::new(found, theta, locking, history.take(), start))
     }
 }

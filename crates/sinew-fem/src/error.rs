@@ -1,6 +1,6 @@
 //! Why a solve failed, with numbers and advice.
 
-use crate::{CellValue, History, RigidMode};
+use crate::{CellValue, History, Iteration, RigidMode};
 use sinew_energy::ThetaError;
 use thiserror::Error;
 
@@ -88,8 +88,8 @@ pub enum SolveError {
 /// The best state of a failed solve and how it got there.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error(
-    "no equilibrium found after {} iterations; equilibrium was followed up to {:.4} of the load\n{history}{}{advice}",
-    history.iterations.len(), load_factor, list(worst_cells)
+    "no equilibrium found after {} iterations; the largest part of the load that holds is {}\n{history}{}{advice}",
+    history.iterations.len(), part(*load_factor), list(worst_cells)
 )]
 pub struct NotConverged {
     /// Largest fraction of loads and prescribed motion whose equilibrium was found.
@@ -102,6 +102,15 @@ pub struct NotConverged {
     pub worst_cells: Vec<CellValue>,
     /// What to try.
     pub advice: Advice,
+}
+
+/// Part of a load, with as many digits as tell it from nothing and from all.
+fn part(load_factor: f64) -> String {
+    if load_factor == 0.0 || load_factor >= 1e-3 {
+        format!("{load_factor:.4}")
+    } else {
+        format!("{load_factor:.2e}")
+    }
 }
 
 fn list(worst: &[CellValue]) -> String {
@@ -123,6 +132,15 @@ pub enum Advice {
         cell: usize,
         /// Its volume ratio J.
         volume_ratio: f64,
+    },
+    /// Steps as short as they may be still turn a cell over.
+    #[error(
+        "cell {cell} is turned over by steps of the load as short as they may be: the load or prescribed motion may exceed \
+         what the body carries; reduce it, stiffen the material, or refine the mesh around that cell"
+    )]
+    TurnedOver {
+        /// Index of the cell.
+        cell: usize,
     },
     /// The energy overflows although no cell is turned over.
     #[error(
@@ -147,14 +165,19 @@ impl Advice {
     /// Squeezed below this J a cell is named as the culprit.
     const SQUEEZED: f64 = 0.05;
 
+    /// States that a step was tried to and taken back from, with cells turned over or an infinite energy, are counted as
+    /// such and never quoted: their numbers say how long the step was, not what the body does.
     pub(crate) fn from_history(history: &History) -> Self {
         let tail = history.iterations.iter().rev().take(20);
-        let worst =
-            tail.clone().min_by(|a, b| a.least_volume_ratio.total_cmp(&b.least_volume_ratio));
-        match worst {
-            Some(i) if i.least_volume_ratio < Self::SQUEEZED => {
+        let admissible = |i: &&Iteration| i.energy.is_finite() && i.least_volume_ratio > 0.0;
+        let by_volume =
+            |a: &&Iteration, b: &&Iteration| a.least_volume_ratio.total_cmp(&b.least_volume_ratio);
+        let turned = tail.clone().filter(|i| i.least_volume_ratio <= 0.0).min_by(by_volume);
+        match (tail.clone().filter(admissible).min_by(by_volume), turned) {
+            (Some(i), _) if i.least_volume_ratio < Self::SQUEEZED => {
                 Self::Squeezed { cell: i.worst_cell, volume_ratio: i.least_volume_ratio }
             }
+            (_, Some(i)) => Self::TurnedOver { cell: i.worst_cell },
             _ if tail.clone().any(|i| i.energy == f64::INFINITY) => Self::Overflow,
             _ if tail.clone().take(3).any(|i| i.shift > 0.0) => Self::Unstable,
             _ => Self::MoreIterations,

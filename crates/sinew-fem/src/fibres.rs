@@ -4,6 +4,14 @@
 //!   tetrahedral mesh whose surfaces are named, and from them a [`Frame`] per cell or per node.
 //! - [`EllipsoidWall`] has both in closed form between two ellipsoids, at any point.
 //! - [`FibreRule`] holds the angles.
+//! - [`by_rule`] takes a mesh to fibres in one call, also where those of a file are not to be trusted.
+//!
+//! # Fibres of files
+//! A fibre has no sense: d and −d are the same. Nodal directions must therefore be turned to agree before they are averaged,
+//! as lowering a [`sinew_energy::Scene`] does cell by cell. Where a file's author averaged them as they were, its cells have
+//! wrong fibres that nothing shows: in the left ventricle published with the thesis 28 % of them (by more than 10° in 1742 of
+//! 6176, by more than 45° in 543), which changes its displacement by 48 %. [`cells_of_mixed_signs`] counts what such an
+//! average would spoil.
 //!
 //! ```
 //! use sinew_fem::fibres::{Depth, EllipsoidWall, FibreRule, Surfaces, VentricleCoordinates};
@@ -36,3 +44,50 @@ pub use error::FibreError;
 pub use rule::{FibreRule, Frame};
 pub use surfaces::Surfaces;
 pub use ventricle::{Depth, VentricleCoordinates};
+
+use sinew_mesh::TetMesh;
+
+/// Fibre, sheet and normal at the centre of each cell of a ventricle, turned by a rule with the depth in its wall.
+///
+/// ```
+/// use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
+///
+/// let mesh = sinew_mesh::TruncatedEllipsoid::LAND.wall([2, 16, 8]).tetrahedra();
+/// let surfaces = Surfaces { endocardium: "endo", epicardium: "epi", base: "base" };
+/// let frames = by_rule(&mesh, &surfaces, &FibreRule::SIXTY)?;
+/// assert_eq!(frames.len(), mesh.cells.len());
+/// # Ok::<(), sinew_fem::fibres::FibreError>(())
+/// ```
+///
+/// # Errors
+/// As for [`VentricleCoordinates::new`].
+pub fn by_rule(
+    mesh: &TetMesh,
+    surfaces: &Surfaces<'_>,
+    rule: &FibreRule,
+) -> Result<Vec<Frame>, FibreError> {
+    Ok(VentricleCoordinates::new(mesh, surfaces)?.cell_frames(rule, Depth::Thickness))
+}
+
+/// Number of cells whose nodal directions, one per node, disagree in sign: their average as they are would be wrong.
+///
+/// ```
+/// let cells = [[0, 1, 2, 3], [1, 2, 3, 4]];
+/// let mut directions = [[1.0, 0.0, 0.0]; 5];
+/// directions[0][0] = -1.0;
+/// let cells = cells.iter().map(|nodes| &nodes[..]);
+/// assert_eq!(sinew_fem::fibres::cells_of_mixed_signs(cells, &directions), 1);
+/// ```
+///
+/// # Panics
+/// Where a cell names a node without a direction.
+pub fn cells_of_mixed_signs<'a>(
+    cells: impl Iterator<Item = &'a [usize]>,
+    directions: &[[f64; 3]],
+) -> usize {
+    let dot = |a: &[f64; 3], b: &[f64; 3]| (0..3).map(|i| a[i] * b[i]).sum::<f64>();
+    let mixed = |nodes: &&[usize]| {
+        nodes.iter().any(|&node| dot(&directions[node], &directions[nodes[0]]) < 0.0)
+    };
+    cells.filter(mixed).count()
+}

@@ -30,6 +30,13 @@ pub struct History {
     pub iterations: Vec<Iteration>,
 }
 
+impl History {
+    /// Number of Newton steps that were taken, those of rejected load steps included.
+    pub fn steps(&self) -> usize {
+        self.iterations.iter().filter(|i| i.step > 0.0).count()
+    }
+}
+
 /// Longest excerpt that [`History`] prints: the last iterations tell most.
 const MOST_LINES: usize = 12;
 

@@ -38,6 +38,7 @@
 //! - [`Solver`] keeps sparsity, ordering and symbolic factorisation of one body; [`Solver::solve`] and
 //!   [`Solver::solve_from`] give a [`Solution`] with its [`History`], or a [`SolveError`] that advises.
 //! - [`sweep`] solves for many θ on all cores, each from its neighbour.
+//! - [`Solver::softest_mode`] gives the shape that a body buckles into, to nudge it from an unstable equilibrium.
 //! - [`Solver::sensitivity`] gives ∂u/∂θ, [`Solver::adjoint_sensitivity`] the derivative of one quantity.
 //! - [`BalanceSolver`] finds equilibria that are no minima: incompressible bodies by the mixed elements of
 //!   Taylor and Hood, pressures on surfaces with a loose rim, and paths through limit points by volume.
@@ -49,22 +50,29 @@
 
 mod assembly;
 mod balance;
+mod buckling;
 mod cell;
 mod cells;
+mod check;
 mod error;
 mod factor;
 pub mod fibres;
+mod followers;
+mod gmres;
 mod hinges;
 mod history;
+mod line_search;
 mod linear;
-mod linear_solver;
-mod load_steps;
 mod locking;
 mod matrix;
 mod newton;
 mod newton_step;
 mod order;
+mod ordering;
 mod patch;
+mod path;
+mod predictor;
+mod pressure_field;
 mod report;
 mod rigid;
 mod sensitivity;
@@ -75,14 +83,16 @@ mod sparsity;
 mod state;
 mod supports;
 mod sweep;
+mod system;
 mod vector;
+mod volume;
 mod watch;
 
-pub use balance::{BalanceSolution, BalanceSolver, VolumeStep, VolumeTrace};
+pub use balance::{BalanceSolution, BalanceSolver};
+pub use buckling::SoftestMode;
 pub use cells::CellValue;
 pub use error::{Advice, NotConverged, SolveError};
 pub use history::{History, Iteration};
-pub use linear_solver::LinearSolver;
 pub use locking::{LARGEST_BULK_TO_SHEAR, LockingWarning, Proportions, SLENDER, locking};
 pub use matrix::Stiffness;
 pub use newton_step::NewtonStep;
@@ -92,11 +102,5 @@ pub use series::IterationSeries;
 pub use solution::{Options, Solution};
 pub use solver::Solver;
 pub use sweep::{Sweep, SweepError, sweep};
+pub use volume::{VolumeStep, VolumeTrace};
 pub use watch::{Progress, print_progress};
-
-/// What `benches/factor.rs` measures; no interface to build on.
-#[doc(hidden)]
-pub mod measured {
-    pub use crate::linear::cholesky::Cholesky;
-    pub use crate::linear::ordering::fill_reducing_order;
-}

@@ -79,18 +79,27 @@ pub struct LockingWarning {
 /// θ that makes no sense.
 pub fn locking(potential: &Body, theta: &[f64]) -> Result<Option<LockingWarning>, ThetaError> {
     potential.check_theta(theta)?;
+    Ok(locking_of(potential, theta, || Proportions::of(potential)))
+}
+
+/// The same for θ that was checked, with the body's proportions from elsewhere.
+pub(crate) fn locking_of(
+    potential: &Body,
+    theta: &[f64],
+    proportions: impl FnOnce() -> Option<Proportions>,
+) -> Option<LockingWarning> {
     let element = potential.element();
     if element.is_quadratic() {
-        return Ok(None);
+        return None;
     }
     let averaged = !potential.patches.is_empty();
     let bulk_to_shear =
         bulk_to_shear(potential, theta).filter(|&ratio| !averaged && ratio > LARGEST_BULK_TO_SHEAR);
     let fewest = measured(element).fewest_through_thickness;
-    let bending = Proportions::of(potential)
+    let bending = proportions()
         .filter(|body| body.slenderness > SLENDER && body.elements_through_thickness < fewest);
     let locks = bulk_to_shear.is_some() || bending.is_some();
-    Ok(locks.then_some(LockingWarning { element, bulk_to_shear, bending }))
+    locks.then_some(LockingWarning { element, bulk_to_shear, bending })
 }
 
 /// K/μ of the tangent at rest; `None` without resistance to changes of volume.

@@ -1,6 +1,8 @@
 //! The stiffness matrix for other uses: vibrations, preconditioners, tests.
 
+use crate::check::check_displacement;
 use crate::state::State;
+use crate::system::System;
 use crate::{Solution, SolveError, Solver};
 
 /// The stiffness of the free degrees of freedom at an equilibrium, its lower half by entries.
@@ -23,15 +25,16 @@ impl Solver<'_> {
     /// # Errors
     /// A solution of another body.
     pub fn stiffness(&mut self, solution: &Solution) -> Result<Stiffness, SolveError> {
-        self.check_solution(solution)?;
         let Solution { displacement, theta, .. } = solution;
+        self.check(displacement, theta)?;
         let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
-        self.assembly.assemble(self.potential, &self.sparsity, state, None);
+        let System { body, sparsity, assembly, .. } = &mut self.system;
+        assembly.assemble(body, sparsity, state, None);
         Ok(Stiffness {
-            degree_of_freedom: self.sparsity.degree_of_freedom.clone(),
-            rows: self.sparsity.pattern.row_idx().to_vec(),
-            column_starts: self.sparsity.pattern.col_ptr().to_vec(),
-            values: self.assembly.matrix[..self.sparsity.entries()].to_vec(),
+            degree_of_freedom: sparsity.degree_of_freedom.clone(),
+            rows: sparsity.pattern.row_idx().to_vec(),
+            column_starts: sparsity.pattern.col_ptr().to_vec(),
+            values: assembly.matrix[..sparsity.entries()].to_vec(),
         })
     }
 
@@ -45,16 +48,11 @@ impl Solver<'_> {
         theta: &[f64],
         direction: &[f64],
     ) -> Result<Vec<f64>, SolveError> {
-        self.potential.check_theta(theta)?;
-        self.check_displacement(displacement)?;
-        self.check_displacement(direction)?;
+        check_displacement(self.body(), direction)?;
+        self.visit(displacement, theta, None)?;
         let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
-        self.assembly.assemble(self.potential, &self.sparsity, state, None);
-        if !self.assembly.is_finite() {
-            return Err(SolveError::Inadmissible { cell: self.assembly.worst_cell });
-        }
         let mut forces = vec![0.0; displacement.len()];
-        self.assembly.add_stiffness_times(self.potential, state, direction, &mut forces);
+        self.system.assembly.add_stiffness_times(self.body(), state, direction, &mut forces);
         Ok(forces)
     }
 }

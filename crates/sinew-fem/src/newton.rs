@@ -1,4 +1,4 @@
-//! Newton's method at one load.
+//! Newton's method at one load, for minima of a potential and for balances of forces without one.
 //!
 //! Three things make it take few iterations on slender bodies, where a linear step bends and thereby stretches
 //! the body (measured over the thesis' range on its gravity beam: 6–7 iterations, 10–13 without):
@@ -9,268 +9,250 @@
 //! - A full step may raise the energy as long as the next one lowers it again (the watchdog technique of
 //!   R. M. Chamberlain et al., Math. Programming Study 16, 1982). If it does not, the search goes back and
 //!   takes the longest of the steps 1, ½, ¼, … that lowers the energy enough.
-//! - A step that raises the energy turns no cell by more than [`MOST_ROTATION`], and raises it by no more than
-//!   [`MOST_RISE`].
+//! - A step that raises the energy turns no cell by more than half a radian, and raises it within bounds.
+//!
+//! Where there is a potential, a shift makes the stiffness positive definite, so that steps descend. Without one,
+//! steps go by the stiffness as it is, unsymmetric or indefinite, and are as long as the cells bear.
 
 use crate::assembly::PredictedStress;
-use crate::cell::{is_short, volume_ratios_along};
-use crate::linear_solver::Solved;
 use crate::state::State;
 use crate::supports::place;
-use crate::vector::{dot, norm};
+use crate::system::{Residual, System, Unknowns};
+use crate::vector::dot;
+use crate::volume::Controlled;
 use crate::watch::Log;
-use crate::{Iteration, Options, Solver};
+use crate::{Iteration, Options};
 
-use sinew_num::Mat3;
-
-/// The energy must fall by this part of what the slope promises (Armijo's condition, the usual value).
-const SUFFICIENT: f64 = 1e-4;
-/// Largest rotation \[rad\] of a cell in a step that raises the energy. Measured over the range of both beams:
-/// 0.45–0.55 need 6–7 iterations everywhere, 0.4 and 0.7 up to 14 at some θ.
-const MOST_ROTATION: f64 = 0.5;
-/// Steps in a row that may raise the energy.
-const MOST_RISES: usize = 2;
-/// How much such a step may raise the energy, as a multiple of what the slope promises to lower it by. From 20
-/// on nothing changes on beams, linear or quadratic, where less costs iterations. Without a bound a first step
-/// into the exponential of a fibre law ends at 1e113 times the energy, and most iterations lead back.
-const MOST_RISE: f64 = 20.0;
-/// A step must not squeeze a cell to this part of its volume before and after the step.
-const FLAT: f64 = 1e-3;
-/// Steps shorter than this end the line search: the direction is no descent.
-const SHORTEST_STEP: f64 = 1e-8;
-/// Steps out of an indefinite stiffness are doubled up to this while the energy falls.
-const LONGEST_STEP: f64 = 64.0;
-/// Iterations of one load step; beyond, smaller load steps are cheaper.
-const MOST_ITERATIONS: usize = 40;
-/// A residual this small \[relative to the forces\] is at the floor when it stops falling.
-const STALLED: f64 = 1e-9;
+/// What is unbalanced \[relative to forces and volume\] is at its floor below this when it stops falling: with a
+/// potential and without, where linear systems are solved by iteration.
+const STALLED: [f64; 2] = [1e-9, 1e-7];
 /// Steps without progress before a residual counts as stalled.
 const MOST_STALLS: usize = 2;
+/// Growth of what is unbalanced that ends a search without a potential: at the load that is asked for, and on the way
+/// there, where a shorter load step costs less.
+const MOST_GROWTH: [f64; 2] = [2e3, 10.0];
 /// Close to an unstable equilibrium \[residual relative to the forces\] the plain Newton step is tried too.
 const NEAR_EQUILIBRIUM: f64 = 1e-6;
-/// Residual of a Newton step's linear system relative to its right-hand side, where it is solved by iteration: the last
-/// step then ends as near to the floor as an exact one.
-const STEP_ACCURACY: f64 = 1e-6;
 /// That step is taken when it lowers the residual to this part.
 const CONVERGING: f64 = 0.25;
 
+/// Equilibria that are no more accurate than this \[relative\] are on the way to others.
+const ROUGH: f64 = 1e-6;
+
+/// What is searched: an equilibrium at one load, or at one swept volume.
+#[derive(Clone, Copy)]
+pub(crate) struct Goal<'a> {
+    pub theta: &'a [f64],
+    /// Surface and volume \[length³\] that it is to sweep; the load factor is unknown then.
+    pub volume: Option<(&'a Controlled, f64)>,
+    /// Unbalanced forces and volumes \[relative\] that are enough without a potential, or on the way to another load.
+    pub accuracy: f64,
+}
+
+/// Where a search starts.
+pub(crate) struct Start {
+    pub unknowns: Unknowns,
+    pub load_factor: f64,
+    /// Stress that the geometric stiffness is built from at first, if that of the start itself is not to be trusted.
+    pub stress: Option<PredictedStress>,
+}
+
 /// An equilibrium at one load, before it is reported.
+#[derive(Clone, Debug)]
 pub(crate) struct Equilibrium {
-    pub displacement: Vec<f64>,
+    pub unknowns: Unknowns,
+    pub load_factor: f64,
+    pub residual: Residual,
+    /// Norm of loads and reactions \[stress·length²\].
+    pub force_scale: f64,
+    pub least_volume_ratio: f64,
     pub negative_pivots: usize,
+    pub linear_iterations: usize,
 }
 
 /// A point that the search may return to.
-struct Watch {
-    displacement: Vec<f64>,
-    energy: f64,
+pub(crate) struct Watch {
+    pub displacement: Vec<f64>,
+    pub energy: f64,
 }
 
 /// The state of one search.
-struct Search<'a> {
-    theta: &'a [f64],
-    load_factor: f64,
-    displacement: Vec<f64>,
-    predicted: Option<PredictedStress>,
-    watch: Option<Watch>,
+pub(crate) struct Search<'a> {
+    pub goal: Goal<'a>,
+    pub load_factor: f64,
+    pub at: Unknowns,
+    pub predicted: Option<PredictedStress>,
+    pub watch: Option<Watch>,
     /// Steps that have raised the energy since it was lowest.
-    rises: usize,
+    pub rises: usize,
     negative_pivots: Option<usize>,
+    linear_iterations: usize,
 }
 
 impl Search<'_> {
-    /// Whether a full step may still raise the energy.
-    fn relaxed(&self) -> bool {
-        self.rises < MOST_RISES
-    }
-
-    fn state(&self) -> State<'_> {
-        let Self { theta, load_factor, .. } = *self;
-        State { displacement: &self.displacement, theta, load_factor, pressure: &[] }
-    }
-
-    /// Moves on to `trial`, which has the energy `reached`, from a state with `energy`.
-    fn accept(&mut self, lowered: bool, reached: f64, energy: f64, trial: Vec<f64>) {
-        let left = std::mem::replace(&mut self.displacement, trial);
-        if !lowered {
-            self.rises += 1;
-            self.watch.get_or_insert(Watch { displacement: left, energy });
-        } else if self.watch.as_ref().is_some_and(|watch| reached < watch.energy) {
-            self.rises = 0;
-            self.watch = None;
-        }
+    pub fn state(&self) -> State<'_> {
+        let Self { goal: Goal { theta, .. }, load_factor, .. } = *self;
+        State { displacement: &self.at.displacement, theta, load_factor, pressure: &[] }
     }
 }
 
-impl Solver<'_> {
-    /// Searches the equilibrium under a fraction of all loads and prescribed motion.
+impl System<'_> {
+    /// Searches the equilibrium under a fraction of all loads and prescribed motion, or at a volume.
     ///
     /// `None` when there is no progress; `history` tells.
-    pub(crate) fn equilibrium(
+    pub fn equilibrium(
         &mut self,
-        initial: &[f64],
-        theta: &[f64],
-        load_factor: f64,
+        start: Start,
+        goal: Goal<'_>,
         options: &Options,
         history: &mut Log<'_>,
     ) -> Option<Equilibrium> {
         let mut search = Search {
-            theta,
-            load_factor,
-            displacement: initial.to_vec(),
-            predicted: None,
+            goal,
+            load_factor: start.load_factor,
+            at: start.unknowns,
+            predicted: start.stress,
             watch: None,
             rises: 0,
             negative_pivots: None,
+            linear_iterations: 0,
         };
         self.move_supports(&mut search, history)?;
         let (mut least, mut stalls) = (f64::INFINITY, 0);
-        for _ in 0..MOST_ITERATIONS {
+        for _ in 0..options.iterations_per_load {
             if history.iterations.len() >= options.iterations {
                 return None;
             }
-            self.assemble(&search);
-            let residual = self.residual();
-            self.record(&search, residual, history);
-            if !(residual.is_finite() && self.assembly.is_finite()) {
+            let residual = self.assemble_at(&search);
+            self.record(&search, &residual, history);
+            let (gap, slope) = self.gap(&search);
+            let size = self.size(&residual)?.max(gap.abs() / self.volume());
+            stalls = if size > 0.5 * least { stalls + 1 } else { 0 };
+            least = least.min(size);
+            let floor = STALLED[usize::from(!self.has_potential())];
+            let stalled = stalls >= MOST_STALLS && size <= floor;
+            // A step at least: what is extrapolated from extrapolated states alone drifts away from equilibrium.
+            if search.negative_pivots.is_some()
+                && (stalled || self.is_balanced(&search, &residual, size))
+            {
+                return Some(self.found(search, residual));
+            }
+            let growth = MOST_GROWTH[usize::from(goal.accuracy >= ROUGH)];
+            if !self.has_potential() && size > growth * least.max(1e-3) {
                 return None;
             }
-            stalls = if residual > 0.5 * least { stalls + 1 } else { 0 };
-            least = least.min(residual);
-            let floor = residual <= self.assembly.tolerance();
-            let stalled = stalls >= MOST_STALLS && residual <= STALLED * self.assembly.force_scale;
-            if (floor || stalled) && search.negative_pivots.is_some() {
-                let negative_pivots = match search.negative_pivots {
-                    Some(0) | None if self.system.is_certain() => 0,
-                    _ => self.negative_pivots(&search),
-                };
-                return Some(Equilibrium { displacement: search.displacement, negative_pivots });
+            let record = history.iterations.last_mut()?;
+            if self.has_potential() && goal.volume.is_none() {
+                self.descend(&mut search, residual.force, record)?;
+            } else {
+                self.balance_step(&mut search, &residual, (gap, &slope), record)?;
             }
-            self.step(&mut search, residual, history.iterations.last_mut()?)?;
         }
         None
     }
 
-    fn assemble(&mut self, search: &Search) {
-        let state = search.state();
-        let predicted = search.predicted.as_ref();
-        self.assembly.assemble(self.potential, &self.sparsity, state, predicted);
-        self.system.place(&self.potential.positions, state.displacement, &self.sparsity.frames);
+    fn assemble_at(&mut self, search: &Search<'_>) -> Residual {
+        let Search { at, load_factor, predicted, goal, .. } = search;
+        self.assemble(at, goal.theta, *load_factor, predicted.as_ref())
     }
 
-    fn residual(&self) -> f64 {
-        norm(&self.sparsity.gather(&self.assembly.gradient).collect::<Vec<_>>())
+    /// Whether the residual is down to what rounding errors amount to, or to what is enough.
+    fn is_balanced(&self, search: &Search<'_>, residual: &Residual, size: f64) -> bool {
+        let accuracy = search.goal.accuracy;
+        let floor = residual.force <= self.assembly.tolerance()
+            && (self.coupling.is_none() || residual.volume <= accuracy * self.volume());
+        size <= accuracy || (floor && search.goal.volume.is_none())
     }
 
-    fn record(&self, search: &Search, residual: f64, history: &mut Log<'_>) {
+    /// Reports an equilibrium, with the negative pivots of the stiffness itself, without a predicted stress.
+    fn found(&mut self, search: Search<'_>, residual: Residual) -> Equilibrium {
+        let mut negative_pivots = search.negative_pivots.unwrap_or(0);
+        if negative_pivots > 0 && self.has_potential() {
+            self.assemble(&search.at, search.goal.theta, search.load_factor, None);
+            negative_pivots = self.factorise(true).map_or(1, |(_, negative)| negative);
+        }
+        let Search { at: unknowns, load_factor, linear_iterations, .. } = search;
+        Equilibrium {
+            unknowns,
+            load_factor,
+            residual,
+            force_scale: self.assembly.force_scale,
+            least_volume_ratio: self.assembly.least_volume_ratio,
+            negative_pivots,
+            linear_iterations,
+        }
+    }
+
+    fn record(&self, search: &Search<'_>, residual: &Residual, history: &mut Log<'_>) {
+        let assembly = &self.assembly;
+        let enough = search.goal.accuracy * assembly.force_scale;
         let iteration = Iteration {
             load_factor: search.load_factor,
-            residual,
-            tolerance: self.assembly.tolerance(),
-            energy: self.assembly.energy,
-            least_volume_ratio: self.assembly.least_volume_ratio,
-            worst_cell: self.assembly.worst_cell,
+            residual: residual.force,
+            tolerance: assembly.tolerance().max(enough),
+            energy: assembly.energy,
+            least_volume_ratio: assembly.least_volume_ratio,
+            worst_cell: assembly.worst_cell,
             step: 0.0,
             shift: 0.0,
         };
-        history.record(iteration, &search.displacement, &self.assembly.gradient);
+        history.record(iteration, &search.at.displacement, &assembly.gradient);
     }
 
     /// Moves prescribed degrees of freedom where they belong, and the free ones along by the linear model.
-    fn move_supports(&mut self, search: &mut Search, history: &mut Log<'_>) -> Option<()> {
-        let mut motion = search.displacement.clone();
-        place(self.potential, search.load_factor, &mut motion);
-        motion.iter_mut().zip(&search.displacement).for_each(|(m, u)| *m -= u);
+    fn move_supports(&mut self, search: &mut Search<'_>, history: &mut Log<'_>) -> Option<()> {
+        let mut motion = search.at.displacement.clone();
+        place(self.body, search.load_factor, &mut motion);
+        motion.iter_mut().zip(&search.at.displacement).for_each(|(m, u)| *m -= u);
         if motion.iter().all(|&m| m == 0.0) {
             return Some(());
         }
-        self.assemble(search);
-        let residual = self.residual();
-        self.record(search, residual, history);
+        let mut residual = self.assemble_at(search);
+        self.record(search, &residual, history);
         let state = search.state();
         let mut forces = self.assembly.gradient.clone();
-        self.assembly.add_stiffness_times(self.potential, state, &motion, &mut forces);
-        let (shift, _) = self.factorise()?;
-        let (shift, _) = self.add_descent(&forces, &mut motion, (shift, 0))?;
-        let predicted = self.assembly.predict_stress(self.potential, &motion);
-        let flat_between = self.passes_flat(search.theta, &motion, 1.0);
-        search.displacement.iter_mut().zip(&motion).for_each(|(u, m)| *u += m);
-        place(self.potential, search.load_factor, &mut search.displacement);
-        search.predicted = Some(predicted);
+        self.assembly.add_stiffness_times(self.body, state, &motion, &mut forces);
+        self.followers.add_skew(&motion, &mut forces);
+        let free = self.sparsity.unknowns();
+        if let Some(coupling) = &self.coupling {
+            coupling.add_volume_changes(self.body, &motion, &mut residual.values[free..]);
+        }
+        residual.values.splice(..free, self.sparsity.gather(&forces));
+        let (shift, _) = self.factorise(self.has_potential())?;
+        let right = residual.values.iter().map(|r| -r).collect();
+        let (change, iterations) =
+            self.solve(right, if self.has_potential() { 0.0 } else { shift }).ok()?;
+        search.linear_iterations += iterations;
+        self.sparsity.scatter(change[..free].iter().copied(), &mut motion);
+        let flat_between = self.passes_flat(search.goal.theta, &motion, 1.0);
+        search.predicted = self.predict_stress(&motion);
+        search.at.displacement.iter_mut().zip(&motion).for_each(|(u, m)| *u += m);
+        search.at.pressure.iter_mut().zip(&change[free..]).for_each(|(p, c)| *p += c);
+        place(self.body, search.load_factor, &mut search.at.displacement);
         let last = history.iterations.last_mut()?;
         (last.step, last.shift) = (1.0, shift);
-        if search.state().energy(self.potential).is_finite() && !flat_between {
+        if search.state().energy(self.body).is_finite() && !flat_between {
             return Some(());
         }
         // The state that could not be reached tells why.
-        self.assemble(search);
-        self.record(search, self.residual(), history);
+        let residual = self.assemble_at(search);
+        self.record(search, &residual, history);
         None
     }
 
-    /// Adds `−K⁻¹ forces` to the free degrees of freedom, with the last factor.
-    pub(crate) fn add_newton_step(
+    /// The stress that the linear model foresees after a step; with a field of pressure the change of that would be missing.
+    pub fn predict_stress(&self, step: &[f64]) -> Option<PredictedStress> {
+        self.coupling.is_none().then(|| self.assembly.predict_stress(self.body, step))
+    }
+
+    /// One step from the assembled state towards lower energy.
+    fn descend(
         &mut self,
-        forces: &[f64],
-        displacement: &mut [f64],
-        accuracy: f64,
-    ) -> Solved {
-        let mut right: Vec<_> = self.sparsity.gather(forces).map(|f| -f).collect();
-        let solved = self.system.solve(&mut right, accuracy);
-        if solved == Solved::Done {
-            self.sparsity.scatter(right, displacement);
-        }
-        solved
-    }
-
-    /// Adds `−K⁻¹ forces` to the free degrees of freedom, with more shift if iteration finds that the stiffness
-    /// needs it; `found` are shift and negative pivots so far.
-    fn add_descent(
-        &mut self,
-        forces: &[f64],
-        displacement: &mut [f64],
-        mut found: (f64, usize),
-    ) -> Option<(f64, usize)> {
-        loop {
-            match self.add_newton_step(forces, displacement, STEP_ACCURACY) {
-                Solved::Done => return Some(found),
-                Solved::Indefinite => {
-                    let matrix = &mut self.assembly.matrix;
-                    let shift = self.system.shifted(&self.sparsity, matrix, found.0)?;
-                    found = (shift, found.1.max(1));
-                }
-                Solved::TooSlow => {
-                    self.system.factorise_instead(&self.sparsity).ok()?;
-                    found = self.factorise()?;
-                }
-            }
-        }
-    }
-
-    /// Factorises the stiffness, shifted if need be: the shift and the number of negative pivots.
-    fn factorise(&mut self) -> Option<(f64, usize)> {
-        if self.system.positive_definite(&self.sparsity, &self.assembly.matrix) {
-            return Some((0.0, 0));
-        }
-        let negative = self.system.indefinite(&self.sparsity, &self.assembly.matrix).unwrap_or(1);
-        let shift = self.system.shifted(&self.sparsity, &mut self.assembly.matrix, 0.0)?;
-        Some((shift, negative.max(1)))
-    }
-
-    /// Negative pivots of the stiffness itself, without a predicted stress.
-    fn negative_pivots(&mut self, search: &Search) -> usize {
-        self.assembly.assemble(self.potential, &self.sparsity, search.state(), None);
-        self.system.place(&self.potential.positions, &search.displacement, &self.sparsity.frames);
-        if self.system.surely_positive_definite(&self.sparsity, &self.assembly.matrix) {
-            return 0;
-        }
-        let negative = self.system.indefinite(&self.sparsity, &self.assembly.matrix);
-        negative.unwrap_or(1).max(1)
-    }
-
-    /// One Newton step from the assembled state.
-    fn step(&mut self, search: &mut Search, residual: f64, record: &mut Iteration) -> Option<()> {
-        let (shift, negative) = self.factorise()?;
+        search: &mut Search<'_>,
+        residual: f64,
+        record: &mut Iteration,
+    ) -> Option<()> {
+        let (shift, negative) = self.factorise(true)?;
         search.negative_pivots = Some(negative);
         if negative > 0
             && residual <= NEAR_EQUILIBRIUM * self.assembly.force_scale
@@ -279,13 +261,9 @@ impl Solver<'_> {
             record.step = 1.0;
             return Some(());
         }
-        let gradient = std::mem::take(&mut self.assembly.gradient);
-        let mut direction = vec![0.0; gradient.len()];
-        let found = self.add_descent(&gradient, &mut direction, (shift, negative));
-        let promised = -dot(&gradient, &direction);
-        self.assembly.gradient = gradient;
-        let (shift, negative) = found?;
-        search.negative_pivots = Some(negative);
+        let mut direction = vec![0.0; search.at.displacement.len()];
+        self.add_newton_step(&self.assembly.gradient, &mut direction);
+        let promised = -dot(&self.assembly.gradient, &direction);
         record.shift = shift;
         if !promised.is_finite() {
             return None;
@@ -294,119 +272,69 @@ impl Solver<'_> {
         Some(())
     }
 
-    /// Takes a step along `direction`: the length, 0 when the search went back instead.
-    ///
-    /// Descent out of a shifted stiffness is shorter than need be, so such a step may be `stretched`.
-    fn line_search(
-        &self,
-        search: &mut Search,
-        direction: &[f64],
-        promised: f64,
-        stretched: bool,
-    ) -> Option<f64> {
-        let (energy, noise) = (self.assembly.energy, self.assembly.energy_noise);
-        let reach = |search: &Search, length: f64| {
-            let moved = search.displacement.iter().zip(direction).map(|(u, d)| u + length * d);
-            let trial: Vec<_> = moved.collect();
-            let mut reached =
-                State { displacement: &trial, ..search.state() }.energy(self.potential);
-            if reached.is_finite() && self.passes_flat(search.theta, direction, length) {
-                reached = f64::INFINITY;
-            }
-            (reached, trial)
-        };
-        let mut length = 1.0;
-        while length >= SHORTEST_STEP {
-            let (mut reached, mut trial) = reach(search, length);
-            let lowered = reached <= energy - SUFFICIENT * length * promised + noise;
-            while lowered && stretched && length < LONGEST_STEP {
-                let (farther, next) = reach(search, 2.0 * length);
-                if farther >= reached - noise {
-                    break;
-                }
-                (length, reached, trial) = (2.0 * length, farther, next);
-            }
-            if !lowered && search.relaxed() && length == 1.0 {
-                let rotation = self.largest_rotation(direction);
-                if rotation > MOST_ROTATION {
-                    length = MOST_ROTATION / rotation;
-                    continue;
-                }
-            }
-            let bearable = reached.is_finite() && reached - energy <= MOST_RISE * promised;
-            if lowered || (bearable && search.relaxed()) {
-                search.accept(lowered, reached, energy, trial);
-                let step: Vec<_> = direction.iter().map(|d| length * d).collect();
-                search.predicted = Some(self.assembly.predict_stress(self.potential, &step));
-                return Some(length);
-            }
-            if let Some(watch) = search.watch.take() {
-                // The step after the last rise of the energy must lower it, or the rises were a mistake.
-                search.rises = MOST_RISES;
-                search.displacement = watch.displacement;
-                search.predicted = None;
-                return Some(0.0);
-            }
-            length *= 0.5;
-        }
-        None
-    }
-
-    /// Whether a cell is as good as flat somewhere on the way from the assembled state along `direction`. A step
-    /// through flat can lead out again: a bar that is drawn thin at once may come out turned inside.
-    pub(crate) fn passes_flat(&self, theta: &[f64], direction: &[f64], length: f64) -> bool {
-        let passes = |(point, h): (usize, &Mat3<f64>)| {
-            let step = self.potential.displacement_gradient(point, direction);
-            let flattens = || {
-                let [start, least, end] = volume_ratios_along(h, &step, length);
-                least <= FLAT * start.min(end)
-            };
-            !is_short(h, &step, length) && flattens()
-        };
-        self.assembly.displacement_gradients().enumerate().any(passes)
-            && self.minds_turned_cells(theta)
-    }
-
-    /// Whether the law forbids cells that are turned over; linear elasticity does not.
-    fn minds_turned_cells(&self, theta: &[f64]) -> bool {
-        let parameters = self.potential.law_parameters(theta);
-        let mirrored = Mat3::from_fn(|i, j| if (i, j) == (0, 0) { -2.0 } else { 0.0 });
-        self.potential.material.energy(0, parameters, &mirrored, None) == f64::INFINITY
-    }
-
-    /// Largest rotation \[rad\] of a cell along `direction`, to first order.
-    fn largest_rotation(&self, direction: &[f64]) -> f64 {
-        let rotation = |point| {
-            let h = self.potential.displacement_gradient(point, direction);
-            let twice = [h[0][1] - h[1][0], h[0][2] - h[2][0], h[1][2] - h[2][1]];
-            0.5 * twice.iter().map(|w| w * w).sum::<f64>().sqrt()
-        };
-        (0..self.potential.volumes.len()).map(rotation).fold(0.0, f64::max)
-    }
-
     /// Takes the plain Newton step where the stiffness is indefinite, if that converges.
-    fn step_to_saddle(&mut self, search: &mut Search, residual: f64) -> bool {
+    fn step_to_saddle(&mut self, search: &mut Search<'_>, residual: f64) -> bool {
         search.predicted = None;
-        self.assemble(search);
-        // Conjugate gradients cannot solve with an indefinite matrix.
-        if !self.system.is_certain() && self.system.factorise_instead(&self.sparsity).is_err() {
+        self.assemble_at(search);
+        if self.factor.indefinite(&self.sparsity, &self.assembly.matrix).is_none() {
             return false;
         }
-        if self.system.indefinite(&self.sparsity, &self.assembly.matrix).is_none() {
-            return false;
-        }
-        let before = search.displacement.clone();
-        let gradient = std::mem::take(&mut self.assembly.gradient);
-        self.add_newton_step(&gradient, &mut search.displacement, STEP_ACCURACY);
-        self.assembly.gradient = gradient;
-        self.assemble(search);
-        if self.assembly.energy.is_finite() && self.residual() <= CONVERGING * residual {
+        let before = search.at.displacement.clone();
+        self.add_newton_step(&self.assembly.gradient, &mut search.at.displacement);
+        let after = self.assemble_at(search);
+        if self.assembly.energy.is_finite() && after.force <= CONVERGING * residual {
             return true;
         }
-        search.displacement = before;
-        self.assemble(search);
+        search.at.displacement = before;
+        self.assemble_at(search);
         // Descend instead, with the factor that the caller expects.
-        self.system.shifted(&self.sparsity, &mut self.assembly.matrix, 0.0);
+        self.factor.shifted(&self.sparsity, &mut self.assembly.matrix);
         false
+    }
+
+    /// What is missing of the volume that is prescribed, and its derivative in the unknowns.
+    fn gap(&self, search: &Search<'_>) -> (f64, Vec<f64>) {
+        let Some((controlled, volume)) = search.goal.volume else { return (0.0, Vec::new()) };
+        let mut slope = vec![0.0; search.at.displacement.len()];
+        let gap = volume - controlled.swept(&search.at.displacement, &mut slope);
+        (gap, self.sparsity.gather(&slope).collect())
+    }
+
+    /// One step from the assembled state by the linear model of the balance, and of the swept volume.
+    fn balance_step(
+        &mut self,
+        search: &mut Search<'_>,
+        residual: &Residual,
+        (gap, slope): (f64, &[f64]),
+        record: &mut Iteration,
+    ) -> Option<()> {
+        let (shift, negative) = self.factorise(false)?;
+        search.negative_pivots = Some(negative);
+        record.shift = shift;
+        let (mut change, iterations) =
+            self.solve(residual.values.iter().map(|r| -r).collect(), shift).ok()?;
+        search.linear_iterations += iterations;
+        let mut more_load = 0.0;
+        if search.goal.volume.is_some() {
+            let loads = self.load_derivative(&search.at.displacement, search.goal.theta);
+            let (by_load, iterations) =
+                self.solve(loads.iter().map(|l| -l).collect(), shift).ok()?;
+            search.linear_iterations += iterations;
+            more_load = (gap - dot(slope, &change)) / dot(slope, &by_load);
+            if !more_load.is_finite() {
+                return None;
+            }
+            change.iter_mut().zip(&by_load).for_each(|(c, l)| *c += more_load * l);
+        }
+        let length = self.take(search, &change)?;
+        search.load_factor += length * more_load;
+        record.step = length;
+        let mut step = vec![0.0; search.at.displacement.len()];
+        self.sparsity.scatter(change.iter().map(|c| length * c), &mut step);
+        search.predicted = match search.goal.volume {
+            None => self.predict_stress(&step),
+            Some(_) => None,
+        };
+        Some(())
     }
 }

@@ -2,14 +2,11 @@
 //! a correction of it.
 
 use crate::assembly::PredictedStress;
-use crate::linear_solver::Solved;
-use crate::state::State;
 use crate::supports::place;
+use crate::vector::dot;
 use crate::{SolveError, Solver};
 use std::time::Instant;
 
-/// Residual of the step's linear system relative to its right-hand side, where it is solved by iteration.
-const ACCURACY: f64 = 1e-8;
 /// The energy must fall by this part of what the slope promises (Armijo's condition, the usual value).
 const SUFFICIENT: f64 = 1e-4;
 /// Shorter steps correct nothing.
@@ -78,10 +75,9 @@ impl Solver<'_> {
         theta: &[f64],
         count: usize,
     ) -> Result<Vec<NewtonStep>, SolveError> {
-        self.potential.check_theta(theta)?;
-        self.check_displacement(displacement)?;
+        self.check(displacement, theta)?;
         let mut from = displacement.to_vec();
-        place(self.potential, 1.0, &mut from);
+        place(self.body(), 1.0, &mut from);
         let mut predicted = None;
         let mut steps: Vec<NewtonStep> = Vec::with_capacity(count);
         for _ in 0..count {
@@ -107,18 +103,15 @@ impl Solver<'_> {
         displacement: &[f64],
         theta: &[f64],
     ) -> Result<Vec<f64>, SolveError> {
-        self.potential.check_theta(theta)?;
-        self.check_displacement(displacement)?;
+        self.check(displacement, theta)?;
         let (mut moved, mut forces) = (displacement.to_vec(), vec![0.0; displacement.len()]);
-        place(self.potential, 1.0, &mut moved);
-        if !self.potential.value_and_gradient(&moved, theta, &mut forces).is_finite() {
-            return Err(SolveError::Inadmissible { cell: self.assembly.worst_cell });
+        place(self.body(), 1.0, &mut moved);
+        if !self.body().value_and_gradient(&moved, theta, &mut forces).is_finite() {
+            return Err(SolveError::Inadmissible { cell: self.system.assembly.worst_cell });
         }
-        match self.add_newton_step(&forces, &mut moved, ACCURACY) {
-            // A factor that was never computed solves nothing.
-            Solved::Done if moved.iter().all(|u| u.is_finite()) => Ok(moved),
-            _ => Err(SolveError::Singular),
-        }
+        self.system.add_newton_step(&forces, &mut moved);
+        // A factor that was never computed solves nothing.
+        if moved.iter().all(|u| u.is_finite()) { Ok(moved) } else { Err(SolveError::Singular) }
     }
 
     /// Displacement \[length\] of the linearised body under all loads and prescribed motions at θ: one linear system with
@@ -128,19 +121,8 @@ impl Solver<'_> {
     /// # Errors
     /// θ that makes no sense, or [`SolveError::Singular`].
     pub fn linear_response(&mut self, theta: &[f64]) -> Result<Vec<f64>, SolveError> {
-        self.potential.check_theta(theta)?;
-        let rest = vec![0.0; self.potential.prescribed.len()];
-        let mut motion = rest.clone();
-        place(self.potential, 1.0, &mut motion);
-        let loaded = State { displacement: &rest, theta, load_factor: 1.0, pressure: &[] };
-        self.assembly.assemble(self.potential, &self.sparsity, loaded, None);
-        let mut forces = self.assembly.gradient.clone();
-        let unloaded = State { load_factor: 0.0, ..loaded };
-        self.assembly.assemble(self.potential, &self.sparsity, unloaded, None);
-        self.system.place(&self.potential.positions, &rest, &self.sparsity.frames);
-        self.assembly.add_stiffness_times(self.potential, unloaded, &motion, &mut forces);
-        self.descend(&forces, &mut motion)?;
-        Ok(motion)
+        self.body().check_theta(theta)?;
+        self.system.linear_response(theta)
     }
 
     /// Energy norm `√(eᵀ K e)` of a difference of displacements \[length\], with the stiffness K at `displacement`
@@ -154,30 +136,8 @@ impl Solver<'_> {
         theta: &[f64],
         difference: &[f64],
     ) -> Result<f64, SolveError> {
-        self.potential.check_theta(theta)?;
-        self.check_displacement(displacement)?;
-        self.check_displacement(difference)?;
-        self.assemble_at(displacement, theta, None)?;
-        let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
-        let mut forces = vec![0.0; difference.len()];
-        self.assembly.add_stiffness_times(self.potential, state, difference, &mut forces);
-        Ok(forces.iter().zip(difference).map(|(f, e)| f * e).sum::<f64>().max(0.0).sqrt())
-    }
-
-    /// Assembles at an admissible displacement.
-    fn assemble_at(
-        &mut self,
-        displacement: &[f64],
-        theta: &[f64],
-        predicted: Option<&PredictedStress>,
-    ) -> Result<(), SolveError> {
-        let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
-        self.assembly.assemble(self.potential, &self.sparsity, state, predicted);
-        self.system.place(&self.potential.positions, displacement, &self.sparsity.frames);
-        if self.assembly.energy.is_finite() {
-            return Ok(());
-        }
-        Err(SolveError::Inadmissible { cell: self.assembly.worst_cell })
+        let forces = self.stiffness_times(displacement, theta, difference)?;
+        Ok(dot(&forces, difference).max(0.0).sqrt())
     }
 
     fn step_from(
@@ -187,13 +147,15 @@ impl Solver<'_> {
         predicted: &mut Option<PredictedStress>,
     ) -> Result<NewtonStep, SolveError> {
         let start = Instant::now();
-        self.assemble_at(from, theta, predicted.as_ref())?;
-        let (energy_before, force_scale) = (self.assembly.energy, self.assembly.force_scale);
-        let gradient = self.assembly.gradient.clone();
-        let residual_before = self.norm_of_free(&gradient);
+        self.visit(from, theta, predicted.as_ref())?;
+        let (shift, _) = self.system.factorise(true).ok_or(SolveError::Singular)?;
+        let assembly = &self.system.assembly;
+        let (energy_before, force_scale) = (assembly.energy, assembly.force_scale);
+        let gradient = &assembly.gradient;
+        let residual_before = self.norm_of_free(gradient);
         let mut direction = vec![0.0; from.len()];
-        let shift = self.descend(&gradient, &mut direction)?;
-        let promised = -gradient.iter().zip(&direction).map(|(g, d)| g * d).sum::<f64>();
+        self.system.add_newton_step(gradient, &mut direction);
+        let promised = -dot(gradient, &direction);
         let mut step = NewtonStep {
             displacement: from.to_vec(),
             energy_norm: promised.max(0.0).sqrt(),
@@ -208,32 +170,9 @@ impl Solver<'_> {
         };
         self.search(&mut step, theta, &direction, promised);
         let taken: Vec<f64> = direction.iter().map(|d| step.length * d).collect();
-        *predicted = Some(self.assembly.predict_stress(self.potential, &taken));
+        *predicted = self.system.predict_stress(&taken);
         step.seconds = start.elapsed().as_secs_f64();
         Ok(step)
-    }
-
-    /// Adds `−K⁻¹ forces` to the free degrees of freedom of `direction`, with the shift that makes K positive definite.
-    fn descend(&mut self, forces: &[f64], direction: &mut [f64]) -> Result<f64, SolveError> {
-        let mut shift = 0.0;
-        if !self.system.positive_definite(&self.sparsity, &self.assembly.matrix) {
-            shift = self.more_shift(0.0)?;
-        }
-        loop {
-            match self.add_newton_step(forces, direction, ACCURACY) {
-                Solved::Done => return Ok(shift),
-                Solved::Indefinite => shift = self.more_shift(shift)?,
-                Solved::TooSlow => {
-                    self.system.factorise_instead(&self.sparsity)?;
-                    return self.descend(forces, direction);
-                }
-            }
-        }
-    }
-
-    fn more_shift(&mut self, above: f64) -> Result<f64, SolveError> {
-        let matrix = &mut self.assembly.matrix;
-        self.system.shifted(&self.sparsity, matrix, above).ok_or(SolveError::Singular)
     }
 
     /// The longest of the steps 1, ½, ¼, … that turns no cell over and lowers the energy, or else the residual where the
@@ -244,12 +183,12 @@ impl Solver<'_> {
         let mut length = 1.0;
         while length >= SHORTEST_STEP {
             let trial: Vec<f64> = from.iter().zip(direction).map(|(u, d)| u + length * d).collect();
-            let energy = self.potential.value_and_gradient(&trial, theta, &mut gradient);
+            let energy = self.body().value_and_gradient(&trial, theta, &mut gradient);
             let residual = self.norm_of_free(&gradient);
             let lower = energy <= step.energy_before - SUFFICIENT * length * promised;
-            let hidden = length * promised <= self.assembly.energy_noise;
+            let hidden = length * promised <= self.system.assembly.energy_noise;
             let better = lower || (hidden && residual <= step.residual_before);
-            if energy.is_finite() && better && !self.passes_flat(theta, direction, length) {
+            if energy.is_finite() && better && !self.system.passes_flat(theta, direction, length) {
                 step.displacement = trial;
                 (step.energy_after, step.residual_after) = (energy, residual);
                 step.length = length;
@@ -260,6 +199,6 @@ impl Solver<'_> {
     }
 
     fn norm_of_free(&self, gradient: &[f64]) -> f64 {
-        self.sparsity.gather(gradient).map(|g| g * g).sum::<f64>().sqrt()
+        self.system.sparsity.gather(gradient).map(|g| g * g).sum::<f64>().sqrt()
     }
 }

@@ -11,8 +11,8 @@ pub use warning::Warning;
 use crate::cells::{
     CellValue, MOST_WORST, largest, largest_stretches, least, mean_ratios, per_cell, volume_ratios,
 };
-use crate::solver::check_arrays;
-use crate::{BalanceSolution, Solution, SolveError, locking};
+use crate::check::{check_arrays, check_length};
+use crate::{BalanceSolution, Solution, SolveError};
 use forces::Forces;
 use sinew_energy::{Body, ForceBalance};
 
@@ -84,7 +84,7 @@ pub fn report(potential: &Body, solution: &Solution) -> Result<SolutionReport, S
         negative_pivots: solution.negative_pivots,
     };
     let mut report = assess(potential, displacement, &forces, outcome);
-    report.warnings.extend(locking(potential, theta)?.map(Warning::Locking));
+    report.warnings.extend(solution.locking.map(Warning::Locking));
     Ok(report)
 }
 
@@ -109,11 +109,7 @@ pub fn report_balance(
         negative_pivots: solution.negative_pivots,
     };
     let mut report = assess(potential, displacement, &forces, outcome);
-    if body.pressure_field.is_none() {
-        // θ may go on with the magnitudes of followers, which the potential alone does not read.
-        let own = &theta[..potential.theta_len()];
-        report.warnings.extend(locking(potential, own)?.map(Warning::Locking));
-    }
+    report.warnings.extend(solution.locking.map(Warning::Locking));
     Ok(report)
 }
 
@@ -166,12 +162,4 @@ impl SolutionReport {
 
 fn relative(residual: f64, scale: f64) -> f64 {
     if residual == 0.0 { 0.0 } else { residual / scale }
-}
-
-fn check_length(needed: usize, values: &[f64]) -> Result<(), SolveError> {
-    let finite = values.iter().filter(|u| u.is_finite()).count();
-    if values.len() == needed && finite == needed {
-        return Ok(());
-    }
-    Err(SolveError::Initial { given: values.len(), finite, needed })
 }

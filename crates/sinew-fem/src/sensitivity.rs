@@ -1,14 +1,12 @@
 //! How an equilibrium moves with θ.
 
-use crate::linear_solver::Solved;
-use crate::state::State;
+use crate::check::check_displacement;
+use crate::followers::Followers;
+use crate::system::{System, Unknowns};
 use crate::vector::dot;
-use crate::{Solution, SolveError, Solver};
-use sinew_energy::{Body, Magnitude};
+use crate::{BalanceSolution, BalanceSolver, Solution, SolveError, Solver};
+use sinew_energy::{Body, Magnitude, PressureSurface};
 use sinew_num::Mat3;
-
-/// Residual of the linear systems relative to their right-hand sides, where they are solved by iteration.
-const ACCURACY: f64 = 1e-10;
 
 impl Solver<'_> {
     /// Derivative of the displacement in each entry of θ: one vector like the displacement per entry.
@@ -31,14 +29,9 @@ impl Solver<'_> {
         displacement: &[f64],
         theta: &[f64],
     ) -> Result<Vec<Vec<f64>>, SolveError> {
-        self.factorise_at(displacement, theta)?;
-        let column = |index: usize| {
-            let forces = force_change(self.potential, displacement, theta, &unit(theta, index));
-            let mut change = vec![0.0; displacement.len()];
-            self.add_exactly(&forces, &mut change)?;
-            self.finite(change)
-        };
-        (0..theta.len()).map(column).collect()
+        self.check(displacement, theta)?;
+        let at = Unknowns { displacement: displacement.to_vec(), pressure: Vec::new() };
+        self.system.sensitivity(&at, theta, 1.0)
     }
 
     /// Derivative in each entry of θ of a quantity of interest whose derivative in the displacement is
@@ -52,29 +45,73 @@ impl Solver<'_> {
         solution: &Solution,
         slope: &[f64],
     ) -> Result<Vec<f64>, SolveError> {
-        self.check_displacement(slope)?;
         let Solution { displacement, theta, .. } = solution;
-        self.factorise_at(displacement, theta)?;
+        check_displacement(self.body(), slope)?;
+        self.check(displacement, theta)?;
+        let at = Unknowns { displacement: displacement.clone(), pressure: Vec::new() };
+        self.system.factorise_at(&at, theta, 1.0)?;
         let mut adjoint = vec![0.0; displacement.len()];
-        self.add_exactly(slope, &mut adjoint)?;
+        self.system.add_newton_step(slope, &mut adjoint);
         let entry = |index: usize| {
-            let forces = force_change(self.potential, displacement, theta, &unit(theta, index));
+            let forces =
+                force_change(self.system.body, &[], displacement, theta, &unit(theta, index));
             dot(&forces, &adjoint)
         };
-        self.finite((0..theta.len()).map(entry).collect())
+        self.system.finite((0..theta.len()).map(entry).collect())
+    }
+}
+
+impl BalanceSolver<'_> {
+    /// Derivative of the displacement in each entry of θ, as [`Solver::sensitivity`], under the solution's fraction of the
+    /// loads.
+    ///
+    /// # Errors
+    /// As for [`Solver::sensitivity`].
+    pub fn sensitivity(&mut self, solution: &BalanceSolution) -> Result<Vec<Vec<f64>>, SolveError> {
+        let at = self.checked(solution, &solution.theta)?;
+        self.system.sensitivity(&at, &solution.theta, solution.load_factor)
+    }
+}
+
+impl System<'_> {
+    fn sensitivity(
+        &mut self,
+        at: &Unknowns,
+        theta: &[f64],
+        load_factor: f64,
+    ) -> Result<Vec<Vec<f64>>, SolveError> {
+        let shift = self.factorise_at(at, theta, load_factor)?;
+        let free = self.sparsity.unknowns();
+        let followers = self.followers.surfaces;
+        let column = |index: usize| {
+            let mut direction = unit(theta, index);
+            // Loads count as much as they are applied; so do none of the law's parameters.
+            let law = self.body.law_parameters(theta).len();
+            direction[law..].iter_mut().for_each(|d| *d *= load_factor);
+            let forces = force_change(self.body, followers, &at.displacement, theta, &direction);
+            let mut right: Vec<f64> = self.sparsity.gather(&forces).map(|f| -f).collect();
+            right.resize(free + self.pressures(), 0.0);
+            let (change, _) = self.solve(right, shift)?;
+            let mut slope = vec![0.0; at.displacement.len()];
+            self.sparsity.scatter(change[..free].iter().copied(), &mut slope);
+            self.finite(slope)
+        };
+        (0..theta.len()).map(column).collect()
     }
 
-    /// Factorises the stiffness at a displacement.
-    fn factorise_at(&mut self, displacement: &[f64], theta: &[f64]) -> Result<(), SolveError> {
-        self.potential.check_theta(theta)?;
-        self.check_displacement(displacement)?;
-        let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
-        self.assembly.assemble(self.potential, &self.sparsity, state, None);
-        self.system.place(&self.potential.positions, displacement, &self.sparsity.frames);
+    /// Factorises the stiffness at a displacement; returns the shift of the factor, which only preconditions then.
+    fn factorise_at(
+        &mut self,
+        at: &Unknowns,
+        theta: &[f64],
+        load_factor: f64,
+    ) -> Result<f64, SolveError> {
+        self.assemble(at, theta, load_factor, None);
         if !self.assembly.is_finite() {
             return Err(SolveError::Inadmissible { cell: self.assembly.worst_cell });
         }
-        self.factorise_assembled()
+        let (shift, _) = self.factorise(false).ok_or(SolveError::Singular)?;
+        if shift > 0.0 && self.has_potential() { Err(SolveError::Singular) } else { Ok(shift) }
     }
 
     /// Derivatives that do not overflow where the energy does not yet.
@@ -82,27 +119,6 @@ impl Solver<'_> {
         let cell = self.assembly.worst_cell;
         let finite = slopes.iter().all(|s| s.is_finite());
         if finite { Ok(slopes) } else { Err(SolveError::Inadmissible { cell }) }
-    }
-
-    fn factorise_assembled(&mut self) -> Result<(), SolveError> {
-        if !self.system.positive_definite(&self.sparsity, &self.assembly.matrix) {
-            if !self.system.is_certain() {
-                self.system.factorise_instead(&self.sparsity)?;
-            }
-            let pivots = self.system.indefinite(&self.sparsity, &self.assembly.matrix);
-            pivots.ok_or(SolveError::Singular)?;
-        }
-        Ok(())
-    }
-
-    /// Adds `−K⁻¹ forces` to the free degrees of freedom. Where iteration fails, the stiffness is factorised.
-    fn add_exactly(&mut self, forces: &[f64], change: &mut [f64]) -> Result<(), SolveError> {
-        if self.add_newton_step(forces, change, ACCURACY) != Solved::Done {
-            self.system.factorise_instead(&self.sparsity)?;
-            self.factorise_assembled()?;
-            self.add_newton_step(forces, change, ACCURACY);
-        }
-        Ok(())
     }
 }
 
@@ -114,6 +130,7 @@ fn unit(theta: &[f64], index: usize) -> Vec<f64> {
 /// Change of the gradient of Π with θ along `direction`: `∂²Π/∂u∂θ · direction`.
 fn force_change(
     potential: &Body,
+    followers: &[PressureSurface],
     displacement: &[f64],
     theta: &[f64],
     direction: &[f64],
@@ -141,6 +158,13 @@ fn force_change(
         if let Magnitude::Theta(_) = surface.magnitude {
             surface.value_and_add_gradient(displacement, direction, &mut forces);
         }
+    }
+    for surface in followers.iter().filter(|s| matches!(s.magnitude, Magnitude::Theta(_))) {
+        Followers::new(std::slice::from_ref(surface)).add_forces(
+            displacement,
+            direction,
+            &mut forces,
+        );
     }
     for pressure in &potential.pressures {
         if let Magnitude::Theta(_) = pressure.magnitude {

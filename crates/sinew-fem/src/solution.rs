@@ -1,6 +1,6 @@
 //! What a solve returns.
 
-use crate::History;
+use crate::{History, LockingWarning};
 
 /// An equilibrium of a body.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +19,8 @@ pub struct Solution {
     pub least_volume_ratio: f64,
     /// Number of negative eigenvalues of the last stiffness: 0 for a stable equilibrium.
     pub negative_pivots: usize,
+    /// Elements that are too stiff for this body, so that the displacement is too small.
+    pub locking: Option<LockingWarning>,
     /// Number of load steps, 1 when the whole load was taken at once.
     pub load_steps: usize,
     /// All iterations.
@@ -35,21 +37,43 @@ impl Solution {
 
     /// Number of Newton iterations.
     pub fn iterations(&self) -> usize {
-        self.history.iterations.iter().filter(|i| i.step > 0.0).count()
+        self.history.steps()
     }
 }
 
-/// Limits on a solve.
+/// Limits and accuracy of a solve, and how loads are raised where the whole at once fails.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Most Newton iterations, all load steps together.
+    /// Most states that are assembled, all load steps together. Hard bodies take a few hundred.
     pub iterations: usize,
-    /// Smallest load step, as a fraction of the load, before the solve gives up.
+    /// Most of them at one load: searches that succeed take fewer, and beyond them smaller load steps are cheaper.
+    pub iterations_per_load: usize,
+    /// Largest first load step, as a fraction of the load. Slender bodies start with less, by the linear model at rest.
+    pub first_load_step: f64,
+    /// Most that a load step may be longer than the one before. It is as long where that began a fifth of the forces away
+    /// from equilibrium.
+    pub load_step_growth: f64,
+    /// Smallest load step before the solve gives up, relative to the load that was reached; above the first load step
+    /// none is tried.
     pub least_load_step: f64,
+    /// Unbalanced forces \[relative to loads and reactions\] and changes of volume \[relative to the body's\] of an
+    /// equilibrium without a potential, where the accuracy of linear systems bounds what can be had. Minima of a
+    /// potential go down to what rounding errors amount to.
+    pub accuracy: f64,
+    /// The same on the way to another load, from where the next step starts and no more.
+    pub accuracy_on_the_way: f64,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { iterations: 600, least_load_step: 1e-4 }
+        Self {
+            iterations: 600,
+            iterations_per_load: 40,
+            first_load_step: 0.25,
+            load_step_growth: 2.0,
+            least_load_step: 1e-4,
+            accuracy: 1e-10,
+            accuracy_on_the_way: 1e-2,
+        }
     }
 }

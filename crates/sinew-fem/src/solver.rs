@@ -1,21 +1,20 @@
-//! The solver: what is prepared once per body.
+//! The solver of bodies with a potential: what is prepared once per body.
 
-use crate::assembly::Assembly;
-use crate::linear_solver::{LinearSolver, LinearSystem};
-use crate::rigid::check_supports;
-use crate::sparsity::Sparsity;
-use crate::{Solution, SolveError};
+use crate::assembly::PredictedStress;
+use crate::check::check_displacement;
+use crate::path::Path;
+use crate::state::State;
+use crate::system::{System, Unknowns};
+use crate::watch::{Log, Progress};
+use crate::{Options, Solution, SolveError};
 use sinew_energy::Body;
-use std::sync::Arc;
+use std::time::Instant;
 
 /// Finds equilibria of one body for any θ.
 ///
 /// Sparsity, ordering and symbolic factorisation are prepared once; the memory of the numbers is reused.
 pub struct Solver<'p> {
-    pub(crate) potential: &'p Body,
-    pub(crate) sparsity: Arc<Sparsity>,
-    pub(crate) system: LinearSystem,
-    pub(crate) assembly: Assembly,
+    pub(crate) system: System<'p>,
 }
 
 impl<'p> Solver<'p> {
@@ -24,22 +23,7 @@ impl<'p> Solver<'p> {
     /// # Errors
     /// A potential that is malformed or whose supports leave a part of the body free to move.
     pub fn new(potential: &'p Body) -> Result<Self, SolveError> {
-        Self::with_linear_solver(potential, LinearSolver::Automatic)
-    }
-
-    /// Prepares the solver with a linear solver of choice.
-    ///
-    /// # Errors
-    /// As for [`Solver::new`].
-    pub fn with_linear_solver(
-        potential: &'p Body,
-        linear_solver: LinearSolver,
-    ) -> Result<Self, SolveError> {
-        check_arrays(potential)?;
-        check_supports(potential)?;
-        let sparsity = Arc::new(Sparsity::new(potential, &[])?);
-        let system = LinearSystem::new(linear_solver, &sparsity)?;
-        Ok(Self::assembled(potential, sparsity, system))
+        System::new(potential).map(|system| Self { system })
     }
 
     /// Another solver of the same body, for another thread; it shares what is prepared.
@@ -47,95 +31,128 @@ impl<'p> Solver<'p> {
     /// # Errors
     /// [`SolveError::OutOfMemory`].
     pub fn fresh(&self) -> Result<Self, SolveError> {
-        Ok(Self::assembled(self.potential, self.sparsity.clone(), self.system.fresh()?))
-    }
-
-    fn assembled(potential: &'p Body, sparsity: Arc<Sparsity>, system: LinearSystem) -> Self {
-        let assembly =
-            Assembly::new(&sparsity, potential.volumes.len(), potential.prescribed.len());
-        Self { potential, sparsity, system, assembly }
+        self.system.fresh().map(|system| Self { system })
     }
 
     /// The body that is solved.
     pub fn body(&self) -> &'p Body {
-        self.potential
+        self.system.body
     }
 
     /// Number of unknowns: degrees of freedom that no support prescribes.
     pub fn unknowns(&self) -> usize {
-        self.sparsity.unknowns()
+        self.system.sparsity.unknowns()
     }
 
-    /// Stored entries of the lower half of the stiffness, and of the linear solver in numbers of the same size:
-    /// those of the Cholesky factor, or of an iteration's matrices so far.
+    /// Stored entries of the lower half of the stiffness and of its factor.
     pub fn stored_entries(&self) -> [usize; 2] {
-        [self.sparsity.entries(), self.system.bytes() / size_of::<f64>()]
+        [self.system.sparsity.entries(), self.system.factor.entries()]
     }
 
-    /// Iterations that the linear solver's preconditioner took for its own matrix when it was last built; `None` for
-    /// a direct solver, also one that took over from an iteration.
-    pub fn linear_iterations(&self) -> Option<usize> {
-        self.system.iterations()
+    pub(crate) fn check(&self, displacement: &[f64], theta: &[f64]) -> Result<(), SolveError> {
+        self.system.body.check_theta(theta)?;
+        check_displacement(self.system.body, displacement)
     }
 
-    pub(crate) fn check_solution(&self, solution: &Solution) -> Result<(), SolveError> {
-        self.potential.check_theta(&solution.theta)?;
-        self.check_displacement(&solution.displacement)
+    /// Assembles at a displacement that may come from anywhere; `predicted` as in [`crate::assembly::Assembly::assemble`].
+    pub(crate) fn visit(
+        &mut self,
+        displacement: &[f64],
+        theta: &[f64],
+        predicted: Option<&PredictedStress>,
+    ) -> Result<(), SolveError> {
+        self.check(displacement, theta)?;
+        let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
+        let System { body, sparsity, assembly, .. } = &mut self.system;
+        assembly.assemble(body, sparsity, state, predicted);
+        let cell = assembly.worst_cell;
+        if assembly.is_finite() { Ok(()) } else { Err(SolveError::Inadmissible { cell }) }
     }
 
-    pub(crate) fn check_displacement(&self, displacement: &[f64]) -> Result<(), SolveError> {
-        let (given, needed) = (displacement.len(), self.potential.prescribed.len());
-        let finite = displacement.iter().filter(|u| u.is_finite()).count();
-        if given == needed && finite == needed {
-            return Ok(());
-        }
-        Err(SolveError::Initial { given, finite, needed })
+    /// The equilibrium for θ, starting from the reference configuration.
+    ///
+    /// # Errors
+    /// θ that makes no sense, or [`SolveError::NotConverged`].
+    pub fn solve(&mut self, theta: &[f64], options: &Options) -> Result<Solution, SolveError> {
+        let rest = self.system.rest().displacement;
+        self.solve_from(&rest, theta, options)
     }
-}
 
-/// The fields of a potential are public: checks that they fit each other.
-pub(crate) fn check_arrays(potential: &Body) -> Result<(), SolveError> {
-    let (cells, nodes) = (potential.cell_count(), potential.nodes);
-    if cells == 0 {
-        return Err(SolveError::EmptyMesh);
+    /// The equilibrium for θ, starting from a displacement \[length\] that should be near it.
+    ///
+    /// When the search from there fails, loads and prescribed motions are raised step by step from rest.
+    ///
+    /// # Errors
+    /// As for [`Solver::solve`], and an initial displacement of the wrong length or that is not finite.
+    pub fn solve_from(
+        &mut self,
+        initial: &[f64],
+        theta: &[f64],
+        options: &Options,
+    ) -> Result<Solution, SolveError> {
+        self.solve_logged(initial, theta, options, Log::default())
     }
-    let known = |nodes_of: &[usize]| nodes_of.iter().all(|&node| node < nodes);
-    let finite = |values: &[f64]| values.iter().all(|x| x.is_finite());
-    let facets = || potential.pressures.iter().flat_map(|p| p.facets.as_flattened());
-    let surfaces = || potential.surfaces.iter().flat_map(|s| &s.nodes);
-    let springs = || potential.springs.iter();
-    let points = cells * potential.points_per_cell;
-    let frames = || potential.frames.nodes();
-    let material = potential.material.points();
-    let held = || potential.prescribed.iter().flatten();
-    let checks = [
-        ("cells", "name nodes that do not exist", known(&potential.cells)),
-        ("pressures", "name nodes that do not exist", facets().all(|&node| node < nodes)),
-        ("surfaces", "name nodes that do not exist", surfaces().all(|&node| node < nodes)),
-        ("springs", "name nodes that do not exist", springs().all(|s| s.node < nodes)),
-        ("positions", "are not one per node", potential.positions.len() == nodes),
-        ("positions", "are not finite", finite(potential.positions.as_flattened())),
-        (
-            "shape gradients",
-            "are not one per point",
-            potential.shape_gradients.len() == points * potential.nodes_per_cell,
-        ),
-        ("volumes", "are not one per point", potential.volumes.len() == points),
-        ("directions", "are not one row per point", material.is_none_or(|rows| rows == points)),
-        ("nodal forces", "are not three per node", potential.nodal_force.len() == 3 * nodes),
-        ("supports", "are not three per node", potential.prescribed.len() == 3 * nodes),
-        ("shape gradients", "are not finite", finite(potential.shape_gradients.as_flattened())),
-        (
-            "volumes",
-            "are not positive",
-            potential.volumes.iter().all(|&v| v > 0.0 && v.is_finite()),
-        ),
-        ("nodal forces", "are not finite", finite(&potential.nodal_force)),
-        ("supports", "are not finite", held().all(|u| u.is_finite())),
-        ("frames", "name nodes that do not exist", frames().all(|node| node < nodes)),
-    ];
-    match checks.iter().find(|(_, _, passed)| !passed) {
-        Some(&(what, problem, _)) => Err(SolveError::Malformed { what, problem }),
-        None => Ok(()),
+
+    /// As [`Solver::solve`]; `watch` is called with each state that the iteration comes to.
+    ///
+    /// ```no_run
+    /// # fn f(solver: &mut sinew_fem::Solver) -> Result<(), sinew_fem::SolveError> {
+    /// use sinew_fem::{Options, print_progress};
+    /// solver.solve_watched(&[75.0, 75.0], &Options::default(), &mut print_progress)?;
+    /// # Ok(()) }
+    /// ```
+    ///
+    /// # Errors
+    /// As for [`Solver::solve`].
+    pub fn solve_watched(
+        &mut self,
+        theta: &[f64],
+        options: &Options,
+        watch: &mut impl FnMut(&Progress<'_>),
+    ) -> Result<Solution, SolveError> {
+        let rest = self.system.rest().displacement;
+        self.solve_from_watched(&rest, theta, options, watch)
+    }
+
+    /// As [`Solver::solve_from`]; `watch` is called with each state that the iteration comes to.
+    ///
+    /// # Errors
+    /// As for [`Solver::solve_from`].
+    pub fn solve_from_watched(
+        &mut self,
+        initial: &[f64],
+        theta: &[f64],
+        options: &Options,
+        watch: &mut impl FnMut(&Progress<'_>),
+    ) -> Result<Solution, SolveError> {
+        self.solve_logged(initial, theta, options, Log::watched(watch))
+    }
+
+    fn solve_logged(
+        &mut self,
+        initial: &[f64],
+        theta: &[f64],
+        options: &Options,
+        mut history: Log<'_>,
+    ) -> Result<Solution, SolveError> {
+        let start = Instant::now();
+        self.check(initial, theta)?;
+        let from = Unknowns { displacement: initial.to_vec(), pressure: Vec::new() };
+        let (found, load_steps) =
+            Path::to_load(&mut self.system, theta, options).run(from, &mut history)?;
+        Ok(Solution {
+            displacement: found.unknowns.displacement,
+            // The sum over all cells in one order, the same as every reader of the potential gets.
+            energy: self.system.assembly.energy,
+            theta: theta.to_vec(),
+            residual: found.residual.force,
+            force_scale: found.force_scale,
+            least_volume_ratio: found.least_volume_ratio,
+            negative_pivots: found.negative_pivots,
+            locking: self.system.locking(theta),
+            load_steps,
+            history: history.take(),
+            seconds: start.elapsed().as_secs_f64(),
+        })
     }
 }

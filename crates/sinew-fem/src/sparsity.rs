@@ -1,7 +1,7 @@
 //! Numbering of the unknowns and where element matrices go in the stiffness matrix.
 
 use crate::SolveError;
-use crate::linear::ordering::fill_reducing_order;
+use crate::ordering::fill_reducing_order;
 use faer::sparse::SymbolicSparseColMat;
 use sinew_energy::{Body, Frames, PressureSurface};
 

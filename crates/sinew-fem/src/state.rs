@@ -22,3 +22,15 @@ impl State<'_> {
             + potential.inner_value(self.displacement, self.theta)
     }
 }
+
+/// Derivative of the loads' potential under the whole load: minus the forces on the body.
+pub(crate) fn load_gradient(body: &Body, displacement: &[f64], theta: &[f64]) -> Vec<f64> {
+    let mut gradient: Vec<_> = body.nodal_force.iter().map(|f| -f).collect();
+    for pressure in &body.pressures {
+        pressure.value_and_add_gradient(displacement, theta, &mut gradient);
+    }
+    for surface in &body.surfaces {
+        surface.value_and_add_gradient(displacement, theta, &mut gradient);
+    }
+    gradient
+}

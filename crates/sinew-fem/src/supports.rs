@@ -41,6 +41,26 @@ pub(crate) fn part(potential: &Body, node: usize, vector: &[f64; 3], held: bool)
 }
 
 impl Assembly {
+    /// Adds `weight` times a symmetric matrix over the components of some nodes to the stiffness; `lower` gives an entry
+    /// of its lower half by row and column, `places` say where they go.
+    pub fn add_matrix(
+        &mut self,
+        frames: &Frames,
+        nodes: &[usize],
+        places: &[u32],
+        weight: f64,
+        lower: impl Fn(usize, usize) -> f64,
+    ) {
+        if self.add_turned(frames, nodes, places, weight, &lower) {
+            return;
+        }
+        let entries =
+            (0..3 * nodes.len()).flat_map(|row| (0..=row).map(move |column| (row, column)));
+        for (&place, (row, column)) in places.iter().zip(entries) {
+            self.matrix[place as usize] += weight * lower(row, column);
+        }
+    }
+
     /// Adds `weight` times a symmetric matrix over the components of some nodes, turned into their frames.
     /// Does nothing and returns false when none of them has one, so that nobody else pays.
     ///

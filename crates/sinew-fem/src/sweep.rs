@@ -6,8 +6,6 @@ use rayon::prelude::*;
 use sinew_energy::Body;
 use thiserror::Error;
 
-/// Residual of a guess' linear system relative to its right-hand side, where it is solved by iteration.
-const GUESS_ACCURACY: f64 = 1e-3;
 /// Samples that are solved one after the other, each from its predecessor. The partition depends on nothing
 /// else, so results do not depend on the number of threads.
 const CHAIN: usize = 25;
@@ -112,7 +110,7 @@ impl Solver<'_> {
         theta: &[f64],
         options: &Options,
     ) -> Result<Solution, SolveError> {
-        self.potential.check_theta(theta)?;
+        self.body().check_theta(theta)?;
         let Solution { displacement, theta: from, .. } = near;
         if !near.is_stable() {
             return self.solve_from(displacement, theta, options);
@@ -122,7 +120,7 @@ impl Solver<'_> {
             let moved: Vec<_> =
                 from.iter().zip(&along).map(|(t, d)| t + sign * DIFFERENCE * d).collect();
             let mut gradient = vec![0.0; displacement.len()];
-            self.potential.value_and_gradient(displacement, &moved, &mut gradient);
+            self.body().value_and_gradient(displacement, &moved, &mut gradient);
             gradient
         };
         let (up, down) = (gradient_at(1.0), gradient_at(-1.0));
@@ -130,7 +128,7 @@ impl Solver<'_> {
         let forces: Vec<_> = up.iter().zip(&down).map(quotient).collect();
         // The last factor belongs to the iterate before the last: near enough for a guess.
         let mut guess = displacement.clone();
-        self.add_newton_step(&forces, &mut guess, GUESS_ACCURACY);
+        self.system.add_newton_step(&forces, &mut guess);
         // A guess that cannot be had is the last equilibrium itself.
         let found = guess.iter().all(|u| u.is_finite());
         self.solve_from(if found { &guess } else { displacement }, theta, options)

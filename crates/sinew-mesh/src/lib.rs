@@ -81,6 +81,7 @@ mod generate;
 mod geometry;
 mod io;
 mod mesh;
+mod naming;
 mod quadratic;
 mod quality;
 mod surface;
@@ -108,6 +109,7 @@ pub use mesh::{
     Facet, Field, FieldValues, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh,
     TriangleMesh,
 };
+pub use naming::UnknownFacet;
 pub use quality::{
     QualitySummary, SLIVER_ANGLE, Spread, min_dihedral_angle, quality, slivers, volume_ratio,
 };

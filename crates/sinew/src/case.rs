@@ -193,6 +193,11 @@ impl Case {
         Ok(body)
     }
 
+    /// What may be wrong with the case though it can be solved; `body` is the one that it was lowered to.
+    pub fn warnings(&self, body: &Body) -> Vec<String> {
+        self.fibres.as_ref().and_then(|fibres| fibres.warning(body)).into_iter().collect()
+    }
+
     /// Names of the parameters that loads read, each once, as they come.
     fn load_parameters(&self) -> Vec<&str> {
         let mut names: Vec<&str> = Vec::new();

@@ -130,3 +130,26 @@ fn a_scene_takes_another_mesh() {
     let body = case.body().unwrap();
     assert_eq!((body.nodes, body.cavities.len()), (mesh.points.len(), 1));
 }
+
+#[test]
+fn nodal_fibres_of_mixed_signs_are_told_with_their_number() {
+    let case = Case::parse(STRANGER, "stranger.toml").unwrap();
+    let told = |mesh: &TetMesh| {
+        let body = case.body_on(AnyMesh::Tetrahedra(mesh.clone())).unwrap();
+        case.warnings(&body)
+    };
+    let mut mesh = ventricle();
+    assert!(told(&mesh).is_empty(), "fibres of cells have nothing to disagree with");
+    mesh.cell_fields.clear();
+    let along_x = vec![[1.0, 0.0, 0.0]; mesh.points.len()];
+    mesh.point_fields.insert("fibre".into(), Field::vectors(&along_x));
+    assert!(told(&mesh).is_empty());
+    // One node's fibre turned round: every cell around it.
+    let around = mesh.cells.iter().filter(|cell| cell.contains(&5)).count();
+    let turned: Vec<_> =
+        (0..along_x.len()).map(|n| [if n == 5 { -1.0 } else { 1.0 }, 0.0, 0.0]).collect();
+    mesh.point_fields.insert("fibre".into(), Field::vectors(&turned));
+    let warnings = told(&mesh);
+    assert!(around > 0 && warnings.len() == 1);
+    assert!(warnings[0].contains(&format!("in {around} of {} cells", mesh.cells.len())));
+}

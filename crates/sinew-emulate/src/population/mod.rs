@@ -50,6 +50,42 @@ impl Default for Start {
 /// Each body is prepared by a few linear systems: a state to [start](Start) from, and derivatives in the parameters, which outputs follow to
 /// second order. The network learns what is beyond.
 /// One body, the first, is solved: its equilibrium is another state that bodies may start from.
+///
+/// ```
+/// use sinew_emulate::{Body, Error, Population};
+/// use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
+/// use sinew_gnn::Budget;
+/// use sinew_mesh::BeamShape;
+/// use std::ops::ControlFlow;
+///
+/// // A population: a body for every number.
+/// let draw = |number: u64| -> Result<Body, Error> {
+///     let shape = [0.1 * (number % 17) as f64 - 0.8, 0.1 * (number % 13) as f64 - 0.6];
+///     let refused = |reason: String| Error::Draw { index: number, reason };
+///     let mesh = BeamShape::new(&shape).and_then(|shape| shape.tetrahedra([4, 2, 2]));
+///     let scene = Scene::new(mesh.map_err(|error| refused(error.to_string()))?, NeoHookean)
+///         .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
+///         .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
+///         .load(Load::BodyForce([0.0, 0.0, -9.8e-3]))
+///         .support(Support::clamped("x_min"));
+///     scene.lower().map_err(|error| refused(error.to_string()))
+/// };
+/// // Four steps, where some thousand make a good network.
+/// let mut recipe = Population::default();
+/// recipe.training.budget = Budget::Steps(4);
+/// let emulator = recipe.train(&draw, 1, &mut |_, _| Ok(ControlFlow::Continue(())))?;
+/// // A body of another mesh: what the network says, and two Newton steps.
+/// let mesh = BeamShape::new(&[0.3])?.tetrahedra([5, 2, 2])?;
+/// let body = Scene::new(mesh, NeoHookean)
+///     .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
+///     .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
+///     .load(Load::BodyForce([0.0, 0.0, -9.8e-3]))
+///     .support(Support::clamped("x_min"))
+///     .lower()?;
+/// let answer = emulator.meet(&body)?.correct(&[60.0, 90.0], 2)?;
+/// assert_eq!(answer.displacement.len(), 3 * body.nodes);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Population {

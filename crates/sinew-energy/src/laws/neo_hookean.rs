@@ -8,7 +8,8 @@ use std::ops::RangeInclusive;
 /// Compressible neo-Hookean solid, thesis eq. (3.1):
 /// `Ψ = ½λ(ln J)² − μ ln J + ½μ(I₁ − 3)`; θ = (μ, λ) \[stress\].
 ///
-/// [`super::ByYoungPoisson`] takes Young's modulus and Poisson's ratio instead.
+/// [`super::ByYoungPoisson`] takes Young's modulus and Poisson's ratio instead. Of the data sets published with the thesis
+/// those of beams list (μ, λ) as here, those of the liver (λ, μ), those of the cube (E, ν).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NeoHookean;
 

@@ -31,7 +31,13 @@ pub(super) fn check_overlaps<const N: usize>(mesh: &Mesh<N>) -> Result<(), Scene
         Some(pair) => {
             let mut facet = pair[0].0[..corners].to_vec();
             facet.sort_unstable();
-            Err(SceneError::OverlappingCells { cells: [pair[0].1, pair[1].1], facet })
+            let cells = [pair[0].1, pair[1].1];
+            let [first, second] = cells.map(|cell| {
+                let mut nodes = mesh.cells[cell];
+                nodes.sort_unstable();
+                nodes
+            });
+            Err(SceneError::OverlappingCells { cells, facet, twice: first == second })
         }
     }
 }

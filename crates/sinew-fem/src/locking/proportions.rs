@@ -14,7 +14,7 @@ pub struct Proportions {
 
 impl Proportions {
     /// `None` where the body has no size.
-    pub(super) fn of(potential: &Body) -> Option<Self> {
+    pub(crate) fn of(potential: &Body) -> Option<Self> {
         let element = potential.element();
         let [longest, least] = principal_extents(&potential.positions, element.dimension)?;
         let volume: f64 = potential.volumes.iter().sum();

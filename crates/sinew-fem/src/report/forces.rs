@@ -1,7 +1,9 @@
 //! Nodal forces and energies of a solution.
 
 use crate::BalanceSolution;
-use sinew_energy::{Body, ForceBalance, SurfaceResponse};
+use crate::followers::Followers;
+use crate::state::load_gradient;
+use sinew_energy::{Body, ForceBalance};
 use sinew_num::Mat3;
 
 /// What acts on a body.
@@ -28,13 +30,7 @@ impl Forces {
     ) -> Self {
         let mut total = vec![0.0; displacement.len()];
         let whole = potential.value_and_gradient(displacement, theta, &mut total);
-        let mut loads: Vec<_> = potential.nodal_force.iter().map(|f| -f).collect();
-        for pressure in &potential.pressures {
-            pressure.value_and_add_gradient(displacement, theta, &mut loads);
-        }
-        for surface in &potential.surfaces {
-            surface.value_and_add_gradient(displacement, theta, &mut loads);
-        }
+        let loads = load_gradient(potential, displacement, theta);
         total.iter_mut().zip(&loads).for_each(|(t, l)| *t += (load_factor - 1.0) * l);
         let mut springs = vec![0.0; displacement.len()];
         for spring in &potential.springs {
@@ -55,17 +51,8 @@ impl Forces {
         let BalanceSolution { displacement, theta, load_factor, .. } = solution;
         let mut forces = Self::of_potential(&body.body, displacement, theta, *load_factor);
         let mut followers = vec![0.0; displacement.len()];
-        let mut response = SurfaceResponse::default();
-        for surface in &body.followers {
-            let magnitude = load_factor * surface.magnitude.value(theta);
-            for facet in 0..surface.facets() {
-                surface.facet_force(facet, displacement, &mut response);
-                for (slot, force) in response.gradient.iter().enumerate() {
-                    let node = surface.facet_nodes(facet)[slot / 3];
-                    followers[3 * node + slot % 3] += magnitude * force;
-                }
-            }
-        }
+        Followers::new(&body.followers).add_forces(displacement, theta, &mut followers);
+        followers.iter_mut().for_each(|force| *force *= load_factor);
         let on_body = resultant(&followers);
         (0..3).for_each(|i| forces.loads[i] -= on_body[i]);
         forces.total.iter_mut().zip(&followers).for_each(|(t, f)| *t += f);

@@ -29,8 +29,9 @@ pub enum Warning {
     },
     /// The equilibrium is no minimum.
     #[error(
-        "the stiffness has {negative_pivots} negative pivots: the body would leave this equilibrium; start from \
-         another displacement with solve_from, or load it by a prescribed motion"
+        "the stiffness has {negative_pivots} negative pivots: the body would leave this equilibrium, but no force leads \
+         away from it, as in a straight column beyond Euler's load; nudge it: solve_from this displacement plus a small \
+         multiple of Solver::softest_mode, or load it by a prescribed motion"
     )]
     Unstable {
         /// Negative eigenvalues of the stiffness.

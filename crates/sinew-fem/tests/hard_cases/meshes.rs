@@ -117,7 +117,7 @@ fn a_tetrahedron_listed_twice_is_refused_with_both_cells() {
     let [a, b, c, d] = mesh.cells[2];
     mesh.cells.push([b, c, a, d]);
     match refused(mesh) {
-        SceneError::OverlappingCells { cells: [2, 6], facet } => {
+        SceneError::OverlappingCells { cells: [2, 6], facet, twice: true } => {
             assert!(facet.iter().all(|node| [a, b, c, d].contains(node)));
         }
         other => panic!("{other}"),
@@ -131,7 +131,8 @@ fn a_cell_folded_over_its_neighbour_is_refused() {
     mesh.points.push([0.2, 0.1, 0.5]);
     mesh.cells.push([0, 1, 2, 4]);
     mesh.node_sets.insert("x_min".into(), vec![0, 2, 3]);
-    let expected = SceneError::OverlappingCells { cells: [0, 1], facet: vec![0, 1, 2] };
+    let expected =
+        SceneError::OverlappingCells { cells: [0, 1], facet: vec![0, 1, 2], twice: false };
     assert_eq!(refused(mesh), expected);
 }
 

@@ -12,9 +12,9 @@ use sinew_mesh::{Mesh, box_tetrahedra};
 
 /// C \[kPa\], b_f, b_t, b_fs.
 const THETA: [f64; 4] = [2.0, 8.0, 2.0, 4.0];
-/// Bulk moduli \[kPa\] that stay with the displacements of mixed elements, whose field of pressure makes them
-/// incompressible without, and of linear ones.
-const MIXED_BULK: f64 = 0.0;
+/// Bulk moduli \[kPa\]: next to nothing for mixed elements, whose field of pressure makes them incompressible without,
+/// and that of displacements alone.
+const MIXED_BULK: f64 = 1e-3;
 const BULK: f64 = 1000.0;
 const PRESSURE: f64 = 0.004;
 /// The point whose height is asked for \[mm\].

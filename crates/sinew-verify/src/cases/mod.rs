@@ -7,6 +7,7 @@ mod cook_linear;
 mod cylinder;
 mod elastica;
 mod homogeneous;
+mod land_active;
 mod land_bar;
 mod land_ventricle;
 mod limit_point;
@@ -21,7 +22,7 @@ mod stretch;
 use crate::case::{Band, Case};
 
 /// All benchmarks, in the order of the report.
-pub static ALL: [Case; 16] = [
+pub static ALL: [Case; 17] = [
     patch::CASE,
     shear::CASE,
     stretch::CASE,
@@ -38,6 +39,7 @@ pub static ALL: [Case; 16] = [
     cylinder::CASE,
     land_bar::CASE,
     land_ventricle::CASE,
+    land_active::CASE,
 ];
 
 /// Grids of boxes with the bands of an element on them.

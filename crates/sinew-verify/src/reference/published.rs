@@ -23,6 +23,8 @@ pub const LAND_BAR_BY_MESH: [(Formulation, [usize; 3], f64); 4] = [
 /// z \[mm\] of the apex inside and outside in problem 2 of Land et al.: FEniCS on the axisymmetric problem in two
 /// dimensions, exact geometry, quadratic–linear incompressible elements, up to 14 853 unknowns; ± 0.001.
 pub const LAND_VENTRICLE: [f64; 2] = [-26.612, -28.280];
+/// The same in problem 3: a converged axisymmetric computation of our own; two published codes spread by 3 %.
+pub const LAND_ACTIVE: [f64; 2] = [-12.335, -15.465];
 /// u_y \[mm\] of (48, 60) of Cook's membrane in plane strain with μ = 80.1938, κ = 400942 and a shear of 6.25 per area
 /// in the limit of fine meshes: 6.93 ± 0.01, from [`COOK_BY_MESH`].
 pub const COOK_LIMIT: f64 = 6.93;

@@ -4,14 +4,18 @@ use super::CaseError;
 use super::laws::Row;
 use super::source::{Source, advise, exactly, exactly_if_any};
 use serde::Deserialize;
-use sinew_fem::fibres::{Depth, FibreRule as Angles, Surfaces, VentricleCoordinates};
+use sinew_energy::Body;
+use sinew_fem::fibres::{
+    Depth, FibreRule as Angles, Surfaces, VentricleCoordinates, cells_of_mixed_signs,
+};
 use sinew_mesh::{AnyMesh, Field};
 
 /// Where directions come from: a field of the mesh, one direction for all of it, or a rule.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Fibres {
-    /// Cell or point field with the fibres; need not be of unit length.
+    /// Cell or point field with the fibres; need not be of unit length. Those of points are turned to agree in sign within a
+    /// cell; those of cells are taken as they are.
     pub field: Option<String>,
     /// Cell or point field with the sheets, for laws that read them.
     pub sheets: Option<String>,
@@ -65,6 +69,23 @@ impl Fibres {
         };
         write(&rows, mesh);
         Ok(())
+    }
+
+    /// Nodal fibres whose signs disagree: turned to agree here, but whatever averaged them as they are is wrong.
+    pub(super) fn warning(&self, body: &Body) -> Option<String> {
+        let name = self.field.as_ref()?;
+        if body.mesh.cell_fields().contains_key(name) {
+            return None;
+        }
+        let directions = body.mesh.point_fields().get(name)?.to_vectors::<3>()?;
+        let mixed = cells_of_mixed_signs(body.cell_nodes(), &directions);
+        (mixed > 0).then(|| {
+            format!(
+                "the nodal fibres `{name}` disagree in sign in {mixed} of {} cells. They are turned to agree here; a file in which \
+                 they were averaged as they are has wrong fibres in these cells: lay them by a rule ([fibres.rule]) there",
+                body.cell_count()
+            )
+        })
     }
 
     /// Fields of the first directions, as far as they are known.

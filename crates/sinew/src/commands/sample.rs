@@ -58,6 +58,7 @@ impl Sample {
     pub fn run(&self) -> Result<()> {
         let case = self.case.read()?;
         let body = case.body()?;
+        case.warnings(&body).iter().for_each(|warning| eprintln!("warning: {warning}"));
         let design: Design = serde_json::from_value(self.design.as_str().into())?;
         let thetas = design.sample(&body.parameters, self.count, self.seed)?;
         let folder = self.case.folder(&case).join("sample");

@@ -27,6 +27,7 @@ impl Solve {
     pub fn run(&self) -> Result<()> {
         let case = self.case.read()?;
         let body = case.body()?;
+        case.warnings(&body).iter().for_each(|warning| eprintln!("warning: {warning}"));
         let thetas = self.theta.read(&body)?;
         for theta in &thetas {
             body.check_theta(theta)

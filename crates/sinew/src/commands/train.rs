@@ -58,6 +58,7 @@ impl Train {
     pub fn run(&self) -> Result<()> {
         let case = self.case.read()?;
         let body = case.body()?;
+        case.warnings(&body).iter().for_each(|warning| eprintln!("warning: {warning}"));
         let own = case.training.clone();
         // A budget on the command line replaces the case's, whichever kind it is.
         let (minutes, steps) = match (self.minutes, self.steps) {

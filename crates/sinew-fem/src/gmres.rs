@@ -46,51 +46,18 @@ pub(crate) fn gmres(
         if !going || outcome.iterations >= most_iterations {
             return outcome;
         }
-        let mut basis = vec![residual.iter().map(|r| r / start).collect::<Vec<f64>>()];
-        let mut triangle: Vec<Vec<f64>> = Vec::new();
-        let mut rotations: Vec<[f64; 2]> = Vec::new();
-        let mut reduced = vec![start];
-        while triangle.len() < RESTART && outcome.iterations < most_iterations {
-            let last = basis.len() - 1;
-            precondition(&basis[last], &mut scratch);
+        let mut cycle = Cycle::new(&residual, start);
+        while cycle.triangle.len() < RESTART && outcome.iterations < most_iterations {
+            precondition(cycle.last(), &mut scratch);
             let mut next = vec![0.0; size];
             apply(&scratch, &mut next);
             outcome.iterations += 1;
-            let image = norm(&next);
-            let mut column = Vec::with_capacity(basis.len() + 1);
-            for vector in &basis {
-                let along = dot(vector, &next);
-                next.iter_mut().zip(vector).for_each(|(n, v)| *n -= along * v);
-                column.push(along);
+            match cycle.add(next) {
+                Some(left) if left > tolerance * scale => {}
+                _ => break,
             }
-            // Once more: modified Gram–Schmidt alone loses orthogonality on ill-conditioned systems.
-            for (vector, entry) in basis.iter().zip(&mut column) {
-                let along = dot(vector, &next);
-                next.iter_mut().zip(vector).for_each(|(n, v)| *n -= along * v);
-                *entry += along;
-            }
-            let length = norm(&next);
-            for (k, [c, s]) in rotations.iter().enumerate() {
-                let (a, b) = (column[k], column[k + 1]);
-                (column[k], column[k + 1]) = (c * a + s * b, c * b - s * a);
-            }
-            let diagonal = column[last].hypot(length);
-            // Written so that a NaN ends the iteration as well.
-            let independent = diagonal > SINGULAR * image && diagonal.is_finite();
-            if !independent {
-                break;
-            }
-            let [c, s] = [column[last] / diagonal, length / diagonal];
-            column[last] = diagonal;
-            rotations.push([c, s]);
-            reduced.push(-s * reduced[last]);
-            reduced[last] *= c;
-            triangle.push(column);
-            if reduced[last + 1].abs() <= tolerance * scale || length == 0.0 {
-                break;
-            }
-            basis.push(next.iter().map(|x| x / length).collect());
         }
+        let Cycle { basis, triangle, reduced, .. } = cycle;
         if triangle.is_empty() {
             return outcome;
         }
@@ -108,6 +75,58 @@ pub(crate) fn gmres(
             outcome.relative_residual = norm(&residual) / scale;
             return outcome;
         }
+    }
+}
+
+/// The Krylov space between two restarts: an orthonormal basis, and the least-squares problem in it.
+struct Cycle {
+    basis: Vec<Vec<f64>>,
+    triangle: Vec<Vec<f64>>,
+    rotations: Vec<[f64; 2]>,
+    reduced: Vec<f64>,
+}
+
+impl Cycle {
+    fn new(residual: &[f64], length: f64) -> Self {
+        let basis = vec![residual.iter().map(|r| r / length).collect()];
+        Self { basis, triangle: Vec::new(), rotations: Vec::new(), reduced: vec![length] }
+    }
+
+    fn last(&self) -> &[f64] {
+        &self.basis[self.basis.len() - 1]
+    }
+
+    /// Adds the image of the last vector: the residual that is left. `None` where it is no new direction.
+    fn add(&mut self, mut next: Vec<f64>) -> Option<f64> {
+        let (image, last) = (norm(&next), self.basis.len() - 1);
+        let mut column = vec![0.0; self.basis.len()];
+        // Twice: modified Gram–Schmidt alone loses orthogonality on ill-conditioned systems.
+        for _ in 0..2 {
+            for (vector, entry) in self.basis.iter().zip(&mut column) {
+                let along = dot(vector, &next);
+                next.iter_mut().zip(vector).for_each(|(n, v)| *n -= along * v);
+                *entry += along;
+            }
+        }
+        let length = norm(&next);
+        for (k, [c, s]) in self.rotations.iter().enumerate() {
+            let (a, b) = (column[k], column[k + 1]);
+            (column[k], column[k + 1]) = (c * a + s * b, c * b - s * a);
+        }
+        let diagonal = column[last].hypot(length);
+        // Written so that a NaN ends the iteration as well.
+        let independent = diagonal > SINGULAR * image && diagonal.is_finite();
+        if !independent {
+            return None;
+        }
+        let [c, s] = [column[last] / diagonal, length / diagonal];
+        column[last] = diagonal;
+        self.rotations.push([c, s]);
+        self.reduced.push(-s * self.reduced[last]);
+        self.reduced[last] *= c;
+        self.triangle.push(column);
+        self.basis.push(next.iter().map(|x| x / length).collect());
+        Some(if length == 0.0 { 0.0 } else { self.reduced[last + 1].abs() })
     }
 }
 

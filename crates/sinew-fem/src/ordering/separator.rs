@@ -231,7 +231,7 @@ impl<'g> Pass<'g> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::{compressed, grid};
+    use super::super::tests::{compressed, grid};
     use super::*;
 
     #[test]

@@ -1,0 +1,65 @@
+//! Checks of what comes from outside.
+
+use crate::SolveError;
+use sinew_energy::Body;
+
+/// Checks that a displacement has one finite entry per degree of freedom.
+pub(crate) fn check_displacement(body: &Body, displacement: &[f64]) -> Result<(), SolveError> {
+    check_length(body.prescribed.len(), displacement)
+}
+
+/// Checks that there are as many entries as needed, all finite.
+pub(crate) fn check_length(needed: usize, values: &[f64]) -> Result<(), SolveError> {
+    let (given, finite) = (values.len(), values.iter().filter(|u| u.is_finite()).count());
+    if given == needed && finite == needed {
+        return Ok(());
+    }
+    Err(SolveError::Initial { given, finite, needed })
+}
+
+/// The fields of a potential are public: checks that they fit each other.
+pub(crate) fn check_arrays(potential: &Body) -> Result<(), SolveError> {
+    let (cells, nodes) = (potential.cell_count(), potential.nodes);
+    if cells == 0 {
+        return Err(SolveError::EmptyMesh);
+    }
+    let known = |nodes_of: &[usize]| nodes_of.iter().all(|&node| node < nodes);
+    let finite = |values: &[f64]| values.iter().all(|x| x.is_finite());
+    let facets = || potential.pressures.iter().flat_map(|p| p.facets.as_flattened());
+    let surfaces = || potential.surfaces.iter().flat_map(|s| &s.nodes);
+    let springs = || potential.springs.iter();
+    let points = cells * potential.points_per_cell;
+    let frames = || potential.frames.nodes();
+    let material = potential.material.points();
+    let held = || potential.prescribed.iter().flatten();
+    let checks = [
+        ("cells", "name nodes that do not exist", known(&potential.cells)),
+        ("pressures", "name nodes that do not exist", facets().all(|&node| node < nodes)),
+        ("surfaces", "name nodes that do not exist", surfaces().all(|&node| node < nodes)),
+        ("springs", "name nodes that do not exist", springs().all(|s| s.node < nodes)),
+        ("positions", "are not one per node", potential.positions.len() == nodes),
+        ("positions", "are not finite", finite(potential.positions.as_flattened())),
+        (
+            "shape gradients",
+            "are not one per point",
+            potential.shape_gradients.len() == points * potential.nodes_per_cell,
+        ),
+        ("volumes", "are not one per point", potential.volumes.len() == points),
+        ("directions", "are not one row per point", material.is_none_or(|rows| rows == points)),
+        ("nodal forces", "are not three per node", potential.nodal_force.len() == 3 * nodes),
+        ("supports", "are not three per node", potential.prescribed.len() == 3 * nodes),
+        ("shape gradients", "are not finite", finite(potential.shape_gradients.as_flattened())),
+        (
+            "volumes",
+            "are not positive",
+            potential.volumes.iter().all(|&v| v > 0.0 && v.is_finite()),
+        ),
+        ("nodal forces", "are not finite", finite(&potential.nodal_force)),
+        ("supports", "are not finite", held().all(|u| u.is_finite())),
+        ("frames", "name nodes that do not exist", frames().all(|node| node < nodes)),
+    ];
+    match checks.iter().find(|(_, _, passed)| !passed) {
+        Some(&(what, problem, _)) => Err(SolveError::Malformed { what, problem }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,281 @@
+//! Following an equilibrium along a path of rising loads, or of volumes that a pressure sweeps.
+
+use crate::assembly::PredictedStress;
+use crate::newton::{Equilibrium, Goal, Start};
+use crate::system::{System, Unknowns};
+use crate::volume::Controlled;
+use crate::watch::Log;
+use crate::{Options, SolveError};
+use sinew_num::Mat3;
+
+/// The first load step changes no displacement gradient by more than this, by the linear model of the body at rest.
+const FIRST_GRADIENT: f64 = 0.25;
+/// A body that does not minimise a potential starts in steps where the linear model foresees that the whole load changes a
+/// displacement gradient by more than this: beams under a loose pressure wasted five iterations on the attempt.
+const FAR: f64 = 2.5;
+/// A step after a failure, and the least after a success, as a part of the one before.
+const CUT: f64 = 0.5;
+/// The same after a failure before anything was reached: what holds is looked for by orders of magnitude.
+const SCAN: f64 = 0.2;
+/// Equilibria that the next one is extrapolated from, without a field of pressure and with one. Those on the way are
+/// rough, pressures more than displacements, and a curve through more of them goes astray: four take a third more
+/// iterations on beams that roll up, three half as many again in incompressible bodies.
+const POINTS: [usize; 2] = [3, 2];
+/// Unbalanced forces \[relative to loads and reactions\] that a step should begin with. They grow with the step
+/// to the power of the [`POINTS`], as the error of what is extrapolated; 0.1–0.3 take about as many iterations.
+const BEGIN: f64 = 0.2;
+/// Below this part of the load, what holds is looked for to as many digits as it has: it is refused anyway.
+const FAR_BELOW: f64 = 1e-2;
+/// Nothing is looked for below this part of the load.
+const LEAST_LOAD: f64 = 1e-12;
+
+/// What grows along a path.
+enum Along<'a> {
+    /// Loads and prescribed motions; so do these entries of θ, which stress the body at rest.
+    Load { entries: Vec<usize> },
+    /// The volume that a surface sweeps, under a load that is unknown.
+    Volume(&'a Controlled),
+}
+
+/// A point of a path.
+#[derive(Clone)]
+pub(crate) struct Point {
+    /// Load factor or volume.
+    pub at: f64,
+    pub load_factor: f64,
+    pub unknowns: Unknowns,
+    /// Stress at each quadrature point: on the way to another load it is smoother than what displacements that
+    /// turn are extrapolated to.
+    pub stress: Option<PredictedStress>,
+}
+
+/// A path of equilibria from the body at rest.
+pub(crate) struct Path<'s, 'p, 'a> {
+    system: &'s mut System<'p>,
+    theta: &'a [f64],
+    options: &'a Options,
+    along: Along<'a>,
+    /// The last ones that were reached.
+    points: Vec<Point>,
+}
+
+impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
+    /// The path of rising loads.
+    pub fn to_load(system: &'s mut System<'p>, theta: &'a [f64], options: &'a Options) -> Self {
+        Self::new(system, theta, options, Along::Load { entries: Vec::new() })
+    }
+
+    /// The path of volumes that a surface sweeps.
+    pub fn to_volumes(
+        system: &'s mut System<'p>,
+        theta: &'a [f64],
+        options: &'a Options,
+        controlled: &'a Controlled,
+    ) -> Self {
+        Self::new(system, theta, options, Along::Volume(controlled))
+    }
+
+    fn new(
+        system: &'s mut System<'p>,
+        theta: &'a [f64],
+        options: &'a Options,
+        along: Along<'a>,
+    ) -> Self {
+        let unknowns = system.rest();
+        let points = vec![Point { at: 0.0, load_factor: 0.0, unknowns, stress: None }];
+        Self { system, theta, options, along, points }
+    }
+
+    /// The equilibrium under the whole load with the number of load steps: at once from where it should be, or else by
+    /// steps from rest.
+    ///
+    /// # Errors
+    /// [`SolveError::NotConverged`].
+    pub fn run(
+        mut self,
+        from: Unknowns,
+        history: &mut Log<'_>,
+    ) -> Result<(Equilibrium, usize), SolveError> {
+        let steps_allowed = self.options.least_load_step <= self.options.first_load_step;
+        let balance = !self.system.has_potential() && steps_allowed;
+        if !(balance && from == self.system.rest() && self.first_step() < FIRST_GRADIENT / FAR) {
+            let whole = Point { at: 1.0, load_factor: 1.0, unknowns: from, stress: None };
+            if let Some(found) = self.equilibrium(whole, self.accuracy(), history) {
+                return Ok((found, 1));
+            }
+            if history.iterations.len() >= self.options.iterations || !steps_allowed {
+                return Err(self.failure(history));
+            }
+        }
+        self.along = Along::Load { entries: self.system.stressing_entries(self.theta) };
+        let step = self.first_step();
+        self.follow(1.0, step, history)
+    }
+
+    /// The equilibrium at another load or volume, with the number of steps that lead there.
+    ///
+    /// # Errors
+    /// [`SolveError::NotConverged`].
+    pub fn follow(
+        &mut self,
+        goal: f64,
+        mut step: f64,
+        history: &mut Log<'_>,
+    ) -> Result<(Equilibrium, usize), SolveError> {
+        let start = self.reached().at;
+        if let [.., before, last] = &self.points[..] {
+            let most = self.options.load_step_growth * (last.at - before.at).abs();
+            step = step.clamp(-most, most);
+        }
+        let mut steps = 0;
+        let mut linear_iterations = 0;
+        while !self.is_stuck(step, goal - start, history) {
+            let reached = self.reached().at;
+            let last = (goal - reached).abs() <= step.abs() * (1.0 + 1e-9);
+            let target = if last { goal } else { reached + step };
+            // A potential's minima are followed exactly: a rough one may lie beyond the last that there is.
+            let rough = !last && !self.system.has_potential();
+            let accuracy = if rough { self.options.accuracy_on_the_way } else { self.accuracy() };
+            let before = history.iterations.len();
+            let guess = self.extrapolated(target);
+            let Some(mut found) = self.equilibrium(guess, accuracy, history) else {
+                step *= if reached == start { SCAN } else { CUT };
+                continue;
+            };
+            steps += 1;
+            linear_iterations += found.linear_iterations;
+            let Equilibrium { unknowns, load_factor, .. } = &found;
+            let (unknowns, load_factor) = (unknowns.clone(), *load_factor);
+            let stress = Some(self.system.assembly.stress());
+            self.points.push(Point { at: target, load_factor, unknowns, stress });
+            self.points.drain(..self.points.len().saturating_sub(self.most_points()));
+            if last {
+                found.linear_iterations = linear_iterations;
+                return Ok((found, steps));
+            }
+            let first = history.iterations[before].residual;
+            let began = first / found.force_scale.max(f64::MIN_POSITIVE);
+            let change = (BEGIN / began).powf(1.0 / self.most_points() as f64);
+            step *= change.clamp(CUT, self.options.load_step_growth.max(CUT));
+        }
+        Err(self.failure(history))
+    }
+
+    fn reached(&self) -> &Point {
+        &self.points[self.points.len() - 1]
+    }
+
+    fn most_points(&self) -> usize {
+        POINTS[usize::from(self.system.coupling.is_some())]
+    }
+
+    /// Unbalanced forces and volumes \[relative\] of the equilibria that are asked for: a potential's are down to what
+    /// rounding errors amount to.
+    fn accuracy(&self) -> f64 {
+        let minimised = self.system.has_potential() && matches!(self.along, Along::Load { .. });
+        if minimised { 0.0 } else { self.options.accuracy }
+    }
+
+    /// Whether steps have become too short, or iterations run out.
+    fn is_stuck(&self, step: f64, whole: f64, history: &Log<'_>) -> bool {
+        let part = if whole == 0.0 { 1.0 } else { (step / whole).abs() };
+        let reached = match self.along {
+            Along::Load { .. } => self.reached().at,
+            Along::Volume(_) => 1.0,
+        };
+        let coarse = if reached < FAR_BELOW { FAR_BELOW } else { 0.0 };
+        let least = self.options.least_load_step.max(coarse) * reached;
+        // Written so that a NaN is stuck as well.
+        let going = part >= least && part >= LEAST_LOAD;
+        !going || history.iterations.len() >= self.options.iterations
+    }
+
+    fn equilibrium(
+        &mut self,
+        guess: Point,
+        accuracy: f64,
+        history: &mut Log<'_>,
+    ) -> Option<Equilibrium> {
+        let mut theta = self.theta.to_vec();
+        let volume = match &self.along {
+            Along::Load { entries } => {
+                entries.iter().for_each(|&entry| theta[entry] *= guess.at);
+                None
+            }
+            Along::Volume(controlled) => Some((*controlled, guess.at)),
+        };
+        let goal = Goal { theta: &theta, volume, accuracy };
+        let Point { unknowns, load_factor, stress, .. } = guess;
+        let start = Start { unknowns, load_factor, stress };
+        self.system.equilibrium(start, goal, self.options, history)
+    }
+
+    /// Part of the load that changes no displacement gradient by more than [`FIRST_GRADIENT`].
+    fn first_step(&mut self) -> f64 {
+        let most = self.options.first_load_step;
+        let Ok(motion) = self.system.linear_response(self.theta) else { return most };
+        let body = self.system.body;
+        let size = |h: Mat3<f64>| h.squared_norm().sqrt();
+        let gradients = (0..body.volumes.len()).map(|p| body.displacement_gradient(p, &motion));
+        let largest = gradients.map(size).fold(0.0, f64::max);
+        let step = (FIRST_GRADIENT / largest).min(most);
+        if step > LEAST_LOAD { step } else { most }
+    }
+
+    /// What is returned where a path ends: the last equilibrium, as accurate as any.
+    fn failure(&mut self, history: &mut Log<'_>) -> SolveError {
+        let worst_cells = self.system.assembly.worst_cells(self.system.body.points_per_cell);
+        // A rough equilibrium that none is near was beyond the last.
+        while let Some(point) = self.points.pop() {
+            let (load_factor, rest) = (point.load_factor, point.at == 0.0);
+            let found = self.equilibrium(point.clone(), self.accuracy(), &mut Log::default());
+            let displacement = match found {
+                Some(found) => found.unknowns.displacement,
+                None if rest => point.unknowns.displacement,
+                None => continue,
+            };
+            return history.failure(load_factor, displacement, worst_cells);
+        }
+        let rest = self.system.rest().displacement;
+        history.failure(0.0, rest, worst_cells)
+    }
+
+    /// The point on the curve through the last ones, which are at different places.
+    fn extrapolated(&mut self, at: f64) -> Point {
+        let points = &self.points;
+        let weights = points.iter().map(|point| {
+            let others = points.iter().map(|other| other.at).filter(|&other| other != point.at);
+            others.map(|other| (at - other) / (point.at - other)).product::<f64>()
+        });
+        let terms: Vec<_> = weights.zip(points).collect();
+        let of = |part: fn(&Point) -> &Vec<f64>| combined(&terms, part);
+        let (mut displacement, pressure) =
+            (of(|p| &p.unknowns.displacement), of(|p| &p.unknowns.pressure));
+        let load_factor = match self.along {
+            Along::Load { .. } => at,
+            Along::Volume(_) => terms.iter().map(|(weight, p)| weight * p.load_factor).sum(),
+        };
+        let earlier: Vec<_> =
+            terms.iter().map(|(weight, p)| (*weight, &p.unknowns.displacement[..])).collect();
+        self.system.turn_along(&earlier, load_factor, &mut displacement);
+        // The body at rest bears none.
+        let mut stress: Option<PredictedStress> = None;
+        for (weight, point) in terms {
+            let Some(of_point) = &point.stress else { continue };
+            let sum = stress.get_or_insert_with(|| vec![Mat3::ZERO; of_point.len()]);
+            for (sum, s) in sum.iter_mut().zip(of_point) {
+                *sum = Mat3::from_fn(|i, j| sum[i][j] + weight * s[i][j]);
+            }
+        }
+        Point { at, load_factor, unknowns: Unknowns { displacement, pressure }, stress }
+    }
+}
+
+/// A weighted sum of a part of some points.
+fn combined(terms: &[(f64, &Point)], part: fn(&Point) -> &Vec<f64>) -> Vec<f64> {
+    let mut sum = vec![0.0; terms.first().map_or(0, |(_, point)| part(point).len())];
+    for (weight, point) in terms {
+        sum.iter_mut().zip(part(point)).for_each(|(s, v)| *s += weight * v);
+    }
+    sum
+}

@@ -1,0 +1,101 @@
+//! Names for nodes and facets, by where they are or by their corners.
+
+use crate::{Facet, Mesh, boundary_facets};
+use std::collections::HashMap;
+
+/// Corners that belong to no facet of the boundary.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "row {row}: no facet of the boundary has the corners {corners:?}; count nodes from 0, and leave out facets between two cells"
+)]
+pub struct UnknownFacet {
+    /// Row of the list.
+    pub row: usize,
+    /// Its nodes.
+    pub corners: Vec<usize>,
+}
+
+impl<const N: usize> Mesh<N> {
+    /// Names the nodes at whose position \[length\] `chosen` holds, in place of a set of that name. Returns their number:
+    /// none is no error here, but one where a support or load names the set.
+    ///
+    /// ```
+    /// let mut beam = sinew_mesh::box_tetrahedra([4.0, 1.0, 1.0], [4, 1, 1]);
+    /// assert_eq!(beam.name_nodes("middle", |[x, _, _]| x == 2.0), 4);
+    /// assert_eq!(beam.name_facets("half of the top", |[x, _, z]| z == 1.0 && x <= 2.0), 4);
+    /// beam.name_facets_of("one", &[[0, 4, 19]]).unwrap_err(); // that is none
+    /// ```
+    pub fn name_nodes(&mut self, name: &str, chosen: impl Fn([f64; 3]) -> bool) -> usize {
+        let nodes: Vec<_> = (0..self.points.len()).filter(|&n| chosen(self.points[n])).collect();
+        let count = nodes.len();
+        self.node_sets.insert(name.into(), nodes);
+        count
+    }
+
+    /// Names the facets of the boundary with `chosen` at all their nodes, as [`Mesh::name_nodes`] does nodes.
+    pub fn name_facets(&mut self, name: &str, chosen: impl Fn([f64; 3]) -> bool) -> usize {
+        let mut facets = boundary_facets(self);
+        facets.retain(|&facet| self.nodes_of_facet(facet).all(|node| chosen(self.points[node])));
+        let count = facets.len();
+        self.facet_sets.insert(name.into(), facets);
+        count
+    }
+
+    /// Names the facets of the boundary with the given corners, in any order: three of a tetrahedron, four of a
+    /// hexahedron, two of a triangle.
+    ///
+    /// # Errors
+    /// The first row that is no facet of the boundary; no set is changed then.
+    pub fn name_facets_of<const C: usize>(
+        &mut self,
+        name: &str,
+        corners: &[[usize; C]],
+    ) -> Result<(), UnknownFacet> {
+        let sorted = |mut nodes: Vec<usize>| {
+            nodes.sort_unstable();
+            nodes
+        };
+        let of = |facet| self.nodes_of_facet(facet).take(Self::ELEMENT.facet_corners).collect();
+        let known: HashMap<Vec<usize>, Facet> =
+            boundary_facets(self).into_iter().map(|facet| (sorted(of(facet)), facet)).collect();
+        let find = |(row, corners): (usize, &[usize; C])| {
+            let found = known.get(&sorted(corners.to_vec())).copied();
+            found.ok_or_else(|| UnknownFacet { row, corners: corners.to_vec() })
+        };
+        let mut facets = corners.iter().enumerate().map(find).collect::<Result<Vec<_>, _>>()?;
+        facets.sort_unstable();
+        facets.dedup();
+        self.facet_sets.insert(name.into(), facets);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{box_hexahedra, box_tetrahedra};
+
+    #[test]
+    fn what_a_condition_or_corners_choose_is_what_the_generator_named() {
+        let mut mesh = box_tetrahedra([2.0, 1.0, 1.0], [4, 2, 2]).quadratic();
+        mesh.name_nodes("end", |[x, _, _]| x == 2.0);
+        let facets = mesh.name_facets("end", |[x, _, _]| x == 2.0);
+        assert_eq!(mesh.node_sets["end"], mesh.node_sets["x_max"]);
+        assert_eq!(mesh.facet_sets["end"], mesh.facet_sets["x_max"]);
+        let corners: Vec<_> =
+            mesh.facet_sets["x_max"].iter().map(|&facet| mesh.facet_nodes(facet)).collect();
+        let turned: Vec<_> = corners.iter().rev().map(|&[a, b, c, ..]| [c, a, b]).collect();
+        mesh.name_facets_of("again", &turned).unwrap();
+        assert_eq!(mesh.facet_sets["again"], mesh.facet_sets["x_max"]);
+        assert_eq!(facets, turned.len());
+    }
+
+    #[test]
+    fn corners_inside_a_body_are_refused_with_their_row() {
+        let mut mesh = box_hexahedra([2.0, 1.0, 1.0], [2, 1, 1]);
+        let on = |x: f64| (0..12).filter(|&n| mesh.points[n][0] == x).collect::<Vec<_>>();
+        let [outside, inside] = [on(0.0), on(1.0)].map(|nodes| [0, 1, 2, 3].map(|i| nodes[i]));
+        let error = mesh.name_facets_of("cut", &[outside, inside]).unwrap_err();
+        assert_eq!((error.row, &error.corners[..]), (1, &inside[..]));
+        assert!(!mesh.facet_sets.contains_key("cut"));
+    }
+}
