@@ -53,10 +53,10 @@ enum Task {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         options: Vec<String>,
     },
-    /// How often 95 % intervals of Gaussian processes hold the truth, on eleven problems that are not the thesis'
+    /// How often 95 % intervals of Gaussian processes hold the truth, on eighteen problems that are not the thesis'
     #[command(disable_help_flag = true)]
     Coverage {
-        /// Sets of data, `--only NAME,…`, `--evidence joint|conditional|unit`, `--points N`, `--laplace`
+        /// Sets of data, `--only NAME,…`, `--evidence joint|unit`, `--points N`, `--laplace`
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         options: Vec<String>,
     },

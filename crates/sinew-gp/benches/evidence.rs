@@ -11,7 +11,7 @@ use crate::heat::{heat, middle, relative_error};
 
 fn main() -> Result<(), GpError> {
     let mut criterion = Criterion::default().configure_from_args();
-    for evidence in [Evidence::Joint, Evidence::Conditional] {
+    for evidence in [Evidence::Joint, Evidence::UnitInformation] {
         let mut group = criterion.benchmark_group(format!("{evidence:?} evidence and gradient"));
         for size in [50, 100, 300, 600, 1200] {
             let model = heat(size, evidence)?;

@@ -12,7 +12,7 @@ use std::time::Instant;
 use rand::{RngExt, SeedableRng};
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Evidence, FitOptions, Model, Noise, Parameter, Prior,
-    Problem, Side, SquaredExponential, constant, field, laplace,
+    Problem, Side, SquaredExponential, field, laplace,
 };
 
 /// The truth: bending stiffness and bedding.
@@ -39,10 +39,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let equation =
         &stiffness * dx * dx * dx * dx + &bedding * (stiffening * Derivative::identity());
 
-    let clamped = || Condition::Cauchy { value: constant(0.0), slope: constant(0.0) };
     let problem = Problem::new(beam.clone(), equation)?
-        .condition("x", Side::Lower, clamped())?
-        .condition("x", Side::Upper, clamped())?;
+        .condition("x", Side::Lower, Condition::clamped())?
+        .condition("x", Side::Upper, Condition::clamped())?;
 
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(3);
     let mut normal = || (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;

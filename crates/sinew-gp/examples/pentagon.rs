@@ -47,9 +47,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             "{count:3} points: u {:.5} ± {:.0e}, error {error:.0e}; shear {:.4} ± {:.0e}, \
              error {:.0e}; {:.2} s",
             u.mean[0],
-            u.deviation[0],
+            u.standard_deviation[0],
             shear.mean[0],
-            shear.deviation[0],
+            shear.standard_deviation[0],
             (shear.mean[0] - SHEAR).abs(),
             start.elapsed().as_secs_f64()
         );

@@ -53,7 +53,7 @@ fn judge(posterior: &Posterior<1>, exact: &[f64]) -> Result<(f64, f64), Box<dyn 
     let found = posterior.predict(&places)?;
     let off = |k: usize| (found.mean[k] - exact[k + 1]).abs();
     let all = places.len() as f64;
-    let held = (0..places.len()).filter(|k| off(*k) < 1.96 * found.deviation[*k]).count();
+    let held = (0..places.len()).filter(|k| off(*k) < 1.96 * found.standard_deviation[*k]).count();
     Ok(((0..places.len()).map(off).sum::<f64>() / all, held as f64 / all))
 }
 

@@ -72,7 +72,7 @@ impl<const D: usize> PointCoefficients<D> {
         check_orders(&prior.domain, operator)?;
         let mut monomials: Vec<Monomial> = Vec::new();
         let mut of_term = Vec::new();
-        for term in operator.terms() {
+        for term in operator.terms().iter().chain(operator.sources()) {
             let mut monomial = Vec::new();
             for (parameter, power) in &term.parameters {
                 monomial.push((register(parameters, parameter)?, *power));
@@ -102,11 +102,29 @@ impl<const D: usize> PointCoefficients<D> {
         }
     }
 
-    /// Of the operator with the opposite sign.
-    pub fn negated(mut self) -> Self {
+    /// At some of the points.
+    pub fn of_points(&self, points: &[usize]) -> Self {
+        let pick = |row: &[f64]| points.iter().map(|k| row[*k]).collect::<Vec<f64>>();
+        let picked = |array: &Vec<f64>| array.chunks(self.count.max(1)).flat_map(pick).collect();
+        let part = |part: &PartCoefficients<D>| PartCoefficients {
+            orders: part.orders.clone(),
+            arrays: part.arrays.iter().map(picked).collect(),
+            axes: part.axes.each_ref().map(|axis| pick(axis)),
+        };
+        Self {
+            count: points.len(),
+            extents: self.extents,
+            monomials: self.monomials.clone(),
+            mean: self.mean.iter().map(|mean| pick(mean)).collect(),
+            parts: self.parts.iter().map(part).collect(),
+        }
+    }
+
+    /// Of a multiple of the operator.
+    pub fn scaled(mut self, factor: f64) -> Self {
         let arrays = self.parts.iter_mut().flat_map(|part| &mut part.arrays);
         let numbers = arrays.chain(&mut self.mean).flatten();
-        numbers.for_each(|number| *number = -*number);
+        numbers.for_each(|number| *number *= factor);
         self
     }
 }
@@ -138,6 +156,17 @@ impl<const D: usize> Builder<'_, D> {
                     return Err(self.singular("prior mean", index));
                 }
                 mean[self.of_term[term.0]][index] += derivative;
+            }
+        }
+        // Known functions are there whatever u is, as a mean of the operator.
+        let own = self.of_term.iter().skip(self.operator.terms().len());
+        for (source, monomial) in self.operator.sources().iter().zip(own) {
+            for (index, (sum, point)) in mean[*monomial].iter_mut().zip(self.points).enumerate() {
+                let value = source.function.as_ref().map_or(1.0, |function| function.value(*point));
+                if !value.is_finite() {
+                    return Err(self.singular("known function of the operator", index));
+                }
+                *sum += source.scale * value;
             }
         }
         let parts = prior.parts.iter().map(|part| self.part(part)).collect::<Result<_, _>>()?;

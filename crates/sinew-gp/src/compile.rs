@@ -84,15 +84,16 @@ pub(crate) fn compile<const D: usize>(
 ) -> Result<Compiled<D>, GpError> {
     let operator = group.operator.as_ref().unwrap_or(&prior.equation);
     check_roughness(prior, operator)?;
-    let whose = format!("observation group {number}");
+    let whose = format!("observation group {}", number + 1);
     let mut coefficients =
         |points: &[[f64; D]]| PointCoefficients::new(prior, operator, (points, &whose), theta);
     let (mut values, mut places) = (group.values.clone(), group.points.clone());
     let mut legs = vec![coefficients(&group.points)?];
-    if let Some(opposite) = &group.opposite {
-        legs.push(coefficients(opposite)?.negated());
-    } else if group.noise == Noise::Exact {
-        let kept = informative(&legs[0], &values, number)?;
+    for (factor, points) in &group.further {
+        legs.push(coefficients(points)?.scaled(*factor));
+    }
+    if group.further.is_empty() && group.noise == Noise::Exact {
+        let kept = informative(&legs[0], &values, number + 1)?;
         if kept.len() < values.len() {
             places = kept.iter().map(|index| group.points[*index]).collect();
             values = kept.iter().map(|index| values[*index]).collect();

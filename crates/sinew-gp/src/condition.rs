@@ -1,43 +1,99 @@
 //! What is known of the solution on a face.
 
-use crate::field::Field;
+use crate::error::GpError;
+use crate::field::{Field, constant, field};
+use crate::operator::MOST_DERIVATIVES;
 
-/// A condition on one face of a box, or one edge of a polygon. On a box, derivatives are taken along
-/// the face's axis, in its positive direction on both ends, and functions do not depend on that
-/// axis' coordinate; on an edge, derivatives are taken along the outward normal.
+/// A condition on one face of a box, or one edge of a polygon. Derivatives are taken along the outward normal n
+/// everywhere: at the lower end of an axis ∂u/∂n = −∂u/∂x. On a box, functions do not depend on the coordinate along the
+/// face's axis.
+///
+/// ```
+/// use sinew_gp::{Condition, Domain, Problem, Side, constant, field};
+///
+/// // A strip under load, EI u'''' = q, clamped on the left and resting on a support on the right.
+/// let strip = Domain::interval("x", [0.0, 1.0])?;
+/// let [dx] = strip.derivatives();
+/// let problem = Problem::new(strip.clone(), dx * dx * dx * dx)?
+///     .condition("x", Side::Lower, Condition::clamped())?
+///     .condition("x", Side::Upper, Condition::simply_supported())?;
+///
+/// // Heat that leaves through a face more easily above than below: ∂u/∂n + (1 + y) u = 0.
+/// let plate = Domain::cuboid([("x", [0.0, 1.0]), ("y", [0.0, 1.0])])?;
+/// let [dx, dy] = plate.derivatives();
+/// let cooled = Condition::Robin {
+///     value_factor: field(|[_, y]| y + 1.0),
+///     slope_factor: 1.0,
+///     data: constant(0.0),
+/// };
+/// let problem = Problem::new(plate, dx * dx + dy * dy)?.condition("x", Side::Upper, cooled)?;
+/// # Ok::<(), sinew_gp::GpError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub enum Condition<const D: usize> {
     /// u = b (4.33).
     Dirichlet(Field<D>),
-    /// ∂u/∂x = c (4.39).
+    /// ∂u/∂n = c (4.39).
     Neumann(Field<D>),
-    /// u = b and ∂u/∂x = c (4.36).
+    /// u = b and ∂u/∂n = c (4.36).
     Cauchy {
         /// Value b.
         value: Field<D>,
         /// Slope c.
         slope: Field<D>,
     },
-    /// a u + b ∂u/∂x = c (4.42).
+    /// a u + b ∂u/∂n = c (4.42), with a factor a that may vary along the face.
     Robin {
         /// Factor a of the value.
-        value_factor: f64,
+        value_factor: Field<D>,
         /// Factor b of the slope; not zero.
         slope_factor: f64,
         /// Right-hand side c.
         data: Field<D>,
     },
+    /// Derivatives along n of orders 0 to 3, each once, as u = u″ = 0 at a simple support. On faces of boxes only.
+    Derivatives(Vec<(usize, Field<D>)>),
 }
 
 impl<const D: usize> Condition<D> {
+    /// Value and rate ∂u/∂t at the beginning of a time axis, that is, at its lower end.
+    pub fn initial(value: Field<D>, rate: Field<D>) -> Self {
+        let slope = match rate.is_zero() {
+            true => rate,
+            false => field(move |x| -rate.at(x)),
+        };
+        Self::Cauchy { value, slope }
+    }
+
+    /// A clamped end: u = u′ = 0.
+    pub fn clamped() -> Self {
+        Self::Cauchy { value: constant(0.0), slope: constant(0.0) }
+    }
+
+    /// A simply supported end: u = u″ = 0.
+    pub fn simply_supported() -> Self {
+        Self::Derivatives(vec![(0, constant(0.0)), (2, constant(0.0))])
+    }
+
+    /// The free end of a beam: u″ = u‴ = 0.
+    pub fn free_end() -> Self {
+        Self::Derivatives(vec![(2, constant(0.0)), (3, constant(0.0))])
+    }
+
+    /// A plane that the problem is symmetric about: u′ = u‴ = 0. Equation, right-hand side and other conditions must be as
+    /// symmetric as that.
+    pub fn symmetry() -> Self {
+        Self::Derivatives(vec![(1, constant(0.0)), (3, constant(0.0))])
+    }
+
     /// Of a condition on the slope: factors of value and slope, and the right-hand side.
-    pub(crate) fn spring(&self) -> Option<(f64, f64, &Field<D>)> {
+    pub(crate) fn spring(&self) -> Option<(Field<D>, f64, &Field<D>)> {
         match self {
-            Self::Neumann(slope) => Some((0.0, 1.0, slope)),
+            Self::Neumann(slope) => Some((Field::zero(), 1.0, slope)),
             Self::Robin { value_factor, slope_factor, data } => {
-                Some((*value_factor, *slope_factor, data))
+                Some((value_factor.clone(), *slope_factor, data))
             }
-            Self::Dirichlet(_) | Self::Cauchy { .. } => None,
+            Self::Dirichlet(_) | Self::Cauchy { .. } | Self::Derivatives(_) => None,
         }
     }
 
@@ -46,6 +102,40 @@ impl<const D: usize> Condition<D> {
         match self {
             Self::Dirichlet(_) => 1,
             Self::Neumann(_) | Self::Cauchy { .. } | Self::Robin { .. } => 2,
+            Self::Derivatives(given) => given.iter().map(|(order, _)| order + 1).max().unwrap_or(0),
+        }
+    }
+
+    /// Refuses numbers that make no condition; `places` are some on the face.
+    pub(crate) fn check(&self, face: &str, places: &[[f64; D]]) -> Result<(), GpError> {
+        match self {
+            Self::Robin { value_factor, slope_factor, .. } => {
+                let odd = places.iter().map(|x| value_factor.value(*x)).find(|a| !a.is_finite());
+                if *slope_factor != 0.0 && slope_factor.is_finite() && odd.is_none() {
+                    return Ok(());
+                }
+                let value = odd.map_or_else(|| "that is finite".into(), |a| a.to_string());
+                Err(GpError::Problem(format!(
+                    "the Robin condition on {face} has value factor {value} and slope factor {slope_factor}; both must be finite, and the slope's not 0 (use Dirichlet)"
+                )))
+            }
+            Self::Derivatives(given) => {
+                let unusable = |k: &usize| {
+                    let order = given[*k].0;
+                    order >= MOST_DERIVATIVES
+                        || given[..*k].iter().any(|(other, _)| *other == order)
+                };
+                let wrong = match (0..given.len()).find(unusable) {
+                    Some(k) => format!("order {}", given[k].0),
+                    None if given.is_empty() => "no order".into(),
+                    None => return Ok(()),
+                };
+                Err(GpError::Problem(format!(
+                    "the derivatives given on {face} have {wrong}; give orders from 0 to {}, each once",
+                    MOST_DERIVATIVES - 1
+                )))
+            }
+            Self::Dirichlet(_) | Self::Neumann(_) | Self::Cauchy { .. } => Ok(()),
         }
     }
 }

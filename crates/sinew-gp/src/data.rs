@@ -1,8 +1,12 @@
 //! What is observed.
 
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
 use crate::domain::Domain;
 use crate::error::{GpError, check_lengths, place};
 use crate::field::Field;
+use crate::functional::Functional;
 use crate::operator::Operator;
 
 /// Standard deviation of the error of observations.
@@ -21,7 +25,7 @@ pub enum Noise {
 /// Their order is that of the rows of the covariance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Role {
-    /// Part of the model: what the conditional evidence conditions on.
+    /// Part of the model.
     Imposed,
     /// Measured: the evidence says how well it is predicted.
     Observed,
@@ -35,8 +39,9 @@ pub(crate) struct Group<const D: usize> {
     /// Nothing for the operator of the problem's equation.
     pub operator: Option<Operator<D>>,
     pub points: Vec<[f64; D]>,
-    /// For jumps, the points whose values are subtracted.
-    pub opposite: Option<Vec<[f64; D]>>,
+    /// Further points of each observation, with the factor that their values are added with: −1 at the other end of a jump,
+    /// quotients of weights in a quadrature.
+    pub further: Vec<(f64, Vec<[f64; D]>)>,
     pub values: Vec<f64>,
     pub noise: Noise,
     pub role: Role,
@@ -70,6 +75,26 @@ impl<const D: usize> Data<D> {
         self.groups.iter().map(|group| group.points.len()).sum()
     }
 
+    /// The same with at most `count` values of each measured group, drawn at random: enough for parameters where there are
+    /// tens of thousands (see [`crate::Model::reduced`]).
+    pub fn thinned(&self, count: usize, seed: u64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut thinned = self.clone();
+        for group in thinned.groups.iter_mut().filter(|group| group.role == Role::Observed) {
+            let mut order: Vec<(u64, usize)> =
+                (0..group.values.len()).map(|k| (random.random(), k)).collect();
+            order.sort_unstable();
+            order.truncate(count);
+            let kept: Vec<usize> = order.into_iter().map(|(_, k)| k).collect();
+            group.points = kept.iter().map(|k| group.points[*k]).collect();
+            group.values = kept.iter().map(|k| group.values[*k]).collect();
+            for (_, points) in &mut group.further {
+                *points = kept.iter().map(|k| points[*k]).collect();
+            }
+        }
+        thinned
+    }
+
     /// Adds values of u, one for each point.
     pub fn values(self, points: &[[f64; D]], values: &[f64], noise: Noise) -> Self {
         self.functional(Operator::identity(), points, values, noise)
@@ -80,7 +105,7 @@ impl<const D: usize> Data<D> {
         self.groups.push(Group {
             operator: None,
             points: points.to_vec(),
-            opposite: None,
+            further: Vec::new(),
             values: values.to_vec(),
             noise,
             role: Role::Imposed,
@@ -104,19 +129,106 @@ impl<const D: usize> Data<D> {
 
     /// Adds measured values of any linear functional of u, as a flux on a boundary.
     pub fn functional(
-        mut self,
+        self,
         operator: impl Into<Operator<D>>,
         points: &[[f64; D]],
         values: &[f64],
         noise: Noise,
     ) -> Self {
+        self.group(operator.into(), points, values, noise, Role::Observed)
+    }
+
+    /// Adds what holds besides the equation: given rather than measured, so that [`crate::Evidence`] counts it as it does the
+    /// equation. A condition with unknown parameters is imposed so, at points of its face.
+    ///
+    /// ```
+    /// use sinew_gp::{Data, Derivative, Domain, Noise, Parameter, Side, field};
+    ///
+    /// // Through x = 1 heat leaves to air that warms up: u_x + h (u − t) = 0, with an unknown h.
+    /// let domain = Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.0, 1.0])])?;
+    /// let [dx, _] = domain.derivatives();
+    /// let h = Parameter::new("h", [0.1, 10.0])?;
+    /// let leaving = dx + &h * Derivative::identity() - &h * field(|[_, t]| t);
+    /// let face = domain.on_face("x", Side::Upper, 12, 1)?;
+    /// let data = Data::new().imposed(leaving, &face, &[0.0; 12], Noise::Exact);
+    /// # Ok::<(), sinew_gp::GpError>(())
+    /// ```
+    pub fn imposed(
+        self,
+        operator: impl Into<Operator<D>>,
+        points: &[[f64; D]],
+        values: &[f64],
+        noise: Noise,
+    ) -> Self {
+        self.group(operator.into(), points, values, noise, Role::Imposed)
+    }
+
+    /// Adds a measured weighted sum, as the total amount of a solute.
+    ///
+    /// # Errors
+    /// If there are no points, or not as many weights, or one is not finite or zero.
+    pub fn integral(
+        self,
+        functional: &Functional<D>,
+        value: f64,
+        noise: Noise,
+    ) -> Result<Self, GpError> {
+        self.sum(functional, value, noise, Role::Observed)
+    }
+
+    /// Adds a weighted sum that is given rather than measured (see [`Data::imposed`]), as a mean that is known to be zero.
+    ///
+    /// # Errors
+    /// As [`Data::integral`].
+    pub fn imposed_integral(
+        self,
+        functional: &Functional<D>,
+        value: f64,
+        noise: Noise,
+    ) -> Result<Self, GpError> {
+        self.sum(functional, value, noise, Role::Imposed)
+    }
+
+    fn sum(
+        self,
+        Functional { operator, points, weights }: &Functional<D>,
+        value: f64,
+        noise: Noise,
+        role: Role,
+    ) -> Result<Self, GpError> {
+        check_lengths(points.len(), weights.len())?;
+        let (Some((first, rest)), Some(weight)) = (points.split_first(), weights.first()) else {
+            return Err(no_data());
+        };
+        if let Some(wrong) = weights.iter().find(|w| !w.is_finite() || **w == 0.0) {
+            return Err(GpError::Data(format!(
+                "a weighted sum has the weight {wrong}; leave points of no weight out, and give finite ones"
+            )));
+        }
+        let mut data = self.group(*weight * operator.clone(), &[*first], &[value], noise, role);
+        let factors = weights.iter().skip(1).map(|w| w / weight);
+        if let Some(group) = data.groups.last_mut() {
+            group.further =
+                factors.zip(rest).map(|(factor, point)| (factor, vec![*point])).collect();
+        }
+        Ok(data)
+    }
+
+    fn group(
+        mut self,
+        operator: Operator<D>,
+        points: &[[f64; D]],
+        values: &[f64],
+        noise: Noise,
+        role: Role,
+    ) -> Self {
         self.groups.push(Group {
-            operator: Some(operator.into()),
+            operator: Some(operator),
             points: points.to_vec(),
-            opposite: None,
+            further: Vec::new(),
             values: values.to_vec(),
             noise,
-            role: Role::Observed,
+            role,
         });
         self
     }
@@ -127,13 +239,21 @@ pub(crate) fn check<const D: usize>(
     groups: &[Group<D>],
     domain: &Domain<D>,
 ) -> Result<(), GpError> {
-    for (number, group) in groups.iter().enumerate() {
+    for (index, group) in groups.iter().enumerate() {
+        // As noises are numbered.
+        let number = index + 1;
         check_lengths(group.points.len(), group.values.len())?;
         for (index, (point, value)) in group.points.iter().zip(&group.values).enumerate() {
             let mut numbers = point.iter().map(|c| ("point", c)).chain([("value", value)]);
             if let Some((what, found)) = numbers.find(|(_, number)| !number.is_finite()) {
                 return Err(GpError::Data(format!(
                     "{what} number {index} of observation group {number} is {found}; remove it from the data"
+                )));
+            }
+            let further = group.further.iter().flat_map(|(_, points)| points);
+            if let Some(odd) = further.flatten().find(|c| !c.is_finite()) {
+                return Err(GpError::Data(format!(
+                    "a point of observation group {number} has the coordinate {odd}; remove it from the data"
                 )));
             }
             // Rounding leaves points of the boundary next to it.
@@ -159,8 +279,9 @@ pub(crate) fn check<const D: usize>(
         return Err(no_data());
     }
     match groups.iter().position(|group| empty(group) && group.noise == Noise::Learned) {
-        Some(group) => Err(GpError::Data(format!(
-            "observation group {group} has no points, so that its noise cannot be learned; leave it out"
+        Some(index) => Err(GpError::Data(format!(
+            "observation group {} has no points, so that its noise cannot be learned; leave it out",
+            index + 1
         ))),
         None => Ok(()),
     }
@@ -202,7 +323,7 @@ fn check_contradictions<const D: usize>(
     number: usize,
     extents: &[f64; D],
 ) -> Result<(), GpError> {
-    if group.opposite.is_some() {
+    if !group.further.is_empty() {
         return Ok(());
     }
     let largest = group.values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
@@ -245,13 +366,13 @@ mod tests {
         let some = || Data::new().equation(&[[0.5]], &[1.0], Noise::Exact);
         assert!(refused(Data::new()).contains("no observations"));
         let off = some().values(&[[1.0 + 1e-12], [3.5]], &[0.1, 0.2], Noise::Learned);
-        assert!(refused(off).contains("point 1 of observation group 1 (3.5) lies outside"));
+        assert!(refused(off).contains("point 1 of observation group 2 (3.5) lies outside"));
         let empty = some().values(&[], &[], Noise::Learned);
-        assert!(refused(empty).contains("observation group 1 has no points"));
+        assert!(refused(empty).contains("observation group 2 has no points"));
         assert_eq!(check(some().values(&[], &[], Noise::Known(0.1))), Ok(()));
         let at = [[0.0], [0.3], [-0.0]];
         let twice = |noise| some().values(&at, &[1.0, 1.0, 1.5], noise);
-        let differ = "values 0 and 2 of observation group 1 at (0) and (-0) are noise-free and differ by 5e-1";
+        let differ = "values 0 and 2 of observation group 2 at (0) and (-0) are noise-free and differ by 5e-1";
         assert!(refused(twice(Noise::Exact)).contains(differ));
         assert_eq!(check(twice(Noise::Known(0.1))), Ok(()));
         assert_eq!(check(some().values(&at, &[1.0; 3], Noise::Exact)), Ok(()));

@@ -211,6 +211,29 @@ impl<const D: usize> Domain<D> {
         }
     }
 
+    /// Points on the face at one end of an axis, drawn uniformly.
+    ///
+    /// # Errors
+    /// If there is no such axis, or it belongs to a polygon.
+    pub fn on_face(
+        &self,
+        axis: &str,
+        side: Side,
+        count: usize,
+        seed: u64,
+    ) -> Result<Vec<[f64; D]>, GpError> {
+        let axis = self.axis(axis)?;
+        if self.polygon.is_some() && axis < 2 {
+            return Err(GpError::Problem(format!(
+                "{} is part of the polygon; use `Polygon::on_edge` for points on its edges",
+                self.names[axis]
+            )));
+        }
+        let mut points = self.sample(count, seed)?;
+        points.iter_mut().for_each(|point| point[axis] = self.end(axis, side));
+        Ok(points)
+    }
+
     /// The points of a regular grid, `count` along each axis including the ends, that lie in the
     /// domain; the last axis runs fastest.
     pub fn grid(&self, count: usize) -> Vec<[f64; D]> {

@@ -55,6 +55,26 @@ impl<const D: usize> Ensemble<D> {
         Ok(ends)
     }
 
+    /// Mean of a parameter over the draws, in its own unit.
+    ///
+    /// # Errors
+    /// If there is none of that name, or there are no draws.
+    pub fn mean(&self, name: &str) -> Result<f64, GpError> {
+        let values = self.parameter(name)?;
+        match values.len() {
+            0 => Err(no_draws()),
+            count => Ok(values.iter().sum::<f64>() / count as f64),
+        }
+    }
+
+    /// Median of a parameter over the draws, in its own unit.
+    ///
+    /// # Errors
+    /// As [`Ensemble::mean`].
+    pub fn median(&self, name: &str) -> Result<f64, GpError> {
+        self.quantile(name, 0.5)
+    }
+
     /// The value of a parameter, in its own unit, below which a share of the draws lies: 0.5 for the median.
     ///
     /// # Errors
@@ -99,9 +119,9 @@ impl<const D: usize> Ensemble<D> {
     pub fn predict_functional(&self, functional: &Functional<D>) -> Result<(f64, f64), GpError> {
         let sum = self.mixture(|posterior| {
             let (mean, deviation) = posterior.predict_functional(functional)?;
-            Ok(Prediction { mean: vec![mean], deviation: vec![deviation] })
+            Ok(Prediction { mean: vec![mean], standard_deviation: vec![deviation] })
         })?;
-        Ok((sum.mean[0], sum.deviation[0]))
+        Ok((sum.mean[0], sum.standard_deviation[0]))
     }
 
     /// All draws' predictions as one: the variance within them on average, and that between them.
@@ -139,12 +159,12 @@ pub(crate) fn mixture(members: &[Prediction]) -> Option<Prediction> {
     let mean: Vec<f64> = (0..values).map(|value| average(&|m| m.mean[value])).collect();
     let deviation = (0..values)
         .map(|value| {
-            let within = average(&|m| m.deviation[value].powi(2));
+            let within = average(&|m| m.standard_deviation[value].powi(2));
             let between = average(&|m| (m.mean[value] - mean[value]).powi(2));
             (within + between).sqrt()
         })
         .collect();
-    Some(Prediction { mean, deviation })
+    Some(Prediction { mean, standard_deviation: deviation })
 }
 
 /// Of ascending values, at least one, by linear interpolation.
@@ -211,7 +231,7 @@ mod tests {
             .map(|(draw, stiffness)| {
                 let posterior = Posterior::new(ensemble.model.clone(), draw)?;
                 let slope = posterior.predict_operator(&dx.into(), &[[0.9]])?;
-                Ok((stiffness * slope.mean[0], stiffness * slope.deviation[0]))
+                Ok((stiffness * slope.mean[0], stiffness * slope.standard_deviation[0]))
             })
             .collect::<Result<_, GpError>>()?;
         let [(a, s), (b, t)] = [members[0], members[1]];
@@ -222,7 +242,10 @@ mod tests {
         const TOLERANCE: f64 = 1e-9;
         let found = ensemble.predict_operator(&flux, &[[0.9]])?;
         assert!((found.mean[0] - mean).abs() < TOLERANCE * mean.abs(), "{found:?}, not {mean}");
-        assert!((found.deviation[0] - deviation).abs() < TOLERANCE * deviation, "{deviation}");
+        assert!(
+            (found.standard_deviation[0] - deviation).abs() < TOLERANCE * deviation,
+            "{deviation}"
+        );
         // A functional of one point is the same thing, and so are weights that cancel.
         let sum =
             Functional { operator: flux, points: vec![[0.9]; 3], weights: vec![1.0, 2.0, -1.0] };

@@ -14,9 +14,6 @@ pub enum Evidence {
     /// itself, be it as θ → 0: a covariance K_ff → 0 then makes the collocation values as likely
     /// as one likes, and u is lost.
     Joint,
-    /// ln p(y_u | y_f): how well what is imposed (the equation, and pseudo-observations of the
-    /// boundary) predicts what is measured.
-    Conditional,
     /// ln p(y_u | y_f) + ln p(y_f) / n_f with the number n_f of imposed values: a generalised posterior in which they count
     /// for one value together, that is, at a temperature of n_f.
     UnitInformation,
@@ -24,8 +21,7 @@ pub enum Evidence {
     /// measured of one that the prior mean meets by itself (as f = 0 often is); joint elsewhere. [`Model::evidence`] says which.
     ///
     /// Noise-free collocation says of θ how far the true solution is from typical draws of the prior, n_f times
-    /// over, not how accurate measurements are: with the joint evidence that makes intervals too narrow. Conditional evidence
-    /// leaves amplitudes and lengthscales to the few measured values, and fits their errors with short lengthscales.
+    /// over, not how accurate measurements are: with the joint evidence that makes intervals too narrow.
     #[default]
     Auto,
 }
@@ -37,27 +33,22 @@ impl Evidence {
         imposed: usize,
         size: usize,
         parameters: usize,
-    ) -> Result<Self, GpError> {
+    ) -> Self {
         let trivial = groups.iter().any(Compiled::is_trivially_satisfied);
         let believed = |group: &Compiled<D>| {
             group.role == Role::Imposed && matches!(group.variance, Variance::Known(_))
         };
         match self {
-            Self::Conditional if imposed == size => Err(GpError::Data(
-                "this evidence needs observations of u beside those of the equation; use joint evidence"
-                    .into(),
-            )),
-            Self::Auto if parameters > 0 && groups.iter().any(believed) => Ok(Self::UnitInformation),
-            Self::Auto if trivial && imposed < size => Ok(Self::UnitInformation),
-            Self::Auto => Ok(Self::Joint),
-            chosen => Ok(chosen),
+            Self::Auto if parameters > 0 && groups.iter().any(believed) => Self::UnitInformation,
+            Self::Auto if trivial && imposed < size => Self::UnitInformation,
+            Self::Auto => Self::Joint,
+            chosen => chosen,
         }
     }
 
     /// Power that the probability of `imposed` values is raised to.
     pub(crate) fn weight(self, imposed: usize) -> f64 {
         match self {
-            Self::Conditional => 0.0,
             Self::UnitInformation => 1.0 / imposed.max(1) as f64,
             Self::Joint | Self::Auto => 1.0,
         }

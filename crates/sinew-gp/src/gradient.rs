@@ -68,14 +68,12 @@ impl<const D: usize> State<'_, D> {
             matmul(corner, low, Accum::Replace, left.transpose(), full, left, full, 1.0, par);
             let below = cotangent.rb_mut().submatrix_mut(split, 0, rest, split);
             matmul(below, full, Accum::Replace, inverse.transpose(), high, left, full, 1.0, par);
-            if weight > 0.0 {
-                let mut memory = Buffer::take(split * split);
-                let mut imposed = square(&mut memory, split);
-                invert_lower(imposed.rb_mut(), lower.submatrix(0, 0, split, split), par);
-                let (upper, imposed) = (imposed.rb().transpose(), imposed.rb());
-                let corner = cotangent.rb_mut().submatrix_mut(0, 0, split, split);
-                matmul(corner, low, Accum::Add, upper, high, imposed, low, weight, par);
-            }
+            let mut memory = Buffer::take(split * split);
+            let mut imposed = square(&mut memory, split);
+            invert_lower(imposed.rb_mut(), lower.submatrix(0, 0, split, split), par);
+            let (upper, imposed) = (imposed.rb().transpose(), imposed.rb());
+            let corner = cotangent.rb_mut().submatrix_mut(0, 0, split, split);
+            matmul(corner, low, Accum::Add, upper, high, imposed, low, weight, par);
         }
         let corner = cotangent.rb_mut().submatrix_mut(split, split, rest, rest);
         matmul(corner, low, Accum::Replace, inverse.transpose(), high, inverse, low, 1.0, par);

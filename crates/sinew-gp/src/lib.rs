@@ -37,7 +37,7 @@
 //! let posterior = fit.posterior()?;
 //! let at_the_end = posterior.predict(&[[1.5, 1.0], [0.0, 0.5]])?;
 //! assert!((at_the_end.mean[0] - exact([1.5, 1.0])).abs() < 0.02);
-//! assert_eq!(at_the_end.deviation[1], 0.0); // on the boundary nothing is uncertain
+//! assert_eq!(at_the_end.standard_deviation[1], 0.0); // on the boundary nothing is uncertain
 //!
 //! // What leaves through the right end altogether: −∫ κ u_x dt.
 //! let flux = Functional::face_integral(&rod, ("x", Side::Upper), -(&diffusivity * dx), 8)?;
@@ -51,6 +51,7 @@
 //!   [`Network`]: a neural network with the conditions built in (HCNN), on the same prior;
 //! - [`Model::fit`], [`laplace`] and [`nuts`]: the most probable parameters, and ensembles of
 //!   probable ones for intervals that cover, all of the density that [`Evidence`] names;
+//! - [`Model::reduced`]: tens of thousands of values, with the distance from the exact posterior;
 //! - [`Fit::warnings`]: what the fit cannot tell;
 //! - [`Kernel`] and [`check_kernel`]: your own kernel from its formula, and whether it is one;
 //! - `log_evidence_tensor` (feature `burn`, on by default): the evidence inside a Burn graph;
@@ -90,6 +91,7 @@ mod posterior;
 mod prior;
 mod problem;
 mod quadrature;
+mod reduced;
 mod resolve;
 mod semilinear;
 mod simd;
@@ -118,12 +120,13 @@ pub use laplace::laplace;
 pub use model::Model;
 pub use network::{Network, NetworkOptions};
 pub use nuts::{NutsOptions, nuts};
-pub use operator::{Derivative, MOST_DERIVATIVES, Operator, Parameter, Term};
+pub use operator::{Derivative, MOST_DERIVATIVES, Operator, Parameter, Source, Term};
 pub use parameter::{FreeParameter, Hyperprior};
 pub use polygon::{Composition, Polygon};
 pub use posterior::{Posterior, Prediction};
 pub use prior::Prior;
 pub use problem::Problem;
+pub use reduced::{Reduced, ReducedOptions};
 pub use semilinear::{SemiLinear, Solution, Variational, VariationalOptions};
 /// The number type of formulas in the coordinates.
 pub use sinew_num::Series;

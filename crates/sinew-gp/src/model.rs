@@ -59,7 +59,7 @@ pub struct Model<const D: usize> {
     pub(crate) theta_offset: usize,
     /// Imposed groups first.
     pub(crate) groups: Vec<Compiled<D>>,
-    /// Observations that the conditional evidence conditions on: the first ones.
+    /// Observations that are imposed rather than measured: the first ones.
     pub(crate) imposed: usize,
     pub(crate) size: usize,
     pub(crate) evidence: Evidence,
@@ -80,8 +80,7 @@ impl<const D: usize> Model<D> {
     /// # Errors
     /// If there are no data, or some are not finite, lie outside the domain, contradict the boundary conditions, lie where
     /// a feature has no derivative; if a kernel's hyperparameter has no range, an equation's parameter has the
-    /// name of another one; if an operator's order is too high, or conditional evidence is
-    /// asked for without observations to predict.
+    /// name of another one; if an operator's order is too high.
     pub fn new(prior: Prior<D>, data: Data<D>, evidence: Evidence) -> Result<Self, GpError> {
         let Data { groups, everywhere } = data;
         if let Some(source) = everywhere {
@@ -119,7 +118,7 @@ impl<const D: usize> Model<D> {
         if size == 0 {
             return Err(no_data());
         }
-        let evidence = evidence.resolve(&compiled, imposed, size, theta.len())?;
+        let evidence = evidence.resolve(&compiled, imposed, size, theta.len());
         let mut model = Self {
             legs,
             everywhere: None,
@@ -209,7 +208,7 @@ impl<const D: usize> Model<D> {
         let scale = self.amplitude_scale(&middle);
         let extents = self.prior.domain.extents();
         let names = self.prior.domain.names().clone();
-        let about = |median| Hyperprior::LogNormal { median, deviation: DEVIATION };
+        let about = |median| Hyperprior::LogNormal { median, standard_deviation: DEVIATION };
         let mut parameters = Vec::new();
         for (number, part) in self.prior.parts.iter().enumerate() {
             self.part_offsets.push(parameters.len());
@@ -276,7 +275,7 @@ impl<const D: usize> Model<D> {
                     hyperprior: match group.role {
                         Role::Observed => Hyperprior::LogNormal {
                             median: NOISE_MEDIAN * scale,
-                            deviation: NOISE_DEVIATION,
+                            standard_deviation: NOISE_DEVIATION,
                         },
                         _ => Hyperprior::Flat,
                     },
@@ -304,13 +303,7 @@ impl<const D: usize> Model<D> {
 
     /// The operators' parameters in the middle of their bounds.
     fn middle(&self) -> Vec<f64> {
-        self.theta
-            .iter()
-            .map(|parameter| match parameter.bounds() {
-                [lower, upper] if lower > 0.0 => (lower * upper).sqrt(),
-                [lower, upper] => 0.5 * (lower + upper),
-            })
-            .collect()
+        self.theta.iter().map(Parameter::middle).collect()
     }
 
     /// Values of the operators' parameters, from a vector of all parameters on their scales.

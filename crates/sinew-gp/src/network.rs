@@ -70,7 +70,7 @@ impl<const D: usize> Leg<D> {
         prior: &Prior<D>,
         operator: &Operator<D>,
         places: (&[[f64; D]], &str),
-        sign: f64,
+        factor: f64,
     ) -> Result<Self, GpError> {
         let mut parameters = Vec::new();
         let points = PointCoefficients::new(prior, operator, places, &mut parameters)?;
@@ -80,7 +80,7 @@ impl<const D: usize> Leg<D> {
                 free.name()
             )));
         }
-        let points = if sign < 0.0 { points.negated() } else { points };
+        let points = points.scaled(factor);
         let factors = points.factors(&[]);
         let coefficients =
             points.parts.iter().map(|part| combine(1.0, &factors, &part.arrays)).collect();
@@ -91,10 +91,10 @@ impl<const D: usize> Leg<D> {
 impl<const D: usize> Target<D> {
     fn new(prior: &Prior<D>, group: &Group<D>, number: usize) -> Result<Self, GpError> {
         let operator = group.operator.as_ref().unwrap_or(&prior.equation);
-        let whose = format!("observation group {number}");
+        let whose = format!("observation group {}", number + 1);
         let mut legs = vec![Leg::new(prior, operator, (&group.points, &whose), 1.0)?];
-        if let Some(opposite) = &group.opposite {
-            legs.push(Leg::new(prior, operator, (opposite, &whose), -1.0)?);
+        for (factor, points) in &group.further {
+            legs.push(Leg::new(prior, operator, (points, &whose), *factor)?);
         }
         let mut residual = group.values.clone();
         for Leg { points, .. } in &legs {

@@ -71,6 +71,14 @@ impl Parameter {
         &self.name
     }
 
+    /// Halfway between its bounds, on the scale that it is inferred on.
+    pub(crate) fn middle(&self) -> f64 {
+        match self.lower > 0.0 {
+            true => (self.lower * self.upper).sqrt(),
+            false => 0.5 * (self.lower + self.upper),
+        }
+    }
+
     /// Its lower and upper bound.
     pub fn bounds(&self) -> [f64; 2] {
         [self.lower, self.upper]
@@ -109,7 +117,8 @@ impl<const D: usize> Term<D> {
     }
 }
 
-/// A linear differential operator: a sum of coefficient × derivative (Definition 4.3.1).
+/// A linear differential operator: a sum of coefficient × derivative (Definition 4.3.1), and of [`Source`]s, known functions
+/// with numbers and parameters in front.
 ///
 /// Numbers, [`Parameter`]s and [`Field`]s multiply derivatives from the left.
 ///
@@ -122,10 +131,24 @@ impl<const D: usize> Term<D> {
 /// assert_eq!(wave.terms().len(), 2);
 /// let graded = dt - field(|[x, _]| x * 2.0 + 1.0) * dx * dx;
 /// assert_eq!(graded.order(), 2);
+///
+/// // A lamp of unknown strength over the middle: u_t − u_xx = s exp(−x²).
+/// let strength = Parameter::new("strength", [0.1, 10.0])?;
+/// let heated = dt - dx * dx - &strength * field(|[x, _]| (-x.squared()).exp());
+/// assert_eq!(heated.sources().len(), 1);
 /// # Ok::<(), sinew_gp::GpError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Operator<const D: usize> {
+    terms: Vec<Term<D>>,
+    /// As factors of 1, with the function always there.
+    sources: Vec<Term<D>>,
+}
+
+/// A known function of the coordinates with numbers and [`Parameter`]s in front, as a load of unknown strength. Added to
+/// an [`Operator`] it is part of the left-hand side.
+#[derive(Clone, Debug)]
+pub struct Source<const D: usize> {
     terms: Vec<Term<D>>,
 }
 
@@ -152,21 +175,48 @@ impl<const D: usize> Operator<D> {
         })
     }
 
-    /// One summand alone.
-    pub(crate) fn of(term: &Term<D>) -> Self {
-        Self { terms: vec![term.clone()] }
+    /// Its known functions: summands without u, each with the identity as its derivative.
+    pub fn sources(&self) -> &[Term<D>] {
+        &self.sources
     }
 
+    /// One summand alone.
+    pub(crate) fn of(term: &Term<D>) -> Self {
+        Self { terms: vec![term.clone()], sources: Vec::new() }
+    }
+
+    fn map(self, change: impl Fn(Term<D>) -> Term<D>) -> Self {
+        Self {
+            terms: self.terms.into_iter().map(&change).collect(),
+            sources: self.sources.into_iter().map(&change).collect(),
+        }
+    }
+}
+
+impl<const D: usize> Source<D> {
     fn map(self, change: impl Fn(Term<D>) -> Term<D>) -> Self {
         Self { terms: self.terms.into_iter().map(change).collect() }
     }
 }
 
+impl<const D: usize> From<Field<D>> for Source<D> {
+    fn from(function: Field<D>) -> Self {
+        let derivative = Derivative::identity();
+        let function = Some(function);
+        Self { terms: vec![Term { scale: 1.0, parameters: Vec::new(), function, derivative }] }
+    }
+}
+
+impl<const D: usize> From<Source<D>> for Operator<D> {
+    fn from(source: Source<D>) -> Self {
+        Self { terms: Vec::new(), sources: source.terms }
+    }
+}
+
 impl<const D: usize> From<Derivative<D>> for Operator<D> {
     fn from(derivative: Derivative<D>) -> Self {
-        Self {
-            terms: vec![Term { scale: 1.0, parameters: Vec::new(), function: None, derivative }],
-        }
+        let term = Term { scale: 1.0, parameters: Vec::new(), function: None, derivative };
+        Self { terms: vec![term], sources: Vec::new() }
     }
 }
 
@@ -181,25 +231,36 @@ impl<const D: usize> Mul<Derivative<D>> for Operator<D> {
     type Output = Self;
     /// First the derivative on the right, then this operator.
     fn mul(self, right: Derivative<D>) -> Self {
-        self.map(|term| Term { derivative: term.derivative * right, ..term })
+        let change = |term: Term<D>| Term { derivative: term.derivative * right, ..term };
+        Self { terms: self.terms.into_iter().map(change).collect(), sources: self.sources }
     }
 }
 
-/// Sums, and factors from the left, of operators and derivatives.
-macro_rules! algebra {
-    ($Right:ty) => {
+/// Factors from the left.
+macro_rules! factors {
+    ($Right:ty, $Whole:ident) => {
         impl<const D: usize> Mul<$Right> for f64 {
-            type Output = Operator<D>;
-            fn mul(self, right: $Right) -> Operator<D> {
-                Operator::from(right).map(|term| Term { scale: self * term.scale, ..term })
+            type Output = $Whole<D>;
+            fn mul(self, right: $Right) -> $Whole<D> {
+                $Whole::from(right).map(|term| Term { scale: self * term.scale, ..term })
             }
         }
         impl<const D: usize> Mul<$Right> for &Parameter {
-            type Output = Operator<D>;
-            fn mul(self, right: $Right) -> Operator<D> {
-                Operator::from(right).map(|term| term.times(self))
+            type Output = $Whole<D>;
+            fn mul(self, right: $Right) -> $Whole<D> {
+                $Whole::from(right).map(|term| term.times(self))
             }
         }
+    };
+}
+factors!(Operator<D>, Operator);
+factors!(Derivative<D>, Operator);
+factors!(Field<D>, Source);
+factors!(Source<D>, Source);
+
+/// Factors that are functions, and signs.
+macro_rules! multiples {
+    ($Right:ty) => {
         impl<const D: usize> Mul<$Right> for Field<D> {
             type Output = Operator<D>;
             fn mul(self, right: $Right) -> Operator<D> {
@@ -212,15 +273,27 @@ macro_rules! algebra {
                 -1.0 * self
             }
         }
-        algebra!($Right, Operator<D>);
-        algebra!($Right, Derivative<D>);
     };
-    ($Left:ty, $Right:ty) => {
+}
+multiples!(Operator<D>);
+multiples!(Derivative<D>);
+
+impl<const D: usize> Neg for Source<D> {
+    type Output = Self;
+    fn neg(self) -> Self {
+        -1.0 * self
+    }
+}
+
+/// Sums of operators, derivatives and sources.
+macro_rules! sums {
+    ($($Left:ty, $Right:ty;)*) => {$(
         impl<const D: usize> Add<$Right> for $Left {
             type Output = Operator<D>;
             fn add(self, right: $Right) -> Operator<D> {
-                let mut sum = Operator::from(self);
-                sum.terms.extend(Operator::from(right).terms);
+                let (mut sum, right) = (Operator::from(self), Operator::from(right));
+                sum.terms.extend(right.terms);
+                sum.sources.extend(right.sources);
                 sum
             }
         }
@@ -230,7 +303,13 @@ macro_rules! algebra {
                 self + -right
             }
         }
-    };
+    )*};
 }
-algebra!(Operator<D>);
-algebra!(Derivative<D>);
+sums! {
+    Operator<D>, Operator<D>;
+    Operator<D>, Derivative<D>;
+    Derivative<D>, Operator<D>;
+    Derivative<D>, Derivative<D>;
+    Operator<D>, Source<D>;
+    Derivative<D>, Source<D>;
+}

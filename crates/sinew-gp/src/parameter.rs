@@ -11,7 +11,7 @@ pub struct FreeParameter {
     pub bounds: [f64; 2],
     /// Where restarts begin, in its own unit.
     pub start: [f64; 2],
-    /// What is believed of it before the data.
+    /// Its prior density, that of a hyperparameter a hyperprior.
     pub hyperprior: Hyperprior,
 }
 
@@ -21,14 +21,14 @@ pub enum Hyperprior {
     /// The same everywhere within the bounds.
     Flat,
     /// Normal in the logarithm. Amplitudes and lengthscales are believed to be the size of the
-    /// data and of the domain, give or take a factor e: without that the conditional evidence has
+    /// data and of the domain, give or take a factor e: without that unit information has
     /// many maxima at odd lengthscales that fit noise (on Wave-BVP-1 it more than halves the
     /// errors of u and θ; where data abound it makes no difference).
     LogNormal {
         /// Median, in the parameter's own unit.
         median: f64,
         /// Standard deviation of the logarithm.
-        deviation: f64,
+        standard_deviation: f64,
     },
 }
 
@@ -37,7 +37,7 @@ impl Hyperprior {
     pub(crate) fn log_density(self, coordinate: f64) -> (f64, f64) {
         match self {
             Self::Flat => (0.0, 0.0),
-            Self::LogNormal { median, deviation } => {
+            Self::LogNormal { median, standard_deviation: deviation } => {
                 let z = (coordinate - median.ln()) / deviation;
                 (-0.5 * z * z, -z / deviation)
             }

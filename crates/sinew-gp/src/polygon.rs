@@ -272,7 +272,7 @@ impl Polygon {
     }
 
     /// The point at `fraction` of the way along edge `edge`.
-    pub(crate) fn on_edge(&self, edge: usize, fraction: f64) -> [f64; 2] {
+    pub fn on_edge(&self, edge: usize, fraction: f64) -> [f64; 2] {
         let (a, b) = (self.corners[edge], self.corners[(edge + 1) % self.corners.len()]);
         std::array::from_fn(|d| a[d] + fraction * (b[d] - a[d]))
     }

@@ -61,7 +61,7 @@ pub struct Prediction {
     /// Posterior mean at each point.
     pub mean: Vec<f64>,
     /// Posterior standard deviation at each point.
-    pub deviation: Vec<f64>,
+    pub standard_deviation: Vec<f64>,
 }
 
 /// An operator compiled at test points.
@@ -154,7 +154,7 @@ impl<const D: usize> Posterior<D> {
                 (prior[0] - known).max(0.0).sqrt()
             })
             .collect();
-        Ok(Prediction { mean, deviation })
+        Ok(Prediction { mean, standard_deviation: deviation })
     }
 
     /// Mean and standard deviation of a weighted sum, as an integral.
@@ -185,7 +185,21 @@ impl<const D: usize> Posterior<D> {
         count: usize,
         seed: u64,
     ) -> Result<Vec<Vec<f64>>, GpError> {
-        let (mean, covariance) = self.joint(&Operator::identity(), points)?;
+        self.sample_operator(&Operator::identity(), points, count, seed)
+    }
+
+    /// What an operator makes of functions drawn from the posterior, as samples of a flux along a wall.
+    ///
+    /// # Errors
+    /// As [`Posterior::mean_of`].
+    pub fn sample_operator(
+        &self,
+        operator: &Operator<D>,
+        points: &[[f64; D]],
+        count: usize,
+        seed: u64,
+    ) -> Result<Vec<Vec<f64>>, GpError> {
+        let (mean, covariance) = self.joint(operator, points)?;
         let size = points.len();
         let Ok(eigen) = SelfAdjointEigen::new(covariance.as_ref(), Triangle::Lower) else {
             return Err(GpError::NotPositiveDefinite { size, jitter: 0.0 });
@@ -228,6 +242,22 @@ impl<const D: usize> Posterior<D> {
         column[row] = 1.0;
         factor.forward(&mut column);
         self.weights[row] / column.iter().map(|x| x * x).sum::<f64>()
+    }
+
+    /// Standard deviation of an operator before the data, root mean square over points.
+    pub(crate) fn prior_deviation(
+        &self,
+        operator: &Operator<D>,
+        points: &[[f64; D]],
+    ) -> Result<f64, GpError> {
+        let state = State::new(&self.model, &self.parameters)?;
+        let query = self.query(&state, operator, points)?;
+        let mut scratch = Scratch::default();
+        let mut sum = [0.0];
+        for point in 0..points.len() {
+            self.add_own(&state, &query, (point, point), &mut sum, &mut scratch);
+        }
+        Ok((sum[0] / points.len().max(1) as f64).sqrt())
     }
 
     fn query(

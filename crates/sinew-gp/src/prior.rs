@@ -137,7 +137,7 @@ fn pseudo_observations<const D: usize>(
 ) -> Result<Vec<Group<D>>, GpError> {
     let domain = problem.domain();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut conditions: Vec<(usize, Functional, Field<D>)> = Vec::new();
+    let mut conditions: Vec<(usize, Functional<D>, Field<D>)> = Vec::new();
     for axis in 0..D {
         let ends = [domain.lower()[axis], domain.upper()[axis]];
         let structure = AxisStructure::new(ends, &problem.faces[axis], problem.periodic[axis]);
@@ -157,11 +157,13 @@ fn pseudo_observations<const D: usize>(
             places
         };
         let group = match functional {
-            Functional::End { side, value, slope } => {
-                let operator = match (value, slope) {
-                    (value, 0.0) => value * Derivative::identity(),
-                    (0.0, slope) => slope * Derivative::along(axis),
-                    (a, b) => a * Derivative::identity() + b * Derivative::along(axis),
+            Functional::End { side, value, order, factor } => {
+                let mut derivative = Derivative::identity();
+                derivative.orders[axis] = order;
+                let slope = factor * derivative;
+                let operator = match value.is_zero() {
+                    true => slope,
+                    false => value * Derivative::identity() + slope,
                 };
                 pseudo(operator, at(side), &data)
             }
@@ -169,7 +171,7 @@ fn pseudo_observations<const D: usize>(
                 let mut derivative = Derivative::identity();
                 derivative.orders[axis] = order;
                 let jump = pseudo(derivative.into(), at(Side::Upper), &data);
-                Group { opposite: Some(at(Side::Lower)), ..jump }
+                Group { further: vec![(-1.0, at(Side::Lower))], ..jump }
             }
         };
         groups.push(group);
@@ -182,10 +184,11 @@ fn pseudo_observations<const D: usize>(
         }
         let [nx, ny] = lift.outwards().map(|n| n * lift.slope);
         let slope = nx * Derivative::along(0) + ny * Derivative::along(1);
-        let operator = match (lift.value, lift.slope) {
-            (value, 0.0) => value * Derivative::identity(),
-            (0.0, _) => slope,
-            (value, _) => value * Derivative::identity() + slope,
+        let value = lift.value.clone();
+        let operator = match (value.is_zero(), lift.slope == 0.0) {
+            (true, _) => slope,
+            (false, true) => value * Derivative::identity(),
+            (false, false) => value * Derivative::identity() + slope,
         };
         groups.push(pseudo(operator, places, &lift.data));
     }
@@ -221,7 +224,7 @@ fn pseudo<const D: usize>(
     Group {
         operator: Some(operator),
         points,
-        opposite: None,
+        further: Vec::new(),
         values,
         noise: Noise::Learned,
         role: Role::Imposed,

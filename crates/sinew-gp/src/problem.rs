@@ -39,8 +39,8 @@ impl<const D: usize> Problem<D> {
     /// Adds a condition on the face at one end of an axis.
     ///
     /// # Errors
-    /// If there is no such axis, it belongs to a polygon, the face has a condition already, or a
-    /// Robin condition has no slope or factors that are not finite.
+    /// If there is no such axis, it belongs to a polygon, the face has a condition already, a Robin condition has no slope or
+    /// factors that are not finite, or derivatives are given twice or of too high an order.
     pub fn condition(
         mut self,
         axis: &str,
@@ -53,7 +53,10 @@ impl<const D: usize> Problem<D> {
         if place.is_some() || self.periodic[axis].is_some() {
             return Err(over_determined(&face));
         }
-        check_robin(&condition, &face)?;
+        let end = self.domain.end(axis, side);
+        let mut places = self.domain.sample(FACE_PLACES, 0)?;
+        places.iter_mut().for_each(|place| place[axis] = end);
+        condition.check(&face, &places)?;
         *place = Some(condition);
         Ok(self)
     }
@@ -95,8 +98,8 @@ impl<const D: usize> Problem<D> {
     /// a corner, so keep collocation points off it.
     ///
     /// # Errors
-    /// If the domain has no polygon or no such edge, the edge has a condition already, or a Robin
-    /// condition has no slope or factors that are not finite.
+    /// If the domain has no polygon or no such edge, the edge has a condition already, a Robin condition has no slope, factors
+    /// that are not finite or one that varies along a third axis, or derivatives of higher order are given.
     pub fn edge(mut self, edge: usize, condition: Condition<D>) -> Result<Self, GpError> {
         let edges = self.domain.cross_section().ok_or_else(no_polygon)?.corners().len();
         if edge >= edges {
@@ -109,7 +112,7 @@ impl<const D: usize> Problem<D> {
         if self.boundary.is_some() || self.edges[edge].is_some() {
             return Err(over_determined(&face));
         }
-        check_robin(&condition, &face)?;
+        self.check_edge(edge, &condition, &face)?;
         self.edges[edge] = Some(condition);
         Ok(self)
     }
@@ -130,6 +133,34 @@ impl<const D: usize> Problem<D> {
         Ok(Self { equation, ..self.clone() })
     }
 
+    /// What an edge cannot carry.
+    fn check_edge(&self, edge: usize, condition: &Condition<D>, face: &str) -> Result<(), GpError> {
+        if let Condition::Derivatives(_) = condition {
+            return Err(GpError::Problem(format!(
+                "{face} is given derivatives by their order; on edges of polygons use Dirichlet, Neumann, Cauchy or Robin"
+            )));
+        }
+        let mut places = self.domain.sample(FACE_PLACES, 0)?;
+        let polygon = self.domain.cross_section().ok_or_else(no_polygon)?;
+        for (k, place) in places.iter_mut().enumerate() {
+            let fraction = k as f64 / (FACE_PLACES - 1) as f64;
+            (place[0], place[1]) = polygon.on_edge(edge, fraction).into();
+        }
+        condition.check(face, &places)?;
+        let Condition::Robin { value_factor, .. } = condition else { return Ok(()) };
+        let varies = places.iter().any(|place| {
+            let mut first = *place;
+            first[2..].copy_from_slice(&self.domain.lower()[2..]);
+            value_factor.value(*place) != value_factor.value(first)
+        });
+        match varies {
+            false => Ok(()),
+            true => Err(GpError::Problem(format!(
+                "the Robin condition on {face} has a factor that varies along the third axis; it may vary along the edge only"
+            ))),
+        }
+    }
+
     fn free_axis(&self, name: &str) -> Result<usize, GpError> {
         let axis = self.domain.axis(name)?;
         if self.domain.cross_section().is_some() && axis < 2 {
@@ -141,24 +172,14 @@ impl<const D: usize> Problem<D> {
     }
 }
 
+/// Places on a face where conditions are looked at.
+const FACE_PLACES: usize = 20;
+
 /// A second condition where there is one already.
 fn over_determined(face: &str) -> GpError {
     GpError::Problem(format!(
         "{face} has a condition already; give value and slope together as a Cauchy condition"
     ))
-}
-
-fn check_robin<const D: usize>(condition: &Condition<D>, face: &str) -> Result<(), GpError> {
-    match *condition {
-        Condition::Robin { value_factor, slope_factor, .. }
-            if slope_factor == 0.0 || !slope_factor.is_finite() || !value_factor.is_finite() =>
-        {
-            Err(GpError::Problem(format!(
-                "the Robin condition on {face} has value factor {value_factor} and slope factor {slope_factor}; both must be finite, and the slope's not 0 (use Dirichlet)"
-            )))
-        }
-        _ => Ok(()),
-    }
 }
 
 /// Refuses operators of too high an order.

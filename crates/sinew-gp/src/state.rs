@@ -13,7 +13,7 @@ use crate::gram::{Block, Scratch, Side};
 use crate::model::{Model, Variance};
 
 /// Jitter relative to each prior variance: first tried, and largest.
-const FIRST_JITTER: f64 = 1e-10;
+pub(crate) const FIRST_JITTER: f64 = 1e-10;
 const LAST_JITTER: f64 = 1e-4;
 
 /// Observations from which on work is shared between threads.
@@ -168,6 +168,40 @@ impl<'a, const D: usize> State<'a, D> {
         matrix
     }
 
+    /// Covariances without noise of all observations with that of one row.
+    pub fn column(&self, row: usize) -> Vec<f64> {
+        let (second, mut scratch) = (self.group_of(row), Scratch::default());
+        let own = row - self.model.groups[second].offset;
+        let mut column = vec![0.0; self.model.size];
+        for part in 0..self.kernels.len() {
+            for first in 0..self.model.groups.len() {
+                let rows = self.model.groups[first].rows();
+                for (first, second) in self.leg_pairs(first, second) {
+                    let block = self.block(part, first, second);
+                    block.add_column(0, own, &mut column[rows.clone()], &mut scratch);
+                }
+            }
+        }
+        column
+    }
+
+    /// Variances without noise of all observations.
+    pub fn diagonal(&self) -> Vec<f64> {
+        let mut scratch = Scratch::default();
+        let mut diagonal = vec![0.0; self.model.size];
+        for (number, group) in self.model.groups.iter().enumerate() {
+            for (own, row) in group.rows().enumerate() {
+                for part in 0..self.kernels.len() {
+                    for (first, second) in self.leg_pairs(number, number) {
+                        let entry = &mut diagonal[row..=row];
+                        self.block(part, first, second).add_column(own, own, entry, &mut scratch);
+                    }
+                }
+            }
+        }
+        diagonal
+    }
+
     /// Whether there is work enough to share out.
     pub fn is_large(&self) -> bool {
         self.model.size >= PARALLEL_FROM
@@ -242,6 +276,6 @@ impl<'a, const D: usize> State<'a, D> {
         };
         let split = self.first_row();
         let measured = of(split..self.model.size);
-        if self.weight() > 0.0 { measured + self.weight() * of(0..split) } else { measured }
+        measured + self.weight() * of(0..split)
     }
 }

@@ -3,7 +3,7 @@
 use sinew_num::Series;
 
 use crate::condition::{Condition, Periodicity};
-use crate::domain::Side;
+use crate::domain::{Domain, Side};
 use crate::field::Field;
 
 /// A polynomial along one axis, in the coordinate s that runs from 0 to 1.
@@ -76,46 +76,71 @@ impl Bubble {
 }
 
 /// A linear functional of u across one axis.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Functional {
-    /// a u + b ∂u/∂x at one end.
-    End { side: Side, value: f64, slope: f64 },
+#[derive(Clone, Debug)]
+pub(crate) enum Functional<const D: usize> {
+    /// `value` u + `factor` ∂u of the given order along the axis, at one end.
+    End { side: Side, value: Field<D>, order: usize, factor: f64 },
     /// Difference between the ends, upper minus lower, of the derivative of this order.
     Jump { order: usize },
 }
 
-impl Functional {
+impl<const D: usize> Functional<D> {
+    /// The derivative of some order along the outward normal.
+    fn outwards(side: Side, value: Field<D>, order: usize, factor: f64) -> Self {
+        let turned = side == Side::Lower && order % 2 == 1;
+        Self::End { side, value, order, factor: if turned { -factor } else { factor } }
+    }
+
     /// Applied to `function` along `axis`, as a function of the other coordinates of `x`.
-    pub fn apply<const D: usize>(
-        self,
+    pub fn apply(
+        &self,
         function: &Field<D>,
         axis: usize,
         ends: [f64; 2],
         x: &[Series; D],
     ) -> Series {
         match self {
-            Self::End { side, value, slope } => {
+            Self::End { side, value, order, factor } => {
                 let end = ends[side.index()];
-                let mut sum = x[axis].constant(0.0);
-                if value != 0.0 {
-                    sum = sum + on_face(function, axis, end, 0, x) * value;
+                let sum = on_face(function, axis, end, *order, x) * *factor;
+                match value.is_zero() {
+                    true => sum,
+                    false => {
+                        sum + on_face(function, axis, end, 0, x) * on_face(value, axis, end, 0, x)
+                    }
                 }
-                if slope != 0.0 {
-                    sum = sum + on_face(function, axis, end, 1, x) * slope;
-                }
-                sum
             }
             Self::Jump { order } => {
-                on_face(function, axis, ends[1], order, x)
-                    - on_face(function, axis, ends[0], order, x)
+                on_face(function, axis, ends[1], *order, x)
+                    - on_face(function, axis, ends[0], *order, x)
             }
         }
     }
 
-    /// A side where it looks, to name corners.
-    pub fn side(self) -> Side {
+    /// Whether it commutes with multiplication by `factor`: a function whose derivatives, as many as it takes, vanish there.
+    pub fn lets_pass(
+        &self,
+        factor: &Field<D>,
+        axis: usize,
+        ends: [f64; 2],
+        x: &[Series; D],
+    ) -> bool {
+        let size = factor.at(x.clone()).value().abs();
+        let none = |value: f64| value.abs() <= 1e-10 * size;
+        let at = |end: f64, order: usize| on_face(factor, axis, end, order, x).value();
         match self {
-            Self::End { side, .. } => side,
+            Self::End { side, order, .. } => {
+                let scale = |k: usize| (ends[1] - ends[0]).powi(k as i32);
+                (1..=*order).all(|k| none(scale(k) * at(ends[side.index()], k)))
+            }
+            Self::Jump { order } => (0..=*order).all(|k| none(at(ends[1], k) - at(ends[0], k))),
+        }
+    }
+
+    /// A side where it looks, to name corners.
+    pub fn side(&self) -> Side {
+        match self {
+            Self::End { side, .. } => *side,
             Self::Jump { .. } => Side::Lower,
         }
     }
@@ -146,16 +171,43 @@ fn on_face<const D: usize>(
 /// zero under the others of the axis.
 #[derive(Clone, Debug)]
 pub(crate) struct Lift<const D: usize> {
-    pub functional: Functional,
+    pub functional: Functional<D>,
     pub data: Field<D>,
     pub shape: Shape,
+}
+
+/// What multiplies a free function on a face: a shape along the axis, and where a Robin condition's factor varies, that
+/// function of the other coordinates times another shape.
+#[derive(Clone, Debug)]
+pub(crate) struct Trace<const D: usize> {
+    shape: Shape,
+    varying: Option<(Field<D>, Shape)>,
+}
+
+impl<const D: usize> Trace<D> {
+    fn plain(shape: Shape) -> Self {
+        Self { shape, varying: None }
+    }
+
+    /// Whether its size is not one.
+    pub fn is_varying(&self) -> bool {
+        self.varying.is_some()
+    }
+
+    pub fn at(&self, axis: usize, x: &[Series; D]) -> Series {
+        let plain = self.shape.at(&x[axis]);
+        match &self.varying {
+            None => plain,
+            Some((factor, shape)) => plain + shape.at(&x[axis]) * factor.at(x.clone()),
+        }
+    }
 }
 
 /// One axis: u(x) = known lifts + Σ trace shapes × free functions on the face + bubble × free function.
 #[derive(Clone, Debug)]
 pub(crate) struct AxisStructure<const D: usize> {
     pub bubble: Bubble,
-    pub traces: Vec<Shape>,
+    pub traces: Vec<Trace<D>>,
     pub lifts: Vec<Lift<D>>,
 }
 
@@ -171,31 +223,48 @@ impl Basis {
         Shape { lower: self.lower, length: self.length, coefficients: coefficients.to_vec() }
     }
 
-    /// Value one: the cubic blends B⁻ and B⁺ (4.45), linear ones between two Dirichlet faces as in
-    /// Algorithm 3, and a constant where the other end is free.
-    fn value(&self, side: Side) -> Shape {
-        let lone = self.contacts[1 - side.index()] == 0;
-        let cubic = self.contacts.contains(&2);
-        match (side, lone, cubic) {
-            (_, true, _) => self.shape(&[1.0]),
-            (Side::Lower, false, true) => self.shape(&[1.0, 0.0, -3.0, 2.0]),
-            (Side::Upper, false, true) => self.shape(&[0.0, 0.0, 3.0, -2.0]),
-            (Side::Lower, false, false) => self.shape(&[1.0, -1.0]),
-            (Side::Upper, false, false) => self.shape(&[0.0, 1.0]),
+    /// The derivative of order j along the axis one at an end, other ones zero. Where the other end has conditions, Hermite's
+    /// polynomials with the same contact m at both, s^j/j! (1 − s)^m Σ_{k<m−j} C(m − 1 + k, k) s^k: linear ones between two
+    /// Dirichlet faces as in Algorithm 3, the cubic blends B⁻ and B⁺ (4.45) with slopes. Powers of s where it has none.
+    fn shape_of(&self, side: Side, j: usize) -> Shape {
+        let contact = match self.contacts[1 - side.index()] {
+            0 => 0,
+            other => other.max(self.contacts[side.index()]),
+        };
+        // In the distance s from the end.
+        let mut own = vec![0.0; j];
+        let kept = if contact == 0 { 1 } else { contact - j };
+        let factorial: f64 = (1..=j).map(|k| k as f64).product();
+        let mut binomial = 1.0;
+        for k in 0..kept {
+            own.push(binomial / factorial);
+            binomial *= (contact + k) as f64 / (k + 1) as f64;
+        }
+        for _ in 0..contact {
+            own.push(0.0);
+            (1..own.len()).rev().for_each(|k| own[k] -= own[k - 1]);
+        }
+        let scale = self.length.powi(j as i32);
+        match side {
+            Side::Lower => self.shape(&own).scaled(scale),
+            Side::Upper => {
+                let turned = if j % 2 == 1 { -scale } else { scale };
+                self.shape(&mirrored(&own)).scaled(turned)
+            }
         }
     }
+}
 
-    /// Slope one.
-    fn slope(&self, side: Side) -> Shape {
-        let lone = self.contacts[1 - side.index()] == 0;
-        let shape = match (side, lone) {
-            (Side::Lower, true) => self.shape(&[0.0, 1.0]),
-            (Side::Upper, true) => self.shape(&[-1.0, 1.0]),
-            (Side::Lower, false) => self.shape(&[0.0, 1.0, -2.0, 1.0]),
-            (Side::Upper, false) => self.shape(&[0.0, 0.0, -1.0, 1.0]),
-        };
-        shape.scaled(self.length)
-    }
+/// The coefficients of p(1 − s).
+fn mirrored(coefficients: &[f64]) -> Vec<f64> {
+    let (last, lower) = coefficients.split_last().expect("at least a constant");
+    lower.iter().rev().fold(vec![*last], |mut sum, c| {
+        // sum · (1 − s) + c
+        sum.push(0.0);
+        (1..sum.len()).rev().for_each(|k| sum[k] -= sum[k - 1]);
+        sum[0] += c;
+        sum
+    })
 }
 
 impl<const D: usize> AxisStructure<D> {
@@ -220,22 +289,53 @@ impl<const D: usize> AxisStructure<D> {
         structure
     }
 
+    /// Whether a factor of the value changes along another axis.
+    pub fn varies(&self, domain: &Domain<D>, axis: usize) -> bool {
+        self.lifts.iter().any(|lift| {
+            let Functional::End { value, side, .. } = &lift.functional else { return false };
+            let mut face = domain.grid(5);
+            face.iter_mut().for_each(|point| point[axis] = domain.end(axis, *side));
+            let values: Vec<f64> = face.into_iter().map(|point| value.value(point)).collect();
+            let size = values.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
+            !value.is_zero() && values.iter().any(|a| (a - values[0]).abs() > 1e-12 * size)
+        })
+    }
+
     fn add(&mut self, side: Side, condition: &Condition<D>, basis: &Basis) {
-        let mut lift = |value, slope, data: &Field<D>, shape| {
-            let functional = Functional::End { side, value, slope };
-            self.lifts.push(Lift { functional, data: data.clone(), shape });
+        let outwards = |order: usize| match (side, order % 2) {
+            (Side::Lower, 1) => -1.0,
+            _ => 1.0,
+        };
+        // One under the derivative of this order along the outward normal.
+        let shape = |order: usize| basis.shape_of(side, order).scaled(outwards(order));
+        let mut lift = |order: usize, data: &Field<D>| {
+            let functional = Functional::outwards(side, Field::zero(), order, 1.0);
+            self.lifts.push(Lift { functional, data: data.clone(), shape: shape(order) });
         };
         match condition {
-            Condition::Dirichlet(value) => lift(1.0, 0.0, value, basis.value(side)),
+            Condition::Dirichlet(value) => lift(0, value),
             Condition::Cauchy { value, slope } => {
-                lift(1.0, 0.0, value, basis.value(side));
-                lift(0.0, 1.0, slope, basis.slope(side));
+                lift(0, value);
+                lift(1, slope);
             }
-            other => {
-                let Some((a, b, data)) = other.spring() else { return };
-                lift(a, b, data, basis.slope(side).scaled(1.0 / b));
-                let free = basis.value(side).plus(&basis.slope(side), -a / b);
-                self.traces.push(free.normalised());
+            Condition::Derivatives(given) => {
+                given.iter().for_each(|(order, data)| lift(*order, data));
+                let free = |order: &usize| given.iter().all(|(known, _)| known != order);
+                let orders = (0..condition.contact()).filter(free);
+                self.traces.extend(orders.map(|order| Trace::plain(shape(order).normalised())));
+            }
+            Condition::Neumann(slope) => {
+                lift(1, slope);
+                self.traces.push(Trace::plain(shape(0).normalised()));
+            }
+            Condition::Robin { value_factor, slope_factor, data } => {
+                let functional = Functional::outwards(side, value_factor.clone(), 1, *slope_factor);
+                let slope = shape(1).scaled(1.0 / slope_factor);
+                self.traces.push(Trace {
+                    shape: shape(0),
+                    varying: Some((value_factor.clone(), slope.clone().scaled(-1.0))),
+                });
+                self.lifts.push(Lift { functional, data: data.clone(), shape: slope });
             }
         }
     }
@@ -254,13 +354,13 @@ impl<const D: usize> AxisStructure<D> {
         };
         let mut structure = Self {
             bubble: Bubble::new(ends, [contact, contact]),
-            traces: vec![basis.shape(&[1.0])],
-            lifts: vec![lift(0, basis.value(Side::Upper))],
+            traces: vec![Trace::plain(basis.shape(&[1.0]))],
+            lifts: vec![lift(0, basis.shape_of(Side::Upper, 0))],
         };
         if periodicity == Periodicity::ValueAndSlope {
-            let both = basis.slope(Side::Lower).plus(&basis.slope(Side::Upper), 1.0);
-            structure.traces.push(both.normalised());
-            structure.lifts.push(lift(1, basis.slope(Side::Upper)));
+            let (lower, upper) = (basis.shape_of(Side::Lower, 1), basis.shape_of(Side::Upper, 1));
+            structure.traces.push(Trace::plain(lower.plus(&upper, 1.0).normalised()));
+            structure.lifts.push(lift(1, upper));
         }
         structure
     }

@@ -74,7 +74,7 @@ pub enum Warning {
     Collapsed,
     /// The equation predicts at its own points what it is not given there, worse than a tenth of its terms.
     #[error(
-        "left out, the equation at {} is off by {residual:.1e} where its largest term is {term:.1e}: too few collocation points, or conditions, values and equation that contradict each other; add points there and compare",
+        "left out, the equation at {} is off by {residual:.1e} where its terms are of the size {term:.1e}: too few collocation points, or conditions, values and equation that contradict each other; add points there and compare",
         place(at)
     )]
     Unresolved {
@@ -82,7 +82,7 @@ pub enum Warning {
         at: Vec<f64>,
         /// Root mean square over all points.
         residual: f64,
-        /// That of the largest term of the equation.
+        /// That of the largest term of the equation; a thousandth of the left-hand side's deviation before the data, if that is more.
         term: f64,
     },
     /// Intervals that still moved when collocation points ran out.
@@ -116,6 +116,9 @@ const SILENT: f64 = 1.2;
 const SHARE: f64 = 0.3;
 /// Residual of left-out points, in units of the equation's largest term, that is resolved.
 const RESOLVED: f64 = 0.1;
+/// Share of the left-hand side's standard deviation before the data below which terms count as zero: a residual is not held
+/// against what is next to nothing.
+const NOTHING: f64 = 1e-3;
 
 /// Points that are left out at most, for time.
 const MOST_LEFT_OUT: usize = 200;
@@ -155,6 +158,7 @@ impl<const D: usize> Fit<D> {
         let mut term = 0.0_f64;
         for group in model.groups.iter().filter(|g| !g.places.is_empty()) {
             let at = &group.places;
+            term = term.max(NOTHING * posterior.prior_deviation(&model.prior.equation, at)?);
             for (row, at) in group.rows().zip(at).step_by(1 + at.len() / MOST_LEFT_OUT) {
                 let left_out = posterior.left_out(row).abs();
                 squares += left_out * left_out;

@@ -79,8 +79,10 @@ fn ensembles_hold_the_truth_and_agree() {
         // The noise of six values of size 0.05 leaves about one per cent.
         assert!(upper - lower > 0.02 && upper - lower < 0.3, "[{lower}, {upper}]");
         let prediction = must(ensemble.predict(&[[0.5], [0.0]]));
-        assert!((prediction.mean[0] - deflection([0.5])).abs() < 3.0 * prediction.deviation[0]);
-        assert_eq!(prediction.deviation[1], 0.0);
+        assert!(
+            (prediction.mean[0] - deflection([0.5])).abs() < 3.0 * prediction.standard_deviation[0]
+        );
+        assert_eq!(prediction.standard_deviation[1], 0.0);
     }
     let again = must(nuts(&fit, &options));
     assert_eq!(again.draws, sampled.draws, "a seed gives one answer");
@@ -249,13 +251,13 @@ fn hard_cases_are_right_or_typed_errors() {
         1e-4,
     );
     let wrong = solve(base.clone().values(&[[1.0]], &[0.2], Noise::Exact)).unwrap_err();
-    says(&wrong, "value 0 of observation group 1 is noise-free and off by 0.2");
+    says(&wrong, "value 0 of observation group 2 is noise-free and off by 0.2");
     // One observation only.
     let one = must(solve(Data::new().values(&[[0.5]], &[deflection([0.5])], Noise::Exact)));
     close(one, 1e-6);
     // What is not a number, or nothing, is named.
     let nan = solve(base.clone().values(&[[0.4]], &[f64::NAN], Noise::Learned)).unwrap_err();
-    says(&nan, "value number 0 of observation group 1 is NaN");
+    says(&nan, "value number 0 of observation group 2 is NaN");
     says(&solve(Data::new()).unwrap_err(), "no observations");
     let lengths = solve(base.clone().values(&[[0.4]], &[], Noise::Learned)).unwrap_err();
     says(&lengths, "1 points but 0 values");
@@ -301,7 +303,7 @@ fn fluxes_and_samples_follow_the_posterior() {
     let places = [[0.0], [0.3], [0.6]];
     let prediction = must(posterior.predict(&places));
     let draws = must(posterior.sample(&places, 2000, 5));
-    for (place, deviation) in prediction.deviation.iter().enumerate() {
+    for (place, deviation) in prediction.standard_deviation.iter().enumerate() {
         let mean = draws.iter().map(|d| d[place]).sum::<f64>() / 2000.0;
         let variance = draws.iter().map(|d| (d[place] - mean).powi(2)).sum::<f64>() / 2000.0;
         assert!((variance.sqrt() - deviation).abs() < 0.1 * deviation + 1e-7);

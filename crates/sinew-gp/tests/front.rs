@@ -165,6 +165,7 @@ fn forty_noisy_values_give_the_width() {
     // estimate from 40 values with errors of 2.5 % has a standard deviation below 4 to 5 %.
     let window = must(Domain::cuboid([("x", [-0.2, 0.4]), ("t", [0.5, 1.0])]));
     let (mut errors, mut gains, mut shares) = (Vec::new(), Vec::new(), Vec::new());
+    let mut off = Vec::new();
     let mut held = 0;
     for seed in 0..5 {
         let (places, y) = measured(&window, seed);
@@ -184,7 +185,7 @@ fn forty_noisy_values_give_the_width() {
         let inside = |k: &usize| {
             let [s, t] = grid[*k];
             let u = exact([(STRETCH * s).sinh() / STRETCH.sinh(), t]);
-            (u - band.mean[*k]).abs() < 1.96 * band.deviation[*k]
+            (u - band.mean[*k]).abs() < 1.96 * band.standard_deviation[*k]
         };
         let share = (0..grid.len()).filter(inside).count() as f64 / grid.len() as f64;
         println!(
@@ -196,6 +197,7 @@ fn forty_noisy_values_give_the_width() {
         shares.push(share);
         errors.push((epsilon / EPSILON - 1.0).abs());
         gains.push(linear / best);
+        off.push(linear);
         held += usize::from(lower < EPSILON && EPSILON < upper);
     }
     errors.sort_by(f64::total_cmp);
@@ -203,7 +205,9 @@ fn forty_noisy_values_give_the_width() {
     shares.sort_by(f64::total_cmp);
     assert!(errors[2] < 0.05, "median of {errors:?}");
     assert!(held >= 4, "{held} of 5 intervals hold the truth");
-    assert!(gains[0] > 1.0 && gains[2] > 3.0, "{gains:?}");
+    // The linearised solutions' own errors were 1.3e-3 in the median where only the measured values were to be explained.
+    off.sort_by(f64::total_cmp);
+    assert!(off[2] < 5e-4 && gains[0] > 1.0, "{off:?} {gains:?}");
     // Missed are places far behind the front, where errors and bands are next to nothing.
     assert!(shares[2] > 0.85, "{shares:?}");
 }
@@ -235,8 +239,8 @@ fn the_evidence_of_equation_and_data_together_is_biased_where_data_say_little() 
         errors.iter_mut().zip(off).for_each(|(errors, off)| errors.push(off));
     }
     errors.iter_mut().for_each(|errors| errors.sort_by(f64::total_cmp));
-    let [conditional, joint] = errors.each_ref().map(|errors| 0.5 * (errors[4] + errors[5]));
-    println!("everywhere: medians {conditional:.3} and {joint:.3}, {held} of 10 held");
-    assert!(held >= 8 && conditional < 0.15, "{held} {errors:?}");
-    assert!(joint > 1.5 * conditional, "{errors:?}");
+    let [linear, bound] = errors.each_ref().map(|errors| 0.5 * (errors[4] + errors[5]));
+    println!("everywhere: medians {linear:.3} and {bound:.3}, {held} of 10 held");
+    assert!(held >= 8 && linear < 0.15, "{held} {errors:?}");
+    assert!(bound > 1.5 * linear, "{errors:?}");
 }

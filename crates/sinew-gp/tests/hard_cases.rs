@@ -81,7 +81,7 @@ fn jitter_is_never_silent() {
     let refused = Model::new(prior(&problem), contradiction, Evidence::Joint).unwrap_err();
     says(
         &refused,
-        "values 0 and 1 of observation group 0 at (0.5) and (0.5) are noise-free and differ",
+        "values 0 and 1 of observation group 1 at (0.5) and (0.5) are noise-free and differ",
     );
     let one = |data: Data<1>, value| data.values(&[[0.5]], &[value], Noise::Exact);
     let data = one(one(Data::new(), 0.1), 0.2);
@@ -102,7 +102,7 @@ fn one_number_is_enough_to_compute_with() {
     let mean = must(posterior.mean(&[[0.0], [0.5], [1.0]]));
     assert_eq!([mean[0], mean[2]], [0.0, 0.0]);
     assert!(mean[1] > 0.0 && mean[1] < 1.0, "{mean:?}");
-    let uncertain = must(posterior.predict(&[[0.5]])).deviation[0];
+    let uncertain = must(posterior.predict(&[[0.5]])).standard_deviation[0];
     assert!(uncertain.is_finite() && uncertain > 0.0);
     // One value with noise to be learned.
     let value = deflection(0.5);
@@ -195,7 +195,7 @@ fn a_corner_that_points_inwards_is_smooth_but_at_its_tip() {
     );
     let tip = Data::new().equation(&[[0.5, 0.5], [1.0, 1.0]], &[1.0; 2], Noise::Exact);
     let singular = Model::new(prior(&problem), tip, Evidence::Auto).unwrap_err();
-    says(&singular, "at point 1 of observation group 0 (1, 1)");
+    says(&singular, "at point 1 of observation group 1 (1, 1)");
     // u = p(x) p(y) with p(x) = x (x − 1) (2 − x) / 2 vanishes on all edges and is smooth at the tip.
     let p = |x: f64| 0.5 * x * (x - 1.0) * (2.0 - x);
     let bend = |x: f64| 3.0 - 3.0 * x;
@@ -219,9 +219,9 @@ fn what_is_not_a_number_is_named() {
     let new = |data: Data<1>| Model::new(prior(&problem), data, Evidence::Auto).map(|_| ());
     for bad in [f64::NAN, f64::INFINITY] {
         let value = new(loads(3).values(&[[0.2], [0.4]], &[0.1, bad], Noise::Learned)).unwrap_err();
-        says(&value, "value number 1 of observation group 1");
+        says(&value, "value number 1 of observation group 2");
         let point = new(loads(3).values(&[[bad]], &[0.1], Noise::Learned)).unwrap_err();
-        says(&point, "point number 0 of observation group 1");
+        says(&point, "point number 0 of observation group 2");
         let noise = new(loads(3).values(&[[0.2]], &[0.1], Noise::Known(bad))).unwrap_err();
         says(&noise, "noise of standard deviation");
     }
@@ -322,6 +322,7 @@ fn coefficients_that_are_not_numbers_are_named() {
     let named = Model::new(prior(&undefined), loads(3), Evidence::Auto).unwrap_err();
     says(&named, "the coefficient of the operator has no finite value");
     for (value_factor, slope_factor) in [(f64::NAN, 1.0), (1.0, f64::INFINITY), (1.0, 0.0)] {
+        let value_factor = constant(value_factor);
         let robin = Condition::Robin { value_factor, slope_factor, data: constant(0.0) };
         let problem = must(Problem::new(domain.clone(), dx * dx));
         let refused = problem.condition("x", Side::Lower, robin).unwrap_err();

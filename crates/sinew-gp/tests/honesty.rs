@@ -311,3 +311,24 @@ fn what_data_cannot_tell_apart() {
     ];
     none_is_silent(cases, &must);
 }
+
+#[test]
+fn an_equation_whose_only_term_vanishes_is_resolved() -> Result<(), GpError> {
+    // A chain between two posts without load: u'' = 0, so that all there is of u'' is rounding.
+    let domain = Domain::interval("x", [0.0, 1.0])?;
+    let [dx] = domain.derivatives();
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let places = domain.sample(12, 3)?;
+    let y: Vec<f64> = places.iter().map(|[x]| 1.0 + 2.0 * x + 0.01 * normal(&mut random)).collect();
+    let at = domain.sample(12, 5)?;
+    let data =
+        Data::new().values(&places, &y, Noise::Learned).equation(&at, &[0.0; 12], Noise::Exact);
+    let problem = Problem::new(domain, dx * dx)?;
+    let prior = Prior::constrained(&problem, &SquaredExponential::new())?;
+    let fit = Model::new(prior, data, Evidence::Auto)?.fit(&FitOptions::default())?;
+    let warnings = fit.warnings()?;
+    assert!(!warnings.iter().any(|w| matches!(w, Warning::Unresolved { .. })), "{warnings:?}");
+    let middle = fit.posterior()?.mean(&[[0.5]])?[0];
+    assert!((middle - 2.0).abs() < 0.01, "{middle}");
+    Ok(())
+}

@@ -58,7 +58,9 @@ fn of_a_linear_term_nothing_is_approximate() {
     let (exact, bound) = (must(best.predict(&places)), must(found.posterior().predict(&places)));
     for place in 0..places.len() {
         assert!((exact.mean[place] - bound.mean[place]).abs() < 1e-4 * exact.mean[1].abs());
-        assert!((exact.deviation[place] / bound.deviation[place] - 1.0).abs() < 1e-3);
+        assert!(
+            (exact.standard_deviation[place] / bound.standard_deviation[place] - 1.0).abs() < 1e-3
+        );
     }
     println!("{:?}", found.trace);
 }
@@ -162,7 +164,10 @@ fn the_bound_is_below_the_evidence_and_the_bands_are_true() {
         truth.log_evidence, found.bound, truth.effective
     );
     println!("mean {:.3?}, bound {:.3?}, linear {:.3?}", truth.mean, bound.mean, linear.mean);
-    println!("deviation {:.3?} {:.3?} {:.3?}", truth.deviation, bound.deviation, linear.deviation);
+    println!(
+        "deviation {:.3?} {:.3?} {:.3?}",
+        truth.deviation, bound.standard_deviation, linear.standard_deviation
+    );
     // The draws leave 1/√effective, here less than 0.003.
     assert!(truth.effective > 1e5);
     assert!(found.bound < truth.log_evidence + 0.01 && found.bound > truth.log_evidence - 0.15);
@@ -172,8 +177,11 @@ fn the_bound_is_below_the_evidence_and_the_bands_are_true() {
         assert!(off(bound.mean[place]) < 0.02 && off(linear.mean[place]) > 0.4);
         let narrow = |found: f64| 1.0 - found / deviation;
         // A normal distribution below a bound is narrower than the truth, but less so than the linear one.
-        assert!(narrow(bound.deviation[place]) > 0.0);
-        assert!(narrow(bound.deviation[place]) < 0.75 * narrow(linear.deviation[place]));
+        assert!(narrow(bound.standard_deviation[place]) > 0.0);
+        assert!(
+            narrow(bound.standard_deviation[place])
+                < 0.75 * narrow(linear.standard_deviation[place])
+        );
     }
 }
 
@@ -277,7 +285,7 @@ fn what_has_no_bound_is_an_error() {
         let found = must(cubic.variational(&solved(&cubic, &data), &kernel, &data, &options));
         let there = must(found.posterior().predict(&[[0.5], [1.0]]));
         assert!(found.bound.is_finite() && found.settled);
-        assert!(there.mean[0] > 0.1 && there.deviation[1] == 0.0, "{there:?}");
+        assert!(there.mean[0] > 0.1 && there.standard_deviation[1] == 0.0, "{there:?}");
     }
 }
 
@@ -303,7 +311,7 @@ fn terms_without_a_value_are_named_by_point_and_arguments() {
     // Unusable data come before anything that they are put into.
     let nowhere = Data::new().equation(&[[f64::NAN]], &[1.0], Noise::Exact);
     let named = logarithm.solve(&kernel, &nowhere, &options, 5).unwrap_err();
-    says(&named, "point number 0 of observation group 0 is NaN");
+    says(&named, "point number 0 of observation group 1 is NaN");
     // −u″ − 6 eᵘ = 2 has no solution, and steps lead nowhere.
     let bratu = SemiLinear::new(string(0.0), identity, |[u]| u.exp() * -6.0);
     let at: Vec<[f64; 1]> = (1..8).map(|k| [f64::from(k) / 8.0]).collect();
@@ -341,8 +349,8 @@ fn predictions_average_about_the_parameters_found() {
         [start.fit.parameter("stiffness"), found.parameter("stiffness")].map(must);
     assert!((after / before).ln().abs() > 0.05, "the equation moves: {before} to {after}");
     // A deviation of the stiffness moves u by far more than where its mean lies.
-    assert!((averaged.mean[0] - own.mean[0]).abs() < 0.5 * averaged.deviation[0]);
-    assert!(averaged.deviation[0] > own.deviation[0]);
+    assert!((averaged.mean[0] - own.mean[0]).abs() < 0.5 * averaged.standard_deviation[0]);
+    assert!(averaged.standard_deviation[0] > own.standard_deviation[0]);
 }
 
 #[test]
@@ -366,7 +374,8 @@ fn exact_zeros_count_in_any_unit() {
             let options = VariationalOptions::default();
             let found = must(cubic.variational(&start, &kernel, &data, &options));
             let found = must(found.predict(&[[0.9], [0.5]]));
-            [found.mean[0], found.deviation[0], found.mean[1], found.deviation[1]].map(|u| u / unit)
+            [found.mean[0], found.standard_deviation[0], found.mean[1], found.standard_deviation[1]]
+                .map(|u| u / unit)
         };
     let reference = solved(1.0);
     for unit in [1e8, 1e-8] {

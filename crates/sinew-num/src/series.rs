@@ -275,6 +275,33 @@ impl Series {
         self.compose(&taylor)
     }
 
+    /// The angle of the point (`x`, `self`) from the first axis, between −π and π; at the origin it has no derivatives. About a
+    /// corner, turn the plane so that the cut along the negative first axis lies outside of the domain.
+    ///
+    /// ```
+    /// use sinew_num::Series;
+    ///
+    /// // r^⅔ sin ⅔φ, harmonic about a corner of 270°.
+    /// let [x, y] = Series::variables([0.3, 0.4], [2, 2]);
+    /// let (r, angle) = ((x.squared() + y.squared()).sqrt(), y.atan2(&x));
+    /// let u = r.powf(2.0 / 3.0) * (angle * (2.0 / 3.0)).sin();
+    /// assert!((u.derivative(&[2, 0]) + u.derivative(&[0, 2])).abs() < 1e-14);
+    /// ```
+    pub fn atan2(&self, x: &Self) -> Self {
+        let (y0, x0) = (self.value(), x.value());
+        // In axes turned to the point the angle is atan t, with t = 0 there.
+        let t = (self * x0 - x * y0) / (x * x0 + self * y0);
+        let taylor: Vec<f64> = (0..=t.total_degree())
+            .map(|k| match k % 4 {
+                _ if k == 0 => y0.atan2(x0),
+                1 => 1.0 / k as f64,
+                3 => -1.0 / k as f64,
+                _ => 0.0,
+            })
+            .collect();
+        t.compose(&taylor)
+    }
+
     /// Hyperbolic tangent.
     pub fn tanh(&self) -> Self {
         // t' = 1 − t² read as a recursion for the coefficients.

@@ -37,7 +37,7 @@ pub fn posterior<const D: usize>(
             [&domain.names()[0], "u"],
             [false; 2],
         );
-        let band = band(&prediction.mean, &prediction.deviation);
+        let band = band(&prediction.mean, &prediction.standard_deviation);
         let marks = observed.collocation.iter().map(|x| [x[0], (setting.solution)(*x)]);
         vec![Panel::Chart(
             chart
@@ -51,7 +51,7 @@ pub fn posterior<const D: usize>(
         let exact: Vec<f64> = slice.points.iter().map(|x| (setting.solution)(*x)).collect();
         let error: Vec<f64> =
             exact.iter().zip(&prediction.mean).map(|(u, m)| (u - m).abs()).collect();
-        let width: Vec<f64> = prediction.deviation.iter().map(|s| BAND * s).collect();
+        let width: Vec<f64> = prediction.standard_deviation.iter().map(|s| BAND * s).collect();
         let shared = Map::range(&slice.rows(&exact));
         let with_data = |map: Map| Map {
             marks: [("u observed", &observed.places), ("equation imposed", &observed.collocation)]

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 #[derive(Parser, Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[command(name = "cargo xtask reproduce-gp", version, max_term_width = 110)]
 pub struct Options {
-    /// Experiments to run, separated by commas [default: all but coverage]
+    /// Experiments to run, separated by commas [default: all]
     #[arg(long, value_enum, value_delimiter = ',')]
     pub only: Vec<Name>,
     /// The same code with one data set, few starts and steps, within half a minute: a check, not a result
@@ -22,9 +22,6 @@ pub struct Options {
     /// Data sets behind every median [default: 10, or 1 with --quick]
     #[arg(long, value_parser = parse_count)]
     pub seeds: Option<usize>,
-    /// Data sets of coverage [default: 200, or 2 with --quick]
-    #[arg(long, value_parser = parse_count)]
-    pub sets: Option<usize>,
     /// Fits side by side, each on one thread [default: one per processor]
     #[arg(long, value_parser = parse_count)]
     #[serde(skip)]
@@ -46,11 +43,6 @@ impl Options {
     /// Data sets behind every median.
     pub fn seeds(&self) -> usize {
         self.seeds.unwrap_or(if self.quick { 1 } else { 10 })
-    }
-
-    /// Data sets of coverage.
-    pub fn sets(&self) -> usize {
-        self.sets.unwrap_or(if self.quick { 2 } else { 200 })
     }
 
     /// Fits side by side.
@@ -84,9 +76,9 @@ mod tests {
         };
         let options = parse(&["--only", "heat-1,pinn", "--seeds", "3", "--threads", "1"]).unwrap();
         assert_eq!(Name::chosen(&options.only), [Name::Heat1, Name::Pinn]);
-        assert_eq!((options.seeds(), options.sets(), options.threads()), (3, 200, 1));
+        assert_eq!((options.seeds(), options.threads()), (3, 1));
         let quick = parse(&["--quick"]).unwrap();
-        assert_eq!((quick.seeds(), quick.sets()), (1, 2));
+        assert_eq!(quick.seeds(), 1);
         let wrong = parse(&["--only", "heat"]).unwrap_err().to_string();
         assert!(wrong.contains("heat-1") && wrong.contains("advection-diffusion"), "{wrong}");
         for wrong in ["0", "-1", "ten", "1.5"] {

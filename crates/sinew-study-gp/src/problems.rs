@@ -49,10 +49,10 @@ fn insulated<const D: usize>() -> Condition<D> {
 pub fn poisson_1() -> Result<Setting<1>, GpError> {
     let domain = Domain::interval("x", [0.0, 2.0])?;
     let [dx] = domain.derivatives();
-    let clamped = Condition::Cauchy { value: constant(0.0), slope: constant(0.0) };
-    let robin = Condition::Robin { value_factor: -1.0, slope_factor: 1.0, data: constant(0.0) };
+    let robin =
+        Condition::Robin { value_factor: constant(-1.0), slope_factor: 1.0, data: constant(0.0) };
     let problem = Problem::new(domain, -(dx * dx))?
-        .condition("x", Side::Lower, clamped)?
+        .condition("x", Side::Lower, Condition::clamped())?
         .condition("x", Side::Upper, robin)?;
     Ok(Setting {
         name: "Poisson-BVP-1",
@@ -118,10 +118,10 @@ pub fn wave_1() -> Result<Setting<2>, GpError> {
     let domain = Domain::cuboid([("x", [0.0, PI]), ("t", [0.0, 1.0])])?;
     let [dx, dt] = domain.derivatives();
     let speed = Parameter::new("theta", [0.05, 20.0])?;
-    let start = Condition::Cauchy {
-        value: field(|[x, _]: [Series; 2]| x.cos()),
-        slope: field(|[x, _]: [Series; 2]| x.cos().squared()),
-    };
+    let start = Condition::initial(
+        field(|[x, _]: [Series; 2]| x.cos()),
+        field(|[x, _]: [Series; 2]| x.cos().squared()),
+    );
     let problem = Problem::new(domain, dt * dt - &speed * (&speed * dx * dx))?
         .condition("x", Side::Lower, insulated())?
         .condition("x", Side::Upper, insulated())?
@@ -147,10 +147,7 @@ pub fn wave_2() -> Result<Setting<2>, GpError> {
     let domain = Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.5, 2.5])])?;
     let [dx, dt] = domain.derivatives();
     let speed = Parameter::new("theta", [0.05, 20.0])?;
-    let start = Condition::Cauchy {
-        value: field(|[x, _]: [Series; 2]| (x * PI).sin()),
-        slope: constant(0.0),
-    };
+    let start = Condition::initial(field(|[x, _]: [Series; 2]| (x * PI).sin()), constant(0.0));
     let problem = Problem::new(domain, dt * dt - &speed * (&speed * dx * dx))?
         .periodic("x", Periodicity::Value)?
         .condition("t", Side::Lower, start)?;

@@ -146,8 +146,8 @@ struct Shared<'a> {
 impl<'a> Work<'a> {
     fn of(options: &'a Options, experiments: &'a [(Name, Experiment)]) -> Self {
         let mut pieces = Vec::new();
-        for (experiment, (name, content)) in experiments.iter().enumerate() {
-            for set in 0..sets(options, *name) {
+        for (experiment, (_, content)) in experiments.iter().enumerate() {
+            for set in 0..options.seeds() {
                 let piece = |case| Piece { experiment, case, set };
                 pieces.extend((0..content.cases.len()).map(piece));
             }
@@ -171,8 +171,8 @@ impl<'a> Work<'a> {
 
     /// Does what is not done yet.
     fn outcomes(&self, clock: &WallClock) -> Result<Outcomes> {
-        let empty = |(name, experiment): &(Name, Experiment)| {
-            vec![vec![None; sets(self.options, *name)]; experiment.cases.len()]
+        let empty = |(_, experiment): &(Name, Experiment)| {
+            vec![vec![None; self.options.seeds()]; experiment.cases.len()]
         };
         let mut outcomes: Outcomes = self.experiments.iter().map(empty).collect();
         let mut open = Vec::new();
@@ -232,10 +232,6 @@ impl<'a> Work<'a> {
         let of = |number| open.iter().filter(|piece| piece.experiment == number).count();
         (0..self.experiments.len()).map(of).collect()
     }
-}
-
-fn sets(options: &Options, name: Name) -> usize {
-    if name.is_coverage() { options.sets() } else { options.seeds() }
 }
 
 /// Rows and drawings of one experiment; cases without any result go to the notes.

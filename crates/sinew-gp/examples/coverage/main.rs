@@ -1,6 +1,6 @@
 //! How often intervals hold the truth, over many sets of data.
 //!
-//! `cargo xtask coverage [SETS] [--only NAME,…] [--evidence joint|conditional|unit] [--points N] [--laplace]`, or
+//! `cargo xtask coverage [SETS] [--only NAME,…] [--evidence joint|unit] [--points N] [--laplace]`, or
 //! `cargo run --example coverage -p sinew-gp --no-default-features -- 100`
 //!
 //! Each set has its own places, errors of 2.5 % of the solution's spread whose level is learned, and collocation points. For every
@@ -8,6 +8,7 @@
 //! in its band; the share of estimates inside their own intervals; the width of intervals over that of least squares with
 //! the solution known for every parameter (the bound of Cramér and Rao); the estimates' error over that bound; seconds.
 
+mod conditions;
 mod problems;
 
 use std::time::Instant;
@@ -73,7 +74,7 @@ impl<const D: usize> Neighbours<D> {
         let at = domain.sample([0, 40, 300, 500][D], 77)?;
         let f: Vec<f64> = at.iter().map(|x| case.load(*x)).collect();
         let prior = Prior::constrained(&case.problem, &SquaredExponential::new())?;
-        let data = Data::new().equation(&at, &f, Noise::Exact);
+        let data = (case.given)(case, Data::new().equation(&at, &f, Noise::Exact))?;
         let model = std::sync::Arc::new(Model::new(prior, data, Evidence::Joint)?);
         let solve = |theta: &[f64]| {
             let value = |p: &sinew_gp::FreeParameter| {
@@ -143,6 +144,7 @@ fn run<const D: usize>(
 
     let start = Instant::now();
     let data = Data::new().values(&places, &y, Noise::Learned).equation(&at, &f, Noise::Exact);
+    let data = (case.given)(case, data)?;
     let prior = Prior::constrained(&case.problem, &SquaredExponential::new())?;
     let model = Model::new(prior, data, options.evidence)?;
     let fit = model.fit(&FitOptions { seed, ..FitOptions::default() })?;
@@ -161,7 +163,7 @@ fn run<const D: usize>(
         let band = ensemble.predict(&inside)?;
         let holds = |k: &usize| {
             (band.mean[*k] - case.solution.value(inside[*k])).abs()
-                <= TWO_SIDED * band.deviation[*k]
+                <= TWO_SIDED * band.standard_deviation[*k]
         };
         held.u = (0..inside.len()).filter(holds).count() as f64 / inside.len() as f64;
         Ok(held)
@@ -258,12 +260,9 @@ fn options() -> Result<Options, Failure> {
             ("--evidence", _) => {
                 options.evidence = match words.next().as_deref() {
                     Some("joint") => Evidence::Joint,
-                    Some("conditional") => Evidence::Conditional,
                     Some("unit") => Evidence::UnitInformation,
                     other => {
-                        return Err(
-                            format!("evidence {other:?}: joint, conditional or unit").into()
-                        );
+                        return Err(format!("evidence {other:?}: joint or unit").into());
                     }
                 };
             }
@@ -297,5 +296,12 @@ fn main() -> Result<(), Failure> {
     study(problems::graded_rod(), &options)?;
     study(problems::reaction(), &options)?;
     study(problems::triangle(), &options)?;
-    study(problems::insulated(), &options)
+    study(problems::insulated(), &options)?;
+    study(conditions::half_wall(), &options)?;
+    study(conditions::gangway(), &options)?;
+    study(conditions::window(), &options)?;
+    study(conditions::film(), &options)?;
+    study(conditions::lamp(), &options)?;
+    study(conditions::tube(), &options)?;
+    study(conditions::notch(), &options)
 }

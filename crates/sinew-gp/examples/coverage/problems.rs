@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use sinew_gp::{
-    Condition, Derivative, Domain, Field, GpError, Operator, Parameter, Periodicity, Problem,
+    Condition, Data, Derivative, Domain, Field, GpError, Operator, Parameter, Periodicity, Problem,
     Series, Side, constant, field,
 };
 
@@ -16,6 +16,13 @@ pub struct Case<const D: usize> {
     pub truth: Vec<(&'static str, f64)>,
     /// Values and collocation points.
     pub counts: [usize; 2],
+    /// Adds what is given besides the equation.
+    pub given: fn(&Self, Data<D>) -> Result<Data<D>, GpError>,
+}
+
+/// Nothing besides the equation.
+pub fn nothing<const D: usize>(_: &Case<D>, data: Data<D>) -> Result<Data<D>, GpError> {
+    Ok(data)
 }
 
 impl<const D: usize> Case<D> {
@@ -37,27 +44,36 @@ impl<const D: usize> Case<D> {
                 * factor
                 * series.derivative(&term.derivative.orders)
         };
-        let load: f64 = operator.terms().iter().map(of).sum();
+        let source = |term: &sinew_gp::Term<D>| {
+            let powers = term.parameters.iter().map(|(p, n)| value(p.name()).powi(*n));
+            let factor = term.function.as_ref().map_or(1.0, |function| function.value(x));
+            term.scale * powers.product::<f64>() * factor
+        };
+        let sources = operator.sources().iter().map(source);
+        let load: f64 = operator.terms().iter().map(of).chain(sources).sum();
         let size = operator.terms().iter().map(|term| of(term).abs()).sum::<f64>();
         // What cancels but for rounding is zero.
         if load.abs() < 1e-12 * size { 0.0 } else { load }
     }
 }
 
-fn zero<const D: usize>() -> Condition<D> {
+/// u = 0.
+pub fn zero<const D: usize>() -> Condition<D> {
     Condition::Dirichlet(constant(0.0))
 }
 
-fn flat<const D: usize>() -> Condition<D> {
+/// No flux.
+pub fn flat<const D: usize>() -> Condition<D> {
     Condition::Neumann(constant(0.0))
 }
 
-fn plane() -> Result<Domain<2>, GpError> {
+/// The unit square of x and t.
+pub fn plane() -> Result<Domain<2>, GpError> {
     Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.0, 1.0])])
 }
 
 /// A function of x and t at t = 0.
-fn at_first(solution: &Field<2>) -> Field<2> {
+pub fn at_first(solution: &Field<2>) -> Field<2> {
     let solution = solution.clone();
     field(move |[x, t]: [Series; 2]| {
         let none = t.constant(0.0);
@@ -65,13 +81,14 @@ fn at_first(solution: &Field<2>) -> Field<2> {
     })
 }
 
-fn two(
+/// With 25 values and 25 points.
+pub fn two(
     name: &'static str,
     problem: Problem<2>,
     solution: Field<2>,
     truth: Vec<(&'static str, f64)>,
 ) -> Case<2> {
-    Case { name, problem, solution, truth, counts: [25, 25] }
+    Case { name, problem, solution, truth, counts: [25, 25], given: nothing }
 }
 
 /// A solute leaves a slab: one face sealed, one washed.
@@ -98,7 +115,8 @@ pub fn cooling() -> Result<Case<2>, GpError> {
     let [dx, dt] = domain.derivatives();
     let diffusivity = Parameter::new("D", [0.01, 10.0])?;
     let solution = field(|[x, t]: [Series; 2]| (x * WAVE).cos() * (t * (-D * WAVE * WAVE)).exp());
-    let robin = Condition::Robin { value_factor: 1.0, slope_factor: 1.0, data: constant(0.0) };
+    let robin =
+        Condition::Robin { value_factor: constant(1.0), slope_factor: 1.0, data: constant(0.0) };
     let problem = Problem::new(domain, dt - &diffusivity * dx * dx)?
         .condition("x", Side::Lower, flat())?
         .condition("x", Side::Upper, robin)?
@@ -120,7 +138,8 @@ pub fn ring() -> Result<Case<2>, GpError> {
     let problem = Problem::new(domain, dt + &speed * dx - &diffusivity * dx * dx)?
         .periodic("x", Periodicity::ValueAndSlope)?
         .condition("t", Side::Lower, Condition::Dirichlet(at_first(&solution)))?;
-    Ok(two("ring", problem, solution, vec![("c", C), ("D", D)]))
+    // With 25 points half of the width of intervals is what the points leave open.
+    Ok(Case { counts: [25, 60], ..two("ring", problem, solution, vec![("c", C), ("D", D)]) })
 }
 
 /// A string held back by springs: two waves that run at different speeds.
@@ -138,7 +157,7 @@ pub fn sprung_string() -> Result<Case<2>, GpError> {
         };
         wave(1.0) + wave(2.0) * 0.5
     });
-    let start = Condition::Cauchy { value: at_first(&solution), slope: constant(0.0) };
+    let start = Condition::initial(at_first(&solution), constant(0.0));
     let equation = dt * dt - &speed * (&speed * dx * dx) + &springs * Derivative::identity();
     let problem = Problem::new(domain, equation)?
         .condition("x", Side::Lower, zero())?
@@ -177,7 +196,14 @@ pub fn plate() -> Result<Case<3>, GpError> {
         .condition("y", Side::Lower, zero())?
         .condition("y", Side::Upper, zero())?
         .condition("t", Side::Lower, Condition::Dirichlet(start))?;
-    Ok(Case { name: "plate", problem, solution, truth: vec![("D", D)], counts: [30, 40] })
+    Ok(Case {
+        name: "plate",
+        problem,
+        solution,
+        truth: vec![("D", D)],
+        counts: [30, 60],
+        given: nothing,
+    })
 }
 
 /// A clamped beam on an elastic bed: fourth order, under a load.
@@ -189,13 +215,12 @@ pub fn beam() -> Result<Case<1>, GpError> {
     let solution = field(|[x]: [Series; 1]| {
         x.squared() * (1.0 - &x).squared() * (1.0 + (&x * 5.0).sin() * 0.5) * 10.0
     });
-    let clamped = || Condition::Cauchy { value: constant(0.0), slope: constant(0.0) };
     let equation = &stiffness * dx * dx * dx * dx + &bedding * Derivative::identity();
     let problem = Problem::new(domain, equation)?
-        .condition("x", Side::Lower, clamped())?
-        .condition("x", Side::Upper, clamped())?;
+        .condition("x", Side::Lower, Condition::clamped())?
+        .condition("x", Side::Upper, Condition::clamped())?;
     let truth = vec![("EI", 1.0), ("k", 300.0)];
-    Ok(Case { name: "beam", problem, solution, truth, counts: [25, 25] })
+    Ok(Case { name: "beam", problem, solution, truth, counts: [25, 25], given: nothing })
 }
 
 /// A rod whose conductivity rises along it, heated from within.
@@ -213,7 +238,7 @@ pub fn graded_rod() -> Result<Case<1>, GpError> {
         end,
     )?;
     let truth = vec![("a", 1.0), ("b", 2.0)];
-    Ok(Case { name: "graded rod", problem, solution, truth, counts: [25, 25] })
+    Ok(Case { name: "graded rod", problem, solution, truth, counts: [25, 25], given: nothing })
 }
 
 /// Diffusion and reaction on a square with mixed conditions.
@@ -224,7 +249,7 @@ pub fn reaction() -> Result<Case<2>, GpError> {
     let solution =
         field(|[x, y]: [Series; 2]| &x * (&x * -1.0).exp() * (y * (PI / 2.0)).cos() * 3.0);
     let robin = Condition::Robin {
-        value_factor: 1.0,
+        value_factor: constant(1.0),
         slope_factor: 1.0,
         data: field(|[_, y]: [Series; 2]| (y * (PI / 2.0)).cos() * (3.0 * (-1.0_f64).exp())),
     };

@@ -4,11 +4,12 @@ use sinew_num::Series;
 
 use super::edges::Edges;
 use super::ends;
+use super::lift::along;
 use crate::domain::Domain;
 use crate::error::GpError;
 use crate::field::Field;
 use crate::problem::Problem;
-use crate::structure::{AxisStructure, Lift};
+use crate::structure::{AxisStructure, Functional, Lift};
 
 /// Relative difference above which two conditions conflict at a corner: data are given as formulas
 /// that agree to rounding where they agree at all.
@@ -23,6 +24,15 @@ pub(super) fn check_corners<const D: usize>(
     structures: &[AxisStructure<D>; D],
     edges: &Edges<D>,
 ) -> Result<(), GpError> {
+    let varying: Vec<usize> =
+        (0..D).filter(|axis| structures[*axis].varies(problem.domain(), *axis)).collect();
+    if let [first, second, ..] = varying[..] {
+        let names = problem.domain().names();
+        return Err(GpError::Problem(format!(
+            "factors of Robin conditions vary on faces of both {} and {}; impose those of one axis at points by `Data::imposed`",
+            names[first], names[second]
+        )));
+    }
     for first in 0..D {
         for second in first + 1..D {
             for a in &structures[first].lifts {
@@ -40,6 +50,13 @@ pub(super) fn check_corners<const D: usize>(
     edges.check_corners(problem.domain())
 }
 
+/// A factor that varies along an edge where a slope of the product is held.
+fn varies(face: &str, along: &str) -> GpError {
+    GpError::Problem(format!(
+        "the factor of the Robin condition on {face} varies where it meets {along}, on which a slope is held; give a factor without slope there, or impose one of the two at points by `Data::imposed`"
+    ))
+}
+
 /// The condition of a face against those on the edges of its polygon.
 fn check_edges<const D: usize>(
     problem: &Problem<D>,
@@ -55,6 +72,12 @@ fn check_edges<const D: usize>(
             point[axis] = domain.end(axis, lift.functional.side());
             let x = Series::plain(point);
             for own in edges.lifts(edge) {
+                if let Functional::End { value, side, .. } = &lift.functional
+                    && own.slope != 0.0
+                    && along(value, own.outwards(), &x).value().abs() > 1e-10
+                {
+                    return Err(varies(&domain.face(axis, *side), &format!("edge {edge}")));
+                }
                 let data = &own.data;
                 let implied = lift.functional.apply(data, axis, ends(domain, axis), &x).value();
                 let asked = own.apply(&lift.data, &x).value();
@@ -87,6 +110,17 @@ fn check_corner<const D: usize>(
             std::array::from_fn(|d| domain.lower()[d] + fraction * domain.extents()[d]);
         point[first] = domain.end(first, a.functional.side());
         point[second] = domain.end(second, b.functional.side());
+        for ((axis, own), (other, functional)) in
+            [((first, a), (second, &b.functional)), ((second, b), (first, &a.functional))]
+        {
+            let Functional::End { value, side, .. } = &own.functional else { continue };
+            let passes =
+                functional.lets_pass(value, other, ends(domain, other), &Series::plain(point));
+            if !value.is_zero() && !passes {
+                let along = domain.face(other, functional.side());
+                return Err(varies(&domain.face(axis, *side), &along));
+            }
+        }
         // ∂ along `second` of the first face's data, against ∂ along `first` of the second's.
         let x = Series::plain(point);
         let implied = b.functional.apply(&a.data, second, ends(domain, second), &x).value();

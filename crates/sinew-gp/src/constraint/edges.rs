@@ -14,8 +14,10 @@ use std::sync::Arc;
 
 use sinew_num::Series;
 
+use super::extension::extension;
+use super::lift::{EdgeLift, along};
 use super::meeting::{Corner, Jet};
-use super::wedges::adapted;
+use super::wedges::{Held, adapted, singular};
 use crate::condition::Condition;
 use crate::domain::Domain;
 use crate::edge::Edge;
@@ -39,65 +41,6 @@ pub(super) struct Plane<const D: usize> {
     /// Nothing for one.
     pub factor: Option<Field<D>>,
     pub span: Span,
-}
-
-/// a u + b ∂u/∂n = data on an edge, n pointing outwards.
-#[derive(Clone, Debug)]
-pub(crate) struct EdgeLift<const D: usize> {
-    pub value: f64,
-    pub slope: f64,
-    pub data: Field<D>,
-    pub edge: Edge,
-}
-
-/// The derivative of `function` along a direction in the plane.
-pub(super) fn along<const D: usize>(
-    function: &Field<D>,
-    [dx, dy]: [f64; 2],
-    x: &[Series; D],
-) -> Series {
-    let mut lifted = x.each_ref().map(|coordinate| coordinate.lifted(1));
-    let step = lifted[0].shifted_last_variable(0.0);
-    lifted[0] = &lifted[0] + &step * dx;
-    lifted[1] = &lifted[1] + &step * dy;
-    // A function that ignores all coordinates may come back as a plain constant.
-    (step.constant(0.0) + function.at(lifted)).last_derivative(1)
-}
-
-impl<const D: usize> EdgeLift<D> {
-    /// All of a condition.
-    pub fn of(condition: &Condition<D>, edge: &Edge) -> Vec<Self> {
-        let lift = |value, slope, data: &Field<D>| Self {
-            value,
-            slope,
-            data: data.clone(),
-            edge: edge.clone(),
-        };
-        match condition {
-            Condition::Dirichlet(value) => vec![lift(1.0, 0.0, value)],
-            Condition::Cauchy { value, slope } => {
-                vec![lift(1.0, 0.0, value), lift(0.0, 1.0, slope)]
-            }
-            other => other.spring().map(|(a, b, data)| lift(a, b, data)).into_iter().collect(),
-        }
-    }
-
-    /// Outward normal.
-    pub fn outwards(&self) -> [f64; 2] {
-        self.edge.normal.map(|n| -n)
-    }
-
-    /// a u + b ∂u/∂n of a function, at `x` on the edge.
-    pub fn apply(&self, function: &Field<D>, x: &[Series; D]) -> Series {
-        let mut sum = x[0].constant(0.0);
-        if self.value != 0.0 {
-            sum = sum + function.at(x.clone()) * self.value;
-        }
-        if self.slope != 0.0 {
-            sum = sum + along(function, self.outwards(), x) * self.slope;
-        }
-        sum
-    }
 }
 
 /// An edge with its condition.
@@ -139,7 +82,7 @@ impl<const D: usize> Conditioned<D> {
                 .filter_map(|(end, (jet, shape))| jet.as_ref().map(|jet| (end, jet, shape)))
         };
         if let Some((a, b, c)) = self.condition.spring() {
-            let sum = self.trace(&shapes, jets, x) * (&f * (a / b) + 1.0);
+            let sum = self.trace(&shapes, jets, x) * (&f * a.at(x.clone()) / b + 1.0);
             return if data { sum - &f * c.at(x.clone()) / b } else { sum };
         }
         match &self.condition {
@@ -175,7 +118,7 @@ impl<const D: usize> Conditioned<D> {
         let (a, b, _) = self.condition.spring()?;
         let (f, s) = (self.edge.height(&x[0], &x[1]), self.edge.fraction(&x[0], &x[1]));
         let rest = s.constant(1.0) - &s;
-        let start = f * (a / b) + 1.0;
+        let start = f * a.at(x.clone()) / b + 1.0;
         let ends = [s, rest].into_iter().zip(self.joined);
         Some(ends.filter(|(_, joined)| *joined).fold(start, |p, (end, _)| p * end.squared()))
     }
@@ -196,6 +139,8 @@ pub(super) struct Edges<const D: usize> {
     /// The same function on all edges, which needs no blending.
     boundary: Option<Field<D>>,
     inner: Option<Arc<Blend<D>>>,
+    /// A function near the conditions, and the blend of what it leaves of them.
+    near: Option<(Field<D>, Arc<Blend<D>>)>,
     polygon: Option<Polygon>,
     equation: Operator<D>,
 }
@@ -216,7 +161,8 @@ impl<const D: usize> Edges<D> {
             .filter(|_| problem.edges.iter().any(Option::is_some))
             .map(|polygon| Arc::new(Blend::new(polygon.clone(), &problem.edges)));
         let (boundary, equation) = (problem.boundary.clone(), problem.equation().clone());
-        Self { boundary, inner, polygon, equation }
+        let near = inner.as_ref().and_then(|blend| blend.near(&problem.edges));
+        Self { boundary, inner, near, polygon, equation }
     }
 
     /// Conditions on one edge.
@@ -236,10 +182,14 @@ impl<const D: usize> Edges<D> {
 
     /// A function that satisfies the conditions on the edges.
     pub fn mean(&self) -> Field<D> {
-        match (&self.boundary, &self.inner) {
-            (Some(value), _) => value.clone(),
-            (None, None) => Field::zero(),
-            (None, Some(blend)) => blend.clone().mean(),
+        match (&self.boundary, &self.inner, &self.near) {
+            (Some(value), _, _) => value.clone(),
+            (None, None, _) => Field::zero(),
+            (None, Some(blend), None) => blend.clone().mean(),
+            (None, Some(_), Some((near, rest))) => {
+                let (near, rest) = (near.clone(), rest.clone().mean());
+                field(move |x: [Series; D]| near.at(x.clone()) + rest.at(x))
+            }
         }
     }
 
@@ -253,7 +203,7 @@ impl<const D: usize> Edges<D> {
                 let factors = adapted(polygon, &self.equation).unwrap_or_else(|| vec![plain()]);
                 factors.into_iter().map(|factor| everything(Some(factor))).collect()
             }
-            (None, Some(blend), _) => blend.clone().planes(),
+            (None, Some(blend), _) => blend.clone().planes(&self.equation),
             _ => vec![everything(None)],
         }
     }
@@ -288,6 +238,45 @@ impl<const D: usize> Blend<D> {
         Self { polygon, edges, corners }
     }
 
+    /// Whether all edges hold values of one function, which the blend then is.
+    fn is_one_function(&self) -> bool {
+        let value = |own: &Conditioned<D>| match &own.condition {
+            Condition::Dirichlet(value) => Some(value.clone()),
+            _ => None,
+        };
+        let Some(values) = self.edges.iter().map(value).collect::<Option<Vec<_>>>() else {
+            return false;
+        };
+        self.polygon.corners().iter().zip(self.polygon.corners().iter().skip(2)).all(|(a, b)| {
+            let mut at = [0.0; D];
+            // Off the edges, and off what is symmetric.
+            (at[0], at[1]) = (0.63 * a[0] + 0.37 * b[0], 0.63 * a[1] + 0.37 * b[1]);
+            let first = values[0].value(at);
+            values.iter().all(|value| (value.value(at) - first).abs() <= 1e-12 * first.abs())
+        })
+    }
+
+    /// A function near the conditions, and the blend of the rest.
+    fn near(&self, conditions: &[Option<Condition<D>>]) -> Option<(Field<D>, Arc<Self>)> {
+        let of = |own: &Conditioned<D>| {
+            let lifts = EdgeLift::of(&own.condition, &own.edge).into_iter();
+            lifts.map(|lift| (own.number, lift)).collect::<Vec<_>>()
+        };
+        let lifts: Vec<_> = self.edges.iter().flat_map(of).collect();
+        // With slopes, or edges without conditions, such a function is little determined away from the others.
+        let held = self.held();
+        let values = held.iter().all(|held| *held == Some(Held::Value));
+        if !values || !self.polygon.adapts() || self.is_one_function() {
+            return None;
+        }
+        let near = extension(&self.polygon, &held, &lifts)?;
+        let rest = conditions.iter().zip(self.polygon.edges()).map(|(condition, edge)| {
+            condition.as_ref().map(|condition| condition.without(&near, edge))
+        });
+        let rest: Vec<_> = rest.collect();
+        Some((near, Arc::new(Self::new(self.polygon.clone(), &rest))))
+    }
+
     /// All Wₑ.
     fn weights(&self, x: &Series, y: &Series) -> Vec<Series> {
         let size = self.polygon.size();
@@ -320,9 +309,33 @@ impl<const D: usize> Blend<D> {
         })
     }
 
-    fn planes(self: Arc<Self>) -> Vec<Plane<D>> {
-        let bubble = self.clone().normalised(|blend, x| blend.bubble(&x[0], &x[1]));
-        let mut planes = vec![Plane { factor: Some(bubble), span: Span::Everything }];
+    /// What is held on each edge, where it is a value or a slope alone.
+    fn held(&self) -> Vec<Option<Held>> {
+        let mut held = vec![None; self.corners.len()];
+        for own in &self.edges {
+            held[own.number] = match own.condition {
+                Condition::Dirichlet(_) => Some(Held::Value),
+                Condition::Neumann(_) => Some(Held::Slope),
+                _ => None,
+            };
+        }
+        held
+    }
+
+    fn planes(self: Arc<Self>, equation: &Operator<D>) -> Vec<Plane<D>> {
+        let everything = |factor| Plane { factor: Some(factor), span: Span::Everything };
+        let held = self.held();
+        let values = held.iter().all(|held| *held == Some(Held::Value));
+        let smooth = if values { adapted(&self.polygon, equation) } else { None };
+        let mut planes: Vec<Plane<D>> = match smooth {
+            Some(factors) => factors.into_iter().map(everything).collect(),
+            None => {
+                let bubble = self.clone().normalised(|blend, x| blend.bubble(&x[0], &x[1]));
+                let rough = singular(&self.polygon, equation, &held).into_iter();
+                let lone = |factor| Plane { factor: Some(factor), span: Span::Nothing };
+                std::iter::once(everything(bubble)).chain(rough.map(lone)).collect()
+            }
+        };
         for position in 0..self.edges.len() {
             let own = &self.edges[position];
             if own.condition.spring().is_some() {

@@ -4,7 +4,7 @@ use faer::Mat;
 use sinew_num::Series;
 
 use super::corners::{conflict, differ, magnitude};
-use super::edges::{EdgeLift, along};
+use super::lift::{EdgeLift, along};
 use crate::domain::Domain;
 use crate::error::GpError;
 use crate::field::Field;
@@ -39,9 +39,12 @@ const RANK_TOLERANCE: f64 = 1e-8;
 
 impl<const D: usize> Corner<D> {
     pub fn new(place: [f64; 2], size: f64, lifts: impl Iterator<Item = EdgeLift<D>>) -> Self {
+        // Factors do not depend on further coordinates.
+        let at: [f64; D] = std::array::from_fn(|d| if d < 2 { place[d] } else { 0.0 });
         let mut rows = Vec::new();
         for lift in lifts {
             let [nx, ny] = lift.outwards().map(|n| n * lift.slope / size);
+            let value = lift.value.value(at);
             let mut add = |coefficients: [f64; 3], scale: f64, derivative| {
                 let length = coefficients.iter().map(|c| c * c).sum::<f64>().sqrt();
                 rows.push(Row {
@@ -51,10 +54,10 @@ impl<const D: usize> Corner<D> {
                     derivative,
                 });
             };
-            add([lift.value, nx, ny], 1.0, None);
+            add([value, nx, ny], 1.0, None);
             if lift.slope == 0.0 {
                 let tangent = lift.edge.tangent;
-                add([0.0, lift.value * tangent[0], lift.value * tangent[1]], size, Some(tangent));
+                add([0.0, value * tangent[0], value * tangent[1]], size, Some(tangent));
             }
         }
         // Zero rows make it at least square, so that all right singular vectors are there.

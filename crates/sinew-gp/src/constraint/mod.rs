@@ -2,6 +2,8 @@
 
 mod corners;
 mod edges;
+mod extension;
+mod lift;
 mod meeting;
 #[cfg(test)]
 mod tests;
@@ -14,11 +16,11 @@ use crate::error::GpError;
 use crate::field::{Field, field};
 use crate::kernel::Kernel;
 use crate::problem::Problem;
-use crate::structure::{AxisStructure, Bubble, Lift, Shape};
+use crate::structure::{AxisStructure, Bubble, Lift, Trace};
 
 use corners::check_corners;
-pub(crate) use edges::EdgeLift;
 use edges::{Edges, Plane, Span};
+pub(crate) use lift::EdgeLift;
 
 /// A summand φ(x) φ(x′) k(x, x′) of a constrained kernel.
 #[derive(Clone, Debug)]
@@ -52,9 +54,9 @@ pub struct Constraints<const D: usize> {
 
 /// One factor of a feature.
 #[derive(Clone, Debug)]
-enum Factor {
+enum Factor<const D: usize> {
     Bubble(usize, Bubble),
-    Trace(usize, Shape),
+    Trace(usize, Trace<D>),
 }
 
 /// No conditions at all: zero mean and one kernel on all axes.
@@ -80,7 +82,7 @@ pub fn constraints<const D: usize>(problem: &Problem<D>) -> Result<Constraints<D
     check_corners(problem, &structures, &edges)?;
     Ok(Constraints {
         mean: mean(problem, &structures, edges.mean()),
-        features: features(&structures, edges.planes()),
+        features: features(problem.domain(), &structures, edges.planes())?,
     })
 }
 
@@ -95,7 +97,11 @@ fn mean<const D: usize>(
     start: Field<D>,
 ) -> Field<D> {
     let mut mean = start;
-    for (axis, structure) in structures.iter().enumerate() {
+    // What misses a condition with a factor that varies is weighed by that factor: there last.
+    let (even, uneven): (Vec<usize>, Vec<usize>) =
+        (0..D).partition(|axis| !structures[*axis].varies(problem.domain(), *axis));
+    for axis in even.into_iter().chain(uneven) {
+        let structure = &structures[axis];
         let ends = ends(problem.domain(), axis);
         // A zero mean misses nothing of a homogeneous condition.
         let lifts: Vec<Lift<D>> = structure
@@ -123,14 +129,15 @@ fn mean<const D: usize>(
 /// All products of one factor per axis: its bubble, with the kernel acting along the axis, or one
 /// of its traces; with a polygon, the first two axes count as one.
 fn features<const D: usize>(
+    domain: &Domain<D>,
     structures: &[AxisStructure<D>; D],
     planes: Vec<Plane<D>>,
-) -> Vec<Feature<D>> {
-    let mut products: Vec<Vec<Factor>> = vec![Vec::new()];
+) -> Result<Vec<Feature<D>>, GpError> {
+    let mut products: Vec<Vec<Factor<D>>> = vec![Vec::new()];
     for (axis, structure) in structures.iter().enumerate() {
         let bubble = Factor::Bubble(axis, structure.bubble.clone());
-        let traces = structure.traces.iter().map(|shape| Factor::Trace(axis, shape.clone()));
-        let choices: Vec<Factor> = std::iter::once(bubble).chain(traces).collect();
+        let traces = structure.traces.iter().map(|trace| Factor::Trace(axis, trace.clone()));
+        let choices: Vec<Factor<D>> = std::iter::once(bubble).chain(traces).collect();
         products = products
             .iter()
             .flat_map(|product| {
@@ -140,15 +147,37 @@ fn features<const D: usize>(
             })
             .collect();
     }
-    planes
-        .into_iter()
-        .flat_map(|plane| {
-            products.iter().map(move |factors| product(plane.clone(), factors.clone()))
-        })
-        .collect()
+    let mut features = Vec::new();
+    for plane in planes {
+        for factors in &products {
+            let varies =
+                |factor: &Factor<D>| matches!(factor, Factor::Trace(_, t) if t.is_varying());
+            let feature = product(plane.clone(), factors.clone());
+            features.push(match factors.iter().any(varies) {
+                true => normalised(domain, feature)?,
+                false => feature,
+            });
+        }
+    }
+    Ok(features)
 }
 
-fn product<const D: usize>(plane: Plane<D>, factors: Vec<Factor>) -> Feature<D> {
+/// Scaled to size one, by sampling.
+fn normalised<const D: usize>(
+    domain: &Domain<D>,
+    feature: Feature<D>,
+) -> Result<Feature<D>, GpError> {
+    let Feature { factor, axes, direction } = feature;
+    // Ends of the axes too, where traces are largest.
+    let places = domain.sample(200, 0)?.into_iter().chain(domain.grid(5));
+    let size = |at: [f64; D]| factor.value(at).abs();
+    let most = places.map(size).filter(|size| size.is_finite()).fold(0.0, f64::max);
+    let scale = if most > 0.0 { 1.0 / most } else { 1.0 };
+    let factor = field(move |x: [Series; D]| factor.at(x) * scale);
+    Ok(Feature { factor, axes, direction })
+}
+
+fn product<const D: usize>(plane: Plane<D>, factors: Vec<Factor<D>>) -> Feature<D> {
     let free = |axis: usize| axis >= 2 || plane.span != Span::Nothing;
     let axes = factors
         .iter()
@@ -170,7 +199,7 @@ fn product<const D: usize>(plane: Plane<D>, factors: Vec<Factor>) -> Feature<D> 
         factors.iter().fold(start, |product, factor| match factor {
             Factor::Bubble(_, bubble) if bubble.is_constant() => product,
             Factor::Bubble(axis, bubble) => product * bubble.at(&x[*axis]),
-            Factor::Trace(axis, shape) => product * shape.at(&x[*axis]),
+            Factor::Trace(axis, trace) => product * trace.at(*axis, &x),
         })
     });
     Feature { factor, axes, direction }

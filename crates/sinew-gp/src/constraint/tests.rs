@@ -73,7 +73,7 @@ fn wave_with_insulated_ends_has_the_features_of_4_71() {
         .and_then(|p| {
             let value = field(|[x, _]| x.cos());
             let slope = field(|[x, _]| x.cos().squared());
-            p.condition("t", Side::Lower, Condition::Cauchy { value, slope })
+            p.condition("t", Side::Lower, Condition::initial(value, slope))
         })
         .unwrap();
     let built = constraints(&problem).unwrap();
@@ -87,52 +87,108 @@ fn wave_with_insulated_ends_has_the_features_of_4_71() {
 
 #[test]
 fn every_kind_of_condition_holds_for_whatever_is_drawn() {
-    // A reference function's own values and slopes make compatible data on all faces.
-    let u = || field(|[x, y]: [Series; 2]| (&x * 1.3 + 0.2).sin() * (&y * -0.8).exp() + x * y);
-    let slope = |axis: usize| {
+    // A reference function's own values and derivatives make compatible data on all faces.
+    fn u() -> Field<2> {
+        field(|x: [Series; 2]| reference(&x))
+    }
+    let outwards = |axis: usize, side: Side, order: usize| {
+        let sign = if side == Side::Lower && order % 2 == 1 { -1.0 } else { 1.0 };
         field(move |x: [Series; 2]| {
-            let u = |[x, y]: [Series; 2]| (&x * 1.3 + 0.2).sin() * (&y * -0.8).exp() + x * y;
-            let mut lifted = x.each_ref().map(|c| c.lifted(1));
+            let mut lifted = x.each_ref().map(|c| c.lifted(order));
             let value = x[axis].value();
             lifted[axis] = lifted[axis].shifted_last_variable(value);
-            u(lifted).last_derivative(1)
+            u().at(lifted).last_derivative(order) * sign
         })
     };
-    let kinds = |axis: usize| {
+    // Without slope where y = 0, so that slopes there may be held too.
+    let factor = |axis: usize| match axis {
+        0 => field(|[_, y]: [Series; 2]| y.squared() + 2.0),
+        _ => constant(2.0),
+    };
+    let kinds = |axis: usize, side: Side| {
+        let slope = move || outwards(axis, side, 1);
+        let given = |orders: &[usize]| {
+            let given = orders.iter().map(|order| match order {
+                0 => (0, u()),
+                order => (*order, outwards(axis, side, *order)),
+            });
+            Some(Condition::Derivatives(given.collect()))
+        };
+        let springy = field(move |x: [Series; 2]| {
+            u().at(x.clone()) * factor(axis).at(x.clone()) - slope().at(x) * 0.5
+        });
         vec![
             None,
             Some(Condition::Dirichlet(u())),
-            Some(Condition::Neumann(slope(axis))),
-            Some(Condition::Cauchy { value: u(), slope: slope(axis) }),
+            Some(Condition::Neumann(slope())),
+            Some(Condition::Cauchy { value: u(), slope: slope() }),
             Some(Condition::Robin {
-                value_factor: 2.0,
+                value_factor: factor(axis),
                 slope_factor: -0.5,
-                data: field(move |x: [Series; 2]| {
-                    u().at(x.clone()) * 2.0 - slope(axis).at(x) * 0.5
-                }),
+                data: springy,
             }),
+            given(&[0, 2]),
+            given(&[3, 1]),
+            given(&[2, 3]),
         ]
     };
-    for lower in 0..5 {
-        for upper in 0..5 {
-            for other in 0..5 {
-                let domain = square(["x", "y"]);
-                let mut problem = Problem::new(domain, Derivative::along(0)).unwrap();
-                for (axis, side, kind) in [
-                    ("x", Side::Lower, lower),
-                    ("x", Side::Upper, upper),
-                    ("y", Side::Lower, other),
-                ] {
-                    let axis_number = usize::from(axis == "y");
-                    if let Some(condition) = kinds(axis_number)[kind].clone() {
-                        problem = problem.condition(axis, side, condition).unwrap();
-                    }
-                }
-                let missed = miss(&problem);
-                assert!(missed < TOLERANCE, "{lower} {upper} {other}: {missed:e}");
+    let mut refused = 0;
+    for (lower, upper, other) in (0..512).map(|k| (k / 64, k / 8 % 8, k % 8)) {
+        let mut problem = Problem::new(square(["x", "y"]), Derivative::along(0)).unwrap();
+        for (axis, side, kind) in
+            [("x", Side::Lower, lower), ("x", Side::Upper, upper), ("y", Side::Lower, other)]
+        {
+            if let Some(condition) = kinds(usize::from(axis == "y"), side)[kind].clone() {
+                problem = problem.condition(axis, side, condition).unwrap();
             }
         }
+        if (lower == 4 || upper == 4) && other >= 5 {
+            let error = constraints(&problem).unwrap_err().to_string();
+            assert!(error.contains("varies where it meets y = 0"), "{error}");
+            refused += 1;
+            continue;
+        }
+        let missed = miss(&problem);
+        assert!(missed < TOLERANCE, "{lower} {upper} {other}: {missed:e}");
     }
+    assert_eq!(refused, 45);
+}
+
+#[test]
+fn factors_vary_on_one_axis_only() {
+    let robin = |value_factor: Field<2>| Condition::Robin {
+        value_factor,
+        slope_factor: 1.0,
+        data: constant(0.0),
+    };
+    let both = Problem::new(square(["x", "y"]), Derivative::along(0))
+        .and_then(|p| p.condition("x", Side::Upper, robin(field(|[_, y]| y.squared() + 1.0))))
+        .and_then(|p| p.condition("y", Side::Lower, robin(field(|[x, _]| x + 1.0))));
+    let error = constraints(&both.unwrap()).unwrap_err().to_string();
+    assert!(error.contains("vary on faces of both x and y"), "{error}");
+}
+
+#[test]
+fn derivatives_that_make_no_condition_are_refused() {
+    let problem = || Problem::new(square(["x", "y"]), Derivative::along(0)).unwrap();
+    let twice = vec![(1, constant(0.0)), (1, constant(0.0))];
+    for given in [twice, vec![(4, constant(0.0))], Vec::new()] {
+        let refused = problem().condition("x", Side::Upper, Condition::Derivatives(given));
+        let error = refused.unwrap_err().to_string();
+        assert!(error.contains("give orders from 0 to 3, each once"), "{error}");
+    }
+    let polygon = Domain::polygon(["x", "y"], &L_SHAPE).unwrap();
+    let edge = Problem::new(polygon, Derivative::along(0))
+        .and_then(|p| p.edge(1, Condition::simply_supported()));
+    assert!(edge.unwrap_err().to_string().contains("use Dirichlet, Neumann"));
+    let prism = Domain::prism(["x", "y"], &L_SHAPE, ("t", [0.0, 1.0])).unwrap();
+    let robin = Condition::Robin {
+        value_factor: field(|[_, _, t]: [Series; 3]| t + 1.0),
+        slope_factor: 1.0,
+        data: constant(0.0),
+    };
+    let edge = Problem::new(prism, Derivative::along(0)).and_then(|p| p.edge(1, robin));
+    assert!(edge.unwrap_err().to_string().contains("varies along the third axis"));
 }
 
 #[test]
@@ -209,10 +265,11 @@ fn edge_condition(kind: usize, outwards: [f64; 2]) -> Option<Condition<2>> {
         2 => Some(Condition::Neumann(slope())),
         3 => Some(Condition::Cauchy { value: value(), slope: slope() }),
         _ => Some(Condition::Robin {
-            value_factor: 2.0,
+            value_factor: field(|[x, y]: [Series; 2]| x * 0.4 + y * 0.7 + 2.0),
             slope_factor: -0.5,
             data: field(move |x: [Series; 2]| {
-                reference(&x) * 2.0 - reference_slope(outwards).at(x) * 0.5
+                let factor = &x[0] * 0.4 + &x[1] * 0.7 + 2.0;
+                reference(&x) * factor - reference_slope(outwards).at(x) * 0.5
             }),
         }),
     }

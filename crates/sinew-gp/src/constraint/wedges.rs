@@ -9,6 +9,9 @@
 //!   right angles, where that is a polynomial, the function with a logarithm that a constant load makes);
 //! - elsewhere the polygon's feature, and Σ r^{kλ} sin kλδ (1 − r²/R²)⁶ over the corners, each ending
 //!   before it reaches another edge, for the exponents below two.
+//!
+//! Between an edge with a value and one with a slope the exponents are (k − ½)λ, between two with slopes the functions are
+//! r^{kλ} cos kλδ. No function of the plane may multiply these without breaking the slope, so that each has a constant of its own.
 
 use std::f64::consts::PI;
 
@@ -20,7 +23,7 @@ use crate::polygon::Polygon;
 
 /// A corner with its two edges.
 #[derive(Clone, Debug)]
-struct Wedge {
+pub(super) struct Wedge {
     place: [f64; 2],
     /// Unit vectors along each edge away from the corner, and to the inside.
     legs: [[[f64; 2]; 2]; 2],
@@ -33,13 +36,20 @@ struct Wedge {
     far: f64,
 }
 
+/// What is held on an edge of a corner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Held {
+    Value,
+    Slope,
+}
+
 /// Distance from an exponent to a whole number below which the singular function is a polynomial.
 const WHOLE: f64 = 1e-6;
 /// Contact of singular functions with zero where they end: more than equations have derivatives.
 const CONTACT: usize = 6;
 
 impl Wedge {
-    fn new(polygon: &Polygon, own: usize) -> Self {
+    pub fn new(polygon: &Polygon, own: usize) -> Self {
         let (edges, count) = (polygon.edges(), polygon.edges().len());
         let other = (own + count - 1) % count;
         let (before, after) = (&edges[other], &edges[own]);
@@ -110,20 +120,54 @@ impl Wedge {
         Some(scaled * ratio / (angle * -1.0 + self.angle).sin())
     }
 
-    /// The k-th singular function, which ends at the radius.
-    fn singular(&self, k: usize, x: &Series, y: &Series) -> Series {
-        let exponent = k as f64 * self.exponent();
-        let Some((square, angle, swapped)) = self.polar(x, y) else {
-            // Value zero, without derivatives.
-            return (x - self.place[0]).squared().sqrt();
+    /// Exponents below two, but whole ones, of the k-th singular functions.
+    pub fn exponents(&self, mixed: bool) -> Vec<(usize, f64)> {
+        let shift = if mixed { 0.5 } else { 0.0 };
+        let exponent = |k: usize| (k, (k as f64 - shift) * self.exponent());
+        let rough = |(_, exponent): &(usize, f64)| {
+            *exponent < 2.0 - WHOLE && (exponent - exponent.round()).abs() > WHOLE
         };
+        (1..=4).map(exponent).filter(rough).collect()
+    }
+
+    /// The k-th singular function between edges that hold the value (sine) or the slope, first the one that begins here;
+    /// nothing at the corner.
+    pub fn around(
+        &self,
+        (k, exponent): (usize, f64),
+        held: [Held; 2],
+        x: &Series,
+        y: &Series,
+    ) -> Option<Series> {
+        let (square, angle, swapped) = self.polar(x, y)?;
+        let square = square / (self.radius * self.radius);
+        let near = held[usize::from(swapped)];
+        // Seen from the other edge: sin(kπ − μδ), cos(kπ − μδ) or sin((k − ½)π − μδ).
+        let odd = match held {
+            [Held::Value, Held::Value] => swapped && k.is_multiple_of(2),
+            [Held::Slope, Held::Slope] => swapped && !k.is_multiple_of(2),
+            _ => near == Held::Slope && k.is_multiple_of(2),
+        };
+        let sign = if odd { -1.0 } else { 1.0 };
+        let around = match near {
+            Held::Value => (angle * exponent).sin(),
+            Held::Slope => (angle * exponent).cos(),
+        };
+        Some(square.powf(0.5 * exponent) * around * sign)
+    }
+
+    /// The same, ending at the radius along rays from the corner, so that slopes across its edges stay zero.
+    fn singular(&self, order: (usize, f64), held: [Held; 2], x: &Series, y: &Series) -> Series {
+        let square = (x - self.place[0]).squared() + (y - self.place[1]).squared();
         let square = square / (self.radius * self.radius);
         if square.value() >= 1.0 {
             return x.constant(0.0);
         }
-        let sign = if swapped && k.is_multiple_of(2) { -1.0 } else { 1.0 };
-        let end = (square.constant(1.0) - &square).powi(CONTACT);
-        square.powf(0.5 * exponent) * (angle * exponent).sin() * end * sign
+        match self.around(order, held, x, y) {
+            Some(around) => around * (square.constant(1.0) - square).powi(CONTACT),
+            // Value zero, without derivatives.
+            None => (x - self.place[0]).squared().sqrt(),
+        }
     }
 }
 
@@ -148,6 +192,30 @@ pub(super) fn adapted<const D: usize>(
     let count = polygon.edges().len();
     let wedges: Vec<Wedge> = (0..count).map(|own| Wedge::new(polygon, own)).collect();
     Some(if polygon.is_convex() { convex(polygon, wedges) } else { notched(polygon, &wedges) })
+}
+
+/// Singular functions for what is held on each edge, one by one; corners next to other edges have none.
+pub(super) fn singular<const D: usize>(
+    polygon: &Polygon,
+    equation: &Operator<D>,
+    held: &[Option<Held>],
+) -> Vec<Field<D>> {
+    if !polygon.adapts() || !led_by_laplacian(equation) {
+        return Vec::new();
+    }
+    let mut factors = Vec::new();
+    for own in 0..held.len() {
+        let before = held[(own + held.len() - 1) % held.len()];
+        let (Some(first), Some(second)) = (held[own], before) else { continue };
+        let wedge = Wedge::new(polygon, own);
+        for order in wedge.exponents(first != second) {
+            let wedge = wedge.clone();
+            factors.push(normalised(polygon, move |x: &Series, y: &Series| {
+                wedge.singular(order, [first, second], x, y)
+            }));
+        }
+    }
+    factors
 }
 
 fn convex<const D: usize>(polygon: &Polygon, wedges: Vec<Wedge>) -> Vec<Field<D>> {
@@ -176,14 +244,16 @@ fn notched<const D: usize>(polygon: &Polygon, wedges: &[Wedge]) -> Vec<Field<D>>
     let owned = polygon.clone();
     let mut factors = vec![field(move |x: [Series; D]| owned.feature(&x[0], &x[1]))];
     for k in [1, 2, 3] {
-        let rough = |wedge: &&Wedge| {
-            let exponent = k as f64 * wedge.exponent();
-            exponent < 2.0 - WHOLE && (exponent - exponent.round()).abs() > WHOLE
+        let of = |wedge: &Wedge| {
+            let known = wedge.exponents(false).into_iter().find(|(own, _)| *own == k)?;
+            Some((wedge.clone(), known))
         };
-        let wedges: Vec<Wedge> = wedges.iter().filter(rough).cloned().collect();
+        let wedges: Vec<_> = wedges.iter().filter_map(of).collect();
         if !wedges.is_empty() {
             let sum = move |x: &Series, y: &Series| {
-                wedges.iter().fold(x.constant(0.0), |sum, wedge| sum + wedge.singular(k, x, y))
+                wedges.iter().fold(x.constant(0.0), |sum, (wedge, order)| {
+                    sum + wedge.singular(*order, [Held::Value; 2], x, y)
+                })
             };
             factors.push(normalised(polygon, sum));
         }

@@ -88,7 +88,7 @@ impl<'a, const D: usize, const M: usize> Inference<'a, D, M> {
             groups.push(Group {
                 operator: Some(argument.into()),
                 points: at.clone(),
-                opposite: None,
+                further: Vec::new(),
                 values: mean.mean_of(&argument.into(), &at)?,
                 // Latent values are never compared with anything.
                 noise: Noise::Known(1.0),

@@ -54,7 +54,7 @@ impl<const M: usize> Residual<'_, M> {
         for (z, weight) in rule {
             let at: [f64; M] = std::array::from_fn(|j| mean[j + 1] + along(&arguments[j], z));
             let variables = Series::variables(at, [2; M]);
-            let g = variables[0].constant(0.0) + (self.term)(variables);
+            let g = variables[0].constant(0.0) + (self.term)(variables, &[]);
             // Of d₀ given the arguments.
             let residual = mean[0] + along(&linear[0], z) + g.value() - self.load;
             let gradient: Vec<f64> = std::iter::once(1.0)
@@ -116,7 +116,7 @@ mod tests {
     /// r = d₀ + d₁³ − d₁ d₂ − 0.3 with moments by hand.
     #[test]
     fn moments_of_polynomials_are_exact() {
-        let term = |[u, v]: [Series; 2]| u.powi(3) - u * v;
+        let term = |[u, v]: [Series; 2], _: &[Series]| u.powi(3) - u * v;
         let residual = Residual::<2> { term: &term, load: 0.3 };
         let rule = standard_rule::<2>();
         let covariance =
@@ -153,7 +153,7 @@ mod tests {
 
     #[test]
     fn terms_without_a_value_give_none() {
-        let term = |[u]: [Series; 1]| u.ln();
+        let term = |[u]: [Series; 1], _: &[Series]| u.ln();
         let residual = Residual::<1> { term: &term, load: 0.0 };
         let covariance = Mat::from_fn(2, 2, |i, j| if i == j { 1.0 } else { 0.0 });
         assert!(residual.expected(&standard_rule(), &[0.0, 0.5], &covariance).is_none());

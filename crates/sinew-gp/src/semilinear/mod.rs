@@ -3,39 +3,42 @@
 //! L u + g(D₁u, …, D_M u) = f is linearised about the posterior mean: with vᵢ = Dᵢu there,
 //! L + Σ ∂ᵢg(v) Dᵢ is a linear operator and f − g(v) + Σ ∂ᵢg(v) vᵢ its right-hand side. Each step is
 //! a fit of the linear kind, so hard conditions, noisy data and unknown parameters of L carry over
-//! (Chen, Hosseini, Owhadi & Stuart 2021 for the forward problem).
+//! (Chen, Hosseini, Owhadi & Stuart 2021 for the forward problem). Parameters inside g are linearised about their last
+//! estimate with it, products with u included, so that they are parameters of the linear operator.
 
 mod bound;
 mod expectation;
 mod sites;
+mod tangent;
 mod variational;
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
-use sinew_num::Series;
+use sinew_num::{MOST_VARIABLES, Series};
 
 use crate::data::{Data, Group, Noise, Role, check, no_data};
 use crate::domain::Domain;
 use crate::error::{GpError, place};
 use crate::evidence::Evidence;
-use crate::field::{Field, field};
 use crate::fit::{Fit, FitOptions};
 use crate::kernel::Kernel;
 use crate::model::Model;
-use crate::operator::{Derivative, Operator};
+use crate::operator::{Derivative, Operator, Parameter};
 use crate::prior::Prior;
 use crate::problem::Problem;
 
 pub use variational::{Variational, VariationalOptions};
 
-type Term<const M: usize> = dyn Fn([Series; M]) -> Series + Send + Sync;
+/// Of the arguments, and of the term's parameters.
+type Term<const M: usize> = dyn Fn([Series; M], &[Series]) -> Series + Send + Sync;
 
 /// A problem whose equation has a nonlinear term in M derivatives of u.
 #[derive(Clone)]
 pub struct SemiLinear<const D: usize, const M: usize> {
     problem: Problem<D>,
     arguments: [Derivative<D>; M],
+    /// Unknowns inside the term.
+    parameters: Vec<Parameter>,
     term: Arc<Term<M>>,
 }
 
@@ -86,16 +89,67 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         term: impl Fn([Series; M]) -> Series + Send + Sync + 'static,
     ) -> Self {
         const { assert!(M > 0, "a nonlinear term has at least one argument") };
-        Self { problem, arguments, term: Arc::new(term) }
+        let term = move |arguments: [Series; M], _: &[Series]| term(arguments);
+        Self { problem, arguments, parameters: Vec::new(), term: Arc::new(term) }
+    }
+
+    /// [`SemiLinear::new`] with unknown parameters inside the term, sought along with those of L. They begin in the middle of
+    /// their bounds.
+    ///
+    /// ```
+    /// use sinew_gp::{Derivative, Domain, Parameter, Problem, SemiLinear};
+    ///
+    /// // Growth with saturation: u_t − r u (1 − u/c) = 0
+    /// let domain = Domain::interval("t", [0.0, 5.0])?;
+    /// let [dt] = domain.derivatives();
+    /// let (rate, capacity) = (Parameter::new("r", [0.1, 10.0])?, Parameter::new("c", [0.5, 50.0])?);
+    /// let growth = SemiLinear::with_parameters(
+    ///     Problem::new(domain, dt)?,
+    ///     [Derivative::identity()],
+    ///     [rate, capacity],
+    ///     |[u], [r, c]| -(r * &u * (1.0 - &u / c)),
+    /// );
+    /// # Ok::<(), sinew_gp::GpError>(())
+    /// ```
+    pub fn with_parameters<const P: usize>(
+        problem: Problem<D>,
+        arguments: [Derivative<D>; M],
+        parameters: [Parameter; P],
+        term: impl Fn([Series; M], [Series; P]) -> Series + Send + Sync + 'static,
+    ) -> Self {
+        const { assert!(M > 0, "a nonlinear term has at least one argument") };
+        const { assert!(M + P <= MOST_VARIABLES, "too many arguments and parameters") };
+        let term = move |arguments: [Series; M], parameters: &[Series]| {
+            let known = std::array::from_fn(|k| parameters[k].clone());
+            term(arguments, known)
+        };
+        Self { problem, arguments, parameters: parameters.to_vec(), term: Arc::new(term) }
+    }
+
+    /// The same with the term's parameters held at these values.
+    fn held(&self, theta: Vec<f64>) -> Self {
+        let term = self.term.clone();
+        let term = move |arguments: [Series; M], _: &[Series]| {
+            let known: Vec<Series> = theta.iter().map(|t| arguments[0].constant(*t)).collect();
+            term(arguments, &known)
+        };
+        Self { parameters: Vec::new(), term: Arc::new(term), ..self.clone() }
+    }
+
+    /// Values of the term's parameters in a fit; in the middle of their bounds where it has none.
+    fn theta(&self, fit: Option<&Fit<D>>) -> Vec<f64> {
+        let of = |parameter: &Parameter| {
+            let known = fit.and_then(|fit| fit.parameter(parameter.name()).ok());
+            known.unwrap_or_else(|| parameter.middle())
+        };
+        self.parameters.iter().map(of).collect()
     }
 
     /// Solves by at most `steps` linearisations (one at least), starting from the mean of the
     /// constrained prior. Ask [`Solution::has_converged`] whether they were enough.
     ///
     /// `data` holds f at collocation points and, for inverse problems, measured values; with these,
-    /// the conditional evidence is maximised. (From 40 values all over the domain of an Allen–Cahn
-    /// front, ten times: the joint evidence left 20 % in ε, and 4 of its Laplace intervals held it;
-    /// the conditional one 11 %, and 9.)
+    /// [`Evidence::UnitInformation`] is maximised.
     /// Give the equation [`Noise::Learned`] where [`SemiLinear::variational`] is to follow.
     /// Fits start as in `options`, and near the end from the parameters before.
     ///
@@ -130,8 +184,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         let points = collocation(data, self.problem.domain())?;
         let posterior = start.fit.posterior()?;
         let values = self.evaluate(&points, |operator| posterior.mean_of(operator, &points))?;
-        let parameters = start.fit.outcome().parameters.clone();
-        self.iterate(kernel, (data, &points), options, steps, (values, Some(parameters)))
+        self.iterate(kernel, (data, &points), options, steps, (values, Some(&start.fit)))
     }
 
     /// L u + g(u) at points, to be compared with f there: where they differ most, the next
@@ -147,9 +200,10 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         let posterior = solution.fit.posterior()?;
         let mut sum = posterior.mean_of(self.problem.equation(), points)?;
         let arguments = self.evaluate(points, |operator| posterior.mean_of(operator, points))?;
+        let theta: Vec<Series> = self.theta(Some(&solution.fit)).into_iter().map(plain).collect();
         for (index, (sum, v)) in sum.iter_mut().zip(arguments).enumerate() {
             let variables = Series::plain(v);
-            *sum += (variables[0].constant(0.0) + (self.term)(variables)).value();
+            *sum += (variables[0].constant(0.0) + (self.term)(variables, &theta)).value();
             if !sum.is_finite() {
                 return Err(singular_term(index, &v));
             }
@@ -163,12 +217,14 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         (data, points): (&Data<D>, &[[f64; D]]),
         options: &FitOptions,
         steps: usize,
-        (mut values, mut parameters): (Vec<[f64; M]>, Option<Vec<f64>>),
+        (mut values, start): (Vec<[f64; M]>, Option<&Fit<D>>),
     ) -> Result<Solution<D>, GpError> {
         let mut change = f64::INFINITY;
         let mut taken = 0;
+        let mut parameters = start.map(|fit| fit.outcome().parameters.clone());
+        let mut theta = self.theta(start);
         loop {
-            let model = self.linearised(kernel, data, points, &values)?;
+            let model = self.linearised(kernel, (data, points), &values, &theta)?;
             // Parameters of a start on other data may be of another number.
             let count = model.parameters().len();
             let mut starts: Vec<Vec<f64>> =
@@ -180,12 +236,13 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
             let fit = model.fit_from(starts, options.iterations)?;
             let posterior = fit.posterior()?;
             let updated = self.evaluate(points, |operator| posterior.mean_of(operator, points))?;
-            change = relative_change(&values, &updated);
+            let now = self.theta(Some(&fit));
+            change = relative_change(&values, &updated).max(largest_change(&theta, &now));
             taken += 1;
             if change < CONVERGED || taken >= steps {
                 return Ok(Solution { fit, steps: taken, change });
             }
-            values = updated;
+            (values, theta) = (updated, now);
             parameters = Some(fit.outcome().parameters.clone());
         }
     }
@@ -227,33 +284,11 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     fn linearised(
         &self,
         kernel: &dyn Kernel<D>,
-        data: &Data<D>,
-        points: &[[f64; D]],
+        (data, points): (&Data<D>, &[[f64; D]]),
         values: &[[f64; M]],
+        theta: &[f64],
     ) -> Result<Model<D>, GpError> {
-        let mut coefficients: [HashMap<[u64; D], f64>; M] = std::array::from_fn(|_| HashMap::new());
-        let mut shifts = Vec::with_capacity(points.len());
-        for (index, (point, v)) in points.iter().zip(values).enumerate() {
-            let variables = Series::variables(*v, [1; M]);
-            let g = variables[0].constant(0.0) + (self.term)(variables);
-            let mut shift = -g.value();
-            for (number, map) in coefficients.iter_mut().enumerate() {
-                let mut orders = [0; M];
-                orders[number] = 1;
-                let slope = g.derivative(&orders);
-                shift += slope * v[number];
-                map.insert(point.map(f64::to_bits), slope);
-            }
-            // Slopes that are not finite leave no finite shift either.
-            if !shift.is_finite() {
-                return Err(singular_term(index, v));
-            }
-            shifts.push(shift);
-        }
-        let mut equation = self.problem.equation().clone();
-        for (map, argument) in coefficients.into_iter().zip(self.arguments) {
-            equation = equation + tabulated(map) * argument;
-        }
+        let (equation, shifts) = self.tangent(points, values, theta)?;
         let problem = self.problem.with_equation(equation)?;
         let mut shifts = shifts.into_iter();
         let groups = data.groups.iter().map(|group| {
@@ -264,12 +299,23 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
             group
         });
         let data = Data { groups: groups.collect(), everywhere: None };
-        // What the equation says of itself depends on the linearisation: with measured values, only
-        // how well it predicts these counts.
+        // What the equation says of itself depends on the linearisation: with measured values, how well it predicts these
+        // counts before all.
         let measured = data.groups.iter().any(|group| group.role == Role::Observed);
-        let evidence = if measured { Evidence::Conditional } else { Evidence::Joint };
+        let evidence = if measured { Evidence::UnitInformation } else { Evidence::Joint };
         Model::new(Prior::constrained(&problem, kernel)?, data, evidence)
     }
+}
+
+fn plain(value: f64) -> Series {
+    let [value] = Series::plain([value]);
+    value
+}
+
+/// Largest change of a parameter relative to its size.
+fn largest_change(old: &[f64], new: &[f64]) -> f64 {
+    let change = |(a, b): (&f64, &f64)| (a - b).abs() / b.abs().max(f64::MIN_POSITIVE);
+    old.iter().zip(new).map(change).fold(0.0, f64::max)
 }
 
 /// A nonlinear term that is not finite where u may be, at a point of those given.
@@ -301,12 +347,4 @@ fn relative_change<const M: usize>(old: &[[f64; M]], new: &[[f64; M]]) -> f64 {
     let size = new.iter().fold(f64::MIN_POSITIVE, |most, v| most.max(v[0].abs()));
     let change = |(old, new): (&[f64; M], &[f64; M])| (old[0] - new[0]).abs();
     old.iter().zip(new).map(change).fold(0.0, f64::max) / size
-}
-
-/// A function known at some points only, and not a number elsewhere.
-fn tabulated<const D: usize>(values: HashMap<[u64; D], f64>) -> Field<D> {
-    field(move |x: [Series; D]| {
-        let key = x.each_ref().map(|coordinate| coordinate.value().to_bits());
-        x[0].constant(values.get(&key).copied().unwrap_or(f64::NAN))
-    })
 }

@@ -131,10 +131,12 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     /// let found = bed.variational(&linear, &kernel, &data, &VariationalOptions::default())?;
     /// let middle = found.posterior().predict(&[[0.5]])?;
     /// // 0.482 by finite differences, the load drawn straight from place to place.
-    /// assert!((middle.mean[0] - 0.482).abs() < 2.0 * middle.deviation[0]);
-    /// assert!(middle.deviation[0] < 0.05);
+    /// assert!((middle.mean[0] - 0.482).abs() < 2.0 * middle.standard_deviation[0]);
+    /// assert!(middle.standard_deviation[0] < 0.05);
     /// # Ok::<(), sinew_gp::GpError>(())
     /// ```
+    ///
+    /// Parameters inside the term stay where `start` has them.
     ///
     /// # Errors
     /// If the equation is exact, its term is not finite over the spread of u at the start, or it has
@@ -146,7 +148,8 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         data: &Data<D>,
         options: &VariationalOptions,
     ) -> Result<Variational<D>, GpError> {
-        let inference = Inference::new(self, start, kernel, data)?;
+        let held = self.held(self.theta(Some(&start.fit)));
+        let inference = Inference::new(&held, start, kernel, data)?;
         let model = &inference.model;
         let mut parameters = inference.start(start);
         let mut sites = inference.first_sites(start, &parameters)?;

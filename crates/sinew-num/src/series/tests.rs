@@ -70,3 +70,20 @@ fn constants_of_smaller_shape_are_promoted() {
     assert_eq!((&one + &x).derivative(&[1]), 1.0);
     assert_eq!((&x * &one).value(), 3.0);
 }
+
+#[test]
+fn the_angle_of_a_point_has_the_derivatives_of_an_angle() {
+    for (x0, y0) in [(0.8, 0.3), (-0.5, 0.7), (-0.4, -0.2), (0.0, 1.3)] {
+        let [x, y] = Series::variables([x0, y0], [3, 3]);
+        let angle = y.atan2(&x);
+        let square = x0 * x0 + y0 * y0;
+        assert_eq!(angle.value(), f64::atan2(y0, x0));
+        assert!((angle.derivative(&[1, 0]) + y0 / square).abs() < ROUNDING);
+        assert!((angle.derivative(&[0, 1]) - x0 / square).abs() < ROUNDING);
+        // r cos φ = x to all orders.
+        let again = (x.squared() + y.squared()).sqrt() * angle.cos() - &x;
+        assert!(again.coefficients.iter().all(|c| c.abs() < 1e-10), "{again:?}");
+    }
+    let [x, y] = Series::plain([0.0, 0.0]);
+    assert_eq!(y.atan2(&x).value(), 0.0);
+}

@@ -190,7 +190,7 @@ impl Front {
         // On the boundary bands have no width.
         let inside = |[s, t]: &[f64; 2]| s.abs() < 1.0 && *t > 0.0;
         let places: Vec<[f64; 2]> = self.grid(PLACES)?.into_iter().filter(inside).collect();
-        let Prediction { mean, deviation } = match bound {
+        let Prediction { mean, standard_deviation: deviation } = match bound {
             None => laplace(&solution.fit, BANDS, seed)?.predict(&places)?,
             Some(bound) => bound.predict(&places)?,
         };

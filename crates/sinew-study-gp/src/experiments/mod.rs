@@ -3,7 +3,6 @@
 mod advection_diffusion;
 mod allen_cahn;
 mod boundary_points;
-mod coverage;
 mod heat;
 mod helmholtz;
 mod noise;
@@ -51,16 +50,6 @@ pub enum Name {
     BoundaryPoints,
     /// Noise from 0 to 10 % (Fig. 4.7)
     Noise,
-    /// How often NUTS intervals hold the truth, on all three problems below (ten minutes; not by default)
-    Coverage,
-    /// The same on Heat-BVP-1 only
-    #[value(name = "coverage-heat-1")]
-    CoverageHeat1,
-    /// The same on Wave-BVP-1 only
-    #[value(name = "coverage-wave-1")]
-    CoverageWave1,
-    /// The same on the advection-diffusion problem only
-    CoverageAdvectionDiffusion,
 }
 
 impl Name {
@@ -80,31 +69,16 @@ impl Name {
         Self::Noise,
     ];
 
-    const COVERAGE: [Self; 3] =
-        [Self::CoverageHeat1, Self::CoverageWave1, Self::CoverageAdvectionDiffusion];
-
     /// What a choice of names comes to, each once and in the order given.
     pub fn chosen(only: &[Self]) -> Vec<Self> {
-        let all = match only {
-            [] => Self::DEFAULT.to_vec(),
-            only => only.iter().flat_map(|name| name.members()).collect(),
-        };
+        let all = if only.is_empty() { &Self::DEFAULT[..] } else { only };
         let mut distinct = Vec::new();
         for name in all {
-            if !distinct.contains(&name) {
-                distinct.push(name);
+            if !distinct.contains(name) {
+                distinct.push(*name);
             }
         }
         distinct
-    }
-
-    fn members(self) -> Vec<Self> {
-        if self == Self::Coverage { Self::COVERAGE.to_vec() } else { vec![self] }
-    }
-
-    /// Whether it asks how often intervals hold, which takes many data sets.
-    pub fn is_coverage(self) -> bool {
-        Self::COVERAGE.contains(&self)
     }
 
     /// Name on the command line and in files.
@@ -130,9 +104,6 @@ impl Name {
             Self::AllenCahn => allen_cahn::experiment(scale)?,
             Self::BoundaryPoints => boundary_points::experiment(scale)?,
             Self::Noise => noise::experiment(scale)?,
-            Self::Coverage | Self::CoverageHeat1 => coverage::heat_1(scale)?,
-            Self::CoverageWave1 => coverage::wave_1(scale)?,
-            Self::CoverageAdvectionDiffusion => coverage::advection_diffusion(scale)?,
         })
     }
 }
@@ -144,7 +115,7 @@ mod tests {
     #[test]
     fn names_of_cases_are_unique() {
         for quick in [false, true] {
-            for name in Name::DEFAULT.into_iter().chain(Name::COVERAGE) {
+            for name in Name::DEFAULT {
                 let experiment = name.experiment(Scale { quick }).unwrap();
                 let mut keys: Vec<String> =
                     experiment.cases.iter().map(|case| case.key()).collect();
@@ -159,9 +130,10 @@ mod tests {
     #[test]
     fn choices_expand_once() {
         assert_eq!(Name::chosen(&[]), Name::DEFAULT);
-        let chosen = Name::chosen(&[Name::Heat1, Name::Coverage, Name::Heat1, Name::CoverageWave1]);
-        assert_eq!(chosen[0], Name::Heat1);
-        assert_eq!(chosen[1..], Name::COVERAGE);
-        assert_eq!(Name::CoverageAdvectionDiffusion.key(), "coverage-advection-diffusion");
+        assert_eq!(
+            Name::chosen(&[Name::Heat1, Name::Pinn, Name::Heat1]),
+            [Name::Heat1, Name::Pinn]
+        );
+        assert_eq!(Name::AdvectionDiffusion.key(), "advection-diffusion");
     }
 }

@@ -41,9 +41,8 @@ pub fn free_ends(scale: Scale) -> Result<Experiment> {
     Ok(Experiment {
         title: "Wave-BVP-1 (§4.8.3, Figs. 4.8, 4.9)",
         about: "25 values with 2.5 % noise, 25 collocation points, ten restarts. The Cramér–Rao bound of the \
-                standard deviation of θ is 0.0103. Restarts maximise the conditional evidence unless rows say \
-                joint, which the thesis maximises: that one is unbounded here, and automatic fits climb it only at the \
-                end, next to what the conditional one found. The library's hyperpriors of amplitudes \
+                standard deviation of θ is 0.0103. Restarts maximise unit information (the equation counts \
+                for one value) unless rows say joint, which the thesis maximises: that one is unbounded here. The library's hyperpriors of amplitudes \
                 and lengthscales keep HCGPs from it, UCGPs not always.",
         cases,
         figures: no_figures,
@@ -62,7 +61,7 @@ pub fn periodic(scale: Scale) -> Result<Experiment> {
         title: "Wave-BVP-2 (§4.8.3, Figs. 4.8, 4.9)",
         about: "25 values with 2.5 % noise, 25 collocation points, ten restarts. Initial data are sin πx and rest \
                 at t = ½, which the printed solution satisfies. The PCGP observes that jumps between the ends are \
-                zero. Joint and conditional evidence as for Wave-BVP-1.",
+                zero. Joint evidence and unit information as for Wave-BVP-1.",
         cases: cases(&setting, printed, &more, scale),
         figures: no_figures,
     })

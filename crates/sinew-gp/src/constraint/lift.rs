@@ -1,0 +1,104 @@
+//! A condition on one edge: as a functional, and less what a function has of it.
+
+use sinew_num::Series;
+
+use super::extension::along_edge;
+use crate::condition::Condition;
+use crate::edge::Edge;
+use crate::field::{Field, constant, field};
+
+/// a u + b ∂u/∂n = data on an edge, n pointing outwards.
+#[derive(Clone, Debug)]
+pub(crate) struct EdgeLift<const D: usize> {
+    pub value: Field<D>,
+    pub slope: f64,
+    pub data: Field<D>,
+    pub edge: Edge,
+}
+
+/// The derivative of `function` along a direction in the plane.
+pub(super) fn along<const D: usize>(
+    function: &Field<D>,
+    [dx, dy]: [f64; 2],
+    x: &[Series; D],
+) -> Series {
+    let mut lifted = x.each_ref().map(|coordinate| coordinate.lifted(1));
+    let step = lifted[0].shifted_last_variable(0.0);
+    lifted[0] = &lifted[0] + &step * dx;
+    lifted[1] = &lifted[1] + &step * dy;
+    // A function that ignores all coordinates may come back as a plain constant.
+    (step.constant(0.0) + function.at(lifted)).last_derivative(1)
+}
+
+impl<const D: usize> EdgeLift<D> {
+    /// All of a condition.
+    pub fn of(condition: &Condition<D>, edge: &Edge) -> Vec<Self> {
+        let lift = |value, slope, data: &Field<D>| Self {
+            value,
+            slope,
+            data: data.clone(),
+            edge: edge.clone(),
+        };
+        match condition {
+            Condition::Dirichlet(value) => vec![lift(constant(1.0), 0.0, value)],
+            Condition::Cauchy { value, slope } => {
+                vec![lift(constant(1.0), 0.0, value), lift(Field::zero(), 1.0, slope)]
+            }
+            other => other.spring().map(|(a, b, data)| lift(a, b, data)).into_iter().collect(),
+        }
+    }
+
+    /// Outward normal.
+    pub fn outwards(&self) -> [f64; 2] {
+        self.edge.normal.map(|n| -n)
+    }
+
+    /// a u + b ∂u/∂n of a function, at `x` on the edge.
+    pub fn apply(&self, function: &Field<D>, x: &[Series; D]) -> Series {
+        let mut sum = x[0].constant(0.0);
+        if !self.value.is_zero() {
+            sum = sum + function.at(x.clone()) * self.value.at(x.clone());
+        }
+        if self.slope != 0.0 {
+            sum = sum + along(function, self.outwards(), x) * self.slope;
+        }
+        sum
+    }
+}
+
+impl<const D: usize> Condition<D> {
+    /// What is left for u where u + `part` is to satisfy the condition on an edge.
+    pub(super) fn without(&self, part: &Field<D>, edge: &Edge) -> Self {
+        let outwards = edge.normal.map(|n| -n);
+        let less = |data: &Field<D>, value: Field<D>, slope: f64| {
+            let (data, part) = (data.clone(), part.clone());
+            let rest = field(move |x: [Series; D]| {
+                let mut sum = x[0].constant(0.0) + data.at(x.clone());
+                if !value.is_zero() {
+                    sum = sum - part.at(x.clone()) * value.at(x.clone());
+                }
+                if slope != 0.0 {
+                    sum = sum - along(&part, outwards, &x) * slope;
+                }
+                sum
+            });
+            along_edge(edge, rest)
+        };
+        let value = |data| less(data, constant(1.0), 0.0);
+        let slope = |data| less(data, Field::zero(), 1.0);
+        match self {
+            Self::Dirichlet(data) => Self::Dirichlet(value(data)),
+            Self::Neumann(data) => Self::Neumann(slope(data)),
+            Self::Cauchy { value: u, slope: c } => {
+                Self::Cauchy { value: value(u), slope: slope(c) }
+            }
+            Self::Robin { value_factor, slope_factor, data } => Self::Robin {
+                value_factor: value_factor.clone(),
+                slope_factor: *slope_factor,
+                data: less(data, value_factor.clone(), *slope_factor),
+            },
+            // Not on edges, as `Problem::edge` sees to.
+            Self::Derivatives(_) => self.clone(),
+        }
+    }
+}
