@@ -211,6 +211,10 @@ fn study<const D: usize>(case: Result<Case<D>, GpError>, options: &Options) -> R
     for k in 0..case.truth.len() {
         print!("| {} {} | {:?} ", case.name, case.truth[k].0, outcomes[0].evidence);
         for which in 0..2 {
+            if which == 0 && options.laplace {
+                print!("| – | – | – | – | – ");
+                continue;
+            }
             let share = |of: &dyn Fn(&Held) -> f64| {
                 100.0 * outcomes.iter().map(|o| of(&o.ensembles[which])).sum::<f64>() / count
             };
