@@ -81,7 +81,7 @@ fn the_angle_of_a_point_has_the_derivatives_of_an_angle() {
         assert!((angle.derivative(&[1, 0]) + y0 / square).abs() < ROUNDING);
         assert!((angle.derivative(&[0, 1]) - x0 / square).abs() < ROUNDING);
         // r cos φ = x to all orders.
-        let again = (x.squared() + y.squared()).sqrt() * angle.cos() - &x;
+        let again = (x.clone().squared() + y.clone().squared()).sqrt() * angle.cos() - &x;
         assert!(again.coefficients.iter().all(|c| c.abs() < 1e-10), "{again:?}");
     }
     let [x, y] = Series::plain([0.0, 0.0]);
