@@ -4,7 +4,8 @@
 //!
 //! −u″ + 60 u³ = f on [0, 1], u = 0 at both ends. The load f is known roughly at five places, the
 //! deflection at two, with errors half as large again. Linearised, the bed is as stiff wherever u may
-//! be as it is at the mean; the variational bound averages over where u may be.
+//! be as it is at the mean; the variational bound averages over where u may be. With hyperpriors of one
+//! unit of information both are as near, and the linearised one is the faster.
 
 use std::error::Error;
 use std::f64::consts::PI;
@@ -74,7 +75,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     let bed = SemiLinear::new(string, [Derivative::identity()], |[u]| u.powi(3) * STIFFENING);
     let kernel = SquaredExponential::new();
 
-    let mut gain = 0.0;
     for roughness in [0.1, 0.3, 0.5] {
         let mut sums = [[0.0; 3]; 2];
         for set in 0..SETS {
@@ -118,8 +118,11 @@ fn main() -> Result<(), Box<dyn Error>> {
                 1e3 * seconds
             );
         }
-        gain = 1.0 - sums[1][0] / sums[0][0];
+        // 3800 places of 200 sets, 19 of a set together: 3 % either way is chance.
+        for [error, held, _] in sums {
+            assert!((error / sums[0][0] - 1.0).abs() < 0.1, "as near as the other: {sums:?}");
+            assert!((0.88..0.99).contains(&held), "bands of 95 % hold {held}");
+        }
     }
-    assert!(gain > 0.05, "the bound is the better where data are rough: {gain}");
     Ok(())
 }

@@ -21,7 +21,8 @@ use crate::state::{FIRST_JITTER, State};
 pub struct ReducedOptions {
     /// Observations chosen at most.
     pub most: usize,
-    /// Divergence from the exact posterior \[nats\] at which the choice ends.
+    /// Divergence from the exact posterior \[nats\] at which the choice ends; it ends earlier where rounding leaves nothing to
+    /// choose.
     pub divergence: f64,
 }
 
@@ -80,7 +81,8 @@ impl<const D: usize> Model<D> {
     /// let few = Model::new(prior()?, data.thinned(200, 1), Evidence::Auto)?;
     /// let fit = few.fit(&FitOptions::default())?;
     /// let all = Model::new(prior()?, data, Evidence::Auto)?.reduced(&fit, &ReducedOptions::default())?;
-    /// assert!(all.chosen < 100 && all.divergence < 0.01);
+    /// // Six tell what 3000 do; the rest is below rounding, which the bound counts too.
+    /// assert!(all.chosen < 20 && all.divergence < 0.05);
     /// let middle = all.posterior.predict(&[[0.5]])?;
     /// assert!((middle.mean[0] - 0.25).abs() < 0.004);
     /// # Ok::<(), sinew_gp::GpError>(())

@@ -62,7 +62,7 @@ fn a_quick_run_has_a_finite_row_for_every_case() {
 #[test]
 fn numbers_do_not_depend_on_threads_and_stored_fits_are_kept() {
     let folder = tempfile::tempdir().unwrap();
-    let only = ["--only", "heat-1,coverage-wave-1", "--seeds", "2"];
+    let only = ["--only", "heat-1,allen-cahn", "--seeds", "2"];
     let of =
         |report: &Report| rows(report).map(numbers).chain([restarts(report)]).collect::<Vec<_>>();
     let run =
