@@ -69,7 +69,7 @@ fn numbers_do_not_depend_on_threads_and_stored_fits_are_kept() {
         |name: &str, more: &[&str]| report(&folder.path().join(name), &[&only, more].concat());
     let alone = run("one", &["--threads", "1"]);
     assert_eq!(of(&alone), of(&run("two", &["--threads", "2"])));
-    assert_eq!(rows(&alone).count(), 4);
+    assert_eq!(rows(&alone).count(), 8);
     let coverage =
         |block: &Block| matches!(block, Block::Text(text) if text.contains("95 % intervals held"));
     assert!(alone.sections.last().unwrap().blocks.iter().any(coverage));
