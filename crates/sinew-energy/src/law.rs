@@ -18,18 +18,14 @@ pub(crate) const POSITIVE: RangeInclusive<f64> = 1e-100..=1e100;
 ///
 /// # A law of one's own
 ///
-/// The energy is enough; stress and tangent then come by differentiation. Where they take too long they may be written out,
-/// and are checked against that:
-///
-/// `Ψ = c₁(I₁ − 3 − 2 ln J) + c₂(I₁ − 3)² + ½λ(ln J)²`, and with `∂I₁/∂F = 2F`, `∂ln J/∂F = F⁻ᵀ`, `∂F⁻ᵀᵢⱼ/∂Fₖₗ = −F⁻ᵀᵢₗ F⁻ᵀₖⱼ`:
-///
-/// - `P = s F + p F⁻ᵀ`, `s = 2c₁ + 4c₂(I₁ − 3)`, `p = λ ln J − 2c₁`;
-/// - `∂Pᵢⱼ/∂Fₖₗ = s δᵢₖδⱼₗ + 8c₂ FᵢⱼFₖₗ + λ F⁻ᵀᵢⱼF⁻ᵀₖₗ − p F⁻ᵀᵢₗF⁻ᵀₖⱼ`.
+/// The energy is enough; stress and tangent then come by differentiation. Where they take too long they may be written out
+/// ([`Law::response`]), and are checked against that: the page "A law of your own" of `docs/book` does so for an exponential law.
 ///
 /// ```
 /// use sinew_energy::conformance::{Claims, check_law};
-/// use sinew_energy::{Guard, Law, Mat3, Response, Scalar};
+/// use sinew_energy::{Guard, Law, Mat3, Scalar};
 ///
+/// /// `Ψ = c₁(I₁ − 3 − 2 ln J) + c₂(I₁ − 3)² + ½λ(ln J)²`
 /// #[derive(Clone, Copy, Debug)]
 /// struct Stiffening;
 ///
@@ -43,34 +39,6 @@ pub(crate) const POSITIVE: RangeInclusive<f64> = 1e-100..=1e100;
 ///         let ln_j = guard.volume_change(h.volume_change()).ln_1p();
 ///         let i1 = guard.first_invariant(h.first_invariant_minus_three());
 ///         c1 * (i1.clone() - ln_j.clone() * 2.0) + c2 * i1.squared() + lambda * ln_j.squared() * 0.5
-///     }
-///
-///     fn response(&self, theta: &[f64], h: &Mat3<f64>, _: &[[f64; 3]; 0]) -> Response {
-///         let ([c1, c2, lambda], j) = ([theta[0], theta[1], theta[2]], 1.0 + h.volume_change());
-///         if !(j > 0.0) {
-///             return Response::INADMISSIBLE;
-///         }
-///         let delta = |i, j| if i == j { 1.0 } else { 0.0 };
-///         let f = Mat3::from_fn(|i, k| h[i][k] + delta(i, k));
-///         let inverse_transpose = Mat3::from_fn(|i, k| f.cofactor(i, k) / j); // F⁻ᵀ
-///         let (i1, ln_j) = (h.first_invariant_minus_three(), h.volume_change().ln_1p());
-///         let (s, p) = (2.0 * c1 + 4.0 * c2 * i1, lambda * ln_j - 2.0 * c1);
-///         let g = &inverse_transpose;
-///         let energy = c1 * (i1 - 2.0 * ln_j) + c2 * i1 * i1 + 0.5 * lambda * ln_j * ln_j;
-///         if !energy.is_finite() {
-///             return Response::INADMISSIBLE; // an overflow, and no NaN
-///         }
-///         Response {
-///             energy,
-///             stress: Mat3::from_fn(|i, k| s * f[i][k] + p * g[i][k]),
-///             tangent: std::array::from_fn(|row| {
-///                 std::array::from_fn(|column| {
-///                     let ([i, j], [k, l]) = ([row / 3, row % 3], [column / 3, column % 3]);
-///                     s * delta(i, k) * delta(j, l) + 8.0 * c2 * f[i][j] * f[k][l] + lambda * g[i][j] * g[k][l]
-///                         - p * g[i][l] * g[k][j]
-///                 })
-///             }),
-///         }
 ///     }
 /// }
 ///

@@ -1,0 +1,115 @@
+//! The book and the chapter on Gaussian processes quote programs word for word, and the book's programs keep what they promise.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// What a page quotes: the file that the comment `<!-- file -->` before the code names, and the code.
+struct Quotation {
+    page: PathBuf,
+    file: String,
+    code: String,
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn read(path: &Path) -> String {
+    std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// Pages of the book, Markdown as it lies there.
+fn chapters() -> Vec<PathBuf> {
+    let folder = root().join("docs/book/src");
+    let entries = std::fs::read_dir(&folder).expect("the book is part of the repository");
+    let mut pages: Vec<_> = entries.map(|entry| entry.expect("readable").path()).collect();
+    pages.sort();
+    pages
+}
+
+/// Every block of Rust and TOML in a page.
+fn quotations(page: &Path) -> Vec<Quotation> {
+    let text = read(page);
+    let blocks: Vec<&str> = text.split("```").collect();
+    // Text and blocks take turns.
+    let pairs = blocks.chunks(2).filter_map(|pair| Some((pair[0], *pair.get(1)?)));
+    let quoted = pairs.filter_map(|(before, block)| {
+        let (language, code) = block.split_once('\n')?;
+        matches!(language, "rust" | "toml").then_some((before, code))
+    });
+    let named = quoted.map(|(before, code)| {
+        let name =
+            before.trim_end().rsplit("<!-- ").next().and_then(|end| end.strip_suffix(" -->"));
+        let missing = || panic!("{}: which program is this of?\n{code}", page.display());
+        let file = name.unwrap_or_else(missing).to_owned();
+        Quotation { page: page.to_owned(), file, code: code.to_owned() }
+    });
+    named.collect()
+}
+
+/// The example or built-in scene of a name, in whichever crate it is.
+fn source(file: &str) -> String {
+    let crates = std::fs::read_dir(root().join("crates")).expect("the crates lie there");
+    let places = crates.flat_map(|entry| {
+        let folder = entry.expect("readable").path();
+        ["examples", "scenes"].map(|kind| folder.join(kind).join(file))
+    });
+    let found: Vec<_> = places.filter(|path| path.exists()).collect();
+    assert_eq!(found.len(), 1, "one file named {file}: {found:?}");
+    read(&found[0])
+}
+
+/// Lines without what they are indented by.
+fn lines(text: &str) -> Vec<&str> {
+    text.lines().map(str::trim).filter(|line| !line.is_empty()).collect()
+}
+
+#[test]
+fn every_piece_of_code_is_part_of_a_program() {
+    let mut pages = chapters();
+    pages.push(root().join("docs/gaussian-processes.md"));
+    let quoted: Vec<_> = pages.iter().flat_map(|page| quotations(page)).collect();
+    assert!(quoted.len() > 15, "the pages show code");
+    for Quotation { page, file, code } in &quoted {
+        let (program, code) = (source(file), lines(code));
+        let found = lines(&program).windows(code.len()).any(|window| window == code);
+        assert!(found, "{}: not in {file}:\n{}", page.display(), code.join("\n"));
+    }
+}
+
+#[test]
+fn every_chapter_is_in_the_table_of_contents() {
+    let [summary, pages] = [root().join("docs/book/src/SUMMARY.md"), root().join("docs/book/src")];
+    let contents = read(&summary);
+    for page in chapters().iter().filter(|page| **page != summary) {
+        let name = page.strip_prefix(&pages).expect("inside").display().to_string();
+        assert!(contents.contains(&format!("({name})")), "{name} is not in SUMMARY.md");
+    }
+}
+
+/// Cargo puts examples beside the tests it builds: `deps/this-test` and `examples/name`.
+fn program(name: &str) -> PathBuf {
+    let test = std::env::current_exe().expect("a running program has a path");
+    let folder = test.ancestors().nth(2).expect("Cargo's folders are nested").join("examples");
+    let path = folder.join(format!("{name}{}", std::env::consts::EXE_SUFFIX));
+    assert!(path.exists(), "build the examples first: cargo build --workspace --examples");
+    path
+}
+
+#[test]
+fn the_programs_of_the_book_keep_their_promises() {
+    let programs: BTreeSet<_> = chapters()
+        .iter()
+        .flat_map(|page| quotations(page))
+        .filter_map(|quotation| quotation.file.strip_suffix(".rs").map(str::to_owned))
+        .collect();
+    assert!(programs.len() >= 4, "{programs:?}");
+    for name in programs {
+        let output = Command::new(program(&name)).output().expect("the program starts");
+        let [printed, complaint] =
+            [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text).into_owned());
+        println!("{name}\n{printed}");
+        assert!(output.status.success(), "{name}: {complaint}");
+    }
+}
