@@ -1,8 +1,7 @@
 //! The rules every mesh obeys.
 
-use std::collections::BTreeMap;
-
 use crate::{Defect, Field, Mesh};
+use std::collections::BTreeMap;
 
 impl<const N: usize> Mesh<N> {
     /// A mesh without sets and fields.

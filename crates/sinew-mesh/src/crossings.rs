@@ -1,11 +1,9 @@
 //! Surfaces that pass through themselves.
 
-use std::collections::HashMap;
-
-use nalgebra::Vector3;
-
 use crate::TriangleMesh;
 use crate::tree::{SurfaceTree, crossing};
+use nalgebra::Vector3;
+use std::collections::HashMap;
 
 /// How far from the ends and edges a crossing must be to count, as a fraction of their lengths: what touches does not
 /// cross.

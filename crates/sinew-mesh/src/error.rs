@@ -1,7 +1,6 @@
 //! What can be wrong with a mesh or a file, where, and what to do about it.
 
 use std::{fmt, io, path::PathBuf};
-
 use thiserror::Error;
 
 /// A mesh or a file that cannot be used.
@@ -52,7 +51,7 @@ impl fmt::Display for Place {
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum Problem {
-    /// The format is none of those known.
+    /// An unknown format.
     #[error(
         "this is neither legacy VTK, VTU, VTP, gmsh MSH, STL nor OBJ; convert the mesh to one of \
          them, for example with `meshio convert`"
@@ -66,7 +65,7 @@ pub enum Problem {
         /// What is there, shortened.
         found: String,
     },
-    /// A part that must be there is not.
+    /// A required part is missing.
     #[error("expected {expected}, which is missing; export the file again with it")]
     Missing {
         /// What the format asks for.
@@ -188,7 +187,7 @@ pub enum Defect {
         /// Volume (area) of the cell over that of the reference cell, at the node.
         jacobian: f64,
     },
-    /// A coordinate that is infinite or no number.
+    /// A coordinate that is not finite.
     #[error("node {node} lies at {point:?}; give it finite coordinates")]
     NotFinite {
         /// Index of the node.

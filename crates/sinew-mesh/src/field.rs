@@ -1,8 +1,7 @@
 //! Making and reading fields.
 
-use std::borrow::Cow;
-
 use crate::{Defect, Field, FieldValues, Mesh};
+use std::borrow::Cow;
 
 impl Field {
     /// A real number per row.

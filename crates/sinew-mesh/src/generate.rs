@@ -12,7 +12,7 @@ mod wall;
 pub use biventricle::Biventricle;
 pub use chamber::{Chamber, ChamberError, ChamberReport, ChamberWall, Size, Trim, WallOptions};
 pub use membrane::{cook_membrane, cook_membrane_point, rectangle_crossed_triangles};
-pub use population::{BeamShape, ShapeError, ShapeModes, VentricleShape};
+pub use population::{BeamShape, RingShape, ShapeError, ShapeModes, VentricleShape};
 pub use shells::{cylinder_quarter, sphere_octant};
 pub use ventricle::TruncatedEllipsoid;
 pub use wall::Wall;

@@ -1,8 +1,7 @@
 //! Volumes, Jacobians and orientation.
 
-use nalgebra::Vector3;
-
 use crate::Mesh;
+use nalgebra::Vector3;
 
 impl<const N: usize> Mesh<N> {
     /// The positions of a cell's nodes, its corners first.

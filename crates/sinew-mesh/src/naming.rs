@@ -23,7 +23,7 @@ impl<const N: usize> Mesh<N> {
     /// let mut beam = sinew_mesh::box_tetrahedra([4.0, 1.0, 1.0], [4, 1, 1]);
     /// assert_eq!(beam.name_nodes("middle", |[x, _, _]| x == 2.0), 4);
     /// assert_eq!(beam.name_facets("half of the top", |[x, _, z]| z == 1.0 && x <= 2.0), 4);
-    /// beam.name_facets_of("one", &[[0, 4, 19]]).unwrap_err(); // that is none
+    /// beam.name_facets_of("one", &[[0, 4, 19]]).unwrap_err(); // not on the boundary
     /// ```
     pub fn name_nodes(&mut self, name: &str, chosen: impl Fn([f64; 3]) -> bool) -> usize {
         let nodes: Vec<_> = (0..self.points.len()).filter(|&n| chosen(self.points[n])).collect();
@@ -45,7 +45,7 @@ impl<const N: usize> Mesh<N> {
     /// hexahedron, two of a triangle.
     ///
     /// # Errors
-    /// The first row that is no facet of the boundary; no set is changed then.
+    /// The first row that is not a facet of the boundary; no set is changed then.
     pub fn name_facets_of<const C: usize>(
         &mut self,
         name: &str,

@@ -1,11 +1,10 @@
 //! Middle nodes on edges.
 
-use std::collections::BTreeMap;
-
 use crate::{
     Field, FieldValues, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh, TriangleMesh,
     boundary_facets, remove_unused_nodes,
 };
+use std::collections::BTreeMap;
 
 impl TetMesh {
     /// The same cells with a node in the middle of each edge; the nodes so far keep their numbers.

@@ -1,8 +1,7 @@
 //! Quality of tetrahedra.
 
-use std::fmt;
-
 use crate::TetMesh;
+use std::fmt;
 
 /// Minimum dihedral angle in degrees below which the summary calls a tetrahedron a sliver; a
 /// regular one has 70.5. Cheng, Dey & Shewchuk, "Delaunay Mesh Generation" (2012) find the

@@ -1,8 +1,7 @@
 //! Surfaces of tetrahedral meshes.
 
-use nalgebra::Vector3;
-
 use crate::{Element, Facet, Mesh, TetMesh, TriangleMesh};
+use nalgebra::Vector3;
 
 /// A surface with the way back to the mesh it was taken from.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,8 +1,7 @@
 //! Edges and facets.
 
-use std::collections::HashMap;
-
 use crate::{Facet, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh, TriangleMesh};
+use std::collections::HashMap;
 
 /// The unique undirected edges as `[larger node, smaller node]`, ascending: the order
 /// `[sender, receiver]` of the thesis' graphs. An edge with a middle node counts as its two halves.

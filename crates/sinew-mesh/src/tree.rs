@@ -1,8 +1,7 @@
 //! A tree of boxes around the triangles of a surface, for rays, distances and crossings.
 
-use nalgebra::Vector3;
-
 use crate::TriangleMesh;
+use nalgebra::Vector3;
 
 type Point = Vector3<f64>;
 

@@ -1,12 +1,11 @@
 //! Files written by meshio, VTK, gmsh and NumPy (see `fixtures/mesh/generate.py`) are read
 //! back and compared with the values they were made from.
 
-use std::path::PathBuf;
-
 use sinew_mesh::{
     AnyMesh, Field, FieldValues, MeshError, Problem, QuadraticTetMesh, ReadReport, TetMesh,
     boundary_facets, box_tetrahedra, read, read_mesh, read_npy, read_tet_mesh, read_triangle_mesh,
 };
+use std::path::PathBuf;
 
 /// The text files of VTK, and the VTU text files of meshio, round to 11 digits.
 const ELEVEN_DIGITS: f64 = 5e-11;

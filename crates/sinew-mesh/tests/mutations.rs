@@ -1,14 +1,13 @@
 //! Damaged files: every reader answers with a mesh or an error, never with a panic, and never
 //! asks for memory out of proportion to the file.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-use std::path::PathBuf;
-
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::Index;
 use sinew_mesh::{Mesh, VtkEncoding, parse, parse_mesh, parse_npy, to_vtk, to_vtu};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::path::PathBuf;
 
 /// Most bytes that a single request may ask for while a file of a few kilobytes is read: a
 /// zlib array may rightly be a thousand times larger than its file.

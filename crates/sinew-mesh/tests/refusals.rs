@@ -1,13 +1,12 @@
 //! Hand-written files: rare parts of the formats, and errors that say where, why and what to do.
 
-use std::io::Write;
-
 use base64::{Engine, engine::general_purpose::STANDARD};
 use flate2::{Compression, write::ZlibEncoder};
 use sinew_mesh::{
     AnyMesh, Facet, ReadReport, TetMesh, parse, parse_mesh, parse_tet_mesh, parse_triangle_mesh,
     remove_unused_nodes,
 };
+use std::io::Write;
 
 const CORNERS: &str = "0 0 0  1 0 0  0 1 0  0 0 1  1 1 1";
 

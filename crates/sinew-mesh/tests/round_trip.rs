@@ -1,8 +1,5 @@
 //! What is written reads back bit for bit.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
-
 use proptest::collection::{btree_map, btree_set, vec};
 use proptest::prelude::*;
 use sinew_mesh::{
@@ -11,6 +8,8 @@ use sinew_mesh::{
     parse_tet_mesh, parse_triangle_mesh, read, read_npy, read_tet_mesh, read_triangle_mesh,
     rectangle_triangles, to_npy, to_vtk, to_vtu, write_npy, write_pvd, write_vtk, write_vtu,
 };
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
 
 /// Any number that text can carry: only the payload of "not a number" is lost there.
 fn numbers() -> impl Strategy<Value = f64> {

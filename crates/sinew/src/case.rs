@@ -227,7 +227,8 @@ impl Case {
         &self,
         mesh: &mut sinew_mesh::AnyMesh,
     ) -> Result<Vec<sinew_energy::Support>, CaseError> {
-        if self.supports.is_empty() {
+        // Springs hold too, if all rigid motions: the scene looks.
+        if self.supports.is_empty() && self.loads.iter().all(|load| load.foundation.is_none()) {
             let advice = "the body is held nowhere; add { clamped = \"NODE SET\" }".into();
             return Err(self.source.error(&["supports"], advice));
         }

@@ -7,10 +7,6 @@ mod outside;
 mod report;
 mod size;
 
-use std::collections::HashMap;
-
-use nalgebra::Vector3;
-
 use super::shells::between;
 use super::ventricle::Disk;
 use super::wall::{InSet, Sheet, Wall};
@@ -20,8 +16,10 @@ use crate::{HexMesh, TetMesh, TriangleMesh, min_dihedral_angle};
 use axis::Axis;
 pub use error::ChamberError;
 use fit::Fit;
+use nalgebra::Vector3;
 use outside::Outside;
 pub use report::ChamberReport;
+use std::collections::HashMap;
 
 type Point = Vector3<f64>;
 

@@ -2,10 +2,12 @@
 
 mod beam;
 mod modes;
+mod ring;
 mod ventricle;
 
 pub use beam::BeamShape;
 pub use modes::ShapeModes;
+pub use ring::RingShape;
 pub use ventricle::VentricleShape;
 
 /// Why numbers describe no body.

@@ -1,11 +1,9 @@
 //! Thick spheres and cylinders.
 
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
-
-use nalgebra::Vector3;
-
 use super::wall::{InSet, Sheet, Wall};
 use super::{grid, grid_coordinate};
+use nalgebra::Vector3;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// The octant x, y, z ≥ 0 of a sphere with a hole, of radii `[inner, outer]`. Its surface is the image
 /// of three sides of a cube, with equal angles between the nodes, so that no cell degenerates at a pole.

@@ -1,10 +1,9 @@
 //! Truncated ellipsoids, the idealised left ventricle.
 
-use std::f64::consts::{FRAC_PI_4, PI};
-
 use super::shells::{between, check};
 use super::wall::{InSet, Sheet, Wall};
 use super::{grid, grid_coordinate};
+use std::f64::consts::{FRAC_PI_4, PI};
 
 /// The wall between two ellipsoids of revolution around the z axis with their apexes at the bottom, cut
 /// off by a plane: the idealised left ventricle of Land et al., Proc. R. Soc. A 471:20150641 (2015).

@@ -1,12 +1,10 @@
 //! Walls: layers over a curved surface of quadrilaterals.
 
-use std::collections::HashMap;
-use std::fmt;
-
-use nalgebra::Vector3;
-
 use super::{grid_coordinate, name_side};
 use crate::{Field, HexMesh, Mesh, QuadraticTetMesh, TetMesh, boundary_facets, repair_orientation};
+use nalgebra::Vector3;
+use std::collections::HashMap;
+use std::fmt;
 
 /// Decides whether a point of the reference body is in a set.
 pub(super) type InSet = Box<dyn Fn([f64; 3]) -> bool + Send + Sync>;

@@ -1,12 +1,11 @@
 //! From the cells of a file to a mesh.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
-
 use super::grid::{UnstructuredGrid, cell_type_name, vtk_type};
 use super::sets::sets_from_fields;
 use crate::check::{check_cell, check_field, check_points};
 use crate::topology::{FacetKey, facet_key, facets, sorted_key};
 use crate::{Defect, Facet, Field, Mesh, MeshError, Place, Problem, repair_orientation};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// An integer cell field with more values than this on the facets of a file is taken for
 /// numbering rather than for names of facet sets.
@@ -28,7 +27,7 @@ pub struct ReadReport {
     pub unused_nodes: usize,
 }
 
-/// Where and why a grid is no mesh.
+/// Where and why a grid cannot become a mesh.
 type Fault = (Place, Problem);
 
 /// Makes a mesh of the cells with `N` nodes.

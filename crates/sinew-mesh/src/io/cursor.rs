@@ -1,9 +1,8 @@
 //! A position in the bytes of a file, shared by the readers of text and binary formats.
 
-use std::str::FromStr;
-
 use super::number::NumberType;
 use crate::{FieldValues, MeshError, Place, Problem};
+use std::str::FromStr;
 
 /// Order of the bytes of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,12 +1,11 @@
 //! gmsh MSH files: the sections that versions 2.2 and 4.1 share (Gmsh reference manual,
 //! "MSH file format").
 
-use std::collections::HashMap;
-
 use super::cursor::{Cursor, Encoding, Endian};
 use super::grid::{UnstructuredGrid, vtk_type};
 use super::number::NumberType;
 use crate::{Field, FieldValues, MeshError, Problem};
+use std::collections::HashMap;
 
 /// Reads the nodes, elements, physical groups and data of a file.
 pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshError> {

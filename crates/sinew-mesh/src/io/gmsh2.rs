@@ -1,11 +1,10 @@
 //! Nodes and elements of MSH 2.2.
 
-use std::collections::HashMap;
-
 use super::cursor::Encoding;
 use super::gmsh::Gmsh;
 use super::number::NumberType::{F64, I32};
 use crate::MeshError;
+use std::collections::HashMap;
 
 /// Rows of a tag and three coordinates.
 pub(super) fn nodes(gmsh: &mut Gmsh<'_>) -> Result<(), MeshError> {

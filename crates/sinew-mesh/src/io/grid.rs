@@ -1,8 +1,7 @@
 //! What all mesh formats have in common: cells of any type with fields and groups.
 
-use std::collections::BTreeMap;
-
 use crate::{Field, Place};
+use std::collections::BTreeMap;
 
 /// The content of a mesh file before it becomes a [`crate::Mesh`]. Readers only
 /// guarantee that `offsets` ascends within `connectivity`; the rest is checked in one place.

@@ -6,9 +6,8 @@
 //! corner `i`.
 //! The way there and back is exact for sets that ascend without repetition.
 
-use std::collections::BTreeMap;
-
 use crate::{Defect, Facet, Field, Mesh};
+use std::collections::BTreeMap;
 
 const NODE_SET: &str = "node_set:";
 const CELL_SET: &str = "cell_set:";

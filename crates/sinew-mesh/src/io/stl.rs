@@ -1,11 +1,10 @@
 //! STL files: triangles without a common list of points, as text or binary (3D Systems, "StereoLithography Interface
 //! Specification", 1989; binary files are little endian).
 
-use std::collections::HashMap;
-
 use super::cursor::{Cursor, error_at, without_mark};
 use super::grid::UnstructuredGrid;
 use crate::{MeshError, Problem};
+use std::collections::HashMap;
 
 /// Bytes before the triangles of a binary file, and of one triangle there.
 const HEAD: usize = 84;

@@ -1,10 +1,9 @@
 //! Writing surfaces: legacy POLYDATA, VTP, STL and OBJ.
 
-use std::fmt::Write as _;
-
 use super::vtk_write::{Shape, VtkEncoding, to_legacy};
 use super::vtu_write::to_xml;
 use crate::{MeshError, TriangleMesh};
+use std::fmt::Write as _;
 
 /// A surface as a legacy VTK file of version 5.1 with polygons (POLYDATA); its sets are written as fields, see the
 /// crate's page.

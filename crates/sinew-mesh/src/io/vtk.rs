@@ -2,13 +2,12 @@
 //! their number, 5.1 has OFFSETS and CONNECTIVITY (VTK User's Guide, "VTK File Formats", and
 //! "VTK XML/legacy file formats 5.1" of the VTK documentation).
 
-use std::collections::BTreeMap;
-
 use super::cursor::{Cursor, Encoding, Endian};
 use super::grid::UnstructuredGrid;
 use super::number::NumberType;
 use super::polydata::{CellList, Kind, PolyData};
 use crate::{Field, MeshError, Problem};
+use std::collections::BTreeMap;
 
 /// First bytes of every legacy VTK file.
 pub(crate) const MAGIC: &[u8] = b"# vtk DataFile Version";

@@ -1,11 +1,10 @@
 //! Writing legacy VTK files.
 
-use std::collections::BTreeMap;
-
 use super::cursor::{Encoding, Endian};
 use super::sets::fields_with_sets;
 use super::vtk;
 use crate::{Field, FieldValues, Mesh, MeshError};
+use std::collections::BTreeMap;
 
 /// Text or binary numbers in a legacy VTK file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,11 +1,6 @@
 //! VTU and VTP files: VTK's XML format for unstructured grids and surfaces with text, inline base64 and appended
 //! (raw or base64) arrays, plain or compressed with zlib (VTK documentation, "VTK XML formats").
 
-use std::borrow::Cow;
-
-use quick_xml::events::{BytesStart, Event};
-use quick_xml::{Reader, XmlVersion};
-
 use super::cursor::{Cursor, Endian, error_at, excerpt};
 use super::grid::UnstructuredGrid;
 use super::number::NumberType;
@@ -13,6 +8,9 @@ use super::polydata::{CellList, Kind, PolyData};
 use super::vtk::checked_offsets;
 use super::vtu_data::{Layout, Source, ascii, read_array};
 use crate::{Field, FieldValues, MeshError, Place, Problem};
+use quick_xml::events::{BytesStart, Event};
+use quick_xml::{Reader, XmlVersion};
+use std::borrow::Cow;
 
 /// Reads an unstructured grid or a surface of one piece.
 pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshError> {

@@ -1,13 +1,11 @@
 //! The bytes of a VTU array: base64 or raw, plain or in zlib blocks.
 
-use std::io::Read;
-
-use base64::{Engine, engine::general_purpose::STANDARD};
-use flate2::read::ZlibDecoder;
-
 use super::cursor::{Endian, error_at, excerpt};
 use super::number::NumberType;
 use crate::{FieldValues, MeshError, Problem};
+use base64::{Engine, engine::general_purpose::STANDARD};
+use flate2::read::ZlibDecoder;
+use std::io::Read;
 
 /// The largest factor by which deflate can shrink data (zlib's "technical details"), so a
 /// block that declares more is broken and nothing is allocated for it.

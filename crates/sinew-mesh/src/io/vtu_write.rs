@@ -1,14 +1,12 @@
 //! Writing VTU files and PVD series.
 
-use std::collections::BTreeMap;
-use std::path::Path;
-
-use base64::{Engine, engine::general_purpose::STANDARD};
-use quick_xml::escape::escape;
-
 use super::sets::fields_with_sets;
 use super::vtk_write::Shape;
 use crate::{Defect, Field, FieldValues, Mesh, MeshError};
+use base64::{Engine, engine::general_purpose::STANDARD};
+use quick_xml::escape::escape;
+use std::collections::BTreeMap;
+use std::path::Path;
 
 /// The mesh as a VTU file with inline base64 arrays, bit for bit. Its sets are written as
 /// fields, see the crate's page.

@@ -14,7 +14,8 @@ use sinew_gnn::{
     Geometry, OutputScale, ParameterRange, ParameterScale, ParameterScaling, Sample, Scales,
     Surrogate, Trainer, TrainingConfig,
 };
-use sinew_graph::{AugmentationConfig, FeatureMatrix, augment, graph_features};
+use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
+use sinew_mesh::{AnyMesh, rectangle_triangles};
 use sinew_report::{Block, Cell, Column, Distribution, Row, Section, Table};
 use std::time::Instant;
 
@@ -176,7 +177,7 @@ impl Beam {
         let mut between = |[low, high]: [f64; 2]| low + (high - low) * random.random::<f64>();
         let (length, part) = (between(LENGTHS), between(SLENDERNESS));
         let (size, theta) = ([length, part * length], vec![between(MODULI), between(MODULI)]);
-        let mesh = sinew_mesh::rectangle_triangles(size, CELLS);
+        let mesh = rectangle_triangles(size, CELLS);
         let modulus = |name: &str| Parameter::linear(name, "", MODULI[0]..=MODULI[1]);
         let body = sinew::Scene::new(mesh, sinew::laws::LinearElastic)
             .parameter(modulus("mu"))
@@ -190,24 +191,17 @@ impl Beam {
         Ok(Self { size, theta, body, displacement })
     }
 
-    fn geometry(&self, virtual_nodes: &[usize], seed: u64) -> Result<Geometry> {
-        const NEIGHBOURS: usize = 4;
+    /// What the networks see of it: the graph of the average beam, which all share, at its own positions.
+    fn geometry(&self, topology: &Topology) -> Result<Geometry> {
         let nodes = self.body.nodes;
-        let config = AugmentationConfig {
-            roots_per_layer: virtual_nodes.to_vec(),
-            neighbours: NEIGHBOURS,
-            seed,
-            ..AugmentationConfig::for_nodes(nodes)
-        };
-        let topology = augment(&self.body.positions, &self.body.mesh.edges(), &config)?;
         let held: Vec<usize> = (0..nodes).filter(|&n| self.body.positions[n][0] == 0.0).collect();
         let indicator = FeatureMatrix::indicator(nodes, &held)?;
         Ok(Geometry {
-            features: graph_features(&topology, &self.body.positions, &indicator, 2)?,
+            features: graph_features(topology, &self.body.positions, &indicator, 2)?,
             global: self.size.to_vec(),
             dirichlet: Dirichlet::clamped(nodes, 2, &held)?,
             coordinates: Coordinates::Components,
-            topology,
+            topology: topology.clone(),
         })
     }
 
@@ -216,6 +210,21 @@ impl Beam {
         let [length, width] = self.size;
         vec![length, width / length, self.theta[0], self.theta[1]]
     }
+}
+
+/// The graph of the beam of average length and width.
+fn average(virtual_nodes: &[usize], seed: u64) -> Result<Topology> {
+    const NEIGHBOURS: usize = 4;
+    let middle = |[low, high]: [f64; 2]| 0.5 * (low + high);
+    let size = [middle(LENGTHS), middle(LENGTHS) * middle(SLENDERNESS)];
+    let mesh = AnyMesh::from(rectangle_triangles(size, CELLS));
+    let config = AugmentationConfig {
+        roots_per_layer: virtual_nodes.to_vec(),
+        neighbours: NEIGHBOURS,
+        seed,
+        ..AugmentationConfig::for_nodes(mesh.points().len())
+    };
+    Ok(augment(mesh.points(), &mesh.edges(), &config)?)
 }
 
 /// Distances in the plane \[mm\] of displacements \[cm\].
@@ -262,10 +271,9 @@ fn network(
 ) -> Result<Trained> {
     let Variant { steps, latent, virtual_nodes } = variant;
     let start = cpu_seconds();
-    let geometries = training.iter().chain(validation);
-    let geometries = geometries
-        .map(|beam| beam.geometry(virtual_nodes, options.seed))
-        .collect::<Result<Vec<_>>>()?;
+    let topology = average(virtual_nodes, options.seed)?;
+    let geometries = training.iter().chain(validation).map(|beam| beam.geometry(&topology));
+    let geometries = geometries.collect::<Result<Vec<_>>>()?;
     let sample = |(geometry, beam): (usize, &Beam)| Sample {
         geometry,
         theta: beam.theta.clone(),
@@ -305,7 +313,7 @@ fn network(
     let (mut errors, mut answer_s) = (Vec::new(), 0.0);
     for beam in unseen {
         let start = Instant::now();
-        let geometry = beam.geometry(virtual_nodes, options.seed)?;
+        let geometry = beam.geometry(&topology)?;
         let found = surrogate.predict(&geometry, std::slice::from_ref(&beam.theta))?;
         answer_s += start.elapsed().as_secs_f64() / unseen.len() as f64;
         errors.extend(apart(found.field(0), beam));

@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew::{Body, Case};
 use sinew_emulate::{Design, Error, Start};
-use sinew_mesh::{AnyMesh, BeamShape, ShapeError, VentricleShape};
+use sinew_mesh::{AnyMesh, BeamShape, RingShape, ShapeError, VentricleShape};
 use std::path::Path;
 
 /// A population of bodies.
@@ -32,6 +32,7 @@ pub struct Stage {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
+    Rings,
     Beams,
     Ventricles,
 }
@@ -48,7 +49,7 @@ pub struct Individual {
 }
 
 /// Names of the stages.
-pub const KEYS: [&str; 3] = ["beams", "ventricles", "infarcts"];
+pub const KEYS: [&str; 4] = ["rings", "beams", "ventricles", "infarcts"];
 
 impl Stage {
     /// The stage of a name, on small meshes for a quick check.
@@ -58,8 +59,19 @@ impl Stage {
     pub fn new(key: &str, quick: bool) -> Result<Self> {
         let read = |scene: &str| Case::read(Path::new(scene)).context("a built-in scene");
         Ok(match key {
-            "beams" => Self {
+            "rings" => Self {
                 key: KEYS[0],
+                about: "Plane rings of 30 shape numbers under a pressure inside and springs outside, the four parameters of Holzapfel and Ogden each over two decades",
+                case: Case::parse(include_str!("ring.toml"), "ring.toml")?,
+                kind: Kind::Rings,
+                cells: if quick { [12, 2, 0] } else { [32, 4, 0] },
+                training_cells: vec![if quick { [12, 2, 0] } else { [32, 4, 0] }],
+                start: Start::Equilibrium,
+                spread: 1.0,
+                scars: 0,
+            },
+            "beams" => Self {
+                key: KEYS[1],
                 about: "Beams of random length, thickness, taper, waves, bend and twist under their own weight",
                 case: read("OnceClampedBeam")?,
                 kind: Kind::Beams,
@@ -70,7 +82,7 @@ impl Stage {
                 scars: 0,
             },
             "ventricles" => Self {
-                key: KEYS[1],
+                key: KEYS[2],
                 about: "Left ventricles of 32 smooth modes with the spread of 1093 hearts, fibres by rule, under the pressure of their cavity",
                 case: read("IdealVentricle")?,
                 kind: Kind::Ventricles,
@@ -85,7 +97,7 @@ impl Stage {
                 scars: 0,
             },
             "infarcts" => Self {
-                key: KEYS[2],
+                key: KEYS[3],
                 about: "The same left ventricles, each with an infarct anywhere: a round scar five to twenty times as stiff, which no mesh knows",
                 scars: 1,
                 ..Self::new("ventricles", quick)?
@@ -97,6 +109,8 @@ impl Stage {
     /// The same on meshes of finer or coarser cells.
     pub fn with_finer_cells(mut self, finer: bool) -> Self {
         self.cells = match (self.kind, finer) {
+            (Kind::Rings, false) => [24, 3, 0],
+            (Kind::Rings, true) => [44, 6, 0],
             (Kind::Beams, false) => [8, 2, 3],
             (Kind::Beams, true) => [13, 4, 4],
             (Kind::Ventricles, false) => [2, 24, 12],
@@ -156,6 +170,10 @@ impl Stage {
 
     fn mesh(&self, numbers: &[f64]) -> Result<AnyMesh, ShapeError> {
         Ok(match self.kind {
+            Kind::Rings => {
+                let [around, across, _] = self.cells;
+                RingShape::new(numbers)?.triangles([around, across])?.into()
+            }
             Kind::Beams => BeamShape::new(numbers)?.tetrahedra(self.cells)?.into(),
             Kind::Ventricles => VentricleShape::new(numbers)?.tetrahedra(self.cells)?.into(),
         })
@@ -172,7 +190,7 @@ impl Stage {
             let mut numbers: Vec<f64> = (0..self.numbers())
                 .map(|_| match self.kind {
                     Kind::Beams => self.spread * 12f64.sqrt() * (random.random::<f64>() - 0.5),
-                    Kind::Ventricles => self.spread * normal(&mut random),
+                    Kind::Rings | Kind::Ventricles => self.spread * normal(&mut random),
                 })
                 .collect();
             let Ok(mesh) = self.mesh(&numbers) else { continue };
@@ -201,6 +219,7 @@ impl Stage {
 
     fn numbers(&self) -> usize {
         match self.kind {
+            Kind::Rings => RingShape::NUMBERS,
             Kind::Beams => BeamShape::NUMBERS,
             Kind::Ventricles => VentricleShape::NUMBERS,
         }

@@ -1,11 +1,10 @@
 //! The axis of a ventricle, and the plane of its base.
 
-use std::collections::HashMap;
-use std::f64::consts::TAU;
-
 use super::{ChamberError, Point, Trees, Trim};
 use crate::TriangleMesh;
 use crate::crossings::merged;
+use std::collections::HashMap;
+use std::f64::consts::TAU;
 
 /// Rays of a section.
 const RAYS: usize = 64;

@@ -1,10 +1,9 @@
 //! The grid on the endocardium.
 
-use std::f64::consts::{FRAC_PI_2, TAU};
-
 use super::axis::{Base, Section, frame, wall};
 use super::size::Lengths;
 use super::{ChamberError, Disk, Point, Sheet, Trees};
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Where the rays' origins begin to follow the axis, as a fraction of the way from the apex to the base; below, all rays
 /// leave the same point.

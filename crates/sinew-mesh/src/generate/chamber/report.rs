@@ -1,7 +1,5 @@
 //! What was made, and how well it fits.
 
-use std::fmt;
-
 use super::axis::Base;
 use super::error::shown;
 use super::outside::Outside;
@@ -11,6 +9,7 @@ use crate::{
     Facet, QualitySummary, TetMesh, TriangleMesh, boundary_facets, extract_surface, quality,
     self_intersections,
 };
+use std::fmt;
 
 /// The wall of a [`Chamber`] beside the surfaces it was made from; its `Display` is a small table. Lengths and volumes are in
 /// the surfaces' own unit.
