@@ -1,8 +1,6 @@
 //! Time of the fused operations at the size of the thesis' beams, beside their error against
 //! plain tensors. One core: `taskset -c 0 env RAYON_NUM_THREADS=1 cargo bench --profile dev -p sinew-burn`.
 
-use std::sync::Arc;
-
 use burn::optim::{MuonConfig, Optimizer};
 use burn::tensor::{Device, Distribution, Tensor};
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
@@ -10,6 +8,7 @@ use sinew_burn::{
     Activation, EdgeTopology, GatherPlan, Input, LayerNormalisation, PerceptronWeights,
     gathered_mlp, orthogonalise, reference, signed_edge_sum,
 };
+use std::sync::Arc;
 
 const NODES: usize = 511;
 const EDGES: usize = 2960;

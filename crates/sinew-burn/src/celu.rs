@@ -1,11 +1,10 @@
 //! Activations of whole tensors.
 
-use burn::tensor::{DType, Tensor};
-use rayon::prelude::*;
-
 use crate::activation::{self, Activation};
 use crate::host::{HostOperation, HostTensor, apply};
 use crate::reference;
+use burn::tensor::{DType, Tensor};
+use rayon::prelude::*;
 
 /// Numbers treated by one task.
 const NUMBERS_PER_TASK: usize = 1 << 15;

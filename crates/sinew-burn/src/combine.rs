@@ -1,11 +1,10 @@
 //! Sums of two tensors and normalised rows: plain operations that Burn's own code leaves slow where it is not optimised.
 
-use burn::tensor::{DType, Tensor};
-
 use crate::LayerNormalisation;
 use crate::host::{HostOperation, HostTensor, apply};
 use crate::normalise::{Normalisation, normalise, pull_back_normalisation};
 use crate::reference;
+use burn::tensor::{DType, Tensor};
 
 /// `a + b` of tensors of one shape, as one operation.
 ///

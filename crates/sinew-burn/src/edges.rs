@@ -1,14 +1,12 @@
 //! Sums of edge messages at the nodes of a graph.
 
-use std::sync::Arc;
-
-use burn::tensor::{DType, Tensor};
-use rayon::prelude::*;
-
 use crate::error::IndexError;
 use crate::host::{HostOperation, HostTensor, apply};
 use crate::index::{Inverse, check};
 use crate::reference;
+use burn::tensor::{DType, Tensor};
+use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Nodes treated by one task; small graphs are not worth more.
 const NODES_PER_TASK: usize = 64;

@@ -3,9 +3,7 @@
 //! An operation implements [`HostOperation`] over slices; [`apply`] makes it a node of Burn's
 //! autodiff graph on every backend. On Flex the slices are the tensors' own memory.
 
-use std::any::Any;
-use std::fmt::Debug;
-
+use crate::pool::keep_freed_memory;
 use burn::backend::autodiff::checkpoint::base::Checkpointer;
 use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
 use burn::backend::autodiff::grads::Gradients;
@@ -16,8 +14,8 @@ use burn::backend::{
     Autodiff, Backend, Dispatch, DispatchTensor, Flex, TensorMetadata, backend_extension, read_sync,
 };
 use burn::tensor::{Shape, Tensor, TensorData};
-
-use crate::pool::keep_freed_memory;
+use std::any::Any;
+use std::fmt::Debug;
 
 /// A contiguous single-precision tensor in host memory; clones share it.
 #[derive(Clone, Debug)]

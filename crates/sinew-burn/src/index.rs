@@ -1,9 +1,8 @@
 //! Row indices, their inverses, and plans that say which source rows meet in which row.
 
-use std::sync::Arc;
-
 use crate::edges::EdgeTopology;
 use crate::error::IndexError;
+use std::sync::Arc;
 
 /// Checks that all of `indices` are below `count` and shortens them.
 pub(crate) fn check(indices: &[usize], count: usize) -> Result<Vec<u32>, IndexError> {

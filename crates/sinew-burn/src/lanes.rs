@@ -1,9 +1,8 @@
 //! A tensor as a number: a formula over [`Scalar`] becomes plain tensor operations.
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
-
 use burn::tensor::Tensor;
 use sinew_num::Scalar;
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Many evaluations of one formula side by side: one lane per number of the tensor, such as per
 /// element, or per sample and element.
@@ -105,11 +104,10 @@ impl<const D: usize> Scalar for Lanes<D> {
 
 #[cfg(test)]
 mod tests {
-    use burn::tensor::{DType, Tensor, TensorData};
-    use sinew_num::{Jet, Scalar};
-
     use super::Lanes;
     use crate::testing::device;
+    use burn::tensor::{DType, Tensor, TensorData};
+    use sinew_num::{Jet, Scalar};
 
     /// Uses every operation of a number.
     fn formula<S: Scalar>(x: S) -> S {

@@ -1,9 +1,5 @@
 //! The fused perceptron as an operation of Burn.
 
-use std::sync::Arc;
-
-use burn::tensor::{DType, Tensor};
-
 use crate::activation::Activation;
 use crate::host::{HostOperation, HostTensor, apply};
 use crate::index::GatherPlan;
@@ -11,6 +7,8 @@ use crate::mlp_backward::backward;
 use crate::mlp_kernel::{Activations, Keep, Parameters, Source, forward};
 use crate::normalise::Normalisation;
 use crate::reference;
+use burn::tensor::{DType, Tensor};
+use std::sync::Arc;
 
 /// Hidden activations of an evaluation are kept for the backward pass up to this many bytes, and
 /// computed again beyond it, so that memory stays bounded.

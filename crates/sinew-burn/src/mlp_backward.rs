@@ -3,10 +3,6 @@
 //! A fixed number of groups of tiles each add up their own parameter gradients, which are then
 //! summed in order, so that the result does not depend on the number of threads.
 
-use std::ops::Range;
-
-use rayon::prelude::*;
-
 use crate::activation::{pull_back_rows, pull_back_single_output};
 use crate::index::{Gather, GatherPlan};
 use crate::mlp_kernel::{
@@ -17,6 +13,8 @@ use crate::orthogonalise::transposed;
 use crate::pool::{Buffer, LINE};
 use crate::product::{Panels, Start, add_transposed_product, multiply};
 use crate::rows::{add_gathered_rows, add_into, add_rows_into, add_up};
+use rayon::prelude::*;
+use std::ops::Range;
 
 /// Most groups of tiles with parameter gradients of their own.
 const GROUPS: usize = 8;

@@ -2,14 +2,13 @@
 //!
 //! A tile's activations stay in the second-level cache from the gather to the output.
 
-use rayon::prelude::*;
-
 use crate::activation::{Activation, activate_slice, add_bias_and_activate};
 use crate::index::{Gather, GatherPlan};
 use crate::normalise::{Normalisation, normalise};
 use crate::pool::Buffer;
 use crate::product::{Panels, Start, multiply};
 use crate::rows::{add_to_rows, gather_sums, single_output};
+use rayon::prelude::*;
 
 /// Most rows of a tile: activations of two layers of 128 then take 60 KiB, and weight gradients,
 /// whose factors are read in strides, meet few conflicts in the first-level cache.

@@ -1,8 +1,7 @@
 //! Running moments of gradients, the inner loops of Adam and of momentum.
 
-use rayon::prelude::*;
-
 use crate::simd::{multiply_add, vectorised};
+use rayon::prelude::*;
 
 /// Numbers treated by one task.
 const NUMBERS_PER_TASK: usize = 1 << 14;

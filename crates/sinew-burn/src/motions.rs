@@ -1,13 +1,11 @@
 //! Rigid motions of nested clusters, composed from the whole body down to its nodes.
 
-use std::sync::Arc;
-
+use crate::host::{HostOperation, HostTensor, apply};
+use crate::turning::{Number, Turn, product};
 use burn::tensor::{DType, Tensor};
 use rayon::prelude::*;
 use sinew_num::{Mat3, Slope};
-
-use crate::host::{HostOperation, HostTensor, apply};
-use crate::turning::{Number, Turn, product};
+use std::sync::Arc;
 
 /// A body whose nodes belong to clusters, which belong to larger clusters, and so on up to one or several roots.
 ///

@@ -1,11 +1,10 @@
 //! The Newton–Schulz iteration of the Muon optimiser.
 
-use burn::tensor::{DType, Tensor, TensorData};
-use rayon::prelude::*;
-
 use crate::pool::Buffer;
 use crate::product::{Panels, Start, gram, multiply};
 use crate::simd::vectorised;
+use burn::tensor::{DType, Tensor, TensorData};
+use rayon::prelude::*;
 
 /// Iterations; five bring singular values from 10⁻² to near one.
 const ITERATIONS: usize = 5;
@@ -92,11 +91,10 @@ pub(crate) fn transposed(matrix: &[f32], columns: usize) -> Vec<f32> {
 
 #[cfg(test)]
 mod tests {
-    use burn::optim::{MuonConfig, Optimizer};
-    use burn::tensor::{Device, Tensor};
-
     use super::orthogonalise;
     use crate::testing::random;
+    use burn::optim::{MuonConfig, Optimizer};
+    use burn::tensor::{Device, Tensor};
 
     const SHAPES: [[usize; 2]; 5] = [[128, 128], [120, 128], [128, 40], [3, 70], [1, 1]];
 

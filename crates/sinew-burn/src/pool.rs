@@ -26,8 +26,8 @@ pub(crate) const LINE: usize = 16;
 
 static SHELF: Mutex<Vec<Vec<Line>>> = Mutex::new(Vec::new());
 
-/// The largest block whose release teaches the allocator of glibc to serve such blocks from
-/// memory that it keeps; on others a block of this size comes and goes without a page touched.
+/// Freeing a block of this size raises the threshold above which glibc's allocator returns memory to the system,
+/// so that later blocks up to this size come from memory that it keeps; with other allocators the block is allocated and freed without touching a page.
 const LESSON_BYTES: usize = (32 << 20) - (64 << 10);
 
 static LESSON: Once = Once::new();

@@ -1,12 +1,10 @@
 //! A potential energy computed outside of Burn as one differentiable operation.
 
-use std::fmt::Debug;
-use std::sync::Arc;
-
+use crate::host::{HostOperation, HostTensor, apply};
 use burn::tensor::{DType, Tensor};
 use rayon::prelude::*;
-
-use crate::host::{HostOperation, HostTensor, apply};
+use std::fmt::Debug;
+use std::sync::Arc;
 
 /// Potential energies of displacement fields, each with its gradient.
 pub trait BatchPotential: Debug + Send + Sync {
@@ -114,12 +112,10 @@ impl Potential {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
-    use burn::tensor::Tensor;
-
     use super::{BatchPotential, fused_potential};
     use crate::testing::{Comparison, device, random};
+    use burn::tensor::Tensor;
+    use std::sync::Arc;
 
     /// `Σ k e^u − k u` with `k = 1 + sample`; infinite where some u exceeds 5.
     #[derive(Debug)]

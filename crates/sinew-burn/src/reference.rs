@@ -1,11 +1,9 @@
 //! The fused operations in plain Burn operations: slower, for every backend and precision, and
 //! the oracle of the tests.
 
-use std::sync::Arc;
-
-use burn::tensor::{Device, IndexingUpdateOp, Int, Tensor, TensorData};
-
 use crate::{Activation, EdgeTopology, GatherPlan, Input, LayerNormalisation, PerceptronWeights};
+use burn::tensor::{Device, IndexingUpdateOp, Int, Tensor, TensorData};
+use std::sync::Arc;
 
 /// `activation` of every number.
 pub fn activate<const D: usize>(x: Tensor<D>, activation: Activation) -> Tensor<D> {

@@ -1,9 +1,8 @@
 //! Gathers, scatters and sums of rows.
 
-use rayon::prelude::*;
-
 use crate::index::{Gather, Inverse};
 use crate::simd::{dot, vectorised};
+use rayon::prelude::*;
 
 /// Target rows that one task of the scatter adds up.
 const ROWS_PER_TASK: usize = 64;

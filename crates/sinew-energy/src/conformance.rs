@@ -221,7 +221,7 @@ impl<L: Law<D>, const D: usize> Suite<'_, L, D> {
         }
     }
 
-    /// J → 0⁺ along one axis, along two and all round, then J = 0, J < 0 and no number at all.
+    /// J → 0⁺ along one axis, along two and all round, then J = 0, J < 0 and NaN.
     fn check_collapse(&mut self) {
         let diagonal = |d: [f64; 3]| Mat3::from_fn(|i, j| if i == j { d[i] - 1.0 } else { 0.0 });
         for exponent in [-1, -2, -4, -8, -16, -100, -300] {

@@ -171,7 +171,7 @@ pub enum SceneError {
         /// Displacement along it that the support prescribes.
         second: f64,
     },
-    /// A direction of a support that is none.
+    /// A support along a direction that is zero or not finite.
     #[error(
         "the support of `{name}` has the direction ({}); give finite components, one of them not 0",
         listed(direction)
@@ -207,7 +207,7 @@ pub enum SceneError {
         /// Nodes of the set.
         nodes: usize,
     },
-    /// A number of a load or a support that is infinite or no number.
+    /// A number of a load or a support that is not finite.
     #[error("{what} is {value}; give a finite number")]
     NotFinite {
         /// What the number means.
@@ -223,7 +223,7 @@ pub enum SceneError {
         /// Its value.
         value: f64,
     },
-    /// The number of directions is none of those of cells, quadrature points and nodes.
+    /// There are neither as many directions as cells, nor as quadrature points, nor as nodes.
     #[error(
         "the law reads {needed} directions, for each of the {cells} cells, {points} quadrature points or \
          {nodes} nodes, but {given} rows are given"
@@ -257,7 +257,7 @@ pub enum SceneError {
         /// Nodes of a cell.
         nodes: usize,
     },
-    /// A material direction that is no unit vector.
+    /// A material direction that is not a unit vector.
     #[error(
         "direction {direction} of cell {cell} has length {length}, not 1; normalise it, and give a \
          direction to every cell that has none"
@@ -297,7 +297,7 @@ pub enum SceneError {
         /// Number of those of the loads.
         loads: usize,
     },
-    /// A load takes its size from an entry of θ that is none of the loads'.
+    /// A load takes its size from an entry of θ that belongs to the law or does not exist.
     #[error(
         "a load reads entry {index} of theta, but {}",
         entries_of_loads(*first, *count)

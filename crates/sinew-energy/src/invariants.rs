@@ -177,11 +177,11 @@ impl<'a, const D: usize> State<'a, D> {
         let trace = h.trace();
         let determinant = (0..3).map(|j| h[0][j] * minors[0][j]).sum::<f64>();
         let moved = directions.map(|d| h.apply(&d));
-        let dot = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let dot3 = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let strain = |p: usize, q: usize| {
-            dot(&directions[p], &moved[q])
-                + dot(&moved[p], &directions[q])
-                + dot(&moved[p], &moved[q])
+            dot3(&directions[p], &moved[q])
+                + dot3(&moved[p], &directions[q])
+                + dot3(&moved[p], &moved[q])
         };
         let invariants = Invariants {
             volume_change: trace + minors.trace() + determinant,

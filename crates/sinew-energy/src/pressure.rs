@@ -74,15 +74,15 @@ impl PressureForm {
             Self::Follower => {
                 let first = cross(&reference[1], &u[2]);
                 let rest = cross(&u[1], &current[2]);
-                let moved = dot(&reference[0], &add(&first, &rest));
-                (moved + dot(&u[0], &cross(&current[1], &current[2]))) * (1.0 / 6.0)
+                let moved = dot3(&reference[0], &add(&first, &rest));
+                (moved + dot3(&u[0], &cross(&current[1], &current[2]))) * (1.0 / 6.0)
             }
             Self::Thesis => {
                 let [a, b] = [1, 2].map(|corner| {
                     std::array::from_fn(|i| current[corner][i].clone() - current[0][i].clone())
                 });
                 // Linear tetrahedra: cof(F)N dA is the area vector of the deformed facet.
-                dot(&add(&add(&u[0], &u[1]), &u[2]), &cross(&a, &b)) * (1.0 / 6.0)
+                dot3(&add(&add(&u[0], &u[1]), &u[2]), &cross(&a, &b)) * (1.0 / 6.0)
             }
         }
     }
@@ -186,7 +186,7 @@ fn add<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
     std::array::from_fn(|i| a[i].clone() + b[i].clone())
 }
 
-fn dot<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> S {
+fn dot3<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> S {
     a[0].clone() * b[0].clone() + a[1].clone() * b[1].clone() + a[2].clone() * b[2].clone()
 }
 

@@ -44,7 +44,7 @@ pub trait VolumeEnergy: Clone + Debug + Send + Sync + 'static {
 pub trait ActiveStress<const D: usize>: Clone + Debug + Send + Sync + 'static {
     /// Names of the entries of θ that it reads, which follow those of the shape energy.
     const PARAMETERS: &'static [&'static str];
-    /// Whether there is none at all, so that nothing has to be computed.
+    /// Whether the part does nothing, so that it need not be computed.
     const NONE: bool = false;
 
     /// Name and value of a constant of its own that makes no sense, such as a NaN.

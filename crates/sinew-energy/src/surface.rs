@@ -1,6 +1,6 @@
 //! Pressure on surfaces of any element, curved ones included.
 
-use crate::lower::geometry::{cross, dot};
+use crate::lower::geometry::{cross, dot3};
 use crate::{FacetRule, Magnitude};
 
 /// A true follower pressure on a surface, integrated by quadrature. Positive pressure pushes against the
@@ -53,7 +53,7 @@ impl PressureSurface {
     pub fn reference_volume(&self) -> f64 {
         let rest = vec![0.0; 3 * self.nodes.iter().max().map_or(0, |&node| node + 1)];
         let facets = 0..self.facets();
-        facets.map(|facet| self.sum(facet, &rest, |at| dot(&at.x, &at.normal()))).sum()
+        facets.map(|facet| self.sum(facet, &rest, |at| dot3(&at.x, &at.normal()))).sum()
     }
 
     /// Potential of the load [stress·length³].
@@ -148,7 +148,8 @@ impl PressureSurface {
             }
             let current = [add(&xs, &us), add(&xt, &ut)];
             let change = add(&cross(&us, &current[1]), &cross(&xs, &ut));
-            volume += point.weight * (dot(&u, &cross(&current[0], &current[1])) + dot(&x, &change));
+            volume +=
+                point.weight * (dot3(&u, &cross(&current[0], &current[1])) + dot3(&x, &change));
         }
         volume / self.rule.dimension as f64
     }

@@ -1,4 +1,4 @@
-//! Equilibria that are no minima: incompressible bodies and pressures on surfaces with a loose rim.
+//! Equilibria that are not minima: incompressible bodies and pressures on surfaces with a loose rim.
 
 use crate::check::check_length;
 use crate::newton::Equilibrium;

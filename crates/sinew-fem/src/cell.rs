@@ -89,7 +89,7 @@ pub(crate) fn volume_ratios_along(h: &Mat3<f64>, step: &Mat3<f64>, length: f64) 
     let (start, cubic) = (f.determinant(), step.determinant());
     let ratio = |t: f64| start + t * (linear + t * (quadratic + t * cubic));
     let end = ratio(length);
-    // Roots of the derivative, in the form that does not cancel; a NaN is none.
+    // Roots of the derivative, in the form that does not cancel; NaN does not count.
     let root = (quadratic * quadratic - 3.0 * cubic * linear).sqrt();
     let half = -(quadratic + root.copysign(quadratic));
     let roots = [half / (3.0 * cubic), linear / half];

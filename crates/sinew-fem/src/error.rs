@@ -41,7 +41,7 @@ pub enum SolveError {
     /// Parameters that make no sense.
     #[error(transparent)]
     Theta(#[from] ThetaError),
-    /// An initial displacement of the wrong length or with a number that is none.
+    /// An initial displacement of the wrong length, or with an entry that is not finite.
     #[error(
         "the initial displacement has {given} entries of which {finite} are finite; {needed} finite ones are needed"
     )]

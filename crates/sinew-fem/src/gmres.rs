@@ -71,7 +71,7 @@ pub(crate) fn gmres(
         apply(solution, &mut scratch);
         residual.iter_mut().zip(right).zip(&scratch).for_each(|((r, b), ax)| *r = b - ax);
         if norm(&residual) > 0.5 * start && triangle.len() < RESTART {
-            // Rounding has eaten what was promised: no more can be had.
+            // Rounding errors: the true residual no longer follows the predicted one, so further iterations gain nothing.
             outcome.relative_residual = norm(&residual) / scale;
             return outcome;
         }
@@ -96,7 +96,7 @@ impl Cycle {
         &self.basis[self.basis.len() - 1]
     }
 
-    /// Adds the image of the last vector: the residual that is left. `None` where it is no new direction.
+    /// Adds the image of the last vector: the residual that is left. `None` where it is not a new direction.
     fn add(&mut self, mut next: Vec<f64>) -> Option<f64> {
         let (image, last) = (norm(&next), self.basis.len() - 1);
         let mut column = vec![0.0; self.basis.len()];

@@ -40,7 +40,7 @@
 //! - [`sweep`] solves for many θ on all cores, each from its neighbour.
 //! - [`Solver::softest_mode`] gives the shape that a body buckles into, to nudge it from an unstable equilibrium.
 //! - [`Solver::sensitivity`] gives ∂u/∂θ, [`Solver::adjoint_sensitivity`] the derivative of one quantity.
-//! - [`BalanceSolver`] finds equilibria that are no minima: incompressible bodies by the mixed elements of
+//! - [`BalanceSolver`] finds equilibria that are not minima: incompressible bodies by the mixed elements of
 //!   Taylor and Hood, pressures on surfaces with a loose rim, and paths through limit points by volume.
 //! - [`Solver::solve_watched`] hands out each iteration, [`print_progress`] prints it, [`IterationSeries`] keeps
 //!   it for ParaView; [`report()`] looks at what was found, [`locking`] at elements that are too stiff. A solve

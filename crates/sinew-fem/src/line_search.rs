@@ -19,7 +19,7 @@ const MOST_RISES: usize = 2;
 const MOST_RISE: f64 = 20.0;
 /// A step must not squeeze a cell to this part of its volume before and after the step.
 const FLAT: f64 = 1e-3;
-/// Steps shorter than this end the line search: the direction is no descent.
+/// Steps shorter than this end the line search: the energy does not fall along the direction.
 const SHORTEST_STEP: f64 = 1e-8;
 /// Steps out of an indefinite stiffness are doubled up to this while the energy falls.
 const LONGEST_STEP: f64 = 64.0;

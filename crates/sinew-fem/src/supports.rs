@@ -4,7 +4,7 @@ use crate::assembly::Assembly;
 use sinew_energy::{Body, Frames};
 
 /// A held node of a turned frame that is off its place by less than this, relative to how far it moved, is
-/// there: rounding is no motion of a support.
+/// there: rounding is not a motion of a support.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// Puts prescribed degrees of freedom where a fraction of the prescribed motion takes them.

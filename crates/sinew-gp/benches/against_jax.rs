@@ -13,17 +13,16 @@
 //! are the shortest evaluations over all turns, which a busy machine disturbs least. Beside the times stands by how
 //! much the two evidences and gradients differ.
 
+use sinew_gp::{
+    Condition, Data, Domain, Evidence, GpError, Model, Noise, Parameter, Prior, Problem, Series,
+    Side, SquaredExponential, field,
+};
 use std::f64::consts::PI;
 use std::hint::black_box;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Instant;
-
-use sinew_gp::{
-    Condition, Data, Domain, Evidence, GpError, Model, Noise, Parameter, Prior, Problem, Series,
-    Side, SquaredExponential, field,
-};
 
 /// Turns of each side, and the time that one takes at least [s].
 const TURNS: usize = 7;

@@ -2,12 +2,10 @@
 
 mod heat;
 
-use std::hint::black_box;
-
+use crate::heat::{heat, middle, relative_error};
 use criterion::{BenchmarkId, Criterion};
 use sinew_gp::{Evidence, GpError};
-
-use crate::heat::{heat, middle, relative_error};
+use std::hint::black_box;
 
 fn main() -> Result<(), GpError> {
     let mut criterion = Criterion::default().configure_from_args();

@@ -5,12 +5,10 @@
 
 mod heat;
 
+use crate::heat::{heat, middle, relative_error};
+use sinew_gp::{Evidence, GpError};
 use std::hint::black_box;
 use std::time::Instant;
-
-use sinew_gp::{Evidence, GpError};
-
-use crate::heat::{heat, middle, relative_error};
 
 /// Time spent on each size [s].
 const SECONDS: f64 = 6.0;

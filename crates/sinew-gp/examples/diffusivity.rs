@@ -5,15 +5,14 @@
 //! One millimetre of cartilage, sealed below (x = 0) and washed above (x = 1), loses what it was
 //! loaded with: u_t = D u_xx. Wanted are D with an interval, and how much left within the hour.
 
-use std::error::Error;
-use std::f64::consts::FRAC_PI_2;
-use std::time::Instant;
-
 use rand::{RngExt, SeedableRng};
 use sinew_gp::{
     Condition, Data, Domain, Evidence, FitOptions, Functional, Model, Noise, NutsOptions,
     Parameter, Prior, Problem, Side, SquaredExponential, constant, field, nuts,
 };
+use std::error::Error;
+use std::f64::consts::FRAC_PI_2;
+use std::time::Instant;
 
 /// The truth, to be found again [mm²/h].
 const DIFFUSIVITY: f64 = 0.3;

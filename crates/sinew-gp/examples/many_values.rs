@@ -6,13 +6,12 @@
 //! others, with a bound of its distance from the exact one. (Nearest neighbours, as in Vecchia's approximation, would do worse
 //! here: errors of measurement average out over all values within a lengthscale, thousands of them.)
 
-use std::f64::consts::PI;
-use std::time::Instant;
-
 use sinew_gp::{
     Condition, Data, Domain, Evidence, FitOptions, GpError, Model, Noise, Parameter, Prior,
     Problem, ReducedOptions, Side, SquaredExponential, constant, field, laplace,
 };
+use std::f64::consts::PI;
+use std::time::Instant;
 
 const VALUES: usize = 20_000;
 /// Of measurements.

@@ -5,14 +5,13 @@
 //! A kernel needs a name, its hyperparameters, and one formula over Taylor series, from which every
 //! derivative that an operator takes of it follows. `check_kernel` then tries it out.
 
-use std::error::Error;
-use std::f64::consts::PI;
-use std::time::Instant;
-
 use sinew_gp::{
     Condition, Data, Domain, Evidence, FitOptions, Hyperparameter, Kernel, Measure, Model, Noise,
     Prior, Problem, Series, Side, SquaredExponential, check_kernel, constant,
 };
+use std::error::Error;
+use std::f64::consts::PI;
+use std::time::Instant;
 
 /// ½ k(x, x′) + ½ k(x, 1 − x′) with a squared exponential k: functions with u(x) = u(1 − x).
 #[derive(Debug)]

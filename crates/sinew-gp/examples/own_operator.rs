@@ -5,15 +5,14 @@
 //! E u⁗ + k w(x) u = q for a strip that is clamped at both ends and bedded on gel, twice as stiff at
 //! the right end as at the left. From twelve deflections under a known load q, which E and k?
 
-use std::error::Error;
-use std::f64::consts::PI;
-use std::time::Instant;
-
 use rand::{RngExt, SeedableRng};
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Evidence, FitOptions, Model, Noise, Parameter, Prior,
     Problem, Side, SquaredExponential, field, laplace,
 };
+use std::error::Error;
+use std::f64::consts::PI;
+use std::time::Instant;
 
 /// The truth: bending stiffness and bedding.
 const MODULI: [f64; 2] = [1.5, 2000.0];

@@ -5,14 +5,13 @@
 //! −Δu = 4 with u = 0 on the walls. The prior vanishes on all five edges by construction, so all
 //! points can be spent on the inside; −∂u/∂n on a wall is the shear that the fluid exerts on it.
 
-use std::error::Error;
-use std::f64::consts::PI;
-use std::time::Instant;
-
 use sinew_gp::{
     Data, Domain, Evidence, FitOptions, Model, Noise, Operator, Prior, Problem, SquaredExponential,
     constant,
 };
+use std::error::Error;
+use std::f64::consts::PI;
+use std::time::Instant;
 
 /// u at the centre and −∂u/∂n amid an edge of the pentagon with corners on the unit circle, by
 /// least squares with harmonic polynomials and poles outside the corners (Gopal & Trefethen 2019).

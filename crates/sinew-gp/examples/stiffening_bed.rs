@@ -7,16 +7,15 @@
 //! be as it is at the mean; the variational bound averages over where u may be. With hyperpriors of one
 //! unit of information both are as near, and the linearised one is the faster.
 
-use std::error::Error;
-use std::f64::consts::PI;
-use std::time::Instant;
-
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
     Condition, Data, Derivative, Domain, FitOptions, Noise, Posterior, Problem, SemiLinear, Side,
     SquaredExponential, VariationalOptions, constant,
 };
+use std::error::Error;
+use std::f64::consts::PI;
+use std::time::Instant;
 
 const STIFFENING: f64 = 60.0;
 const LOAD: f64 = 20.0;

@@ -4,10 +4,6 @@
 //! a_β = Σ_α c_α C(α, β) ∂^{α−β} φ. The parameters θ of the operator enter only through monomials,
 //! so that a_β = Σ_t μ_t(θ) A_{t,β} with constant arrays A.
 
-use std::rc::Rc;
-
-use sinew_num::Series;
-
 use crate::error::{GpError, place};
 use crate::field::Field;
 use crate::kernel::choose;
@@ -15,6 +11,8 @@ use crate::model::monomial_value;
 use crate::operator::{Operator, Parameter, Term};
 use crate::prior::{Part, Prior};
 use crate::problem::check_orders;
+use sinew_num::Series;
+use std::rc::Rc;
 
 /// A product of powers of parameters; empty for 1.
 pub(crate) type Monomial = Vec<(usize, i32)>;

@@ -1,13 +1,12 @@
 //! What is observed.
 
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-
 use crate::domain::Domain;
 use crate::error::{GpError, check_lengths, place};
 use crate::field::Field;
 use crate::functional::Functional;
 use crate::operator::Operator;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 /// Standard deviation of the error of observations.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -292,7 +291,7 @@ pub(crate) fn no_data() -> GpError {
     GpError::Data("the model has no observations; add values or an equation".into())
 }
 
-/// Refuses numbers of a prediction that are none.
+/// Refuses numbers that are not finite.
 pub(crate) fn check_finite<'a>(
     what: &str,
     mut numbers: impl Iterator<Item = (usize, &'a f64)>,

@@ -1,11 +1,10 @@
 //! Where a problem is posed.
 
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-
 use crate::error::GpError;
 use crate::operator::Derivative;
 use crate::polygon::{Composition, Polygon};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 /// One end of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,14 +1,12 @@
 //! Several probable parameter vectors: predictions that include what is not known of them.
 
-use std::sync::Arc;
-
-use rayon::prelude::*;
-
 use crate::error::GpError;
 use crate::functional::Functional;
 use crate::model::Model;
 use crate::operator::Operator;
 use crate::posterior::{Posterior, Prediction};
+use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Draws from the posterior of all parameters of a model.
 #[derive(Clone, Debug)]
@@ -151,7 +149,7 @@ fn no_draws() -> GpError {
     GpError::Request("the ensemble has no draws; keep at least one".into())
 }
 
-/// Equally probable predictions as one; none of none.
+/// Equally probable predictions as one; empty if there are none.
 pub(crate) fn mixture(members: &[Prediction]) -> Option<Prediction> {
     let values = members.first()?.mean.len();
     let count = members.len() as f64;

@@ -5,16 +5,16 @@ use thiserror::Error;
 /// Errors of this crate. Texts say what is wrong, where, and what to do.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum GpError {
-    /// A domain, an equation or boundary conditions that cannot be.
+    /// A domain, an equation or boundary conditions that contradict themselves or are not supported.
     #[error("{0}")]
     Problem(String),
-    /// A kernel that is none, or that does not suit the equation.
+    /// A function that is not a covariance, or a kernel that does not suit the equation.
     #[error("{0}")]
     Kernel(String),
     /// Observations that cannot be used.
     #[error("{0}")]
     Data(String),
-    /// Something asked for that there is not: a name, a place, a share, a number of parameters.
+    /// A request for something that does not exist: a name, a place, a share, a number of parameters.
     #[error("{0}")]
     Request(String),
     /// A formula without a finite value or derivative where one is needed.

@@ -1,11 +1,10 @@
 //! The evidence of a model: which one, and its value.
 
-use sinew_num::on_ready_threads;
-
 use crate::data::Role;
 use crate::error::GpError;
 use crate::model::{Compiled, Model, Variance};
 use crate::state::State;
+use sinew_num::on_ready_threads;
 
 /// The density of the data of which a fit takes the maximum and ensembles draw: one for both.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,5 +1,7 @@
 //! Cholesky factors.
 
+use crate::buffer::Buffer;
+use crate::inverse::side_by_side;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{
     LltRegularization, cholesky_in_place, cholesky_in_place_scratch,
@@ -9,9 +11,6 @@ use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{Accum, MatMut, MatRef, Par};
 use rayon::prelude::*;
-
-use crate::buffer::Buffer;
-use crate::inverse::side_by_side;
 
 /// A lower triangular matrix, stored column by column; what is above the diagonal means nothing.
 #[derive(Clone, Debug)]

@@ -1,9 +1,8 @@
 //! Functions on a domain, written once for values and derivatives.
 
+use sinew_num::Series;
 use std::fmt;
 use std::sync::Arc;
-
-use sinew_num::Series;
 
 type Function<const D: usize> = dyn Fn([Series; D]) -> Series + Send + Sync;
 

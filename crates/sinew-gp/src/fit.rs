@@ -1,16 +1,14 @@
 //! The most probable parameters, searched for from several starts.
 
-use std::sync::Arc;
-
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
-
 use crate::error::GpError;
 use crate::model::Model;
 use crate::optimise::minimise;
 use crate::posterior::Posterior;
 use crate::resolve::resolve;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use std::sync::Arc;
 
 /// How a fit is searched for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

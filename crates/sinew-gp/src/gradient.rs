@@ -1,17 +1,16 @@
 //! The gradient of the evidence, from the cotangents of covariance and residual.
 
-use faer::linalg::matmul::triangular::{BlockStructure, matmul};
-use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
-use faer::reborrow::{Reborrow, ReborrowMut};
-use faer::{Accum, Mat, MatMut};
-use rayon::prelude::*;
-
 use crate::buffer::Buffer;
 use crate::gram::{Cotangents, Scratch};
 use crate::inverse::invert_lower;
 use crate::model::{Variance, monomial_slope};
 use crate::optimise::dot;
 use crate::state::{Factored, State};
+use faer::linalg::matmul::triangular::{BlockStructure, matmul};
+use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
+use faer::reborrow::{Reborrow, ReborrowMut};
+use faer::{Accum, Mat, MatMut};
+use rayon::prelude::*;
 
 /// Columns are shared out in this many lots, whatever the number of threads, so that sums do not
 /// depend on it.

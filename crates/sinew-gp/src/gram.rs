@@ -3,9 +3,8 @@
 //! For two points p, q and a part of the prior, K_pq = Σ_{β, β′} a_{p,β} a_{q,β′} ∂^β ∂′^{β′} k; of a
 //! stationary kernel the last factor is (−1)^|β′| G_{β+β′} with the derivatives G in the difference.
 
-use sinew_num::vectorised;
-
 use crate::kernel::{Kernel, MOST_PAIRS, Orders, Request};
+use sinew_num::vectorised;
 
 /// Which entry of a kernel's table each pair of orders reads.
 #[derive(Clone, Debug)]

@@ -12,9 +12,8 @@ mod scaled;
 mod squared_exponential;
 mod table;
 
-use std::fmt::Debug;
-
 use sinew_num::Series;
+use std::fmt::Debug;
 
 pub use check::check_kernel;
 pub(crate) use check::unusable;

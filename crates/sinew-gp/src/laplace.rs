@@ -1,14 +1,13 @@
 //! Draws about the fit, weighed by the posterior.
 
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
-
 use crate::ensemble::Ensemble;
 use crate::error::GpError;
 use crate::fit::Fit;
 use crate::posterior::standard_normal;
 use crate::space::Space;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
 
 /// Proposals for each draw that is kept.
 const PROPOSALS: usize = 2;

@@ -7,9 +7,6 @@
 
 mod layout;
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-
 use crate::coefficients::PointCoefficients;
 use crate::data::{Data, Group, check, check_places};
 use crate::error::GpError;
@@ -18,6 +15,8 @@ use crate::optimise::minimise;
 use crate::prior::Prior;
 use crate::state::combine;
 use layout::Layout;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 
 /// How a network is trained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

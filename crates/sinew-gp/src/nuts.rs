@@ -4,14 +4,13 @@
 //! space is stretched by the curvature at the maximum, and each parameter's interval is opened up by
 //! a logistic map, so that one step size serves all directions.
 
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-
 use crate::ensemble::Ensemble;
 use crate::error::GpError;
 use crate::fit::Fit;
 use crate::posterior::standard_normal;
 use crate::space::Space;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 /// How parameters are sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

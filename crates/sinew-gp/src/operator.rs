@@ -1,10 +1,9 @@
 //! Linear differential operators, written as they are on paper.
 
-use std::ops::{Add, Mul, Neg, Sub};
-use std::sync::Arc;
-
 use crate::error::GpError;
 use crate::field::Field;
+use std::ops::{Add, Mul, Neg, Sub};
+use std::sync::Arc;
 
 /// Highest order of a derivative along one axis.
 pub const MOST_DERIVATIVES: usize = 4;

@@ -1,9 +1,8 @@
 //! Simple polygons, and smooth functions that vanish on their edges.
 
-use sinew_num::Series;
-
 use crate::edge::Edge;
 use crate::error::GpError;
+use sinew_num::Series;
 
 /// A simple polygon, with its corners in anticlockwise order.
 #[derive(Clone, Debug)]

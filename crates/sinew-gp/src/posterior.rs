@@ -1,13 +1,5 @@
 //! What the data say of u and of linear functionals of it.
 
-use std::sync::Arc;
-
-use faer::linalg::solvers::SelfAdjointEigen;
-use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::{Mat, Par, Side as Triangle};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-
 use crate::coefficients::PointCoefficients;
 use crate::compile::check_roughness;
 use crate::data::{Role, check_finite, check_places};
@@ -18,6 +10,12 @@ use crate::gram::{Block, PairPlan, Scratch, Side};
 use crate::model::{Model, spread};
 use crate::operator::Operator;
 use crate::state::{Factored, State, combine};
+use faer::linalg::solvers::SelfAdjointEigen;
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Mat, Par, Side as Triangle};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::sync::Arc;
 
 /// The Gaussian process conditioned on the data, at fixed parameters.
 #[derive(Debug)]

@@ -1,8 +1,5 @@
 //! Gaussian-process priors for a problem, with or without its boundary conditions.
 
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-
 use crate::constraint::{Constraints, EdgeLift, Feature, constraints, unconstrained};
 use crate::data::{Group, Noise, Role};
 use crate::domain::{Domain, Side};
@@ -12,6 +9,8 @@ use crate::kernel::Kernel;
 use crate::operator::{Derivative, Operator};
 use crate::problem::Problem;
 use crate::structure::{AxisStructure, Functional};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 /// One summand σ² φ(x) φ(x′) k(x, x′) of a prior's covariance.
 #[derive(Debug)]

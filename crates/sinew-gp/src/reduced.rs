@@ -5,16 +5,15 @@
 //! posterior that follows from all values through them (Titsias 2009) lies within a known distance of the exact one, in the
 //! sense of Kullback and Leibler: the difference between an upper and a lower bound of the evidence (Titsias 2014).
 
-use faer::linalg::solvers::SelfAdjointEigen;
-use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
-use faer::{Mat, Par, Side as Triangle};
-use std::sync::Arc;
-
 use crate::error::GpError;
 use crate::fit::Fit;
 use crate::model::{Compiled, Model};
 use crate::posterior::{Posterior, Whitening};
 use crate::state::{FIRST_JITTER, State};
+use faer::linalg::solvers::SelfAdjointEigen;
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Mat, Par, Side as Triangle};
+use std::sync::Arc;
 
 /// How far the choice of observations goes.
 #[derive(Clone, Copy, Debug, PartialEq)]

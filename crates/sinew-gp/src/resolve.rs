@@ -1,7 +1,5 @@
 //! How many collocation points: more of them until the answer no longer moves.
 
-use std::sync::Arc;
-
 use crate::data::{Data, Noise};
 use crate::domain::Domain;
 use crate::error::GpError;
@@ -9,6 +7,7 @@ use crate::field::Field;
 use crate::fit::{Fit, FitOptions};
 use crate::laplace::laplace;
 use crate::model::Model;
+use std::sync::Arc;
 
 /// An equation that holds everywhere, and what else there is.
 #[derive(Clone, Debug)]

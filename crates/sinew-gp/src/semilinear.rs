@@ -12,10 +12,6 @@ mod sites;
 mod tangent;
 mod variational;
 
-use std::sync::Arc;
-
-use sinew_num::{MOST_VARIABLES, Series};
-
 use crate::data::{Data, Group, Noise, Role, check, no_data};
 use crate::domain::Domain;
 use crate::error::{GpError, place};
@@ -26,6 +22,8 @@ use crate::model::Model;
 use crate::operator::{Derivative, Operator, Parameter};
 use crate::prior::Prior;
 use crate::problem::Problem;
+use sinew_num::{MOST_VARIABLES, Series};
+use std::sync::Arc;
 
 pub use variational::{Variational, VariationalOptions};
 

@@ -3,12 +3,11 @@
 //! Each parameter is a logistic function of its q, which opens its interval up; the density of q is the posterior's times
 //! |dx/dq|, so that its maximum lies inside even where the posterior's is at a bound.
 
-use faer::linalg::solvers::SelfAdjointEigen;
-use faer::{Mat, Side as Triangle};
-
 use crate::error::GpError;
 use crate::model::Model;
 use crate::optimise::{Evaluated, minimise};
+use faer::linalg::solvers::SelfAdjointEigen;
+use faer::{Mat, Side as Triangle};
 
 /// Whitened coordinates z about the maximum: q = q̂ + S z.
 pub(crate) struct Space<'a, const D: usize> {

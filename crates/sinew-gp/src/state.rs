@@ -1,16 +1,14 @@
 //! A model at given parameters: its covariance, factored.
 
-use std::f64::consts::PI;
-
-use faer::Par;
-use rayon::prelude::*;
-
 use crate::buffer::Buffer;
 use crate::error::GpError;
 use crate::evidence::Evidence;
 use crate::factor::Factor;
 use crate::gram::{Block, Scratch, Side};
 use crate::model::{Model, Variance};
+use faer::Par;
+use rayon::prelude::*;
+use std::f64::consts::PI;
 
 /// Jitter relative to each prior variance: first tried, and largest.
 pub(crate) const FIRST_JITTER: f64 = 1e-10;

@@ -1,10 +1,9 @@
 //! One axis of a constrained prior: what is fixed at its ends, what vanishes there, what is free.
 
-use sinew_num::Series;
-
 use crate::condition::{Condition, Periodicity};
 use crate::domain::{Domain, Side};
 use crate::field::Field;
+use sinew_num::Series;
 
 /// A polynomial along one axis, in the coordinate s that runs from 0 to 1.
 #[derive(Clone, Debug)]

@@ -1,9 +1,8 @@
 //! The evidence as a differentiable operation of Burn.
 
-use burn::tensor::{DType, Tensor, TensorData};
-
 use crate::error::GpError;
 use crate::model::Model;
+use burn::tensor::{DType, Tensor, TensorData};
 
 /// ln evidence of `model` as a tensor of one number, differentiable in `parameters`: all of the
 /// model's, on their scales, in double precision. Whatever computed them, as a network that maps

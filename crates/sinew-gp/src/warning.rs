@@ -1,17 +1,15 @@
 //! What a fit cannot tell, said aloud.
 
-use std::sync::Arc;
-
-use faer::linalg::solvers::SelfAdjointEigen;
-use faer::{Mat, Side as Triangle};
-use thiserror::Error;
-
 use crate::data::Role;
 use crate::error::{GpError, place};
 use crate::fit::Fit;
 use crate::model::{Model, Variance};
 use crate::operator::Operator;
 use crate::space::Space;
+use faer::linalg::solvers::SelfAdjointEigen;
+use faer::{Mat, Side as Triangle};
+use std::sync::Arc;
+use thiserror::Error;
 
 /// Why an answer may be worth less than it looks.
 ///

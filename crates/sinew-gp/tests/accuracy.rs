@@ -1,12 +1,11 @@
 //! Problems of the thesis' chapter 4, against their exact solutions.
 
-use std::f64::consts::PI;
-
 use sinew_gp::{
     Composition, Condition, Data, Derivative, Domain, Evidence, Fit, FitOptions, Model, Noise,
     Operator, Parameter, Periodicity, Prior, Problem, Series, Side, SquaredExponential, constant,
     field,
 };
+use std::f64::consts::PI;
 
 fn must<T, E: std::fmt::Display>(result: Result<T, E>) -> T {
     result.unwrap_or_else(|error| panic!("{error}"))

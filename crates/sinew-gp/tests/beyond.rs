@@ -1,12 +1,11 @@
 //! Parameter ensembles, networks, nonlinear equations and hard cases.
 
-use std::f64::consts::PI;
-
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Evidence, FitOptions, GpError, Model, Network,
     NetworkOptions, Noise, NutsOptions, Operator, Parameter, Prior, Problem, SemiLinear, Series,
     Side, SquaredExponential, constant, field, laplace, nuts,
 };
+use std::f64::consts::PI;
 
 fn must<T, E: std::fmt::Display>(result: Result<T, E>) -> T {
     result.unwrap_or_else(|error| panic!("{error}"))
@@ -255,7 +254,7 @@ fn hard_cases_are_right_or_typed_errors() {
     // One observation only.
     let one = must(solve(Data::new().values(&[[0.5]], &[deflection([0.5])], Noise::Exact)));
     close(one, 1e-6);
-    // What is not a number, or nothing, is named.
+    // NaN and empty input are named.
     let nan = solve(base.clone().values(&[[0.4]], &[f64::NAN], Noise::Learned)).unwrap_err();
     says(&nan, "value number 0 of observation group 2 is NaN");
     says(&solve(Data::new()).unwrap_err(), "no observations");

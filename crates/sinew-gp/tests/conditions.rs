@@ -1,12 +1,11 @@
 //! Conditions beyond value and slope: supports of beams, symmetry, varying and unknown factors, integrals.
 
-use std::f64::consts::PI;
-
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Evidence, Field, Fit, FitOptions, Functional, GpError,
     Model, Noise, Operator, Parameter, Prior, Problem, Series, Side, SquaredExponential, constant,
     field, laplace,
 };
+use std::f64::consts::PI;
 
 fn fitted<const D: usize>(problem: &Problem<D>, data: Data<D>) -> Result<Fit<D>, GpError> {
     let prior = Prior::constrained(problem, &SquaredExponential::new())?;

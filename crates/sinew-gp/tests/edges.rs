@@ -1,11 +1,10 @@
 //! Equations on polygons with conditions given edge by edge.
 
-use std::f64::consts::PI;
-
 use sinew_gp::{
     Composition, Condition, Data, Domain, Evidence, FitOptions, Model, Network, NetworkOptions,
     Noise, Operator, Prior, Problem, Series, Side, SquaredExponential, constant, field,
 };
+use std::f64::consts::PI;
 
 fn must<T, E: std::fmt::Display>(result: Result<T, E>) -> T {
     result.unwrap_or_else(|error| panic!("{error}"))

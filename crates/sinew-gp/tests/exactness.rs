@@ -1,13 +1,12 @@
 //! Covariances against Taylor series of the whole constrained kernel, evidence gradients against
 //! finite differences.
 
-use std::f64::consts::PI;
-
 use sinew_gp::{
     Condition, Data, Domain, Evidence, Kernel, Matern, Model, Noise, Operator, Parameter, Periodic,
     Periodicity, Prior, Problem, Product, RationalQuadratic, Scaled, Series, Side, Smoothness,
     SquaredExponential, Sum, constant, constraints, field,
 };
+use std::f64::consts::PI;
 
 fn must<T, E: std::fmt::Display>(result: Result<T, E>) -> T {
     result.unwrap_or_else(|error| panic!("{error}"))

@@ -3,12 +3,11 @@
 //! u = ½ (1 − tanh((x − ct) / 2√2ε)) with c = 3ε/√2 solves u_t = ε² u_xx + u − u³. For ε = 0.05 the
 //! front is a fourteenth of the domain wide and moves by three quarters of its width.
 
-use std::time::Instant;
-
 use sinew_gp::{
     Condition, Data, Derivative, Domain, FitOptions, Noise, Operator, Parameter, Posterior,
     Problem, SemiLinear, Series, Side, SquaredExponential, VariationalOptions, field, laplace,
 };
+use std::time::Instant;
 
 const EPSILON: f64 = 0.05;
 /// κ of the stretched coordinate, which resolves the middle sinh(κ)/κ ≈ 2.4 times as finely.

@@ -1,7 +1,5 @@
 //! Hard cases: the truth in the interval, a typed warning, or a typed error. None is silent.
 
-use std::f64::consts::PI;
-
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
@@ -9,6 +7,7 @@ use sinew_gp::{
     Operator, Parameter, Prior, Problem, Series, Side, SquaredExponential, Warning, constant,
     field, laplace,
 };
+use std::f64::consts::PI;
 
 /// What came of a case: intervals that hold the truth, warnings or an error, or neither.
 struct Verdict {

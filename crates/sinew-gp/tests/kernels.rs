@@ -1,4 +1,4 @@
-//! Kernels of this crate are what they should be, and what is none is found out.
+//! Kernels of this crate are symmetric, definite and differentiated correctly, and functions that are not covariances are found.
 
 use sinew_gp::{
     Hyperparameter, Kernel, Linear, Matern, Measure, Periodic, Product, RationalQuadratic, Scaled,

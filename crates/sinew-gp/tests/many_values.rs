@@ -1,11 +1,10 @@
 //! Posteriors of many values through few of them, against the exact ones.
 
-use std::f64::consts::PI;
-
 use sinew_gp::{
     Condition, Data, Domain, Evidence, FitOptions, GpError, Model, Noise, Parameter, Posterior,
     Prior, Problem, ReducedOptions, Side, SquaredExponential, constant, field,
 };
+use std::f64::consts::PI;
 
 const D: f64 = 0.3;
 

@@ -1,12 +1,11 @@
 //! Conditions as pseudo-observations (PCGP).
 
-use std::f64::consts::{PI, TAU};
-
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Evidence, FitOptions, Model, Network, NetworkOptions,
     Noise, Operator, Parameter, Periodicity, Prior, Problem, Series, Side, SquaredExponential,
     field,
 };
+use std::f64::consts::{PI, TAU};
 
 fn must<T, E: std::fmt::Display>(result: Result<T, E>) -> T {
     result.unwrap_or_else(|error| panic!("{error}"))

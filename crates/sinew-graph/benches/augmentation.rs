@@ -1,10 +1,9 @@
 //! Time of the augmentation, and beside it the inertia k-means reached.
 
-use std::hint::black_box;
-
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use sinew_graph::{AugmentationConfig, augment};
 use sinew_mesh::{box_tetrahedra, edges};
+use std::hint::black_box;
 
 /// The beam of thesis chapter 3 and two of its cubes.
 const BODIES: [([f64; 3], [usize; 3]); 3] = [

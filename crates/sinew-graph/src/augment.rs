@@ -1,12 +1,11 @@
 //! Thesis Algorithm 1.
 
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-
 use crate::{
     AugmentationConfig, GraphError, Topology, kmeans::cluster, neighbours::nearest_pairs,
     pool::cluster_means,
 };
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 
 /// Augments the graph of a mesh with layers of virtual nodes (thesis Algorithm 1).
 ///

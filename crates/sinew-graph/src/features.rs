@@ -1,8 +1,7 @@
 //! Numbers on nodes and edges.
 
-use serde::{Deserialize, Serialize};
-
 use crate::{GraphError, Topology, pool_features, pool_positions};
+use serde::{Deserialize, Serialize};
 
 /// A table of numbers, row by row: one row per node or per edge.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

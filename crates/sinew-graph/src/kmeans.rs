@@ -6,13 +6,12 @@
 //! 0.2 s. linfa's parallel loops treat points one by one, so the result does not depend on the
 //! number of threads.
 
+use crate::{GraphError, pool::cluster_means};
 use linfa::DatasetBase;
 use linfa::traits::{Fit, Predict};
 use linfa_clustering::{KMeans, KMeansInit};
 use ndarray::Array2;
 use rand::{Rng, RngExt};
-
-use crate::{GraphError, pool::cluster_means};
 
 /// Movement of the centres, as the root of the sum of squares in units of the largest extent of
 /// the body, that ends the iteration. A hundredth of it changes no cluster of 1570 random points.

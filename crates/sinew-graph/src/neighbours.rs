@@ -1,10 +1,8 @@
 //! Nearest neighbours within a layer.
 
-use std::num::NonZero;
-
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
-
 use crate::GraphError;
+use kiddo::{ImmutableKdTree, SquaredEuclidean};
+use std::num::NonZero;
 
 /// Pairs `[larger, smaller]` of roots of which one is among the `neighbours` nearest of the
 /// other (thesis Eqs. 2.18 and 2.19, made symmetric as in Fig. 2.4).

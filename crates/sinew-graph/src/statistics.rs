@@ -1,8 +1,7 @@
 //! Standardisation of features.
 
-use serde::{Deserialize, Serialize};
-
 use crate::{FeatureMatrix, GraphError, GraphFeatures};
+use serde::{Deserialize, Serialize};
 
 /// Mean and scale of each column of a table.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,10 +1,8 @@
 //! Nodes, edges and clusters of an augmented graph.
 
-use std::ops::Range;
-
-use serde::{Deserialize, Serialize};
-
 use crate::{GraphError, components::component_sizes, kmeans::squared_distances, pool_positions};
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// The augmented graph of thesis Algorithm 1, without positions: geometries whose meshes have
 /// the same connectivity share one.

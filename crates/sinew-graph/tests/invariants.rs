@@ -1,13 +1,12 @@
 //! The promises of the augmentation, on the thesis' beams and on random meshes.
 
-use std::collections::HashSet;
-
 use proptest::prelude::*;
 use sinew_graph::{
     AugmentationConfig, FeatureMatrix, FeatureStatistics, Topology, augment, graph_features,
     mean_geometry, pool_positions,
 };
 use sinew_mesh::{box_tetrahedra, edges};
+use std::collections::HashSet;
 
 type Positions = Vec<[f64; 3]>;
 

@@ -139,7 +139,7 @@ pub enum Problem {
         /// Declared size, in bytes.
         declared: usize,
     },
-    /// Text that is no base64.
+    /// Text that is not base64.
     #[error("found {found:?} in base64 data; the file is damaged: export or copy it again")]
     Base64 {
         /// The offending group of characters.

@@ -17,7 +17,7 @@ pub struct UnknownFacet {
 
 impl<const N: usize> Mesh<N> {
     /// Names the nodes at whose position \[length\] `chosen` holds, in place of a set of that name. Returns their number:
-    /// none is no error here, but one where a support or load names the set.
+    /// none is not an error here, but one where a support or load names the set.
     ///
     /// ```
     /// let mut beam = sinew_mesh::box_tetrahedra([4.0, 1.0, 1.0], [4, 1, 1]);

@@ -168,7 +168,7 @@ fn refused_files_say_what_to_do() {
     assert!(python.contains("neither legacy VTK, VTU, VTP, gmsh MSH, STL nor OBJ"), "{python}");
     assert!(message("no_such_file.vtk").contains("check the path"));
     let Err(MeshError::Content { problem, .. }) = read_tet_mesh(fixture("gmsh_plate.msh")) else {
-        panic!("a triangle mesh is no tetrahedral mesh");
+        panic!("a triangle mesh is not a tetrahedral mesh");
     };
     assert!(matches!(*problem, Problem::Defect(_)), "{problem}");
 }

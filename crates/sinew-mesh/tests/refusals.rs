@@ -51,7 +51,7 @@ fn attributes_of_legacy_vtk() {
 
 #[test]
 fn other_cells_are_sorted_and_counted() {
-    // A negative tetrahedron, its side, a triangle that is no side, a line and two points.
+    // A negative tetrahedron, its side, a triangle that is not a side, a line and two points.
     let cells = "4 0 2 1 3\n3 0 2 1\n3 1 2 4\n2 0 1\n2 0 3";
     let data = "CELL_DATA 5\nSCALARS part int 1\nLOOKUP_TABLE default\n5 8 8 1 1";
     let (mut mesh, report) = tets(&vtk(cells, "10 5 5 3 2", data));

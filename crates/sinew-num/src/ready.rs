@@ -1,8 +1,7 @@
 //! Threads that stay awake between short parallel parts.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use rayon::Yield;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Runs `work` on a thread of the current pool, while another one waits for its parallel parts without going to sleep.
 ///
@@ -36,9 +35,8 @@ impl Drop for SetOnDrop<'_> {
 
 #[cfg(test)]
 mod tests {
-    use rayon::prelude::*;
-
     use super::on_ready_threads;
+    use rayon::prelude::*;
 
     fn pool(threads: usize) -> rayon::ThreadPool {
         rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()

@@ -26,7 +26,7 @@ pub enum ReportError {
          that wrote the file"
     )]
     Schema(u64, u32),
-    /// The text is no report.
+    /// The text is not a report.
     #[error("not a report: {0}")]
     Json(#[from] serde_json::Error),
     /// A file cannot be read or written.

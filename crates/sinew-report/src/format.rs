@@ -1,7 +1,7 @@
 //! Numbers for people.
 
 /// `digits` significant digits: `0.087`, `6.5×10⁻³`; in powers of ten below 0.01 and from 10 000.
-/// What is no number is `–`, what is infinite `∞`.
+/// NaN is written as `–`, infinity as `∞`.
 pub fn digits(value: f64, digits: usize) -> String {
     number(value, digits, -2..4)
 }

@@ -17,7 +17,7 @@ pub struct Provenance {
     pub wall_s: f64,
     /// Worker threads.
     pub threads: usize,
-    /// Seed that all random choices derive from; none if there are none.
+    /// Seed that all random choices derive from; `None` if nothing is random.
     pub seed: Option<u64>,
     /// Git revision of the sources, `-dirty` appended when they were changed; "unknown" outside a checkout.
     pub revision: String,

@@ -10,7 +10,7 @@ use crate::{Block, Figure, Panel, Report, Section};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use std::cell::Cell;
 
-const STYLE: &str = include_str!("style.css");
+const STYLE: &str = include_str!("render/style.css");
 /// Colours of the style sheet.
 const COLOURS: usize = 8;
 

@@ -127,7 +127,7 @@ impl Report {
     /// A report from the text of `report.json`.
     ///
     /// # Errors
-    /// [`ReportError::Schema`] for another version, [`ReportError::Json`] for anything that is no report, and whatever
+    /// [`ReportError::Schema`] for another version, [`ReportError::Json`] for anything that is not a report, and whatever
     /// keeps a row or a surface from being made.
     pub fn from_json(text: &str) -> Result<Self, ReportError> {
         // The schema first, so that another version is named as such and not as a missing field.

@@ -74,7 +74,7 @@ pub struct Verdict {
 
 impl Verdict {
     /// The one rule for published figures: ours is at or below what is printed, in the two digits that are printed. A
-    /// value that is not a number is not.
+    /// NaN is not.
     pub fn against_printed(source: &str, ours: f64, printed: f64) -> Self {
         let text = format!("{} {source} {}", factor(ours / printed), digits(printed, 2));
         Self { met: rounded(ours, 2) <= printed * (1.0 + 1e-9), limit: printed, text }
@@ -116,7 +116,7 @@ impl Cell {
 /// use sinew_report::{Row, Table, Column};
 /// let mut table = Table::new([Column::new("err_u", "mm")], [Column::new("predict", "s")], []);
 /// table.push(Row::new("emulator", 4.5e-3, 4.3e-4)?)?;
-/// // A time that is no number is refused, and the message names it.
+/// // A time that is NaN is refused, and the message names it.
 /// let refused = Row::new("emulator", 4.5e-3, f64::NAN).unwrap_err().to_string();
 /// assert!(refused.contains("emulator: the first time is NaN"));
 /// # Ok::<(), sinew_report::ReportError>(())

@@ -81,7 +81,7 @@ pub struct Findings {
     pub figures: Vec<Figure>,
 }
 
-/// One fit to one data set. There is none without error and time.
+/// One fit to one data set, always with error and time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Run {
     err_u: f64,
@@ -208,7 +208,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// Of the runs of one case; none if there are none.
+    /// Of the runs of one case; `None` without runs.
     pub fn of(label: Label, runs: &[Run], failures: Vec<String>) -> Option<Self> {
         let spread =
             |value: &dyn Fn(&Run) -> f64| Distribution::of(runs.iter().map(value).collect());

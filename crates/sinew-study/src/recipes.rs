@@ -31,7 +31,7 @@ impl Samples {
     }
 }
 
-/// The recipe of an emulator; what is no network is a regression.
+/// The recipe of an emulator; anything but a network is a regression.
 pub fn recipe(options: &BeamOptions, method: Method) -> Recipe {
     let simulations = Samples::of(options).training;
     let thesis = options.full.then(|| (Coordinates::Components, TrainingConfig::thesis()));

@@ -18,7 +18,7 @@ impl WallClock {
     /// with that run where its time was last saved. What the run in the folder was begun with.
     ///
     /// # Errors
-    /// Folders that are not of an earlier run, a run to be resumed that there is not, files that cannot be read or written.
+    /// Folders that are not of an earlier run, a run to be resumed that does not exist, files that cannot be read or written.
     pub fn begin<T: Serialize + DeserializeOwned>(
         out: &Path,
         folders: &[String],

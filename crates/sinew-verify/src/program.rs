@@ -50,7 +50,7 @@ fn chosen<'a>(cases: &'a [Case], only: &[String]) -> Result<Vec<&'a Case>> {
     Ok(cases.iter().filter(is_wanted).collect())
 }
 
-/// A bar over the cases on standard error; nothing when that is no terminal.
+/// A bar over the cases on standard error; nothing when that is not a terminal.
 fn progress(cases: u64) -> ProgressBar {
     let bar = ProgressBar::new(cases);
     let style =

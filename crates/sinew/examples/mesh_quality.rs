@@ -6,12 +6,11 @@
 //!
 //! Without a path it reads a small box that gmsh has meshed.
 
-use std::path::PathBuf;
-
 use sinew_mesh::{
     MeshError, boundary_facets, enclosed_volume, extract_surface, min_dihedral_angle, quality,
     read_tet_mesh,
 };
+use std::path::PathBuf;
 
 fn main() -> Result<(), MeshError> {
     let bundled = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/mesh/gmsh_41_binary.msh");

@@ -144,7 +144,7 @@ pub fn is_usage(error: &anyhow::Error) -> bool {
         .any(|cause| cause.is::<CaseError>() || cause.is::<ThetaText>() || cause.is::<Usage>())
 }
 
-/// A command line that asks for what there is not.
+/// A command line that asks for something that does not exist.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct Usage(pub String);

@@ -22,7 +22,7 @@ impl Comparison {
     /// A page with one table, errors beside times, charts and pictures of the body.
     ///
     /// # Errors
-    /// An error or a time that is no finite number.
+    /// An error or a time that is not finite.
     pub fn report(&self) -> Result<Report, ReportError> {
         let provenance = Provenance::of_this_run("sinew report", ".");
         let about = format!(
@@ -41,7 +41,7 @@ impl Comparison {
     /// The part of a page that is about this scene, held against published figures where there are some.
     ///
     /// # Errors
-    /// An error or a time that is no finite number.
+    /// An error or a time that is not finite.
     pub fn section(
         &self,
         name: &str,

@@ -28,7 +28,7 @@ pub(crate) fn spoken(unit: &str) -> String {
 /// value has that of its parameter.
 ///
 /// # Errors
-/// A name that is no parameter, is missing or there twice; a value that is no number, or has another unit.
+/// A name that is not a parameter, is missing or given twice; a value that is not a number, or has another unit.
 ///
 /// ```
 /// use sinew::{Parameter, Sampling, parse_theta};
@@ -46,7 +46,7 @@ pub fn parse_theta(text: &str, parameters: &[Parameter]) -> Result<Vec<f64>, The
     for pair in text.split(',').map(str::trim).filter(|pair| !pair.is_empty()) {
         let (name, value) = pair
             .split_once('=')
-            .ok_or_else(|| error(format!("`{pair}` is no name=value pair, such as mu=75")))?;
+            .ok_or_else(|| error(format!("`{pair}` is not a name=value pair, such as mu=75")))?;
         names.push(name.trim());
         values.push(value.trim());
     }
@@ -59,7 +59,7 @@ pub fn parse_theta(text: &str, parameters: &[Parameter]) -> Result<Vec<f64>, The
 /// and those that begin with `#` are left out.
 ///
 /// # Errors
-/// A file that cannot be read; a column that is no parameter or missing; a row with a number too few, too many or that is
+/// A file that cannot be read; a column that is not a parameter or missing; a row with a number too few, too many or that is
 /// none, with its line.
 pub fn read_thetas(path: &Path, parameters: &[Parameter]) -> Result<Vec<Vec<f64>>, ThetaText> {
     let file = path.display();
@@ -104,7 +104,7 @@ pub fn read_thetas(path: &Path, parameters: &[Parameter]) -> Result<Vec<Vec<f64>
 pub fn outside(parameters: &[Parameter], theta: &[f64]) -> Vec<String> {
     let say = |(parameter, value): (&Parameter, &f64)| {
         let Parameter { name, unit, range: [low, high], .. } = parameter;
-        // Rounding of a bound that went through a text is no reason to warn.
+        // Rounding of a bound that went through a text does not call for a warning.
         let slack = 1e-9 * low.abs().max(high.abs());
         let inside = (low - slack..=high + slack).contains(value);
         (!inside).then(|| {
@@ -128,7 +128,7 @@ fn columns(names: &[&str], parameters: &[Parameter]) -> Result<Vec<usize>, Strin
     let known = || parameters.iter().map(|parameter| parameter.name.as_str());
     if let Some(name) = names.iter().find(|name| known().all(|known| known != **name)) {
         return Err(format!(
-            "`{name}` is no parameter{}",
+            "`{name}` is not a parameter{}",
             crate::case::advise(name, known(), "parameters")
         ));
     }
@@ -152,7 +152,7 @@ fn number(text: &str, unit: &str, parameter: &Parameter) -> Result<f64, String> 
     let (digits, own) = number_and_unit(text);
     let value: f64 = match digits.parse() {
         Ok(value) if f64::is_finite(value) => value,
-        _ => return Err(format!("`{text}` is no finite number for {}", described(parameter))),
+        _ => return Err(format!("`{text}` is not a finite number for {}", described(parameter))),
     };
     let unit = if own.is_empty() { unit } else { own };
     if unit.is_empty() || unit == parameter.unit {

@@ -275,7 +275,7 @@ mod theta {
         assert!(error("a=1,b=2kPa,p=1").contains("b (from 1 to 4)"), "{}", error("a=1,b=2kPa,p=1"));
         assert!(error("a=1,b=2").contains("p (from 1 to 4 kPa) is missing"));
         assert!(error("a=1,a=2,b=1,p=1").contains("twice"));
-        assert!(error("a=1,b=nan,p=1").contains("no finite number"));
+        assert!(error("a=1,b=nan,p=1").contains("not a finite number"));
         assert!(error("a=1;b=2").contains("b (from 1 to 4) is missing"), "{}", error("a=1;b=2"));
         assert!(error("a=1,b=1;2,p=1").contains("`1;2`"), "{}", error("a=1,b=1;2,p=1"));
     }

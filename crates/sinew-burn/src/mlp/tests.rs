@@ -1,12 +1,10 @@
 //! Fused perceptrons against plain tensors.
 
-use std::sync::Arc;
-
-use burn::tensor::Tensor;
-
 use super::{Input, LayerNormalisation, PerceptronWeights, evaluate, gathered_mlp};
 use crate::testing::{Comparison, device, random};
 use crate::{Activation, EdgeTopology, GatherPlan, reference};
+use burn::tensor::Tensor;
+use std::sync::Arc;
 
 /// Width of every input that is multiplied with the first weight.
 const FEATURES: usize = 9;

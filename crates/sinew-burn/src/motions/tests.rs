@@ -1,9 +1,7 @@
-use std::sync::Arc;
-
-use burn::tensor::{DType, Tensor};
-
 use super::{MotionTree, rigid_motions, rigid_motions_tangent};
 use crate::testing::{Comparison, device, random};
+use burn::tensor::{DType, Tensor};
+use std::sync::Arc;
 
 const NODES: usize = 5;
 const CLUSTERS: usize = 4;

@@ -1,7 +1,7 @@
 //! Material directions at the quadrature points.
 
 use super::Setup;
-use super::geometry::dot;
+use super::geometry::dot3;
 use crate::SceneError;
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
 
@@ -53,14 +53,14 @@ where
 fn check_directions<const D: usize>(rows: &[[[f64; 3]; D]]) -> Result<(), SceneError> {
     for (cell, directions) in rows.iter().enumerate() {
         for (direction, d) in directions.iter().enumerate() {
-            let length = dot(d, d).sqrt();
+            let length = dot3(d, d).sqrt();
             // Written so that a NaN is an error as well.
             let unit = (length - 1.0).abs() <= DIRECTION_TOLERANCE;
             if !unit {
                 return Err(SceneError::NotUnit { cell, direction, length });
             }
             for other in 0..direction {
-                let product = dot(d, &directions[other]);
+                let product = dot3(d, &directions[other]);
                 if product.abs() > DIRECTION_TOLERANCE {
                     let pair = [other, direction];
                     return Err(SceneError::NotPerpendicular { cell, pair, product });
@@ -81,7 +81,7 @@ fn interpolate<const D: usize, const N: usize>(
         let mut sum = [0.0; 3];
         for (row, weight) in nodal.iter().zip(shape) {
             let d = &row[direction];
-            let sign = if dot(d, &nodal[0][direction]) < 0.0 { -1.0 } else { 1.0 };
+            let sign = if dot3(d, &nodal[0][direction]) < 0.0 { -1.0 } else { 1.0 };
             (0..3).for_each(|i| sum[i] += sign * weight * d[i]);
         }
         sum
@@ -96,10 +96,10 @@ fn orthonormal<const D: usize>(
     for direction in 0..D {
         let mut sum = directions[direction];
         for other in &directions[..direction] {
-            let along = dot(&sum, other);
+            let along = dot3(&sum, other);
             (0..3).for_each(|i| sum[i] -= along * other[i]);
         }
-        let length = dot(&sum, &sum).sqrt();
+        let length = dot3(&sum, &sum).sqrt();
         let unit = length > DIRECTION_TOLERANCE;
         if !unit {
             return Err(SceneError::NotUnit { cell, direction, length });

@@ -53,7 +53,7 @@ where
         columns[2] = [0.0, 0.0, 1.0];
     }
     let [a, b, c] = columns;
-    let determinant = dot(&a, &cross(&b, &c));
+    let determinant = dot3(&a, &cross(&b, &c));
     let inverse =
         [cross(&b, &c), cross(&c, &a), cross(&a, &b)].map(|row| row.map(|x| x / determinant));
     let mut gradients = [[0.0; 3]; N];
@@ -69,7 +69,7 @@ pub(super) fn sub(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| a[i] - b[i])
 }
 
-pub(crate) fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+pub(crate) fn dot3(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 

@@ -1,6 +1,6 @@
 //! Loads and elastic supports in plain arrays.
 
-use super::geometry::{cross, dot, sub};
+use super::geometry::{cross, dot3, sub};
 use super::{Held, Setup, finite};
 use crate::cavity::Cavity;
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
@@ -91,7 +91,7 @@ where
         for nodes in self.facet_nodes(name)? {
             for point in &rule.points {
                 let normal = self.normal_area(&nodes, point, rule.dimension);
-                let area = dot(&normal, &normal).sqrt();
+                let area = dot3(&normal, &normal).sqrt();
                 if area == 0.0 {
                     continue;
                 }

@@ -1,6 +1,6 @@
 //! Supports as prescribed degrees of freedom.
 
-use super::geometry::{cross, dot, sub};
+use super::geometry::{cross, dot3, sub};
 use super::{Setup, finite, names};
 use crate::{Frames, Load, Prescribed, SceneError, Support};
 use sinew_mesh::Mesh;
@@ -43,12 +43,12 @@ impl Held {
         for _ in 0..2 {
             let mut size = value.abs();
             for (own, u) in frame.0.iter().zip(held.iter()).filter_map(|(a, u)| Some((a, (*u)?))) {
-                let along = dot(&axis, own);
+                let along = dot3(&axis, own);
                 (0..3).for_each(|i| axis[i] -= along * own[i]);
                 value -= along * u;
                 size += (along * u).abs();
             }
-            let length = dot(&axis, &axis).sqrt();
+            let length = dot3(&axis, &axis).sqrt();
             if length <= SAME_DIRECTION {
                 let agrees = value.abs() <= SAME_DIRECTION * size;
                 return if agrees { Ok(()) } else { Err(displacement - value) };
@@ -75,7 +75,7 @@ fn complete(frame: &mut Mat3<f64>, new: usize, free: &[usize]) {
         let along = frame[new][first];
         let unit = |i: usize| f64::from(u8::from(i == first));
         let rest: [f64; 3] = std::array::from_fn(|i| unit(i) - along * frame[new][i]);
-        let length = dot(&rest, &rest).sqrt();
+        let length = dot3(&rest, &rest).sqrt();
         frame.0[first] = rest.map(|x| x / length);
     }
     if let Some(&last) = free.last() {
@@ -162,11 +162,11 @@ impl<const N: usize> Setup<'_, N> {
                 point.iter().try_for_each(|&x| finite(x, place))?;
                 let axis = unit(axis, name)?;
                 let arm = |node: usize| sub(&self.mesh.points[node], &point);
-                let reach = nodes.iter().map(|&node| dot(&arm(node), &arm(node)).sqrt());
+                let reach = nodes.iter().map(|&node| dot3(&arm(node), &arm(node)).sqrt());
                 let reach = reach.fold(0.0, f64::max);
                 for &node in nodes {
                     let around = cross(&axis, &arm(node));
-                    let distance = dot(&around, &around).sqrt();
+                    let distance = dot3(&around, &around).sqrt();
                     if distance <= ON_AXIS * reach {
                         return Err(SceneError::OnAxis { name: name.clone(), node, distance });
                     }
@@ -203,7 +203,7 @@ fn unit(direction: [f64; 3], name: &str) -> Result<[f64; 3], SceneError> {
     // Scaled first, so that neither tiny nor huge vectors lose their length.
     let largest = direction.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
     let scaled = direction.map(|x| x / largest);
-    let length = dot(&scaled, &scaled).sqrt();
+    let length = dot3(&scaled, &scaled).sqrt();
     if largest > 0.0 && length.is_finite() {
         return Ok(scaled.map(|x| x / length));
     }

@@ -78,7 +78,7 @@ pub enum FibreError {
         /// Index of the cell.
         cell: usize,
     },
-    /// An angle that is no number.
+    /// An angle that is not finite.
     #[error("the {what} angle is {degrees} degrees; give a finite one")]
     Angle {
         /// Which angle.

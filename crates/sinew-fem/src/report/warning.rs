@@ -27,7 +27,7 @@ pub enum Warning {
         /// Residual over the norm of loads and reactions.
         relative: f64,
     },
-    /// The equilibrium is no minimum.
+    /// The equilibrium is not a minimum.
     #[error(
         "the stiffness has {negative_pivots} negative pivots: the body would leave this equilibrium, but no force leads \
          away from it, as in a straight column beyond Euler's load; nudge it: solve_from this displacement plus a small \

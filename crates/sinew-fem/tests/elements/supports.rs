@@ -331,7 +331,7 @@ fn a_turned_ventricle_inflates_like_the_upright_one() {
     };
     let upright = solved(&ventricle(&STRAIGHT).lower().unwrap()).displacement;
     let inclined = ventricle(&TURN);
-    // The plane of its base is no coordinate plane, for which alone the potential is known.
+    // The plane of its base is not a coordinate plane, for which alone the potential is known.
     assert!(matches!(inclined.lower(), Err(SceneError::LooseRim { .. })));
     let inclined = balanced(&inclined.lower_follower().unwrap());
     let error = distance(&turned_field(&TURN, &upright), &inclined);

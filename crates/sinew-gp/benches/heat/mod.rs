@@ -1,11 +1,10 @@
 //! Heat-BVP-1 with built-in conditions, half of the observations of u and half of the equation.
 
-use std::f64::consts::PI;
-
 use sinew_gp::{
     Condition, Data, Domain, Evidence, GpError, Model, Noise, Parameter, Prior, Problem, Series,
     Side, SquaredExponential, field,
 };
+use std::f64::consts::PI;
 
 pub fn heat(size: usize, evidence: Evidence) -> Result<Model<2>, GpError> {
     let domain = Domain::cuboid([("x", [-PI / 2.0, PI / 2.0]), ("t", [0.0, 1.0])])?;

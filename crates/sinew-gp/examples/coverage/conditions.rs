@@ -1,13 +1,11 @@
 //! One problem for each kind of condition beyond values, slopes, springs and joined ends.
 
-use std::f64::consts::PI;
-
+use crate::problems::{Case, at_first, flat, nothing, plane, two, zero};
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Field, Functional, GpError, Noise, Parameter, Problem,
     Series, Side, constant, field,
 };
-
-use crate::problems::{Case, at_first, flat, nothing, plane, two, zero};
+use std::f64::consts::PI;
 
 /// One half of a wall that dries to both sides.
 pub fn half_wall() -> Result<Case<2>, GpError> {

@@ -11,8 +11,6 @@
 mod conditions;
 mod problems;
 
-use std::time::Instant;
-
 use problems::Case;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -21,6 +19,7 @@ use sinew_gp::{
     Data, Ensemble, Evidence, FitOptions, GpError, Model, Noise, NutsOptions, Posterior, Prior,
     SquaredExponential, laplace, nuts,
 };
+use std::time::Instant;
 
 /// Errors of measurements, in units of the solution's standard deviation.
 const ERROR: f64 = 0.025;

@@ -1,11 +1,10 @@
 //! Inverse problems with known solutions, none of them the thesis'.
 
-use std::f64::consts::PI;
-
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Field, GpError, Operator, Parameter, Periodicity, Problem,
     Series, Side, constant, field,
 };
+use std::f64::consts::PI;
 
 /// A problem, its solution at the true parameters, and what is measured.
 pub struct Case<const D: usize> {

@@ -1,13 +1,11 @@
 //! Both problems with this crate.
 
-use std::f64::consts::PI;
-
+use crate::{Answer, Given};
 use sinew_gp::{
     Condition, Data, Derivative, Domain, Evidence, FitOptions, GpError, Model, Noise, Parameter,
     Prior, Problem, Side, SquaredExponential, constant, field, laplace,
 };
-
-use crate::{Answer, Given};
+use std::f64::consts::PI;
 
 /// Diffusivity of a slab.
 pub fn slab(given: &Given<2>) -> Result<Answer, GpError> {

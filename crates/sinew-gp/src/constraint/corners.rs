@@ -1,7 +1,5 @@
 //! Whether the conditions of faces agree where these meet.
 
-use sinew_num::Series;
-
 use super::edges::Edges;
 use super::ends;
 use super::lift::along;
@@ -10,6 +8,7 @@ use crate::error::GpError;
 use crate::field::Field;
 use crate::problem::Problem;
 use crate::structure::{AxisStructure, Functional, Lift};
+use sinew_num::Series;
 
 /// Relative difference above which two conditions conflict at a corner: data are given as formulas
 /// that agree to rounding where they agree at all.
@@ -163,7 +162,7 @@ pub(super) fn magnitude<const D: usize>(data: &Field<D>, domain: &Domain<D>) -> 
 }
 
 pub(super) fn differ(a: f64, b: f64, scale: f64) -> bool {
-    // A value that is not a number differs from everything.
+    // NaN differs from everything.
     let close =
         (a - b).abs() <= CORNER_TOLERANCE * (a.abs() + b.abs() + scale).max(f64::MIN_POSITIVE);
     !(close || a == b)

@@ -10,10 +10,6 @@
 //! At a corner all Pₑ share value and gradient, so that their blend is once differentiable there: what
 //! the two conditions leave free of these three numbers is a feature of its own.
 
-use std::sync::Arc;
-
-use sinew_num::Series;
-
 use super::extension::extension;
 use super::lift::{EdgeLift, along};
 use super::meeting::{Corner, Jet};
@@ -26,6 +22,8 @@ use crate::field::{Field, field};
 use crate::operator::Operator;
 use crate::polygon::{Polygon, products_of_others};
 use crate::problem::Problem;
+use sinew_num::Series;
+use std::sync::Arc;
 
 /// What a latent function depends on in the plane of the polygon.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,14 +6,13 @@
 //! eigenvalues of elliptic operators*); fitted to the conditions by least squares they leave a remainder that is blended. The
 //! conditions hold exactly whatever the fit is worth.
 
-use faer::Mat;
-use sinew_num::Series;
-
 use super::lift::EdgeLift;
 use super::wedges::{Held, Wedge};
 use crate::edge::Edge;
 use crate::field::{Field, field};
 use crate::polygon::Polygon;
+use faer::Mat;
+use sinew_num::Series;
 
 /// Highest degree of a harmonic polynomial.
 const DEGREE: usize = 12;

@@ -1,11 +1,10 @@
 //! A condition on one edge: as a functional, and less what a function has of it.
 
-use sinew_num::Series;
-
 use super::extension::along_edge;
 use crate::condition::Condition;
 use crate::edge::Edge;
 use crate::field::{Field, constant, field};
+use sinew_num::Series;
 
 /// a u + b ∂u/∂n = data on an edge, n pointing outwards.
 #[derive(Clone, Debug)]

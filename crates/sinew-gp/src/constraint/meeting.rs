@@ -1,13 +1,12 @@
 //! A corner between two edges: what their conditions say of value and gradient there.
 
-use faer::Mat;
-use sinew_num::Series;
-
 use super::corners::{conflict, differ, magnitude};
 use super::lift::{EdgeLift, along};
 use crate::domain::Domain;
 use crate::error::GpError;
 use crate::field::Field;
+use faer::Mat;
+use sinew_num::Series;
 
 /// Value and gradient at a corner.
 pub(super) type Jet = [Series; 3];

@@ -1,12 +1,11 @@
 //! Every condition holds for whatever is drawn; conflicts are named.
 
-use std::f64::consts::PI;
-
 use super::*;
 use crate::Composition;
 use crate::condition::{Condition, Periodicity};
 use crate::field::constant;
 use crate::operator::Derivative;
+use std::f64::consts::PI;
 
 /// A smooth function without symmetries, standing for the latent functions of a prior.
 fn wild<const D: usize>(number: usize, axes: &[usize]) -> Field<D> {

@@ -13,13 +13,11 @@
 //! Between an edge with a value and one with a slope the exponents are (k − ½)λ, between two with slopes the functions are
 //! r^{kλ} cos kλδ. No function of the plane may multiply these without breaking the slope, so that each has a constant of its own.
 
-use std::f64::consts::PI;
-
-use sinew_num::Series;
-
 use crate::field::{Field, field};
 use crate::operator::{Operator, Term};
 use crate::polygon::Polygon;
+use sinew_num::Series;
+use std::f64::consts::PI;
 
 /// A corner with its two edges.
 #[derive(Clone, Debug)]

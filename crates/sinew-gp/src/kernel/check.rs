@@ -1,13 +1,12 @@
 //! What every kernel must satisfy, for those of this crate and of its users.
 
+use super::table::{from_formula, plain};
+use super::{Hyperparameter, Kernel, Measure, Orders, Request};
+use crate::error::{GpError, place};
 use faer::{Mat, Side as Triangle};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_num::Series;
-
-use super::table::{from_formula, plain};
-use super::{Hyperparameter, Kernel, Measure, Orders, Request};
-use crate::error::{GpError, place};
 
 /// Checks what is said of the hyperparameters, symmetry, positive definiteness, the table of derivatives against Taylor series of the
 /// formula and against finite differences, and the gradient in the hyperparameters against
@@ -162,7 +161,7 @@ impl<const D: usize> Checked<'_, D> {
         }
         let variance = covariance.norm_max().max(f64::MIN_POSITIVE);
         let eigenvalues = covariance.self_adjoint_eigenvalues(Triangle::Lower);
-        // The iteration for finite symmetric matrices converges; without an answer there is none.
+        // The iteration converges for finite symmetric matrices; otherwise no eigenvalue is known.
         let smallest = eigenvalues.map_or(f64::NAN, |all| all.into_iter().fold(f64::MAX, f64::min));
         let eigenvalue = smallest / variance;
         if eigenvalue >= -VALUE_ERROR * count as f64 {

@@ -1,9 +1,8 @@
 //! Sums and products of kernels.
 
-use sinew_num::Series;
-
 use super::table::{from_formula, pull_back_from_formula};
 use super::{Hyperparameter, Kernel, Orders, Request};
+use sinew_num::Series;
 
 /// k₁(x, x′) + k₂(x, x′): independent functions added. Give summands amplitudes by [`super::Scaled`].
 pub type Sum<const D: usize> = Combined<D, false>;

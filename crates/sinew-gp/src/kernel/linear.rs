@@ -1,9 +1,8 @@
 //! The linear kernel.
 
-use sinew_num::Series;
-
 use super::axes::Axes;
 use super::{Hyperparameter, Kernel, Measure};
+use sinew_num::Series;
 
 /// 1 + Σ xᵢ xᵢ′ / λᵢ²: affine functions (1.26).
 #[derive(Clone, Debug, Default)]

@@ -1,10 +1,9 @@
 //! Matérn kernels of half-integer order.
 
-use sinew_num::Series;
-
 use super::Hyperparameter;
 use super::axes::Axes;
 use super::radial::{Profile, Radial};
+use sinew_num::Series;
 
 /// How many derivatives the functions of a [`Matern`] kernel have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,11 +1,9 @@
 //! A periodic kernel along one axis.
 
-use std::f64::consts::PI;
-
-use sinew_num::Series;
-
 use super::{Hyperparameter, Kernel, Measure};
 use crate::error::GpError;
+use sinew_num::Series;
+use std::f64::consts::PI;
 
 /// exp(−2 sin²(π (x − x′) / period) / w²): the squared exponential of a point's position on a
 /// circle (MacKay 1998; the thesis warps inputs likewise). The width w is in units of the circle's radius.

@@ -1,11 +1,9 @@
 //! Kernels g(s) of s = ½ Σ (xᵢ − xᵢ′)² / λᵢ²: derivatives of any order from those of g.
 
-use std::fmt::Debug;
-
-use sinew_num::Series;
-
 use super::axes::Axes;
 use super::{Hyperparameter, Kernel, Measure, Orders, Request};
+use sinew_num::Series;
+use std::fmt::Debug;
 
 /// Highest order of a derivative in x − x′ over all axes together, and one more for gradients.
 const MOST_TOTAL: usize = 26;

@@ -1,13 +1,11 @@
 //! The squared-exponential kernel, in Hermite polynomials.
 
-use std::cell::RefCell;
-
-use sinew_num::{Series, vectorised};
-
 use super::axes::Axes;
 use super::radial::{beyond, half_square, lengthscales};
 use super::{Hyperparameter, Kernel, MOST_PAIRS, Orders, Request};
 use crate::simd::exp_of_negative;
+use sinew_num::{Series, vectorised};
+use std::cell::RefCell;
 
 /// exp(−½ Σ (xᵢ − xᵢ′)² / λᵢ²) with a lengthscale per axis (4.46); infinitely smooth.
 #[derive(Clone, Debug, Default)]

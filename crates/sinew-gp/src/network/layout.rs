@@ -1,12 +1,11 @@
 //! Weights of the latent functions, and these functions' derivatives in coordinates and weights.
 
-use rand_chacha::ChaCha8Rng;
-use sinew_num::MOST_VARIABLES;
-
 use crate::constraint::Feature;
 use crate::operator::MOST_DERIVATIVES;
 use crate::posterior::standard_normal;
 use crate::prior::Prior;
+use rand_chacha::ChaCha8Rng;
+use sinew_num::MOST_VARIABLES;
 
 /// s = shift + slope · x along one axis: what a unit sees of a point.
 #[derive(Clone, Debug)]
@@ -179,9 +178,8 @@ impl Layout {
 
 #[cfg(test)]
 mod tests {
-    use rand::SeedableRng;
-
     use super::*;
+    use rand::SeedableRng;
 
     #[test]
     fn derivatives_of_tanh_follow_their_recursion() {

@@ -1,10 +1,5 @@
 //! The variational bound of one problem at given parameters and sites, with its gradient.
 
-use std::f64::consts::PI;
-use std::sync::Arc;
-
-use faer::Mat;
-
 use super::expectation::{Expected, Residual, standard_rule};
 use super::sites::{Approximation, Normal, Pull, Site};
 use super::{SemiLinear, Solution, collocation, is_exact, singular_term};
@@ -16,6 +11,9 @@ use crate::model::{Compiled, Model, Variance};
 use crate::posterior::{Posterior, Whitening};
 use crate::prior::Prior;
 use crate::state::State;
+use faer::Mat;
+use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// Gain of a step of the sites below which they have settled for the parameters at hand.
 const SITE_GAIN: f64 = 1e-6;
@@ -381,7 +379,7 @@ fn pull(point: &Point, expected: &Expected, site: &Site, q: &Approximation) -> P
     Pull { mean, covariance }
 }
 
-/// Spread of values, or their size where there is none; none where all are zero.
+/// Standard deviation of the values, or their size where that is zero; `None` where all are zero.
 fn size(values: &[f64]) -> Option<f64> {
     let most = values.iter().fold(f64::NEG_INFINITY, |most, v| most.max(*v));
     let least = values.iter().fold(f64::INFINITY, |least, v| least.min(*v));

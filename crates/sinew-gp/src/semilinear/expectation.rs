@@ -1,10 +1,9 @@
 //! Means of the squared residual of an equation over normally distributed arguments.
 
-use faer::Mat;
-use sinew_num::Series;
-
 use super::Term;
 use crate::quadrature::{gauss_hermite, tensor_product};
+use faer::Mat;
+use sinew_num::Series;
 
 /// Nodes along each argument: exact for terms that are polynomials of degree five.
 const NODES: usize = 6;

@@ -1,11 +1,10 @@
 //! Normal approximations: a normal prior times Gaussian factors, each of a few values.
 
+use crate::buffer::Buffer;
+use crate::factor::Factor;
 use faer::linalg::solvers::SelfAdjointEigen;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::{ColRef, Mat, MatRef, Par, Side};
-
-use crate::buffer::Buffer;
-use crate::factor::Factor;
 
 /// Values that are normal before anything is known of them.
 pub(crate) struct Normal {

@@ -1,13 +1,11 @@
 //! The linear equation that a semi-linear one is next to a solution.
 
-use std::collections::HashMap;
-
-use sinew_num::Series;
-
 use super::{SemiLinear, singular_term};
 use crate::error::GpError;
 use crate::field::{Field, field};
 use crate::operator::Operator;
+use sinew_num::Series;
+use std::collections::HashMap;
 
 /// The nonlinear term at one point to first order in arguments v and parameters θ, and in products of the two.
 struct Expansion<'a> {
@@ -93,7 +91,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     }
 }
 
-/// A function known at some points only, and not a number elsewhere.
+/// A function known at some points only, and NaN elsewhere.
 fn tabulated<const D: usize>(values: HashMap<[u64; D], f64>) -> Field<D> {
     field(move |x: [Series; D]| {
         let key = x.each_ref().map(|coordinate| coordinate.value().to_bits());

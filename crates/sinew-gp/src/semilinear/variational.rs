@@ -9,10 +9,6 @@
 //! (Opper & Archambeau 2009); sites follow from q by natural gradients (Khan & Lin 2017). Parameters
 //! are found for fixed sites, and sites for fixed parameters, by turns: the bound never falls.
 
-use std::sync::Arc;
-
-use rayon::prelude::*;
-
 use super::bound::Inference;
 use super::{SemiLinear, Solution};
 use crate::data::Data;
@@ -23,6 +19,8 @@ use crate::laplace::laplace;
 use crate::model::Model;
 use crate::optimise::minimise;
 use crate::posterior::{Posterior, Prediction};
+use rayon::prelude::*;
+use std::sync::Arc;
 
 /// How a variational bound is maximised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

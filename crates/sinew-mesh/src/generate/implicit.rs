@@ -48,7 +48,7 @@ struct Cut<F> {
     /// Positive inside, zero on the surface.
     values: Vec<f64>,
     inside: F,
-    /// Depth of a cell's centre below which a cell with all nodes on the surface is no part of the body \[length\].
+    /// Depth of a cell's centre below which a cell with all nodes on the surface is not part of the body \[length\].
     thin: f64,
     /// Nodes on cut edges, by the ends.
     between: HashMap<[usize; 2], usize>,

@@ -43,7 +43,7 @@ impl TruncatedEllipsoid {
     ///
     /// # Panics
     /// When the semi-axes are not positive, finite and ascending, the base does not cut both ellipsoids,
-    /// a cell count is zero, the cells around are no multiple of 8 or not less than 8 times those along.
+    /// a cell count is zero, the cells around are not a multiple of 8 or not less than 8 times those along.
     pub fn wall(&self, cells: [usize; 3]) -> Wall {
         self.build(cells, false)
     }

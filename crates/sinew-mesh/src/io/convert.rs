@@ -19,7 +19,7 @@ pub struct ReadReport {
     /// Cells of the boundary (such as triangles of a tetrahedral mesh, lines of a triangle mesh) that
     /// became members of facet sets.
     pub matched_facets: usize,
-    /// Cells of the boundary's dimension that are no facet of any cell, and were left out.
+    /// Cells of the boundary's dimension that are not a facet of any cell, and were left out.
     pub unmatched_facets: usize,
     /// Cells of still lower dimension (vertices, lines of a tetrahedral mesh), left out.
     pub dropped_cells: usize,

@@ -10,7 +10,7 @@ use crate::{MeshError, Problem};
 const FIRST: [&[u8]; 11] =
     [b"v", b"vn", b"vt", b"vp", b"f", b"o", b"g", b"s", b"l", b"mtllib", b"usemtl"];
 
-/// Whether the first line that is no comment looks like one of an OBJ file.
+/// Whether the first line that is not a comment looks like one of an OBJ file.
 pub(crate) fn looks_like_it(content: &[u8]) -> bool {
     let words = content.split(|&byte| byte == b'\n').map(|line| line.trim_ascii());
     let first = words.filter(|line| !line.is_empty() && !line.starts_with(b"#")).take(1).next();

@@ -306,7 +306,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// `LOOKUP_TABLE name size`, then `size` colours, which are no part of a mesh.
+    /// `LOOKUP_TABLE name size`, then `size` colours, which are not part of a mesh.
     fn lookup_table(&mut self) -> Result<(), MeshError> {
         self.cursor.text("the name of the lookup table")?;
         let size: usize = self.cursor.parse("the size of the lookup table")?;

@@ -142,7 +142,7 @@ impl<'a> Parser<'a> {
                     self.array(header, &text)?;
                 }
             }
-            // Data of the whole file, such as a time, is no part of the mesh.
+            // Data of the whole file, such as a time, is not part of the mesh.
             name if !empty => self.section = section_named(name).unwrap_or(self.section),
             _ => {}
         }

@@ -1,9 +1,8 @@
 //! Arithmetic of series with series and numbers, and series as the numbers of a formula.
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
-
 use super::Series;
 use crate::Scalar;
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A binary operator on all combinations of values and references.
 macro_rules! operator {

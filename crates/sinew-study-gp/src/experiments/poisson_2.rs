@@ -1,4 +1,4 @@
-//! Poisson-BVP-2 (§4.8.1): a domain that is no box.
+//! Poisson-BVP-2 (§4.8.1): a domain that is not a box.
 
 use crate::experiment::{Experiment, Purpose, Scale, Task, no_figures};
 use crate::inference::{About, Approach, Inference, Observed};

@@ -96,7 +96,7 @@ impl Meshes {
         for &(load, stretch) in effort.levels(1, &STATES) {
             let is_squeezed = load == Biaxial::Along(0) && stretch < 1.0;
             if is_squeezed && matches!(body.reference, Fung::ThesisCode(_)) {
-                // Fibres that bear compression buckle: the homogeneous state is no minimum.
+                // Fibres that bear compression buckle: the homogeneous state is not a minimum.
                 continue;
             }
             let material = &body.material;

@@ -103,7 +103,7 @@ impl FibreRule {
     /// Writes fibres, sheets and normals into the cells of a tetrahedral mesh with the rule's facet sets.
     ///
     /// # Errors
-    /// Why there are none, in words.
+    /// Why no fibres can be laid, in words.
     pub fn lay(&self, mesh: &mut AnyMesh) -> Result<(), String> {
         write(&self.frames(mesh)?, mesh);
         Ok(())
@@ -206,15 +206,18 @@ pub(super) fn directions(
 fn completed(given: &[[f64; 3]]) -> Result<[[f64; 3]; 3], &'static str> {
     let mut frame: Vec<[f64; 3]> = Vec::with_capacity(3);
     for direction in given {
-        let length = dot(direction, direction).sqrt();
+        let length = dot3(direction, direction).sqrt();
         let unit = across(direction, &frame).filter(|_| length > 0.0 && length.is_finite());
         frame.push(unit.ok_or("a direction without length, or along the one before")?);
     }
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     while frame.len() < 3 {
-        let lengths = |axis: &&[f64; 3]| frame.iter().map(|d| dot(d, axis).powi(2)).sum::<f64>();
+        let lengths = |axis: &&[f64; 3]| frame.iter().map(|d| dot3(d, axis).powi(2)).sum::<f64>();
         let axis = axes.iter().min_by(|a, b| lengths(a).total_cmp(&lengths(b)));
-        frame.push(axis.and_then(|axis| across(axis, &frame)).ok_or("directions that are none")?);
+        frame.push(
+            axis.and_then(|axis| across(axis, &frame))
+                .ok_or("directions from which no frame can be made")?,
+        );
     }
     Ok([frame[0], frame[1], frame[2]])
 }
@@ -223,13 +226,13 @@ fn completed(given: &[[f64; 3]]) -> Result<[[f64; 3]; 3], &'static str> {
 fn across(direction: &[f64; 3], others: &[[f64; 3]]) -> Option<[f64; 3]> {
     let mut rest = *direction;
     for other in others {
-        let along = dot(&rest, other);
+        let along = dot3(&rest, other);
         (0..3).for_each(|i| rest[i] -= along * other[i]);
     }
-    let (length, whole) = (dot(&rest, &rest).sqrt(), dot(direction, direction).sqrt());
+    let (length, whole) = (dot3(&rest, &rest).sqrt(), dot3(direction, direction).sqrt());
     (length > 1e-3 * whole).then(|| rest.map(|x| x / length))
 }
 
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+fn dot3(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     (0..3).map(|i| a[i] * b[i]).sum()
 }

@@ -146,7 +146,7 @@ impl<'de> Deserialize<'de> for Pressure {
                     Some(Ok(kpa)) => Ok(Pressure::Fixed(kpa)),
                     Some(Err(unit)) => {
                         let advice = advise(&unit, names(&STRESSES), "units of stress");
-                        Err(E::custom(format!("`{unit}` is no unit of stress{advice}")))
+                        Err(E::custom(format!("`{unit}` is not a unit of stress{advice}")))
                     }
                 }
             }

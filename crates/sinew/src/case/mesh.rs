@@ -89,9 +89,8 @@ impl MeshSource {
         let unit = self.unit.as_deref().unwrap_or("mm");
         let Some(&(_, scale)) = LENGTHS.iter().find(|(name, _)| *name == unit) else {
             let advice = advise(unit, names(&LENGTHS), "units of length");
-            return Err(
-                source.error(&["mesh", "unit"], format!("`{unit}` is no unit of length{advice}"))
-            );
+            return Err(source
+                .error(&["mesh", "unit"], format!("`{unit}` is not a unit of length{advice}")));
         };
         let element = self.element.unwrap_or_default();
         let mut mesh = match (&self.file, &self.cuboid, &self.ellipsoid, &self.biventricle) {
@@ -129,7 +128,8 @@ impl BoxMesh {
     fn make(self, element: Element, source: &Source) -> Result<AnyMesh, CaseError> {
         let Self { extent, cells } = self;
         if !extent.iter().all(|&length| length > 0.0 && length.is_finite()) {
-            let reason = format!("[{}] is no size; give three positive lengths", listed(&extent));
+            let reason =
+                format!("[{}] is not a size; give three positive lengths", listed(&extent));
             return Err(source.error(&["mesh", "box", "extent"], reason));
         }
         if cells.contains(&0) {
@@ -153,7 +153,7 @@ impl EllipsoidMesh {
                 return error(
                     key,
                     format!(
-                        "{inner} and {outer} are no wall; give the inner, then a larger outer semi-axis"
+                        "{inner} and {outer} do not bound a wall; give the inner, then a larger outer semi-axis"
                     ),
                 );
             }
@@ -195,7 +195,7 @@ impl BiventricleMesh {
         ];
         for (key, size) in sizes {
             if !(size > 0.0 && size.is_finite()) {
-                return error(key, format!("{size} is no length; give a positive one"));
+                return error(key, format!("{size} is not a length; give a positive one"));
             }
         }
         let heart = Biventricle { radius, depth, wall, septum };

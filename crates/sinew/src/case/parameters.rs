@@ -54,7 +54,7 @@ impl Case {
                 Some(factor) => factor,
                 None => {
                     let advice = advise(given, names(&STRESSES), "units of stress");
-                    return error("unit", format!("`{given}` is no unit of stress{advice}"));
+                    return error("unit", format!("`{given}` is not a unit of stress{advice}"));
                 }
             },
             (own, given) if own == given => 1.0,

@@ -102,7 +102,7 @@ impl Ventricle {
         })?;
         let seconds = start.elapsed().as_secs_f64();
         let mesh = ventricle(&wall, self.element == Cells::Hexahedra, angles)
-            .map_err(|error| anyhow::anyhow!("no mesh of the wall: {error}"))?;
+            .map_err(|error| anyhow::anyhow!("the wall cannot be meshed: {error}"))?;
         if self.element == Cells::Hexahedra {
             println!(
                 "{} hexahedra; the quality below is that of the same wall as tetrahedra",
