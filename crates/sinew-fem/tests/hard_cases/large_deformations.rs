@@ -158,6 +158,30 @@ fn a_support_turned_by_180_degrees_is_refused_at_once_and_followed_in_steps() {
     assert!(direct.load_steps == 1 && direct.energy.abs() < 1e-14);
 }
 
+#[test]
+fn a_nearly_incompressible_body_stretched_and_turned_by_179_degrees_has_the_energy_of_the_stretch()
+{
+    let (stretch, angle) = (1.8_f64, 179_f64.to_radians());
+    let across = stretch.sqrt().recip();
+    let turn = turn_about_x(angle, [0.3, 0.7]);
+    let motion = |[x, y, z]: [f64; 3]| {
+        let place = [stretch * x, across * y, across * z];
+        let turned = turn(place);
+        [place[0] + turned[0] - x, place[1] + turned[1] - y, place[2] + turned[2] - z]
+    };
+    let mesh = distorted_cube(3);
+    let exact: Vec<_> = mesh.points.iter().flat_map(|&p| motion(p)).collect();
+    let supports = vec![Support::moved("boundary", &mesh, motion)];
+    let cube = lower(NeoHookean, mesh, vec![], supports);
+    // λ/μ = 10⁶, ν = 0.4999995: rounding errors of J are multiplied by it in the stress, and divided by it in the solution.
+    let solution = solve(&cube, &[1.0, 1e6]).unwrap();
+    assert!(difference(&solution.displacement, &exact) < 1e-9);
+    // Ψ = ½μ(I₁ − 3) at J = 1, on a volume of 1; λ squares the error of ln J, some 1e-10.
+    let closed_form = 0.5 * (stretch * stretch + 2.0 / stretch - 3.0);
+    assert_close(solution.energy, closed_form, 1e-9);
+    assert!(solution.is_stable());
+}
+
 /// A shallow arch with the `feet` it turns about, one line of nodes at each end, and its `crown`, the nodes in the
 /// middle.
 fn arch() -> TetMesh {

@@ -5,7 +5,7 @@ use crate::checks::*;
 use sinew_energy::laws::{Guccione, HolzapfelOgden, NeoHookean};
 use sinew_energy::{ForceBalance, Load, Magnitude, Scene, Support, ThetaError};
 use sinew_fem::{BalanceSolution, BalanceSolver, NotConverged, Options, SolveError};
-use sinew_mesh::{TetMesh, box_tetrahedra};
+use sinew_mesh::{TetMesh, box_tetrahedra, quality};
 
 const THETA: [f64; 2] = [1.0, 1.0];
 
@@ -262,4 +262,23 @@ fn fibres_near_overflow_under_a_loose_pressure_are_solved_or_refused() {
             other => drop(not_converged(other)),
         }
     }
+}
+
+#[test]
+fn slivers_under_a_loose_pressure_are_solved_as_if_they_were_not_there() {
+    // A node inside is moved to within a hair of the pressed side: flat cells below its facets.
+    let solved_with = |gap: f64| {
+        let mut scene = pressed(0.02);
+        let node = scene.mesh.points.iter().position(|&p| p == [2.0, 0.5, 0.5]).unwrap();
+        scene.mesh.points[node] = [2.0, 0.5, 1.0 - gap];
+        let least = quality(&scene.mesh).unwrap().ratio.min;
+        assert!(least > 0.0 && least < 10.0 * gap, "{least:e}");
+        solved(&scene.lower_follower().unwrap(), &THETA, &Options::default()).unwrap()
+    };
+    let (thin, thinner) = (solved_with(1e-6), solved_with(1e-8));
+    let tip = 3 * mesh().node_sets["x_max"][0] + 2;
+    assert!(thin.displacement[tip] < -0.5, "the load has turned");
+    // In the limit the node lies on the side; it is off by the gap.
+    let apart = difference(&thin.displacement, &thinner.displacement);
+    assert!(apart > 0.0 && apart < 1e-5, "{apart:e}");
 }

@@ -2,7 +2,7 @@
 //!
 //! Each case goes through the public interface and ends in a result that something independent confirms (a
 //! closed form, a twin of the body, a finer mesh, the potential's own gradient), or in the error that names
-//! what is wrong. None takes longer than seconds, none panics and none returns a number that is none.
+//! what is wrong. None takes longer than seconds, none panics and none returns NaN.
 
 #[path = "../support/mod.rs"]
 mod support;

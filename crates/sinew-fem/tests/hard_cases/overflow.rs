@@ -1,6 +1,6 @@
 //! Exponential laws where their energies, forces and squares of forces come near the end of floating point.
 //!
-//! Every solution is held against the potential's own gradient, summed without overflow; what is no equilibrium must
+//! Every solution is held against the potential's own gradient, summed without overflow; what is not an equilibrium must
 //! be an error. Each table counts both, so that it cannot pass by refusing everything.
 
 use crate::bodies::*;
@@ -193,6 +193,30 @@ fn a_cube_under_tractions_up_to_overflow_is_in_equilibrium_or_refused() {
         }
     }
     tally.check(10, 10);
+}
+
+#[test]
+fn what_is_said_to_hold_of_a_stretch_beyond_overflow_does_and_a_hundredth_more_does_not() {
+    for (kind, b) in [(1, 3e3), (2, 30.0), (2, 300.0), (2, 3e3)] {
+        let solved = |stretch: f64| {
+            let cube = stretched(kind, FIBRES[0], stretch);
+            let result = Solver::new(&cube).unwrap().solve(&exponents(b), &Options::default());
+            (cube, result)
+        };
+        let far = 10.0;
+        let (_, Err(SolveError::NotConverged(failure))) = solved(far) else {
+            panic!("{kind}, {b}: an energy beyond the end of the law")
+        };
+        // The largest part of the motion that holds: a solution, and its energy next to the law's end at 1e150.
+        let motion = failure.load_factor * (far - 1.0);
+        let (cube, result) = solved(1.0 + motion);
+        let solution = result.unwrap();
+        println!("{kind}, {b}: {} holds, energy {:.1e}", 1.0 + motion, solution.energy);
+        assert_eq!(sound(&cube, &solution), Ok(()));
+        assert!(solution.energy > 1e140, "{kind}, {b}: {:e}", solution.energy);
+        let (_, beyond) = solved(1.0 + 1.01 * motion);
+        assert!(matches!(beyond, Err(SolveError::NotConverged(_))), "{kind}, {b}");
+    }
 }
 
 #[test]

@@ -19,7 +19,7 @@ fn solved(length: f64, stress: f64) -> (Vec<f64>, f64, usize) {
     (displacement, solution.energy / (stress * length.powi(3)), solution.iterations())
 }
 
-/// Powers of ten are no powers of two: results differ by rounding.
+/// Powers of ten are not powers of two: results differ by rounding.
 #[track_caller]
 fn assert_same(length: f64, stress: f64) {
     let (reference, scaled) = (solved(1.0, 1.0), solved(length, stress));
