@@ -1,12 +1,11 @@
 //! Where inference is at its limits: the right answer, or an error that says what to do.
 
-use std::f64::consts::PI;
-
 use sinew_gp::{
     Condition, Data, Domain, Evidence, Fit, FitOptions, Functional, GpError, Hyperparameter,
     Kernel, Matern, Measure, Model, Network, Noise, Parameter, Periodic, Prior, Problem, Scaled,
     Series, Side, Smoothness, SquaredExponential, Sum, constant,
 };
+use std::f64::consts::PI;
 
 fn must<T, E: std::fmt::Display>(result: Result<T, E>) -> T {
     result.unwrap_or_else(|error| panic!("{error}"))
