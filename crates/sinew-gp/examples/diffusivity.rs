@@ -73,6 +73,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         start.elapsed().as_secs_f64()
     );
 
+    assert!((found / DIFFUSIVITY - 1.0).abs() < 0.01, "D as the data were made");
     assert!(lower < DIFFUSIVITY && DIFFUSIVITY < upper, "the interval holds the truth");
     assert!((lost - truth).abs() < 3.0 * uncertainty, "and so does that of the loss");
     Ok(())
