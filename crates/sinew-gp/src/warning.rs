@@ -33,7 +33,7 @@ use thiserror::Error;
 pub enum Warning {
     /// A parameter of the equation, or a learned noise, at an end of its range.
     #[error(
-        "{parameter} ends at its bound {bound:e}: what is probable begins there, or lies beyond; widen the bounds, or read its interval as one-sided"
+        "{parameter} ends at its bound {bound:e}: the posterior is largest there or beyond it; widen the bounds, or read its interval as one-sided"
     )]
     AtBound {
         /// Its name.
@@ -52,12 +52,12 @@ pub enum Warning {
     },
     /// No values to learn the equation's parameters from.
     #[error(
-        "nothing is measured, so that the equation's parameters are what makes the solution likely before any data; add values of u"
+        "no value of u is measured, so that the equation's parameters follow from the prior alone; add values of u"
     )]
     NothingMeasured,
     /// Fewer values than a level of noise can be told from.
     #[error(
-        "{noise} is learned from {values} values: what is believed of it before the data decides; state the noise, or add values"
+        "{noise} is learned from {values} values only, so that its prior decides; state the noise, or add values"
     )]
     FewValues {
         /// Name of the noise.
@@ -67,7 +67,7 @@ pub enum Warning {
     },
     /// See [`crate::Outcome::collapsed`].
     #[error(
-        "what values differ by among themselves is taken for noise: the trivial solution, or values that show nothing else; compare restarts, or add collocation points"
+        "all variation of the values is taken for noise: the trivial solution, or data without information; compare restarts, or add collocation points"
     )]
     Collapsed,
     /// The equation predicts at its own points what it is not given there, worse than a tenth of its terms.

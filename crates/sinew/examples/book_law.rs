@@ -34,7 +34,8 @@ impl Law<0> for Demiray {
 
     fn response(&self, theta: &[f64], h: &Mat3<f64>, _: &[[f64; 3]; 0]) -> Response {
         let ([a, b, lambda], j) = ([theta[0], theta[1], theta[2]], 1.0 + h.volume_change());
-        if !(j > 0.0) {
+        let admissible = j > 0.0; // NaN is not
+        if !admissible {
             return Response::INADMISSIBLE;
         }
         let delta = |i, k| if i == k { 1.0 } else { 0.0 };
@@ -57,8 +58,8 @@ impl Law<0> for Demiray {
                 })
             }),
         };
-        let entries = response.tangent.as_flattened().iter();
-        let overflow = !energy.is_finite() || entries.into_iter().any(|entry| entry.is_nan());
+        let mut entries = response.tangent.as_flattened().iter();
+        let overflow = !energy.is_finite() || entries.any(|entry| entry.is_nan());
         if overflow { Response::INADMISSIBLE } else { response }
     }
 }
