@@ -118,26 +118,32 @@ pub(crate) fn following(
     for deviation in DEVIATIONS {
         if let Some(products) = second_order(&first, solver, deviation)? {
             changes.extend(products);
-            let both = motions.following(&changes, body)?;
-            return Ok((damped(both, body, thetas)?, first));
+            let both = motions.clone().following(&changes, body)?;
+            let count = body.parameters.len();
+            // A body that no load moves has no amplitude.
+            let in_proportion = motions.in_proportion(&changes, count, body).ok();
+            return Ok((damped(&[Some(both), in_proportion], body, thetas)?, first));
         }
     }
-    Ok((damped(first.clone(), body, thetas)?, first))
+    Ok((damped(&[Some(first.clone())], body, thetas)?, first))
 }
 
-/// As much of first and of second order as has the least energy at `thetas`. Energies count by their logarithm beyond a small part of
-/// the work of the loads, so that no single set of parameters decides.
-fn damped(motions: Motions, body: &Body, thetas: &[Vec<f64>]) -> Result<Motions> {
+/// As much of first and of second order, and in the form, as has the least energy at `thetas`. Energies count by their logarithm beyond a
+/// small part of the work of the loads, so that no single set of parameters decides.
+fn damped(forms: &[Option<Motions>], body: &Body, thetas: &[Vec<f64>]) -> Result<Motions> {
     /// Parts of both that are tried.
     const PARTS: [[f64; 2]; 6] =
         [[1.0, 1.0], [1.0, 0.6], [1.0, 0.3], [1.0, 0.0], [0.7, 0.0], [0.4, 0.0]];
     /// That part of the work.
     const PRECISE: f64 = 0.01;
     let of_first_order = body.parameters.len();
-    let mut tried = PARTS.map(|parts| (0.0, motions.clone().damped(parts, of_first_order)));
+    let forms = forms.iter().flatten();
+    let mut tried: Vec<(f64, Motions)> = forms
+        .flat_map(|form| PARTS.map(|parts| (0.0, form.clone().damped(parts, of_first_order))))
+        .collect();
     let (guarded, scaling) =
         (body.clone().with_barriers(Barriers::default()), parameters::scaling(body)?);
-    let scale = PRECISE * work(body, motions.origin());
+    let scale = PRECISE * work(body, tried[0].1.origin());
     for theta in thetas {
         let at = scaling.standardise(theta)?;
         let energy = |(_, motions): &(f64, Motions)| -> Result<f64> {
@@ -151,8 +157,7 @@ fn damped(motions: Motions, body: &Body, thetas: &[Vec<f64>]) -> Result<Motions>
         }
     }
     tried.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-    let [(_, best), ..] = tried;
-    Ok(best)
+    Ok(tried.swap_remove(0).1)
 }
 
 /// Changes of the displacement with the products of two standardised parameters, from states so far from the origin; `None` where first

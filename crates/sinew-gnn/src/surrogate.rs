@@ -214,7 +214,8 @@ impl Surrogate {
         let decoded = matches!(self.emulator.config().decoding, Decoding::Motions { .. });
         require_count("outputs that are rigid motions", motions.into(), decoded.into())?;
         let parameters = self.scales.parameters.ranges().len();
-        check_terms(geometry.coordinates.slopes().len(), parameters)?;
+        let amplitude = usize::from(!geometry.coordinates.rates().is_empty());
+        check_terms(geometry.coordinates.slopes().len() - amplitude, parameters)?;
         let features = self.scales.features.standardise(&geometry.features)?;
         let global = self.scales.global.standardise(&geometry.global)?;
         let table = |values: &[f64], rows| matrix(values, rows, &self.device);

@@ -30,10 +30,17 @@ struct Slopes {
     clusters: Tensor<2>,
     /// `[terms, 3 × real nodes]`.
     nodes: Tensor<2>,
+    /// `[terms of the parameters, 1]`, the logarithm of an amplitude that multiplies them; then the last term is one less that.
+    rates: Option<Tensor<2>>,
 }
 
 impl Slopes {
-    fn new(slopes: &[Vec<f64>], of_clusters: usize, device: &Device) -> Option<Self> {
+    fn new(
+        slopes: &[Vec<f64>],
+        rates: &[f64],
+        of_clusters: usize,
+        device: &Device,
+    ) -> Option<Self> {
         let part = |range: fn(&[f64], usize) -> &[f64]| {
             let rows: Vec<f64> =
                 slopes.iter().flat_map(|row| range(row, of_clusters)).copied().collect();
@@ -42,13 +49,39 @@ impl Slopes {
         (!slopes.is_empty()).then(|| Self {
             clusters: part(|row, at| &row[..at]),
             nodes: part(|row, at| &row[at..]),
+            rates: (!rates.is_empty()).then(|| matrix(rates, rates.len(), device)),
         })
     }
 
-    /// Adds to `output` what terms of the parameters make, a row for each of its samples.
-    fn add_to(&self, output: Output, terms: Vec<Tensor<2>>) -> Output {
-        let count = self.nodes.dims()[0];
-        let terms = Tensor::cat(terms, 1).slice_dim(1, 0..count);
+    /// What follows at parameters, a row for each sample.
+    fn terms(&self, parameters: Tensor<2>) -> Tensor<2> {
+        let plain = Tensor::cat(terms(parameters), 1);
+        match &self.rates {
+            None => plain.slice_dim(1, 0..self.nodes.dims()[0]),
+            Some(rates) => {
+                let amplitude = plain.clone().matmul(rates.clone()).exp();
+                Tensor::cat(vec![plain * amplitude.clone(), amplitude.neg() + 1.0], 1)
+            }
+        }
+    }
+
+    /// How that changes along a direction of the parameters in each row.
+    fn terms_along(&self, parameters: Tensor<2>, direction: Tensor<2>) -> Tensor<2> {
+        let change = Tensor::cat(terms_along(parameters.clone(), direction), 1);
+        match &self.rates {
+            None => change.slice_dim(1, 0..self.nodes.dims()[0]),
+            Some(rates) => {
+                let plain = Tensor::cat(terms(parameters), 1);
+                let amplitude = plain.clone().matmul(rates.clone()).exp();
+                let of_amplitude = amplitude.clone() * change.clone().matmul(rates.clone());
+                let change = change * amplitude + plain * of_amplitude.clone();
+                Tensor::cat(vec![change, of_amplitude.neg()], 1)
+            }
+        }
+    }
+
+    /// Adds to `output` what `terms` make, a row for each of its samples.
+    fn add_to(&self, output: Output, terms: Tensor<2>) -> Output {
         let follow = |outputs: Tensor<3>, slopes: &Tensor<2>| {
             let followed = terms.clone().matmul(slopes.clone()).reshape(outputs.dims());
             outputs + followed
@@ -113,7 +146,12 @@ impl OutputMap {
             Rule::Scale(_) | Rule::Matrices(_) => 0,
         };
         Self {
-            slopes: Slopes::new(geometry.coordinates.slopes(), 6 * clusters, device),
+            slopes: Slopes::new(
+                geometry.coordinates.slopes(),
+                geometry.coordinates.rates(),
+                6 * clusters,
+                device,
+            ),
             origin: field(geometry.coordinates.origin().unwrap_or(&scales.mean)),
             rule,
             supports: Supports::new(&geometry.dirichlet, dimensions, device),
@@ -123,7 +161,10 @@ impl OutputMap {
     /// The outputs at standardised parameters, one row per sample, from the network's.
     pub fn complete(&self, output: Output, parameters: Tensor<2>) -> Output {
         match &self.slopes {
-            Some(slopes) => slopes.add_to(output, terms(parameters)),
+            Some(slopes) => {
+                let terms = slopes.terms(parameters);
+                slopes.add_to(output, terms)
+            }
             None => output,
         }
     }
@@ -146,7 +187,8 @@ impl OutputMap {
         let [rows, count] = parameters.dims();
         let units = Tensor::eye(count, &parameters.device()).reshape([count, 1, count]);
         let directions = units.repeat_dim(1, rows).reshape([count * rows, count]);
-        slopes.add_to(change, terms_along(parameters.repeat_dim(0, count), directions))
+        let terms = slopes.terms_along(parameters.repeat_dim(0, count), directions);
+        slopes.add_to(change, terms)
     }
 
     /// Displacements `[batch, real nodes, D]` of complete outputs.
@@ -209,6 +251,7 @@ impl OutputMap {
             slopes: self.slopes.as_ref().map(|slopes| Slopes {
                 clusters: Tensor::from_inner(slopes.clusters.clone()),
                 nodes: Tensor::from_inner(slopes.nodes.clone()),
+                rates: slopes.rates.clone().map(Tensor::from_inner),
             }),
         }
     }

@@ -39,6 +39,14 @@ impl Coordinates {
         }
     }
 
+    /// Rates of the amplitude by which outputs follow, see [`Motions::in_proportion`]; none where they follow plainly.
+    pub(crate) fn rates(&self) -> &[f64] {
+        match self {
+            Self::Motions(motions) => motions.rates(),
+            Self::Components | Self::Principal(_) => &[],
+        }
+    }
+
     /// Displacements of zero outputs, if they are not those of the scale.
     pub(crate) fn origin(&self) -> Option<&[f64]> {
         match self {

@@ -9,7 +9,7 @@ use sinew_energy::{Body, Stiffness};
 use sinew_graph::{FeatureMatrix, Topology, pool_positions};
 
 use super::packed;
-use super::polynomial::{check_terms, terms};
+use super::polynomial::{all_terms, check_terms, terms, with_amplitude};
 use crate::data::Dirichlet;
 use crate::error::{Error, Result, require_count, require_finite, require_positive};
 
@@ -30,6 +30,8 @@ pub struct Motions {
     /// Outputs of clusters and then of nodes per unit of each standardised parameter, and of each product of two; none where
     /// outputs are the network's alone.
     slopes: Arc<[Vec<f64>]>,
+    /// Logarithm of the amplitude per unit of each of these terms; none where outputs follow without one.
+    rates: Arc<[f64]>,
 }
 
 /// Part of the largest eigenvalue of a cluster's stiffness below which a motion counts as one that moves nothing.
@@ -100,7 +102,13 @@ impl Motions {
             tree.node_scales.as_flattened().as_flattened().iter().fold(0f64, |m, s| m.max(s.abs()));
         require_positive("the displacement of a unit output", largest)?;
         let unknowns = dirichlet.prescribed.iter().filter(|value| value.is_none()).count();
-        Ok(Self { origin: displacement.into(), unknowns, tree: tree.into(), slopes: Arc::new([]) })
+        Ok(Self {
+            origin: displacement.into(),
+            unknowns,
+            tree: tree.into(),
+            slopes: Arc::new([]),
+            rates: Arc::new([]),
+        })
     }
 
     /// With outputs that follow the parameters by themselves, so that a network adds what is beyond: `changes` are the changes of
@@ -114,16 +122,64 @@ impl Motions {
     /// Another body than the motions', or changes that do not belong to it.
     pub fn following(mut self, changes: &[Vec<f64>], body: &Body) -> Result<Self> {
         self.slopes = self.outputs_of(changes, &Dirichlet::of_body(body))?.into();
+        self.rates = Arc::new([]);
+        Ok(self)
+    }
+
+    /// [`Motions::following`] to second order in proportion to an amplitude, `u = a (u₀ + v)` about the displacement u₀ of zero outputs:
+    /// the logarithm of a, which tells how much of u₀ is in u, and v are of second order. Displacements that fall like the
+    /// inverse of a stiffness, over decades of it, then stay positive multiples of each other, which no polynomial does.
+    /// Both forms agree to second order.
+    ///
+    /// # Errors
+    /// As [`Motions::following`]; changes of first order alone, or a displacement of zero.
+    pub fn in_proportion(
+        mut self,
+        changes: &[Vec<f64>],
+        parameters: usize,
+        body: &Body,
+    ) -> Result<Self> {
+        require_count("changes to second order", changes.len(), all_terms(parameters))?;
+        let dot = |change: &[f64]| -> f64 {
+            self.origin.iter().zip(change).map(|(u, change)| u * change).sum()
+        };
+        let size = dot(&self.origin);
+        require_positive("the displacement that an amplitude multiplies", size)?;
+        let parts: Vec<f64> = changes.iter().map(|change| dot(change) / size).collect();
+        let rest: Vec<f64> = self.origin.iter().map(|u| -u).collect();
+        let all: Vec<Vec<f64>> = changes.iter().cloned().chain([rest]).collect();
+        let mut slopes = self.outputs_of(&all, &Dirichlet::of_body(body))?;
+        let mut rates = parts.clone();
+        let rest = slopes.len() - 1;
+        // First order of v, then what is left of second order.
+        for k in 0..rest {
+            add(&mut slopes, k, rest, parts[k]);
+        }
+        let mut k = parameters;
+        for i in 0..parameters {
+            for j in i..parameters {
+                let half = if i == j { 0.5 } else { 1.0 };
+                rates[k] -= half * parts[i] * parts[j];
+                add(&mut slopes, k, j, -half * parts[i]);
+                add(&mut slopes, k, i, -half * parts[j]);
+                k += 1;
+            }
+        }
+        (self.slopes, self.rates) = (slopes.into(), rates.into());
         Ok(self)
     }
 
     /// The same with outputs that follow the first `count` changes, and the others, only these parts of the way.
     pub fn damped(mut self, [first, others]: [f64; 2], count: usize) -> Self {
+        let part = |k: usize| if k < count { first } else { others };
+        let rest = self.rates.len();
         let slopes = self.slopes.iter().enumerate().map(|(k, slope)| {
-            let part = if k < count { first } else { others };
+            // Behind the terms of an amplitude stands the way to rest.
+            let part = if rest > 0 && k == rest { 1.0 } else { part(k) };
             slope.iter().map(|y| part * y).collect()
         });
         self.slopes = slopes.collect();
+        self.rates = self.rates.iter().enumerate().map(|(k, rate)| part(k) * rate).collect();
         self
     }
 
@@ -132,10 +188,11 @@ impl Motions {
     /// # Errors
     /// Another body than the motions', other parameters than the outputs follow.
     pub fn followed(&self, parameters: &[f64], body: &Body) -> Result<Vec<f64>> {
-        check_terms(self.slopes.len(), parameters.len())?;
+        check_terms(self.slopes.len() - usize::from(!self.rates.is_empty()), parameters.len())?;
         require_count("nodes of the body", body.nodes, self.tree.positions.len())?;
         let mut outputs = vec![0.0; 6 * self.tree.centres.len() + self.origin.len()];
-        for (slope, term) in self.slopes.iter().zip(terms(parameters)) {
+        let terms = with_amplitude(terms(parameters), &self.rates);
+        for (slope, term) in self.slopes.iter().zip(terms) {
             outputs.iter_mut().zip(slope).for_each(|(y, slope)| *y += term * slope);
         }
         let moved = self.tree.moved(&outputs);
@@ -168,6 +225,10 @@ impl Motions {
         &self.slopes
     }
 
+    pub(crate) fn rates(&self) -> &[f64] {
+        &self.rates
+    }
+
     /// With outputs so large that, if all displacements of nodes were of size one, they would cost this `energy`.
     ///
     /// # Errors
@@ -192,6 +253,12 @@ impl Motions {
     pub(crate) fn tree(&self) -> &Arc<MotionTree> {
         &self.tree
     }
+}
+
+/// Adds a part of one row to another.
+fn add(rows: &mut [Vec<f64>], to: usize, from: usize, part: f64) {
+    let other = rows[from].clone();
+    rows[to].iter_mut().zip(other).for_each(|(y, other)| *y += part * other);
 }
 
 /// The stiffness of a body at a displacement.
@@ -291,6 +358,8 @@ struct Packed {
     cluster_scales: String,
     #[serde(default)]
     slopes: Vec<String>,
+    #[serde(default)]
+    rates: Vec<f64>,
 }
 
 impl From<Motions> for Packed {
@@ -306,6 +375,7 @@ impl From<Motions> for Packed {
             node_scales: packed::doubles(tree.node_scales.as_flattened().as_flattened()),
             cluster_scales: packed::doubles(tree.cluster_scales.as_flattened().as_flattened()),
             slopes: motions.slopes.iter().map(|slope| packed::doubles(slope)).collect(),
+            rates: motions.rates.to_vec(),
         }
     }
 }
@@ -336,7 +406,11 @@ impl TryFrom<Packed> for Motions {
         };
         let origin = read(&packed.origin, 3 * nodes)?.into();
         let slopes = packed.slopes.iter().map(|slope| read(slope, 6 * clusters + 3 * nodes));
-        let slopes = slopes.collect::<std::result::Result<_, _>>()?;
-        Ok(Self { origin, unknowns: packed.unknowns, tree: tree.into(), slopes })
+        let slopes: Arc<[Vec<f64>]> = slopes.collect::<std::result::Result<_, _>>()?;
+        let rates: Arc<[f64]> = packed.rates.into();
+        if !rates.is_empty() && rates.len() + 1 != slopes.len() {
+            return Err("the amplitude of the outputs has other terms than they".into());
+        }
+        Ok(Self { origin, unknowns: packed.unknowns, tree: tree.into(), slopes, rates })
     }
 }

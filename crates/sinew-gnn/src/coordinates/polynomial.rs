@@ -12,8 +12,18 @@ pub(super) fn terms(parameters: &[f64]) -> Vec<f64> {
     parameters.iter().copied().chain(products).collect()
 }
 
+/// The terms times an amplitude `a = exp(Σ rateₖ termₖ)`, and after them `1 − a`; without rates the terms alone.
+pub(super) fn with_amplitude(mut terms: Vec<f64>, rates: &[f64]) -> Vec<f64> {
+    if !rates.is_empty() {
+        let amplitude = rates.iter().zip(&terms).map(|(rate, term)| rate * term).sum::<f64>().exp();
+        terms.iter_mut().for_each(|term| *term *= amplitude);
+        terms.push(1.0 - amplitude);
+    }
+    terms
+}
+
 /// Number of terms of second order.
-fn all_terms(parameters: usize) -> usize {
+pub(super) fn all_terms(parameters: usize) -> usize {
     parameters + parameters * (parameters + 1) / 2
 }
 
