@@ -6,6 +6,7 @@ use burn::tensor::{Device, Tensor, TensorData};
 use sinew_burn::{MotionTree, rigid_motions, rigid_motions_tangent};
 
 use super::Coordinates;
+use super::polynomial::MOST;
 use super::supports::Supports;
 use crate::data::Geometry;
 use crate::emulator::Output;
@@ -59,7 +60,8 @@ impl Slopes {
         match &self.rates {
             None => plain.slice_dim(1, 0..self.nodes.dims()[0]),
             Some(rates) => {
-                let amplitude = plain.clone().matmul(rates.clone()).exp();
+                let bounded = (plain.clone().matmul(rates.clone()) / MOST).tanh();
+                let amplitude = (bounded * MOST).exp();
                 Tensor::cat(vec![plain * amplitude.clone(), amplitude.neg() + 1.0], 1)
             }
         }
@@ -72,8 +74,10 @@ impl Slopes {
             None => change.slice_dim(1, 0..self.nodes.dims()[0]),
             Some(rates) => {
                 let plain = Tensor::cat(terms(parameters), 1);
-                let amplitude = plain.clone().matmul(rates.clone()).exp();
-                let of_amplitude = amplitude.clone() * change.clone().matmul(rates.clone());
+                let bounded = (plain.clone().matmul(rates.clone()) / MOST).tanh();
+                let slope = (bounded.clone() * bounded.clone()).neg() + 1.0;
+                let amplitude = (bounded * MOST).exp();
+                let of_amplitude = amplitude.clone() * slope * change.clone().matmul(rates.clone());
                 let change = change * amplitude + plain * of_amplitude.clone();
                 Tensor::cat(vec![change, of_amplitude.neg()], 1)
             }

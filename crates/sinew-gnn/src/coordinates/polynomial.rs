@@ -12,10 +12,14 @@ pub(super) fn terms(parameters: &[f64]) -> Vec<f64> {
     parameters.iter().copied().chain(products).collect()
 }
 
-/// The terms times an amplitude `a = exp(Σ rateₖ termₖ)`, and after them `1 − a`; without rates the terms alone.
+/// The logarithm of an amplitude is at most about this: displacements between a twentieth and twenty times those at the centre.
+pub(super) const MOST: f64 = 3.0;
+
+/// The terms times an amplitude `a = exp(s)`, `s = MOST tanh(Σ rateₖ termₖ / MOST)`, and after them `1 − a`; without rates the terms alone.
 pub(super) fn with_amplitude(mut terms: Vec<f64>, rates: &[f64]) -> Vec<f64> {
     if !rates.is_empty() {
-        let amplitude = rates.iter().zip(&terms).map(|(rate, term)| rate * term).sum::<f64>().exp();
+        let sum: f64 = rates.iter().zip(&terms).map(|(rate, term)| rate * term).sum();
+        let amplitude = (MOST * (sum / MOST).tanh()).exp();
         terms.iter_mut().for_each(|term| *term *= amplitude);
         terms.push(1.0 - amplitude);
     }

@@ -20,6 +20,10 @@ pub struct Options {
     /// The same code on small meshes with few shapes and steps: a check, not a result
     #[arg(long)]
     pub quick: bool,
+    /// Leave out the rivals that learn from simulations
+    #[arg(long)]
+    #[serde(default)]
+    pub no_rivals: bool,
     /// Folder of the surfaces of a real heart, patient1_LV_ENDOCARDIAL_000.vtk and its like
     #[arg(long, default_value = "../shared/meshes/biv-me")]
     pub hearts: PathBuf,

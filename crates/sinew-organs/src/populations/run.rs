@@ -79,7 +79,7 @@ impl Options {
     fn size(&self, key: &str) -> Size {
         match (self.quick, key) {
             (true, _) => Size { tests: 3, simulations: &[8], steps: 6 },
-            (_, "rings") => Size { tests: 200, simulations: &[50, 200, 800], steps: 2000 },
+            (_, "rings") => Size { tests: 200, simulations: &[50, 200, 400], steps: 4000 },
             (_, "beams") => Size { tests: 200, simulations: &[100, 400], steps: 2000 },
             (_, "infarcts") => Size { tests: 60, simulations: &[300], steps: 1000 },
             _ => Size { tests: 60, simulations: &[100, 300], steps: 1500 },
@@ -116,7 +116,7 @@ fn study(options: &Options, key: &str) -> Result<Study> {
         );
         study.facts.push((group.name.clone(), fact));
     }
-    for &count in size.simulations {
+    for &count in size.simulations.iter().filter(|_| !options.no_rivals) {
         rivals(options, &stage, &groups[0], count, &mut study)?;
     }
     network(options, &stage, &groups, size.steps, &mut study)?;
