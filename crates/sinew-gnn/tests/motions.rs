@@ -422,3 +422,52 @@ fn outputs_follow_the_parameters_to_first_order() {
     let scales = beam.surrogate(&beam.data(), &devices()[0]);
     assert!(matches!(scales.fixed_geometry(&data.geometries[0]), Err(Error::Count { .. })));
 }
+
+#[test]
+fn outputs_follow_stiffness_over_decades_in_proportion_to_an_amplitude() {
+    let beam = Beam::hanging([4, 2, 2]);
+    // So small that nothing turns: the displacement falls like the inverse of the first parameter's exponential.
+    let origin: Vec<f64> = beam.response().iter().map(|u| 1e-3 * u).collect();
+    let about = Motions::about(&origin, &beam.topology, &beam.body, &beam.theta).unwrap();
+    let part = |part: f64| -> Vec<f64> { origin.iter().map(|u| part * u).collect() };
+    let changes = [part(-1.0), part(0.0), part(0.5), part(0.0), part(0.0)];
+    let plain = about.clone().following(&changes, &beam.body).unwrap();
+    let following = about.clone().in_proportion(&changes, 2, &beam.body).unwrap();
+    let at = |motions: &Motions, t: f64| motions.followed(&[t, 0.3], &beam.body).unwrap();
+    // No polynomial falls to a fourteenth; the amplitude saturates far beyond.
+    for t in [-1.5f64, 0.7, 1.5] {
+        let bounded = 3.0 * (-t / 3.0).tanh();
+        assert!(relative_difference(&part(bounded.exp()), &at(&following, t)) < 1e-3, "{t}");
+    }
+    assert!(relative_difference(&part((-1.5f64).exp()), &at(&plain, 1.5)) > 1.0);
+    assert!(at(&following, -400.0).iter().all(|u| u.is_finite()));
+    // Both are the same to second order.
+    let [a, b] = [&plain, &following].map(|motions| at(motions, 1e-3));
+    assert!(relative_difference(&a, &b) < 1e-9);
+    let text = serde_json::to_string(&following).unwrap();
+    assert_eq!(serde_json::from_str::<Motions>(&text).unwrap(), following);
+    assert!(about.clone().in_proportion(&changes[..2], 2, &beam.body).is_err());
+    let rest = Motions::about(&part(0.0), &beam.topology, &beam.body, &beam.theta).unwrap();
+    assert!(rest.in_proportion(&changes, 2, &beam.body).is_err());
+
+    // A network that adds nothing predicts that, with its derivatives.
+    let mut data = beam.data();
+    data.geometries[0].coordinates = Coordinates::Motions(following.clone());
+    for device in devices() {
+        let surrogate = beam.surrogate(&data, &device);
+        let fixed = surrogate.fixed_geometry(&data.geometries[0]).unwrap();
+        let scaling = &surrogate.scales().parameters;
+        let theta = vec![58.0, 95.0];
+        let exact = |theta: &[f64]| {
+            following.followed(&scaling.standardise(theta).unwrap(), &beam.body).unwrap()
+        };
+        let found = fixed.predict(std::slice::from_ref(&theta)).unwrap();
+        assert!(relative_difference(&exact(&theta), found.field(0)) < 1e-5);
+        let step = 1e-3;
+        let [more, less] = [step, -step].map(|step| exact(&[theta[0] + step, theta[1]]));
+        let expected: Vec<f64> =
+            more.iter().zip(&less).map(|(a, b)| (a - b) / (2.0 * step)).collect();
+        let found = fixed.sensitivity(std::slice::from_ref(&theta)).unwrap().derivative;
+        assert!(relative_difference(&expected, &found[..expected.len()]) < 1e-4);
+    }
+}

@@ -93,9 +93,9 @@ pub use crossings::self_intersections;
 pub use element::Element;
 pub use error::{Defect, MeshError, Place, Problem};
 pub use generate::{
-    BeamShape, Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, RingShape, ShapeError,
-    ShapeModes, Size, Trim, TruncatedEllipsoid, VentricleShape, Wall, WallOptions, box_hexahedra,
-    box_tetrahedra, cook_membrane, cook_membrane_point, cylinder_quarter,
+    BeamShape, Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, RingShape,
+    ShapeError, ShapeModes, Size, Trim, TruncatedEllipsoid, VentricleShape, Wall, WallOptions,
+    box_hexahedra, box_tetrahedra, cook_membrane, cook_membrane_point, cylinder_quarter,
     rectangle_crossed_triangles, rectangle_triangles, sphere_octant,
 };
 pub use geometry::repair_orientation;

@@ -9,11 +9,12 @@ use crate::{Body, Design, Emulator, Recipe, Record, Result, graph, parameters};
 use rayon::ThreadPoolBuilder;
 use serde::{Deserialize, Serialize};
 use sinew_energy::Barriers;
-use sinew_fem::{Options, Solver};
+use sinew_fem::{Options, Solution, SolveError, Solver, sweep};
 use sinew_gnn::Coordinates as Meaning;
 use sinew_gnn::{
-    Backend, Budget, DataSet, Decoding, EmulatorConfig, Geometry, Lesson, MinimumPotential,
-    Motions, OutputScale, Sample, Scales, StreamTrainer, Surrogate, TrainingConfig,
+    Backend, Budget, DataFit, DataSet, Decoding, EmulatorConfig, EnergyNormFit, Geometry, Lesson,
+    MinimumPotential, Motions, Objective, OutputScale, Sample, Scales, StreamTrainer, Surrogate,
+    TrainingConfig,
 };
 use sinew_graph::Topology;
 use std::ops::ControlFlow;
@@ -43,6 +44,19 @@ impl Default for Start {
     fn default() -> Self {
         Self::Near { newton_steps: 0 }
     }
+}
+
+/// What a network that learns a population minimises.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Loss {
+    /// Potential energy: bodies are not solved at the parameter sets that are learned.
+    #[default]
+    Energy,
+    /// Mean nodal distance to solutions, which are made for every parameter set of every body.
+    Simulations,
+    /// Distance to such solutions in the energy norm of the body's stiffness at the centre of the parameters.
+    SimulationsByStiffness,
 }
 
 /// How a network learns a population: every step takes bodies that it has never seen and never sees again.
@@ -93,6 +107,8 @@ pub struct Population {
     pub network: Network,
     /// The state that the outputs of a body are about.
     pub start: Start,
+    /// What is minimised.
+    pub loss: Loss,
     /// Bodies in a step.
     pub bodies: usize,
     /// Optimiser, schedule, steps; the batch is of parameter sets per body.
@@ -104,6 +120,7 @@ impl Default for Population {
         Self {
             network: Network::default(),
             start: Start::default(),
+            loss: Loss::default(),
             bodies: 2,
             training: TrainingConfig {
                 batch: 8,
@@ -324,6 +341,9 @@ impl Population {
         let (geometry, energy, mut solver) = self.geometry(body, template, seed)?;
         let seed = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ index;
         let thetas = Design::LatinHypercube.sample(&body.parameters, self.training.batch, seed)?;
+        if self.loss != Loss::Energy {
+            return self.lesson_of_simulations(body, geometry, thetas);
+        }
         let sample = |theta| Sample { geometry: 0, theta, displacement: Vec::new() };
         let potential = Arc::new(body.clone().with_barriers(Barriers::default()));
         let objective = MinimumPotential::new(vec![potential], energy)?.forgiving(FORGIVEN)?;
@@ -335,6 +355,47 @@ impl Population {
         };
         let (samples, objective) = (thetas.into_iter().map(sample).collect(), Box::new(objective));
         Ok(Lesson { geometry, samples, objective })
+    }
+
+    /// Solves a body at parameter sets; those that cannot be solved are left out.
+    fn lesson_of_simulations(
+        &self,
+        body: &Body,
+        geometry: Geometry,
+        thetas: Vec<Vec<f64>>,
+    ) -> Result<Lesson> {
+        let solved = sweep(body, &thetas, &Options::default(), || ())?;
+        let samples = solved.thetas.into_iter().zip(solved.results);
+        let sample = |(theta, found): (Vec<f64>, std::result::Result<Solution, SolveError>)| {
+            let displacement = found.ok()?.displacement;
+            Some(Sample { geometry: 0, theta, displacement })
+        };
+        let samples: Vec<Sample> = samples.filter_map(sample).collect();
+        let data =
+            DataSet { geometries: vec![geometry], training: samples, validation: Vec::new() };
+        let objective: Box<dyn Objective> = match self.loss {
+            Loss::SimulationsByStiffness => {
+                let motions = origin(&data.geometries[0]);
+                let stiffness = body.stiffness(motions, &body.centre());
+                let stiffness = stiffness.ok_or(sinew_gnn::Error::NoStiffness)?;
+                Box::new(EnergyNormFit::new(vec![stiffness], &data)?)
+            }
+            Loss::Simulations | Loss::Energy => {
+                let size =
+                    coordinates::dot(origin(&data.geometries[0]), origin(&data.geometries[0]));
+                Box::new(DataFit::new((size / body.nodes as f64).sqrt())?)
+            }
+        };
+        let DataSet { mut geometries, training: samples, .. } = data;
+        Ok(Lesson { geometry: geometries.remove(0), samples, objective })
+    }
+}
+
+/// The state that outputs are about \[length\].
+fn origin(geometry: &Geometry) -> &[f64] {
+    match &geometry.coordinates {
+        Meaning::Motions(motions) => motions.origin(),
+        _ => &[],
     }
 }
 

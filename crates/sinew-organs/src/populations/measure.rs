@@ -41,6 +41,8 @@ pub struct Outcome {
     pub errors: Vec<Vec<f64>>,
     /// `|V − V̂| / V` of the cavity, raw, where there is one.
     pub volumes: Vec<f64>,
+    /// Size of the first Newton step over the error of the prediction, which it estimates, where there is a step.
+    pub estimates: Vec<f64>,
     /// Predictions that turn cells over, which no step corrects.
     pub inverted: usize,
 }
@@ -95,6 +97,7 @@ impl Group {
             answer_s: Vec::new(),
             errors: vec![Vec::new(); CORRECTIONS + 1],
             volumes: Vec::new(),
+            estimates: Vec::new(),
             inverted: 0,
         };
         for (individual, truth) in self.individuals.iter().zip(&self.truths) {
@@ -114,6 +117,10 @@ impl Group {
                 }
                 Err(other) => return Err(other.into()),
             };
+            if let Some(step) = steps.first() {
+                let estimate = length(&predicted, &step.displacement);
+                outcome.estimates.push(estimate / length(&predicted, truth));
+            }
             let mut last = outcome.errors[0][outcome.errors[0].len() - 1];
             for (step, errors) in outcome.errors[1..].iter_mut().enumerate() {
                 last = steps.get(step).map_or(last, |step| distance(&step.displacement, truth));
@@ -126,8 +133,11 @@ impl Group {
 
 /// `‖u − û‖ / ‖u‖` over all nodes together.
 pub fn distance(found: &[f64], truth: &[f64]) -> f64 {
-    let difference: f64 = found.iter().zip(truth).map(|(a, b)| (a - b).powi(2)).sum();
-    (difference / truth.iter().map(|u| u * u).sum::<f64>()).sqrt()
+    length(found, truth) / truth.iter().map(|u| u * u).sum::<f64>().sqrt()
+}
+
+fn length(from: &[f64], to: &[f64]) -> f64 {
+    from.iter().zip(to).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }
 
 /// CPU time of this process on all its threads \[s\]; NaN where the system does not tell.

@@ -6,7 +6,7 @@ use super::rectangles;
 use super::rivals::Rivals;
 use super::stage::{Individual, Stage};
 use anyhow::{Context, Result};
-use sinew_emulate::{Population, PopulationEmulator, Start, store};
+use sinew_emulate::{Loss, Population, PopulationEmulator, Start, store};
 use sinew_report::{Block, Chart, Column, Distribution, Provenance, Report, Row, Section};
 use sinew_report::{Series, Style, Table};
 use std::ops::ControlFlow;
@@ -21,8 +21,10 @@ struct Size {
     tests: u64,
     /// Simulations of the rivals.
     simulations: &'static [usize],
-    /// Steps of the training.
+    /// Steps of a training.
     steps: usize,
+    /// A network is trained by each of these.
+    losses: &'static [Loss],
 }
 
 /// Everything measured on a population.
@@ -31,8 +33,8 @@ struct Study {
     options: Options,
     facts: Vec<(String, String)>,
     outcomes: Vec<Outcome>,
-    /// CPU time \[s\] and median error on some of the individuals during the training.
-    curve: Vec<[f64; 2]>,
+    /// CPU time \[s\] and median error on some of the individuals during each training.
+    curves: Vec<(String, Vec<[f64; 2]>)>,
 }
 
 /// Runs all populations that are asked for and writes the report, anew after each; the path of `report.html`.
@@ -77,12 +79,16 @@ impl Options {
     }
 
     fn size(&self, key: &str) -> Size {
+        let of = |tests, simulations, steps, losses| Size { tests, simulations, steps, losses };
+        const ENERGY: &[Loss] = &[Loss::Energy];
+        const ALL: &[Loss] = &[Loss::Energy, Loss::Simulations, Loss::SimulationsByStiffness];
         match (self.quick, key) {
-            (true, _) => Size { tests: 3, simulations: &[8], steps: 6 },
-            (_, "rings") => Size { tests: 200, simulations: &[50, 200, 400], steps: 4000 },
-            (_, "beams") => Size { tests: 200, simulations: &[100, 400], steps: 2000 },
-            (_, "infarcts") => Size { tests: 60, simulations: &[300], steps: 1000 },
-            _ => Size { tests: 60, simulations: &[100, 300], steps: 1500 },
+            (true, "rings") => of(3, &[8], 6, ALL),
+            (true, _) => of(3, &[8], 6, ENERGY),
+            (_, "rings") => of(200, &[50, 200, 400], 4000, ALL),
+            (_, "beams") => of(200, &[100, 400], 2000, ALL),
+            (_, "infarcts") => of(60, &[300], 1000, ENERGY),
+            _ => of(60, &[100, 300], 1500, ENERGY),
         }
     }
 }
@@ -100,7 +106,7 @@ fn study(options: &Options, key: &str) -> Result<Study> {
         options: options.clone(),
         facts: Vec::new(),
         outcomes: Vec::new(),
-        curve: Vec::new(),
+        curves: Vec::new(),
     };
     for group in &groups {
         let nodes: Vec<usize> = group.individuals.iter().map(|i| i.body.nodes).collect();
@@ -119,7 +125,10 @@ fn study(options: &Options, key: &str) -> Result<Study> {
     for &count in size.simulations.iter().filter(|_| !options.no_rivals) {
         rivals(options, &stage, &groups[0], count, &mut study)?;
     }
-    network(options, &stage, &groups, size.steps, &mut study)?;
+    followed(options, &stage, &groups, &mut study)?;
+    for &loss in size.losses {
+        network(options, &stage, &groups, (loss, size.steps), &mut study)?;
+    }
     store::write_json(&file, &study)?;
     Ok(study)
 }
@@ -171,61 +180,74 @@ fn rivals(
     add("POD + GP", &rivals.about, fitted, &mut |individual| rivals.predict(individual))
 }
 
+/// What bodies tell without a network.
+fn followed(options: &Options, stage: &Stage, groups: &[Group], study: &mut Study) -> Result<()> {
+    let recipe = Population { start: stage.start, ..Population::default() };
+    let draw = |index: u64| stage.body_of_stream(options.stream(0), index);
+    let emulator = recipe.prepare(&draw, options.seed)?;
+    let about = match stage.start {
+        Start::Near { .. } => "a few linear systems, outputs to second order in the parameters",
+        Start::Equilibrium => "one solve, followed to second order in the parameters",
+    };
+    for group in groups {
+        let followed = |individual: &Individual| {
+            let theta = std::slice::from_ref(&individual.theta);
+            Ok(emulator.followed(&individual.body, theta)?.remove(0))
+        };
+        study.outcomes.push(group.measure(["no network", about], 0.0, followed)?);
+    }
+    Ok(())
+}
+
 fn network(
     options: &Options,
     stage: &Stage,
     groups: &[Group],
-    steps: usize,
+    (loss, steps): (Loss, usize),
     study: &mut Study,
 ) -> Result<()> {
-    let mut recipe = Population { start: stage.start, ..Population::default() };
+    let mut recipe = Population { start: stage.start, loss, ..Population::default() };
     recipe.training.budget = match options.budget {
         Some(time) => sinew_gnn::Budget::Seconds(time.as_secs_f64()),
         None => sinew_gnn::Budget::Steps(steps),
     };
+    let (name, from) = match loss {
+        Loss::Energy => ("network", "by energy"),
+        Loss::Simulations => ("network, dd", "on simulations of every body, mean nodal distance"),
+        Loss::SimulationsByStiffness => {
+            ("network, hybrid", "on simulations of every body, errors weighed by the stiffness")
+        }
+    };
     let start = cpu_seconds();
-    let (mut apart, mut left_out) = (0.0, 0);
+    let (mut apart, mut last, mut curve) = (0.0, None, Vec::new());
     let draw = |index: u64| stage.body_of_stream(options.stream(0), index);
     let emulator = recipe.train(&draw, options.seed, &mut |progress, emulator| {
         let now = cpu_seconds();
         let error = on_the_way(&groups[0], emulator)?;
-        study.curve.push([now - start - apart, error]);
+        curve.push([now - start - apart, error]);
         eprintln!(
-            "{:6} steps, {:.0} CPU-seconds: loss {:+.5}, median error {:.2} %",
+            "{name}: {:6} steps, {:.0} CPU-seconds: loss {:+.5}, median error {:.2} %",
             progress.step,
             now - start - apart,
             progress.loss,
             100.0 * error
         );
         apart += cpu_seconds() - now;
-        left_out = progress.left_out;
+        last = Some(progress);
         Ok(ControlFlow::Continue(()))
     })?;
-    let fact = format!("{left_out} of the stream left out, for they could not be prepared");
-    study.facts.push(("training".into(), fact));
+    study.curves.push((name.into(), curve));
     let spent = cpu_seconds() - start - apart;
-    for group in groups {
-        let followed = |individual: &Individual| {
-            let theta = std::slice::from_ref(&individual.theta);
-            Ok(emulator.followed(&individual.body, theta)?.remove(0))
-        };
-        let about = match stage.start {
-            Start::Near { .. } => "a few linear systems, outputs to second order in the parameters",
-            Start::Equilibrium => "one solve, followed to second order in the parameters",
-        };
-        study.outcomes.push(group.measure(["no network", about], 0.0, followed)?);
-    }
-    let bodies = recipe.bodies * steps;
+    let last = last.context("a training that has not begun")?;
+    let fact = format!("{} of the stream left out, for they could not be prepared", last.left_out);
+    study.facts.push((format!("training, {name}"), fact));
     let solves = match stage.start {
         Start::Near { .. } => "one solve in all",
         Start::Equilibrium => "one solve of each body",
     };
-    let about = match options.budget {
-        Some(_) => format!("by energy, {solves}"),
-        None => format!("by energy on {bodies} shapes, {solves}"),
-    };
+    let about = format!("{from}, {} shapes, {solves}", recipe.bodies * last.step);
     for group in groups {
-        let outcome = group.measure(["network", &about], spent, |individual| {
+        let outcome = group.measure([name, &about], spent, |individual| {
             let met = emulator.meet(&individual.body)?;
             Ok(met.predict(std::slice::from_ref(&individual.theta))?.displacement)
         })?;
@@ -236,7 +258,8 @@ fn network(
         let about = format!(
             "the network's state for the centre of the parameters, {CARRIED_STEPS} Newton steps there, outputs to second order"
         );
-        let outcome = group.measure(["network, carried", &about], spent, |individual| {
+        let carried = format!("{name}, carried");
+        let outcome = group.measure([&carried, &about], spent, |individual| {
             let theta = std::slice::from_ref(&individual.theta);
             Ok(emulator.carried(&individual.body, theta, CARRIED_STEPS)?.remove(0))
         })?;
@@ -269,6 +292,8 @@ fn section(key: &str, study: &Study) -> Result<Section> {
             percent("1 step", "after one Newton step"),
             percent("2 steps", "after two"),
             percent("volume", "|V − V̂| / V of the cavity, raw"),
+            Column::new("estimate", "")
+                .about("size of one Newton step over the error that it estimates"),
         ],
         [
             Column::new("answer", "s").about("the first for a shape, all that it needs included"),
@@ -288,11 +313,15 @@ fn section(key: &str, study: &Study) -> Result<Section> {
         for step in 1..=CORRECTIONS {
             row = row.error(many(&outcome.errors[step], 100.0));
         }
-        row = row.error(many(&outcome.volumes, 100.0)).time(outcome.cpu_s);
+        row = row.error(many(&outcome.volumes, 100.0)).error(many(&outcome.estimates, 1.0));
+        row = row.time(outcome.cpu_s);
         table.push(row.other(Some(outcome.inverted as f64)))?;
     }
-    let curve = Chart::new("Error in training", ["CPU time [s]", "median error"], [true; 2])
-        .with(Series::new("network", Style::Marked, study.curve.clone()));
+    let chart = Chart::new("Error in training", ["CPU time [s]", "median error"], [true; 2]);
+    let curves = study.curves.iter();
+    let chart = curves.fold(chart, |chart, (name, curve)| {
+        chart.with(Series::new(name.clone(), Style::Marked, curve.clone()))
+    });
     let stage = Stage::new(key, true)?;
     let blocks = vec![
         Block::Text(stage.about.into()),
@@ -301,7 +330,7 @@ fn section(key: &str, study: &Study) -> Result<Section> {
         Block::charts(
             "Error against CPU time",
             "On twenty individuals of the population.",
-            [curve],
+            [chart],
         ),
     ];
     Ok(Section { name: key.into(), title: format!("A population of {key}"), blocks })

@@ -85,8 +85,7 @@ impl RingShape {
                 fibre.extend([-sin, cos, 0.0]);
             }
             for j in 0..across {
-                let [a, b, c, d] =
-                    [node(i, j), node(i, j + 1), node(i + 1, j + 1), node(i + 1, j)];
+                let [a, b, c, d] = [node(i, j), node(i, j + 1), node(i + 1, j + 1), node(i + 1, j)];
                 mesh.cells.extend([[a, b, c], [a, c, d]]);
             }
         }
