@@ -15,8 +15,8 @@ use sinew_fem::{Options, Solver};
 use sinew_gnn::Coordinates as Meaning;
 use sinew_gnn::{
     Backend, Concern, DataSet, Decoding, EmulatorConfig, FixedGeometry, Geometry, HistoryPoint,
-    Objective, OutputScale, Sample, Scales, StopReason, Surrogate, Trainer, TrainingConfig,
-    TrainingReport,
+    Motions, Objective, OutputScale, Sample, Scales, StopReason, Surrogate, Trainer,
+    TrainingConfig, TrainingReport,
 };
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -127,32 +127,14 @@ pub(crate) fn train(
     })?;
     let (training, validation) = (lesson.samples(), Vec::new());
     let mut data = DataSet { geometries: Vec::new(), training, validation };
-    let (mut coordinates, mut training) = (plan.coordinates.clone(), plan.training.clone());
     let starts = session.options.start.is_some();
-    if starts {
-        training.learning_rate *= RATE_OF_START;
-    }
-    let mut stages = vec![&mut training];
-    if let (Coordinates::MotionsAfter(first), false) = (&mut coordinates, starts) {
-        stages.push(first);
-    }
-    for stage in &mut stages {
-        stage.seed = session.options.seed;
-        stage.evaluations = stage.evaluations.min(session.options.evaluations).max(1);
-    }
-    scale(&mut stages, session.options.budget, session.simulate_s);
+    let (coordinates, training) = stages(session, plan, starts);
     let mut course = Course::new(session)?;
     let topology = geometry.topology.clone();
     let at_rest = || coordinates::at_rest(body, &topology, lesson.energy);
     let at_anchor = |anchor: &[f64]| coordinates::at_anchor(body, &topology, anchor);
-    let follow = |geometry: &mut Geometry, anchor: &[f64]| -> Result<Meaning> {
-        /// Parameter sets that orders are tried at.
-        const TRIED: usize = 32;
-        let tried = &lesson.thetas[..lesson.thetas.len().min(TRIED)];
-        let (motions, first) =
-            coordinates::following(&mut Solver::new(body)?, at_anchor(anchor)?, tried)?;
-        graph::add_features(geometry, &first)?;
-        Ok(Meaning::Motions(motions))
+    let follow = |geometry: &mut Geometry, anchor: &[f64]| {
+        follow(geometry, body, lesson, at_anchor(anchor)?)
     };
     geometry.coordinates = match &coordinates {
         Coordinates::Components => Meaning::Components,
@@ -188,6 +170,43 @@ pub(crate) fn train(
     record.prepare_s += prepare_s;
     record.history = course.curve;
     TrainedNetwork::new(surrogate, geometry)
+}
+
+/// Motions that follow the parameters, their derivatives among the features of the geometry.
+fn follow(
+    geometry: &mut Geometry,
+    body: &Body,
+    lesson: &Lesson<'_>,
+    motions: Motions,
+) -> Result<Meaning> {
+    /// Parameter sets that orders are tried at.
+    const TRIED: usize = 32;
+    let tried = &lesson.thetas[..lesson.thetas.len().min(TRIED)];
+    let (motions, first) = coordinates::following(&mut Solver::new(body)?, motions, tried)?;
+    graph::add_features(geometry, &first)?;
+    Ok(Meaning::Motions(motions))
+}
+
+/// The coordinates, with the short training that they may need, and the training, within the session's budget.
+fn stages(
+    session: &Session<'_, '_>,
+    plan: &Plan<'_>,
+    starts: bool,
+) -> (Coordinates, TrainingConfig) {
+    let (mut coordinates, mut training) = (plan.coordinates.clone(), plan.training.clone());
+    if starts {
+        training.learning_rate *= RATE_OF_START;
+    }
+    let mut stages = vec![&mut training];
+    if let (Coordinates::MotionsAfter(first), false) = (&mut coordinates, starts) {
+        stages.push(first);
+    }
+    for stage in &mut stages {
+        stage.seed = session.options.seed;
+        stage.evaluations = stage.evaluations.min(session.options.evaluations).max(1);
+    }
+    scale(&mut stages, session.options.budget, session.simulate_s);
+    (coordinates, training)
 }
 
 impl<'a> Lesson<'a> {

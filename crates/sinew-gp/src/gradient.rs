@@ -9,7 +9,7 @@ use crate::state::{Factored, State};
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
 use faer::reborrow::{Reborrow, ReborrowMut};
-use faer::{Accum, Mat, MatMut};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
 /// Columns are shared out in this many lots, whatever the number of threads, so that sums do not
@@ -33,49 +33,11 @@ impl<const D: usize> State<'_, D> {
         let lower = factored.factor.view();
         let mut memory = Buffer::take(rest * rest);
         let mut inverse = square(&mut memory, rest);
-        let trailing = lower.submatrix(split, split, rest, rest);
-        invert_lower(inverse.rb_mut(), trailing, par);
-        // W = [left | inverse] with left = −L_uu⁻¹ L_uf L_ff⁻¹.
-        let mut left = Mat::<f64>::zeros(rest, split);
-        if split > 0 {
-            let below = lower.submatrix(split, 0, rest, split);
-            matmul(
-                left.as_mut(),
-                BlockStructure::Rectangular,
-                Accum::Replace,
-                inverse.rb(),
-                BlockStructure::TriangularLower,
-                below,
-                BlockStructure::Rectangular,
-                -1.0,
-                par,
-            );
-            let leading = lower.submatrix(0, 0, split, split);
-            solve_upper_triangular_in_place(
-                leading.transpose(),
-                left.as_mut().transpose_mut(),
-                par,
-            );
-        }
+        let left = inverted(lower, inverse.rb_mut(), split, par);
         let mut entries = Buffer::take(size * size);
-        let mut cotangent = square(&mut entries, size);
+        let cotangent = square(&mut entries, size);
         let (left, inverse) = (left.as_ref(), inverse.rb());
-        let full = BlockStructure::Rectangular;
-        let (low, high) = (BlockStructure::TriangularLower, BlockStructure::TriangularUpper);
-        if split > 0 {
-            let corner = cotangent.rb_mut().submatrix_mut(0, 0, split, split);
-            matmul(corner, low, Accum::Replace, left.transpose(), full, left, full, 1.0, par);
-            let below = cotangent.rb_mut().submatrix_mut(split, 0, rest, split);
-            matmul(below, full, Accum::Replace, inverse.transpose(), high, left, full, 1.0, par);
-            let mut memory = Buffer::take(split * split);
-            let mut imposed = square(&mut memory, split);
-            invert_lower(imposed.rb_mut(), lower.submatrix(0, 0, split, split), par);
-            let (upper, imposed) = (imposed.rb().transpose(), imposed.rb());
-            let corner = cotangent.rb_mut().submatrix_mut(0, 0, split, split);
-            matmul(corner, low, Accum::Add, upper, high, imposed, low, weight, par);
-        }
-        let corner = cotangent.rb_mut().submatrix_mut(split, split, rest, rest);
-        matmul(corner, low, Accum::Replace, inverse.transpose(), high, inverse, low, 1.0, par);
+        self.fill(cotangent, lower, (left, inverse));
 
         let (head, tail) = factored.whitened.split_at(split);
         let of_w = |column: usize| -> f64 {
@@ -106,6 +68,33 @@ impl<const D: usize> State<'_, D> {
         }
         w.iter_mut().zip(&a).for_each(|(w, a)| *w += weight * a);
         (entries, w)
+    }
+
+    /// Lower triangle of `Wᵀ W` for `W = [left | inverse]`, and of the imposed rows' own inverse by its weight.
+    fn fill(
+        &self,
+        mut cotangent: MatMut<'_, f64>,
+        lower: MatRef<'_, f64>,
+        (left, inverse): (MatRef<'_, f64>, MatRef<'_, f64>),
+    ) {
+        let (split, par, weight) = (self.first_row(), self.threads(), self.weight());
+        let rest = self.model.size - split;
+        let full = BlockStructure::Rectangular;
+        let (low, high) = (BlockStructure::TriangularLower, BlockStructure::TriangularUpper);
+        if split > 0 {
+            let corner = cotangent.rb_mut().submatrix_mut(0, 0, split, split);
+            matmul(corner, low, Accum::Replace, left.transpose(), full, left, full, 1.0, par);
+            let below = cotangent.rb_mut().submatrix_mut(split, 0, rest, split);
+            matmul(below, full, Accum::Replace, inverse.transpose(), high, left, full, 1.0, par);
+            let mut memory = Buffer::take(split * split);
+            let mut imposed = square(&mut memory, split);
+            invert_lower(imposed.rb_mut(), lower.submatrix(0, 0, split, split), par);
+            let (upper, imposed) = (imposed.rb().transpose(), imposed.rb());
+            let corner = cotangent.rb_mut().submatrix_mut(0, 0, split, split);
+            matmul(corner, low, Accum::Add, upper, high, imposed, low, weight, par);
+        }
+        let corner = cotangent.rb_mut().submatrix_mut(split, split, rest, rest);
+        matmul(corner, low, Accum::Replace, inverse.transpose(), high, inverse, low, 1.0, par);
     }
 
     /// Of ln evidence in all parameters, on their scales.
@@ -265,4 +254,24 @@ impl Pulled {
             add(to, from);
         }
     }
+}
+
+/// Inverse of the trailing block of a factor; `left = −L_uu⁻¹ L_uf L_ff⁻¹`, so that `[left | inverse]` is the trailing part of L⁻¹.
+fn inverted(
+    lower: MatRef<'_, f64>,
+    mut inverse: MatMut<'_, f64>,
+    split: usize,
+    par: Par,
+) -> Mat<f64> {
+    let rest = lower.nrows() - split;
+    invert_lower(inverse.rb_mut(), lower.submatrix(split, split, rest, rest), par);
+    let mut left = Mat::<f64>::zeros(rest, split);
+    if split > 0 {
+        let below = lower.submatrix(split, 0, rest, split);
+        let (full, low) = (BlockStructure::Rectangular, BlockStructure::TriangularLower);
+        matmul(left.as_mut(), full, Accum::Replace, inverse.rb(), low, below, full, -1.0, par);
+        let leading = lower.submatrix(0, 0, split, split);
+        solve_upper_triangular_in_place(leading.transpose(), left.as_mut().transpose_mut(), par);
+    }
+    left
 }

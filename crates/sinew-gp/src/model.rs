@@ -3,14 +3,44 @@
 use crate::coefficients::{Monomial, PointCoefficients, register};
 use crate::compile::compile;
 use crate::data::{Data, Role, check, no_data};
+use crate::domain::Domain;
 use crate::error::GpError;
 use crate::evidence::{Evaluation, Evidence};
 use crate::gram::PairPlan;
-use crate::kernel::{Measure, unusable};
+use crate::kernel::{Hyperparameter, Measure, unusable};
 use crate::operator::Parameter;
 use crate::parameter::{FreeParameter, Hyperprior};
 use crate::prior::Prior;
 use crate::resolve::Everywhere;
+
+/// A standard deviation away in the logarithm from a median.
+fn about(median: f64) -> Hyperprior {
+    Hyperprior::LogNormal { median, standard_deviation: DEVIATION }
+}
+
+/// What a kernel of the part of this number leaves free.
+fn of_kernel<const D: usize>(
+    hyperparameter: &Hyperparameter,
+    number: usize,
+    domain: &Domain<D>,
+) -> FreeParameter {
+    let (name, bounds, start, hyperprior) = match hyperparameter.measure {
+        Measure::Length { axis } => {
+            let extent = domain.extents()[axis];
+            let name = format!("{} {} {number}", hyperparameter.name, domain.names()[axis]);
+            let [bounds, start] =
+                [LENGTH_BOUNDS, LENGTH_START].map(|ends| ends.map(|l| l * extent));
+            (name, bounds, start, about(extent))
+        }
+        Measure::Number { lower, upper } => {
+            let middle = (lower * upper).sqrt();
+            let name = format!("{} {number}", hyperparameter.name);
+            let start = [lower, upper].map(|end| (end * middle).sqrt());
+            (name, [lower, upper], start, Hyperprior::Flat)
+        }
+    };
+    FreeParameter { name, logarithmic: true, bounds, start, hyperprior }
+}
 
 /// Noise of a compiled group.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -134,17 +164,8 @@ impl<const D: usize> Model<D> {
             evidence,
         };
         model.lay_out_parameters();
-        let own = |parameter: &&Parameter| {
-            let same = model.parameters.iter().filter(|p| p.name == parameter.name());
-            same.count() > 1
-        };
-        match model.theta.iter().find(own) {
-            Some(clash) => Err(GpError::Problem(format!(
-                "parameter {} has the name of an amplitude, lengthscale or noise; call it otherwise",
-                clash.name()
-            ))),
-            None => Ok(model),
-        }
+        model.check_names()?;
+        Ok(model)
     }
 
     /// The parameters, in the order of the vectors that describe them.
@@ -203,12 +224,23 @@ impl<const D: usize> Model<D> {
         }
     }
 
+    /// Requires that no parameter of the equation is called like one of the prior or the noise.
+    fn check_names(&self) -> Result<(), GpError> {
+        let clashes = |parameter: &&Parameter| {
+            self.parameters.iter().filter(|p| p.name == parameter.name()).count() > 1
+        };
+        match self.theta.iter().find(clashes) {
+            Some(clash) => Err(GpError::Problem(format!(
+                "parameter {} has the name of an amplitude, lengthscale or noise; call it otherwise",
+                clash.name()
+            ))),
+            None => Ok(()),
+        }
+    }
+
     fn lay_out_parameters(&mut self) {
         let middle = self.middle();
         let scale = self.amplitude_scale(&middle);
-        let extents = self.prior.domain.extents();
-        let names = self.prior.domain.names().clone();
-        let about = |median| Hyperprior::LogNormal { median, standard_deviation: DEVIATION };
         let mut parameters = Vec::new();
         for (number, part) in self.prior.parts.iter().enumerate() {
             self.part_offsets.push(parameters.len());
@@ -221,32 +253,8 @@ impl<const D: usize> Model<D> {
                 hyperprior: about(scale),
             });
             for hyperparameter in part.kernel.hyperparameters() {
-                let (name, bounds, start, hyperprior) = match hyperparameter.measure {
-                    Measure::Length { axis } => (
-                        format!("{} {} {number}", hyperparameter.name, names[axis]),
-                        LENGTH_BOUNDS.map(|bound| bound * extents[axis]),
-                        LENGTH_START.map(|bound| bound * extents[axis]),
-                        about(extents[axis]),
-                    ),
-                    Measure::Number { lower, upper } => {
-                        let middle = (lower * upper).sqrt();
-                        let name = format!("{} {number}", hyperparameter.name);
-                        (
-                            name,
-                            [lower, upper],
-                            [lower, upper].map(|end| (end * middle).sqrt()),
-                            Hyperprior::Flat,
-                        )
-                    }
-                };
-                let name = distinct(name, &parameters);
-                parameters.push(FreeParameter {
-                    name,
-                    logarithmic: true,
-                    bounds,
-                    start,
-                    hyperprior,
-                });
+                let free = of_kernel(&hyperparameter, number, &self.prior.domain);
+                parameters.push(FreeParameter { name: distinct(free.name, &parameters), ..free });
             }
         }
         self.theta_offset = parameters.len();

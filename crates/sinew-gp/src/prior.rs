@@ -150,30 +150,7 @@ fn pseudo_observations<const D: usize>(
     let mut groups = Vec::new();
     for (number, (axis, functional, data)) in conditions.into_iter().enumerate() {
         let places = domain.sample(share(number, all), random.random())?;
-        let at = |side: Side| {
-            let mut places = places.clone();
-            places.iter_mut().for_each(|point| point[axis] = domain.end(axis, side));
-            places
-        };
-        let group = match functional {
-            Functional::End { side, value, order, factor } => {
-                let mut derivative = Derivative::identity();
-                derivative.orders[axis] = order;
-                let slope = factor * derivative;
-                let operator = match value.is_zero() {
-                    true => slope,
-                    false => value * Derivative::identity() + slope,
-                };
-                pseudo(operator, at(side), &data)
-            }
-            Functional::Jump { order } => {
-                let mut derivative = Derivative::identity();
-                derivative.orders[axis] = order;
-                let jump = pseudo(derivative.into(), at(Side::Upper), &data);
-                Group { further: vec![(-1.0, at(Side::Lower))], ..jump }
-            }
-        };
-        groups.push(group);
+        groups.push(pseudo_at_face(domain, axis, functional, &places, &data));
     }
     for (number, (edge, lift)) in edges.into_iter().enumerate() {
         let mut places = domain.sample(share(faces + number, all), random.random())?;
@@ -200,6 +177,39 @@ fn pseudo_observations<const D: usize>(
         groups.push(pseudo(Operator::identity(), places, data));
     }
     Ok(groups)
+}
+
+/// A condition at an end of an axis, or between both, at the projections of `places`.
+fn pseudo_at_face<const D: usize>(
+    domain: &Domain<D>,
+    axis: usize,
+    functional: Functional<D>,
+    places: &[[f64; D]],
+    data: &Field<D>,
+) -> Group<D> {
+    let at = |side: Side| {
+        let mut places = places.to_vec();
+        places.iter_mut().for_each(|point| point[axis] = domain.end(axis, side));
+        places
+    };
+    match functional {
+        Functional::End { side, value, order, factor } => {
+            let mut derivative = Derivative::identity();
+            derivative.orders[axis] = order;
+            let slope = factor * derivative;
+            let operator = match value.is_zero() {
+                true => slope,
+                false => value * Derivative::identity() + slope,
+            };
+            pseudo(operator, at(side), data)
+        }
+        Functional::Jump { order } => {
+            let mut derivative = Derivative::identity();
+            derivative.orders[axis] = order;
+            let jump = pseudo(derivative.into(), at(Side::Upper), data);
+            Group { further: vec![(-1.0, at(Side::Lower))], ..jump }
+        }
+    }
 }
 
 /// The conditions on single edges of a polygon, with the edges' numbers.

@@ -28,45 +28,9 @@ pub fn posterior<const D: usize>(
     let setting = &inference.setting;
     let domain = setting.problem.domain();
     let label = inference.approach.method().label();
-    let panels = if D == 1 {
-        let points = line(domain, inference.scale.pick(CURVE_POINTS, FEW_POINTS));
-        let prediction = posterior.predict(&points)?;
-        let exact: Vec<f64> = points.iter().map(|x| (setting.solution)(*x)).collect();
-        let chart = Chart::new(
-            format!("{label}: u with its 95 % band"),
-            [&domain.names()[0], "u"],
-            [false; 2],
-        );
-        let band = band(&prediction.mean, &prediction.standard_deviation);
-        let marks = observed.collocation.iter().map(|x| [x[0], (setting.solution)(*x)]);
-        vec![Panel::Chart(
-            chart
-                .with(curve("exact", &points, &exact))
-                .with(Series { band, ..curve(label, &points, &prediction.mean) })
-                .with(Series::new("equation imposed", Style::Points, marks)),
-        )]
-    } else {
-        let slice = Slice::of(domain, inference.scale.pick(MAP_POINTS, FEW_POINTS));
-        let prediction = posterior.predict(&slice.points)?;
-        let exact: Vec<f64> = slice.points.iter().map(|x| (setting.solution)(*x)).collect();
-        let error: Vec<f64> =
-            exact.iter().zip(&prediction.mean).map(|(u, m)| (u - m).abs()).collect();
-        let width: Vec<f64> = prediction.standard_deviation.iter().map(|s| BAND * s).collect();
-        let shared = Map::range(&slice.rows(&exact));
-        let with_data = |map: Map| Map {
-            marks: [("u observed", &observed.places), ("equation imposed", &observed.collocation)]
-                .map(|(name, places)| (name.into(), places.iter().map(|x| [x[0], x[1]]).collect()))
-                .to_vec(),
-            ..map
-        };
-        [
-            slice.map("u exact", &exact, Some(shared)),
-            with_data(slice.map(&format!("{label}: û and data"), &prediction.mean, Some(shared))),
-            slice.map(&format!("{label}: |u − û|"), &error, None),
-            slice.map(&format!("{label}: half-width of the 95 % band"), &width, None),
-        ]
-        .map(Panel::Map)
-        .to_vec()
+    let panels = match D {
+        1 => curves(inference, posterior, observed)?,
+        _ => maps(inference, posterior, observed)?,
     };
     let at = domain.names().iter().zip(domain.upper()).skip(2);
     let slice: String = at.map(|(name, end)| format!(" at {name} = {end}")).collect();
@@ -82,6 +46,62 @@ pub fn posterior<const D: usize>(
         caption: String::new(),
         panels,
     })
+}
+
+/// A profile with its band.
+fn curves<const D: usize>(
+    inference: &Inference<D>,
+    posterior: &Posterior<D>,
+    observed: &Observed<D>,
+) -> Result<Vec<Panel>, GpError> {
+    let setting = &inference.setting;
+    let domain = setting.problem.domain();
+    let label = inference.approach.method().label();
+    let points = line(domain, inference.scale.pick(CURVE_POINTS, FEW_POINTS));
+    let prediction = posterior.predict(&points)?;
+    let exact: Vec<f64> = points.iter().map(|x| (setting.solution)(*x)).collect();
+    let chart =
+        Chart::new(format!("{label}: u with its 95 % band"), [&domain.names()[0], "u"], [false; 2]);
+    let band = band(&prediction.mean, &prediction.standard_deviation);
+    let marks = observed.collocation.iter().map(|x| [x[0], (setting.solution)(*x)]);
+    Ok(vec![Panel::Chart(
+        chart
+            .with(curve("exact", &points, &exact))
+            .with(Series { band, ..curve(label, &points, &prediction.mean) })
+            .with(Series::new("equation imposed", Style::Points, marks)),
+    )])
+}
+
+/// Maps of the solution, its mean, error and band over two axes.
+fn maps<const D: usize>(
+    inference: &Inference<D>,
+    posterior: &Posterior<D>,
+    observed: &Observed<D>,
+) -> Result<Vec<Panel>, GpError> {
+    let setting = &inference.setting;
+    let domain = setting.problem.domain();
+    let label = inference.approach.method().label();
+    let slice = Slice::of(domain, inference.scale.pick(MAP_POINTS, FEW_POINTS));
+    let prediction = posterior.predict(&slice.points)?;
+    let exact: Vec<f64> = slice.points.iter().map(|x| (setting.solution)(*x)).collect();
+    let error: Vec<f64> = exact.iter().zip(&prediction.mean).map(|(u, m)| (u - m).abs()).collect();
+    let width: Vec<f64> = prediction.standard_deviation.iter().map(|s| BAND * s).collect();
+    let shared = Map::range(&slice.rows(&exact));
+    let with_data = |map: Map| Map {
+        marks: [("u observed", &observed.places), ("equation imposed", &observed.collocation)]
+            .map(|(name, places)| (name.into(), places.iter().map(|x| [x[0], x[1]]).collect()))
+            .to_vec(),
+        ..map
+    };
+    let panels = [
+        slice.map("u exact", &exact, Some(shared)),
+        with_data(slice.map(&format!("{label}: û and data"), &prediction.mean, Some(shared))),
+        slice.map(&format!("{label}: |u − û|"), &error, None),
+        slice.map(&format!("{label}: half-width of the 95 % band"), &width, None),
+    ]
+    .map(Panel::Map)
+    .to_vec();
+    Ok(panels)
 }
 
 /// The equation's first parameter after each iteration, from every start (Fig. 4.9).

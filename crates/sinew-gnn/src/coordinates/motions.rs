@@ -84,20 +84,7 @@ impl Motions {
             centres,
             positions: places.clone(),
         };
-        let mut ancestors = tree.node_parents.clone();
-        let mut first = 0;
-        for &count in &topology.roots_per_layer {
-            let of_layer = costs.of_clusters(&ancestors, first..first + count, &tree.centres);
-            tree.cluster_scales.extend(of_layer.into_iter().map(|(cost, radius)| {
-                let mut scale = inverse_root(cost);
-                scale[3..].as_flattened_mut().iter_mut().for_each(|entry| *entry /= radius);
-                scale
-            }));
-            first += count;
-            for ancestor in &mut ancestors {
-                *ancestor = tree.cluster_parents[*ancestor].unwrap_or(*ancestor);
-            }
-        }
+        costs.scale_clusters(&mut tree, &topology.roots_per_layer);
         let largest =
             tree.node_scales.as_flattened().as_flattened().iter().fold(0f64, |m, s| m.max(s.abs()));
         require_positive("the displacement of a unit output", largest)?;
@@ -283,6 +270,24 @@ impl Costs<'_> {
         let block = own.map_or([[0.0; 3]; 3], |(_, block)| *block);
         let (free, block) = (matrix(&self.free[node]), matrix(&block));
         free * block * free
+    }
+
+    /// Gives every cluster of a tree its scale, layer by layer.
+    fn scale_clusters(&self, tree: &mut MotionTree, roots_per_layer: &[usize]) {
+        let mut ancestors = tree.node_parents.clone();
+        let mut first = 0;
+        for &count in roots_per_layer {
+            let of_layer = self.of_clusters(&ancestors, first..first + count, &tree.centres);
+            tree.cluster_scales.extend(of_layer.into_iter().map(|(cost, radius)| {
+                let mut scale = inverse_root(cost);
+                scale[3..].as_flattened_mut().iter_mut().for_each(|entry| *entry /= radius);
+                scale
+            }));
+            first += count;
+            for ancestor in &mut ancestors {
+                *ancestor = tree.cluster_parents[*ancestor].unwrap_or(*ancestor);
+            }
+        }
     }
 
     /// Translations, and turns measured by the displacement at the radius of gyration, of each cluster of a layer, and

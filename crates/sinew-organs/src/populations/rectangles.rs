@@ -262,6 +262,21 @@ fn regression(seen: &[Beam], unseen: &[Beam]) -> Result<Trained> {
     })
 }
 
+fn data_set(topology: &Topology, training: &[Beam], validation: &[Beam]) -> Result<DataSet> {
+    let geometries = training.iter().chain(validation).map(|beam| beam.geometry(topology));
+    let geometries = geometries.collect::<Result<Vec<_>>>()?;
+    let sample = |(geometry, beam): (usize, &Beam)| Sample {
+        geometry,
+        theta: beam.theta.clone(),
+        displacement: beam.displacement.clone(),
+    };
+    Ok(DataSet {
+        geometries,
+        training: training.iter().enumerate().map(sample).collect(),
+        validation: (training.len()..).zip(validation).map(sample).collect(),
+    })
+}
+
 fn network(
     options: &Options,
     variant: Variant,
@@ -272,18 +287,7 @@ fn network(
     let Variant { steps, latent, virtual_nodes } = variant;
     let start = cpu_seconds();
     let topology = average(virtual_nodes, options.seed)?;
-    let geometries = training.iter().chain(validation).map(|beam| beam.geometry(&topology));
-    let geometries = geometries.collect::<Result<Vec<_>>>()?;
-    let sample = |(geometry, beam): (usize, &Beam)| Sample {
-        geometry,
-        theta: beam.theta.clone(),
-        displacement: beam.displacement.clone(),
-    };
-    let data = DataSet {
-        geometries,
-        training: training.iter().enumerate().map(sample).collect(),
-        validation: (training.len()..).zip(validation).map(sample).collect(),
-    };
+    let data = data_set(&topology, training, validation)?;
     let output = OutputScale::standardising(2, training.iter().map(|beam| &beam.displacement[..]))?;
     let objective = DataFit::new(output.length())?;
     let modulus =

@@ -247,25 +247,34 @@ fn network(
     };
     let about = format!("{from}, {} shapes, {solves}", recipe.bodies * last.step);
     for group in groups {
-        let outcome = group.measure([name, &about], spent, |individual| {
-            let met = emulator.meet(&individual.body)?;
-            Ok(met.predict(std::slice::from_ref(&individual.theta))?.displacement)
-        })?;
-        study.outcomes.push(outcome);
-        if stage.start == Start::Equilibrium {
-            continue;
-        }
+        study.outcomes.extend(measured(group, &emulator, [name, &about], spent, stage.start)?);
+    }
+    Ok(())
+}
+
+/// A network on individuals; where it does not start from equilibrium, its state at the centre followed too.
+fn measured(
+    group: &Group,
+    emulator: &PopulationEmulator,
+    [name, about]: [&str; 2],
+    spent: f64,
+    start: Start,
+) -> Result<Vec<Outcome>> {
+    let mut outcomes = vec![group.measure([name, about], spent, |individual| {
+        let met = emulator.meet(&individual.body)?;
+        Ok(met.predict(std::slice::from_ref(&individual.theta))?.displacement)
+    })?];
+    if start != Start::Equilibrium {
         let about = format!(
             "the network's state for the centre of the parameters, {CARRIED_STEPS} Newton steps there, outputs to second order"
         );
         let carried = format!("{name}, carried");
-        let outcome = group.measure([&carried, &about], spent, |individual| {
+        outcomes.push(group.measure([&carried, &about], spent, |individual| {
             let theta = std::slice::from_ref(&individual.theta);
             Ok(emulator.carried(&individual.body, theta, CARRIED_STEPS)?.remove(0))
-        })?;
-        study.outcomes.push(outcome);
+        })?);
     }
-    Ok(())
+    Ok(outcomes)
 }
 
 /// Newton steps from the network's state for the centre of the parameters to one that is followed.

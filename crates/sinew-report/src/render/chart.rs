@@ -206,19 +206,12 @@ fn push(plots: &mut Vec<Plot>, series: &Series, palette: &Palette, axes: [Axis; 
             plots.push(line.into());
         }
     }
-    let marked: Vec<usize> =
+    let mut marked: Vec<usize> =
         (0..series.points.len()).filter(|&i| shown(&series.points[i])).collect();
-    let marked = match series.style {
-        Style::Marked | Style::Points => &marked[..],
-        // A line that is one point would not be seen.
-        Style::Line | Style::Area => {
-            if marked.len() == 1 {
-                &marked[..]
-            } else {
-                &[]
-            }
-        }
-    };
+    // A line that is one point would not be seen.
+    if matches!(series.style, Style::Line | Style::Area) && marked.len() > 1 {
+        marked.clear();
+    }
     if !marked.is_empty() {
         let mut points = ScatterPlot::new()
             .with_data(marked.iter().map(|&i| place(series.points[i])))
