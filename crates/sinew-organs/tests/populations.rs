@@ -17,7 +17,7 @@ fn a_quick_run_reports_every_population_and_is_resumed() {
     let read = || Report::read(&folder.path().join("report.json")).unwrap();
     let report = read();
     let names: Vec<_> = report.sections.iter().map(|section| section.name.as_str()).collect();
-    assert_eq!(names, ["rectangles", "beams", "ventricles", "infarcts"]);
+    assert_eq!(names, ["rectangles", "rings", "beams", "ventricles", "infarcts"]);
     let plane = report.sections[0].tables().next().unwrap();
     assert_eq!(plane.rows.len(), 3, "a regression, a network without virtual nodes and one with");
     for section in &report.sections[1..] {
@@ -26,6 +26,9 @@ fn a_quick_run_reports_every_population_and_is_resumed() {
         let mut all = vec!["mean", "nearest", "POD + GP", "no network", "network"];
         // What starts from equilibrium has no state to find.
         all.extend((section.name == "beams").then_some("network, carried"));
+        if section.name == "rings" {
+            all.extend(["network, dd", "network, hybrid"]);
+        }
         assert_eq!(methods, all);
         // Raw, after one step and after two.
         for row in &table.rows {
