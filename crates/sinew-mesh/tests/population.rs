@@ -1,6 +1,6 @@
 //! Shapes of populations are what they are said to be.
 
-use sinew_mesh::{BeamShape, ShapeError, ShapeModes, VentricleShape, quality};
+use sinew_mesh::{BeamShape, RingShape, ShapeError, ShapeModes, VentricleShape, quality};
 
 /// Numbers of mean zero and variance one (Box and Muller 1958) from a generator of Park and Miller (1988).
 fn normals(seed: u64, count: usize) -> Vec<f64> {
@@ -57,6 +57,32 @@ fn numbers_of_no_body_are_refused() {
     assert!(matches!(folded, ShapeError::Folded { .. }), "{folded}");
     assert!(ShapeModes::of(&[vec![[0.0; 3]]]).is_err());
     assert!(ShapeModes::of(&[vec![[0.0; 3]], vec![[0.0; 3]]]).is_err());
+}
+
+/// Rings are meshes without defects between two closed curves, or refused with the measure.
+#[test]
+fn rings_are_between_two_closed_curves() {
+    let shapes = (0..200).filter_map(|k| RingShape::new(&normals(k, RingShape::NUMBERS)).ok());
+    let meshes: Vec<_> = shapes.map(|shape| shape.triangles([24, 3]).unwrap()).collect();
+    assert!(meshes.len() > 150, "{} of 200", meshes.len());
+    for mesh in &meshes {
+        assert!(mesh.check().is_ok());
+        assert_eq!(mesh.facet_sets["inner"].len() + mesh.facet_sets["outer"].len(), 48);
+    }
+    // A round ring's area, but for the polygon that stands for the circle.
+    let round = RingShape::new(&[]).unwrap().triangles([200, 2]).unwrap();
+    let area: f64 = (0..round.cells.len()).map(|cell| round.cell_volume(cell)).sum();
+    let exact = std::f64::consts::PI * (35f64.powi(2) - 25f64.powi(2));
+    assert!((area / exact - 1.0).abs() < 1e-3, "{area} {exact}");
+    let thin = RingShape::new(&{
+        let mut numbers = [0.0; RingShape::NUMBERS];
+        numbers[15] = -6.0;
+        numbers
+    });
+    assert!(matches!(thin, Err(ShapeError::Measure { what: "thickness of the wall", .. })));
+    assert!(RingShape::new(&[0.0; 31]).is_err());
+    let few = RingShape::new(&[]).unwrap().triangles([2, 1]).unwrap_err();
+    assert!(few.to_string().contains("cells around and across"), "{few}");
 }
 
 /// The base of every ventricle is a plane, and its sets are the ellipsoid's, whatever the cells.

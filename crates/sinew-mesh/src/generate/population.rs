@@ -15,7 +15,7 @@ pub use ventricle::VentricleShape;
 #[non_exhaustive]
 pub enum ShapeError {
     /// Too many or too few numbers, or one that is not finite.
-    #[error("a shape has {most} finite numbers; {found} were given, or one of them is none")]
+    #[error("a shape has {most} finite numbers; {found} were given, or one of them is not finite")]
     Numbers {
         /// Numbers given.
         found: usize,
@@ -33,6 +33,14 @@ pub enum ShapeError {
         least: f64,
         /// Largest of the population.
         most: f64,
+    },
+    /// Too few cells for a mesh.
+    #[error("a mesh needs {least:?} cells around and across or more, not {found:?}")]
+    Cells {
+        /// Cells asked for.
+        found: [usize; 2],
+        /// The fewest there can be.
+        least: [usize; 2],
     },
     /// A cell without volume, or turned over.
     #[error("cell {cell} has a volume of {volume:.3e}: the shape is folded; draw other numbers")]

@@ -37,6 +37,9 @@ const DEVIATIONS: [[f64; WAVES + 1]; 2] = [
 const RADIUS: [f64; 2] = [12.0, 50.0];
 const THICKNESS: [f64; 2] = [4.0, 25.0];
 
+/// Fewest cells around and across.
+const LEAST: [usize; 2] = [3, 1];
+
 impl RingShape {
     /// Numbers of a shape.
     pub const NUMBERS: usize = 2 * (2 * WAVES + 1);
@@ -61,17 +64,11 @@ impl RingShape {
     /// field `fibre` goes around.
     ///
     /// # Errors
-    /// Fewer than three cells around or none across; a shape that folds.
+    /// Fewer than three cells around or none across.
     pub fn triangles(&self, cells: [usize; 2]) -> Result<TriangleMesh, ShapeError> {
         let [around, across] = cells;
-        if around < 3 || across < 1 {
-            let value = around.min(across) as f64;
-            return Err(ShapeError::Measure {
-                what: "number of cells",
-                value,
-                least: 3.0,
-                most: f64::INFINITY,
-            });
+        if around < LEAST[0] || across < LEAST[1] {
+            return Err(ShapeError::Cells { found: cells, least: LEAST });
         }
         let node = |i: usize, j: usize| (i % around) * (across + 1) + j;
         let mut mesh = TriangleMesh::default();
