@@ -14,7 +14,7 @@ const SHRINKAGE: usize = 2;
 /// # Errors
 /// A mesh that has no valid graph.
 pub(crate) fn geometry(body: &Body, to_one_root: bool, seed: u64) -> Result<Geometry> {
-    geometry_on(body, topology(body, to_one_root, seed)?)
+    geometry_at(&body.positions, body, topology(body, to_one_root, seed)?)
 }
 
 /// The graph alone, which bodies of one connectivity may share.
@@ -34,14 +34,18 @@ pub(crate) fn topology_of_met(body: &Body, seed: u64) -> Result<Topology> {
     Ok(augment(&body.positions, &body.mesh.edges(), &config)?)
 }
 
-/// Features of a body on a graph of its connectivity.
-pub(crate) fn geometry_on(body: &Body, topology: Topology) -> Result<Geometry> {
+/// Features of a body on a graph of its connectivity, its nodes at these positions.
+pub(crate) fn geometry_at(
+    positions: &[[f64; 3]],
+    body: &Body,
+    topology: Topology,
+) -> Result<Geometry> {
     let nodes = body.nodes;
     let held = body.prescribed.chunks_exact(3).enumerate();
     let held: Vec<usize> =
         held.filter(|(_, row)| row.iter().all(Option::is_some)).map(|(node, _)| node).collect();
     let indicator = FeatureMatrix::indicator(nodes, &held)?;
-    let features = graph_features(&topology, &body.positions, &indicator, 3)?;
+    let features = graph_features(&topology, positions, &indicator, 3)?;
     let (dirichlet, coordinates) = (Dirichlet::of_body(body), Coordinates::Components);
     Ok(Geometry { topology, features, global: Vec::new(), dirichlet, coordinates })
 }

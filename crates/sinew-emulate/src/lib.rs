@@ -79,7 +79,7 @@ pub use evaluate::{CaseErrors, Errors, METRICS, Metric, TestSet, median_and_wors
 pub use evaluation::{Corrected, Evaluation, Times};
 pub use network::{CurvePoint, Network};
 pub use options::{Budget, TrainingOptions};
-pub use population::{Draw, Loss, Population, PopulationEmulator, Start, StreamProgress};
+pub use population::{Axes, Draw, Loss, Population, PopulationEmulator, Start, StreamProgress};
 pub use progress::{Counter, Observer, Progress};
 pub use quantiles::Quantiles;
 pub use recipe::Recipe;

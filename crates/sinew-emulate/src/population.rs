@@ -1,5 +1,6 @@
 //! One network for all bodies of a population, trained on a stream of bodies by energy alone.
 
+mod frame;
 mod template;
 
 use crate::coordinates::{self, Coordinates};
@@ -44,6 +45,17 @@ impl Default for Start {
     fn default() -> Self {
         Self::Near { newton_steps: 0 }
     }
+}
+
+/// Axes that features and outputs of a body are written in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Axes {
+    /// Those of the mesh: for populations whose bodies all lie alike.
+    #[default]
+    Mesh,
+    /// The principal axes of the body's nodes: a body that is turned with its fibres and loads has the turned prediction.
+    Body,
 }
 
 /// What a network that learns a population minimises.
@@ -107,6 +119,8 @@ pub struct Population {
     pub network: Network,
     /// The state that the outputs of a body are about.
     pub start: Start,
+    /// What features and outputs are written in.
+    pub axes: Axes,
     /// What is minimised.
     pub loss: Loss,
     /// Bodies in a step.
@@ -120,6 +134,7 @@ impl Default for Population {
         Self {
             network: Network::default(),
             start: Start::default(),
+            axes: Axes::default(),
             loss: Loss::default(),
             bodies: 2,
             training: TrainingConfig {
@@ -291,6 +306,14 @@ impl Population {
         let motions = Motions::about(&anchor, &topology, body, &centre)?;
         let thetas = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
         let (motions, first) = coordinates::following(&mut solver, motions, &thetas)?;
+        let (motions, first, positions) = match self.axes {
+            Axes::Mesh => (motions, first, None),
+            Axes::Body => {
+                let axes = frame::frame(&body.positions);
+                let positions = frame::along(&axes, &body.positions);
+                (motions.along(&axes), first.along(&axes), Some(positions))
+            }
+        };
         let work = coordinates::work(body, &anchor);
         let (step, gain, energy) = match self.start {
             Start::Near { .. } => {
@@ -309,7 +332,8 @@ impl Population {
             }
         };
         let (motions, first) = (motions.of_energy(energy)?, first.of_energy(energy)?);
-        let mut geometry = graph::geometry_on(body, topology)?;
+        let positions = positions.as_deref().unwrap_or(&body.positions);
+        let mut geometry = graph::geometry_at(positions, body, topology)?;
         if let Some(step) = step {
             graph::add_features(&mut geometry, &first.clone().following(&[step], body)?)?;
         }

@@ -24,6 +24,10 @@ pub struct Options {
     #[arg(long)]
     #[serde(default)]
     pub no_rivals: bool,
+    /// Networks in the principal axes of each body, so that their predictions turn with it
+    #[arg(long)]
+    #[serde(default)]
+    pub body_axes: bool,
     /// Folder of the surfaces of a real heart, patient1_LV_ENDOCARDIAL_000.vtk and its like
     #[arg(long, default_value = "../shared/meshes/biv-me")]
     pub hearts: PathBuf,

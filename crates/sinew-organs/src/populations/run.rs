@@ -6,7 +6,7 @@ use super::rectangles;
 use super::rivals::Rivals;
 use super::stage::{Individual, Stage};
 use anyhow::{Context, Result};
-use sinew_emulate::{Loss, Population, PopulationEmulator, Start, store};
+use sinew_emulate::{Axes, Loss, Population, PopulationEmulator, Start, store};
 use sinew_report::{Block, Chart, Column, Distribution, Provenance, Report, Row, Section};
 use sinew_report::{Series, Style, Table};
 use std::ops::ControlFlow;
@@ -206,7 +206,8 @@ fn network(
     (loss, steps): (Loss, usize),
     study: &mut Study,
 ) -> Result<()> {
-    let mut recipe = Population { start: stage.start, loss, ..Population::default() };
+    let axes = if options.body_axes { Axes::Body } else { Axes::Mesh };
+    let mut recipe = Population { start: stage.start, axes, loss, ..Population::default() };
     recipe.training.budget = match options.budget {
         Some(time) => sinew_gnn::Budget::Seconds(time.as_secs_f64()),
         None => sinew_gnn::Budget::Steps(steps),
