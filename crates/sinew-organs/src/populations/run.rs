@@ -242,6 +242,7 @@ fn network(
     let last = last.context("a training that has not begun")?;
     let fact = format!("{} of the stream left out, for they could not be prepared", last.left_out);
     study.facts.push((format!("training, {name}"), fact));
+    study.facts.push((format!("answers, {name}"), answers(&groups[0], &emulator)?));
     let solves = match stage.start {
         Start::Near { .. } => "one solve in all",
         Start::Equilibrium => "one solve of each body",
@@ -251,6 +252,28 @@ fn network(
         study.outcomes.extend(measured(group, &emulator, [name, &about], spent, stage.start)?);
     }
     Ok(())
+}
+
+/// How long the first individual takes: until its first answer, for the next, for each of many.
+fn answers(group: &Group, emulator: &PopulationEmulator) -> Result<String> {
+    const MANY: usize = 200;
+    let Individual { body, theta, .. } = &group.individuals[0];
+    let start = std::time::Instant::now();
+    let met = emulator.meet(body)?;
+    met.predict(std::slice::from_ref(theta))?;
+    let first = start.elapsed().as_secs_f64();
+    let time = |thetas: &[Vec<f64>]| -> Result<f64> {
+        let start = std::time::Instant::now();
+        met.predict(thetas)?;
+        Ok(1e3 * start.elapsed().as_secs_f64() / thetas.len() as f64)
+    };
+    let (next, many) = (time(std::slice::from_ref(theta))?, time(&vec![theta.clone(); MANY])?);
+    Ok(format!(
+        "{} nodes: the first after {:.0} ms, the next after {next:.2} ms, {many:.2} ms each of {MANY} together; {} threads",
+        body.nodes,
+        1e3 * first,
+        rayon::current_num_threads()
+    ))
 }
 
 /// A network on individuals; where it does not start from equilibrium, its state at the centre followed too.
