@@ -43,6 +43,8 @@ pub struct Outcome {
     pub volumes: Vec<f64>,
     /// Size of the first Newton step over the error of the prediction, which it estimates, where there is a step.
     pub estimates: Vec<f64>,
+    /// Iterations of a solve that starts from the prediction, where it ends.
+    pub iterations: Vec<f64>,
     /// Predictions that turn cells over, which no step corrects.
     pub inverted: usize,
 }
@@ -98,6 +100,7 @@ impl Group {
             errors: vec![Vec::new(); CORRECTIONS + 1],
             volumes: Vec::new(),
             estimates: Vec::new(),
+            iterations: Vec::new(),
             inverted: 0,
         };
         for (individual, truth) in self.individuals.iter().zip(&self.truths) {
@@ -109,7 +112,12 @@ impl Group {
             let volumes = body.cavity_volumes(truth).into_iter();
             let volumes = volumes.zip(body.cavity_volumes(&predicted)).take(1);
             outcome.volumes.extend(volumes.map(|(v, w)| (v - w).abs() / v));
-            let steps = match Solver::new(body)?.newton_steps(&predicted, theta, CORRECTIONS) {
+            let mut solver = Solver::new(body)?;
+            // From a state that turns cells over none starts.
+            if let Ok(solved) = solver.solve_from(&predicted, theta, &Options::default()) {
+                outcome.iterations.push(solved.history.iterations.len() as f64);
+            }
+            let steps = match solver.newton_steps(&predicted, theta, CORRECTIONS) {
                 Ok(steps) => steps,
                 Err(SolveError::Inadmissible { .. }) => {
                     outcome.inverted += 1;

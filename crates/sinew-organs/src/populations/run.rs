@@ -332,7 +332,11 @@ fn section(key: &str, study: &Study) -> Result<Section> {
             Column::new("answer", "s").about("the first for a shape, all that it needs included"),
             Column::new("CPU", "s").once().about("simulations and training, on all threads"),
         ],
-        [Column::new("inverted", "").about("predictions that turn cells over")],
+        [
+            Column::new("iterations", "")
+                .about("median, of a solve from the prediction to its end"),
+            Column::new("inverted", "").about("predictions that turn cells over"),
+        ],
     );
     for outcome in &study.outcomes {
         let many = |values: &[f64], factor: f64| {
@@ -348,7 +352,8 @@ fn section(key: &str, study: &Study) -> Result<Section> {
         }
         row = row.error(many(&outcome.volumes, 100.0)).error(many(&outcome.estimates, 1.0));
         row = row.time(outcome.cpu_s);
-        table.push(row.other(Some(outcome.inverted as f64)))?;
+        let iterations = many(&outcome.iterations, 1.0).map(|found| found.q50);
+        table.push(row.other(iterations).other(Some(outcome.inverted as f64)))?;
     }
     let chart = Chart::new("Error in training", ["CPU time [s]", "median error"], [true; 2]);
     let curves = study.curves.iter();
