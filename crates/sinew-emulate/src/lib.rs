@@ -84,7 +84,7 @@ pub use progress::{Counter, Observer, Progress};
 pub use quantiles::Quantiles;
 pub use recipe::Recipe;
 pub use regression::{Interpolation, PodRegression, RegressionError};
-pub use sampling::{Design, share_of};
+pub use sampling::{Design, share_of, split_seed};
 pub use simulate::{Failure, Simulations, read_simulations, simulate};
 pub use sinew_energy::Body;
 pub use sinew_gnn::Backend;

@@ -6,6 +6,7 @@ mod template;
 use crate::coordinates::{self, Coordinates};
 use crate::network::{Network, TrainedNetwork};
 use crate::recipe::PhysicsInformed;
+use crate::sampling::split_seed;
 use crate::{Body, Design, Emulator, Recipe, Record, Result, graph, parameters};
 use rayon::ThreadPoolBuilder;
 use serde::{Deserialize, Serialize};
@@ -363,7 +364,7 @@ impl Population {
 
     fn lesson(&self, body: &Body, template: &Template, seed: u64, index: u64) -> Result<Lesson> {
         let (geometry, energy, mut solver) = self.geometry(body, template, seed)?;
-        let seed = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ index;
+        let seed = split_seed(seed, index);
         let thetas = Design::LatinHypercube.sample(&body.parameters, self.training.batch, seed)?;
         if self.loss != Loss::Energy {
             return self.lesson_of_simulations(body, geometry, thetas);

@@ -36,6 +36,12 @@ pub enum Design {
     Uniform,
 }
 
+/// A seed of its own for one purpose (a seed stream) of those that derive from `seed`; the same for the same.
+pub fn split_seed(seed: u64, stream: u64) -> u64 {
+    // The golden ratio in 64 bits: neighbouring seeds do not share streams.
+    seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ stream
+}
+
 /// Samples and parameters that Sobol's sequence is tabulated for.
 const SOBOL_LIMITS: [usize; 2] = [1 << 16, sobol_burley::NUM_DIMENSIONS as usize];
 

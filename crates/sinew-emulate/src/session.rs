@@ -3,6 +3,7 @@
 use crate::evaluate::TestSet;
 use crate::parameters::require_inside;
 use crate::progress::Observer;
+use crate::sampling::split_seed;
 use crate::simulate::{Simulations, read_simulations, simulate};
 use crate::store::{read_json, write_json};
 use crate::{Body, Design, Error, Recipe, Result, TrainingOptions, Warning, identity};
@@ -71,7 +72,7 @@ impl<'a, 'b> Session<'a, 'b> {
 
     /// A seed of its own.
     pub fn seed(&self, stream: Stream) -> u64 {
-        self.options.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ stream as u64
+        split_seed(self.options.seed, stream as u64)
     }
 
     /// Keeps a reason for mistrust, and says it at once.

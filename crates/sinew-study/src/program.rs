@@ -1,7 +1,9 @@
 //! What the programs of all studies share: their end, their test cases, how they train.
 
 use anyhow::{Result, ensure};
-use sinew_emulate::{Body, Design, Simulations, Terminal, TestSet, TrainingOptions, simulate};
+use sinew_emulate::{
+    Body, Design, Simulations, Terminal, TestSet, TrainingOptions, simulate, split_seed,
+};
 use sinew_energy::{Parameter, Sampling};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -31,10 +33,11 @@ pub fn test_set<'b>(
     seed: u64,
     folder: &Path,
 ) -> Result<(TestSet<'b>, f64)> {
+    /// Seed stream of test cases.
+    const TEST: u64 = 2;
     let linear = |p: &Parameter| Parameter { sampling: Sampling::Linear, ..p.clone() };
     let parameters: Vec<_> = body.parameters.iter().map(linear).collect();
-    let seed = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 2;
-    let thetas = Design::Uniform.sample(&parameters, cases, seed)?;
+    let thetas = Design::Uniform.sample(&parameters, cases, split_seed(seed, TEST))?;
     let (folder, stage) = (folder.join("test"), "solve test cases");
     let solved: Simulations =
         simulate(body, &thetas, stage, Some(&folder), &mut Terminal::default())?;
