@@ -41,8 +41,7 @@ impl Coordinates {
     }
 }
 
-/// Energy that outputs of one cost together about rest, in units of that of the linear response: measured in
-/// docs/design.md.
+/// Energy that outputs of one cost together about rest, in units of that of the linear response (by trial).
 pub(crate) const FIRST_SHARE: f64 = 9.0;
 
 /// The same about a solution, in units of the loads' work: over the parameter
@@ -143,7 +142,7 @@ fn damped(forms: &[Option<Motions>], body: &Body, thetas: &[Vec<f64>]) -> Result
         .collect();
     let (guarded, scaling) =
         (body.clone().with_barriers(Barriers::default()), parameters::scaling(body)?);
-    let scale = PRECISE * work(body, tried[0].1.origin());
+    let work = work(body, tried[0].1.origin());
     for theta in thetas {
         let at = scaling.standardise(theta)?;
         let energy = |(_, motions): &(f64, Motions)| -> Result<f64> {
@@ -151,9 +150,12 @@ fn damped(forms: &[Option<Motions>], body: &Body, thetas: &[Vec<f64>]) -> Result
         };
         let energies: Vec<f64> = tried.iter().map(energy).collect::<Result<_>>()?;
         let least = energies.iter().copied().fold(f64::INFINITY, f64::min);
+        // Loads that are zero at the centre do no work there: then the energies' own size is the scale.
+        let scale = PRECISE * if work > 0.0 { work } else { least.abs() };
         // Where all are infinite, they say nothing.
         for ((loss, _), energy) in tried.iter_mut().zip(energies).filter(|_| least.is_finite()) {
-            *loss += ((energy - least) / scale).ln_1p();
+            let excess = energy - least;
+            *loss += if excess > 0.0 { (excess / scale).ln_1p() } else { 0.0 };
         }
     }
     tried.sort_by(|(a, _), (b, _)| a.total_cmp(b));
@@ -221,7 +223,7 @@ pub(crate) fn of_simulations(
     fields: &[Vec<f64>],
 ) -> Result<PrincipalDirections> {
     /// Between the spread of the simulations, which hides the small directions from the network, and equal sizes,
-    /// which waste it on them: measured in docs/design.md.
+    /// which waste it on them (by trial).
     const POWER: f64 = 0.7;
     let scaling = parameters::scaling(body)?;
     let parameters: Vec<Vec<f64>> =

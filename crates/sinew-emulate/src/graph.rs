@@ -4,7 +4,7 @@ use crate::{Body, Result};
 use sinew_gnn::{Coordinates, Dirichlet, Geometry, Motions};
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 
-/// Clusters of a layer in one of the next, where they go on to the whole body: measured in docs/design.md.
+/// Clusters of a layer in one of the next, where they go on to the whole body (docs/design.md, "Graph").
 const SHRINKAGE: usize = 2;
 
 /// Augmented graph and features of a body (thesis Algorithm 1): the indicator of the Dirichlet boundary

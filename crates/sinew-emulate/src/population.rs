@@ -1,4 +1,4 @@
-//! One network for all bodies of a population, trained on a stream of bodies by energy alone.
+//! One network for all bodies of a population, trained on a stream of bodies by energy or on simulations of each.
 
 mod frame;
 mod template;
@@ -55,7 +55,9 @@ pub enum Axes {
     /// Those of the mesh: for populations whose bodies all lie alike.
     #[default]
     Mesh,
-    /// The principal axes of the body's nodes: a body that is turned with its fibres and loads has the turned prediction.
+    /// The principal axes of the body's nodes: a body that is turned with its fibres and loads has the turned prediction, but for single
+    /// precision, and but for a state that [`Start::Near`] carries over from the first body, which goes by the axes of the mesh. Another
+    /// mesh of the same body has slightly other axes, and a symmetric body none of its own.
     Body,
 }
 
@@ -293,8 +295,9 @@ impl Population {
 
     /// What a body is for the network, and the work of its loads there, or what a Newton step would gain if that is more.
     ///
-    /// Outputs of one cost nine times the energy that a Newton step would still gain, and a part of the loads' work. The step itself, in
-    /// outputs, is among the features of the nodes, before the derivatives in the parameters, unless it is rounding.
+    /// Near equilibrium, outputs of one cost nine times the energy that a Newton step would still gain, and a part of the loads' work; the
+    /// step itself, in outputs, is among the features of the nodes, before the derivatives in the parameters, unless it is rounding. From
+    /// equilibrium they cost nine times the median of what a Newton step would gain at some parameter sets.
     fn geometry<'b>(
         &self,
         body: &'b Body,
@@ -382,7 +385,7 @@ impl Population {
         Ok(Lesson { geometry, samples, objective })
     }
 
-    /// Solves a body at parameter sets; those that cannot be solved are left out.
+    /// Solves a body at parameter sets; those that cannot be solved are left out, and a body with fewer than two others is refused.
     fn lesson_of_simulations(
         &self,
         body: &Body,
@@ -396,6 +399,9 @@ impl Population {
             Some(Sample { geometry: 0, theta, displacement })
         };
         let samples: Vec<Sample> = samples.filter_map(sample).collect();
+        if samples.len() < 2 {
+            return Err(sinew_gnn::Error::NothingToTrain("a body that was solved nowhere").into());
+        }
         let data =
             DataSet { geometries: vec![geometry], training: samples, validation: Vec::new() };
         let objective: Box<dyn Objective> = match self.loss {
@@ -461,7 +467,7 @@ impl PopulationEmulator {
         let steps =
             solver.newton_steps(&coordinates::admissible(body, &state), &centre, newton_steps)?;
         let state = steps.into_iter().next_back().map_or(state, |step| step.displacement);
-        follow(&mut solver, &self.template.graph(body, self.seed)?, &state, thetas)
+        follow(&mut solver, &self.template.graph(body, self.seed)?, &state, (thetas, self.seed))
     }
 
     /// The same from the state that the network starts from, without it.
@@ -472,7 +478,7 @@ impl PopulationEmulator {
         let topology = self.template.graph(body, self.seed)?;
         let mut solver = Solver::new(body)?;
         let state = self.recipe.anchor(&mut solver, &topology, &self.template)?;
-        follow(&mut solver, &topology, &state, thetas)
+        follow(&mut solver, &topology, &state, (thetas, self.seed))
     }
 }
 
@@ -540,11 +546,13 @@ fn follow(
     solver: &mut Solver<'_>,
     topology: &Topology,
     state: &[f64],
-    thetas: &[Vec<f64>],
+    (thetas, seed): (&[Vec<f64>], u64),
 ) -> Result<Vec<Vec<f64>>> {
     let body = solver.body();
     let motions = Motions::about(state, topology, body, &body.centre())?;
-    let (motions, _) = coordinates::following(solver, motions, thetas)?;
+    // Not at `thetas`, so that an answer does not depend on what else was asked.
+    let tried = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
+    let (motions, _) = coordinates::following(solver, motions, &tried)?;
     let scaling = parameters::scaling(body)?;
     let field = |theta: &Vec<f64>| Ok(motions.followed(&scaling.standardise(theta)?, body)?);
     thetas.iter().map(field).collect()

@@ -24,8 +24,8 @@ use crate::{
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
-/// How an emulator is made. [`Recipe::auto`] decides by numbers; every recipe's own settings have defaults that are
-/// measured in docs/design.md.
+/// How an emulator is made. [`Recipe::auto`] decides by numbers; every recipe's own settings have defaults that were
+/// measured (docs/design.md, docs/emulators.md).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "recipe", rename_all = "kebab-case")]
 pub enum Recipe {

@@ -85,7 +85,7 @@ fn predictions_turn_with_a_body_in_its_own_axes() {
     let turn = Rotation3::from_euler_angles(0.7, -1.1, 2.3);
     let theta = [vec![60.0, 90.0]];
     let apart = [Axes::Body, Axes::Mesh].map(|axes| {
-        let recipe = Population { axes, ..small(0, 20) };
+        let recipe = Population { axes, start: Start::Equilibrium, ..small(0, 20) };
         let draw = |index: u64| Ok(beam(index, [4, 2, 2]));
         let emulator = recipe.train(&draw, 3, &mut |_, _| Ok(ControlFlow::Continue(()))).unwrap();
         let [lying, turned] = [Rotation3::identity(), turn].map(|turn| {
@@ -97,9 +97,9 @@ fn predictions_turn_with_a_body_in_its_own_axes() {
         distance(&turned, &expected)
     });
     println!("apart after a turn: {apart:?}");
-    // Outputs are single precision.
-    assert!(apart[0] < 1e-4, "{apart:?}");
-    assert!(apart[1] > 1e-2, "{apart:?}");
+    // Outputs are single precision; most of an answer is followed from a solution, which turns in any axes.
+    assert!(apart[0] < 1e-6, "{apart:?}");
+    assert!(apart[1] > 1e-5, "{apart:?}");
 }
 
 #[test]

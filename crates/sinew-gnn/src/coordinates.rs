@@ -11,7 +11,7 @@ mod supports;
 
 pub(crate) use map::OutputMap;
 pub use motions::Motions;
-pub(crate) use polynomial::check_terms;
+pub(crate) use polynomial::{all_terms, check_terms};
 pub use principal::PrincipalDirections;
 
 use serde::{Deserialize, Serialize};

@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 use sinew_graph::FeatureStatistics;
 
 use crate::config::{Decoding, EmulatorConfig};
-use crate::coordinates::{Coordinates, OutputMap, check_terms};
+use crate::coordinates::{Coordinates, OutputMap, all_terms, check_terms};
 use crate::data::{DataSet, Geometry};
 use crate::emulator::{Embedding, Emulator};
-use crate::error::{Error, Result, require_count};
+use crate::error::{Error, Result, require_count, require_finite};
 use crate::fixed::{FixedGeometry, Prediction};
 use crate::graph::GraphTensors;
 use crate::kernels::KernelChoice;
@@ -214,8 +214,12 @@ impl Surrogate {
         let decoded = matches!(self.emulator.config().decoding, Decoding::Motions { .. });
         require_count("outputs that are rigid motions", motions.into(), decoded.into())?;
         let parameters = self.scales.parameters.ranges().len();
-        let amplitude = usize::from(!geometry.coordinates.rates().is_empty());
-        check_terms(geometry.coordinates.slopes().len() - amplitude, parameters)?;
+        let (slopes, rates) = (geometry.coordinates.slopes().len(), geometry.coordinates.rates());
+        check_terms(slopes - usize::from(!rates.is_empty()), parameters)?;
+        if !rates.is_empty() {
+            require_count("terms of an amplitude", rates.len(), all_terms(parameters))?;
+            require_finite("the rates of an amplitude", rates)?;
+        }
         let features = self.scales.features.standardise(&geometry.features)?;
         let global = self.scales.global.standardise(&geometry.global)?;
         let table = |values: &[f64], rows| matrix(values, rows, &self.device);

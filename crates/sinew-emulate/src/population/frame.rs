@@ -2,9 +2,11 @@
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 
-/// Principal axes of the nodes, one in each row, right-handed: longest first, each pointing to where the nodes reach farther.
+/// Principal axes of the nodes, one in each row, right-handed: longest first, the first two in the direction in which the nodes are
+/// skewed (third moment), the third across both.
 ///
-/// They turn with the body. Bodies that are symmetric have no such axes of their own: rounding decides.
+/// They turn with the body. Nodes count alike, so that a graded mesh has slightly other axes; bodies that are symmetric have no axes of
+/// their own, and rounding decides.
 pub(super) fn frame(positions: &[[f64; 3]]) -> [[f64; 3]; 3] {
     let points = || positions.iter().map(|x| Vector3::from(*x));
     let centre = points().sum::<Vector3<f64>>() / positions.len() as f64;

@@ -113,10 +113,10 @@ impl Motions {
         Ok(self)
     }
 
-    /// [`Motions::following`] to second order in proportion to an amplitude, `u = a (u₀ + v)` about the displacement u₀ of zero outputs:
-    /// the logarithm of a, which tells how much of u₀ is in u, and v are of second order. Displacements that fall like the
-    /// inverse of a stiffness, over decades of it, then stay positive multiples of each other, which no polynomial does.
-    /// Both forms agree to second order.
+    /// [`Motions::following`] to second order in proportion to an amplitude, `u = a (u₀ + v)` about the displacement u₀ of zero outputs,
+    /// where turns are small; outputs follow this form in general. The logarithm of a, which tells how much of u₀ is in u, and v are
+    /// of second order; a stays between a twentieth and twenty. Displacements that fall like the inverse of a stiffness, over
+    /// decades of it, then stay positive multiples of each other, which no polynomial does. Both forms agree to second order.
     ///
     /// # Errors
     /// As [`Motions::following`]; changes of first order alone, or a displacement of zero.
@@ -187,8 +187,8 @@ impl Motions {
         Ok(Dirichlet::of_body(body).write_over(&moved))
     }
 
-    /// The slopes as features of a graph's nodes, virtual ones after the real ones: six columns for each parameter, of which
-    /// real nodes fill three. In units of outputs, they mean the same on every body.
+    /// The slopes as features of a graph's nodes, virtual ones after the real ones: six columns for each change that outputs follow, of
+    /// which real nodes fill three. In units of outputs, they mean the same on every body.
     pub fn features(&self) -> FeatureMatrix {
         let (clusters, nodes) = (self.tree.centres.len(), self.tree.node_parents.len());
         let columns = 6 * self.slopes.len();
@@ -216,7 +216,7 @@ impl Motions {
         &self.rates
     }
 
-    /// With outputs along other axes, one in each row: orthonormal ones that turn with the body make what a network sees and
+    /// With outputs along other orthonormal axes, one in each row: those that turn with the body make what a network sees and
     /// says independent of how the body lies.
     pub fn along(mut self, axes: &[[f64; 3]; 3]) -> Self {
         // A scale S of outputs becomes S Aᵀ, outputs y become A y.

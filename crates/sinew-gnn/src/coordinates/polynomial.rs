@@ -26,8 +26,8 @@ pub(super) fn with_amplitude(mut terms: Vec<f64>, rates: &[f64]) -> Vec<f64> {
     terms
 }
 
-/// Number of terms of second order.
-pub(super) fn all_terms(parameters: usize) -> usize {
+/// Number of terms up to second order.
+pub(crate) fn all_terms(parameters: usize) -> usize {
     parameters + parameters * (parameters + 1) / 2
 }
 

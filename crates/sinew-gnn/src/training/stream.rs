@@ -111,6 +111,9 @@ impl StreamTrainer {
             training: samples.clone(),
             validation: Vec::new(),
         };
+        if samples.is_empty() {
+            return Err(Error::NothingToTrain("a lesson without parameter sets"));
+        }
         objective.check(&data)?;
         let prepared = self.surrogate.prepare(geometry)?;
         let tensors = GeometryTensors::lifted(&prepared);

@@ -3,7 +3,7 @@
 use super::stage::Individual;
 use anyhow::Result;
 use serde::{Deserialize, Serialize};
-use sinew_fem::{Options, SolveError, Solver};
+use sinew_fem::{Options, Solver};
 use std::time::Instant;
 
 /// Newton steps that predictions are corrected by.
@@ -18,7 +18,7 @@ pub struct Group {
     pub individuals: Vec<Individual>,
     /// Their displacements \[length\].
     pub truths: Vec<Vec<f64>>,
-    /// Mean wall time \[s\] and iterations of a cold solve.
+    /// Mean wall time \[s\] and median of the iterations of a cold solve.
     pub solve: [f64; 2],
     /// Individuals that the solver found no equilibrium for, and that are left out.
     pub unsolved: usize,
@@ -45,7 +45,9 @@ pub struct Outcome {
     pub estimates: Vec<f64>,
     /// Iterations of a solve that starts from the prediction, where it ends.
     pub iterations: Vec<f64>,
-    /// Predictions that turn cells over, which no step corrects.
+    /// Predictions that such a solve does not end from.
+    pub unfinished: usize,
+    /// Predictions that no Newton step corrects, for they turn cells over.
     pub inverted: usize,
 }
 
@@ -62,6 +64,7 @@ impl Group {
             solve: [0.0; 2],
             unsolved: 0,
         };
+        let mut iterations = Vec::new();
         for individual in all {
             let individual = individual?;
             let start = Instant::now();
@@ -72,12 +75,14 @@ impl Group {
                 continue;
             };
             group.solve[0] += start.elapsed().as_secs_f64();
-            group.solve[1] += solved.history.iterations.len() as f64;
+            iterations.push(solved.history.iterations.len());
             group.truths.push(solved.displacement);
             group.individuals.push(individual);
         }
         anyhow::ensure!(!group.truths.is_empty(), "{name}: no individual has an equilibrium");
-        group.solve = group.solve.map(|sum| sum / group.truths.len() as f64);
+        iterations.sort_unstable();
+        group.solve =
+            [group.solve[0] / group.truths.len() as f64, iterations[iterations.len() / 2] as f64];
         Ok(group)
     }
 
@@ -101,6 +106,7 @@ impl Group {
             volumes: Vec::new(),
             estimates: Vec::new(),
             iterations: Vec::new(),
+            unfinished: 0,
             inverted: 0,
         };
         for (individual, truth) in self.individuals.iter().zip(&self.truths) {
@@ -113,21 +119,23 @@ impl Group {
             let volumes = volumes.zip(body.cavity_volumes(&predicted)).take(1);
             outcome.volumes.extend(volumes.map(|(v, w)| (v - w).abs() / v));
             let mut solver = Solver::new(body)?;
-            // From a state that turns cells over none starts.
-            if let Ok(solved) = solver.solve_from(&predicted, theta, &Options::default()) {
-                outcome.iterations.push(solved.history.iterations.len() as f64);
+            match solver.solve_from(&predicted, theta, &Options::default()) {
+                Ok(solved) => outcome.iterations.push(solved.history.iterations.len() as f64),
+                Err(_) => outcome.unfinished += 1,
             }
             let steps = match solver.newton_steps(&predicted, theta, CORRECTIONS) {
                 Ok(steps) => steps,
-                Err(SolveError::Inadmissible { .. }) => {
+                Err(_) => {
                     outcome.inverted += 1;
                     Vec::new()
                 }
-                Err(other) => return Err(other.into()),
             };
             if let Some(step) = steps.first() {
-                let estimate = length(&predicted, &step.displacement);
-                outcome.estimates.push(estimate / length(&predicted, truth));
+                let [estimate, error] = [&step.displacement, truth].map(|u| length(&predicted, u));
+                // A step that gets nowhere estimates nothing.
+                if estimate > 0.0 && error > 0.0 {
+                    outcome.estimates.push(estimate / error);
+                }
             }
             let mut last = outcome.errors[0][outcome.errors[0].len() - 1];
             for (step, errors) in outcome.errors[1..].iter_mut().enumerate() {

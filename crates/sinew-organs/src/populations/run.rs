@@ -115,7 +115,7 @@ fn study(options: &Options, key: &str) -> Result<Study> {
         let nodes = if least == most { least.to_string() } else { format!("{least} to {most}") };
         let [seconds, iterations] = group.solve;
         let fact = format!(
-            "{} solved, {} without an equilibrium left out, {nodes} nodes; a cold solve takes {iterations:.1} iterations and {:.0} ms",
+            "{} solved, {} without an equilibrium left out, {nodes} nodes; a cold solve takes {iterations:.0} iterations (median) and {:.0} ms",
             group.truths.len(),
             group.unsolved,
             1e3 * seconds
@@ -326,7 +326,7 @@ fn section(key: &str, study: &Study) -> Result<Section> {
             percent("2 steps", "after two"),
             percent("volume", "|V − V̂| / V of the cavity, raw"),
             Column::new("estimate", "")
-                .about("size of one Newton step over the error that it estimates"),
+                .about("length of one Newton step over that of the error, where there is a step"),
         ],
         [
             Column::new("answer", "s").about("the first for a shape, all that it needs included"),
@@ -335,7 +335,8 @@ fn section(key: &str, study: &Study) -> Result<Section> {
         [
             Column::new("iterations", "")
                 .about("median, of a solve from the prediction to its end"),
-            Column::new("inverted", "").about("predictions that turn cells over"),
+            Column::new("no end", "").about("predictions that such a solve does not end from"),
+            Column::new("inverted", "").about("predictions that no Newton step corrects"),
         ],
     );
     for outcome in &study.outcomes {
@@ -353,7 +354,8 @@ fn section(key: &str, study: &Study) -> Result<Section> {
         row = row.error(many(&outcome.volumes, 100.0)).error(many(&outcome.estimates, 1.0));
         row = row.time(outcome.cpu_s);
         let iterations = many(&outcome.iterations, 1.0).map(|found| found.q50);
-        table.push(row.other(iterations).other(Some(outcome.inverted as f64)))?;
+        row = row.other(iterations).other(Some(outcome.unfinished as f64));
+        table.push(row.other(Some(outcome.inverted as f64)))?;
     }
     let chart = Chart::new("Error in training", ["CPU time [s]", "median error"], [true; 2]);
     let curves = study.curves.iter();

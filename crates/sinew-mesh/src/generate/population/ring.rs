@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 /// A plane ring about the origin between two curves: `ln r` of the inner one and `ln` of the thickness are Fourier series in the angle.
 ///
 /// Numbers of mean zero and variance one make the population: half of them radius and its waves, the others the thickness and its waves,
-/// `cos k φ` and `sin k φ` with k up to 7. All zeros are a ring of inner radius 25 and thickness 10.
+/// `cos k φ` and `sin k φ` with k up to 7. All zeros are a ring of inner radius 25 and thickness 10 \[length\].
 ///
 /// ```
 /// use sinew_mesh::RingShape;
@@ -47,7 +47,7 @@ impl RingShape {
     /// Of at most so many numbers; those left out are zero.
     ///
     /// # Errors
-    /// More numbers, one that is not finite, or a ring that is too small, large, thin or thick anywhere.
+    /// More numbers, one that is not finite, or a ring that is too small, large, thin or thick at one of 56 angles.
     pub fn new(numbers: &[f64]) -> Result<Self, ShapeError> {
         finite(numbers, Self::NUMBERS)?;
         let of = |i: usize| numbers.get(i).copied().unwrap_or(0.0);
@@ -61,7 +61,7 @@ impl RingShape {
     }
 
     /// A mesh with `cells` quadrilaterals around and across, each of two triangles. Its facet sets are `inner` and `outer`; its point
-    /// field `fibre` goes around.
+    /// field `fibre` goes around the origin: along circles, not along the waves of the wall.
     ///
     /// # Errors
     /// Fewer than three cells around or none across.
