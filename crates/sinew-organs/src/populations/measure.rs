@@ -51,6 +51,14 @@ pub struct Outcome {
     pub inverted: usize,
 }
 
+impl Outcome {
+    /// Share of all predictions whose error estimate is within a factor two \[%\].
+    pub fn estimates_within_two(&self) -> f64 {
+        let within = self.estimates.iter().filter(|ratio| (0.5..=2.0).contains(*ratio)).count();
+        100.0 * within as f64 / self.errors[0].len() as f64
+    }
+}
+
 impl Group {
     /// Solves individuals; those without an equilibrium are left out.
     ///

@@ -63,11 +63,28 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
             _ => study(options, key).and_then(|study| section(key, &study)),
         };
         report.sections.push(section.with_context(|| format!("population {key}"))?);
+        report.headline = headline(&report);
         report.provenance = provenance.clone().finished(clock.elapsed().as_secs_f64());
         page = report.write(&options.out)?;
     }
     Ok(page)
 }
+
+/// The method with the least median error, raw, on the bodies of each population.
+fn headline(report: &Report) -> String {
+    let best = |section: &Section| -> Option<String> {
+        let rows = section.tables().flat_map(|table| &table.rows);
+        let rows = rows.filter(|row| row.subject.is_empty() || row.subject == POPULATION);
+        let errors = rows.filter_map(|row| Some((row.errors.first()?.value.median()?, row)));
+        let (_, row) = errors.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(format!("{}: {}", section.name, row.method))
+    };
+    let all: Vec<String> = report.sections.iter().filter_map(best).collect();
+    format!("Nearest raw, by the median, on bodies of the population: {}.", all.join("; "))
+}
+
+/// Name of the group of bodies that are drawn as those trained on.
+const POPULATION: &str = "population";
 
 impl Options {
     fn wants(&self, key: &str) -> bool {
@@ -139,7 +156,7 @@ fn groups(options: &Options, stage: &Stage, tests: u64) -> Result<Vec<Group>> {
         let (stage, stream) = (stage.clone(), options.stream(2));
         (0..count).map(move |index| stage.draw(stream, index))
     };
-    let mut groups = vec![Group::new("population", draw(stage, tests))?];
+    let mut groups = vec![Group::new(POPULATION, draw(stage, tests))?];
     if !options.quick {
         let fewer = tests / 4;
         for (name, finer) in [("coarser meshes", false), ("finer meshes", true)] {
@@ -318,21 +335,47 @@ fn on_the_way(group: &Group, emulator: &PopulationEmulator) -> sinew_emulate::Re
 }
 
 fn section(key: &str, study: &Study) -> Result<Section> {
+    let table = table(study)?;
+    let chart = Chart::new("Error in training", ["CPU time [s]", "median error"], [true; 2]);
+    let curves = study.curves.iter();
+    let chart = curves.fold(chart, |chart, (name, curve)| {
+        chart.with(Series::new(name.clone(), Style::Marked, curve.clone()))
+    });
+    let stage = Stage::new(key, true)?;
+    let blocks = vec![
+        Block::Text(stage.about.into()),
+        Block::Facts(study.facts.clone()),
+        Block::Table(table),
+        Block::charts(
+            "Error against CPU time",
+            "On twenty individuals of the population.",
+            [chart],
+        ),
+    ];
+    Ok(Section { name: key.into(), title: format!("A population of {key}"), blocks })
+}
+
+fn table(study: &Study) -> Result<Table> {
     let percent = |name: &str, about: &str| Column::new(name, "%").about(about);
+    // Not every population has a cavity.
+    let cavities = study.outcomes.iter().any(|outcome| !outcome.volumes.is_empty());
+    let volume = cavities.then(|| percent("volume", "|V − V̂| / V of the cavity, raw"));
     let mut table = Table::new(
         [
             percent("raw", "‖u − û‖ / ‖u‖ of each individual"),
             percent("1 step", "after one Newton step"),
             percent("2 steps", "after two"),
-            percent("volume", "|V − V̂| / V of the cavity, raw"),
-            Column::new("estimate", "")
-                .about("length of one Newton step over that of the error, where there is a step"),
-        ],
+        ]
+        .into_iter()
+        .chain(volume),
         [
             Column::new("answer", "s").about("the first for a shape, all that it needs included"),
             Column::new("CPU", "s").once().about("simulations and training, on all threads"),
         ],
         [
+            Column::new("estimates", "%").about(
+                "of error estimates within a factor two: the length of a Newton step from the prediction over that of its error",
+            ),
             Column::new("iterations", "")
                 .about("median, of a solve from the prediction to its end"),
             Column::new("no end", "").about("predictions that such a solve does not end from"),
@@ -351,27 +394,16 @@ fn section(key: &str, study: &Study) -> Result<Section> {
         for step in 1..=CORRECTIONS {
             row = row.error(many(&outcome.errors[step], 100.0));
         }
-        row = row.error(many(&outcome.volumes, 100.0)).error(many(&outcome.estimates, 1.0));
+        if cavities {
+            row = row.error(many(&outcome.volumes, 100.0));
+        }
         row = row.time(outcome.cpu_s);
         let iterations = many(&outcome.iterations, 1.0).map(|found| found.q50);
-        row = row.other(iterations).other(Some(outcome.unfinished as f64));
+        row = row
+            .other(Some(outcome.estimates_within_two().round()))
+            .other(iterations)
+            .other(Some(outcome.unfinished as f64));
         table.push(row.other(Some(outcome.inverted as f64)))?;
     }
-    let chart = Chart::new("Error in training", ["CPU time [s]", "median error"], [true; 2]);
-    let curves = study.curves.iter();
-    let chart = curves.fold(chart, |chart, (name, curve)| {
-        chart.with(Series::new(name.clone(), Style::Marked, curve.clone()))
-    });
-    let stage = Stage::new(key, true)?;
-    let blocks = vec![
-        Block::Text(stage.about.into()),
-        Block::Facts(study.facts.clone()),
-        Block::Table(table),
-        Block::charts(
-            "Error against CPU time",
-            "On twenty individuals of the population.",
-            [chart],
-        ),
-    ];
-    Ok(Section { name: key.into(), title: format!("A population of {key}"), blocks })
+    Ok(table)
 }

@@ -119,7 +119,9 @@ fn references(table: &Table) -> Markup {
     references.retain(|reference| !reference.is_empty());
     let methods = |reference: &str| {
         let rows = table.rows.iter().filter(|row| row.reference == reference);
-        rows.map(|row| row.method.as_str()).collect::<Vec<_>>().join(", ")
+        let mut methods: Vec<&str> = rows.map(|row| row.method.as_str()).collect();
+        methods.dedup();
+        methods.join(", ")
     };
     html! { @if !references.is_empty() { p.note {
         "Errors are measured "
