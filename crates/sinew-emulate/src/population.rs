@@ -1,26 +1,22 @@
 //! One network for all bodies of a population, trained on a stream of bodies by energy or on simulations of each.
 
+mod emulator;
 mod frame;
+mod lesson;
 mod template;
 
-use crate::coordinates::{self, Coordinates};
-use crate::network::{Network, TrainedNetwork};
-use crate::recipe::PhysicsInformed;
-use crate::sampling::split_seed;
-use crate::{Body, Design, Emulator, Recipe, Record, Result, graph, parameters};
+pub use emulator::PopulationEmulator;
+
+use crate::network::Network;
+use crate::{Body, Result, parameters};
 use rayon::ThreadPoolBuilder;
 use serde::{Deserialize, Serialize};
-use sinew_energy::Barriers;
-use sinew_fem::{Options, Solution, SolveError, Solver, sweep};
 use sinew_gnn::Coordinates as Meaning;
 use sinew_gnn::{
-    Backend, Budget, DataFit, DataSet, Decoding, EmulatorConfig, EnergyNormFit, Geometry, Lesson,
-    MinimumPotential, Motions, Objective, OutputScale, Sample, Scales, StreamTrainer, Surrogate,
-    TrainingConfig,
+    Backend, Budget, DataSet, Decoding, EmulatorConfig, Geometry, Lesson, OutputScale, Scales,
+    StreamTrainer, Surrogate, TrainingConfig,
 };
-use sinew_graph::Topology;
 use std::ops::ControlFlow;
-use std::sync::Arc;
 use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::Instant;
 use template::Template;
@@ -166,21 +162,10 @@ pub struct StreamProgress {
     pub left_out: usize,
 }
 
-/// A network that has learned a population.
-#[derive(Clone, Debug)]
-pub struct PopulationEmulator {
-    recipe: Population,
-    seed: u64,
-    surrogate: Surrogate,
-    template: Template,
-}
-
 /// Numbers of the bodies that scales and graphs are taken from, far from those trained on.
 const FIRST_OF_SCALES: u64 = 1 << 40;
 /// So many.
 const OF_SCALES: u64 = 16;
-/// Energies beyond so many times the work of the loads count by their logarithm.
-const FORGIVEN: f64 = 1.0;
 /// Parameter sets that parts of the followed outputs are tried at.
 const TRIED: usize = 8;
 
@@ -292,194 +277,6 @@ impl Population {
         let surrogate = Surrogate::new(&sizes, &data, scales, seed, &device)?;
         Ok(PopulationEmulator { recipe: self.clone(), seed, surrogate, template })
     }
-
-    /// What a body is for the network, and the work of its loads there, or what a Newton step would gain if that is more.
-    ///
-    /// Near equilibrium, outputs of one cost nine times the energy that a Newton step would still gain, and a part of the loads' work; the
-    /// step itself, in outputs, is among the features of the nodes, before the derivatives in the parameters, unless it is rounding. From
-    /// equilibrium they cost nine times the median of what a Newton step would gain at some parameter sets.
-    fn geometry<'b>(
-        &self,
-        body: &'b Body,
-        template: &Template,
-        seed: u64,
-    ) -> Result<(Geometry, f64, Solver<'b>)> {
-        let (topology, centre) = (template.graph(body, seed)?, body.centre());
-        let mut solver = Solver::new(body)?;
-        let anchor = self.anchor(&mut solver, &topology, template)?;
-        let motions = Motions::about(&anchor, &topology, body, &centre)?;
-        let thetas = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
-        let (motions, first) = coordinates::following(&mut solver, motions, &thetas)?;
-        let (motions, first, positions) = match self.axes {
-            Axes::Mesh => (motions, first, None),
-            Axes::Body => {
-                let axes = frame::frame(&body.positions);
-                let positions = frame::along(&axes, &body.positions);
-                (motions.along(&axes), first.along(&axes), Some(positions))
-            }
-        };
-        let work = coordinates::work(body, &anchor);
-        let (step, gain, energy) = match self.start {
-            Start::Near { .. } => {
-                let (step, gain) = missing_step(&mut solver, &anchor, &centre)?;
-                (
-                    Some(step),
-                    gain,
-                    coordinates::FIRST_SHARE * gain + coordinates::ENERGY_SHARE * work,
-                )
-            }
-            Start::Equilibrium => {
-                let gains = gains(&mut solver, &motions, &thetas, work)?;
-                let mut units: Vec<f64> = gains.iter().map(|[_, unit]| *unit).collect();
-                units.sort_by(f64::total_cmp);
-                (None, 0.0, coordinates::FIRST_SHARE * units[units.len() / 2])
-            }
-        };
-        let (motions, first) = (motions.of_energy(energy)?, first.of_energy(energy)?);
-        let positions = positions.as_deref().unwrap_or(&body.positions);
-        let mut geometry = graph::geometry_at(positions, body, topology)?;
-        if let Some(step) = step {
-            graph::add_features(&mut geometry, &first.clone().following(&[step], body)?)?;
-        }
-        graph::add_features(&mut geometry, &first)?;
-        geometry.coordinates = Meaning::Motions(motions);
-        Ok((geometry, work.max(gain), solver))
-    }
-
-    /// The state that a body's outputs are about \[length\].
-    fn anchor(
-        &self,
-        solver: &mut Solver<'_>,
-        topology: &Topology,
-        template: &Template,
-    ) -> Result<Vec<f64>> {
-        match (self.start, &template.solved) {
-            (Start::Near { newton_steps }, Some(solved)) => {
-                let guess = solved.carried_to(solver.body());
-                coordinates::nearby(solver, topology, guess, newton_steps)
-            }
-            _ => {
-                let centre = solver.body().centre();
-                Ok(solver.solve(&centre, &Options::default())?.displacement)
-            }
-        }
-    }
-
-    fn lesson(&self, body: &Body, template: &Template, seed: u64, index: u64) -> Result<Lesson> {
-        let (geometry, energy, mut solver) = self.geometry(body, template, seed)?;
-        let seed = split_seed(seed, index);
-        let thetas = Design::LatinHypercube.sample(&body.parameters, self.training.batch, seed)?;
-        if self.loss != Loss::Energy {
-            return self.lesson_of_simulations(body, geometry, thetas);
-        }
-        let sample = |theta| Sample { geometry: 0, theta, displacement: Vec::new() };
-        let potential = Arc::new(body.clone().with_barriers(Barriers::default()));
-        let objective = MinimumPotential::new(vec![potential], energy)?.forgiving(FORGIVEN)?;
-        let objective = match (self.start, &geometry.coordinates) {
-            (Start::Equilibrium, Meaning::Motions(motions)) => {
-                objective.relative_to(gains(&mut solver, motions, &thetas, energy)?)?
-            }
-            _ => objective,
-        };
-        let (samples, objective) = (thetas.into_iter().map(sample).collect(), Box::new(objective));
-        Ok(Lesson { geometry, samples, objective })
-    }
-
-    /// Solves a body at parameter sets; those that cannot be solved are left out, and a body with fewer than two others is refused.
-    fn lesson_of_simulations(
-        &self,
-        body: &Body,
-        geometry: Geometry,
-        thetas: Vec<Vec<f64>>,
-    ) -> Result<Lesson> {
-        let solved = sweep(body, &thetas, &Options::default(), || ())?;
-        let samples = solved.thetas.into_iter().zip(solved.results);
-        let sample = |(theta, found): (Vec<f64>, std::result::Result<Solution, SolveError>)| {
-            let displacement = found.ok()?.displacement;
-            Some(Sample { geometry: 0, theta, displacement })
-        };
-        let samples: Vec<Sample> = samples.filter_map(sample).collect();
-        if samples.len() < 2 {
-            return Err(sinew_gnn::Error::NothingToTrain("a body that was solved nowhere").into());
-        }
-        let data =
-            DataSet { geometries: vec![geometry], training: samples, validation: Vec::new() };
-        let objective: Box<dyn Objective> = match self.loss {
-            Loss::SimulationsByStiffness => {
-                let motions = origin(&data.geometries[0]);
-                let stiffness = body.stiffness(motions, &body.centre());
-                let stiffness = stiffness.ok_or(sinew_gnn::Error::NoStiffness)?;
-                Box::new(EnergyNormFit::new(vec![stiffness], &data)?)
-            }
-            Loss::Simulations | Loss::Energy => {
-                let size =
-                    coordinates::dot(origin(&data.geometries[0]), origin(&data.geometries[0]));
-                Box::new(DataFit::new((size / body.nodes as f64).sqrt())?)
-            }
-        };
-        let DataSet { mut geometries, training: samples, .. } = data;
-        Ok(Lesson { geometry: geometries.remove(0), samples, objective })
-    }
-}
-
-/// The state that outputs are about \[length\].
-fn origin(geometry: &Geometry) -> &[f64] {
-    match &geometry.coordinates {
-        Meaning::Motions(motions) => motions.origin(),
-        _ => &[],
-    }
-}
-
-impl PopulationEmulator {
-    /// The emulator of a body, be it one of the population or not, with any mesh.
-    ///
-    /// # Errors
-    /// Other parameters than the population's, or a body that cannot be prepared.
-    pub fn meet<'b>(&self, body: &'b Body) -> Result<Emulator<'b>> {
-        let start = Instant::now();
-        let (geometry, ..) = self.recipe.geometry(body, &self.template, self.seed)?;
-        let network = TrainedNetwork::new(self.surrogate.clone(), geometry)?;
-        let recipe = Recipe::from(PhysicsInformed {
-            parameter_sets: 0,
-            coordinates: Coordinates::Motions,
-            network: self.recipe.network,
-            training: self.recipe.training.clone(),
-        });
-        let mut record = Record::new(recipe);
-        record.prepare_s = start.elapsed().as_secs_f64();
-        Ok(Emulator::new(body, network.into(), record))
-    }
-
-    /// Displacements of a body at each of `thetas` \[length\], from one state: what the network predicts for the centre of the
-    /// parameters' ranges, after `newton_steps` there. From it the parameters are followed to second order, with one stiffness.
-    ///
-    /// # Errors
-    /// As [`PopulationEmulator::meet`].
-    pub fn carried(
-        &self,
-        body: &Body,
-        thetas: &[Vec<f64>],
-        newton_steps: usize,
-    ) -> Result<Vec<Vec<f64>>> {
-        let centre = body.centre();
-        let state = self.meet(body)?.predict(std::slice::from_ref(&centre))?.displacement;
-        let mut solver = Solver::new(body)?;
-        let steps =
-            solver.newton_steps(&coordinates::admissible(body, &state), &centre, newton_steps)?;
-        let state = steps.into_iter().next_back().map_or(state, |step| step.displacement);
-        follow(&mut solver, &self.template.graph(body, self.seed)?, &state, (thetas, self.seed))
-    }
-
-    /// The same from the state that the network starts from, without it.
-    ///
-    /// # Errors
-    /// As [`PopulationEmulator::meet`].
-    pub fn followed(&self, body: &Body, thetas: &[Vec<f64>]) -> Result<Vec<Vec<f64>>> {
-        let topology = self.template.graph(body, self.seed)?;
-        let mut solver = Solver::new(body)?;
-        let state = self.recipe.anchor(&mut solver, &topology, &self.template)?;
-        follow(&mut solver, &topology, &state, (thetas, self.seed))
-    }
 }
 
 /// So many lessons, and how many bodies before them could not be prepared.
@@ -504,56 +301,4 @@ fn prepared(
         }
     }
     Ok((prepared, refused))
-}
-
-/// For each of `thetas` the energy that a Newton step from where outputs follow to would reach, with the stiffness that is factorised, and
-/// what it would gain: a small part of the loads' work at least, and all of it where there is nothing to tell.
-fn gains(
-    solver: &mut Solver<'_>,
-    motions: &Motions,
-    thetas: &[Vec<f64>],
-    work: f64,
-) -> Result<Vec<[f64; 2]>> {
-    /// That part: displacements that are off by a thousandth or so.
-    const LEAST: f64 = 1e-5;
-    let body = solver.body();
-    let scaling = parameters::scaling(body)?;
-    let of = |theta: &Vec<f64>| -> Result<[f64; 2]> {
-        let state = motions.followed(&scaling.standardise(theta)?, body)?;
-        let energy = body.value(&state, theta);
-        Ok(match missing_step(solver, &state, theta) {
-            Ok((_, gain)) if gain < work && energy.is_finite() => {
-                [energy - gain, gain.max(LEAST * work)]
-            }
-            _ => [-work, work],
-        })
-    };
-    thetas.iter().map(of).collect()
-}
-
-/// The Newton step that a state lacks \[length\], with the stiffness that is factorised, and the energy that it would gain.
-fn missing_step(solver: &mut Solver<'_>, state: &[f64], theta: &[f64]) -> Result<(Vec<f64>, f64)> {
-    let mut step = solver.step_with_held_stiffness(state, theta)?;
-    step.iter_mut().zip(state).for_each(|(to, from)| *to -= from);
-    let mut gradient = vec![0.0; state.len()];
-    solver.body().value_and_gradient(state, theta, &mut gradient);
-    let gain = 0.5 * coordinates::dot(&gradient, &step).abs();
-    Ok((step, gain))
-}
-
-/// Displacements at `thetas`, followed from a state near to equilibrium at the centre of the ranges.
-fn follow(
-    solver: &mut Solver<'_>,
-    topology: &Topology,
-    state: &[f64],
-    (thetas, seed): (&[Vec<f64>], u64),
-) -> Result<Vec<Vec<f64>>> {
-    let body = solver.body();
-    let motions = Motions::about(state, topology, body, &body.centre())?;
-    // Not at `thetas`, so that an answer does not depend on what else was asked.
-    let tried = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
-    let (motions, _) = coordinates::following(solver, motions, &tried)?;
-    let scaling = parameters::scaling(body)?;
-    let field = |theta: &Vec<f64>| Ok(motions.followed(&scaling.standardise(theta)?, body)?);
-    thetas.iter().map(field).collect()
 }

@@ -4,6 +4,7 @@ use crate::store::{read_json, write_json};
 use crate::{Body, Design, Error, PodRegression, Result, coordinates, graph, parameters};
 use sinew_fem::{Options, Solver};
 use sinew_gnn::Motions;
+use sinew_graph::Topology;
 use std::path::Path;
 
 /// Displacements that follow the parameters from one solution: derivatives by the implicit function theorem, second order
@@ -21,9 +22,20 @@ impl Series {
         let topology = graph::topology_of_met(body, seed)?;
         let (mut solver, centre) = (Solver::new(body)?, body.centre());
         let solved = solver.solve(&centre, &Options::default())?.displacement;
-        let motions = Motions::about(&solved, &topology, body, &centre)?;
-        let thetas = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
-        Ok(Self(coordinates::following(&mut solver, motions, &thetas)?.0))
+        let tried = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
+        Self::about(&mut solver, &topology, &solved, &tried)
+    }
+
+    /// About a state near to equilibrium at that centre; orders and form are chosen at the parameter sets `tried`.
+    pub fn about(
+        solver: &mut Solver<'_>,
+        topology: &Topology,
+        state: &[f64],
+        tried: &[Vec<f64>],
+    ) -> Result<Self> {
+        let body = solver.body();
+        let motions = Motions::about(state, topology, body, &body.centre())?;
+        Ok(Self(coordinates::following(solver, motions, tried)?.0))
     }
 
     /// Displacement at θ, node by node \[length\].

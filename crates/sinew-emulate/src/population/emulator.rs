@@ -1,0 +1,89 @@
+//! An emulator of any body, by a network that has learned a population.
+
+use super::template::Template;
+use super::{Population, TRIED};
+use crate::coordinates::{self, Coordinates};
+use crate::network::TrainedNetwork;
+use crate::recipe::PhysicsInformed;
+use crate::series::Series;
+use crate::{Body, Design, Emulator, Recipe, Record, Result};
+use sinew_fem::Solver;
+use sinew_gnn::Surrogate;
+use sinew_graph::Topology;
+use std::time::Instant;
+
+/// A network that has learned a population.
+#[derive(Clone, Debug)]
+pub struct PopulationEmulator {
+    pub(super) recipe: Population,
+    pub(super) seed: u64,
+    pub(super) surrogate: Surrogate,
+    pub(super) template: Template,
+}
+
+impl PopulationEmulator {
+    /// The emulator of a body, be it one of the population or not, with any mesh.
+    ///
+    /// # Errors
+    /// Other parameters than the population's, or a body that cannot be prepared.
+    pub fn meet<'b>(&self, body: &'b Body) -> Result<Emulator<'b>> {
+        let start = Instant::now();
+        let (geometry, ..) = self.recipe.geometry(body, &self.template, self.seed)?;
+        let network = TrainedNetwork::new(self.surrogate.clone(), geometry)?;
+        let recipe = Recipe::from(PhysicsInformed {
+            parameter_sets: 0,
+            coordinates: Coordinates::Motions,
+            network: self.recipe.network,
+            training: self.recipe.training.clone(),
+        });
+        let mut record = Record::new(recipe);
+        record.prepare_s = start.elapsed().as_secs_f64();
+        Ok(Emulator::new(body, network.into(), record))
+    }
+
+    /// Displacements of a body at each of `thetas` \[length\], from one state: what the network predicts for the centre of the
+    /// parameters' ranges, after `newton_steps` there. From it the parameters are followed to second order, with one stiffness.
+    ///
+    /// # Errors
+    /// As [`PopulationEmulator::meet`].
+    pub fn carried(
+        &self,
+        body: &Body,
+        thetas: &[Vec<f64>],
+        newton_steps: usize,
+    ) -> Result<Vec<Vec<f64>>> {
+        let centre = body.centre();
+        let state = self.meet(body)?.predict(std::slice::from_ref(&centre))?.displacement;
+        let mut solver = Solver::new(body)?;
+        let steps =
+            solver.newton_steps(&coordinates::admissible(body, &state), &centre, newton_steps)?;
+        let state = steps.into_iter().next_back().map_or(state, |step| step.displacement);
+        self.follow(&mut solver, &self.template.graph(body, self.seed)?, &state, thetas)
+    }
+
+    /// The same from the state that the network starts from, without it.
+    ///
+    /// # Errors
+    /// As [`PopulationEmulator::meet`].
+    pub fn followed(&self, body: &Body, thetas: &[Vec<f64>]) -> Result<Vec<Vec<f64>>> {
+        let topology = self.template.graph(body, self.seed)?;
+        let mut solver = Solver::new(body)?;
+        let state = self.recipe.anchor(&mut solver, &topology, &self.template)?;
+        self.follow(&mut solver, &topology, &state, thetas)
+    }
+
+    /// Displacements at `thetas`, followed from a state near to equilibrium at the centre of the ranges. The form is not chosen at
+    /// `thetas`, so that an answer does not depend on what else was asked.
+    fn follow(
+        &self,
+        solver: &mut Solver<'_>,
+        topology: &Topology,
+        state: &[f64],
+        thetas: &[Vec<f64>],
+    ) -> Result<Vec<Vec<f64>>> {
+        let body = solver.body();
+        let tried = Design::LatinHypercube.sample(&body.parameters, TRIED, self.seed)?;
+        let series = Series::about(solver, topology, state, &tried)?;
+        thetas.iter().map(|theta| series.at(body, theta)).collect()
+    }
+}
