@@ -330,6 +330,12 @@ impl Body {
     pub fn with_barriers(self, barriers: Barriers) -> Self {
         Self { barriers: Some(barriers), ..self }
     }
+
+    /// The same body whose material resists changes of volume so many times as much, where its law can say it
+    /// ([`crate::Law::with_softer_volume`]).
+    pub fn with_softer_volume(&self, factor: f64) -> Option<Self> {
+        Some(Self { material: self.material.with_softer_volume(factor)?, ..self.clone() })
+    }
 }
 
 /// Number of entries of θ that a law and loads of these sizes read.

@@ -70,6 +70,11 @@ pub trait InvariantLaw<const D: usize>: Clone + Debug + Send + Sync + 'static {
         Vec::new()
     }
 
+    /// See [`Law::with_softer_volume`].
+    fn with_softer_volume(&self, _factor: f64) -> Option<Self> {
+        None
+    }
+
     /// Energy density [stress unit of the parameters] as a function of the invariants.
     fn density_of<S: Scalar, G: Guard>(
         &self,
@@ -89,6 +94,10 @@ impl<L: InvariantLaw<D>, const D: usize> Law<D> for L {
 
     fn constants(&self) -> Vec<(&'static str, f64)> {
         InvariantLaw::constants(self)
+    }
+
+    fn with_softer_volume(&self, factor: f64) -> Option<Self> {
+        InvariantLaw::with_softer_volume(self, factor)
     }
 
     fn density<S: Scalar, G: Guard>(

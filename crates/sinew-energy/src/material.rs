@@ -5,6 +5,7 @@ use crate::{Barriers, Exact, Law, Response};
 use sinew_num::{Mat3, Slope};
 use std::fmt::Debug;
 use std::ops::RangeInclusive;
+use std::sync::Arc;
 
 /// A strain-energy law with its material directions at every quadrature point of a body: what a [`crate::Body`]
 /// is made of, without the law's type.
@@ -40,6 +41,8 @@ pub trait Material: Debug + Send + Sync {
     ) -> (f64, Mat3<f64>);
     /// Energy density, stress and tangent \[stress\], without barriers.
     fn response(&self, point: usize, parameters: &[f64], h: &Mat3<f64>) -> Response;
+    /// The material of [`Law::with_softer_volume`], where there is one.
+    fn with_softer_volume(&self, factor: f64) -> Option<Arc<dyn Material>>;
     /// Change of the stress with the parameters along `rates`, one per parameter: `∂²Ψ/∂H∂θ · rates`.
     fn stress_rate(
         &self,
@@ -73,8 +76,8 @@ struct AtPoints<L, const D: usize> {
 pub fn at_points<L: Law<D>, const D: usize>(
     law: L,
     directions: Vec<[[f64; 3]; D]>,
-) -> std::sync::Arc<dyn Material> {
-    std::sync::Arc::new(AtPoints { law, directions })
+) -> Arc<dyn Material> {
+    Arc::new(AtPoints { law, directions })
 }
 
 impl<L: Law<D>, const D: usize> AtPoints<L, D> {
@@ -138,6 +141,11 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
         self.at(point).map_or(Response::INADMISSIBLE, |directions| {
             self.law.response(parameters, h, directions)
         })
+    }
+
+    fn with_softer_volume(&self, factor: f64) -> Option<Arc<dyn Material>> {
+        let law = self.law.with_softer_volume(factor)?;
+        Some(at_points(law, self.directions.clone()))
     }
 
     fn stress_rate(

@@ -36,6 +36,11 @@ pub trait VolumeEnergy: Clone + Debug + Send + Sync + 'static {
     /// See [`crate::Law::constants`].
     fn constants(&self) -> Vec<(&'static str, f64)>;
 
+    /// See [`crate::Law::with_softer_volume`].
+    fn with_softer_volume(&self, _factor: f64) -> Option<Self> {
+        None
+    }
+
     /// Energy density \[stress\] as a function of J − 1.
     fn density<S: Scalar>(&self, volume_change: S) -> S;
 }
@@ -160,6 +165,10 @@ impl<M: ShapeEnergy<D>, V: VolumeEnergy, A: ActiveStress<D>, const D: usize> Inv
 
     fn constants(&self) -> Vec<(&'static str, f64)> {
         self.volume.constants().into_iter().chain(self.active.refused()).collect()
+    }
+
+    fn with_softer_volume(&self, factor: f64) -> Option<Self> {
+        Some(Self { volume: self.volume.with_softer_volume(factor)?, ..self.clone() })
     }
 
     #[inline]

@@ -107,6 +107,11 @@ impl Material for Stiffened {
         Response { energy: factor * energy, stress: times(factor, &stress), tangent }
     }
 
+    fn with_softer_volume(&self, factor: f64) -> Option<Arc<dyn Material>> {
+        let material = self.material.with_softer_volume(factor)?;
+        Some(Arc::new(Self { material, factors: self.factors.clone() }))
+    }
+
     fn stress_rate(
         &self,
         point: usize,

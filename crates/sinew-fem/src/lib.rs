@@ -65,6 +65,7 @@ mod line_search;
 mod linear;
 mod locking;
 mod matrix;
+mod nested;
 mod newton;
 mod newton_step;
 mod order;

@@ -29,6 +29,12 @@ const FAR_BELOW: f64 = 1e-2;
 /// Nothing is looked for below this part of the load.
 const LEAST_LOAD: f64 = 1e-12;
 
+/// Resistance to changes of volume from one softer body to the next: from a hundredth a handful of iterations lead on, and fewer
+/// bodies are tried than by tenths.
+const SOFTER: f64 = 1e-2;
+/// So many are tried: materials whose volume responds ten thousand times as stiffly as their shape.
+const MOST_RUNGS: i32 = 2;
+
 /// What grows along a path.
 enum Along<'a> {
     /// Loads and prescribed motions; so do these entries of θ, which stress the body at rest.
@@ -101,6 +107,9 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
         if !(balance && from == self.system.rest() && self.first_step() < FIRST_GRADIENT / FAR) {
             let whole = Point { at: 1.0, load_factor: 1.0, unknowns: from, stress: None };
             if let Some(found) = self.equilibrium(whole, self.accuracy(), history) {
+                return Ok((found, 1));
+            }
+            if let Some(found) = self.from_softer_volume(history) {
                 return Ok((found, 1));
             }
             if history.iterations.len() >= self.options.iterations || !steps_allowed {
@@ -220,6 +229,67 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
         let largest = gradients.map(size).fold(0.0, f64::max);
         let step = (FIRST_GRADIENT / largest).min(most);
         if step > LEAST_LOAD { step } else { most }
+    }
+
+    /// The equilibrium under the whole load by way of bodies that resist changes of volume less: a penalty on them that is large beside
+    /// the rest keeps steps short, which a step from the equilibrium of a hundredth of it need not be.
+    fn from_softer_volume(&mut self, history: &mut Log<'_>) -> Option<Equilibrium> {
+        if !self.system.has_potential() {
+            return None;
+        }
+        let (mut softer, mut reached) = (1.0, None);
+        for rung in 1..=MOST_RUNGS {
+            softer = SOFTER.powi(rung);
+            reached = self.softened(softer, None, history);
+            if reached.is_some() {
+                break;
+            }
+        }
+        if reached.is_none() {
+            // The softest has no equilibrium near; the first may be reached by load steps, which its softness allows to be longer.
+            softer = SOFTER;
+            reached = self.softened_by_steps(history);
+        }
+        while softer < SOFTER {
+            softer /= SOFTER;
+            reached = self.softened(softer, reached, history);
+            reached.as_ref()?;
+        }
+        let unknowns = reached?;
+        let whole = Point { at: 1.0, load_factor: 1.0, unknowns, stress: None };
+        self.equilibrium(whole, self.accuracy(), history)
+    }
+
+    /// The equilibrium of a body that resists changes of volume so many times as much, from another or from rest.
+    fn softened(
+        &self,
+        factor: f64,
+        from: Option<Unknowns>,
+        history: &mut Log<'_>,
+    ) -> Option<Unknowns> {
+        let body = self.system.body.with_softer_volume(factor)?;
+        let mut system = System::new(&body).ok()?;
+        let unknowns = from.unwrap_or_else(|| system.rest());
+        let start = Start { unknowns, load_factor: 1.0, stress: None };
+        let goal = Goal { theta: self.theta, volume: None, accuracy: 0.0 };
+        system.equilibrium(start, goal, self.options, history).map(|found| found.unknowns)
+    }
+
+    fn softened_by_steps(&self, history: &mut Log<'_>) -> Option<Unknowns> {
+        let body = self.system.body.with_softer_volume(SOFTER)?;
+        let mut system = System::new(&body).ok()?;
+        let mut path = Path::to_load(&mut system, self.theta, self.options);
+        let step = path.first_step();
+        match path.follow(1.0, step, history) {
+            Ok((found, _)) => Some(found.unknowns),
+            Err(error) => {
+                // What was tried counts.
+                if let SolveError::NotConverged(failure) = error {
+                    history.iterations = failure.history.iterations;
+                }
+                None
+            }
+        }
     }
 
     /// What is returned where a path ends: the last equilibrium, as accurate as any.

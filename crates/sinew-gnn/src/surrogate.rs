@@ -10,7 +10,7 @@ use crate::coordinates::{Coordinates, OutputMap, all_terms, check_terms};
 use crate::data::{DataSet, Geometry};
 use crate::emulator::{Embedding, Emulator};
 use crate::error::{Error, Result, require_count, require_finite};
-use crate::fixed::{FixedGeometry, Prediction};
+use crate::fixed::{FixedGeometry, Prediction, values};
 use crate::graph::GraphTensors;
 use crate::kernels::KernelChoice;
 use crate::scaling::{GlobalScaling, OutputScale, ParameterScaling};
@@ -191,6 +191,17 @@ impl Surrogate {
     /// As [`Surrogate::predict`].
     pub fn predict_unseen(&self, geometry: &Geometry, thetas: &[Vec<f64>]) -> Result<Prediction> {
         FixedGeometry::new(self, None, &self.prepare(geometry)?).predict(thetas)
+    }
+
+    /// Embeddings `z_local` of the nodes of the mesh, a row for each (thesis Algorithm 2): what message passing makes of a geometry.
+    ///
+    /// # Errors
+    /// As [`Surrogate::fixed_geometry`].
+    pub fn local_embedding(&self, geometry: &Geometry) -> Result<Vec<Vec<f64>>> {
+        let local = self.prepare(geometry)?.embedding(&self.inference_emulator());
+        let of_nodes = local[0].clone();
+        let columns = of_nodes.dims()[1];
+        Ok(values(of_nodes)?.chunks(columns).map(<[f64]>::to_vec).collect())
     }
 
     /// Standardised parameters `[batch, parameters]`.

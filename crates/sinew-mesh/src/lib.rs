@@ -82,6 +82,7 @@ mod geometry;
 mod io;
 mod mesh;
 mod naming;
+mod prolongation;
 mod quadratic;
 mod quality;
 mod surface;
@@ -110,6 +111,7 @@ pub use mesh::{
     TriangleMesh,
 };
 pub use naming::UnknownFacet;
+pub use prolongation::Prolongation;
 pub use quality::{
     QualitySummary, SLIVER_ANGLE, Spread, min_dihedral_angle, quality, slivers, volume_ratio,
 };

@@ -15,6 +15,10 @@ impl VolumeEnergy for Compressible {
         vec![("kappa", self.kappa)]
     }
 
+    fn with_softer_volume(&self, factor: f64) -> Option<Self> {
+        Some(Self { kappa: factor * self.kappa })
+    }
+
     #[inline]
     fn density<S: Scalar>(&self, volume_change: S) -> S {
         // J² − 1 = (J − 1)(J + 1).

@@ -15,6 +15,10 @@ impl VolumeEnergy for Penalty {
         vec![("bulk modulus", self.bulk_modulus)]
     }
 
+    fn with_softer_volume(&self, factor: f64) -> Option<Self> {
+        Some(Self { bulk_modulus: factor * self.bulk_modulus })
+    }
+
     #[inline]
     fn density<S: Scalar>(&self, volume_change: S) -> S {
         volume_change.squared() * (0.5 * self.bulk_modulus)

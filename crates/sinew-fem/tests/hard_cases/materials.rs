@@ -3,9 +3,10 @@
 use crate::bodies::*;
 use crate::checks::*;
 use sinew_energy::laws::{ByYoungPoisson, Guccione, HolzapfelOgden, NeoHookean};
-use sinew_energy::{Exact, Guard, Law, Load, Scene, Support, ThetaError};
+use sinew_energy::{Exact, Guard, Law, Load, Magnitude, Scene, ShapeEnergy, Support, ThetaError};
+use sinew_fem::fibres::{EllipsoidWall, FibreRule};
 use sinew_fem::{Advice, SolveError};
-use sinew_mesh::box_tetrahedra;
+use sinew_mesh::{TruncatedEllipsoid, box_tetrahedra};
 use sinew_num::{Mat3, Scalar};
 
 /// Where a golden-section search ends: it sees the square root of rounding.
@@ -224,7 +225,7 @@ fn moduli_that_are_no_positive_numbers_are_refused_with_name_and_bounds() {
             })) => {
                 assert_eq!(
                     (at, name),
-                    (index, <HolzapfelOgden as sinew_energy::ShapeEnergy<1>>::PARAMETERS[index])
+                    (index, <HolzapfelOgden as ShapeEnergy<1>>::PARAMETERS[index])
                 );
                 assert_eq!(v.to_bits(), value.to_bits());
             }
@@ -327,4 +328,35 @@ fn a_law_whose_bulk_modulus_is_no_positive_number_is_refused() {
     .lower()
     .unwrap_err();
     assert!(error.to_string().contains("-3"), "{error}");
+}
+
+#[test]
+fn an_incompressible_ventricle_that_inflates_far_takes_few_iterations() {
+    let ellipsoid = TruncatedEllipsoid { short: [24.0, 35.0], long: [60.0, 71.0], base: 0.0 };
+    let wall = EllipsoidWall::new(ellipsoid).unwrap();
+    let mesh = ellipsoid.wall([3, 16, 8]).hexahedra();
+    let centre = |cell: &[usize; 8]| -> [f64; 3] {
+        std::array::from_fn(|i| cell.iter().map(|&node| mesh.points[node][i]).sum::<f64>() / 8.0)
+    };
+    // Flat facets cut into the cavity.
+    let fibre = |cell| [wall.frame(centre(cell), &FibreRule::SIXTY, 0.5).unwrap()[0]];
+    let directions = mesh.cells.iter().map(fibre).collect();
+    let scene = Scene {
+        directions,
+        loads: vec![Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Fixed(1.07) }],
+        supports: vec![Support::clamped("base")],
+        parameters: parameters(<HolzapfelOgden as ShapeEnergy<1>>::PARAMETERS),
+        ..Scene::new(mesh.clone(), HolzapfelOgden.nearly_incompressible(1e4))
+    };
+    let body = scene.lower_averaged().unwrap();
+    let volume = |u: &[f64]| body.cavity_volumes(u)[0];
+    for theta in [[0.12, 1.26, 1.98, 1.72], [0.33, 0.63, 1.1, 5.54]] {
+        let solution = solve(&body, &theta).unwrap();
+        assert_equilibrium(&body, &solution);
+        let grown = volume(&solution.displacement) / volume(&vec![0.0; 3 * body.nodes]);
+        assert!(grown > 2.0, "{grown}");
+        // By load steps alone they take three hundred.
+        let iterations = solution.history.iterations.len();
+        assert!(iterations < 100, "{iterations}");
+    }
 }

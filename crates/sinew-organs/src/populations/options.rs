@@ -1,8 +1,9 @@
 //! Command line.
 
-use super::{rectangles, stage};
+use super::{inflated, rectangles, stage};
 use clap::Parser;
 use serde::{Deserialize, Serialize};
+use sinew_emulate::Shard;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -20,6 +21,14 @@ pub struct Options {
     /// The same code on small meshes with few shapes and steps: a check, not a result
     #[arg(long)]
     pub quick: bool,
+    /// The ventricles of chapter 2 on a mesh like the thesis', 6788 nodes: hours
+    #[arg(long, conflicts_with = "quick")]
+    #[serde(default)]
+    pub full: bool,
+    /// Only simulate this part of the ventricles of chapter 2, such as 3/16, and end; a run with --resume finds what all parts simulated
+    #[arg(long)]
+    #[serde(skip)]
+    pub shard: Option<Shard>,
     /// Leave out the rivals that learn from simulations
     #[arg(long)]
     #[serde(default)]
@@ -45,7 +54,7 @@ pub struct Options {
 
 /// Names of all parts of the study, in their order.
 pub fn keys() -> Vec<&'static str> {
-    std::iter::once(rectangles::KEY).chain(stage::KEYS).collect()
+    [rectangles::KEY, inflated::KEY].into_iter().chain(stage::KEYS).collect()
 }
 
 impl Options {
@@ -54,8 +63,12 @@ impl Options {
     /// # Errors
     /// Another run.
     pub fn require_same(&self, kept: &Self, file: &Path) -> anyhow::Result<()> {
-        let comparable =
-            |options: &Self| Self { only: Vec::new(), resume: false, ..options.clone() };
+        let comparable = |options: &Self| Self {
+            only: Vec::new(),
+            resume: false,
+            shard: None,
+            ..options.clone()
+        };
         anyhow::ensure!(
             comparable(kept) == comparable(self),
             "{} is of a run with other options; repeat them, or start anew without --resume",

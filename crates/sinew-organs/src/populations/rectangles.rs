@@ -2,21 +2,20 @@
 
 use super::measure::cpu_seconds;
 use super::options::Options;
+use super::simulated::{self, Measured, Pace, Variant, kept, table, train, untrained};
 use anyhow::{Context, Result};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use sinew::Parameter;
-use sinew_emulate::{PodRegression, store};
+use sinew_emulate::PodRegression;
 use sinew_fem::{Options as SolverOptions, Solver};
 use sinew_gnn::{
-    Activation, Backend, Budget, Coordinates, DataFit, DataSet, Dirichlet, EmulatorConfig,
-    Geometry, OutputScale, ParameterRange, ParameterScale, ParameterScaling, Sample, Scales,
-    Surrogate, Trainer, TrainingConfig,
+    Coordinates, DataSet, Dirichlet, Geometry, ParameterRange, ParameterScale, Sample, Surrogate,
 };
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 use sinew_mesh::{AnyMesh, rectangle_triangles};
-use sinew_report::{Block, Cell, Column, Distribution, Row, Section, Table};
+use sinew_report::{Block, Chart, Distribution, Section};
 use std::time::Instant;
 
 /// Name on the command line and of its folder.
@@ -42,37 +41,13 @@ struct Beam {
     displacement: Vec<f64>,
 }
 
-/// Sizes of one network of the study.
-#[derive(Clone, Copy, Debug)]
-struct Variant {
-    /// K.
-    steps: usize,
-    /// Width of the embeddings, M.
-    latent: usize,
-    /// Virtual nodes, η.
-    virtual_nodes: &'static [usize],
-}
-
-/// A method, its errors and its costs.
-#[derive(Serialize, Deserialize)]
-struct Trained {
-    method: String,
-    about: String,
-    /// Of every node of every beam tested \[mm\].
-    errors: Vec<f64>,
-    cpu_s: f64,
-    /// Wall time of one answer \[s\].
-    answer_s: f64,
-    /// What the thesis prints for the median \[mm\].
-    printed: Option<f64>,
-}
-
 /// Everything measured.
 #[derive(Serialize, Deserialize)]
 struct Study {
     options: Options,
     facts: Vec<(String, String)>,
-    trained: Vec<Trained>,
+    trained: Vec<Measured>,
+    embedding: Chart,
 }
 
 /// The section of the report.
@@ -80,37 +55,20 @@ struct Study {
 /// # Errors
 /// A beam that cannot be solved, a training that diverges, files that cannot be written.
 pub fn section(options: &Options) -> Result<Section> {
-    let file = options.out.join(KEY).join("study.json");
-    let study = match store::read_json::<Study>(&file)?.filter(|_| options.resume) {
-        Some(done) => {
-            options.require_same(&done.options, &file)?;
-            done
-        }
-        None => {
-            let study = study(options)?;
-            store::write_json(&file, &study)?;
-            study
-        }
-    };
-    let mut table = Table::new(
-        [Column::new("err_u", "mm").about("‖u − û‖ at every node of every beam tested")],
-        [
-            Column::new("answer", "s"),
-            Column::new("CPU", "s").once().about("training or fit, all threads"),
-        ],
-        [],
-    );
-    for trained in &study.trained {
-        let errors = Distribution::of(trained.errors.clone()).context("no node was tested")?;
-        let errors = Cell::from(errors).against("thesis", trained.printed);
-        let row = Row::new(trained.method.clone(), errors, trained.answer_s)?;
-        let row = row.described(&trained.about, "our finite-element solution on the same mesh");
-        table.push(row.time(trained.cpu_s))?;
-    }
+    let study = kept(options, KEY, |study: &Study| &study.options, || study(options))?;
     let about = "Rectangles of random length and width under a body force, clamped at one end, in plane strain and small displacements: \
                  networks on simulations, from none to all of their message-passing steps, with and without virtual nodes, and regression over \
                  length, width and moduli.";
-    let blocks = vec![Block::Text(about.into()), Block::Facts(study.facts), Block::Table(table)];
+    let blocks = vec![
+        Block::Text(about.into()),
+        Block::Facts(study.facts),
+        Block::Table(table(&study.trained)?),
+        Block::charts(
+            "What nodes are to the network",
+            "Embeddings of a beam's nodes, by their place along it.",
+            [study.embedding],
+        ),
+    ];
     Ok(Section { name: KEY.into(), title: "Plane beams of many sizes".into(), blocks })
 }
 
@@ -124,7 +82,7 @@ fn study(options: &Options) -> Result<Study> {
     let sizes: Vec<f64> = unseen.iter().flat_map(|beam| lengths(&beam.displacement)).collect();
     let sizes = Distribution::of(sizes).context("no node was tested")?;
     let fact = |name: &str, what: String| (name.to_string(), what);
-    let facts = vec![
+    let mut facts = vec![
         fact(
             "beams",
             format!(
@@ -140,13 +98,22 @@ fn study(options: &Options) -> Result<Study> {
     if !options.quick {
         trained.push(regression(&seen[..25], unseen)?);
     }
-    for (variant, printed) in variants(options.quick) {
-        let found = network(options, variant, printed, seen.split_at(training), unseen)?;
-        let median = Distribution::of(found.errors.clone()).context("no node was tested")?.q50;
-        eprintln!("{:34} median {median:.4} mm after {:.0} CPU-seconds", found.method, found.cpu_s);
+    let mut embedding = Chart::default();
+    for (index, (variant, printed)) in variants(options.quick).into_iter().enumerate() {
+        let split = seen.split_at(training);
+        let (found, surrogate) = network(options, variant, printed, split, unseen)?;
+        found.tell()?;
         trained.push(found);
+        if index == EMBEDDED.min(variants(options.quick).len() - 1) {
+            let geometry = unseen[0].geometry(&average(variant.virtual_nodes, options.seed)?)?;
+            let along: Vec<f64> = unseen[0].body.positions.iter().map(|x| x[0]).collect();
+            let (chart, share) = simulated::embedding(&surrogate, &geometry, &along)?;
+            let what = format!("{:.0} % of the variance, {}", 100.0 * share, variant.name());
+            facts.push(fact("two principal components of the embeddings", what));
+            embedding = chart;
+        }
     }
-    Ok(Study { options: options.clone(), facts, trained })
+    Ok(Study { options: options.clone(), facts, trained, embedding })
 }
 
 /// Networks of Tables A.1 to A.4, with the medians that the thesis prints \[mm\].
@@ -237,7 +204,7 @@ fn apart(found: &[f64], beam: &Beam) -> Vec<f64> {
     lengths(&difference.collect::<Vec<_>>())
 }
 
-fn regression(seen: &[Beam], unseen: &[Beam]) -> Result<Trained> {
+fn regression(seen: &[Beam], unseen: &[Beam]) -> Result<Measured> {
     let start = cpu_seconds();
     let [named, ranges] = [["length", "slenderness", "mu", "lambda"], ["cm", "", "", ""]];
     let ranges = [LENGTHS, SLENDERNESS, MODULI, MODULI].into_iter().zip(named).zip(ranges);
@@ -252,13 +219,15 @@ fn regression(seen: &[Beam], unseen: &[Beam]) -> Result<Trained> {
     for beam in unseen {
         errors.extend(apart(&fit.predict(&beam.numbers())?, beam));
     }
-    Ok(Trained {
+    Ok(Measured {
         method: format!("POD + GP, {} beams", seen.len()),
         about: format!("regression over length, slenderness and moduli; {}", fit.interpolation()),
+        group: String::new(),
         errors,
+        volumes: Vec::new(),
         cpu_s,
         answer_s: start.elapsed().as_secs_f64() / unseen.len() as f64,
-        printed: None,
+        printed: [None; 2],
     })
 }
 
@@ -283,36 +252,14 @@ fn network(
     printed: Option<f64>,
     (training, validation): (&[Beam], &[Beam]),
     unseen: &[Beam],
-) -> Result<Trained> {
-    let Variant { steps, latent, virtual_nodes } = variant;
+) -> Result<(Measured, Surrogate)> {
     let start = cpu_seconds();
-    let topology = average(virtual_nodes, options.seed)?;
+    let topology = average(variant.virtual_nodes, options.seed)?;
     let data = data_set(&topology, training, validation)?;
-    let output = OutputScale::standardising(2, training.iter().map(|beam| &beam.displacement[..]))?;
-    let objective = DataFit::new(output.length())?;
     let modulus =
         ParameterRange { lower: MODULI[0], upper: MODULI[1], scale: ParameterScale::Linear };
-    let scales = Scales::over(&data.geometries, ParameterScaling::new(vec![modulus; 2])?, output)?;
-    let sizes = EmulatorConfig {
-        latent,
-        steps,
-        activation: Activation::Tanh,
-        global_features: 2,
-        ..EmulatorConfig::new(2, 1, 3, 2)
-    };
-    let surrogate =
-        Surrogate::new(&sizes, &data, scales, options.seed, &Backend::default().device()?)?;
-    let config = TrainingConfig {
-        learning_rate: RATE,
-        batch: 1,
-        budget: Budget::Steps(if options.quick { 12 } else { STEPS }),
-        evaluations: if options.quick { 2 } else { 20 },
-        seed: options.seed,
-        ..TrainingConfig::default()
-    };
-    let mut trainer = Trainer::new(surrogate, data, Box::new(objective), config)?;
-    trainer.run(&mut ())?;
-    let surrogate = trainer.into_surrogate();
+    let surrogate = untrained(variant, &data, vec![modulus; 2], options)?;
+    let surrogate = train(surrogate, data, PACE, options)?;
     let cpu_s = cpu_seconds() - start;
     let (mut errors, mut answer_s) = (Vec::new(), 0.0);
     for beam in unseen {
@@ -322,22 +269,22 @@ fn network(
         answer_s += start.elapsed().as_secs_f64() / unseen.len() as f64;
         errors.extend(apart(found.field(0), beam));
     }
-    let virtual_nodes = match virtual_nodes {
-        [] => "no virtual nodes".to_string(),
-        some => format!("η = {some:?}"),
-    };
-    Ok(Trained {
-        method: format!("K = {steps}, M = {latent}, {virtual_nodes}"),
-        about:
-            "network on simulations, mean nodal distance, the best weights on the validation beams"
-                .into(),
+    let about =
+        "network on simulations, mean nodal distance, the best weights on the validation beams";
+    let measured = Measured {
+        method: variant.name(),
+        about: about.into(),
+        group: String::new(),
         errors,
+        volumes: Vec::new(),
         cpu_s,
         answer_s,
-        printed,
-    })
+        printed: [printed, None],
+    };
+    Ok((measured, surrogate))
 }
 
-/// Steps of a training, one beam each, and their largest learning rate.
-const STEPS: usize = 3000;
-const RATE: f64 = 4e-3;
+/// Training of a network, one beam a step.
+const PACE: Pace = Pace { steps: 3000, rate: 4e-3, batch: 1, decoders_only: false };
+/// The variant whose embeddings are shown: K = 2 with virtual nodes.
+const EMBEDDED: usize = 7;

@@ -2,9 +2,9 @@
 
 use super::measure::{CORRECTIONS, Group, Outcome, cpu_seconds};
 use super::options::{Options, keys};
-use super::rectangles;
 use super::rivals::Rivals;
 use super::stage::{Individual, Stage};
+use super::{inflated, rectangles};
 use anyhow::{Context, Result};
 use sinew_emulate::{Axes, Loss, Population, PopulationEmulator, Start, store};
 use sinew_report::{Block, Chart, Column, Distribution, Provenance, Report, Row, Section};
@@ -60,6 +60,7 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
     for key in keys().into_iter().filter(|key| options.wants(key)) {
         let section = match key {
             rectangles::KEY => rectangles::section(options),
+            inflated::KEY => inflated::section(options),
             _ => study(options, key).and_then(|study| section(key, &study)),
         };
         report.sections.push(section.with_context(|| format!("population {key}"))?);

@@ -260,7 +260,7 @@ impl Scar {
 }
 
 /// A standard normal number (Box and Muller 1958).
-fn normal(random: &mut ChaCha8Rng) -> f64 {
+pub(super) fn normal(random: &mut ChaCha8Rng) -> f64 {
     let [u, v] = [1.0 - random.random::<f64>(), random.random::<f64>()];
     (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
 }

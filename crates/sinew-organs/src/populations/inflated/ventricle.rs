@@ -1,0 +1,364 @@
+//! Simulations of ventricles of random shape, kept in files that several processes may fill.
+
+use crate::populations::options::Options;
+use crate::populations::stage::normal;
+use anyhow::{Context, Result};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use sinew::case::FibreRule;
+use sinew::{Body, Case, Parameter};
+use sinew_emulate::{Design, Shard, split_seed, store};
+use sinew_fem::{Options as SolverOptions, Solver};
+use sinew_gnn::{Coordinates, Dirichlet, Geometry};
+use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
+use sinew_mesh::{Field, Prolongation, VentricleShape};
+use std::path::Path;
+use std::time::Instant;
+
+/// Cells through the wall, around, from apex to base: a mesh of 484 nodes, and one of 6788, the nearest to the thesis' 6784; with
+/// those of the coarse mesh. Fibres turn through the wall, so that one cell across it is another material.
+const CELLS: [[[usize; 3]; 2]; 2] = [[[3, 16, 8], [2, 8, 4]], [[3, 64, 30], [2, 16, 8]]];
+/// For a check of the code.
+const QUICK: [[usize; 3]; 2] = [[3, 8, 4], [2, 8, 4]];
+/// Standard deviation of the shape numbers: variances are a tenth above those of the hearts, as in the thesis.
+const SPREAD: f64 = 1.048808848170152;
+/// Neighbours that virtual nodes are joined to, κ.
+const NEIGHBOURS: usize = 5;
+/// Shape numbers count as parameters over this many deviations to either side, growth up to e to this.
+const RANGE: f64 = 1.7320508075688772;
+const GROWTH: f64 = 2.0;
+/// Simulations in a file.
+const CHUNK: usize = 50;
+
+/// A population: how its bodies are made.
+#[derive(Debug)]
+pub struct Ventricles {
+    case: Case,
+    /// Fine and coarse.
+    cells: [[usize; 3]; 2],
+    seed: u64,
+}
+
+/// A ventricle with its parameters and what the solver found.
+#[derive(Debug)]
+pub struct Ventricle {
+    /// Of its shape, of mean zero and variance near one.
+    pub numbers: Vec<f64>,
+    /// a, b, a_f, b_f.
+    pub theta: Vec<f64>,
+    /// The lowered scene.
+    pub body: Body,
+    /// Node by node \[mm\].
+    pub displacement: Vec<f64>,
+    /// What a coarse mesh says of it.
+    pub coarse: Coarse,
+}
+
+/// A solution on a coarse mesh.
+#[derive(Debug)]
+pub struct Coarse {
+    /// At the nodes of the fine mesh \[mm\].
+    pub displacement: Vec<f64>,
+    /// Logarithm of the inflated cavity's volume over that at rest.
+    pub growth: f64,
+    /// Wall time \[s\].
+    pub seconds: f64,
+}
+
+impl Ventricles {
+    /// The population of a run.
+    ///
+    /// # Errors
+    /// A case file that is none.
+    pub fn new(options: &Options) -> Result<Self> {
+        let case = Case::parse(include_str!("inflated.toml"), "inflated.toml")?;
+        let cells = if options.quick { QUICK } else { CELLS[usize::from(options.full)] };
+        Ok(Self { case, cells, seed: options.seed })
+    }
+
+    /// The body of a shape, on the fine mesh and on the coarse one; numbers left out are zero.
+    ///
+    /// # Errors
+    /// Numbers of no ventricle.
+    fn bodies(&self, numbers: &[f64]) -> Result<[Body; 2]> {
+        let shape = VentricleShape::new(numbers)?;
+        let [fine, coarse] = self.cells.map(|cells| self.body(&shape, cells));
+        Ok([fine?, coarse?])
+    }
+
+    fn body(&self, shape: &VentricleShape, cells: [usize; 3]) -> Result<Body> {
+        let mut mesh = shape.hexahedra(cells)?;
+        let sets = ["endo", "epi", "base"].map(String::from);
+        let [endocardium, epicardium, base] = sets;
+        let rule = FibreRule {
+            endocardium,
+            epicardium,
+            base,
+            angles: [60.0, -60.0],
+            sheet_angles: [0.0; 2],
+        };
+        let frames = rule.at_nodes(&shape.tetrahedra(cells)?.into());
+        let frames = frames.map_err(anyhow::Error::msg)?;
+        let fibres: Vec<[f64; 3]> = frames.iter().map(|[fibre, ..]| *fibre).collect();
+        mesh.point_fields.insert("fibre".into(), Field::vectors(&fibres));
+        Ok(self.case.body_on(mesh.into())?)
+    }
+
+    /// Numbers of the shape of one of the population.
+    fn numbers(&self, index: usize) -> Vec<f64> {
+        let mut random = ChaCha8Rng::seed_from_u64(split_seed(self.seed, index as u64));
+        loop {
+            let number = |_| SPREAD * normal(&mut random);
+            let numbers: Vec<f64> = (0..VentricleShape::NUMBERS).map(number).collect();
+            // A shape that the population does not have is drawn again.
+            let meshed = |shape: VentricleShape| {
+                self.cells.map(|cells| shape.hexahedra(cells)).iter().all(Result::is_ok)
+            };
+            if VentricleShape::new(&numbers).is_ok_and(meshed) {
+                return numbers;
+            }
+        }
+    }
+
+    /// The first `count` of the population with their solutions, from files in `folder` where these are; those without equilibrium are
+    /// left out. With a shard only its part.
+    ///
+    /// # Errors
+    /// Files that cannot be written.
+    pub fn simulated(
+        &self,
+        count: usize,
+        folder: &Path,
+        shard: Option<Shard>,
+    ) -> Result<Vec<Ventricle>> {
+        let thetas = self.thetas(count)?;
+        let chunks = count.div_ceil(CHUNK);
+        let mut all = Vec::new();
+        for chunk in shard.map_or(0..chunks, |shard| shard.samples(chunks)) {
+            let own = chunk * CHUNK..((chunk + 1) * CHUNK).min(count);
+            let file = folder.join(format!("{:05}-{:05}.npy", own.start, own.end));
+            let known = match file.exists() {
+                true => store::read_table(&file)?,
+                false => {
+                    eprintln!("simulations {} to {} of {count}", own.start + 1, own.end);
+                    let solve = |index| self.solve(&self.numbers(index), &thetas[index]);
+                    let fields: Vec<_> =
+                        own.clone().into_par_iter().map(solve).collect::<Result<_>>()?;
+                    store::write_table(&file, &fields)?;
+                    fields
+                }
+            };
+            let own: Vec<_> = own.zip(known).collect();
+            let ventricle = |(index, field): (usize, Vec<f64>)| {
+                self.ventricle(&self.numbers(index), &thetas[index], field)
+            };
+            let ventricles: Vec<_> = own.into_par_iter().map(ventricle).collect::<Result<_>>()?;
+            all.extend(ventricles.into_iter().flatten());
+        }
+        Ok(all)
+    }
+
+    /// Parameter sets, spread evenly.
+    ///
+    /// # Errors
+    /// More than Sobol's sequence is tabulated for.
+    pub fn thetas(&self, count: usize) -> Result<Vec<Vec<f64>>> {
+        let [body, _] = self.bodies(&[])?;
+        Ok(Design::Sobol.sample(&body.parameters, count, self.seed)?)
+    }
+
+    /// One shape at some parameters, with the solutions; those without equilibrium are left out.
+    ///
+    /// # Errors
+    /// A shape that cannot be meshed.
+    pub fn at(&self, numbers: &[f64], thetas: &[Vec<f64>]) -> Result<Vec<Ventricle>> {
+        let one = |theta: &Vec<f64>| self.ventricle(numbers, theta, self.solve(numbers, theta)?);
+        let all: Vec<_> = thetas.par_iter().map(one).collect::<Result<_>>()?;
+        Ok(all.into_iter().flatten().collect())
+    }
+
+    /// Displacements of a shape \[mm\]; NaN where the solver finds none.
+    fn solve(&self, numbers: &[f64], theta: &[f64]) -> Result<Vec<f64>> {
+        let [fine, coarse] = self.bodies(numbers)?;
+        let solved = Solver::new(&fine)?.solve_nested(&coarse, theta, &SolverOptions::default());
+        let none = || vec![f64::NAN; 3 * fine.nodes];
+        Ok(solved.map_or_else(|_| none(), |solved| solved.displacement))
+    }
+
+    /// A ventricle that was solved, if it could be on both meshes.
+    fn ventricle(
+        &self,
+        numbers: &[f64],
+        theta: &[f64],
+        displacement: Vec<f64>,
+    ) -> Result<Option<Ventricle>> {
+        let [body, coarse] = self.bodies(numbers)?;
+        let start = Instant::now();
+        let solved = Solver::new(&coarse)?.solve(theta, &SolverOptions::default());
+        let Some(solved) = solved.ok().filter(|_| displacement.iter().all(|u| u.is_finite()))
+        else {
+            return Ok(None);
+        };
+        let volume = |u: &[f64]| coarse.cavity_volumes(u)[0];
+        let growth = volume(&solved.displacement) / volume(&vec![0.0; 3 * coarse.nodes]);
+        let prolongation = Prolongation::new(&coarse.positions, &body.positions);
+        let coarse = Coarse {
+            displacement: prolongation.vectors(&solved.displacement),
+            growth: growth.ln(),
+            seconds: start.elapsed().as_secs_f64(),
+        };
+        let (numbers, theta) = (numbers.to_vec(), theta.to_vec());
+        Ok(Some(Ventricle { numbers, theta, body, displacement, coarse }))
+    }
+
+    /// The graph of the mean ventricle, which all share.
+    ///
+    /// # Errors
+    /// More virtual nodes than nodes.
+    pub fn graph(&self, virtual_nodes: &[usize]) -> Result<Topology> {
+        let [body, _] = self.bodies(&[])?;
+        let config = AugmentationConfig {
+            roots_per_layer: virtual_nodes.to_vec(),
+            neighbours: NEIGHBOURS,
+            seed: self.seed,
+            ..AugmentationConfig::for_nodes(body.nodes)
+        };
+        Ok(augment(&body.positions, &body.mesh.edges(), &config)?)
+    }
+}
+
+/// What a method is told of a ventricle.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
+    /// So many numbers of its shape.
+    pub numbers: usize,
+    /// Its solution on the coarse mesh, which is then corrected.
+    pub coarse: bool,
+}
+
+impl Seen {
+    /// What of it is not the rule, for a table.
+    pub fn name(self) -> &'static str {
+        if self.coarse { ", about the coarse solution" } else { "" }
+    }
+}
+
+impl Ventricle {
+    /// Inputs of a regression.
+    pub fn inputs(&self, told: Seen) -> Vec<f64> {
+        let growth = told.coarse.then_some(self.coarse.growth);
+        self.numbers[..told.numbers].iter().chain(&self.theta).copied().chain(growth).collect()
+    }
+
+    /// Their ranges.
+    pub fn parameters(&self, told: Seen) -> Vec<Parameter> {
+        let numbers = (0..told.numbers)
+            .map(|k| Parameter::linear(format!("shape {}", k + 1), "", -RANGE..=RANGE));
+        let growth = told.coarse.then(|| Parameter::linear("growth", "", 0.0..=GROWTH));
+        numbers.chain(self.body.parameters.iter().cloned()).chain(growth).collect()
+    }
+
+    /// Logarithm of the cavity's volume over that at rest.
+    pub fn growth(&self, displacement: &[f64]) -> f64 {
+        (self.volume(displacement) / self.volume(&vec![0.0; displacement.len()])).ln()
+    }
+
+    /// As much of it as the coarse mesh says.
+    pub fn known_growth(&self, told: Seen) -> f64 {
+        if told.coarse { self.coarse.growth } else { 0.0 }
+    }
+
+    /// Largest |J − 1| of a cell.
+    pub fn largest_volume_change(&self) -> f64 {
+        let Body { volumes, points_per_cell, .. } = &self.body;
+        let of_cell = |(cell, volumes): (usize, &[f64])| {
+            let change = |k: usize| {
+                let h =
+                    self.body.displacement_gradient(cell * points_per_cell + k, &self.displacement);
+                volumes[k] * h.volume_change()
+            };
+            (0..*points_per_cell).map(change).sum::<f64>().abs() / volumes.iter().sum::<f64>()
+        };
+        volumes.chunks(*points_per_cell).enumerate().map(of_cell).fold(0.0, f64::max)
+    }
+
+    /// What networks see of it (thesis §2.4.1): on nodes the base, the endocardium, the vector across the wall, the fibre and the radial
+    /// direction, and what the coarse mesh says; the first numbers of its shape for all of it.
+    ///
+    /// # Errors
+    /// A graph of another mesh.
+    pub fn geometry(&self, topology: &Topology, told: Seen) -> Result<Geometry> {
+        let Body { positions, mesh, nodes, .. } = &self.body;
+        let sets = mesh.node_sets();
+        let indicator = |name: &str| FeatureMatrix::indicator(*nodes, &sets[name]);
+        // Layers of nodes follow each other from the inside.
+        let sheet = sets["endo"].len();
+        let across = |node: usize| -> [f64; 3] {
+            let [inner, outer] = [node % sheet, nodes - sheet + node % sheet];
+            std::array::from_fn(|i| positions[outer][i] - positions[inner][i])
+        };
+        let across: Vec<_> = (0..*nodes).map(across).collect();
+        let fibres = mesh.point_fields()["fibre"].to_vectors::<3>();
+        let fibres = fibres.context("a ventricle without fibres")?;
+        let radial = |x: &[f64; 3]| {
+            let r = x[0].hypot(x[1]).max(f64::MIN_POSITIVE);
+            [x[0] / r, x[1] / r]
+        };
+        let radial: Vec<_> = positions.iter().map(radial).collect();
+        let columns = indicator("base")?
+            .beside(&indicator("endo")?)?
+            .beside(&FeatureMatrix::from_rows(&across))?
+            .beside(&FeatureMatrix::from_rows(&fibres))?
+            .beside(&FeatureMatrix::from_rows(&radial))?;
+        let (nodes, _) = self.coarse.displacement.as_chunks::<3>();
+        let columns = match told.coarse {
+            true => columns.beside(&FeatureMatrix::from_rows(nodes))?,
+            false => columns,
+        };
+        let growth = told.coarse.then_some(self.coarse.growth);
+        Ok(Geometry {
+            features: graph_features(topology, positions, &columns, 3)?,
+            global: self.numbers[..told.numbers].iter().copied().chain(growth).collect(),
+            dirichlet: Dirichlet::of_body(&self.body),
+            coordinates: Coordinates::Components,
+            topology: topology.clone(),
+        })
+    }
+
+    /// What is learned, with what is added to it afterwards: all of the displacement, or what the coarse mesh leaves of it \[mm\].
+    pub fn target(&self, told: Seen) -> Vec<f64> {
+        match told.coarse {
+            true => self
+                .displacement
+                .iter()
+                .zip(&self.coarse.displacement)
+                .map(|(u, c)| u - c)
+                .collect(),
+            false => self.displacement.clone(),
+        }
+    }
+
+    /// The displacement of what was predicted for [`Ventricle::target`] \[mm\].
+    pub fn displaced(&self, found: &[f64], told: Seen) -> Vec<f64> {
+        match told.coarse {
+            true => found.iter().zip(&self.coarse.displacement).map(|(u, c)| u + c).collect(),
+            false => found.to_vec(),
+        }
+    }
+
+    /// Distance of a displacement to its own, node by node \[mm\].
+    pub fn distances(&self, found: &[f64]) -> Vec<f64> {
+        lengths(&found.iter().zip(&self.displacement).map(|(a, b)| a - b).collect::<Vec<_>>())
+    }
+
+    /// Volume of the inflated cavity \[mm³\].
+    pub fn volume(&self, displacement: &[f64]) -> f64 {
+        self.body.cavity_volumes(displacement)[0]
+    }
+}
+
+/// Lengths of the displacements of nodes \[mm\].
+pub fn lengths(displacement: &[f64]) -> Vec<f64> {
+    displacement.as_chunks::<3>().0.iter().map(|[x, y, z]| x.hypot(*y).hypot(*z)).collect()
+}
