@@ -1,6 +1,8 @@
 //! Emulator of the gravity beam: full forward pass, decoder alone, and a training step on energy
 //! or on simulations with Muon or Adam, by number of parameter sets.
 //!
+//! `plain Burn` is the same step without fused operations: what these are worth.
+//!
 //! Beside every time stands the error of the fused kernels: the largest difference from the
 //! reference path, relative to the largest displacement, and that of the loss of a step.
 //! One core: `taskset -c 0 env RAYON_NUM_THREADS=1 cargo bench --profile dev -p sinew-gnn --bench emulator`.
@@ -82,6 +84,11 @@ fn main() {
                     bencher.iter(|| trainer.step().expect("finite loss"));
                 });
             }
+            let mut plain = trainer(&data, batch, objective(&data), muon())
+                .with_kernels(KernelChoice::Reference);
+            criterion.bench_function(&format!("step/{name}/Muon/{batch}, plain Burn"), |bencher| {
+                bencher.iter(|| plain.step().expect("finite loss"));
+            });
         }
     }
     criterion.final_summary();

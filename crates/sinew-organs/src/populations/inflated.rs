@@ -144,7 +144,7 @@ fn study(options: &Options) -> Result<Study> {
     }
     let (one_shape, map) = data.one_shape(&general)?;
     let (embedding, fact) = data.embedding(&general[0])?;
-    facts.push(fact);
+    facts.extend([fact, data.times(&general[0])?]);
     Ok(Study { options: options.clone(), facts, population, one_shape, map, embedding })
 }
 
@@ -361,6 +361,39 @@ impl Data<'_> {
         let (chart, share) = simulated::embedding(surrogate, &geometry, &along)?;
         let what = format!("{:.0} % of the variance, {}", 100.0 * share, variant.name());
         Ok((chart, ("two principal components of the embeddings".into(), what)))
+    }
+
+    /// Table 2.1: answers for a shape that changes and for one that stays, beside the solver.
+    fn times(
+        &self,
+        (variant, told, surrogate): &(Variant, Seen, Surrogate),
+    ) -> Result<(String, String)> {
+        const AGAIN: u32 = 20;
+        let Ventricle { theta, numbers, .. } = &self.unseen[0];
+        let topology = self.ventricles.graph(variant.virtual_nodes)?;
+        let theta = std::slice::from_ref(theta);
+        let time = |answer: &mut dyn FnMut() -> Result<()>| -> Result<f64> {
+            let start = Instant::now();
+            (0..AGAIN).try_for_each(|_| answer())?;
+            Ok(1e3 * start.elapsed().as_secs_f64() / f64::from(AGAIN))
+        };
+        let geometry = self.unseen[0].geometry(&topology, *told)?;
+        let varying = time(&mut || {
+            surrogate.predict(&self.unseen[0].geometry(&topology, *told)?, theta)?;
+            Ok(())
+        })?;
+        let fixed = surrogate.fixed_geometry(&geometry)?;
+        let fixed = time(&mut || fixed.predict(theta).map(|_| ()).map_err(Into::into))?;
+        let start = Instant::now();
+        self.ventricles.at(numbers, theta)?;
+        let solver = 1e3 * start.elapsed().as_secs_f64();
+        let coarse = 1e3 * self.unseen[0].coarse.seconds;
+        let what = format!(
+            "{varying:.1} ms where the shape changes, {fixed:.2} ms where it stays; the coarse solution {coarse:.0} ms, the solver by way of it {solver:.0} ms; {}, {} threads",
+            variant.name(),
+            rayon::current_num_threads()
+        );
+        Ok(("an answer".into(), what))
     }
 
     fn measured(

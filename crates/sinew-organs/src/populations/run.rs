@@ -2,7 +2,7 @@
 
 use super::measure::{CORRECTIONS, Group, Outcome, cpu_seconds};
 use super::options::{Options, keys};
-use super::rivals::Rivals;
+use super::rivals::{Fit, Rivals, coarse};
 use super::stage::{Individual, Stage};
 use super::{inflated, rectangles};
 use anyhow::{Context, Result};
@@ -184,7 +184,7 @@ fn rivals(
     study: &mut Study,
 ) -> Result<()> {
     let rivals = Rivals::new(stage, options.stream(1), count)?;
-    let [simulated, fitted] = rivals.cpu_s;
+    let (simulated, [plain, about_coarse]) = (rivals.simulated_s, rivals.fits());
     let of = format!("{count} simulations");
     let mut add = |method: &str,
                    about: &str,
@@ -195,11 +195,20 @@ fn rivals(
     };
     add("mean", &of, simulated, &mut |_| Ok(rivals.mean()))?;
     add("nearest", &of, simulated, &mut |individual| Ok(rivals.nearest(individual)))?;
-    add("POD + GP", &rivals.about, fitted, &mut |individual| rivals.predict(individual))
+    add("POD + GP", &plain.about, plain.cpu_s, &mut |individual| rivals.predict(individual))?;
+    let Fit { about, cpu_s, .. } = about_coarse;
+    add("POD + GP about the coarse solution", about, *cpu_s, &mut |individual| {
+        rivals.predict_about_coarse(stage, individual)
+    })
 }
 
 /// What bodies tell without a network.
 fn followed(options: &Options, stage: &Stage, groups: &[Group], study: &mut Study) -> Result<()> {
+    let rest = |individual: &Individual| vec![0.0; 3 * individual.body.nodes];
+    let about = "the same body on a mesh of few cells, by moving least squares";
+    study.outcomes.push(groups[0].measure(["coarse solution", about], 0.0, |individual| {
+        Ok(coarse(stage, individual)?.unwrap_or_else(|| rest(individual)))
+    })?);
     let recipe = Population { start: stage.start, ..Population::default() };
     let draw = |index: u64| stage.body_of_stream(options.stream(0), index);
     let emulator = recipe.prepare(&draw, options.seed)?;

@@ -46,6 +46,8 @@ pub struct Individual {
     pub body: Body,
     /// Parameters, within their ranges.
     pub theta: Vec<f64>,
+    /// Scars that no mesh knows.
+    scars: Vec<Scar>,
 }
 
 /// Names of the stages.
@@ -150,7 +152,8 @@ impl Stage {
             let mut case = Case::read(Path::new("LeftVentricle"))?;
             (case.law, case.parameters) = (self.case.law.clone(), self.case.parameters.clone());
             let body = case.body_on(heart(folder, frame, NODES)?)?;
-            Ok(Individual { numbers: Vec::new(), theta: body.centre(), body })
+            let (numbers, scars) = (Vec::new(), Vec::new());
+            Ok(Individual { numbers, theta: body.centre(), body, scars })
         };
         let mut hearts = frames.map(individual).collect::<Result<Vec<_>>>()?;
         if let Some(first) = hearts.first() {
@@ -195,15 +198,36 @@ impl Stage {
                 .collect();
             let Ok(mesh) = self.mesh(&numbers) else { continue };
             let mut body = self.case.body_on(mesh)?;
-            for _ in 0..self.scars {
-                let scar = Scar::draw(&body, &mut random);
+            let scars: Vec<Scar> =
+                (0..self.scars).map(|_| Scar::draw(&body, &mut random)).collect();
+            for scar in &scars {
                 let factors = scar.factors(&body);
                 body = body.stiffened(&factors)?;
                 numbers.extend(scar.numbers());
             }
             let theta = Design::Uniform.sample(&body.parameters, 1, random.random())?.remove(0);
-            return Ok(Individual { numbers, body, theta });
+            return Ok(Individual { numbers, body, theta, scars });
         }
+    }
+
+    /// An individual on a mesh so coarse that it is solved in a few milliseconds; `None` where that does not unfold.
+    ///
+    /// # Errors
+    /// A body that cannot be lowered.
+    pub fn coarse(&self, individual: &Individual) -> Result<Option<Body>> {
+        let cells = match self.kind {
+            Kind::Rings => [16, 2, 0],
+            Kind::Beams => [6, 2, 2],
+            Kind::Ventricles => [2, 16, 6],
+        };
+        let numbers = &individual.numbers[..self.numbers()];
+        let Ok(mesh) = (Self { cells, ..self.clone() }).mesh(numbers) else { return Ok(None) };
+        let mut body = self.case.body_on(mesh)?;
+        for scar in &individual.scars {
+            let factors = scar.factors(&body);
+            body = body.stiffened(&factors)?;
+        }
+        Ok(Some(body))
     }
 
     /// Bodies for a training, from a stream of their own.
@@ -227,6 +251,7 @@ impl Stage {
 }
 
 /// Scar tissue around a node.
+#[derive(Debug)]
 struct Scar {
     centre: [f64; 3],
     /// \[mm\].
