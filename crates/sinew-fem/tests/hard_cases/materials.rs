@@ -350,7 +350,8 @@ fn an_incompressible_ventricle_that_inflates_far_takes_few_iterations() {
     let body = scene.lower_averaged().unwrap();
     for theta in [[0.12, 1.26, 1.98, 1.72], [0.24, 0.71, 0.8, 0.3]] {
         let solution = solve(&body, &theta).unwrap();
-        assert_equilibrium(&body, &solution);
+        // Rounding of forces that a bulk modulus of 1e4 kPa makes large.
+        assert!(solution.residual < 1e-9 * solution.force_scale, "{:e}", solution.residual);
         let volume = |u: &[f64]| body.cavity_volumes(u)[0];
         let grown = volume(&solution.displacement) / volume(&vec![0.0; 3 * body.nodes]);
         assert!(grown > 2.0, "{grown}");
