@@ -129,6 +129,14 @@ impl<'p> BalanceSolver<'p> {
         System::balance(balance).map(|system| Self { balance, system })
     }
 
+    /// Another solver of the same balance, for another thread; it shares what is prepared.
+    ///
+    /// # Errors
+    /// [`SolveError::OutOfMemory`].
+    pub fn fresh(&self) -> Result<Self, SolveError> {
+        self.system.fresh().map(|system| Self { balance: self.balance, system })
+    }
+
     /// Number of unknowns: free degrees of freedom, then pressures.
     pub fn unknowns(&self) -> [usize; 2] {
         [self.system.sparsity.unknowns(), self.system.pressures()]

@@ -37,7 +37,7 @@
 //!
 //! - [`Solver`] keeps sparsity, ordering and symbolic factorisation of one body; [`Solver::solve`] and
 //!   [`Solver::solve_from`] give a [`Solution`] with its [`History`], or a [`SolveError`] that advises.
-//! - [`sweep`] solves for many θ on all cores, each from its neighbour.
+//! - [`sweep`] and [`sweep_balances`] solve for many θ on all cores, each from its neighbour.
 //! - [`Solver::softest_mode`] gives the shape that a body buckles into, to nudge it from an unstable equilibrium.
 //! - [`Solver::sensitivity`] gives ∂u/∂θ, [`Solver::adjoint_sensitivity`] the derivative of one quantity.
 //! - [`BalanceSolver`] finds equilibria that are not minima: incompressible bodies by the mixed elements of
@@ -96,12 +96,13 @@ pub use error::{Advice, NotConverged, SolveError};
 pub use history::{History, Iteration};
 pub use locking::{LARGEST_BULK_TO_SHEAR, LockingWarning, Proportions, SLENDER, locking};
 pub use matrix::Stiffness;
+pub use nested::coarse_displacement;
 pub use newton_step::NewtonStep;
 pub use report::{Reaction, SolutionReport, Warning, report, report_balance};
 pub use rigid::RigidMode;
 pub use series::IterationSeries;
 pub use solution::{Options, Solution};
 pub use solver::Solver;
-pub use sweep::{Sweep, SweepError, sweep};
+pub use sweep::{Sweep, SweepError, sweep, sweep_balances};
 pub use volume::{VolumeStep, VolumeTrace};
 pub use watch::{Progress, print_progress};

@@ -8,6 +8,22 @@ use sinew_mesh::Prolongation;
 /// Parts of the coarse displacement that are tried, until one turns no cell over.
 const PARTS: [f64; 4] = [1.0, 0.9, 0.7, 0.4];
 
+/// The equilibrium for θ of `coarse` at the nodes of `fine`, the same body on a finer mesh \[length\]: an answer in a fraction of the time,
+/// and what a regression of finer solutions is best about.
+///
+/// # Errors
+/// As for [`Solver::solve`] of the coarse body.
+pub fn coarse_displacement(
+    coarse: &Body,
+    fine: &Body,
+    theta: &[f64],
+    options: &Options,
+) -> Result<Vec<f64>, SolveError> {
+    let solved = Solver::new(coarse)?.solve(theta, options)?;
+    let prolongation = Prolongation::new(&coarse.positions, &fine.positions);
+    Ok(prolongation.vectors(&solved.displacement))
+}
+
 impl Solver<'_> {
     /// The equilibrium for θ by way of that of `coarse`, the same body on a coarser mesh (nested iteration): most iterations of a body that
     /// moves far are spent on getting near, which a few cells through the wall do as well.
@@ -43,12 +59,8 @@ impl Solver<'_> {
         theta: &[f64],
         options: &Options,
     ) -> Result<Solution, SolveError> {
-        let found = Solver::new(coarse)?.solve(theta, options);
-        let guess = found.ok().and_then(|found| {
-            let prolongation = Prolongation::new(&coarse.positions, &self.body().positions);
-            self.admissible(&prolongation.vectors(&found.displacement), theta)
-        });
-        match guess {
+        let found = coarse_displacement(coarse, self.body(), theta, options);
+        match found.ok().and_then(|found| self.admissible(&found, theta)) {
             Some(guess) => self.solve_from(&guess, theta, options),
             None => self.solve(theta, options),
         }

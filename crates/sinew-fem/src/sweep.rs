@@ -1,9 +1,9 @@
 //! Many θ of one body.
 
 use crate::order::{log_coordinates, nearest_neighbour_path};
-use crate::{Options, Solution, SolveError, Solver};
+use crate::{BalanceSolution, BalanceSolver, Options, Solution, SolveError, Solver};
 use rayon::prelude::*;
-use sinew_energy::Body;
+use sinew_energy::{Body, ForceBalance};
 use thiserror::Error;
 
 /// Samples that are solved one after the other, each from its predecessor. The partition depends on nothing
@@ -16,11 +16,11 @@ const DIFFERENCE: f64 = 1e-2;
 
 /// The outcome of a sweep.
 #[derive(Clone, Debug)]
-pub struct Sweep {
+pub struct Sweep<S = Solution> {
     /// The samples.
     pub thetas: Vec<Vec<f64>>,
     /// One result per θ, in the order they were given.
-    pub results: Vec<Result<Solution, SolveError>>,
+    pub results: Vec<Result<S, SolveError>>,
 }
 
 /// A sweep in which samples failed.
@@ -42,12 +42,12 @@ pub struct SweepError {
     pub source: SolveError,
 }
 
-impl Sweep {
+impl<S> Sweep<S> {
     /// All solutions.
     ///
     /// # Errors
     /// The first failure; [`Sweep::results`] still holds what succeeded.
-    pub fn solutions(&self) -> Result<Vec<&Solution>, SweepError> {
+    pub fn solutions(&self) -> Result<Vec<&S>, SweepError> {
         let failures = self.results.iter().enumerate();
         let mut failures = failures.filter_map(|(i, r)| r.as_ref().err().map(|e| (i, e)));
         let Some((index, source)) = failures.next() else {
@@ -78,17 +78,53 @@ pub fn sweep(
     progress: impl Fn() + Sync,
 ) -> Result<Sweep, SolveError> {
     let solver = Solver::new(potential)?;
+    chained(
+        thetas,
+        || solver.fresh(),
+        |solver, near: Option<&Solution>, theta| match near {
+            Some(near) => solver.solve_near(near, theta, options),
+            None => solver.solve(theta, options),
+        },
+        progress,
+    )
+}
+
+/// The same for a balance of forces: incompressible bodies, and pressures on surfaces with a loose rim. Within a chain each solve starts
+/// from its predecessor's solution.
+///
+/// # Errors
+/// A balance that cannot be solved for any θ, see [`BalanceSolver::new`]; failures of single samples are in the results.
+pub fn sweep_balances(
+    balance: &ForceBalance,
+    thetas: &[Vec<f64>],
+    options: &Options,
+    progress: impl Fn() + Sync,
+) -> Result<Sweep<BalanceSolution>, SolveError> {
+    let solver = BalanceSolver::new(balance)?;
+    chained(
+        thetas,
+        || solver.fresh(),
+        |solver, near: Option<&BalanceSolution>, theta| match near {
+            Some(near) => solver.solve_from(near, theta, options),
+            None => solver.solve(theta, options),
+        },
+        progress,
+    )
+}
+
+/// Solves in chains of neighbours, each chain by a solver of its own.
+fn chained<W, S: Clone + Send>(
+    thetas: &[Vec<f64>],
+    fresh: impl Fn() -> Result<W, SolveError> + Sync,
+    solve: impl Fn(&mut W, Option<&S>, &[f64]) -> Result<S, SolveError> + Sync,
+    progress: impl Fn() + Sync,
+) -> Result<Sweep<S>, SolveError> {
     let path = nearest_neighbour_path(&log_coordinates(thetas));
     let solve_chain = |chain: &[usize]| -> Result<Vec<_>, SolveError> {
-        let mut solver = solver.fresh()?;
-        let mut last: Option<Solution> = None;
+        let (mut solver, mut last) = (fresh()?, None::<S>);
         let mut results = Vec::with_capacity(chain.len());
         for &index in chain {
-            let theta = &thetas[index];
-            let result = match &last {
-                Some(near) => solver.solve_near(near, theta, options),
-                None => solver.solve(theta, options),
-            };
+            let result = solve(&mut solver, last.as_ref(), &thetas[index]);
             last = result.as_ref().ok().cloned();
             results.push((index, result));
             progress();

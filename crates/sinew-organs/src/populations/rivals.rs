@@ -5,8 +5,7 @@ use super::stage::{Individual, Stage};
 use anyhow::Result;
 use sinew::Parameter;
 use sinew_emulate::{PodRegression, share_of};
-use sinew_fem::{Options, Solver};
-use sinew_mesh::Prolongation;
+use sinew_fem::{Options, Solver, coarse_displacement};
 
 /// Simulations of individuals of a population, and what is fitted to them.
 pub struct Rivals {
@@ -124,9 +123,8 @@ impl Rivals {
 /// A body that cannot be lowered.
 pub fn coarse(stage: &Stage, individual: &Individual) -> Result<Option<Vec<f64>>> {
     let Some(body) = stage.coarse(individual)? else { return Ok(None) };
-    let solved = Solver::new(&body)?.solve(&individual.theta, &Options::default());
-    let prolongation = || Prolongation::new(&body.positions, &individual.body.positions);
-    Ok(solved.ok().map(|solved| prolongation().vectors(&solved.displacement)))
+    let Individual { body: fine, theta, .. } = individual;
+    Ok(coarse_displacement(&body, fine, theta, &Options::default()).ok())
 }
 
 fn input(individual: &Individual) -> Vec<f64> {
