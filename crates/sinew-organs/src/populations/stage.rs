@@ -217,7 +217,7 @@ impl Stage {
     pub fn coarse(&self, individual: &Individual) -> Result<Option<Body>> {
         let cells = match self.kind {
             Kind::Rings => [16, 2, 0],
-            Kind::Beams => [6, 2, 2],
+            Kind::Beams => [5, 2, 2],
             Kind::Ventricles => [2, 16, 6],
         };
         let numbers = &individual.numbers[..self.numbers()];
