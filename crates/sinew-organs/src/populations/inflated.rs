@@ -127,7 +127,7 @@ fn study(options: &Options) -> Result<Study> {
     let data = Data { options, ventricles: &ventricles, training, validation, unseen: &unseen };
     let mut facts = data.facts(counts.iter().sum(), seconds)?;
     let mut population = vec![data.coarse_alone(data.unseen)?];
-    for count in [training.len().div_ceil(4).max(2), training.len()] {
+    for count in [4, 2].map(|part| training.len().div_ceil(part).max(2)) {
         for coarse in [false, true] {
             let told = Seen { numbers: ALL, coarse };
             population.push(data.regression(&training[..count], data.unseen, told)?);
@@ -246,9 +246,10 @@ impl Data<'_> {
     /// Regression of the volume alone, for which no field is needed.
     fn volumes_alone(&self) -> Result<Vec<(String, String)>> {
         let fact = |told: Seen| {
-            let inputs: Vec<_> = self.training.iter().map(|v| v.inputs(told)).collect();
+            let seen = &self.training[..self.training.len().div_ceil(2)];
+            let inputs: Vec<_> = seen.iter().map(|v| v.inputs(told)).collect();
             let growth = |v: &Ventricle| vec![v.growth(&v.displacement) - v.known_growth(told)];
-            let growths: Vec<_> = self.training.iter().map(growth).collect();
+            let growths: Vec<_> = seen.iter().map(growth).collect();
             let fit = PodRegression::fit(&self.training[0].parameters(told), &inputs, &growths)?;
             let error = |v: &Ventricle| -> Result<f64> {
                 let off = fit.predict(&v.inputs(told))?[0] - growth(v)[0];

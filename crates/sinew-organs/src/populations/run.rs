@@ -6,7 +6,7 @@ use super::rivals::{Fit, Rivals, coarse};
 use super::stage::{Individual, Stage};
 use super::{inflated, rectangles};
 use anyhow::{Context, Result};
-use sinew_emulate::{Axes, Loss, Population, PopulationEmulator, Start, store};
+use sinew_emulate::{Axes, Loss, Population, PopulationEmulator, Start, TwoMeshes, store};
 use sinew_report::{Block, Chart, Column, Distribution, Provenance, Report, Row, Section};
 use sinew_report::{Series, Style, Table};
 use std::ops::ControlFlow;
@@ -222,6 +222,14 @@ fn followed(options: &Options, stage: &Stage, groups: &[Group], study: &mut Stud
             Ok(emulator.followed(&individual.body, theta)?.remove(0))
         };
         study.outcomes.push(group.measure(["no network", about], 0.0, followed)?);
+        let about = "one solution, and the coarse mesh at every parameter set";
+        study.outcomes.push(group.measure(["two meshes", about], 0.0, |individual| {
+            let Individual { body, theta, .. } = individual;
+            let Some(coarse) = stage.coarse(individual)? else { return Ok(rest(individual)) };
+            let found = TwoMeshes::new(body, &coarse)
+                .and_then(|emulator| emulator.predict(std::slice::from_ref(theta)));
+            Ok(found.map_or_else(|_| rest(individual), |mut found| found.remove(0)))
+        })?);
     }
     Ok(())
 }

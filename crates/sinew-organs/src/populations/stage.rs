@@ -48,6 +48,8 @@ pub struct Individual {
     pub theta: Vec<f64>,
     /// Scars that no mesh knows.
     scars: Vec<Scar>,
+    /// The body on a coarse mesh, where that is not made from the numbers.
+    coarse: Option<Body>,
 }
 
 /// Names of the stages.
@@ -142,7 +144,7 @@ impl Stage {
     /// Surfaces that cannot be read or meshed.
     pub fn hearts(&self, folder: &Path) -> Result<Vec<Individual>> {
         const FRAMES: [&str; 7] = ["000", "004", "008", "012", "016", "020", "024"];
-        const NODES: usize = 1500;
+        const NODES: [usize; 2] = [1500, 400];
         let there = |frame: &&&str| surface(folder, "LV_ENDOCARDIAL", frame).exists();
         if self.kind != Kind::Ventricles || self.scars > 0 {
             return Ok(Vec::new());
@@ -151,9 +153,11 @@ impl Stage {
         let individual = |frame: &&str| {
             let mut case = Case::read(Path::new("LeftVentricle"))?;
             (case.law, case.parameters) = (self.case.law.clone(), self.case.parameters.clone());
-            let body = case.body_on(heart(folder, frame, NODES)?)?;
+            let [body, coarse] = NODES
+                .map(|nodes| -> Result<Body> { Ok(case.body_on(heart(folder, frame, nodes)?)?) });
+            let (body, coarse) = (body?, Some(coarse?));
             let (numbers, scars) = (Vec::new(), Vec::new());
-            Ok(Individual { numbers, theta: body.centre(), body, scars })
+            Ok(Individual { numbers, theta: body.centre(), body, scars, coarse })
         };
         let mut hearts = frames.map(individual).collect::<Result<Vec<_>>>()?;
         if let Some(first) = hearts.first() {
@@ -206,7 +210,7 @@ impl Stage {
                 numbers.extend(scar.numbers());
             }
             let theta = Design::Uniform.sample(&body.parameters, 1, random.random())?.remove(0);
-            return Ok(Individual { numbers, body, theta, scars });
+            return Ok(Individual { numbers, body, theta, scars, coarse: None });
         }
     }
 
@@ -220,6 +224,9 @@ impl Stage {
             Kind::Beams => [5, 2, 2],
             Kind::Ventricles => [2, 16, 6],
         };
+        if let Some(coarse) = &individual.coarse {
+            return Ok(Some(coarse.clone()));
+        }
         let numbers = &individual.numbers[..self.numbers()];
         let Ok(mesh) = (Self { cells, ..self.clone() }).mesh(numbers) else { return Ok(None) };
         let mut body = self.case.body_on(mesh)?;
