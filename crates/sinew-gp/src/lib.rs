@@ -55,8 +55,7 @@
 //! - [`Fit::warnings`]: what the fit cannot tell;
 //! - [`Kernel`] and [`check_kernel`]: your own kernel from its formula, and whether it is one;
 //! - `log_evidence_tensor` (feature `burn`, on by default): the evidence inside a Burn graph;
-//! - [`SemiLinear`]: equations with a nonlinear term, by Gauss and Newton, and with their
-//!   uncertainty by a variational bound.
+//! - [`SemiLinear`]: equations with a nonlinear term, by Gauss and Newton.
 //!
 //! Everything is in double precision.
 
@@ -90,7 +89,6 @@ mod polygon;
 mod posterior;
 mod prior;
 mod problem;
-mod quadrature;
 mod reduced;
 mod resolve;
 mod semilinear;
@@ -127,7 +125,7 @@ pub use posterior::{Posterior, Prediction};
 pub use prior::Prior;
 pub use problem::Problem;
 pub use reduced::{Reduced, ReducedOptions};
-pub use semilinear::{SemiLinear, Solution, Variational, VariationalOptions};
+pub use semilinear::{SemiLinear, Solution};
 /// The number type of formulas in the coordinates.
 pub use sinew_num::Series;
 #[cfg(feature = "burn")]
