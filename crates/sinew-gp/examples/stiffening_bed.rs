@@ -1,6 +1,6 @@
 //! A string on a bed that stiffens: a nonlinear equation from few, rough data.
 //!
-//! `cargo run --example stiffening_bed -p sinew-gp --no-default-features`
+//! `cargo run --example stiffening_bed -p sinew-gp`
 //!
 //! −u″ + 60 u³ = f on [0, 1], u = 0 at both ends. The load f is known roughly at five places, the
 //! deflection at two, with errors half as large again; the equation is linearised about the mean until
