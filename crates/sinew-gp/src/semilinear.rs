@@ -18,7 +18,7 @@ use crate::model::Model;
 use crate::operator::{Derivative, Operator, Parameter};
 use crate::prior::Prior;
 use crate::problem::Problem;
-use sinew_num::{MOST_VARIABLES, Series};
+use crate::series::{MOST_VARIABLES, Series};
 use std::sync::Arc;
 
 /// Of the arguments, and of the term's parameters.
