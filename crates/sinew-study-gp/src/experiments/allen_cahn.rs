@@ -2,11 +2,9 @@
 
 use crate::draw::{self, BAND};
 use crate::experiment::{Case, Experiment, Purpose, Scale, Task, no_figures};
-use crate::inference::{
-    About, Approach, Drawings, Inference, Observed, evaluations, standard_normal,
-};
+use crate::inference::{Approach, Drawings, Inference, Observed, evaluations, standard_normal};
 use crate::problems::{Setting, allen_cahn};
-use crate::row::{Covered, Findings, Run};
+use crate::row::{Covered, Run};
 use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -112,9 +110,9 @@ fn inverse(scale: Scale, noise: Noise) -> Result<Front> {
 
 impl Front {
     fn case(self, name: String, cost: f64) -> Case {
-        let label = self.inference.label(About::default().at(&name));
-        let front = Self { name, ..self };
-        Case { label, cost, run: Box::new(move |task| front.run(task)) }
+        let (setting, method) = (self.inference.setting.clone(), self.inference.approach.method());
+        let front = Self { name: name.clone(), ..self };
+        Case::new(&setting, method, cost, move |task| front.run(task)).at(name)
     }
 
     fn run(&self, task: &Task) -> Result<Run> {
@@ -137,16 +135,17 @@ impl Front {
             let drawn = draw::posterior(&self.inference, &posterior, &observed, &solution.fit)?;
             figures.push(Figure { title: format!("{}, {}", drawn.title, self.name), ..drawn });
         }
-        let found = Findings {
+        Ok(Run {
+            err_u,
+            seconds,
             theta: self.inference.theta(&solution.fit, &solution.fit.outcome().parameters)?,
             evaluations: Some(evaluations(&solution.fit)),
             jitter: Some(solution.fit.outcome().jitter),
             collapsed: solution.fit.outcome().collapsed,
             covered: self.covered(&solution, task)?,
             figures,
-            ..Findings::default()
-        };
-        Ok(Run::new(err_u, seconds, found)?)
+            ..Run::default()
+        })
     }
 
     /// Points that are even in x and t.
