@@ -113,7 +113,7 @@ impl Series {
     /// Variable number `index` of `degrees.len()`, at `value`.
     ///
     /// # Panics
-    /// If there is no such variable, or more than [`MOST_VARIABLES`].
+    /// If there is no such variable, or there are more than eleven.
     pub fn variable(value: f64, index: usize, degrees: &[usize]) -> Self {
         assert!(index < degrees.len(), "variable {index} of {}", degrees.len());
         let degrees = Degrees::new(degrees);
