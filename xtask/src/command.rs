@@ -48,8 +48,7 @@ pub fn verify(options: &[String]) -> Result<()> {
 
 /// Runs the example `coverage` of `sinew-gp`, which needs none of the heavy dependencies either.
 pub fn coverage(options: &[String]) -> Result<()> {
-    let build =
-        ["run", "--package", "sinew-gp", "--no-default-features", "--example", "coverage", "--"];
+    let build = ["run", "--package", "sinew-gp", "--example", "coverage", "--"];
     let options = options.iter().map(String::as_str);
     cargo(&build.into_iter().chain(options).collect::<Vec<_>>(), &[])
 }

@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! SINEW_JAX_PYTHON=venv/bin/python CORE=0 taskset -c 0 \
-//!     cargo bench --profile dev -p sinew-gp --no-default-features --bench against_jax -- 50 300
+//!     cargo bench --profile dev -p sinew-gp --bench against_jax -- 50 300
 //! ```
 //!
 //! Both get the same points, values and parameters and maximise the joint evidence with a relative

@@ -1,6 +1,6 @@
 //! Evidence and gradient on one and on two threads, in turns: wall time, speed-up and the gradient's error.
 //!
-//! `cargo bench --profile dev -p sinew-gp --no-default-features --bench threads -- 600 1200 4000`, on a machine that
+//! `cargo bench --profile dev -p sinew-gp --bench threads -- 600 1200 4000`, on a machine that
 //! does nothing else. The memory is the largest of the whole program so far, as Linux counts it.
 
 mod heat;

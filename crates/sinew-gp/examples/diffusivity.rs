@@ -1,6 +1,6 @@
 //! Infers how fast a solute diffuses out of a slab of tissue, from 25 noisy concentrations.
 //!
-//! `cargo run --example diffusivity -p sinew-gp --no-default-features`
+//! `cargo run --example diffusivity -p sinew-gp`
 //!
 //! One millimetre of cartilage, sealed below (x = 0) and washed above (x = 1), loses what it was
 //! loaded with: u_t = D u_xx. Wanted are D with an interval, and how much left within the hour.

@@ -1,6 +1,6 @@
 //! Twenty thousand values, in one dimension and in two.
 //!
-//! `cargo run -p sinew-gp --no-default-features --example many_values`
+//! `cargo run -p sinew-gp --example many_values`
 //!
 //! Parameters are fitted to a few hundred of the values; the posterior is that of all of them, through those few that tell the
 //! others, with a bound of its distance from the exact one. (Nearest neighbours, as in Vecchia's approximation, would do worse

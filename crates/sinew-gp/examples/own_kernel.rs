@@ -1,6 +1,6 @@
 //! A kernel of one's own, from its formula: mirror images, for organs with two like halves.
 //!
-//! `cargo run --example own_kernel -p sinew-gp --no-default-features`
+//! `cargo run --example own_kernel -p sinew-gp`
 //!
 //! A kernel needs a name, its hyperparameters, and one formula over Taylor series, from which every
 //! derivative that an operator takes of it follows. `check_kernel` then tries it out.

@@ -1,6 +1,6 @@
 //! An equation of one's own: a beam on an elastic bed, of fourth order, with two unknown moduli.
 //!
-//! `cargo run --example own_operator -p sinew-gp --no-default-features`
+//! `cargo run --example own_operator -p sinew-gp`
 //!
 //! E u⁗ + k w(x) u = q for a strip that is clamped at both ends and bedded on gel, twice as stiff at
 //! the right end as at the left. From twelve deflections under a known load q, which E and k?

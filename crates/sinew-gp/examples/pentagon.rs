@@ -1,6 +1,6 @@
 //! Flow through a pentagonal duct: Poisson's equation on a convex polygon, no mesh.
 //!
-//! `cargo run --example pentagon -p sinew-gp --no-default-features`
+//! `cargo run --example pentagon -p sinew-gp`
 //!
 //! −Δu = 4 with u = 0 on the walls. The prior vanishes on all five edges by construction, so all
 //! points can be spent on the inside; −∂u/∂n on a wall is the shear that the fluid exerts on it.

@@ -1,17 +1,16 @@
 //! A string on a bed that stiffens: a nonlinear equation from few, rough data.
 //!
-//! `cargo run --example stiffening_bed -p sinew-gp --no-default-features`
+//! `cargo run --example stiffening_bed -p sinew-gp`
 //!
 //! −u″ + 60 u³ = f on [0, 1], u = 0 at both ends. The load f is known roughly at five places, the
-//! deflection at two, with errors half as large again. Linearised, the bed is as stiff wherever u may
-//! be as it is at the mean; the variational bound averages over where u may be. With hyperpriors of one
-//! unit of information both are as near, and the linearised one is the faster.
+//! deflection at two, with errors half as large again; the equation is linearised about the mean until
+//! that no longer changes.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
     Condition, Data, Derivative, Domain, FitOptions, Noise, Posterior, Problem, SemiLinear, Side,
-    SquaredExponential, VariationalOptions, constant,
+    SquaredExponential, constant,
 };
 use std::error::Error;
 use std::f64::consts::PI;
@@ -75,7 +74,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let kernel = SquaredExponential::new();
 
     for roughness in [0.1, 0.3, 0.5] {
-        let mut sums = [[0.0; 3]; 2];
+        let mut sums = [0.0; 3];
         for set in 0..SETS {
             let mut random = ChaCha8Rng::seed_from_u64(set);
             let mut normal = || {
@@ -96,32 +95,22 @@ fn main() -> Result<(), Box<dyn Error>> {
             );
 
             let clock = Instant::now();
-            let linear = bed.solve(&kernel, &data, &FitOptions::default(), 20)?;
-            let first = clock.elapsed().as_secs_f64();
-            let clock = Instant::now();
-            let found = bed.variational(&linear, &kernel, &data, &VariationalOptions::default())?;
-            let more = clock.elapsed().as_secs_f64();
-            let posterior = linear.fit.posterior()?;
-            for (sum, (posterior, seconds)) in
-                sums.iter_mut().zip([(&posterior, first), (found.posterior(), first + more)])
-            {
-                let (error, held) = judge(posterior, &exact)?;
-                sum.iter_mut().zip([error, held, seconds]).for_each(|(s, x)| *s += x / SETS as f64);
-            }
+            let solution = bed.solve(&kernel, &data, &FitOptions::default(), 20)?;
+            let seconds = clock.elapsed().as_secs_f64();
+            let (error, held) = judge(&solution.fit.posterior()?, &exact)?;
+            sums.iter_mut().zip([error, held, seconds]).for_each(|(s, x)| *s += x / SETS as f64);
         }
-        println!("errors of {:.0} % in the load, mean of {SETS} sets:", 100.0 * roughness);
-        for (name, [error, held, seconds]) in ["linearised", "by the bound"].iter().zip(sums) {
-            println!(
-                "  {name:12} error {error:.3} of {size:.3}, bands of 95 % hold {:.0} % of u, {:.1} ms",
-                100.0 * held,
-                1e3 * seconds
-            );
-        }
+        let [error, held, seconds] = sums;
+        println!(
+            "errors of {:.0} % in the load, mean of {SETS} sets: error {error:.3} of {size:.3}, bands of 95 % hold {:.0} % of u, {:.1} ms",
+            100.0 * roughness,
+            100.0 * held,
+            1e3 * seconds
+        );
+        // Seven errors of `roughness` and more come down to a third of it.
+        assert!(error < 0.3 * roughness * size, "{error}");
         // 3800 places of 200 sets, 19 of a set together: 3 % either way is chance.
-        for [error, held, _] in sums {
-            assert!((error / sums[0][0] - 1.0).abs() < 0.1, "as near as the other: {sums:?}");
-            assert!((0.88..0.99).contains(&held), "bands of 95 % hold {held}");
-        }
+        assert!((0.88..0.99).contains(&held), "bands of 95 % hold {held}");
     }
     Ok(())
 }

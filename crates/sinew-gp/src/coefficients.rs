@@ -6,12 +6,11 @@
 
 use crate::error::{GpError, place};
 use crate::field::Field;
-use crate::kernel::choose;
 use crate::model::monomial_value;
 use crate::operator::{Operator, Parameter, Term};
 use crate::prior::{Part, Prior};
 use crate::problem::check_orders;
-use sinew_num::Series;
+use crate::series::Series;
 use std::rc::Rc;
 
 /// A product of powers of parameters; empty for 1.
@@ -125,6 +124,11 @@ impl<const D: usize> PointCoefficients<D> {
         numbers.for_each(|number| *number *= factor);
         self
     }
+}
+
+/// Binomial coefficient.
+fn choose(n: usize, k: usize) -> f64 {
+    (0..k).map(|i| (n - i) as f64 / (i + 1) as f64).product::<f64>().round()
 }
 
 struct Builder<'a, const D: usize> {

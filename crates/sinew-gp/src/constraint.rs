@@ -14,11 +14,11 @@ use crate::error::GpError;
 use crate::field::{Field, field};
 use crate::kernel::Kernel;
 use crate::problem::Problem;
+use crate::series::Series;
 use crate::structure::{AxisStructure, Bubble, Lift, Trace};
 use corners::check_corners;
 use edges::{Edges, Plane, Span};
 pub(crate) use lift::EdgeLift;
-use sinew_num::Series;
 
 /// A summand φ(x) φ(x′) k(x, x′) of a constrained kernel.
 #[derive(Clone, Debug)]

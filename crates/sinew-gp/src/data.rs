@@ -28,8 +28,6 @@ pub(crate) enum Role {
     Imposed,
     /// Measured: the evidence says how well it is predicted.
     Observed,
-    /// Not observed at all: an argument of a nonlinear term, near its value.
-    Latent,
 }
 
 /// Values of one linear functional of u at several points.

@@ -2,7 +2,7 @@
 
 use crate::error::GpError;
 use crate::operator::Derivative;
-use crate::polygon::{Composition, Polygon};
+use crate::polygon::Polygon;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -53,8 +53,8 @@ impl Domain<2> {
     /// A simple polygon, convex or not, with its corners in order along the boundary.
     ///
     /// Conditions hold exactly in notches too. At a corner solutions are rougher than smooth functions times a distance
-    /// (on an L under even load like r^⅔): see [`Composition::Adapted`]. With other compositions, equations or
-    /// conditions expect errors of tens of per cent about a notch even with a hundred collocation points.
+    /// (on an L under even load like r^⅔): where the Laplacian leads the equation, further features are as singular. With
+    /// other equations expect errors of tens of per cent about a notch even with a hundred collocation points.
     ///
     /// # Errors
     /// If it has fewer than three corners, repeated corners, crossing edges or no area.
@@ -130,15 +130,6 @@ impl<const D: usize> Domain<D> {
     /// Length of each axis.
     pub fn extents(&self) -> [f64; D] {
         std::array::from_fn(|d| self.upper[d] - self.lower[d])
-    }
-
-    /// The same domain with another composition of the distances to the edges of its polygon.
-    ///
-    /// # Errors
-    /// If there is no polygon, or the composition has no order.
-    pub fn composed(self, composition: Composition) -> Result<Self, GpError> {
-        let polygon = self.polygon.ok_or_else(no_polygon)?.composed(composition)?;
-        Ok(Self { polygon: Some(polygon), ..self })
     }
 
     /// The polygon that restricts the first two axes, if any.

@@ -1,6 +1,6 @@
 //! One edge of a polygon: the line it lies on, and the distance to it.
 
-use sinew_num::Series;
+use crate::series::Series;
 
 /// An edge, run through anticlockwise, so that the inside is to its left.
 #[derive(Clone, Debug)]

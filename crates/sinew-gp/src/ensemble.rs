@@ -132,7 +132,17 @@ impl<const D: usize> Ensemble<D> {
             .par_iter()
             .map(|draw| predict(&Posterior::new(self.model.clone(), draw)?))
             .collect::<Result<_, _>>()?;
-        mixture(&members).ok_or_else(no_draws)
+        let values = members.first().ok_or_else(no_draws)?.mean.len();
+        let count = members.len() as f64;
+        let average = |of: &dyn Fn(&Prediction) -> f64| members.iter().map(of).sum::<f64>() / count;
+        let mean: Vec<f64> = (0..values).map(|value| average(&|m| m.mean[value])).collect();
+        let deviation = |value: usize| {
+            let within = average(&|m| m.standard_deviation[value].powi(2));
+            let between = average(&|m| (m.mean[value] - mean[value]).powi(2));
+            (within + between).sqrt()
+        };
+        let standard_deviation = (0..values).map(deviation).collect();
+        Ok(Prediction { mean, standard_deviation })
     }
 }
 
@@ -147,22 +157,6 @@ fn check_share(share: f64) -> Result<(), GpError> {
 
 fn no_draws() -> GpError {
     GpError::Request("the ensemble has no draws; keep at least one".into())
-}
-
-/// Equally probable predictions as one; empty if there are none.
-pub(crate) fn mixture(members: &[Prediction]) -> Option<Prediction> {
-    let values = members.first()?.mean.len();
-    let count = members.len() as f64;
-    let average = |of: &dyn Fn(&Prediction) -> f64| members.iter().map(of).sum::<f64>() / count;
-    let mean: Vec<f64> = (0..values).map(|value| average(&|m| m.mean[value])).collect();
-    let deviation = (0..values)
-        .map(|value| {
-            let within = average(&|m| m.standard_deviation[value].powi(2));
-            let between = average(&|m| (m.mean[value] - mean[value]).powi(2));
-            (within + between).sqrt()
-        })
-        .collect();
-    Some(Prediction { mean, standard_deviation: deviation })
 }
 
 /// Of ascending values, at least one, by linear interpolation.

@@ -1,6 +1,5 @@
 //! Cholesky factors.
 
-use crate::buffer::Buffer;
 use crate::inverse::side_by_side;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{
@@ -15,7 +14,7 @@ use rayon::prelude::*;
 /// A lower triangular matrix, stored column by column; what is above the diagonal means nothing.
 #[derive(Clone, Debug)]
 pub(crate) struct Factor {
-    entries: Buffer,
+    entries: Vec<f64>,
     size: usize,
 }
 
@@ -63,7 +62,7 @@ fn factorise(mut matrix: MatMut<'_, f64>, par: Par) -> Option<()> {
 impl Factor {
     /// Of a symmetric matrix by its lower triangle; none where it is not positive
     /// definite or not finite.
-    pub fn new(mut entries: Buffer, size: usize, par: Par) -> Option<Self> {
+    pub fn new(mut entries: Vec<f64>, size: usize, par: Par) -> Option<Self> {
         let finite = |(number, column): (usize, &[f64])| {
             column[number..].iter().all(|entry| entry.is_finite())
         };
@@ -112,8 +111,8 @@ mod tests {
     use super::*;
 
     /// exp(−½ (i − j)²/9) + 0.1 on the diagonal, stored by columns.
-    fn covariance(size: usize) -> Buffer {
-        let mut entries = Buffer::take(size * size);
+    fn covariance(size: usize) -> Vec<f64> {
+        let mut entries = vec![0.0; size * size];
         for (index, entry) in entries.iter_mut().enumerate() {
             let (row, column) = (index % size, index / size);
             let distance = row.abs_diff(column) as f64 / 3.0;

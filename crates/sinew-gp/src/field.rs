@@ -1,6 +1,6 @@
 //! Functions on a domain, written once for values and derivatives.
 
-use sinew_num::Series;
+use crate::series::Series;
 use std::fmt;
 use std::sync::Arc;
 

@@ -3,7 +3,8 @@
 use crate::domain::{Domain, Side};
 use crate::error::GpError;
 use crate::operator::Operator;
-use crate::quadrature::{gauss_legendre, tensor_product};
+use faer::linalg::solvers::SelfAdjointEigen;
+use faer::{Mat, Side as Triangle};
 
 /// Σ weight · (L u)(point), a linear functional of u.
 #[derive(Clone, Debug)]
@@ -67,9 +68,52 @@ impl<const D: usize> Functional<D> {
     }
 }
 
+/// Nodes with the products of their weights, of one rule for each axis.
+fn tensor_product<const D: usize>(rules: &[Vec<(f64, f64)>; D]) -> Vec<([f64; D], f64)> {
+    let mut product = vec![([0.0; D], 1.0)];
+    for (d, rule) in rules.iter().enumerate() {
+        let extended = product.iter().flat_map(|(node, weight)| {
+            rule.iter().map(move |(x, w)| {
+                let mut node = *node;
+                node[d] = *x;
+                (node, weight * w)
+            })
+        });
+        product = extended.collect();
+    }
+    product
+}
+
+/// Nodes and weights of Gauss and Legendre for ∫ over [0, 1], from the spectrum of the Jacobi matrix of their polynomials (Golub &
+/// Welsch 1969).
+fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
+    let beside = |n: f64| n / (4.0 * n * n - 1.0).sqrt();
+    let jacobi = Mat::from_fn(count, count, |i, j| match i.abs_diff(j) {
+        1 => beside(i.max(j) as f64),
+        _ => 0.0,
+    });
+    let eigen = SelfAdjointEigen::new(jacobi.as_ref(), Triangle::Lower)
+        .expect("the spectrum of a small tridiagonal matrix is always found");
+    let nodes = eigen.S().column_vector();
+    (0..count).map(|k| (0.5 * (1.0 + nodes[k]), eigen.U()[(0, k)].powi(2))).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rules_are_exact_for_polynomials() {
+        for count in 1..8 {
+            for power in 0..2 * count {
+                let rule = gauss_legendre(count).into_iter();
+                let found: f64 = rule.map(|(x, w)| w * x.powi(power as i32)).sum();
+                let mean = 1.0 / (power as f64 + 1.0);
+                // Rounding of a sum of seven terms below one.
+                assert!((found - mean).abs() < 1e-14, "{count} {power}: {found}");
+            }
+        }
+    }
 
     #[test]
     fn integrals_of_one_are_sizes() {

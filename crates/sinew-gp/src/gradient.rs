@@ -1,6 +1,5 @@
 //! The gradient of the evidence, from the cotangents of covariance and residual.
 
-use crate::buffer::Buffer;
 use crate::gram::{Cotangents, Scratch};
 use crate::inverse::invert_lower;
 use crate::model::{Variance, monomial_slope};
@@ -26,15 +25,15 @@ impl<const D: usize> State<'_, D> {
     ///
     /// With W the rows from `split` on of L⁻¹, z = L⁻¹ r, w = Wᵀ z_u, a = L_ff⁻ᵀ z_f and τ the weight of the rows
     /// before, they are ½(WᵀW − wwᵀ − waᵀ − awᵀ) + ½τ(K_ff⁻¹ − aaᵀ) and w + τa.
-    fn cotangents(&self, factored: &Factored) -> (Buffer, Vec<f64>) {
+    fn cotangents(&self, factored: &Factored) -> (Vec<f64>, Vec<f64>) {
         let (size, split, par) = (self.model.size, self.first_row(), self.threads());
         let weight = self.weight();
         let rest = size - split;
         let lower = factored.factor.view();
-        let mut memory = Buffer::take(rest * rest);
+        let mut memory = vec![0.0; rest * rest];
         let mut inverse = square(&mut memory, rest);
         let left = inverted(lower, inverse.rb_mut(), split, par);
-        let mut entries = Buffer::take(size * size);
+        let mut entries = vec![0.0; size * size];
         let cotangent = square(&mut entries, size);
         let (left, inverse) = (left.as_ref(), inverse.rb());
         self.fill(cotangent, lower, (left, inverse));
@@ -86,7 +85,7 @@ impl<const D: usize> State<'_, D> {
             matmul(corner, low, Accum::Replace, left.transpose(), full, left, full, 1.0, par);
             let below = cotangent.rb_mut().submatrix_mut(split, 0, rest, split);
             matmul(below, full, Accum::Replace, inverse.transpose(), high, left, full, 1.0, par);
-            let mut memory = Buffer::take(split * split);
+            let mut memory = vec![0.0; split * split];
             let mut imposed = square(&mut memory, split);
             invert_lower(imposed.rb_mut(), lower.submatrix(0, 0, split, split), par);
             let (upper, imposed) = (imposed.rb().transpose(), imposed.rb());

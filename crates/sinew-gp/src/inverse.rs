@@ -1,17 +1,12 @@
 //! The inverse of a triangular matrix, by halves.
 
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
+use faer::linalg::triangular_inverse::invert_lower_triangular;
 use faer::reborrow::{Reborrow, ReborrowMut};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
-use sinew_num::vectorised;
 
-/// Order up to which rows are eliminated one by one: as many as the nearest cache holds.
+/// Order up to which the linear-algebra library inverts by itself.
 const LEAF: usize = 64;
-/// Numbers of a vector register.
-const LANES: usize = 8;
-/// Registers of a row, one more than needed: rows a power of two apart get in each other's way in the cache,
-/// which costs six times the time.
-const STRIDE: usize = LEAF / LANES + 1;
 
 /// Writes L⁻¹ into the lower triangle of `out`; `lower` and `out` are stored by columns.
 ///
@@ -20,7 +15,7 @@ const STRIDE: usize = LEAF / LANES + 1;
 pub(crate) fn invert_lower(mut out: MatMut<'_, f64>, lower: MatRef<'_, f64>, par: Par) {
     let size = lower.nrows();
     if size <= LEAF {
-        return invert_leaf(out, lower);
+        return invert_lower_triangular(out, lower, Par::Seq);
     }
     let half = (size / 2).next_multiple_of(8);
     let (mut first, _, mut below, mut second) = out.rb_mut().split_at_mut(half, half);
@@ -50,44 +45,6 @@ pub(crate) fn side_by_side(
         Par::Rayon(threads) => {
             let half = if threads.get() > 3 { Par::rayon(threads.get() / 2) } else { Par::Seq };
             rayon::join(|| first(half), || second(half));
-        }
-    }
-}
-
-/// Row by row, X ← L⁻¹ from the identity: rows below a pivot are independent of each other, so that the
-/// processor need not wait for one to begin the next.
-fn invert_leaf(mut out: MatMut<'_, f64>, lower: MatRef<'_, f64>) {
-    let size = lower.nrows();
-    let mut rows = [[[0.0; LANES]; STRIDE]; LEAF];
-    for k in 0..size {
-        let column = lower.col(k).try_as_col_major().expect("stored by columns").as_slice();
-        let (above, below) = rows[..size].split_at_mut(k + 1);
-        let pivot = &mut above[k];
-        pivot[k / LANES][k % LANES] = 1.0;
-        eliminate(&mut pivot[..k / LANES + 1], below, &column[k..]);
-    }
-    for j in 0..size {
-        let column = out.rb_mut().col_mut(j).try_as_col_major_mut().expect("stored by columns");
-        let entries = column.as_slice_mut()[j..].iter_mut().zip(&rows[j..size]);
-        entries.for_each(|(entry, row)| *entry = row[j / LANES][j % LANES]);
-    }
-}
-
-/// A row in vector registers.
-type Row = [[f64; LANES]; STRIDE];
-
-vectorised! {
-    fn eliminate(pivot: &mut [[f64; LANES]], below: &mut [Row], column: &[f64]) {
-        let scale = column[0].recip();
-        for lanes in pivot.iter_mut() {
-            lanes.iter_mut().for_each(|x| *x *= scale);
-        }
-        for (row, factor) in below.iter_mut().zip(&column[1..]) {
-            for (row, pivot) in row.iter_mut().zip(pivot.iter()) {
-                for (x, p) in row.iter_mut().zip(pivot) {
-                    *x -= factor * p;
-                }
-            }
         }
     }
 }

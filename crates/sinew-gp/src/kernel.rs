@@ -12,12 +12,11 @@ mod scaled;
 mod squared_exponential;
 mod table;
 
-use sinew_num::Series;
+use crate::series::Series;
 use std::fmt::Debug;
 
 pub use check::check_kernel;
 pub(crate) use check::unusable;
-pub(crate) use combined::choose;
 pub use combined::{Product, Sum};
 pub use linear::Linear;
 pub use matern::{Matern, Smoothness};
@@ -107,7 +106,7 @@ pub const MOST_PAIRS: usize = 64;
 ///
 /// ```
 /// use sinew_gp::{Hyperparameter, Kernel, Measure, check_kernel};
-/// use sinew_num::Series;
+/// use sinew_gp::Series;
 ///
 /// /// (1 + x² x′²): functions of the form a + b x² along the first axis.
 /// #[derive(Clone, Debug)]

@@ -54,13 +54,11 @@
 //! - [`Model::reduced`]: tens of thousands of values, with the distance from the exact posterior;
 //! - [`Fit::warnings`]: what the fit cannot tell;
 //! - [`Kernel`] and [`check_kernel`]: your own kernel from its formula, and whether it is one;
-//! - `log_evidence_tensor` (feature `burn`, on by default): the evidence inside a Burn graph;
-//! - [`SemiLinear`]: equations with a nonlinear term, by Gauss and Newton, and with their
-//!   uncertainty by a variational bound.
+//! - `log_evidence_tensor` (feature `burn`): the evidence inside a Burn graph;
+//! - [`SemiLinear`]: equations with a nonlinear term, by Gauss and Newton.
 //!
 //! Everything is in double precision.
 
-mod buffer;
 mod coefficients;
 mod compile;
 mod condition;
@@ -90,10 +88,10 @@ mod polygon;
 mod posterior;
 mod prior;
 mod problem;
-mod quadrature;
 mod reduced;
 mod resolve;
 mod semilinear;
+mod series;
 mod simd;
 mod space;
 mod state;
@@ -122,14 +120,13 @@ pub use network::{Network, NetworkOptions};
 pub use nuts::{NutsOptions, nuts};
 pub use operator::{Derivative, MOST_DERIVATIVES, Operator, Parameter, Source, Term};
 pub use parameter::{FreeParameter, Hyperprior};
-pub use polygon::{Composition, Polygon};
+pub use polygon::Polygon;
 pub use posterior::{Posterior, Prediction};
 pub use prior::Prior;
 pub use problem::Problem;
 pub use reduced::{Reduced, ReducedOptions};
-pub use semilinear::{SemiLinear, Solution, Variational, VariationalOptions};
-/// The number type of formulas in the coordinates.
-pub use sinew_num::Series;
+pub use semilinear::{SemiLinear, Solution};
+pub use series::Series;
 #[cfg(feature = "burn")]
 pub use tensor::log_evidence_tensor;
 pub use warning::Warning;

@@ -2,7 +2,7 @@
 
 use crate::edge::Edge;
 use crate::error::GpError;
-use sinew_num::Series;
+use crate::series::Series;
 
 /// A simple polygon, with its corners in anticlockwise order.
 #[derive(Clone, Debug)]
@@ -10,31 +10,9 @@ pub struct Polygon {
     corners: Vec<[f64; 2]>,
     edges: Vec<Edge>,
     region: Region,
-    composition: Composition,
     convex: bool,
     /// Reciprocal of the largest distance found inside, so that features have size one.
     scale: f64,
-}
-
-/// How the distances to a polygon's edges are composed to one function that vanishes on its boundary.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Composition {
-    /// Adapted to corners. For values on the whole boundary and an equation led by the Laplacian there is a
-    /// further feature as singular as solutions are at corners. On convex polygons the other
-    /// is the product of the distances, smooth even there: from 100 points errors on a square, a pentagon and
-    /// others are one to two orders of magnitude below those of a conjunction.
-    /// Otherwise the same as a conjunction.
-    #[default]
-    Adapted,
-    /// R0-conjunctions a + b − √(a² + b²) of half-planes, and disjunctions in notches: two to five
-    /// times as accurate as the equivalence on convex polygons.
-    Conjunction,
-    /// R-equivalence (4.56) of the distances to the edges: ω = (Σ ωᵢ⁻ᵐ)^(−1/m), which equals the
-    /// distance up to order m next to an edge.
-    Equivalence {
-        /// The order m, at least one; the thesis takes one.
-        order: usize,
-    },
 }
 
 /// A function that is positive inside and negative outside, composed from half-planes.
@@ -167,32 +145,9 @@ impl Polygon {
             turn([0.0; 2], before.tangent, after.tangent) > LEAST_TURN
         });
         let region = Region::of_chain(&corners, true, true);
-        let composition = Composition::default();
-        let polygon = Self { corners, edges, region, composition, convex, scale: 1.0 };
-        Ok(polygon.rescaled())
-    }
-
-    /// The same polygon with another composition of its distances.
-    ///
-    /// # Errors
-    /// For an equivalence of order zero.
-    pub fn composed(self, composition: Composition) -> Result<Self, GpError> {
-        if composition == (Composition::Equivalence { order: 0 }) {
-            let problem = "an equivalence has an order of at least one";
-            return Err(unusable(self.corners.len(), problem));
-        }
-        Ok(Self { composition, ..self }.rescaled())
-    }
-
-    fn rescaled(mut self) -> Self {
-        self.scale = 1.0;
-        let most = self.largest(|x, y| self.feature(x, y).value());
-        Self { scale: 1.0 / most, ..self }
-    }
-
-    /// Whether features are to be adapted to corners.
-    pub(crate) fn adapts(&self) -> bool {
-        self.composition == Composition::Adapted
+        let polygon = Self { corners, edges, region, convex, scale: 1.0 };
+        let most = polygon.largest(|x, y| polygon.feature(x, y).value());
+        Ok(Self { scale: 1.0 / most, ..polygon })
     }
 
     /// Whether it lies to the left of all its edges and no two are in line.
@@ -238,31 +193,29 @@ impl Polygon {
 
     /// A function that vanishes on some edges only, of any size.
     pub(crate) fn feature_of(&self, edges: &[usize], x: &Series, y: &Series) -> Series {
-        let whole = edges.len() == self.edges.len();
-        match self.composition {
-            Composition::Adapted | Composition::Conjunction if whole => self.region.at(x, y),
-            Composition::Adapted | Composition::Conjunction if self.convex => {
-                let half_plane = |edge: &usize| Region::HalfPlane(self.edges[*edge].clone());
-                Region::All(edges.iter().map(half_plane).collect()).at(x, y)
-            }
-            Composition::Adapted | Composition::Conjunction => self.equivalence(edges, 1, x, y),
-            Composition::Equivalence { order } => self.equivalence(edges, order, x, y),
+        if edges.len() == self.edges.len() {
+            return self.region.at(x, y);
         }
+        if self.convex {
+            let half_plane = |edge: &usize| Region::HalfPlane(self.edges[*edge].clone());
+            return Region::All(edges.iter().map(half_plane).collect()).at(x, y);
+        }
+        self.equivalence(edges, x, y)
     }
 
-    /// Π ωᵢ / (Σᵢ Πⱼ ωⱼᵐ)^(1/m) with j ≠ i: (4.56) without its divisions by zero.
-    fn equivalence(&self, edges: &[usize], order: usize, x: &Series, y: &Series) -> Series {
+    /// Π ωᵢ / Σᵢ Πⱼ ωⱼ with j ≠ i: the R-equivalence (4.56) of order one without its divisions by zero.
+    fn equivalence(&self, edges: &[usize], x: &Series, y: &Series) -> Series {
         let size = self.size();
         let distances: Vec<Series> =
             edges.iter().map(|edge| self.edges[*edge].trimmed_distance(x, y) / size).collect();
-        let others = products_of_others(&distances, order);
+        let others = products_of_others(&distances);
         let sum = others.iter().fold(x.constant(0.0), |sum, other| sum + other);
         let product = distances.iter().fold(x.constant(size), |product, d| product * d);
         if sum.value() == 0.0 {
             // At a corner: the value is zero, derivatives do not exist.
             return product.squared().sqrt();
         }
-        product / if order == 1 { sum } else { sum.powf(1.0 / order as f64) }
+        product / sum
     }
 
     /// Largest extent.
@@ -302,13 +255,13 @@ impl Polygon {
 /// Sine of the angle between two edges up to which they are in line.
 const LEAST_TURN: f64 = 1e-9;
 
-/// For each number, the product of the `order`-th powers of the others.
-pub(crate) fn products_of_others(numbers: &[Series], order: usize) -> Vec<Series> {
+/// For each number, the product of the others.
+pub(crate) fn products_of_others(numbers: &[Series]) -> Vec<Series> {
     (0..numbers.len())
         .map(|own| {
             let others = numbers.iter().enumerate().filter(|(other, _)| *other != own);
             let start = numbers[own].constant(1.0);
-            others.fold(start, |product, (_, number)| product * number.powi(order))
+            others.fold(start, |product, (_, number)| product * number)
         })
         .collect()
 }
@@ -351,18 +304,12 @@ mod tests {
             &[[0.0, 2.0], [1.0, 0.5], [2.0, 2.0], [2.0, 0.0], [0.0, 0.0]],
         ];
         for corners in shapes {
-            for composition in [
-                Composition::Conjunction,
-                Composition::Equivalence { order: 1 },
-                Composition::Equivalence { order: 2 },
-            ] {
-                check_feature(corners, composition);
-            }
+            check_feature(corners);
         }
     }
 
-    fn check_feature(corners: &[[f64; 2]], composition: Composition) {
-        let polygon = Polygon::new(corners).and_then(|p| p.composed(composition)).unwrap();
+    fn check_feature(corners: &[[f64; 2]]) {
+        let polygon = Polygon::new(corners).unwrap();
         let [[left, right], [bottom, top]] = polygon.extents();
         for k in 0..900 {
             let point = [
@@ -380,24 +327,6 @@ mod tests {
             let value = feature(&polygon, polygon.on_edge(edge, 0.3));
             assert!(value.abs() < 1e-12, "edge {edge}: {value}");
         }
-    }
-
-    #[test]
-    fn the_equivalence_is_the_distance_next_to_an_edge() {
-        let corners = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
-        for (order, tolerance) in [(1, 1e-6), (2, 1e-9)] {
-            let composition = Composition::Equivalence { order };
-            let polygon = Polygon::new(&corners).and_then(|p| p.composed(composition)).unwrap();
-            // ω = h (1 − O(hᵐ)) at the height h above the middle of an edge.
-            const HEIGHT: f64 = 1e-4;
-            let value = feature(&polygon, [1.0, HEIGHT]) / polygon.scale;
-            assert!((value - HEIGHT).abs() < tolerance, "{order}: {value}");
-        }
-        assert!(
-            Polygon::new(&corners)
-                .and_then(|p| p.composed(Composition::Equivalence { order: 0 }))
-                .is_err()
-        );
     }
 
     #[test]

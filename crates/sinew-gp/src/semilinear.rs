@@ -6,13 +6,9 @@
 //! (Chen, Hosseini, Owhadi & Stuart 2021 for the forward problem). Parameters inside g are linearised about their last
 //! estimate with it, products with u included, so that they are parameters of the linear operator.
 
-mod bound;
-mod expectation;
-mod sites;
 mod tangent;
-mod variational;
 
-use crate::data::{Data, Group, Noise, Role, check, no_data};
+use crate::data::{Data, Group, Role, check, no_data};
 use crate::domain::Domain;
 use crate::error::{GpError, place};
 use crate::evidence::Evidence;
@@ -22,10 +18,8 @@ use crate::model::Model;
 use crate::operator::{Derivative, Operator, Parameter};
 use crate::prior::Prior;
 use crate::problem::Problem;
-use sinew_num::{MOST_VARIABLES, Series};
+use crate::series::{MOST_VARIABLES, Series};
 use std::sync::Arc;
-
-pub use variational::{Variational, VariationalOptions};
 
 /// Of the arguments, and of the term's parameters.
 type Term<const M: usize> = dyn Fn([Series; M], &[Series]) -> Series + Send + Sync;
@@ -124,16 +118,6 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         Self { problem, arguments, parameters: parameters.to_vec(), term: Arc::new(term) }
     }
 
-    /// The same with the term's parameters held at these values.
-    fn held(&self, theta: Vec<f64>) -> Self {
-        let term = self.term.clone();
-        let term = move |arguments: [Series; M], _: &[Series]| {
-            let known: Vec<Series> = theta.iter().map(|t| arguments[0].constant(*t)).collect();
-            term(arguments, &known)
-        };
-        Self { parameters: Vec::new(), term: Arc::new(term), ..self.clone() }
-    }
-
     /// Values of the term's parameters in a fit; in the middle of their bounds where it has none.
     fn theta(&self, fit: Option<&Fit<D>>) -> Vec<f64> {
         let of = |parameter: &Parameter| {
@@ -148,7 +132,6 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     ///
     /// `data` holds f at collocation points and, for inverse problems, measured values; with these,
     /// [`Evidence::UnitInformation`] is maximised.
-    /// Give the equation [`Noise::Learned`] where [`SemiLinear::variational`] is to follow.
     /// Fits start as in `options`, and near the end from the parameters before.
     ///
     /// # Errors
@@ -322,11 +305,6 @@ fn singular_term(index: usize, arguments: &[f64]) -> GpError {
     GpError::Singular(format!(
         "the nonlinear term has no finite value or derivative near {arguments}, its arguments at point {index}; start from a solution that is better known, or define the term there"
     ))
-}
-
-/// Whether the equation holds without noise at some points.
-fn is_exact<const D: usize>(data: &Data<D>) -> bool {
-    data.groups.iter().any(|group| group.operator.is_none() && group.noise == Noise::Exact)
 }
 
 /// The points at which f is given, of sound data.

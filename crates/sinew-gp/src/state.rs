@@ -1,6 +1,5 @@
 //! A model at given parameters: its covariance, factored.
 
-use crate::buffer::Buffer;
 use crate::error::GpError;
 use crate::evidence::Evidence;
 use crate::factor::Factor;
@@ -137,11 +136,10 @@ impl<'a, const D: usize> State<'a, D> {
     }
 
     /// The lower triangle of the covariance of the functionals without noise, column by column.
-    pub fn covariance(&self) -> Buffer {
+    pub fn covariance(&self) -> Vec<f64> {
         let size = self.model.size;
-        let mut matrix = Buffer::take(size * size);
+        let mut matrix = vec![0.0; size * size];
         let column = |(number, column): (usize, &mut [f64]), scratch: &mut Scratch| {
-            column[number..].fill(0.0);
             let second = self.group_of(number);
             for part in 0..self.kernels.len() {
                 for first in second..self.model.groups.len() {

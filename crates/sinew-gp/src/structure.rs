@@ -3,7 +3,7 @@
 use crate::condition::{Condition, Periodicity};
 use crate::domain::{Domain, Side};
 use crate::field::Field;
-use sinew_num::Series;
+use crate::series::Series;
 
 /// A polynomial along one axis, in the coordinate s that runs from 0 to 1.
 #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@
 
 use sinew_gp::{
     Condition, Data, Derivative, Domain, FitOptions, Noise, Operator, Parameter, Posterior,
-    Problem, SemiLinear, Series, Side, SquaredExponential, VariationalOptions, field, laplace,
+    Problem, SemiLinear, Series, Side, SquaredExponential, field, laplace,
 };
 use std::time::Instant;
 
@@ -163,7 +163,7 @@ fn forty_noisy_values_give_the_width() {
     // Measured where the front passes late: elsewhere u hardly depends on ε. Even so, no unbiased
     // estimate from 40 values with errors of 2.5 % has a standard deviation below 4 to 5 %.
     let window = must(Domain::cuboid([("x", [-0.2, 0.4]), ("t", [0.5, 1.0])]));
-    let (mut errors, mut gains, mut shares) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut errors, mut shares) = (Vec::new(), Vec::new());
     let mut off = Vec::new();
     let mut held = 0;
     for seed in 0..5 {
@@ -176,11 +176,9 @@ fn forty_noisy_values_give_the_width() {
         let epsilon = must(solution.fit.parameter("epsilon"));
         let [lower, upper] = must(must(laplace(&solution.fit, 500, 1)).interval("epsilon", 0.95));
         let linear = error(&must(solution.fit.posterior()), STRETCH);
-        let bound = must(front.variational(&solution, &kernel, &data, &Default::default()));
-        let best = error(bound.posterior(), STRETCH);
         let inner = |[s, t]: &[f64; 2]| s.abs() < 1.0 && *t > 0.0;
         let grid: Vec<[f64; 2]> = domain.grid(12).into_iter().filter(inner).collect();
-        let band = must(bound.predict(&grid));
+        let band = must(must(laplace(&solution.fit, 40, 1)).predict(&grid));
         let inside = |k: &usize| {
             let [s, t] = grid[*k];
             let u = exact([(STRETCH * s).sinh() / STRETCH.sinh(), t]);
@@ -189,57 +187,47 @@ fn forty_noisy_values_give_the_width() {
         let share = (0..grid.len()).filter(inside).count() as f64 / grid.len() as f64;
         println!(
             "front {seed}: ε {epsilon:.4} in [{lower:.4}, {upper:.4}], err_u {linear:.1e} after {} \
-             steps, {best:.1e} by the bound, {:.0} % of u held",
+             steps, {:.0} % of u held",
             solution.steps,
             100.0 * share
         );
         shares.push(share);
         errors.push((epsilon / EPSILON - 1.0).abs());
-        gains.push(linear / best);
         off.push(linear);
         held += usize::from(lower < EPSILON && EPSILON < upper);
     }
     errors.sort_by(f64::total_cmp);
-    gains.sort_by(f64::total_cmp);
     shares.sort_by(f64::total_cmp);
     assert!(errors[2] < 0.05, "median of {errors:?}");
     assert!(held >= 4, "{held} of 5 intervals hold the truth");
     // The linearised solutions' own errors were 1.3e-3 in the median where only the measured values were to be explained.
     off.sort_by(f64::total_cmp);
-    assert!(off[2] < 5e-4 && gains[0] > 1.0, "{off:?} {gains:?}");
+    assert!(off[2] < 5e-4, "{off:?}");
     // Missed are places far behind the front, where errors and bands are next to nothing.
     assert!(shares[2] > 0.85, "{shares:?}");
 }
 
 #[test]
-fn the_evidence_of_equation_and_data_together_is_biased_where_data_say_little() {
+fn intervals_hold_the_width_where_data_say_little() {
     // All over the domain u hardly depends on ε: no unbiased estimate has a standard deviation
     // below 8 to 11 %.
     let (_, front) = allen_cahn(true, STRETCH);
     let everywhere = must(Domain::cuboid([("x", [-1.0, 1.0]), ("t", [0.0, 1.0])]));
-    let kernel = SquaredExponential::new();
-    let mut errors = [Vec::new(), Vec::new()];
+    let mut errors = Vec::new();
     let mut held = 0;
     for seed in 0..10 {
         let (places, y) = measured(&everywhere, seed);
         let data = collocated(&lattice(50), Noise::Learned).values(&places, &y, Noise::Learned);
         let options = FitOptions { restarts: 2, seed, ..FitOptions::default() };
-        let linear = must(front.solve(&kernel, &data, &options, 15));
-        let together = VariationalOptions { equation: true, ..VariationalOptions::default() };
-        let bound = must(front.variational(&linear, &kernel, &data, &together));
-        let found = [linear.fit.parameter("epsilon"), bound.parameter("epsilon")].map(must);
-        let [lower, upper] = must(must(laplace(&linear.fit, 500, 1)).interval("epsilon", 0.95));
-        println!(
-            "everywhere {seed}: ε {:.4} in [{lower:.4}, {upper:.4}], {:.4} with the bound",
-            found[0], found[1]
-        );
+        let solution = must(front.solve(&SquaredExponential::new(), &data, &options, 15));
+        let epsilon = must(solution.fit.parameter("epsilon"));
+        let [lower, upper] = must(must(laplace(&solution.fit, 500, 1)).interval("epsilon", 0.95));
+        println!("everywhere {seed}: ε {epsilon:.4} in [{lower:.4}, {upper:.4}]");
         held += usize::from(lower < EPSILON && EPSILON < upper);
-        let off = found.map(|epsilon| (epsilon / EPSILON - 1.0).abs());
-        errors.iter_mut().zip(off).for_each(|(errors, off)| errors.push(off));
+        errors.push((epsilon / EPSILON - 1.0).abs());
     }
-    errors.iter_mut().for_each(|errors| errors.sort_by(f64::total_cmp));
-    let [linear, bound] = errors.each_ref().map(|errors| 0.5 * (errors[4] + errors[5]));
-    println!("everywhere: medians {linear:.3} and {bound:.3}, {held} of 10 held");
-    assert!(held >= 8 && linear < 0.15, "{held} {errors:?}");
-    assert!(bound > 1.5 * linear, "{errors:?}");
+    errors.sort_by(f64::total_cmp);
+    let median = 0.5 * (errors[4] + errors[5]);
+    println!("everywhere: median {median:.3}, {held} of 10 held");
+    assert!(held >= 8 && median < 0.15, "{held} {errors:?}");
 }

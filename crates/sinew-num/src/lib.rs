@@ -1,8 +1,8 @@
 //! Numbers that a formula of mechanics is evaluated over.
 //!
 //! A strain-energy law is written once, over the trait [`Scalar`]. Evaluated over `f64` it
-//! gives the energy, over a [`Jet`] also stress and tangent, over a [`Series`] derivatives of any
-//! order, over a tensor type of another crate the energy of many elements at once. Beside them, loops for the vector
+//! gives the energy, over a [`Jet`] also stress and tangent, over a tensor type of another crate the energy of many
+//! elements at once. Beside them, loops for the vector
 //! instructions at hand ([`vectorised!`]) and, with the feature `threads`, a way to keep the threads of short parallel
 //! parts awake.
 //!
@@ -25,7 +25,6 @@ mod mat3;
 #[cfg(feature = "threads")]
 mod ready;
 mod scalar;
-mod series;
 mod simd;
 mod single;
 mod slope;
@@ -35,7 +34,6 @@ pub use mat3::Mat3;
 #[cfg(feature = "threads")]
 pub use ready::on_ready_threads;
 pub use scalar::Scalar;
-pub use series::{MOST_VARIABLES, Series};
 pub use simd::{Instructions, instructions};
 pub use single::Single;
 pub use slope::Slope;

@@ -213,14 +213,23 @@ impl<const D: usize> Slice<D> {
     }
 }
 
-/// One line per method through the medians of a sweep's rows of one problem, within their range.
-pub fn sweep(
-    title: &str,
+/// Errors of u and, where there are any, of the parameters over the number that varies in a sweep: one line per method
+/// through the medians of the rows of one problem, within their range.
+pub fn sweeps(problem: &str, abscissa: &str, rows: &[&Row]) -> Vec<Chart> {
+    let charts = [
+        sweep([problem, "solution"], [abscissa, "mean |u − û|"], rows, |row| Some(row.err_u())),
+        sweep([problem, "parameters"], [abscissa, "‖θ − θ̂‖"], rows, Row::err_theta),
+    ];
+    charts.into_iter().filter(|chart| !chart.series.is_empty()).collect()
+}
+
+fn sweep(
+    title: [&str; 2],
     axes: [&str; 2],
     rows: &[&Row],
-    value: impl Fn(&Row) -> Option<&Distribution>,
-) -> Panel {
-    let mut chart = Chart::new(title, axes, [false, true]);
+    value: impl Fn(&Row) -> Option<Distribution>,
+) -> Chart {
+    let mut chart = Chart::new(title.join(": "), axes, [false, true]);
     for row in rows {
         let (Some(x), Some(found)) = (row.label.abscissa, value(row)) else { continue };
         let name = row.label.method.label();
@@ -232,5 +241,5 @@ pub fn sweep(
         chart.series[position].points.push([x, found.q50]);
         chart.series[position].band.push([found.q0, found.q100]);
     }
-    Panel::Chart(chart)
+    chart
 }

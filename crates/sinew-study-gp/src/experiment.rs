@@ -1,6 +1,7 @@
 //! What an experiment is: cases, each run on several data sets.
 
-use crate::row::{Label, Row, Run};
+use crate::problems::Setting;
+use crate::row::{Label, Method, Row, Run, Thesis};
 use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -74,6 +75,43 @@ pub struct Case {
 }
 
 impl Case {
+    /// Of a method on a problem: what one task does, and the seconds it takes.
+    pub fn new<const D: usize>(
+        of: &Setting<D>,
+        method: Method,
+        cost: f64,
+        run: impl Fn(&Task) -> Result<Run> + Send + Sync + 'static,
+    ) -> Self {
+        let label = Label {
+            problem: of.name.into(),
+            setting: String::new(),
+            method,
+            abscissa: None,
+            truth: of.truth.clone(),
+            thesis: Thesis::default(),
+        };
+        Self { label, cost, run: Box::new(run) }
+    }
+
+    /// With what distinguishes it from others of the same problem and method.
+    pub fn at(mut self, setting: impl Into<String>) -> Self {
+        self.label.setting = setting.into();
+        self
+    }
+
+    /// With the number that varies in a sweep.
+    pub fn sweep(mut self, abscissa: f64) -> Self {
+        self.label.abscissa = Some(abscissa);
+        self
+    }
+
+    /// With the thesis' figures: err_u, and parameters each with one unit of its last digit.
+    pub fn thesis(mut self, err_u: f64, theta: &[(f64, f64)]) -> Self {
+        let (theta, digit) = theta.iter().copied().unzip();
+        self.label.thesis = Thesis { err_u: Some(err_u), theta, digit, ..Thesis::default() };
+        self
+    }
+
     /// Name in files, unique within an experiment.
     pub fn key(&self) -> String {
         let label = &self.label;

@@ -53,25 +53,9 @@ pub enum Name {
 }
 
 impl Name {
-    /// What runs when nothing is chosen.
-    pub const DEFAULT: [Self; 12] = [
-        Self::Pinn,
-        Self::Poisson1,
-        Self::Poisson2,
-        Self::Heat1,
-        Self::Heat2,
-        Self::Wave1,
-        Self::Wave2,
-        Self::AdvectionDiffusion,
-        Self::Helmholtz,
-        Self::AllenCahn,
-        Self::BoundaryPoints,
-        Self::Noise,
-    ];
-
     /// What a choice of names comes to, each once and in the order given.
     pub fn chosen(only: &[Self]) -> Vec<Self> {
-        let all = if only.is_empty() { &Self::DEFAULT[..] } else { only };
+        let all = if only.is_empty() { Self::value_variants() } else { only };
         let mut distinct = Vec::new();
         for name in all {
             if !distinct.contains(name) {
@@ -115,7 +99,7 @@ mod tests {
     #[test]
     fn names_of_cases_are_unique() {
         for quick in [false, true] {
-            for name in Name::DEFAULT {
+            for name in Name::value_variants() {
                 let experiment = name.experiment(Scale { quick }).unwrap();
                 let mut keys: Vec<String> =
                     experiment.cases.iter().map(|case| case.key()).collect();
@@ -129,7 +113,7 @@ mod tests {
 
     #[test]
     fn choices_expand_once() {
-        assert_eq!(Name::chosen(&[]), Name::DEFAULT);
+        assert_eq!(Name::chosen(&[]), Name::value_variants());
         assert_eq!(
             Name::chosen(&[Name::Heat1, Name::Pinn, Name::Heat1]),
             [Name::Heat1, Name::Pinn]

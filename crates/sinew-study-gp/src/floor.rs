@@ -4,9 +4,9 @@
 //! collocation points it takes; what does owes it to a prior that prefers the solution at hand.
 
 use crate::experiment::{Case, Scale, Task};
-use crate::inference::{About, Sampling};
+use crate::inference::Sampling;
 use crate::problems::{Function, Setting};
-use crate::row::{Findings, Method, Run};
+use crate::row::{Method, Run};
 use anyhow::{Result, bail};
 use nalgebra::{DMatrix, DVector};
 use sinew_energy::listed;
@@ -22,24 +22,21 @@ pub fn case<const D: usize>(
     setting: &Setting<D>,
     family: Family<D>,
     sampling: Sampling,
-    about: About,
     scale: Scale,
 ) -> Case {
-    let label = about.label(setting, Method::LeastSquares);
-    let setting = setting.clone();
+    let own = setting.clone();
     let run = move |task: &Task| {
-        let observed = setting.observe(sampling, task)?;
+        let observed = own.observe(sampling, task)?;
         let start = Instant::now();
-        let truth: Vec<f64> = setting.truth.iter().map(|truth| truth.value).collect();
+        let truth: Vec<f64> = own.truth.iter().map(|truth| truth.value).collect();
         let theta = least_squares(family, truth, &observed.places, &observed.values)?;
         let seconds = start.elapsed().as_secs_f64();
-        let grid = setting.grid(scale);
+        let grid = own.grid(scale);
         let solution = family(&theta);
         let mean: Vec<f64> = grid.iter().map(|x| solution(*x)).collect();
-        let found = Findings { theta, ..Findings::default() };
-        Ok(Run::new(setting.error(&grid, &mean), seconds, found)?)
+        Ok(Run { err_u: own.error(&grid, &mean), seconds, theta, ..Run::default() })
     };
-    Case { label, cost: 0.02, run: Box::new(run) }
+    Case::new(setting, Method::LeastSquares, 0.02, run)
 }
 
 /// Relative step of differences, and of θ where the search ends.

@@ -3,7 +3,7 @@
 use crate::draw;
 use crate::experiment::{Case, Purpose, Scale, Task};
 use crate::problems::Setting;
-use crate::row::{Findings, Label, Method, RestartEnd, Run, Thesis};
+use crate::row::{Method, RestartEnd, Run};
 use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -220,17 +220,9 @@ impl<const D: usize> Inference<D> {
     }
 
     /// The case of this inference.
-    pub fn case(self, of: About, cost: f64) -> Case
-    where
-        Self: Send + Sync + 'static,
-    {
-        let label = self.label(of);
-        Case { label, cost, run: Box::new(move |task| self.run(task)) }
-    }
-
-    /// What a row of this inference is about.
-    pub fn label(&self, of: About) -> Label {
-        of.label(&self.setting, self.approach.method())
+    pub fn case(self, cost: f64) -> Case {
+        let setting = self.setting.clone();
+        Case::new(&setting, self.approach.method(), cost, move |task| self.run(task))
     }
 
     fn prior(&self, task: &Task) -> Result<Prior<D>, GpError> {
@@ -277,16 +269,17 @@ impl<const D: usize> Inference<D> {
         if task.draw && self.drawings == Drawings::PosteriorAndTraces {
             figures.push(draw::traces(self, &fit));
         }
-        let found = Findings {
+        Ok(Run {
+            err_u,
+            seconds,
             theta: self.theta(&fit, &fit.outcome().parameters)?,
             evaluations: Some(evaluations(&fit)),
             jitter: Some(fit.outcome().jitter),
             collapsed: fit.outcome().collapsed,
             restarts: self.ends(&fit)?,
             figures,
-            ..Findings::default()
-        };
-        Ok(Run::new(err_u, seconds, found)?)
+            ..Run::default()
+        })
     }
 
     /// The equation's parameters in a vector of all, in their own units.
@@ -318,73 +311,24 @@ impl<const D: usize> Inference<D> {
     }
 }
 
-/// All three approaches on the same data, the PCGP with `boundary` pseudo-observations, with what the thesis prints of the
-/// HCGP and of the UCGP, and what each costs.
+/// All three approaches on the same data, the PCGP with `boundary` pseudo-observations, with what each costs.
 pub fn approaches<const D: usize>(
     setting: &Setting<D>,
     sampling: Sampling,
     boundary: usize,
-    [constrained, unconstrained]: [About; 2],
     costs: [f64; 3],
     scale: Scale,
-) -> Vec<Case> {
-    let penalised = About::default().at(format!("N_b = {boundary}"));
-    let all = [
-        (Approach::Constrained, constrained),
-        (Approach::Penalised(boundary), penalised),
-        (Approach::Unconstrained, unconstrained),
-    ];
-    let case = |((approach, about), cost)| {
-        Inference::sampled(setting, approach, sampling, scale).case(about, cost)
-    };
-    all.into_iter().zip(costs).map(case).collect()
+) -> [Case; 3] {
+    let case = |approach, cost| Inference::sampled(setting, approach, sampling, scale).case(cost);
+    [
+        case(Approach::Constrained, costs[0]),
+        case(Approach::Penalised(boundary), costs[1]).at(format!("N_b = {boundary}")),
+        case(Approach::Unconstrained, costs[2]),
+    ]
 }
 
 /// Evaluations of evidence and gradient over all restarts.
 pub fn evaluations<const D: usize>(fit: &Fit<D>) -> usize {
     let restarts = fit.restarts.iter().filter_map(|restart| restart.outcome.as_ref().ok());
     restarts.map(|outcome| outcome.evaluations).sum()
-}
-
-/// What a row adds to problem and method.
-#[derive(Clone, Debug, Default)]
-pub struct About {
-    /// What distinguishes it from others of the same problem and method.
-    pub setting: String,
-    /// The number that varies in a sweep.
-    pub abscissa: Option<f64>,
-    /// The thesis' figures.
-    pub thesis: Thesis,
-}
-
-impl About {
-    /// A row beside which the thesis prints figures: err_u, and parameters each with one unit of its last digit.
-    pub fn thesis(err_u: f64, theta: &[(f64, f64)]) -> Self {
-        let (theta, digit) = theta.iter().copied().unzip();
-        let thesis = Thesis { err_u: Some(err_u), theta, digit, ..Thesis::default() };
-        Self { thesis, ..Self::default() }
-    }
-
-    /// Of a method on a problem.
-    pub fn label<const D: usize>(self, of: &Setting<D>, method: Method) -> Label {
-        let Self { setting, abscissa, thesis } = self;
-        Label {
-            problem: of.name.into(),
-            setting,
-            method,
-            abscissa,
-            truth: of.truth.clone(),
-            thesis,
-        }
-    }
-
-    /// With a distinction.
-    pub fn at(self, setting: impl Into<String>) -> Self {
-        Self { setting: setting.into(), ..self }
-    }
-
-    /// One row of a sweep over a number.
-    pub fn sweep(setting: impl Into<String>, abscissa: f64) -> Self {
-        Self { abscissa: Some(abscissa), ..Self::default() }.at(setting)
-    }
 }

@@ -1,8 +1,9 @@
 //! Rows as the tables and sections of a report.
 
-use crate::row::{Label, Row};
+use crate::draw::BAND;
+use crate::row::{Covered, Label, Row};
 use sinew_report::format::{digits, rounded};
-use sinew_report::{Block, Cell, Column, Figure, ReportError, Section, Table, Value};
+use sinew_report::{Block, Cell, Column, Distribution, Figure, ReportError, Section, Table, Value};
 
 /// One experiment: its rows, coverage, drawings and restarts.
 ///
@@ -53,22 +54,26 @@ fn row(row: &Row) -> Result<sinew_report::Row, ReportError> {
     let cell = |value: Value, printed| Cell::from(value).against("the thesis’", printed);
     let own = sinew_report::Row::new(
         label.method.label(),
-        cell(row.err_u().clone().into(), thesis.err_u),
-        row.seconds().clone(),
+        cell(row.err_u().into(), thesis.err_u),
+        row.spread(|run| run.seconds),
     )?;
     let failed = match row.failures.len() {
         0 => String::new(),
         failed => format!("{failed} more gave no result: {}", row.failures.join("; ")),
     };
-    let collapsed = Value::Text(format!("{} of {}", row.collapsed, row.runs));
+    let runs = row.runs();
+    let collapsed = runs.iter().filter(|run| run.collapsed).count();
+    let collapsed = Value::Text(format!("{collapsed} of {}", runs.len()));
+    let jitter = runs.iter().filter_map(|run| run.jitter).reduce(f64::max);
+    let evaluations = row.optional(|run| run.evaluations.map(|count| count as f64));
     Ok(own
         .on(label.problem.as_str(), label.setting.as_str())
-        .error(cell(row.err_f.clone().into(), thesis.err_f))
-        .error(cell(row.err_theta.clone().into(), thesis.err_theta(&label.truth)))
-        .other(Value::Several(row.theta.iter().cloned().map(Value::from).collect()))
+        .error(cell(row.optional(|run| run.err_f).into(), thesis.err_f))
+        .error(cell(row.err_theta().into(), thesis.err_theta(&label.truth)))
+        .other(Value::Several(row.theta().into_iter().map(Value::from).collect()))
         .other(printed(label))
-        .other(row.evaluations.clone())
-        .other(row.jitter.map(|jitter| rounded(jitter, 2)))
+        .other(evaluations)
+        .other(jitter.map(|jitter| rounded(jitter, 2)))
         .other(Cell { note: failed, ..Cell::from(collapsed) }))
 }
 
@@ -84,12 +89,12 @@ fn printed(label: &Label) -> String {
 
 /// Every restart of the first data set: what the best one was chosen from.
 fn restarts(rows: &[Row]) -> Option<Block> {
-    let restarted = rows.iter().filter(|row| row.restarts.len() > 1);
+    let restarted = rows.iter().filter(|row| row.runs()[0].restarts.len() > 1);
     let lines: Vec<Vec<Cell>> = restarted
         .flat_map(|row| {
             let label = &row.label;
             let name = format!("{} {} {}", label.problem, label.method.label(), label.setting);
-            row.restarts.iter().enumerate().map(move |(number, end)| {
+            row.runs()[0].restarts.iter().enumerate().map(move |(number, end)| {
                 let theta: Vec<String> = end.theta.iter().map(|value| digits(*value, 4)).collect();
                 vec![
                     name.trim_end().into(),
@@ -111,26 +116,46 @@ fn restarts(rows: &[Row]) -> Option<Block> {
 
 /// How often intervals held the truth, in a sentence; none if that was not asked.
 fn coverage(row: &Row) -> Option<String> {
-    let coverage = row.coverage.as_ref()?;
+    let covered: Vec<&Covered> =
+        row.runs().iter().map(|run| run.covered.as_ref()).collect::<Option<_>>()?;
     let percent = |share: f64| format!("{:.1}", 100.0 * share);
-    let held = coverage.theta.iter().zip(&coverage.theta_share);
-    let theta: Vec<String> = row
-        .label
-        .truth
-        .iter()
-        .zip(held)
-        .map(|(truth, (held, share))| {
-            let [share, low, high] = share.map(percent);
-            let (name, of) = (&truth.name, row.runs);
-            format!("{name}: {held} of {of} = {share} % (95 % interval {low} to {high})")
-        })
-        .collect();
+    let of = covered.len();
+    let parameters = row.label.truth.iter().enumerate().map(|(number, truth)| {
+        let held = covered.iter().filter(|covered| covered.theta[number]).count();
+        let [share, low, high] = wilson(held, of).map(percent);
+        format!("{}: {held} of {of} = {share} % (95 % interval {low} to {high})", truth.name)
+    });
+    let u = Distribution::of(covered.iter().map(|covered| covered.u).collect())?;
+    let mean = covered.iter().map(|covered| covered.u).sum::<f64>() / of as f64;
     Some(format!(
         "{}: 95 % intervals held {}; the band held u on {} % of the places (median data set {} %, worst {} %).",
         [row.label.problem.as_str(), &row.label.setting].join(", ").trim_end_matches(", "),
-        theta.join("; "),
-        percent(coverage.u_mean),
-        percent(coverage.u_share.q50),
-        percent(coverage.u_share.q0),
+        parameters.collect::<Vec<_>>().join("; "),
+        percent(mean),
+        percent(u.q50),
+        percent(u.q0),
     ))
+}
+
+/// A share with its 95 % interval by the score method (Wilson 1927), which holds near 0 and 1 too.
+fn wilson(held: usize, of: usize) -> [f64; 3] {
+    let (n, z2) = (of as f64, BAND * BAND);
+    let share = held as f64 / n;
+    let centre = (share + z2 / (2.0 * n)) / (1.0 + z2 / n);
+    let half = BAND / (1.0 + z2 / n) * (share * (1.0 - share) / n + z2 / (4.0 * n * n)).sqrt();
+    [share, (centre - half).max(0.0), (centre + half).min(1.0)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_binomial_interval_stays_between_zero_and_one() {
+        let all = wilson(20, 20);
+        assert!(all[0] == 1.0 && (all[2] - 1.0).abs() < 1e-12);
+        assert!((all[1] - 0.8389).abs() < 1e-3);
+        let most = wilson(188, 200);
+        assert!((most[1] - 0.898).abs() < 2e-3 && (most[2] - 0.965).abs() < 2e-3);
+    }
 }

@@ -221,7 +221,7 @@ impl<'a> Work<'a> {
     fn done(&self, piece: Piece) -> Outcome {
         let task =
             Task { seed: derived(self.options.seed, piece.set as u64), draw: piece.set == 0 };
-        match (self.case(piece).run)(&task) {
+        match (self.case(piece).run)(&task).and_then(|run| Ok(run.checked()?)) {
             Ok(run) => Outcome::Done(Box::new(run)),
             Err(error) => Outcome::Failed(format!("{error:#}")),
         }
@@ -250,11 +250,11 @@ fn gather(
                 Outcome::Failed(reason) => failures.push(reason),
             }
         }
-        figures.extend(runs.iter_mut().flat_map(|run| std::mem::take(&mut run.found.figures)));
+        figures.extend(runs.iter_mut().flat_map(|run| std::mem::take(&mut run.figures)));
         let label = case.label;
         let what = format!("{} {} {}", label.problem, label.method.label(), label.setting);
         let reason = failures.first().cloned().unwrap_or_default();
-        match Row::of(label, &runs, failures) {
+        match Row::of(label, runs, failures) {
             Some(row) => rows.push(row),
             None => notes.push(format!("{}: no result. {reason}", what.trim_end())),
         }

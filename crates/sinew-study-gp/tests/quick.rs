@@ -1,6 +1,6 @@
 //! The experiments with Gaussian processes, small: what `cargo xtask reproduce-gp --quick` runs.
 
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use sinew_report::{Block, Report, Row};
 use sinew_study_gp::experiments::Name;
 use sinew_study_gp::options::Options;
@@ -43,17 +43,17 @@ fn a_quick_run_has_a_finite_row_for_every_case() {
     let folder = tempfile::tempdir().unwrap();
     let report = report(folder.path(), &[]);
     let names: Vec<&str> = report.sections.iter().map(|e| e.name.as_str()).collect();
-    assert_eq!(names, Name::DEFAULT.map(Name::key).each_ref().map(String::as_str));
+    let all: Vec<String> = Name::value_variants().iter().map(|name| name.key()).collect();
+    assert_eq!(names, all);
     for row in rows(&report) {
         assert!(numbers(row).iter().all(|x| x.is_finite()), "{}", row.name());
         assert!(row.times[0].value.median().unwrap() > 0.0, "{}", row.name());
         let collapsed = row.others.last().unwrap();
         assert!(collapsed.note.is_empty(), "{}: {}", row.name(), collapsed.note);
     }
-    let cases = Name::DEFAULT.map(|name| {
-        name.experiment(sinew_study_gp::experiment::Scale { quick: true }).unwrap().cases.len()
-    });
-    assert_eq!(rows(&report).count(), cases.iter().sum::<usize>(), "{:?}", report.notes);
+    let scale = sinew_study_gp::experiment::Scale { quick: true };
+    let cases = Name::value_variants().iter().map(|name| name.experiment(scale).unwrap().cases);
+    assert_eq!(rows(&report).count(), cases.flatten().count(), "{:?}", report.notes);
     let page = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
     assert_eq!(page.matches("<section").count(), names.len() + 2);
     assert!(!page.contains("NaN"));
@@ -69,7 +69,7 @@ fn numbers_do_not_depend_on_threads_and_stored_fits_are_kept() {
         |name: &str, more: &[&str]| report(&folder.path().join(name), &[&only, more].concat());
     let alone = run("one", &["--threads", "1"]);
     assert_eq!(of(&alone), of(&run("two", &["--threads", "2"])));
-    assert_eq!(rows(&alone).count(), 8);
+    assert_eq!(rows(&alone).count(), 7);
     let coverage =
         |block: &Block| matches!(block, Block::Text(text) if text.contains("95 % intervals held"));
     assert!(alone.sections.last().unwrap().blocks.iter().any(coverage));
@@ -94,7 +94,7 @@ fn numbers_do_not_depend_on_threads_and_stored_fits_are_kept() {
 
 mod experiment {
     use sinew_study_gp::experiment::{Case, Task, derived};
-    use sinew_study_gp::row::{Findings, Label, Method, Run, Thesis};
+    use sinew_study_gp::row::{Label, Method, Run, Thesis};
 
     #[test]
     fn seeds_differ_by_purpose_and_data_set() {
@@ -116,7 +116,7 @@ mod experiment {
             truth: Vec::new(),
             thesis: Thesis::default(),
         };
-        let run = |_: &Task| Ok(Run::new(0.0, 0.0, Findings::default())?);
+        let run = |_: &Task| Ok(Run::default());
         let case = Case { label, cost: 1.0, run: Box::new(run) };
         assert_eq!(case.key(), "poisson-bvp-1-hcnn-n-f-4");
     }
@@ -125,7 +125,7 @@ mod experiment {
 mod section {
     use sinew_report::{Table, Value};
     use sinew_study_gp::report::section;
-    use sinew_study_gp::row::{Findings, Label, Method, Row, Run, Thesis, Truth};
+    use sinew_study_gp::row::{Label, Method, Row, Run, Thesis, Truth};
 
     fn row(err_u: f64, theta: f64) -> Row {
         let label = Label {
@@ -141,9 +141,8 @@ mod section {
                 ..Thesis::default()
             },
         };
-        let found = Findings { theta: vec![theta], ..Findings::default() };
-        let run = Run::new(err_u, 0.5, found).unwrap();
-        Row::of(label, &[run], Vec::new()).unwrap()
+        let run = Run { err_u, seconds: 0.5, theta: vec![theta], ..Run::default() };
+        Row::of(label, vec![run], Vec::new()).unwrap()
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! How often intervals hold the truth, over many sets of data.
 //!
 //! `cargo xtask coverage [SETS] [--only NAME,…] [--evidence joint|unit] [--points N] [--laplace]`, or
-//! `cargo run --example coverage -p sinew-gp --no-default-features -- 100`
+//! `cargo run --example coverage -p sinew-gp -- 100`
 //!
 //! Each set has its own places, errors of 2.5 % of the solution's spread whose level is learned, and collocation points. For every
 //! problem: the share of 95 % intervals of all parameters that hold them, by NUTS and by Laplace; the share of u that lies

@@ -1,6 +1,6 @@
 //! Two problems by this crate, by plain NumPy and SciPy, and by a Gaussian process in JAX: the same data, in one run.
 //!
-//! `SINEW_JAX_PYTHON=venv/bin/python cargo run -p sinew-gp --no-default-features --example peers -- 5`
+//! `SINEW_JAX_PYTHON=venv/bin/python cargo run -p sinew-gp --example peers -- 5`
 //!
 //! The slab: diffusivity from 25 values with errors of 2.5 %, f = 0. The beam: stiffness of a clamped beam on a bed under a load.
 //! Error is the mean of |u − û| over 50 places, the interval is one of 95 %, seconds are those of one answer after imports

@@ -7,8 +7,8 @@ use crate::domain::Domain;
 use crate::error::GpError;
 use crate::field::Field;
 use crate::problem::Problem;
+use crate::series::Series;
 use crate::structure::{AxisStructure, Functional, Lift};
-use sinew_num::Series;
 
 /// Relative difference above which two conditions conflict at a corner: data are given as formulas
 /// that agree to rounding where they agree at all.

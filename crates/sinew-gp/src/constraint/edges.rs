@@ -10,7 +10,7 @@
 //! At a corner all Pₑ share value and gradient, so that their blend is once differentiable there: what
 //! the two conditions leave free of these three numbers is a feature of its own.
 
-use super::extension::extension;
+use super::extension::{along_edge, extension};
 use super::lift::{EdgeLift, along};
 use super::meeting::{Corner, Jet};
 use super::wedges::{Held, adapted, singular};
@@ -22,7 +22,7 @@ use crate::field::{Field, field};
 use crate::operator::Operator;
 use crate::polygon::{Polygon, products_of_others};
 use crate::problem::Problem;
-use sinew_num::Series;
+use crate::series::Series;
 use std::sync::Arc;
 
 /// What a latent function depends on in the plane of the polygon.
@@ -159,7 +159,7 @@ impl<const D: usize> Edges<D> {
             .filter(|_| problem.edges.iter().any(Option::is_some))
             .map(|polygon| Arc::new(Blend::new(polygon.clone(), &problem.edges)));
         let (boundary, equation) = (problem.boundary.clone(), problem.equation().clone());
-        let near = inner.as_ref().and_then(|blend| blend.near(&problem.edges));
+        let near = inner.as_ref().and_then(|blend| blend.near());
         Self { boundary, inner, near, polygon, equation }
     }
 
@@ -236,15 +236,18 @@ impl<const D: usize> Blend<D> {
         Self { polygon, edges, corners }
     }
 
-    /// Whether all edges hold values of one function, which the blend then is.
-    fn is_one_function(&self) -> bool {
+    /// The values on all edges, if that is what their conditions are.
+    fn values(&self) -> Option<Vec<Field<D>>> {
         let value = |own: &Conditioned<D>| match &own.condition {
             Condition::Dirichlet(value) => Some(value.clone()),
             _ => None,
         };
-        let Some(values) = self.edges.iter().map(value).collect::<Option<Vec<_>>>() else {
-            return false;
-        };
+        let values: Vec<_> = self.edges.iter().map(value).collect::<Option<_>>()?;
+        (values.len() == self.corners.len()).then_some(values)
+    }
+
+    /// Whether values are those of one function, which the blend then is.
+    fn is_one_function(&self, values: &[Field<D>]) -> bool {
         self.polygon.corners().iter().zip(self.polygon.corners().iter().skip(2)).all(|(a, b)| {
             let mut at = [0.0; D];
             // Off the edges, and off what is symmetric.
@@ -254,22 +257,16 @@ impl<const D: usize> Blend<D> {
         })
     }
 
-    /// A function near the conditions, and the blend of the rest.
-    fn near(&self, conditions: &[Option<Condition<D>>]) -> Option<(Field<D>, Arc<Self>)> {
-        let of = |own: &Conditioned<D>| {
-            let lifts = EdgeLift::of(&own.condition, &own.edge).into_iter();
-            lifts.map(|lift| (own.number, lift)).collect::<Vec<_>>()
-        };
-        let lifts: Vec<_> = self.edges.iter().flat_map(of).collect();
+    /// A function near the values, and the blend of the rest.
+    fn near(&self) -> Option<(Field<D>, Arc<Self>)> {
         // With slopes, or edges without conditions, such a function is little determined away from the others.
-        let held = self.held();
-        let values = held.iter().all(|held| *held == Some(Held::Value));
-        if !values || !self.polygon.adapts() || self.is_one_function() {
-            return None;
-        }
-        let near = extension(&self.polygon, &held, &lifts)?;
-        let rest = conditions.iter().zip(self.polygon.edges()).map(|(condition, edge)| {
-            condition.as_ref().map(|condition| condition.without(&near, edge))
+        let values = self.values().filter(|values| !self.is_one_function(values))?;
+        let near = extension(&self.polygon, &values)?;
+        let rest = values.into_iter().zip(self.polygon.edges()).map(|(value, edge)| {
+            let near = near.clone();
+            let rest =
+                field(move |x: [Series; D]| x[0].constant(0.0) + value.at(x.clone()) - near.at(x));
+            Some(Condition::Dirichlet(along_edge(edge, rest)))
         });
         let rest: Vec<_> = rest.collect();
         Some((near, Arc::new(Self::new(self.polygon.clone(), &rest))))
@@ -283,7 +280,7 @@ impl<const D: usize> Blend<D> {
             .iter()
             .map(|own| (self.polygon.edge_distance(own.number, x, y) / size).squared())
             .collect();
-        let others = products_of_others(&distances, 1);
+        let others = products_of_others(&distances);
         let sum = others.iter().fold(x.constant(0.0), |sum, other| sum + other);
         if sum.value() == 0.0 {
             // At a corner any shares will do, but derivatives do not exist.
@@ -323,8 +320,7 @@ impl<const D: usize> Blend<D> {
     fn planes(self: Arc<Self>, equation: &Operator<D>) -> Vec<Plane<D>> {
         let everything = |factor| Plane { factor: Some(factor), span: Span::Everything };
         let held = self.held();
-        let values = held.iter().all(|held| *held == Some(Held::Value));
-        let smooth = if values { adapted(&self.polygon, equation) } else { None };
+        let smooth = self.values().and_then(|_| adapted(&self.polygon, equation));
         let mut planes: Vec<Plane<D>> = match smooth {
             Some(factors) => factors.into_iter().map(everything).collect(),
             None => {

@@ -1,18 +1,17 @@
-//! A smooth function that comes near the conditions on a polygon's edges, so that little is left to be blended.
+//! A smooth function that comes near the values on a polygon's edges, so that little is left to be blended.
 //!
 //! Blends of functions given edge by edge have second derivatives that jump at every corner, and vary on the scale of the
 //! edges: with collocation at a hundred points that left errors of a tenth. Harmonic polynomials and the singular harmonic
 //! functions of the corners come near any data on the boundary (Fox, Henrici & Moler 1967, *Approximations and bounds for
-//! eigenvalues of elliptic operators*); fitted to the conditions by least squares they leave a remainder that is blended. The
-//! conditions hold exactly whatever the fit is worth.
+//! eigenvalues of elliptic operators*); fitted to the values by least squares they leave a remainder that is blended. The
+//! values hold exactly whatever the fit is worth.
 
-use super::lift::EdgeLift;
 use super::wedges::{Held, Wedge};
 use crate::edge::Edge;
 use crate::field::{Field, field};
 use crate::polygon::Polygon;
+use crate::series::Series;
 use faer::Mat;
-use sinew_num::Series;
 
 /// Highest degree of a harmonic polynomial.
 const DEGREE: usize = 12;
@@ -26,24 +25,20 @@ const RANK: f64 = 1e-10;
 struct Basis {
     centre: [f64; 2],
     size: f64,
-    singular: Vec<(Wedge, (usize, f64), [Held; 2])>,
+    singular: Vec<(Wedge, (usize, f64))>,
 }
 
 impl Basis {
-    fn new(polygon: &Polygon, held: &[Option<Held>]) -> Self {
+    fn new(polygon: &Polygon) -> Self {
         let [[left, right], [bottom, top]] = polygon.extents();
-        let mut singular = Vec::new();
-        for own in 0..held.len() {
-            let before = held[(own + held.len() - 1) % held.len()];
-            let (Some(first), Some(second)) = (held[own], before) else { continue };
+        let singular = (0..polygon.edges().len()).flat_map(|own| {
             let wedge = Wedge::new(polygon, own);
-            let orders = wedge.exponents(first != second).into_iter();
-            singular.extend(orders.map(|order| (wedge.clone(), order, [first, second])));
-        }
+            wedge.exponents(false).into_iter().map(move |order| (wedge.clone(), order))
+        });
         Self {
             centre: [0.5 * (left + right), 0.5 * (bottom + top)],
             size: 0.5 * (right - left).hypot(top - bottom),
-            singular,
+            singular: singular.collect(),
         }
     }
 
@@ -65,10 +60,10 @@ impl Basis {
                 sum = sum + &power.0 * pair[0] + &power.1 * pair[1];
             }
         }
-        for ((wedge, order, held), c) in self.singular.iter().zip(singular) {
+        for ((wedge, order), c) in self.singular.iter().zip(singular) {
             // At the corner itself they vanish.
             if *c != 0.0
-                && let Some(around) = wedge.around(*order, *held, x, y)
+                && let Some(around) = wedge.around(*order, [Held::Value; 2], x, y)
             {
                 sum = sum + around * *c;
             }
@@ -82,30 +77,26 @@ impl Basis {
     }
 }
 
-/// Harmonic, and near the conditions; none where these are zero, or vary with further coordinates.
+/// Harmonic, and near the values given edge by edge; none where these are zero, or may vary with further coordinates.
 pub(super) fn extension<const D: usize>(
     polygon: &Polygon,
-    held: &[Option<Held>],
-    lifts: &[(usize, EdgeLift<D>)],
+    values: &[Field<D>],
 ) -> Option<Field<D>> {
-    if D > 2 || lifts.iter().all(|(_, lift)| lift.data.is_zero()) {
+    if D > 2 || values.iter().all(Field::is_zero) {
         return None;
     }
-    let basis = Basis::new(polygon, held);
+    let basis = Basis::new(polygon);
     let unit = |k: usize| (0..basis.count()).map(|n| f64::from(u8::from(n == k))).collect();
     let fields: Vec<Field<D>> = (0..basis.count()).map(|k| basis.field(unit(k))).collect();
     let (mut rows, mut right) = (Vec::new(), Vec::new());
-    for (edge, lift) in lifts {
-        // Slopes in units of a value.
-        let unit = if lift.slope == 0.0 { 1.0 } else { polygon.size() / lift.slope.abs() };
+    for (edge, value) in values.iter().enumerate() {
         for k in 0..PLACES {
             let fraction =
                 0.5 - 0.5 * ((k as f64 + 0.5) / PLACES as f64 * std::f64::consts::PI).cos();
             let mut at = [0.0; D];
-            (at[0], at[1]) = polygon.on_edge(*edge, fraction).into();
-            let x = Series::plain(at);
-            rows.push(fields.iter().map(|f| unit * lift.apply(f, &x).value()).collect::<Vec<_>>());
-            right.push(unit * lift.data.value(at));
+            (at[0], at[1]) = polygon.on_edge(edge, fraction).into();
+            rows.push(fields.iter().map(|function| function.value(at)).collect::<Vec<_>>());
+            right.push(value.value(at));
         }
     }
     let finite = |row: &Vec<f64>| row.iter().all(|entry| entry.is_finite());

@@ -1,10 +1,9 @@
-//! A condition on one edge: as a functional, and less what a function has of it.
+//! A condition on one edge as functionals.
 
-use super::extension::along_edge;
 use crate::condition::Condition;
 use crate::edge::Edge;
-use crate::field::{Field, constant, field};
-use sinew_num::Series;
+use crate::field::{Field, constant};
+use crate::series::Series;
 
 /// a u + b ∂u/∂n = data on an edge, n pointing outwards.
 #[derive(Clone, Debug)]
@@ -62,42 +61,5 @@ impl<const D: usize> EdgeLift<D> {
             sum = sum + along(function, self.outwards(), x) * self.slope;
         }
         sum
-    }
-}
-
-impl<const D: usize> Condition<D> {
-    /// What is left for u where u + `part` is to satisfy the condition on an edge.
-    pub(super) fn without(&self, part: &Field<D>, edge: &Edge) -> Self {
-        let outwards = edge.normal.map(|n| -n);
-        let less = |data: &Field<D>, value: Field<D>, slope: f64| {
-            let (data, part) = (data.clone(), part.clone());
-            let rest = field(move |x: [Series; D]| {
-                let mut sum = x[0].constant(0.0) + data.at(x.clone());
-                if !value.is_zero() {
-                    sum = sum - part.at(x.clone()) * value.at(x.clone());
-                }
-                if slope != 0.0 {
-                    sum = sum - along(&part, outwards, &x) * slope;
-                }
-                sum
-            });
-            along_edge(edge, rest)
-        };
-        let value = |data| less(data, constant(1.0), 0.0);
-        let slope = |data| less(data, Field::zero(), 1.0);
-        match self {
-            Self::Dirichlet(data) => Self::Dirichlet(value(data)),
-            Self::Neumann(data) => Self::Neumann(slope(data)),
-            Self::Cauchy { value: u, slope: c } => {
-                Self::Cauchy { value: value(u), slope: slope(c) }
-            }
-            Self::Robin { value_factor, slope_factor, data } => Self::Robin {
-                value_factor: value_factor.clone(),
-                slope_factor: *slope_factor,
-                data: less(data, value_factor.clone(), *slope_factor),
-            },
-            // Not on edges, as `Problem::edge` sees to.
-            Self::Derivatives(_) => self.clone(),
-        }
     }
 }

@@ -5,8 +5,8 @@ use super::lift::{EdgeLift, along};
 use crate::domain::Domain;
 use crate::error::GpError;
 use crate::field::Field;
+use crate::series::Series;
 use faer::Mat;
-use sinew_num::Series;
 
 /// Value and gradient at a corner.
 pub(super) type Jet = [Series; 3];

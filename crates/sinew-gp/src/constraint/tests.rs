@@ -1,7 +1,6 @@
 //! Every condition holds for whatever is drawn; conflicts are named.
 
 use super::*;
-use crate::Composition;
 use crate::condition::{Condition, Periodicity};
 use crate::field::constant;
 use crate::operator::Derivative;
@@ -278,8 +277,8 @@ const L_SHAPE: [[f64; 2]; 6] =
     [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
 
 /// A polygon whose edges take turns in their kinds of condition.
-fn polygon_problem(corners: &[[f64; 2]], composition: Composition, first: usize) -> Problem<2> {
-    let domain = Domain::polygon(["x", "y"], corners).unwrap().composed(composition).unwrap();
+fn polygon_problem(corners: &[[f64; 2]], first: usize) -> Problem<2> {
+    let domain = Domain::polygon(["x", "y"], corners).unwrap();
     let edges = domain.cross_section().unwrap().edges().to_vec();
     edges.iter().enumerate().fold(
         Problem::new(domain, Derivative::along(0)).unwrap(),
@@ -303,25 +302,23 @@ fn conditions_on_edges_hold_for_whatever_is_drawn() {
     let in_line = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [1.5, 1.0], [0.2, 1.3]];
     let small = L_SHAPE.map(|corner| corner.map(|c| c * 1e-3));
     for corners in [&pentagon[..], &L_SHAPE, &in_line, &small] {
-        for composition in [Composition::Conjunction, Composition::Equivalence { order: 2 }] {
-            for first in (0..15).step_by(4) {
-                let problem = polygon_problem(corners, composition, first);
-                let drawn = draw(&problem);
-                let edges = Edges::new(&problem);
-                let polygon = problem.domain().cross_section().unwrap();
-                for edge in 0..corners.len() {
-                    for fraction in [0.03, 0.5, 0.71] {
-                        let x = Series::plain(polygon.on_edge(edge, fraction));
-                        for lift in edges.lifts(edge) {
-                            let value = lift.apply(&drawn, &x).value();
-                            let missed = value - lift.data.at(x.clone()).value();
-                            // Slopes are of size 1 / length.
-                            let size = 1.0 / polygon.size().min(1.0);
-                            assert!(
-                                missed.abs() < TOLERANCE * size,
-                                "{corners:?} {composition:?} {first}, edge {edge}: {missed:e}"
-                            );
-                        }
+        for first in (0..15).step_by(4) {
+            let problem = polygon_problem(corners, first);
+            let drawn = draw(&problem);
+            let edges = Edges::new(&problem);
+            let polygon = problem.domain().cross_section().unwrap();
+            for edge in 0..corners.len() {
+                for fraction in [0.03, 0.5, 0.71] {
+                    let x = Series::plain(polygon.on_edge(edge, fraction));
+                    for lift in edges.lifts(edge) {
+                        let value = lift.apply(&drawn, &x).value();
+                        let missed = value - lift.data.at(x.clone()).value();
+                        // Slopes are of size 1 / length.
+                        let size = 1.0 / polygon.size().min(1.0);
+                        assert!(
+                            missed.abs() < TOLERANCE * size,
+                            "{corners:?} {first}, edge {edge}: {missed:e}"
+                        );
                     }
                 }
             }
@@ -333,7 +330,7 @@ fn conditions_on_edges_hold_for_whatever_is_drawn() {
 fn blends_are_smooth_at_corners() {
     // Around a corner, the gradient of all but the bubble has one limit.
     for first in 0..15 {
-        let problem = polygon_problem(&L_SHAPE, Composition::Conjunction, first);
+        let problem = polygon_problem(&L_SHAPE, first);
         let mut built = constraints(&problem).unwrap();
         built.features.remove(0);
         let drawn = sum(built);
@@ -355,7 +352,7 @@ fn blends_are_smooth_at_corners() {
 
 #[test]
 fn equal_data_on_all_edges_need_no_blending() {
-    let problem = polygon_problem(&L_SHAPE, Composition::Conjunction, 0).domain().clone();
+    let problem = polygon_problem(&L_SHAPE, 0).domain().clone();
     let problem = (0..6)
         .fold(Problem::new(problem, Derivative::along(0)).unwrap(), |problem, edge| {
             problem.edge(edge, edge_condition(1, [1.0, 0.0]).unwrap()).unwrap()

@@ -16,7 +16,7 @@
 use crate::field::{Field, field};
 use crate::operator::{Operator, Term};
 use crate::polygon::Polygon;
-use sinew_num::Series;
+use crate::series::Series;
 use std::f64::consts::PI;
 
 /// A corner with its two edges.
@@ -184,7 +184,7 @@ pub(super) fn adapted<const D: usize>(
     polygon: &Polygon,
     equation: &Operator<D>,
 ) -> Option<Vec<Field<D>>> {
-    if !polygon.adapts() || !led_by_laplacian(equation) {
+    if !led_by_laplacian(equation) {
         return None;
     }
     let count = polygon.edges().len();
@@ -198,7 +198,7 @@ pub(super) fn singular<const D: usize>(
     equation: &Operator<D>,
     held: &[Option<Held>],
 ) -> Vec<Field<D>> {
-    if !polygon.adapts() || !led_by_laplacian(equation) {
+    if !led_by_laplacian(equation) {
         return Vec::new();
     }
     let mut factors = Vec::new();

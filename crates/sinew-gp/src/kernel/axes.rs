@@ -1,6 +1,6 @@
 //! The axes that a kernel depends on.
 
-use sinew_num::MOST_VARIABLES;
+use crate::series::MOST_VARIABLES;
 
 /// Some axes, or all there are.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -3,10 +3,10 @@
 use super::table::{from_formula, plain};
 use super::{Hyperparameter, Kernel, Measure, Orders, Request};
 use crate::error::{GpError, place};
+use crate::series::Series;
 use faer::{Mat, Side as Triangle};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sinew_num::Series;
 
 /// Checks what is said of the hyperparameters, symmetry, positive definiteness, the table of derivatives against Taylor series of the
 /// formula and against finite differences, and the gradient in the hyperparameters against

@@ -2,7 +2,7 @@
 
 use super::axes::Axes;
 use super::{Hyperparameter, Kernel, Measure};
-use sinew_num::Series;
+use crate::series::Series;
 
 /// 1 + Σ xᵢ xᵢ′ / λᵢ²: affine functions (1.26).
 #[derive(Clone, Debug, Default)]

@@ -3,7 +3,7 @@
 use super::Hyperparameter;
 use super::axes::Axes;
 use super::radial::{Profile, Radial};
-use sinew_num::Series;
+use crate::series::Series;
 
 /// How many derivatives the functions of a [`Matern`] kernel have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

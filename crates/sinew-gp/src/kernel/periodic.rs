@@ -2,7 +2,7 @@
 
 use super::{Hyperparameter, Kernel, Measure};
 use crate::error::GpError;
-use sinew_num::Series;
+use crate::series::Series;
 use std::f64::consts::PI;
 
 /// exp(−2 sin²(π (x − x′) / period) / w²): the squared exponential of a point's position on a

@@ -2,7 +2,7 @@
 
 use super::axes::Axes;
 use super::{Hyperparameter, Kernel, Measure, Orders, Request};
-use sinew_num::Series;
+use crate::series::Series;
 use std::fmt::Debug;
 
 /// Highest order of a derivative in x − x′ over all axes together, and one more for gradients.

@@ -3,7 +3,7 @@
 use super::axes::Axes;
 use super::radial::{Profile, Radial};
 use super::{Hyperparameter, Measure};
-use sinew_num::Series;
+use crate::series::Series;
 
 /// (1 + s/α)^(−α) with s = ½ Σ (xᵢ − xᵢ′)² / λᵢ²: squared exponentials of many lengthscales at
 /// once; infinitely smooth (Rasmussen & Williams 2006, eq. 4.19).

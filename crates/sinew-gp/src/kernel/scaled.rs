@@ -1,7 +1,7 @@
 //! A kernel times a variance.
 
 use super::{Hyperparameter, Kernel, Measure, Request};
-use sinew_num::Series;
+use crate::series::Series;
 
 /// σ² k(x, x′), for summands of a [`super::Sum`]; a prior has an amplitude of its own already.
 #[derive(Debug)]

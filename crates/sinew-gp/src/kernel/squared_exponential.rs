@@ -3,8 +3,9 @@
 use super::axes::Axes;
 use super::radial::{beyond, half_square, lengthscales};
 use super::{Hyperparameter, Kernel, MOST_PAIRS, Orders, Request};
+use crate::series::Series;
 use crate::simd::exp_of_negative;
-use sinew_num::{Series, vectorised};
+use sinew_num::vectorised;
 use std::cell::RefCell;
 
 /// exp(−½ Σ (xᵢ − xᵢ′)² / λᵢ²) with a lengthscale per axis (4.46); infinitely smooth.

@@ -1,7 +1,7 @@
 //! Tables of derivatives of any formula, by Taylor series in the coordinates of a pair.
 
 use super::{Kernel, Orders, Request};
-use sinew_num::Series;
+use crate::series::Series;
 
 /// k of single pairs as series in their 2 D coordinates, of the degrees that are asked for.
 struct Expansion<'a, K: ?Sized, const D: usize> {

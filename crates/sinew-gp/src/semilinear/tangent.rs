@@ -4,7 +4,7 @@ use super::{SemiLinear, singular_term};
 use crate::error::GpError;
 use crate::field::{Field, field};
 use crate::operator::Operator;
-use sinew_num::Series;
+use crate::series::Series;
 use std::collections::HashMap;
 
 /// The nonlinear term at one point to first order in arguments v and parameters θ, and in products of the two.

@@ -3,11 +3,11 @@
 use crate::draw;
 use crate::experiment::{Experiment, Scale};
 use crate::floor;
-use crate::inference::{About, Approach, Inference, NOISE, Sampling};
+use crate::inference::{Approach, Inference, NOISE, Sampling};
 use crate::problems;
 use crate::row::Row;
 use anyhow::Result;
-use sinew_report::Figure;
+use sinew_report::{Figure, Panel};
 
 /// Values, and as many collocation points.
 const SIZES: [usize; 4] = [10, 25, 75, 150];
@@ -18,22 +18,20 @@ pub fn experiment(scale: Scale) -> Result<Experiment> {
     let mut cases = Vec::new();
     for &size in &SIZES[..scale.pick(SIZES.len(), 2)] {
         let sampling = Sampling { values: size, collocation: size, error: NOISE };
+        let total = 2.0 * size as f64;
         for approach in [Approach::Constrained, Approach::Unconstrained] {
-            let about = match (approach, size) {
-                (Approach::Constrained, 10) => {
-                    About::thesis(9e-3, &[(0.054, 1e-3), (0.0252, 1e-4)])
-                }
-                _ => About::default(),
-            };
-            let about = About { abscissa: Some(2.0 * size as f64), ..about };
             // Quadratic for small systems, cubic for large ones.
             let cost = (size as f64 / 80.0).powi(2) * (0.5 + size as f64 / 300.0);
             let inference = Inference::sampled(&setting, approach, sampling, scale);
             let inference = if size == SIZES[0] { inference } else { inference.undrawn() };
-            cases.push(inference.case(about.at(format!("{size} + {size}")), cost));
+            let case = inference.case(cost).at(format!("{size} + {size}")).sweep(total);
+            cases.push(match (approach, size) {
+                (Approach::Constrained, 10) => case.thesis(9e-3, &[(0.054, 1e-3), (0.0252, 1e-4)]),
+                _ => case,
+            });
         }
-        let about = About::sweep(format!("{size} values"), 2.0 * size as f64);
-        cases.push(floor::case(&setting, floor::advection_diffusion, sampling, about, scale));
+        let floor = floor::case(&setting, floor::advection_diffusion, sampling, scale);
+        cases.push(floor.at(format!("{size} values")).sweep(total));
     }
     Ok(Experiment {
         title: "Advection-diffusion (§4.8.4, Fig. 4.10)",
@@ -45,19 +43,10 @@ pub fn experiment(scale: Scale) -> Result<Experiment> {
 }
 
 fn figures(rows: &[Row]) -> Vec<Figure> {
-    let rows: Vec<&Row> = rows.iter().collect();
-    let axes = |y| ["N_u + N_f", y];
-    let panels = vec![
-        draw::sweep("Error of the parameters", axes("‖θ − θ̂‖"), &rows, |row| {
-            row.err_theta.as_ref()
-        }),
-        draw::sweep("Error of the solution", axes("mean |u − û|"), &rows, |row| {
-            Some(row.err_u())
-        }),
-    ];
+    let panels = draw::sweeps("Advection-diffusion", "N_u + N_f", &rows.iter().collect::<Vec<_>>());
     vec![Figure {
         title: "More data (Fig. 4.10 c, d)".into(),
         caption: "Medians over the data sets, and their range.".into(),
-        panels,
+        panels: panels.into_iter().map(Panel::Chart).collect(),
     }]
 }

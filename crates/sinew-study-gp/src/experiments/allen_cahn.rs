@@ -2,17 +2,15 @@
 
 use crate::draw::{self, BAND};
 use crate::experiment::{Case, Experiment, Purpose, Scale, Task, no_figures};
-use crate::inference::{
-    About, Approach, Drawings, Inference, Observed, evaluations, standard_normal,
-};
+use crate::inference::{Approach, Drawings, Inference, Observed, evaluations, standard_normal};
 use crate::problems::{Setting, allen_cahn};
-use crate::row::{Covered, Findings, Run};
+use crate::row::{Covered, Run};
 use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
     Derivative, Domain, FitOptions, Noise, Prediction, SemiLinear, Solution, SquaredExponential,
-    Variational, VariationalOptions, laplace,
+    laplace,
 };
 use sinew_report::Figure;
 use std::time::Instant;
@@ -34,15 +32,6 @@ const DRAWS: usize = 200;
 const BANDS: usize = 40;
 const PLACES: usize = 12;
 
-/// Which distribution of u is taken.
-#[derive(Clone, Copy, PartialEq)]
-enum Way {
-    /// Of the last linearisation, its band averaged over probable parameters.
-    Linearised,
-    /// By the variational bound of the evidence.
-    Bound,
-}
-
 /// Fronts from collocation alone, and ε from values.
 pub fn experiment(scale: Scale) -> Result<Experiment> {
     let mut cases = Vec::new();
@@ -51,14 +40,11 @@ pub fn experiment(scale: Scale) -> Result<Experiment> {
             cases.push(forward(scale, kappa, count)?.case(format!("{name}, N_f = {count}"), cost));
         }
     }
-    let equation = [
-        (Noise::Exact, Way::Linearised, "exact equation"),
-        (Noise::Learned, Way::Linearised, "equation with learned noise"),
-        (Noise::Learned, Way::Bound, "variational bound"),
-    ];
-    for (noise, way, name) in equation {
+    let equation =
+        [(Noise::Exact, "exact equation"), (Noise::Learned, "equation with learned noise")];
+    for (noise, name) in equation {
         let setting = format!("{VALUES} values, {name}");
-        cases.push(inverse(scale, noise, way)?.case(setting, 1.0));
+        cases.push(inverse(scale, noise)?.case(setting, 0.2));
     }
     Ok(Experiment {
         title: "A nonlinear equation: Allen and Cahn's front",
@@ -76,23 +62,22 @@ struct Front {
     equation: SemiLinear<2, 1>,
     inference: Inference<2>,
     kappa: f64,
-    way: Way,
     /// What distinguishes it from the others.
     name: String,
 }
 
-fn front(scale: Scale, kappa: f64, unknown: bool, way: Way) -> Result<Front> {
+fn front(scale: Scale, kappa: f64, unknown: bool) -> Result<Front> {
     let setting = allen_cahn(kappa, unknown)?;
     let term = |[u]: [sinew_gp::Series; 1]| u.powi(3) - u;
     let equation = SemiLinear::new(setting.problem.clone(), [Derivative::identity()], term);
     let nothing = |_: &Setting<2>, _: &Task| Ok(Observed::collocated(Vec::new(), Vec::new()));
     let inference = Inference::new(&setting, Approach::Constrained, scale, nothing);
     let inference = Inference { restarts: scale.pick(2, 1), ..inference };
-    Ok(Front { equation, inference, kappa, way, name: String::new() })
+    Ok(Front { equation, inference, kappa, name: String::new() })
 }
 
 fn forward(scale: Scale, kappa: f64, count: usize) -> Result<Front> {
-    let front = front(scale, kappa, false, Way::Linearised)?;
+    let front = front(scale, kappa, false)?;
     let observe = move |_: &Setting<2>, task: &Task| {
         Ok(Observed::collocated(lattice(count, task), vec![0.0; count]))
     };
@@ -102,8 +87,8 @@ fn forward(scale: Scale, kappa: f64, count: usize) -> Result<Front> {
     Ok(Front { inference, ..front })
 }
 
-fn inverse(scale: Scale, noise: Noise, way: Way) -> Result<Front> {
-    let front = front(scale, STRETCHED, true, way)?;
+fn inverse(scale: Scale, noise: Noise) -> Result<Front> {
+    let front = front(scale, STRETCHED, true)?;
     let observe = move |setting: &Setting<2>, task: &Task| {
         let window = Domain::cuboid([("x", WINDOW[0]), ("t", WINDOW[1])])?;
         let places = window.sample(VALUES, task.seed_for(Purpose::Places))?;
@@ -125,9 +110,9 @@ fn inverse(scale: Scale, noise: Noise, way: Way) -> Result<Front> {
 
 impl Front {
     fn case(self, name: String, cost: f64) -> Case {
-        let label = self.inference.label(About::default().at(&name));
-        let front = Self { name, ..self };
-        Case { label, cost, run: Box::new(move |task| front.run(task)) }
+        let (setting, method) = (self.inference.setting.clone(), self.inference.approach.method());
+        let front = Self { name: name.clone(), ..self };
+        Case::new(&setting, method, cost, move |task| front.run(task)).at(name)
     }
 
     fn run(&self, task: &Task) -> Result<Run> {
@@ -141,33 +126,26 @@ impl Front {
         };
         let start = Instant::now();
         let solution = self.equation.solve(&kernel, &data, &options, STEPS)?;
-        let bound = match self.way {
-            Way::Linearised => None,
-            Way::Bound => {
-                let options = VariationalOptions::default();
-                Some(self.equation.variational(&solution, &kernel, &data, &options)?)
-            }
-        };
         let seconds = start.elapsed().as_secs_f64();
-        let linearised = solution.fit.posterior()?;
-        let posterior = bound.as_ref().map_or(&linearised, |bound| bound.posterior());
+        let posterior = solution.fit.posterior()?;
         let grid = self.grid(self.inference.scale.pick(60, 12))?;
         let err_u = setting.error(&grid, &posterior.mean(&grid)?);
         let mut figures = Vec::new();
         if task.draw && self.inference.drawings != Drawings::None {
-            let drawn = draw::posterior(&self.inference, posterior, &observed, &solution.fit)?;
+            let drawn = draw::posterior(&self.inference, &posterior, &observed, &solution.fit)?;
             figures.push(Figure { title: format!("{}, {}", drawn.title, self.name), ..drawn });
         }
-        let found = Findings {
+        Ok(Run {
+            err_u,
+            seconds,
             theta: self.inference.theta(&solution.fit, &solution.fit.outcome().parameters)?,
-            evaluations: bound.is_none().then(|| evaluations(&solution.fit)),
+            evaluations: Some(evaluations(&solution.fit)),
             jitter: Some(solution.fit.outcome().jitter),
             collapsed: solution.fit.outcome().collapsed,
-            covered: self.covered(&solution, bound.as_ref(), task)?,
+            covered: self.covered(&solution, task)?,
             figures,
-            ..Findings::default()
-        };
-        Ok(Run::new(err_u, seconds, found)?)
+            ..Run::default()
+        })
     }
 
     /// Points that are even in x and t.
@@ -177,12 +155,7 @@ impl Front {
     }
 
     /// Whether the interval of ε holds it, and where the band holds u; none where ε is known.
-    fn covered(
-        &self,
-        solution: &Solution<2>,
-        bound: Option<&Variational<2>>,
-        task: &Task,
-    ) -> Result<Option<Covered>> {
+    fn covered(&self, solution: &Solution<2>, task: &Task) -> Result<Option<Covered>> {
         let setting = &self.inference.setting;
         let Some(truth) = setting.truth.first() else { return Ok(None) };
         let seed = task.seed_for(Purpose::Draws);
@@ -190,10 +163,8 @@ impl Front {
         // On the boundary bands have no width.
         let inside = |[s, t]: &[f64; 2]| s.abs() < 1.0 && *t > 0.0;
         let places: Vec<[f64; 2]> = self.grid(PLACES)?.into_iter().filter(inside).collect();
-        let Prediction { mean, standard_deviation: deviation } = match bound {
-            None => laplace(&solution.fit, BANDS, seed)?.predict(&places)?,
-            Some(bound) => bound.predict(&places)?,
-        };
+        let Prediction { mean, standard_deviation: deviation } =
+            laplace(&solution.fit, BANDS, seed)?.predict(&places)?;
         let held =
             |k: &usize| ((setting.solution)(places[*k]) - mean[*k]).abs() <= BAND * deviation[*k];
         let held = (0..places.len()).filter(held).count();

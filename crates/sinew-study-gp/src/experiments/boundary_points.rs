@@ -2,11 +2,11 @@
 
 use crate::draw;
 use crate::experiment::{Case, Experiment, Scale};
-use crate::inference::{About, Approach, Inference, NOISE, Sampling};
+use crate::inference::{Approach, Inference, NOISE, Sampling};
 use crate::problems::{self, Setting};
 use crate::row::{Method, Row};
 use anyhow::Result;
-use sinew_report::{Distribution, Figure, Level, Panel};
+use sinew_report::{Chart, Figure, Level, Panel};
 
 const COUNTS: [usize; 6] = [10, 25, 50, 75, 100, 150];
 
@@ -29,13 +29,13 @@ pub fn experiment(scale: Scale) -> Result<Experiment> {
 fn of<const D: usize>(setting: &Setting<D>, size: usize, scale: Scale) -> Vec<Case> {
     let sampling = Sampling { values: size, collocation: size, error: NOISE };
     let inference = |approach| Inference::sampled(setting, approach, sampling, scale).undrawn();
-    let mut cases = vec![inference(Approach::Constrained).case(About::default(), 0.1)];
+    let mut cases = vec![inference(Approach::Constrained).case(0.1)];
     for &count in &COUNTS[..scale.pick(COUNTS.len(), 2)] {
-        let about = About::sweep(format!("N_b = {count}"), count as f64);
         let total = (2 * size + count) as f64;
         // Quadratic in the size of the covariance, and more where t, x and y all vary.
         let cost = 0.15 * (D as f64).powi(2) * (total / 150.0).powi(2);
-        cases.push(inference(Approach::Penalised(count)).case(about, cost));
+        let case = inference(Approach::Penalised(count)).case(cost);
+        cases.push(case.at(format!("N_b = {count}")).sweep(count as f64));
     }
     cases
 }
@@ -44,26 +44,15 @@ fn figures(rows: &[Row]) -> Vec<Figure> {
     let mut panels = Vec::new();
     for problem in ["Heat-BVP-1", "Heat-BVP-2"] {
         let rows: Vec<&Row> = rows.iter().filter(|row| row.label.problem == problem).collect();
-        for (what, value) in [
-            (
-                "parameter",
-                (|row: &Row| row.err_theta.as_ref()) as fn(&Row) -> Option<&Distribution>,
-            ),
-            ("solution", |row: &Row| Some(row.err_u())),
-        ] {
-            let symbol = if what == "parameter" { "|θ − θ̂|" } else { "mean |u − û|" };
-            let title = format!("{problem}: {what}");
-            let mut panel = draw::sweep(&title, ["N_b", symbol], &rows, value);
-            if let Panel::Chart(chart) = &mut panel {
-                let constrained = rows.iter().find(|row| row.label.method == Method::Hcgp);
-                let median = constrained.and_then(|row| value(row)).map(|found| found.q50);
-                let level =
-                    |value| Level { name: "HCGP".into(), value, upright: false, published: false };
-                chart.levels.extend(median.map(level));
-                if !chart.series.is_empty() {
-                    panels.push(panel);
-                }
-            }
+        let Some(constrained) = rows.iter().find(|row| row.label.method == Method::Hcgp) else {
+            continue;
+        };
+        let medians = [Some(constrained.err_u()), constrained.err_theta()];
+        for (chart, median) in draw::sweeps(problem, "N_b", &rows).into_iter().zip(medians) {
+            let level =
+                |value| Level { name: "HCGP".into(), value, upright: false, published: false };
+            let levels = median.map(|found| level(found.q50)).into_iter().collect();
+            panels.push(Panel::Chart(Chart { levels, ..chart }));
         }
     }
     vec![Figure {

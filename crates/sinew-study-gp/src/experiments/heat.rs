@@ -2,7 +2,7 @@
 
 use crate::experiment::{Experiment, Scale, no_figures};
 use crate::floor;
-use crate::inference::{About, NOISE, Sampling, approaches};
+use crate::inference::{NOISE, Sampling, approaches};
 use crate::problems;
 use anyhow::Result;
 
@@ -13,13 +13,14 @@ pub const BOUNDARY_POINTS: [usize; 2] = [90, 100];
 pub fn one_dimension(scale: Scale) -> Result<Experiment> {
     let setting = problems::heat_1()?;
     let sampling = Sampling { values: 25, collocation: 25, error: NOISE };
-    let printed = [About::thesis(4.9e-5, &[(1.0, 1e-3)]), About::default()];
-    let costs = [0.1, 0.3, 0.03];
+    let [constrained, penalised, unconstrained] =
+        approaches(&setting, sampling, BOUNDARY_POINTS[0], [0.1, 0.3, 0.03], scale);
+    let constrained = constrained.thesis(4.9e-5, &[(1.0, 1e-3)]);
     Ok(Experiment {
         title: "Heat-BVP-1 (§4.8.2, Fig. 4.5)",
         about: "25 values with 2.5 % noise, 25 collocation points. The corners alone fix θ here, so this is \
                 hardly a test of inference.",
-        cases: approaches(&setting, sampling, BOUNDARY_POINTS[0], printed, costs, scale),
+        cases: vec![constrained, penalised, unconstrained],
         figures: no_figures,
     })
 }
@@ -28,15 +29,15 @@ pub fn one_dimension(scale: Scale) -> Result<Experiment> {
 pub fn two_dimensions(scale: Scale) -> Result<Experiment> {
     let setting = problems::heat_2()?;
     let sampling = Sampling { values: 50, collocation: 50, error: NOISE };
-    let printed = [About::thesis(5.8e-4, &[(0.994, 1e-3)]), About::default()];
-    let costs = [0.4, 1.5, 0.15];
-    let mut cases = approaches(&setting, sampling, BOUNDARY_POINTS[1], printed, costs, scale);
-    cases.push(floor::case(&setting, floor::heat_2, sampling, About::default(), scale));
+    let [constrained, penalised, unconstrained] =
+        approaches(&setting, sampling, BOUNDARY_POINTS[1], [0.4, 1.5, 0.15], scale);
+    let constrained = constrained.thesis(5.8e-4, &[(0.994, 1e-3)]);
+    let floor = floor::case(&setting, floor::heat_2, sampling, scale);
     Ok(Experiment {
         title: "Heat-BVP-2 (§4.8.2, Fig. 4.5)",
         about: "50 values with 2.5 % noise, 50 collocation points. The thesis removed by hand all restarts of \
                 the PCGP that ended in the trivial solution; here nothing is removed.",
-        cases,
+        cases: vec![constrained, penalised, unconstrained, floor],
         figures: no_figures,
     })
 }

@@ -3,11 +3,11 @@
 use super::heat::BOUNDARY_POINTS;
 use crate::draw;
 use crate::experiment::{Case, Experiment, Scale};
-use crate::inference::{About, Approach, Error, Inference, Sampling};
+use crate::inference::{Approach, Error, Inference, Sampling};
 use crate::problems::{self, Setting};
 use crate::row::Row;
 use anyhow::Result;
-use sinew_report::Figure;
+use sinew_report::{Figure, Panel};
 
 /// Noise in percent of the standard deviation of u.
 const LEVELS: [f64; 5] = [0.0, 2.5, 5.0, 7.5, 10.0];
@@ -43,31 +43,20 @@ fn of<const D: usize>(
         .map(|(level, (approach, cost))| {
             let error = Error::Relative(level / 100.0);
             let sampling = Sampling { values: size, collocation: size, error };
-            let about = About::sweep(format!("{level} % noise"), level);
-            Inference::sampled(setting, approach, sampling, scale).undrawn().case(about, cost)
+            let inference = Inference::sampled(setting, approach, sampling, scale).undrawn();
+            inference.case(cost).at(format!("{level} % noise")).sweep(level)
         })
         .collect()
 }
 
 fn figures(rows: &[Row]) -> Vec<Figure> {
-    let mut panels = Vec::new();
-    for problem in ["Heat-BVP-1", "Heat-BVP-2"] {
-        let rows: Vec<&Row> = rows.iter().filter(|row| row.label.problem == problem).collect();
-        if rows.is_empty() {
-            continue;
-        }
-        let axes = |y| ["noise [%]", y];
-        let title = |what: &str| format!("{problem}: {what}");
-        panels.push(draw::sweep(&title("solution"), axes("mean |u − û|"), &rows, |row| {
-            Some(row.err_u())
-        }));
-        panels.push(draw::sweep(&title("parameter"), axes("|θ − θ̂|"), &rows, |row| {
-            row.err_theta.as_ref()
-        }));
-    }
+    let panels = ["Heat-BVP-1", "Heat-BVP-2"].into_iter().flat_map(|problem| {
+        let rows = rows.iter().filter(|row| row.label.problem == problem);
+        draw::sweeps(problem, "noise [%]", &rows.collect::<Vec<_>>())
+    });
     vec![Figure {
         title: "Errors over noise (Fig. 4.7)".into(),
         caption: "Medians over the data sets, and their range.".into(),
-        panels,
+        panels: panels.map(Panel::Chart).collect(),
     }]
 }

@@ -5,7 +5,7 @@
 use crate::deep::{Jet, WEIGHTS, adam, backward, forward, random_weights};
 use crate::draw;
 use crate::experiment::{Case, Experiment, Purpose, Scale, Task, no_figures};
-use crate::row::{Findings, Label, Method, Run, Thesis};
+use crate::row::{Label, Method, Run, Thesis};
 use anyhow::Result;
 use sinew_gp::{Domain, Functional, Operator};
 use sinew_report::{Chart, Figure, Panel};
@@ -131,13 +131,14 @@ fn run(method: Method, scale: Scale, task: &Task) -> Result<Run> {
             panel("right-hand side", "g", load, jets.iter().map(|jet| -jet[2]).collect()),
         ],
     };
-    let found = Findings {
+    Ok(Run {
+        err_u,
+        seconds,
         err_f: Some(err_f),
         evaluations: Some(steps),
         figures: task.draw.then(figure).into_iter().collect(),
-        ..Findings::default()
-    };
-    Ok(Run::new(err_u, seconds, found)?)
+        ..Run::default()
+    })
 }
 
 #[cfg(test)]

@@ -3,17 +3,16 @@
 
 use crate::draw;
 use crate::experiment::{Case, Experiment, Purpose, Scale, Task, derived, no_figures};
-use crate::inference::{About, Approach, Inference, Observed};
+use crate::inference::{Approach, Inference, Observed};
 use crate::problems::{self, Setting};
-use crate::row::{Findings, Method, Run};
+use crate::row::{Method, Run};
 use anyhow::Result;
-use nalgebra::{DMatrix, SymmetricEigen};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 use sinew_gp::{
-    Data, Evidence, GpError, Model, Network, NetworkOptions, Noise, Prior, SquaredExponential,
+    Data, Evidence, GpError, Model, Network, NetworkOptions, Noise, Posterior, Prior,
+    SquaredExponential,
 };
 use sinew_report::{Chart, Figure, Panel, Series, Style};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Where both random starts of a network are shown (Fig. 4.3 c, d).
@@ -26,18 +25,15 @@ pub fn experiment(scale: Scale) -> Result<Experiment> {
     let setting = problems::poisson_1()?;
     let mut cases = Vec::new();
     for count in [4, 8, 50] {
-        let process = match count {
-            4 => About::thesis(4.9e-5, &[]),
-            _ => About::default(),
-        };
-        cases.push(process_case(&setting, count, process, scale));
-        let network = match count {
-            4 => About::thesis(1.33, &[]),
+        let name = format!("N_f = {count}");
+        let process = process_case(&setting, count, scale).at(&name);
+        let network = network_case(&setting, count, scale).at(&name);
+        cases.extend(match count {
+            4 => [process.thesis(4.9e-5, &[]), network.thesis(1.33, &[])],
             // "approximately equal" to that of the process with four points.
-            50 => About::thesis(4.9e-5, &[]),
-            _ => About::default(),
-        };
-        cases.push(network_case(&setting, count, network, scale));
+            50 => [process, network.thesis(4.9e-5, &[])],
+            _ => [process, network],
+        });
     }
     Ok(Experiment {
         title: "Poisson-BVP-1 (§4.8.1, Fig. 4.3)",
@@ -54,47 +50,33 @@ fn observed(setting: &Setting<1>, count: usize) -> Observed<1> {
     Observed::collocated(collocation, load)
 }
 
-fn process_case(setting: &Setting<1>, count: usize, about: About, scale: Scale) -> Case {
+fn process_case(setting: &Setting<1>, count: usize, scale: Scale) -> Case {
     let observe = move |setting: &Setting<1>, _: &Task| Ok(observed(setting, count));
     let inference = Inference::new(setting, Approach::Constrained, scale, observe);
-    let label = inference.label(about.at(format!("N_f = {count}")));
-    let run = move |task: &Task| {
+    Case::new(setting, Method::Hcgp, 0.05, move |task| {
         let mut run = inference.run(task)?;
         if task.draw && count == 4 {
-            run.found.figures.insert(0, prior_samples(&inference.setting, task)?);
+            run.figures.insert(0, prior_samples(&inference.setting, task)?);
         }
         Ok(run)
-    };
-    Case { label, cost: 0.05, run: Box::new(run) }
+    })
 }
 
 /// Functions drawn from the constrained prior, each of which satisfies the conditions.
 fn prior_samples(setting: &Setting<1>, task: &Task) -> Result<Figure, GpError> {
     let points = draw::line(setting.problem.domain(), 81);
-    // The prior covariance at the points, without regard to any value there.
-    let data = Data::new().values(&points, &vec![0.0; points.len()], Noise::Known(1.0));
+    // One value known to be anything leaves the prior as it is.
+    let data = Data::new().values(&points[..1], &[0.0], Noise::Known(1e6));
     let prior = Prior::constrained(&setting.problem, &SquaredExponential::new())?;
-    let model = Model::new(prior, data, Evidence::Joint)?;
+    let model = Arc::new(Model::new(prior, data, Evidence::Joint)?);
     let middle = |parameter: &sinew_gp::FreeParameter| {
         let [low, high] = parameter.start.map(|end| parameter.to_scale(end));
         0.5 * (low + high)
     };
     let parameters: Vec<f64> = model.parameters().iter().map(middle).collect();
-    let rows = model.prior_covariance(&parameters)?;
-    let covariance = DMatrix::from_fn(rows.len(), rows.len(), |i, j| rows[i][j]);
-    let eigen = SymmetricEigen::new(covariance);
-    let mut random = ChaCha8Rng::seed_from_u64(task.seed_for(Purpose::Draws));
-    let lines = (0..SAMPLES).map(|_| {
-        let mut values = vec![0.0; points.len()];
-        for (mode, variance) in eigen.eigenvalues.iter().enumerate() {
-            // Sums of twelve uniform variates are near enough to normal ones for a drawing.
-            let normal = (0..12).map(|_| random.random::<f64>()).sum::<f64>() - 6.0;
-            let factor = variance.max(0.0).sqrt() * normal;
-            let column = eigen.eigenvectors.column(mode);
-            values.iter_mut().zip(column.iter()).for_each(|(v, e)| *v += factor * e);
-        }
-        draw::curve("", &points, &values)
-    });
+    let posterior = Posterior::new(model, &parameters)?;
+    let samples = posterior.sample(&points, SAMPLES, task.seed_for(Purpose::Draws))?;
+    let lines = samples.iter().map(|values| draw::curve("", &points, values));
     Ok(Figure {
         title: "Prior of the HCGP (Fig. 4.3 a)".into(),
         caption: "Every function satisfies u(0) = u′(0) = 0 and u′(2) = u(2).".into(),
@@ -105,11 +87,10 @@ fn prior_samples(setting: &Setting<1>, task: &Task) -> Result<Figure, GpError> {
     })
 }
 
-fn network_case(setting: &Setting<1>, count: usize, about: About, scale: Scale) -> Case {
-    let label = about.at(format!("N_f = {count}")).label(setting, Method::Hcnn);
-    let setting = setting.clone();
-    let run = move |task: &Task| run_network(&setting, count, scale, task);
-    Case { label, cost: 0.004 * count as f64, run: Box::new(run) }
+fn network_case(setting: &Setting<1>, count: usize, scale: Scale) -> Case {
+    let own = setting.clone();
+    let run = move |task: &Task| run_network(&own, count, scale, task);
+    Case::new(setting, Method::Hcnn, 0.004 * count as f64, run)
 }
 
 fn train(
@@ -137,7 +118,7 @@ fn run_network(setting: &Setting<1>, count: usize, scale: Scale, task: &Task) ->
         false => Vec::new(),
     };
     let evaluations = Some(network.evaluations);
-    Ok(Run::new(err_u, seconds, Findings { evaluations, figures, ..Findings::default() })?)
+    Ok(Run { err_u, seconds, evaluations, figures, ..Run::default() })
 }
 
 /// Solution and right-hand side of two networks from two random starts.

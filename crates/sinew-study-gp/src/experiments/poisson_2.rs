@@ -1,7 +1,7 @@
 //! Poisson-BVP-2 (§4.8.1): a domain that is not a box.
 
 use crate::experiment::{Experiment, Purpose, Scale, Task, no_figures};
-use crate::inference::{About, Approach, Inference, Observed};
+use crate::inference::{Approach, Inference, Observed};
 use crate::pentagon::{Pentagon, corners};
 use crate::problems::Setting;
 use anyhow::Result;
@@ -30,13 +30,12 @@ pub fn experiment(scale: Scale) -> Result<Experiment> {
             let collocation = domain.sample(count, task.seed_for(Purpose::Collocation))?;
             Ok(Observed::collocated(collocation, vec![LOAD; count]))
         });
-    let about = About::thesis(1.1e-3, &[]).at(format!("N_f = {count}"));
     Ok(Experiment {
         title: "Poisson-BVP-2 (§4.8.1, Fig. 4.4)",
         about: "−Δu = 4 on a regular pentagon with corners on the unit circle, u = 0 on its edges. The reference is a \
                 sum of harmonic functions whose error is below 1e-8 everywhere; the thesis' is a finite-element \
                 solution.",
-        cases: vec![inference.case(about, 0.5)],
+        cases: vec![inference.case(0.5).thesis(1.1e-3, &[]).at(format!("N_f = {count}"))],
         figures: no_figures,
     })
 }

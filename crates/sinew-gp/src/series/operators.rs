@@ -1,7 +1,6 @@
-//! Arithmetic of series with series and numbers, and series as the numbers of a formula.
+//! Arithmetic of series with series and numbers.
 
 use super::Series;
-use crate::Scalar;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A binary operator on all combinations of values and references.
@@ -91,38 +90,3 @@ macro_rules! operator_with_number {
 }
 operator_with_number!(Series);
 operator_with_number!(&Series);
-
-impl Scalar for Series {
-    fn constant(&self, value: f64) -> Self {
-        Series::constant(self, value)
-    }
-    fn ln(self) -> Self {
-        Series::ln(&self)
-    }
-    fn ln_1p(self) -> Self {
-        let x = self.coefficients[0];
-        self.logarithm(Scalar::ln_1p(x), 1.0 + x)
-    }
-    fn exp(self) -> Self {
-        Series::exp(&self)
-    }
-    fn exp_m1(self) -> Self {
-        let mut result = Series::exp(&self);
-        result.coefficients[0] = self.coefficients[0].exp_m1();
-        result
-    }
-    fn tanh(self) -> Self {
-        Series::tanh(&self)
-    }
-    fn select_below(&self, threshold: f64, below: Self, otherwise: Self) -> Self {
-        if self.value() < threshold { below } else { otherwise }
-    }
-    fn branch_below(
-        &self,
-        threshold: f64,
-        below: impl FnOnce() -> Self,
-        otherwise: impl FnOnce() -> Self,
-    ) -> Self {
-        if self.value() < threshold { below() } else { otherwise() }
-    }
-}

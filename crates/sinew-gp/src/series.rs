@@ -2,7 +2,6 @@
 
 mod operators;
 
-use crate::Scalar;
 use std::borrow::Cow;
 
 /// Most variables that a [`Series`] may have.
@@ -15,7 +14,7 @@ pub const MOST_VARIABLES: usize = 11;
 /// variables and degrees; only a constant may be of another shape.
 ///
 /// ```
-/// use sinew_num::Series;
+/// use sinew_gp::Series;
 ///
 /// // ∂³/∂x²∂y of sin(x) eʸ at (0.3, 0.1)
 /// let [x, y] = Series::variables([0.3, 0.1], [2, 1]);
@@ -114,7 +113,7 @@ impl Series {
     /// Variable number `index` of `degrees.len()`, at `value`.
     ///
     /// # Panics
-    /// If there is no such variable, or more than [`MOST_VARIABLES`].
+    /// If there is no such variable, or there are more than eleven.
     pub fn variable(value: f64, index: usize, degrees: &[usize]) -> Self {
         assert!(index < degrees.len(), "variable {index} of {}", degrees.len());
         let degrees = Degrees::new(degrees);
@@ -239,15 +238,11 @@ impl Series {
     /// Natural logarithm; −∞ at zero and below.
     pub fn ln(&self) -> Self {
         let x = self.coefficients[0];
-        self.logarithm(Scalar::ln(x), x)
-    }
-
-    /// From its value, and the argument that its derivatives are the reciprocals of.
-    fn logarithm(&self, value: f64, x: f64) -> Self {
         let mut power = -1.0;
         let taylor: Vec<f64> = (0..=self.total_degree())
             .map(|k| match k {
-                0 => value,
+                0 if x <= 0.0 => f64::NEG_INFINITY,
+                0 => x.ln(),
                 _ => {
                     power /= -x;
                     power / k as f64
@@ -279,7 +274,7 @@ impl Series {
     /// corner, turn the plane so that the cut along the negative first axis lies outside of the domain.
     ///
     /// ```
-    /// use sinew_num::Series;
+    /// use sinew_gp::Series;
     ///
     /// // r^⅔ sin ⅔φ, harmonic about a corner of 270°.
     /// let [x, y] = Series::variables([0.3, 0.4], [2, 2]);
