@@ -20,7 +20,7 @@ pub(crate) struct Panels {
 
 impl Panels {
     /// Of a matrix with rows of `columns` numbers.
-    pub fn new(matrix: &[f32], columns: usize) -> Self {
+    pub(crate) fn new(matrix: &[f32], columns: usize) -> Self {
         let depth = matrix.len() / columns.max(1);
         Self::pack(depth, columns, |row, column, panel| {
             panel.copy_from_slice(&matrix[row * columns + column..][..panel.len()]);
@@ -28,7 +28,7 @@ impl Panels {
     }
 
     /// Of the transpose of a matrix with rows of `columns` numbers.
-    pub fn transposed(matrix: &[f32], columns: usize) -> Self {
+    pub(crate) fn transposed(matrix: &[f32], columns: usize) -> Self {
         let rows = matrix.len() / columns.max(1);
         Self::pack(columns, rows, |row, column, panel| {
             let from = matrix[column * columns + row..].iter().step_by(columns);

@@ -46,7 +46,7 @@ const STRAINED: f64 = 1e-6;
 pub(crate) type PredictedStress = Vec<Mat3<f64>>;
 
 impl Assembly {
-    pub fn new(sparsity: &Sparsity, points: usize, degrees_of_freedom: usize) -> Self {
+    pub(crate) fn new(sparsity: &Sparsity, points: usize, degrees_of_freedom: usize) -> Self {
         Self {
             energy: 0.0,
             energy_noise: 0.0,
@@ -64,7 +64,7 @@ impl Assembly {
     /// Evaluates everything at `displacement`, under the fraction `load_factor` of the loads.
     ///
     /// `predicted` replaces the stress in the geometric part of the stiffness, see [`crate::newton`].
-    pub fn assemble(
+    pub(crate) fn assemble(
         &mut self,
         potential: &Body,
         sparsity: &Sparsity,
@@ -114,13 +114,13 @@ impl Assembly {
     }
 
     /// Whether everything that an equilibrium is judged by is a number.
-    pub fn is_finite(&self) -> bool {
+    pub(crate) fn is_finite(&self) -> bool {
         [self.energy, self.energy_noise, self.floor, self.force_scale].iter().all(|x| x.is_finite())
     }
 
     /// Residual at which an equilibrium is reached \[stress·length²\]: what the rounding errors amount to, but no more than
     /// [`MOST_LEFT`] of the forces in a body that is strained. Forces on a body at rest may be nothing but rounding errors.
-    pub fn tolerance(&self) -> f64 {
+    pub(crate) fn tolerance(&self) -> f64 {
         let (floor, most) = (FLOOR_FACTOR * self.floor, MOST_LEFT * self.force_scale);
         if floor <= most || !self.is_strained() { floor } else { most }
     }
@@ -295,7 +295,7 @@ impl Assembly {
 
     /// Adds forces and the lower half of their derivative on one facet, counted over all surfaces; returns
     /// the forces' norm.
-    pub fn add_facet(
+    pub(crate) fn add_facet(
         &mut self,
         nodes: &[usize],
         sparsity: &Sparsity,
@@ -316,7 +316,7 @@ impl Assembly {
     }
 
     /// Adds the second derivative of Π times `direction` to `forces`, in all degrees of freedom.
-    pub fn add_stiffness_times(
+    pub(crate) fn add_stiffness_times(
         &self,
         potential: &Body,
         state: State,
@@ -366,30 +366,30 @@ impl Assembly {
     }
 
     /// Displacement gradient at each quadrature point where the last assembly took place.
-    pub fn displacement_gradients(&self) -> impl Iterator<Item = &Mat3<f64>> {
+    pub(crate) fn displacement_gradients(&self) -> impl Iterator<Item = &Mat3<f64>> {
         self.points.iter().map(|(h, _)| h)
     }
 
     /// The cells of least J in the assembled state.
-    pub fn worst_cells(&self, points_per_cell: usize) -> Vec<CellValue> {
+    pub(crate) fn worst_cells(&self, points_per_cell: usize) -> Vec<CellValue> {
         let ratios: Vec<_> =
             self.displacement_gradients().map(|h| 1.0 + h.volume_change()).collect();
         least(&per_cell(&ratios, points_per_cell, f64::min), MOST_WORST)
     }
 
     /// Displacement gradient and response at each quadrature point there.
-    pub fn responses(&self) -> impl Iterator<Item = &(Mat3<f64>, Response)> {
+    pub(crate) fn responses(&self) -> impl Iterator<Item = &(Mat3<f64>, Response)> {
         self.points.iter()
     }
 
     /// The second Piola–Kirchhoff stress at each point.
-    pub fn stress(&self) -> PredictedStress {
+    pub(crate) fn stress(&self) -> PredictedStress {
         self.points.iter().map(|(h, response)| product(&inverse(h), &response.stress)).collect()
     }
 
     /// The stress at each point after a step along `direction` by the linear model of the stress,
     /// `S + C : sym(Fᵀ ∇direction)`.
-    pub fn predict_stress(&self, potential: &Body, direction: &[f64]) -> PredictedStress {
+    pub(crate) fn predict_stress(&self, potential: &Body, direction: &[f64]) -> PredictedStress {
         let mut common =
             vec![Mat3::ZERO; self.points.len() * usize::from(!self.patches.is_empty())];
         for (points, patch) in potential.patches.iter().zip(&self.patches) {

@@ -43,14 +43,14 @@ pub(crate) struct Slots {
 impl Slots {
     /// The places of one matrix.
     #[inline]
-    pub fn of(&self, matrix: usize) -> &[u32] {
+    pub(crate) fn of(&self, matrix: usize) -> &[u32] {
         &self.places[self.starts[matrix]..self.starts[matrix + 1]]
     }
 }
 
 impl Sparsity {
     /// The sparsity of a potential; `followers` are pressures beside it.
-    pub fn new(potential: &Body, followers: &[PressureSurface]) -> Result<Self, SolveError> {
+    pub(crate) fn new(potential: &Body, followers: &[PressureSurface]) -> Result<Self, SolveError> {
         let patches = patch_nodes(potential);
         let neighbours = if patches.is_empty() {
             neighbours(potential.nodes, potential.cell_nodes())
@@ -98,23 +98,23 @@ impl Sparsity {
     }
 
     /// Number of unknowns.
-    pub fn unknowns(&self) -> usize {
+    pub(crate) fn unknowns(&self) -> usize {
         self.degree_of_freedom.len()
     }
 
     /// The unknowns' part of a Cartesian vector over all degrees of freedom.
-    pub fn gather(&self, vector: &[f64]) -> impl Iterator<Item = f64> {
+    pub(crate) fn gather(&self, vector: &[f64]) -> impl Iterator<Item = f64> {
         self.degree_of_freedom.iter().map(|&dof| self.frames.component(dof, vector))
     }
 
     /// Adds values of the unknowns to a Cartesian vector over all degrees of freedom.
-    pub fn scatter(&self, values: impl IntoIterator<Item = f64>, vector: &mut [f64]) {
+    pub(crate) fn scatter(&self, values: impl IntoIterator<Item = f64>, vector: &mut [f64]) {
         let unknowns = self.degree_of_freedom.iter().zip(values);
         unknowns.for_each(|(&dof, value)| self.frames.add(dof, value, vector));
     }
 
     /// The symmetric matrix with the given lower half times a vector.
-    pub fn multiply(&self, matrix: &[f64], from: &[f64], to: &mut [f64]) {
+    pub(crate) fn multiply(&self, matrix: &[f64], from: &[f64], to: &mut [f64]) {
         to.fill(0.0);
         let starts = self.pattern.col_ptr();
         for column in 0..self.unknowns() {
@@ -132,7 +132,7 @@ impl Sparsity {
     }
 
     /// Number of stored entries of the lower half.
-    pub fn entries(&self) -> usize {
+    pub(crate) fn entries(&self) -> usize {
         self.pattern.row_idx().len()
     }
 }

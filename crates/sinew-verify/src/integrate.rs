@@ -19,12 +19,12 @@ pub(crate) struct Point<const N: usize> {
 
 impl<const N: usize> Point<N> {
     /// A nodal vector field at the point.
-    pub fn value(&self, field: &[f64]) -> [f64; 3] {
+    pub(crate) fn value(&self, field: &[f64]) -> [f64; 3] {
         std::array::from_fn(|i| (0..N).map(|a| self.shape[a] * field[3 * self.nodes[a] + i]).sum())
     }
 
     /// Gradient of a nodal vector field, `∂u_i/∂X_j` in row i.
-    pub fn slope(&self, field: &[f64]) -> [[f64; 3]; 3] {
+    pub(crate) fn slope(&self, field: &[f64]) -> [[f64; 3]; 3] {
         let entry = |i: usize, j: usize| -> f64 {
             (0..N).map(|a| self.gradient[a][j] * field[3 * self.nodes[a] + i]).sum()
         };

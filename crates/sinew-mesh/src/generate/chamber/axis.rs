@@ -45,7 +45,7 @@ pub(super) struct Base {
 }
 
 impl Axis {
-    pub fn new(endocardium: &TriangleMesh) -> Result<Self, ChamberError> {
+    pub(super) fn new(endocardium: &TriangleMesh) -> Result<Self, ChamberError> {
         let points: Vec<Point> = endocardium.points.iter().map(|&x| x.into()).collect();
         let edges = rims(endocardium);
         let [a, b] = [0, 1].map(|end| edges.iter().map(move |edge| points_of(edge, end)));
@@ -78,7 +78,7 @@ impl Axis {
     }
 
     /// Finds the base.
-    pub fn base(&self, trees: &Trees, trim: &Trim) -> Result<Base, ChamberError> {
+    pub(super) fn base(&self, trees: &Trees, trim: &Trim) -> Result<Base, ChamberError> {
         match *trim {
             Trim::Plane { point, normal } => {
                 let (point, normal) = (Point::from(point), Point::from(normal));
@@ -154,7 +154,7 @@ pub(super) struct Section {
 
 impl Section {
     /// Rays in the plane from a point in the cavity, moved to the middle of what they meet.
-    pub fn new(trees: &Trees, start: Point, normal: Point) -> Result<Self, ChamberError> {
+    pub(super) fn new(trees: &Trees, start: Point, normal: Point) -> Result<Self, ChamberError> {
         let [across, along] = frame(normal, None);
         let mut centre = start;
         let mut ends = Vec::new();
