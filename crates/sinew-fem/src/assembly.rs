@@ -87,7 +87,6 @@ impl Assembly {
             loads.add(self.add_pressure(pressure, sparsity, facet, state, &mut rounding));
             facet += pressure.facets.len();
         }
-        let mut facet = 0;
         for surface in &potential.surfaces {
             loads.add(self.add_surface(surface, sparsity, facet, state, &mut rounding));
             facet += surface.facets();
@@ -256,16 +255,11 @@ impl Assembly {
         let mut norm = Norm::default();
         for (facet, nodes) in pressure.facets.iter().enumerate() {
             let response = pressure.facet_response(facet, state.displacement);
-            self.energy += magnitude * response.energy;
-            rounding.energy += (magnitude * response.energy).abs();
-            for (row, g) in response.gradient.iter().enumerate() {
-                let force = magnitude * g;
-                self.gradient[3 * nodes[row / 3] + row % 3] += force;
-                norm.add(force);
-            }
-            let (places, hessian) = (sparsity.facets.of(first_facet + facet), &response.hessian);
-            let entry = |row: usize, column: usize| hessian[row][column];
-            self.add_matrix(&sparsity.frames, nodes, places, magnitude, entry);
+            let energy = magnitude * response.energy;
+            self.energy += energy;
+            rounding.energy += energy.abs();
+            let derivatives = (&response.gradient[..], response.hessian.as_flattened());
+            norm.add(self.add_facet(nodes, sparsity, first_facet + facet, magnitude, derivatives));
         }
         norm.value()
     }
@@ -288,30 +282,30 @@ impl Assembly {
             self.energy += energy;
             rounding.energy += energy.abs();
             let nodes = surface.facet_nodes(facet);
-            norm.add(self.add_facet(nodes, sparsity, first_facet + facet, magnitude, &response));
+            let derivatives = (&response.gradient[..], &response.hessian[..]);
+            norm.add(self.add_facet(nodes, sparsity, first_facet + facet, magnitude, derivatives));
         }
         norm.value()
     }
 
-    /// Adds forces and the lower half of their derivative on one facet, counted over all surfaces; returns
-    /// the forces' norm.
+    /// Adds forces and the lower half of their derivative on one facet, counted over all pressures; returns the forces'
+    /// norm.
     pub(crate) fn add_facet(
         &mut self,
         nodes: &[usize],
         sparsity: &Sparsity,
         facet: usize,
         magnitude: f64,
-        response: &SurfaceResponse,
+        (gradient, hessian): (&[f64], &[f64]),
     ) -> f64 {
         let mut norm = Norm::default();
-        for (row, g) in response.gradient.iter().enumerate() {
+        for (row, g) in gradient.iter().enumerate() {
             let force = magnitude * g;
             self.gradient[3 * nodes[row / 3] + row % 3] += force;
             norm.add(force);
         }
-        let (size, places) = (response.gradient.len(), sparsity.surfaces.of(facet));
-        let entry = |row: usize, column: usize| response.hessian[row * size + column];
-        self.add_matrix(&sparsity.frames, nodes, places, magnitude, entry);
+        let entry = |row: usize, column: usize| hessian[row * gradient.len() + column];
+        self.add_matrix(&sparsity.frames, nodes, sparsity.facets.of(facet), magnitude, entry);
         norm.value()
     }
 
@@ -331,12 +325,7 @@ impl Assembly {
             for point in first..first + potential.points_per_cell {
                 let dh = potential.displacement_gradient(point, direction);
                 let stress = tangent_times(&self.points[point].1.tangent, &dh);
-                for (&node, g) in nodes.iter().zip(potential.shape_of_point(point)) {
-                    for i in 0..3 {
-                        let force: f64 = (0..3).map(|j| stress[i][j] * g[j]).sum();
-                        forces[3 * node + i] += potential.volumes[point] * force;
-                    }
-                }
+                potential.add_forces(point, &stress, forces);
             }
         }
         self.patches.iter().for_each(|patch| patch.add_common_product(direction, forces));
@@ -348,19 +337,15 @@ impl Assembly {
             let magnitude = state.load_factor * surface.magnitude.value(state.theta);
             for facet in 0..surface.facets() {
                 surface.facet_response(facet, state.displacement, &mut response);
-                add_product(surface.facet_nodes(facet), magnitude, &response, direction, forces);
+                let nodes = surface.facet_nodes(facet);
+                add_product(nodes, magnitude, &response.hessian, direction, forces);
             }
         }
         for pressure in &potential.pressures {
             let magnitude = state.load_factor * pressure.magnitude.value(state.theta);
             for (facet, nodes) in pressure.facets.iter().enumerate() {
-                let response = pressure.facet_response(facet, state.displacement);
-                let dof = |local: usize| 3 * nodes[local / 3] + local % 3;
-                for (row, entries) in response.hessian.iter().enumerate() {
-                    let sum: f64 =
-                        (0..9).map(|column| entries[column] * direction[dof(column)]).sum();
-                    forces[dof(row)] += magnitude * sum;
-                }
+                let hessian = pressure.facet_response(facet, state.displacement).hessian;
+                add_product(nodes, magnitude, hessian.as_flattened(), direction, forces);
             }
         }
     }
@@ -417,13 +402,12 @@ impl Assembly {
 pub(crate) fn add_product(
     nodes: &[usize],
     magnitude: f64,
-    response: &SurfaceResponse,
+    hessian: &[f64],
     direction: &[f64],
     forces: &mut [f64],
 ) {
-    let size = response.gradient.len();
     let place = |local: usize| 3 * nodes[local / 3] + local % 3;
-    for (row, entries) in response.hessian.chunks(size).enumerate() {
+    for (row, entries) in hessian.chunks(3 * nodes.len()).enumerate() {
         let sum: f64 = entries.iter().enumerate().map(|(c, k)| k * direction[place(c)]).sum();
         forces[place(row)] += magnitude * sum;
     }

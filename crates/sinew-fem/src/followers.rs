@@ -48,7 +48,8 @@ impl<'p> Followers<'p> {
                     }
                 }
                 let nodes = surface.facet_nodes(facet);
-                loads.add(assembly.add_facet(nodes, sparsity, place, magnitude, &symmetric));
+                let derivatives = (&symmetric.gradient[..], &symmetric.hessian[..]);
+                loads.add(assembly.add_facet(nodes, sparsity, place, magnitude, derivatives));
                 for (entry, symmetric) in response.hessian.iter_mut().zip(&symmetric.hessian) {
                     *entry = magnitude * (*entry - symmetric);
                 }
@@ -64,7 +65,7 @@ impl<'p> Followers<'p> {
         let mut responses = self.responses.iter();
         for surface in self.surfaces {
             for (facet, response) in (0..surface.facets()).zip(&mut responses) {
-                add_product(surface.facet_nodes(facet), 1.0, response, direction, forces);
+                add_product(surface.facet_nodes(facet), 1.0, &response.hessian, direction, forces);
             }
         }
     }

@@ -22,10 +22,8 @@ pub(crate) struct Sparsity {
     pub pattern: SymbolicSparseColMat<usize>,
     /// Where the matrices of the cells go, or of the patches if there are any.
     pub cells: Slots,
-    /// The same for the facets of all pressures on flat triangles, one after the other.
+    /// The same for the facets of all pressures, those on flat triangles first, one after the other.
     pub facets: Slots,
-    /// The same for the facets of all other pressures.
-    pub surfaces: Slots,
     /// The same for the springs.
     pub springs: Slots,
 }
@@ -80,13 +78,10 @@ impl Sparsity {
             columns.slots(patches.iter().map(|nodes| &nodes[..]))
         };
         let triangles = potential.pressures.iter().flat_map(|pressure| &pressure.facets);
-        let facets = columns.slots(triangles.map(|nodes| &nodes[..]));
-        let of_surface = |s: &'_ PressureSurface| {
-            (0..s.facets()).map(|f| s.facet_nodes(f).to_vec()).collect::<Vec<_>>()
-        };
-        let surface_nodes: Vec<_> =
-            potential.surfaces.iter().chain(followers).flat_map(of_surface).collect();
-        let surfaces = columns.slots(surface_nodes.iter().map(|nodes| &nodes[..]));
+        let surfaces = potential.surfaces.iter().chain(followers);
+        let others = surfaces.flat_map(|s| (0..s.facets()).map(|facet| s.facet_nodes(facet)));
+        let facets: Vec<&[usize]> = triangles.map(|nodes| &nodes[..]).chain(others).collect();
+        let facets = columns.slots(facets.into_iter());
         let springs = columns
             .slots(potential.springs.iter().map(|spring| std::slice::from_ref(&spring.node)));
 
@@ -94,7 +89,7 @@ impl Sparsity {
         let pattern =
             SymbolicSparseColMat::new_checked(size, size, columns.starts, None, columns.rows);
         let frames = potential.frames.clone();
-        Ok(Self { degree_of_freedom, frames, pattern, cells, facets, surfaces, springs })
+        Ok(Self { degree_of_freedom, frames, pattern, cells, facets, springs })
     }
 
     /// Number of unknowns.

@@ -125,7 +125,8 @@ impl<'p> System<'p> {
         let pressure = pressure.unwrap_or_default();
         let state = State { displacement, theta, load_factor, pressure: &pressure };
         assembly.assemble(body, sparsity, state, predicted);
-        let first = body.surfaces.iter().map(|surface| surface.facets()).sum();
+        let triangles = body.pressures.iter().map(|pressure| pressure.facets.len());
+        let first = triangles.chain(body.surfaces.iter().map(|surface| surface.facets())).sum();
         self.followers.assemble(assembly, sparsity, first, state);
         let mut values: Vec<f64> = sparsity.gather(&assembly.gradient).collect();
         let force = norm(&values);
