@@ -226,7 +226,7 @@ pub(crate) fn forward(
 }
 
 /// The first `count` numbers, or none of an empty slice.
-fn split_off<'a>(rest: &mut &'a mut [f32], count: usize) -> &'a mut [f32] {
+pub(crate) fn split_off<'a>(rest: &mut &'a mut [f32], count: usize) -> &'a mut [f32] {
     let count = count.min(rest.len());
     let (head, tail) = std::mem::take(rest).split_at_mut(count);
     *rest = tail;

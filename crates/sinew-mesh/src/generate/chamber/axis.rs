@@ -48,8 +48,8 @@ impl Axis {
     pub(super) fn new(endocardium: &TriangleMesh) -> Result<Self, ChamberError> {
         let points: Vec<Point> = endocardium.points.iter().map(|&x| x.into()).collect();
         let edges = rims(endocardium);
-        let [a, b] = [0, 1].map(|end| edges.iter().map(move |edge| points_of(edge, end)));
-        let ends: Vec<[Point; 2]> = a.zip(b).map(|(a, b)| [points[a], points[b]]).collect();
+        let ends: Vec<[Point; 2]> =
+            edges.iter().map(|edge| edge.map(|node| points[node])).collect();
         let lengths = ends.iter().map(|[a, b]| (b - a).norm());
         let total: f64 = lengths.clone().sum();
         if total == 0.0 {
@@ -122,10 +122,6 @@ impl Axis {
         }
         Err(ChamberError::NoBase { apex: self.apex.into(), axis: self.up.into() })
     }
-}
-
-fn points_of(edge: &[usize; 2], end: usize) -> usize {
-    edge[end]
 }
 
 fn farthest(points: &[Point], measure: impl Fn(&Point) -> f64) -> Point {
