@@ -22,20 +22,20 @@ use std::fmt::Debug;
 pub(crate) struct HostTensor(FlexTensor);
 
 impl HostTensor {
-    pub fn new(values: Vec<f32>, shape: impl Into<Shape>) -> Self {
+    pub(crate) fn new(values: Vec<f32>, shape: impl Into<Shape>) -> Self {
         Self(FlexTensor::from_data(TensorData::new(values, shape)))
     }
 
-    pub fn values(&self) -> &[f32] {
+    pub(crate) fn values(&self) -> &[f32] {
         self.0.as_slice().expect("built contiguous and of single precision")
     }
 
-    pub fn shape(&self) -> Shape {
+    pub(crate) fn shape(&self) -> Shape {
         self.0.shape()
     }
 
     /// Length of the fastest axis.
-    pub fn last_dimension(&self) -> usize {
+    pub(crate) fn last_dimension(&self) -> usize {
         self.shape().as_slice().last().copied().unwrap_or(1)
     }
 

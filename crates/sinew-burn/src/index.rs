@@ -23,7 +23,7 @@ pub(crate) struct Inverse {
 }
 
 impl Inverse {
-    pub fn new(indices: &[u32], targets: usize) -> Self {
+    pub(crate) fn new(indices: &[u32], targets: usize) -> Self {
         let mut starts = vec![0; targets + 1];
         for &index in indices {
             starts[index as usize + 1] += 1;
@@ -40,12 +40,12 @@ impl Inverse {
         Self { starts, entries }
     }
 
-    pub fn targets(&self) -> usize {
+    pub(crate) fn targets(&self) -> usize {
         self.starts.len() - 1
     }
 
     /// Entries that refer to `target`.
-    pub fn of(&self, target: usize) -> &[u32] {
+    pub(crate) fn of(&self, target: usize) -> &[u32] {
         &self.entries[self.starts[target] as usize..self.starts[target + 1] as usize]
     }
 }
@@ -183,7 +183,7 @@ impl GatherPlan {
 impl Gather {
     /// Row of the source that `row` reads.
     #[inline(always)]
-    pub fn source(&self, row: usize) -> usize {
+    pub(crate) fn source(&self, row: usize) -> usize {
         match self {
             Self::Identity => row,
             Self::Cyclic { period } => row % period,

@@ -55,7 +55,6 @@ mod pool;
 mod potential;
 mod product;
 pub mod reference;
-mod register;
 mod rows;
 mod simd;
 #[cfg(test)]

@@ -6,7 +6,8 @@
 use crate::activation::{pull_back_rows, pull_back_single_output};
 use crate::index::{Gather, GatherPlan};
 use crate::mlp_kernel::{
-    Activations, FirstLayer, Parameters, Source, multiply_in_parallel, second_layer, tile_rows,
+    Activations, FirstLayer, Parameters, Source, multiply_in_parallel, second_layer, split_off,
+    tile_rows,
 };
 use crate::normalise::{Normalisation, pull_back_normalisation};
 use crate::orthogonalise::transposed;
@@ -115,28 +116,21 @@ impl RowGradients {
         let mut first = &mut self.first[..];
         let mut inputs: Vec<&mut [f32]> = self.inputs.iter_mut().map(|x| &mut x[..]).collect();
         let groups = pass.groups().into_iter().map(|rows| GroupRows {
-            first: take(&mut first, rows.len() * hidden),
+            first: split_off(&mut first, rows.len() * hidden),
             inputs: inputs
                 .iter_mut()
                 .zip(pass.sources)
-                .map(|(rest, source)| take(rest, rows.len() * source.width))
+                .map(|(rest, source)| split_off(rest, rows.len() * source.width))
                 .collect(),
         });
         groups.collect()
     }
 }
 
-fn take<'a>(rest: &mut &'a mut [f32], count: usize) -> &'a mut [f32] {
-    let count = count.min(rest.len());
-    let (head, tail) = std::mem::take(rest).split_at_mut(count);
-    *rest = tail;
-    head
-}
-
 /// Parts of these sizes, each from the start of a cache line on.
 fn split<'a>(values: &'a mut [f32], sizes: &[usize]) -> Vec<&'a mut [f32]> {
     let mut rest = values;
-    let part = |&size: &usize| &mut take(&mut rest, size.next_multiple_of(LINE))[..size];
+    let part = |&size: &usize| &mut split_off(&mut rest, size.next_multiple_of(LINE))[..size];
     sizes.iter().map(part).collect()
 }
 

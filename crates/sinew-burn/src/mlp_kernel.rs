@@ -37,7 +37,7 @@ pub(crate) struct Parameters<'a> {
 }
 
 impl Parameters<'_> {
-    pub fn widths(&self) -> [usize; 3] {
+    pub(crate) fn widths(&self) -> [usize; 3] {
         [self.first_bias.len(), self.second_bias.len(), self.third_bias.len()]
     }
 }
@@ -55,12 +55,12 @@ pub(crate) struct Source<'a> {
 
 impl Source<'_> {
     /// Whether its rows are multiplied tile by tile, because each serves one row of the result.
-    pub fn is_multiplied_in_tiles(&self) -> bool {
+    pub(crate) fn is_multiplied_in_tiles(&self) -> bool {
         self.first_row.is_some() && matches!(self.gather, Gather::Identity)
     }
 
     /// The rows of the first weight it meets; none for products.
-    pub fn weight<'w>(&self, parameters: &Parameters<'w>) -> &'w [f32] {
+    pub(crate) fn weight<'w>(&self, parameters: &Parameters<'w>) -> &'w [f32] {
         let hidden = parameters.first_bias.len();
         self.first_row
             .map_or(&[], |row| &parameters.first_weight[row * hidden..(row + self.width) * hidden])
@@ -109,11 +109,11 @@ pub(crate) struct FirstLayer<'a> {
 }
 
 impl<'a> FirstLayer<'a> {
-    pub fn products(sources: &[Source<'_>], parameters: &Parameters<'_>) -> Vec<Buffer> {
+    pub(crate) fn products(sources: &[Source<'_>], parameters: &Parameters<'_>) -> Vec<Buffer> {
         sources.iter().map(|source| source.product(parameters)).collect()
     }
 
-    pub fn new(
+    pub(crate) fn new(
         sources: &'a [Source<'a>],
         products: &'a [Buffer],
         parameters: &Parameters<'_>,
@@ -127,7 +127,7 @@ impl<'a> FirstLayer<'a> {
     }
 
     /// The first hidden layer of the rows from `start` on.
-    pub fn evaluate(&self, parameters: &Parameters<'_>, start: usize, first: &mut [f32]) {
+    pub(crate) fn evaluate(&self, parameters: &Parameters<'_>, start: usize, first: &mut [f32]) {
         let hidden = parameters.first_bias.len();
         let mut gathered: Vec<(&Gather, &[f32])> = Vec::with_capacity(self.sources.len());
         for (source, product) in self.sources.iter().zip(self.products) {
@@ -226,7 +226,7 @@ pub(crate) fn forward(
 }
 
 /// The first `count` numbers, or none of an empty slice.
-fn split_off<'a>(rest: &mut &'a mut [f32], count: usize) -> &'a mut [f32] {
+pub(crate) fn split_off<'a>(rest: &mut &'a mut [f32], count: usize) -> &'a mut [f32] {
     let count = count.min(rest.len());
     let (head, tail) = std::mem::take(rest).split_at_mut(count);
     *rest = tail;

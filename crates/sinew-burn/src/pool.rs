@@ -49,7 +49,7 @@ pub(crate) struct Buffer {
 
 impl Buffer {
     /// `len` numbers, whatever they hold.
-    pub fn take(len: usize) -> Self {
+    pub(crate) fn take(len: usize) -> Self {
         let count = len.div_ceil(LINE);
         let mut lines = best_fit(count).unwrap_or_default();
         if lines.len() < count {
@@ -59,7 +59,7 @@ impl Buffer {
     }
 
     /// `len` zeros.
-    pub fn zeros(len: usize) -> Self {
+    pub(crate) fn zeros(len: usize) -> Self {
         let mut buffer = Self::take(len);
         buffer.fill(0.0);
         buffer

@@ -4,8 +4,9 @@
 //! stays in registers while its rows run along a panel. At these sizes this is three times as
 //! fast as a general product, which packs both factors for every call.
 
+mod kernel;
+
 use crate::pool::Buffer;
-use crate::register::{Portable, Register};
 use crate::simd::{Instructions, instructions};
 
 /// Narrowest panel; widths are multiples of it.
@@ -20,7 +21,7 @@ pub(crate) struct Panels {
 
 impl Panels {
     /// Of a matrix with rows of `columns` numbers.
-    pub fn new(matrix: &[f32], columns: usize) -> Self {
+    pub(crate) fn new(matrix: &[f32], columns: usize) -> Self {
         let depth = matrix.len() / columns.max(1);
         Self::pack(depth, columns, |row, column, panel| {
             panel.copy_from_slice(&matrix[row * columns + column..][..panel.len()]);
@@ -28,7 +29,7 @@ impl Panels {
     }
 
     /// Of the transpose of a matrix with rows of `columns` numbers.
-    pub fn transposed(matrix: &[f32], columns: usize) -> Self {
+    pub(crate) fn transposed(matrix: &[f32], columns: usize) -> Self {
         let rows = matrix.len() / columns.max(1);
         Self::pack(columns, rows, |row, column, panel| {
             let from = matrix[column * columns + row..].iter().step_by(columns);
@@ -226,130 +227,16 @@ impl Task<'_> {
             assert!(last(self.count, row_stride) + last(self.depth, step) < values.len());
             assert!(last(self.depth, self.stride) + width <= self.panel.len());
         }
-        match instructions() {
-            // SAFETY: `instructions` returns this only where the processor reports the features;
-            // the blocks stay inside the slices by the assertions above.
-            #[cfg(target_arch = "x86_64")]
-            Instructions::Avx512 => unsafe { self.avx512(width, output) },
-            // SAFETY: as above.
-            #[cfg(target_arch = "x86_64")]
-            Instructions::Avx2 => unsafe { self.avx2(width, output) },
-            // SAFETY: as above, of the slices.
-            Instructions::Baseline => unsafe {
-                self.blocks::<Portable, 2, { LANES / Portable::LANES }>(output);
-            },
-        }
-    }
-
-    /// Blocks fill 24 of the 32 registers.
-    ///
-    /// # Safety
-    /// See [`Task::run`].
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx512f")]
-    unsafe fn avx512(&self, width: usize, output: &mut [f32]) {
-        use std::arch::x86_64::__m512;
-        // SAFETY: by the caller.
+        // SAFETY: `instructions` returns only what the processor reports; the kernels stay inside the slices by the
+        // assertions above.
         unsafe {
-            match width / LANES {
-                4 => self.blocks::<__m512, 6, 4>(output),
-                3 => self.blocks::<__m512, 8, 3>(output),
-                2 => self.blocks::<__m512, 8, 2>(output),
-                _ => self.blocks::<__m512, 8, 1>(output),
+            match instructions() {
+                #[cfg(target_arch = "x86_64")]
+                Instructions::Avx512 => kernel::avx512::run(self, width, output),
+                #[cfg(target_arch = "x86_64")]
+                Instructions::Avx2 => kernel::avx2::run(self, width, output),
+                Instructions::Baseline => kernel::portable::run(self, width, output),
             }
-        }
-    }
-
-    /// Blocks fill 12 of the 16 registers.
-    ///
-    /// # Safety
-    /// See [`Task::run`].
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,fma")]
-    unsafe fn avx2(&self, _one_width: usize, output: &mut [f32]) {
-        // SAFETY: by the caller.
-        unsafe { self.blocks::<std::arch::x86_64::__m256, 6, 2>(output) }
-    }
-
-    /// All rows, `M` at a time and the last ones fewer.
-    ///
-    /// # Safety
-    /// See [`Task::run`]; `V` registers are the panel's width.
-    #[inline(always)]
-    unsafe fn blocks<R: Register, const M: usize, const V: usize>(&self, output: &mut [f32]) {
-        let mut row = 0;
-        // SAFETY: rows below `count`.
-        unsafe {
-            while row + M <= self.count {
-                self.block::<R, M, V>(row, output);
-                row += M;
-            }
-            while row + 2 <= self.count {
-                self.block::<R, 2, V>(row, output);
-                row += 2;
-            }
-            if row < self.count {
-                self.block::<R, 1, V>(row, output);
-            }
-        }
-    }
-
-    /// `M` rows from `row` on, `V` registers wide.
-    ///
-    /// # Safety
-    /// As for [`Task::blocks`]; the rows are below `count`.
-    #[inline(always)]
-    unsafe fn block<R: Register, const M: usize, const V: usize>(
-        &self,
-        row: usize,
-        output: &mut [f32],
-    ) {
-        let Factor { values, row_stride, step } = self.factor;
-        // SAFETY: by the caller, see the assertions in `run`.
-        let sums = unsafe {
-            let mut sums = [[R::zero(); V]; M];
-            let rows: [*const f32; M] =
-                std::array::from_fn(|i| values.as_ptr().wrapping_add((row + i) * row_stride));
-            for p in 0..self.depth {
-                let panel = self.panel.as_ptr().add(p * self.stride);
-                let panel: [R; V] = std::array::from_fn(|v| R::load(panel.add(v * R::LANES)));
-                for i in 0..M {
-                    let factor = R::splat(rows[i].add(p * step));
-                    for v in 0..V {
-                        sums[i][v] = factor.multiply_add(panel[v], sums[i][v]);
-                    }
-                }
-            }
-            sums
-        };
-        let valid = (V * R::LANES).min(self.columns - self.start);
-        for (i, sums) in sums.into_iter().enumerate() {
-            let to = &mut output[(row + i) * self.columns + self.start..][..valid];
-            for (v, sum) in sums.into_iter().enumerate() {
-                // SAFETY: inside `to`, which is `valid` long.
-                unsafe { write(sum, self.kept, to, v * R::LANES) };
-            }
-        }
-    }
-}
-
-/// Writes a register to `to` from `start` on as far as that goes, or adds it to what is there.
-///
-/// # Safety
-/// The processor has the register's instructions.
-#[inline(always)]
-unsafe fn write<R: Register>(sum: R, kept: bool, to: &mut [f32], start: usize) {
-    let one = 1.0;
-    let count = to.len().saturating_sub(start);
-    // SAFETY: by the caller; `count` numbers are left from `start` on.
-    unsafe {
-        let add = |there: R| there.multiply_add(R::splat(&one), sum);
-        if count >= R::LANES {
-            let to = to.as_mut_ptr().add(start);
-            if kept { add(R::load(to)) } else { sum }.store(to);
-        } else if count > 0 {
-            let to = to.as_mut_ptr().add(start);
-            if kept { add(R::load_some(to, count)) } else { sum }.store_some(to, count);
         }
     }
 }

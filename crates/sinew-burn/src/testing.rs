@@ -37,13 +37,13 @@ pub(crate) fn random<const D: usize>(shape: [usize; D], seed: u64, device: &Devi
 pub(crate) struct Comparison(Vec<Tensor<2>>);
 
 impl Comparison {
-    pub fn of(inputs: impl Into<Vec<Tensor<2>>>) -> Self {
+    pub(crate) fn of(inputs: impl Into<Vec<Tensor<2>>>) -> Self {
         Self(inputs.into())
     }
 
     /// Values and gradients of `operation` agree with those of `oracle` evaluated in double
     /// precision, and its derivative along a random direction with finite differences.
-    pub fn assert_close(
+    pub(crate) fn assert_close(
         &self,
         operation: impl Fn(&[Tensor<2>]) -> Tensor<2>,
         oracle: impl Fn(&[Tensor<2>]) -> Tensor<2>,

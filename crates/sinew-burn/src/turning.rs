@@ -69,7 +69,7 @@ fn series(q: f64, first: f64, n: f64) -> [f64; 2] {
 
 impl<S: Number> Turn<S> {
     /// By the angle `‖ω‖` \[rad\] about the axis along ω.
-    pub fn new(vector: [S; 3]) -> Self {
+    pub(crate) fn new(vector: [S; 3]) -> Self {
         let [x, y, z] = vector.clone();
         Self { square: x.squared() + y.squared() + z.squared(), vector }
     }
@@ -82,7 +82,7 @@ impl<S: Number> Turn<S> {
     }
 
     /// `exp([ω]) − I`.
-    pub fn less_identity(&self) -> Mat3<S> {
+    pub(crate) fn less_identity(&self) -> Mat3<S> {
         let (s, m) = (self.square.chain(sine_part), self.square.chain(cosine_part));
         let w = self.skew();
         let w2 = product(&w, &w);
@@ -92,7 +92,7 @@ impl<S: Number> Turn<S> {
 
 impl Turn<f64> {
     /// Gradient by ω of what has the gradient `moment` by `exp([ω]) − I`.
-    pub fn pull_back(&self, moment: &Mat3<f64>) -> [f64; 3] {
+    pub(crate) fn pull_back(&self, moment: &Mat3<f64>) -> [f64; 3] {
         let ([s, s_slope], [m, m_slope]) = (sine_part(self.square), cosine_part(self.square));
         let w = self.skew();
         let w2 = product(&w, &w);

@@ -69,27 +69,14 @@ pub struct Body {
 #[macro_export]
 macro_rules! with_nodes {
     ($nodes:expr, $N:ident => $value:expr) => {
+        $crate::with_nodes!($nodes, $N => $value, of 4, 10, 8, 3, 6)
+    };
+    ($nodes:expr, $N:ident => $value:expr, of $($count:literal),+) => {
         match $nodes {
-            4 => {
-                const $N: usize = 4;
+            $($count => {
+                const $N: usize = $count;
                 $value
-            }
-            10 => {
-                const $N: usize = 10;
-                $value
-            }
-            8 => {
-                const $N: usize = 8;
-                $value
-            }
-            3 => {
-                const $N: usize = 3;
-                $value
-            }
-            6 => {
-                const $N: usize = 6;
-                $value
-            }
+            })+
             other => unreachable!("no element has {other} nodes"),
         }
     };

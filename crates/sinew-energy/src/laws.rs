@@ -19,7 +19,7 @@ use sinew_num::Scalar;
 pub use active_tension::{ActiveTension, FixedTension};
 pub use compressible::Compressible;
 use elastic_constants::lame_bounds;
-pub use elastic_constants::{ByYoungPoisson, lame_from_young_poisson, young_poisson_from_lame};
+pub use elastic_constants::{ByYoungPoisson, lame_from_young_poisson};
 pub use guccione::Guccione;
 pub use holzapfel_ogden::HolzapfelOgden;
 pub use holzapfel_ogden_2009::HolzapfelOgden2009;

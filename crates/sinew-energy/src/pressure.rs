@@ -1,5 +1,6 @@
 //! Pressure on a surface as an energy.
 
+use crate::lower::geometry::{add, cross, dot3};
 use sinew_num::{Jet, Scalar, Slope};
 
 /// Where the size of a load comes from.
@@ -180,19 +181,4 @@ fn triple_product_hessian(corners: &[[f64; 3]; 3]) -> [[f64; 9]; 9] {
 
 fn seeded<S>(u: &[[f64; 3]; 3], variable: impl Fn(f64, usize) -> S) -> [[S; 3]; 3] {
     std::array::from_fn(|a| std::array::from_fn(|i| variable(u[a][i], 3 * a + i)))
-}
-
-fn add<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
-    std::array::from_fn(|i| a[i].clone() + b[i].clone())
-}
-
-fn dot3<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> S {
-    a[0].clone() * b[0].clone() + a[1].clone() * b[1].clone() + a[2].clone() * b[2].clone()
-}
-
-fn cross<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
-    std::array::from_fn(|i| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        a[j].clone() * b[k].clone() - a[k].clone() * b[j].clone()
-    })
 }

@@ -1,6 +1,6 @@
 //! Pressure on surfaces of any element, curved ones included.
 
-use crate::lower::geometry::{cross, dot3};
+use crate::lower::geometry::{add, cross, dot3};
 use crate::{FacetRule, Magnitude};
 
 /// A true follower pressure on a surface, integrated by quadrature. Positive pressure pushes against the
@@ -228,8 +228,4 @@ impl SurfaceResponse {
             self.hessian[(3 * a + i) * size + 3 * b + j] -= axis[k];
         }
     }
-}
-
-fn add(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
-    std::array::from_fn(|i| a[i] + b[i])
 }

@@ -46,7 +46,7 @@ const STRAINED: f64 = 1e-6;
 pub(crate) type PredictedStress = Vec<Mat3<f64>>;
 
 impl Assembly {
-    pub fn new(sparsity: &Sparsity, points: usize, degrees_of_freedom: usize) -> Self {
+    pub(crate) fn new(sparsity: &Sparsity, points: usize, degrees_of_freedom: usize) -> Self {
         Self {
             energy: 0.0,
             energy_noise: 0.0,
@@ -64,7 +64,7 @@ impl Assembly {
     /// Evaluates everything at `displacement`, under the fraction `load_factor` of the loads.
     ///
     /// `predicted` replaces the stress in the geometric part of the stiffness, see [`crate::newton`].
-    pub fn assemble(
+    pub(crate) fn assemble(
         &mut self,
         potential: &Body,
         sparsity: &Sparsity,
@@ -87,7 +87,6 @@ impl Assembly {
             loads.add(self.add_pressure(pressure, sparsity, facet, state, &mut rounding));
             facet += pressure.facets.len();
         }
-        let mut facet = 0;
         for surface in &potential.surfaces {
             loads.add(self.add_surface(surface, sparsity, facet, state, &mut rounding));
             facet += surface.facets();
@@ -114,13 +113,13 @@ impl Assembly {
     }
 
     /// Whether everything that an equilibrium is judged by is a number.
-    pub fn is_finite(&self) -> bool {
+    pub(crate) fn is_finite(&self) -> bool {
         [self.energy, self.energy_noise, self.floor, self.force_scale].iter().all(|x| x.is_finite())
     }
 
     /// Residual at which an equilibrium is reached \[stress·length²\]: what the rounding errors amount to, but no more than
     /// [`MOST_LEFT`] of the forces in a body that is strained. Forces on a body at rest may be nothing but rounding errors.
-    pub fn tolerance(&self) -> f64 {
+    pub(crate) fn tolerance(&self) -> f64 {
         let (floor, most) = (FLOOR_FACTOR * self.floor, MOST_LEFT * self.force_scale);
         if floor <= most || !self.is_strained() { floor } else { most }
     }
@@ -256,16 +255,11 @@ impl Assembly {
         let mut norm = Norm::default();
         for (facet, nodes) in pressure.facets.iter().enumerate() {
             let response = pressure.facet_response(facet, state.displacement);
-            self.energy += magnitude * response.energy;
-            rounding.energy += (magnitude * response.energy).abs();
-            for (row, g) in response.gradient.iter().enumerate() {
-                let force = magnitude * g;
-                self.gradient[3 * nodes[row / 3] + row % 3] += force;
-                norm.add(force);
-            }
-            let (places, hessian) = (sparsity.facets.of(first_facet + facet), &response.hessian);
-            let entry = |row: usize, column: usize| hessian[row][column];
-            self.add_matrix(&sparsity.frames, nodes, places, magnitude, entry);
+            let energy = magnitude * response.energy;
+            self.energy += energy;
+            rounding.energy += energy.abs();
+            let derivatives = (&response.gradient[..], response.hessian.as_flattened());
+            norm.add(self.add_facet(nodes, sparsity, first_facet + facet, magnitude, derivatives));
         }
         norm.value()
     }
@@ -288,35 +282,35 @@ impl Assembly {
             self.energy += energy;
             rounding.energy += energy.abs();
             let nodes = surface.facet_nodes(facet);
-            norm.add(self.add_facet(nodes, sparsity, first_facet + facet, magnitude, &response));
+            let derivatives = (&response.gradient[..], &response.hessian[..]);
+            norm.add(self.add_facet(nodes, sparsity, first_facet + facet, magnitude, derivatives));
         }
         norm.value()
     }
 
-    /// Adds forces and the lower half of their derivative on one facet, counted over all surfaces; returns
-    /// the forces' norm.
-    pub fn add_facet(
+    /// Adds forces and the lower half of their derivative on one facet, counted over all pressures; returns the forces'
+    /// norm.
+    pub(crate) fn add_facet(
         &mut self,
         nodes: &[usize],
         sparsity: &Sparsity,
         facet: usize,
         magnitude: f64,
-        response: &SurfaceResponse,
+        (gradient, hessian): (&[f64], &[f64]),
     ) -> f64 {
         let mut norm = Norm::default();
-        for (row, g) in response.gradient.iter().enumerate() {
+        for (row, g) in gradient.iter().enumerate() {
             let force = magnitude * g;
             self.gradient[3 * nodes[row / 3] + row % 3] += force;
             norm.add(force);
         }
-        let (size, places) = (response.gradient.len(), sparsity.surfaces.of(facet));
-        let entry = |row: usize, column: usize| response.hessian[row * size + column];
-        self.add_matrix(&sparsity.frames, nodes, places, magnitude, entry);
+        let entry = |row: usize, column: usize| hessian[row * gradient.len() + column];
+        self.add_matrix(&sparsity.frames, nodes, sparsity.facets.of(facet), magnitude, entry);
         norm.value()
     }
 
     /// Adds the second derivative of Π times `direction` to `forces`, in all degrees of freedom.
-    pub fn add_stiffness_times(
+    pub(crate) fn add_stiffness_times(
         &self,
         potential: &Body,
         state: State,
@@ -331,12 +325,7 @@ impl Assembly {
             for point in first..first + potential.points_per_cell {
                 let dh = potential.displacement_gradient(point, direction);
                 let stress = tangent_times(&self.points[point].1.tangent, &dh);
-                for (&node, g) in nodes.iter().zip(potential.shape_of_point(point)) {
-                    for i in 0..3 {
-                        let force: f64 = (0..3).map(|j| stress[i][j] * g[j]).sum();
-                        forces[3 * node + i] += potential.volumes[point] * force;
-                    }
-                }
+                potential.add_forces(point, &stress, forces);
             }
         }
         self.patches.iter().for_each(|patch| patch.add_common_product(direction, forces));
@@ -348,48 +337,44 @@ impl Assembly {
             let magnitude = state.load_factor * surface.magnitude.value(state.theta);
             for facet in 0..surface.facets() {
                 surface.facet_response(facet, state.displacement, &mut response);
-                add_product(surface.facet_nodes(facet), magnitude, &response, direction, forces);
+                let nodes = surface.facet_nodes(facet);
+                add_product(nodes, magnitude, &response.hessian, direction, forces);
             }
         }
         for pressure in &potential.pressures {
             let magnitude = state.load_factor * pressure.magnitude.value(state.theta);
             for (facet, nodes) in pressure.facets.iter().enumerate() {
-                let response = pressure.facet_response(facet, state.displacement);
-                let dof = |local: usize| 3 * nodes[local / 3] + local % 3;
-                for (row, entries) in response.hessian.iter().enumerate() {
-                    let sum: f64 =
-                        (0..9).map(|column| entries[column] * direction[dof(column)]).sum();
-                    forces[dof(row)] += magnitude * sum;
-                }
+                let hessian = pressure.facet_response(facet, state.displacement).hessian;
+                add_product(nodes, magnitude, hessian.as_flattened(), direction, forces);
             }
         }
     }
 
     /// Displacement gradient at each quadrature point where the last assembly took place.
-    pub fn displacement_gradients(&self) -> impl Iterator<Item = &Mat3<f64>> {
+    pub(crate) fn displacement_gradients(&self) -> impl Iterator<Item = &Mat3<f64>> {
         self.points.iter().map(|(h, _)| h)
     }
 
     /// The cells of least J in the assembled state.
-    pub fn worst_cells(&self, points_per_cell: usize) -> Vec<CellValue> {
+    pub(crate) fn worst_cells(&self, points_per_cell: usize) -> Vec<CellValue> {
         let ratios: Vec<_> =
             self.displacement_gradients().map(|h| 1.0 + h.volume_change()).collect();
         least(&per_cell(&ratios, points_per_cell, f64::min), MOST_WORST)
     }
 
     /// Displacement gradient and response at each quadrature point there.
-    pub fn responses(&self) -> impl Iterator<Item = &(Mat3<f64>, Response)> {
+    pub(crate) fn responses(&self) -> impl Iterator<Item = &(Mat3<f64>, Response)> {
         self.points.iter()
     }
 
     /// The second Piola–Kirchhoff stress at each point.
-    pub fn stress(&self) -> PredictedStress {
+    pub(crate) fn stress(&self) -> PredictedStress {
         self.points.iter().map(|(h, response)| product(&inverse(h), &response.stress)).collect()
     }
 
     /// The stress at each point after a step along `direction` by the linear model of the stress,
     /// `S + C : sym(Fᵀ ∇direction)`.
-    pub fn predict_stress(&self, potential: &Body, direction: &[f64]) -> PredictedStress {
+    pub(crate) fn predict_stress(&self, potential: &Body, direction: &[f64]) -> PredictedStress {
         let mut common =
             vec![Mat3::ZERO; self.points.len() * usize::from(!self.patches.is_empty())];
         for (points, patch) in potential.patches.iter().zip(&self.patches) {
@@ -417,13 +402,12 @@ impl Assembly {
 pub(crate) fn add_product(
     nodes: &[usize],
     magnitude: f64,
-    response: &SurfaceResponse,
+    hessian: &[f64],
     direction: &[f64],
     forces: &mut [f64],
 ) {
-    let size = response.gradient.len();
     let place = |local: usize| 3 * nodes[local / 3] + local % 3;
-    for (row, entries) in response.hessian.chunks(size).enumerate() {
+    for (row, entries) in hessian.chunks(3 * nodes.len()).enumerate() {
         let sum: f64 = entries.iter().enumerate().map(|(c, k)| k * direction[place(c)]).sum();
         forces[place(row)] += magnitude * sum;
     }

@@ -136,7 +136,7 @@ pub(crate) struct Rounding {
 impl Rounding {
     /// Adds one cell whose nodes move by `motion`: H carries the rounding errors of its terms `u g`, the
     /// stress those of 1 + H times the tangent, to which `common` adds a stiffness shared with other points.
-    pub fn add_cell(
+    pub(crate) fn add_cell(
         &mut self,
         shape: &[[f64; 3]],
         volume: f64,
@@ -153,12 +153,12 @@ impl Rounding {
     }
 
     /// Estimated norm of the error in the nodal forces.
-    pub fn force_noise(&self) -> f64 {
+    pub(crate) fn force_noise(&self) -> f64 {
         f64::EPSILON * self.force.value()
     }
 
     /// Bound on the error in the energy.
-    pub fn energy_noise(&self) -> f64 {
+    pub(crate) fn energy_noise(&self) -> f64 {
         ENERGY_ROUNDINGS * f64::EPSILON * self.energy
     }
 }

@@ -7,37 +7,23 @@ use thiserror::Error;
 /// A solve that gave no equilibrium.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum SolveError {
     /// The potential has no cell.
     #[error("the potential has no tetrahedra; lower a scene with a mesh that has some")]
     EmptyMesh,
     /// Arrays of the potential that do not fit each other, or that hold an infinite number or none.
     #[error("the potential's {what} {problem}; lower it from a scene, which checks them")]
-    Malformed {
-        /// The array.
-        what: &'static str,
-        /// What is wrong with it.
-        problem: &'static str,
-    },
+    Malformed { what: &'static str, problem: &'static str },
     /// A node in no cell that no support holds.
     #[error("node {node} belongs to no cell and is not held; remove it from the mesh")]
-    LooseNode {
-        /// Index of the node.
-        node: usize,
-    },
+    LooseNode { node: usize },
     /// A connected part of the body can move without deforming.
     #[error(
         "the part of the body with node {node} ({nodes} nodes) is free in {}; add supports there, such as Support::clamped",
         modes.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
     )]
-    FreeToMove {
-        /// A node of the part.
-        node: usize,
-        /// Number of its nodes.
-        nodes: usize,
-        /// The independent ways it can move.
-        modes: Vec<RigidMode>,
-    },
+    FreeToMove { node: usize, nodes: usize, modes: Vec<RigidMode> },
     /// Parameters that make no sense.
     #[error(transparent)]
     Theta(#[from] ThetaError),
@@ -45,14 +31,7 @@ pub enum SolveError {
     #[error(
         "the initial displacement has {given} entries of which {finite} are finite; {needed} finite ones are needed"
     )]
-    Initial {
-        /// Entries given.
-        given: usize,
-        /// Finite entries among them.
-        finite: usize,
-        /// Entries needed.
-        needed: usize,
-    },
+    Initial { given: usize, finite: usize, needed: usize },
     /// No equilibrium was found.
     #[error(transparent)]
     NotConverged(Box<NotConverged>),
@@ -65,24 +44,15 @@ pub enum SolveError {
     #[error(
         "the volume cannot be prescribed because {problem}; follow the load instead, by BalanceSolver::solve"
     )]
-    VolumeControl {
-        /// Why.
-        problem: &'static str,
-    },
+    VolumeControl { problem: &'static str },
     /// A displacement at which a cell is inverted, or the energy or a derivative of it overflows.
     #[error(
         "the energy or a derivative of it is infinite at this displacement, worst in cell {cell}; give an admissible one"
     )]
-    Inadmissible {
-        /// The cell of least volume ratio.
-        cell: usize,
-    },
+    Inadmissible { cell: usize },
     /// The factor does not fit in memory.
     #[error("no memory for the factor of {unknowns} unknowns; coarsen the mesh")]
-    OutOfMemory {
-        /// Number of unknowns.
-        unknowns: usize,
-    },
+    OutOfMemory { unknowns: usize },
 }
 
 /// The best state of a failed solve and how it got there.
@@ -121,27 +91,20 @@ fn list(worst: &[CellValue]) -> String {
 /// What to try after a failed solve.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum Advice {
     /// A cell is squeezed flat.
     #[error(
         "cell {cell} is squeezed to J = {volume_ratio:.2e} of its volume: the load may exceed what the body carries; \
          reduce it, stiffen the material, or refine the mesh around that cell"
     )]
-    Squeezed {
-        /// Index of the cell.
-        cell: usize,
-        /// Its volume ratio J.
-        volume_ratio: f64,
-    },
+    Squeezed { cell: usize, volume_ratio: f64 },
     /// Steps as short as they may be still turn a cell over.
     #[error(
         "cell {cell} is turned over by steps of the load as short as they may be: the load or prescribed motion may exceed \
          what the body carries; reduce it, stiffen the material, or refine the mesh around that cell"
     )]
-    TurnedOver {
-        /// Index of the cell.
-        cell: usize,
-    },
+    TurnedOver { cell: usize },
     /// The energy overflows although no cell is turned over.
     #[error(
         "the energy overflows where the search ended, though no cell is turned over: a law with an exponential is \

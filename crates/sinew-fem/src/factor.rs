@@ -33,7 +33,7 @@ pub(crate) struct Factor {
 
 impl Factor {
     /// Analyses a sparsity.
-    pub fn new(sparsity: &Sparsity) -> Result<Self, SolveError> {
+    pub(crate) fn new(sparsity: &Sparsity) -> Result<Self, SolveError> {
         let memory = || SolveError::OutOfMemory { unknowns: sparsity.unknowns() };
         let lower = sparsity.pattern.as_ref();
         // The analysis reads the upper half, the lower one by rows.
@@ -48,7 +48,7 @@ impl Factor {
     }
 
     /// Another factor of the same sparsity: its own numbers, the same analysis.
-    pub fn fresh(&self) -> Result<Self, SolveError> {
+    pub(crate) fn fresh(&self) -> Result<Self, SolveError> {
         Self::of(self.symbolic.clone())
     }
 
@@ -65,12 +65,12 @@ impl Factor {
     }
 
     /// Number of stored entries of the factor.
-    pub fn entries(&self) -> usize {
+    pub(crate) fn entries(&self) -> usize {
         self.entries.len()
     }
 
     /// Factorises `L Lᵀ`; false where the matrix is not positive definite.
-    pub fn positive_definite(&mut self, sparsity: &Sparsity, matrix: &[f64]) -> bool {
+    pub(crate) fn positive_definite(&mut self, sparsity: &Sparsity, matrix: &[f64]) -> bool {
         self.signed = false;
         let matrix = lower_half(sparsity, matrix);
         let factor = self.symbolic.factorize_numeric_llt(
@@ -87,7 +87,7 @@ impl Factor {
 
     /// Factorises `L D Lᵀ` and counts the negative pivots: the number of negative eigenvalues by
     /// Sylvester's law of inertia. `None` where a pivot vanishes.
-    pub fn indefinite(&mut self, sparsity: &Sparsity, matrix: &[f64]) -> Option<usize> {
+    pub(crate) fn indefinite(&mut self, sparsity: &Sparsity, matrix: &[f64]) -> Option<usize> {
         self.signed = true;
         let matrix = lower_half(sparsity, matrix);
         let factor = self.symbolic.factorize_numeric_ldlt(
@@ -126,7 +126,7 @@ impl Factor {
 
     /// Factorises the matrix plus the least multiple of its mean diagonal that was found to make it
     /// positive definite; returns the multiple. The diagonal in `matrix` is restored.
-    pub fn shifted(&mut self, sparsity: &Sparsity, matrix: &mut [f64]) -> Option<f64> {
+    pub(crate) fn shifted(&mut self, sparsity: &Sparsity, matrix: &mut [f64]) -> Option<f64> {
         let diagonal = &sparsity.pattern.col_ptr()[..sparsity.unknowns()];
         let original: Vec<_> = diagonal.iter().map(|&slot| matrix[slot]).collect();
         let mean = original.iter().map(|d| d.abs()).sum::<f64>() / original.len() as f64;
@@ -142,7 +142,7 @@ impl Factor {
     }
 
     /// Overwrites a right-hand side with the solution of the last factorised system.
-    pub fn solve(&self, right: &mut [f64]) {
+    pub(crate) fn solve(&self, right: &mut [f64]) {
         let size = right.len();
         let right = MatMut::from_column_major_slice_mut(right, size, 1);
         let mut memory = MemBuffer::new(self.symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));

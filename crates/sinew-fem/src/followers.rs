@@ -14,13 +14,13 @@ pub(crate) struct Followers<'p> {
 }
 
 impl<'p> Followers<'p> {
-    pub fn new(surfaces: &'p [PressureSurface]) -> Self {
+    pub(crate) fn new(surfaces: &'p [PressureSurface]) -> Self {
         Self { surfaces, responses: Vec::new() }
     }
 
     /// Adds the forces to the gradient, and the symmetric part of their derivative to the matrix; facets are counted from
     /// `first` on.
-    pub fn assemble(
+    pub(crate) fn assemble(
         &mut self,
         assembly: &mut Assembly,
         sparsity: &Sparsity,
@@ -48,7 +48,8 @@ impl<'p> Followers<'p> {
                     }
                 }
                 let nodes = surface.facet_nodes(facet);
-                loads.add(assembly.add_facet(nodes, sparsity, place, magnitude, &symmetric));
+                let derivatives = (&symmetric.gradient[..], &symmetric.hessian[..]);
+                loads.add(assembly.add_facet(nodes, sparsity, place, magnitude, derivatives));
                 for (entry, symmetric) in response.hessian.iter_mut().zip(&symmetric.hessian) {
                     *entry = magnitude * (*entry - symmetric);
                 }
@@ -60,17 +61,17 @@ impl<'p> Followers<'p> {
     }
 
     /// Adds the skew part of the derivative times `direction` to `forces`.
-    pub fn add_skew(&self, direction: &[f64], forces: &mut [f64]) {
+    pub(crate) fn add_skew(&self, direction: &[f64], forces: &mut [f64]) {
         let mut responses = self.responses.iter();
         for surface in self.surfaces {
             for (facet, response) in (0..surface.facets()).zip(&mut responses) {
-                add_product(surface.facet_nodes(facet), 1.0, response, direction, forces);
+                add_product(surface.facet_nodes(facet), 1.0, &response.hessian, direction, forces);
             }
         }
     }
 
     /// Adds the forces under the whole load to `forces`.
-    pub fn add_forces(&self, displacement: &[f64], theta: &[f64], forces: &mut [f64]) {
+    pub(crate) fn add_forces(&self, displacement: &[f64], theta: &[f64], forces: &mut [f64]) {
         let mut response = SurfaceResponse::default();
         for surface in self.surfaces {
             let magnitude = surface.magnitude.value(theta);

@@ -94,7 +94,7 @@ pub use buckling::SoftestMode;
 pub use cells::CellValue;
 pub use error::{Advice, NotConverged, SolveError};
 pub use history::{History, Iteration};
-pub use locking::{LARGEST_BULK_TO_SHEAR, LockingWarning, Proportions, SLENDER, locking};
+pub use locking::{LARGEST_BULK_TO_SHEAR, LockingWarning, Proportions, locking};
 pub use matrix::Stiffness;
 pub use nested::coarse_displacement;
 pub use newton_step::NewtonStep;

@@ -62,7 +62,7 @@ impl System<'_> {
     /// Takes a step along `direction`: the length, 0 when the search went back instead.
     ///
     /// Descent out of a shifted stiffness is shorter than need be, so such a step may be `stretched`.
-    pub fn line_search(
+    pub(crate) fn line_search(
         &self,
         search: &mut Search<'_>,
         direction: &[f64],
@@ -108,7 +108,7 @@ impl System<'_> {
     }
 
     /// Takes the longest of the steps 1, ½, ¼, … that squeezes no cell too much, without a potential to tell more.
-    pub fn take(&self, search: &mut Search<'_>, change: &[f64]) -> Option<f64> {
+    pub(crate) fn take(&self, search: &mut Search<'_>, change: &[f64]) -> Option<f64> {
         let least = LEAST_VOLUME * self.assembly.least_volume_ratio.min(1.0);
         let mut length = 1.0;
         while length >= SHORTEST_BALANCE_STEP {
@@ -133,7 +133,7 @@ impl System<'_> {
 
     /// Whether a cell is as good as flat somewhere on the way from the assembled state along `direction`. A step
     /// through flat can lead out again: a bar that is drawn thin at once may come out turned inside.
-    pub fn passes_flat(&self, theta: &[f64], direction: &[f64], length: f64) -> bool {
+    pub(crate) fn passes_flat(&self, theta: &[f64], direction: &[f64], length: f64) -> bool {
         let passes = |(point, h): (usize, &Mat3<f64>)| {
             let step = self.body.displacement_gradient(point, direction);
             let flattens = || {

@@ -15,7 +15,7 @@ const MOST_ITERATIONS: usize = 400;
 impl System<'_> {
     /// Factorises the stiffness that was assembled last: the shift of its diagonal [relative to the mean] and the number
     /// of its negative pivots. An indefinite one is shifted if it is to be `definite`, and else where that fails.
-    pub fn factorise(&mut self, definite: bool) -> Option<(f64, usize)> {
+    pub(crate) fn factorise(&mut self, definite: bool) -> Option<(f64, usize)> {
         let (sparsity, matrix) = (&*self.sparsity, &mut self.assembly.matrix);
         if let Some(coupling) = &mut self.coupling {
             coupling.factorise(self.body).ok()?;
@@ -35,7 +35,11 @@ impl System<'_> {
 
     /// Solves for a change of the unknowns (free displacements, then pressures) by the whole derivative of the balance;
     /// `shift` is that of the factor. Returns the iterations as well.
-    pub fn solve(&self, mut right: Vec<f64>, shift: f64) -> Result<(Vec<f64>, usize), SolveError> {
+    pub(crate) fn solve(
+        &self,
+        mut right: Vec<f64>,
+        shift: f64,
+    ) -> Result<(Vec<f64>, usize), SolveError> {
         if self.has_potential() && shift == 0.0 {
             self.factor.solve(&mut right);
             return Ok((right, 0));
@@ -61,14 +65,14 @@ impl System<'_> {
     }
 
     /// Adds `−K⁻¹ forces` to the free degrees of freedom, with the last factor.
-    pub fn add_newton_step(&self, forces: &[f64], displacement: &mut [f64]) {
+    pub(crate) fn add_newton_step(&self, forces: &[f64], displacement: &mut [f64]) {
         let mut right: Vec<_> = self.sparsity.gather(forces).map(|f| -f).collect();
         self.factor.solve(&mut right);
         self.sparsity.scatter(right, displacement);
     }
 
     /// Derivative of the balance in the load factor.
-    pub fn load_derivative(&self, displacement: &[f64], theta: &[f64]) -> Vec<f64> {
+    pub(crate) fn load_derivative(&self, displacement: &[f64], theta: &[f64]) -> Vec<f64> {
         let mut forces = load_gradient(self.body, displacement, theta);
         self.followers.add_forces(displacement, theta, &mut forces);
         let free = self.sparsity.gather(&forces);

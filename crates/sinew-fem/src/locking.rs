@@ -16,7 +16,7 @@ use std::fmt;
 /// the thickness of a beam lose 13 % of its deflection, with six 6 %.
 pub const LARGEST_BULK_TO_SHEAR: f64 = 5.0;
 /// From this ratio of length and thickness on, how much is lost in bending hardly depends on it.
-pub const SLENDER: f64 = 3.0;
+const SLENDER: f64 = 3.0;
 
 /// How many elements must lie through the thickness of a slender body, and what was measured.
 struct Measured {

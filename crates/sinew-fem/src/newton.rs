@@ -90,7 +90,7 @@ pub(crate) struct Search<'a> {
 }
 
 impl Search<'_> {
-    pub fn state(&self) -> State<'_> {
+    pub(crate) fn state(&self) -> State<'_> {
         let Self { goal: Goal { theta, .. }, load_factor, .. } = *self;
         State { displacement: &self.at.displacement, theta, load_factor, pressure: &[] }
     }
@@ -100,7 +100,7 @@ impl System<'_> {
     /// Searches the equilibrium under a fraction of all loads and prescribed motion, or at a volume.
     ///
     /// `None` when there is no progress; `history` tells.
-    pub fn equilibrium(
+    pub(crate) fn equilibrium(
         &mut self,
         start: Start,
         goal: Goal<'_>,
@@ -241,7 +241,7 @@ impl System<'_> {
     }
 
     /// The stress that the linear model foresees after a step; with a field of pressure the change of that would be missing.
-    pub fn predict_stress(&self, step: &[f64]) -> Option<PredictedStress> {
+    pub(crate) fn predict_stress(&self, step: &[f64]) -> Option<PredictedStress> {
         self.coupling.is_none().then(|| self.assembly.predict_stress(self.body, step))
     }
 

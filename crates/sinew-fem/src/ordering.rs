@@ -25,7 +25,7 @@ const PARALLEL: usize = 4_000;
 /// Small graphs are ordered by approximate minimum degree (P. R. Amestoy, T. A. Davis, I. S. Duff, SIAM J. Matrix
 /// Anal. Appl. 17, 1996), large ones by nested dissection (A. George, SIAM J. Numer. Anal. 10, 1973) with separators
 /// from multilevel bisection. The same graph has the same order, on any number of threads.
-pub fn fill_reducing_order(starts: &[usize], neighbours: &[usize]) -> Vec<usize> {
+pub(crate) fn fill_reducing_order(starts: &[usize], neighbours: &[usize]) -> Vec<usize> {
     let graph = Graph::unweighted(starts, neighbours);
     let order = if graph.len() <= MOST_BY_DEGREE {
         minimum_degree(&graph)

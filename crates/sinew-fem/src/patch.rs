@@ -29,7 +29,7 @@ pub(crate) struct PatchResponse {
 
 impl PatchResponse {
     /// `None` where a cell is inverted or an energy overflows.
-    pub fn new(
+    pub(crate) fn new(
         potential: &Body,
         points: &[usize],
         displacement: &[f64],
@@ -98,12 +98,12 @@ impl PatchResponse {
     }
 
     /// The stiffness against changes of the mean volume \[stress\]: the bulk modulus, for small strain.
-    pub fn common_stiffness(&self, potential: &Body, points: &[usize]) -> f64 {
+    pub(crate) fn common_stiffness(&self, potential: &Body, points: &[usize]) -> f64 {
         self.square.abs() / points.iter().map(|&point| potential.volumes[point]).sum::<f64>()
     }
 
     /// Lower half of the second derivative, row by row in the order of the patch's nodes.
-    pub fn stiffness(&self, potential: &Body, points: &[usize]) -> Vec<f64> {
+    pub(crate) fn stiffness(&self, potential: &Body, points: &[usize]) -> Vec<f64> {
         let size = 3 * self.nodes.len();
         let mut lower = vec![0.0; size * (size + 1) / 2];
         for (&point, (_, response)) in points.iter().zip(&self.points) {
@@ -143,7 +143,7 @@ impl PatchResponse {
     }
 
     /// What a change of all degrees of freedom does to the stress at each point beyond M, to first order.
-    pub fn common_stress(&self, direction: &[f64]) -> impl Iterator<Item = Mat3<f64>> {
+    pub(crate) fn common_stress(&self, direction: &[f64]) -> impl Iterator<Item = Mat3<f64>> {
         let along = |vector: &[f64]| -> f64 {
             let dof = |slot: usize| 3 * self.nodes[slot / 3] + slot % 3;
             vector.iter().enumerate().map(|(slot, v)| v * direction[dof(slot)]).sum()
@@ -155,7 +155,7 @@ impl PatchResponse {
     }
 
     /// Adds what the points have in common of the second derivative times `direction` to `forces`.
-    pub fn add_common_product(&self, direction: &[f64], forces: &mut [f64]) {
+    pub(crate) fn add_common_product(&self, direction: &[f64], forces: &mut [f64]) {
         let dof = |slot: usize| 3 * self.nodes[slot / 3] + slot % 3;
         let along = |vector: &[f64]| -> f64 {
             vector.iter().enumerate().map(|(slot, v)| v * direction[dof(slot)]).sum()

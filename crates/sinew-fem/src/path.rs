@@ -67,12 +67,16 @@ pub(crate) struct Path<'s, 'p, 'a> {
 
 impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
     /// The path of rising loads.
-    pub fn to_load(system: &'s mut System<'p>, theta: &'a [f64], options: &'a Options) -> Self {
+    pub(crate) fn to_load(
+        system: &'s mut System<'p>,
+        theta: &'a [f64],
+        options: &'a Options,
+    ) -> Self {
         Self::new(system, theta, options, Along::Load { entries: Vec::new() })
     }
 
     /// The path of volumes that a surface sweeps.
-    pub fn to_volumes(
+    pub(crate) fn to_volumes(
         system: &'s mut System<'p>,
         theta: &'a [f64],
         options: &'a Options,
@@ -97,7 +101,7 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
     ///
     /// # Errors
     /// [`SolveError::NotConverged`].
-    pub fn run(
+    pub(crate) fn run(
         mut self,
         from: Unknowns,
         history: &mut Log<'_>,
@@ -125,7 +129,7 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
     ///
     /// # Errors
     /// [`SolveError::NotConverged`].
-    pub fn follow(
+    pub(crate) fn follow(
         &mut self,
         goal: f64,
         mut step: f64,

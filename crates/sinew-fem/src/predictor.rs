@@ -15,7 +15,7 @@ impl System<'_> {
     /// Overwrites an extrapolated displacement with the one whose gradients are nearest to extrapolated stretches and
     /// rotations; `terms` are the earlier displacements, the last one last, with their weights. Bodies without a
     /// support along some direction, and those with averaged volume ratios, keep the extrapolated one.
-    pub fn turn_along(&mut self, terms: &[(f64, &[f64])], load_factor: f64, u: &mut [f64]) {
+    pub(crate) fn turn_along(&mut self, terms: &[(f64, &[f64])], load_factor: f64, u: &mut [f64]) {
         if !self.body.patches.is_empty() || terms.len() < 2 {
             return;
         }

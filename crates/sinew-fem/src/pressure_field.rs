@@ -21,13 +21,13 @@ pub(crate) struct Coupling<'p> {
 }
 
 impl<'p> Coupling<'p> {
-    pub fn new(body: &Body, field: &'p PressureField) -> Self {
+    pub(crate) fn new(body: &Body, field: &'p PressureField) -> Self {
         let rows = vec![0.0; body.cell_count() * field.corners * 3 * body.nodes_per_cell];
         Self { field, rows, moduli: vec![0.0; body.volumes.len()], schur: None }
     }
 
     /// Values at the quadrature points.
-    pub fn at_points(&self, pressure: &[f64]) -> Vec<f64> {
+    pub(crate) fn at_points(&self, pressure: &[f64]) -> Vec<f64> {
         let cells = self.field.cells.chunks(self.field.corners);
         let at_points = cells.flat_map(|cell| {
             self.field.shape.iter().map(move |shape| {
@@ -46,7 +46,12 @@ impl<'p> Coupling<'p> {
 
     /// Takes the derivatives at the assembled state; returns the changes of volume that the pressures should prevent,
     /// `∫ N_a (J − 1 − p/κ) dV`.
-    pub fn assemble(&mut self, body: &Body, assembly: &Assembly, pressure: &[f64]) -> Vec<f64> {
+    pub(crate) fn assemble(
+        &mut self,
+        body: &Body,
+        assembly: &Assembly,
+        pressure: &[f64],
+    ) -> Vec<f64> {
         let at_points = self.at_points(pressure);
         let mut residual = vec![0.0; self.field.unknowns];
         let mut rows = std::mem::take(&mut self.rows);
@@ -77,7 +82,7 @@ impl<'p> Coupling<'p> {
     }
 
     /// Adds `Bᵀ pressure` to the forces on all degrees of freedom.
-    pub fn add_forces(&self, body: &Body, pressure: &[f64], forces: &mut [f64]) {
+    pub(crate) fn add_forces(&self, body: &Body, pressure: &[f64], forces: &mut [f64]) {
         self.for_cells(body, |corners, nodes, rows| {
             for (row, &corner) in rows.chunks(3 * nodes.len()).zip(corners) {
                 for (entry, column) in row.iter().zip(0..) {
@@ -88,7 +93,7 @@ impl<'p> Coupling<'p> {
     }
 
     /// Adds `B direction` to the changes of volume.
-    pub fn add_volume_changes(&self, body: &Body, direction: &[f64], changes: &mut [f64]) {
+    pub(crate) fn add_volume_changes(&self, body: &Body, direction: &[f64], changes: &mut [f64]) {
         self.for_cells(body, |corners, nodes, rows| {
             for (row, &corner) in rows.chunks(3 * nodes.len()).zip(corners) {
                 let terms = row.iter().zip(0..);
@@ -99,7 +104,7 @@ impl<'p> Coupling<'p> {
     }
 
     /// Subtracts what the field's own compliance gives way by.
-    pub fn add_compliance(&self, body: &Body, pressures: &[f64], volumes: &mut [f64]) {
+    pub(crate) fn add_compliance(&self, body: &Body, pressures: &[f64], volumes: &mut [f64]) {
         if self.field.compliance == 0.0 {
             return;
         }
@@ -119,7 +124,7 @@ impl<'p> Coupling<'p> {
     }
 
     /// Factorises the pressure's mass matrix over the local moduli.
-    pub fn factorise(&mut self, body: &Body) -> Result<(), SolveError> {
+    pub(crate) fn factorise(&mut self, body: &Body) -> Result<(), SolveError> {
         let field = self.field;
         let mut triplets = Vec::with_capacity(field.cells.len() * field.corners);
         for point in 0..body.volumes.len() {
@@ -143,7 +148,7 @@ impl<'p> Coupling<'p> {
     }
 
     /// Overwrites changes of volume with the pressures that prevent them, about.
-    pub fn solve_schur(&self, pressures: &mut [f64]) {
+    pub(crate) fn solve_schur(&self, pressures: &mut [f64]) {
         if let Some(schur) = &self.schur {
             let size = pressures.len();
             schur.solve_in_place(MatMut::from_column_major_slice_mut(pressures, size, 1));

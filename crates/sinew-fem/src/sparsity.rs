@@ -22,10 +22,8 @@ pub(crate) struct Sparsity {
     pub pattern: SymbolicSparseColMat<usize>,
     /// Where the matrices of the cells go, or of the patches if there are any.
     pub cells: Slots,
-    /// The same for the facets of all pressures on flat triangles, one after the other.
+    /// The same for the facets of all pressures, those on flat triangles first, one after the other.
     pub facets: Slots,
-    /// The same for the facets of all other pressures.
-    pub surfaces: Slots,
     /// The same for the springs.
     pub springs: Slots,
 }
@@ -43,14 +41,14 @@ pub(crate) struct Slots {
 impl Slots {
     /// The places of one matrix.
     #[inline]
-    pub fn of(&self, matrix: usize) -> &[u32] {
+    pub(crate) fn of(&self, matrix: usize) -> &[u32] {
         &self.places[self.starts[matrix]..self.starts[matrix + 1]]
     }
 }
 
 impl Sparsity {
     /// The sparsity of a potential; `followers` are pressures beside it.
-    pub fn new(potential: &Body, followers: &[PressureSurface]) -> Result<Self, SolveError> {
+    pub(crate) fn new(potential: &Body, followers: &[PressureSurface]) -> Result<Self, SolveError> {
         let patches = patch_nodes(potential);
         let neighbours = if patches.is_empty() {
             neighbours(potential.nodes, potential.cell_nodes())
@@ -80,13 +78,10 @@ impl Sparsity {
             columns.slots(patches.iter().map(|nodes| &nodes[..]))
         };
         let triangles = potential.pressures.iter().flat_map(|pressure| &pressure.facets);
-        let facets = columns.slots(triangles.map(|nodes| &nodes[..]));
-        let of_surface = |s: &'_ PressureSurface| {
-            (0..s.facets()).map(|f| s.facet_nodes(f).to_vec()).collect::<Vec<_>>()
-        };
-        let surface_nodes: Vec<_> =
-            potential.surfaces.iter().chain(followers).flat_map(of_surface).collect();
-        let surfaces = columns.slots(surface_nodes.iter().map(|nodes| &nodes[..]));
+        let surfaces = potential.surfaces.iter().chain(followers);
+        let others = surfaces.flat_map(|s| (0..s.facets()).map(|facet| s.facet_nodes(facet)));
+        let facets: Vec<&[usize]> = triangles.map(|nodes| &nodes[..]).chain(others).collect();
+        let facets = columns.slots(facets.into_iter());
         let springs = columns
             .slots(potential.springs.iter().map(|spring| std::slice::from_ref(&spring.node)));
 
@@ -94,27 +89,27 @@ impl Sparsity {
         let pattern =
             SymbolicSparseColMat::new_checked(size, size, columns.starts, None, columns.rows);
         let frames = potential.frames.clone();
-        Ok(Self { degree_of_freedom, frames, pattern, cells, facets, surfaces, springs })
+        Ok(Self { degree_of_freedom, frames, pattern, cells, facets, springs })
     }
 
     /// Number of unknowns.
-    pub fn unknowns(&self) -> usize {
+    pub(crate) fn unknowns(&self) -> usize {
         self.degree_of_freedom.len()
     }
 
     /// The unknowns' part of a Cartesian vector over all degrees of freedom.
-    pub fn gather(&self, vector: &[f64]) -> impl Iterator<Item = f64> {
+    pub(crate) fn gather(&self, vector: &[f64]) -> impl Iterator<Item = f64> {
         self.degree_of_freedom.iter().map(|&dof| self.frames.component(dof, vector))
     }
 
     /// Adds values of the unknowns to a Cartesian vector over all degrees of freedom.
-    pub fn scatter(&self, values: impl IntoIterator<Item = f64>, vector: &mut [f64]) {
+    pub(crate) fn scatter(&self, values: impl IntoIterator<Item = f64>, vector: &mut [f64]) {
         let unknowns = self.degree_of_freedom.iter().zip(values);
         unknowns.for_each(|(&dof, value)| self.frames.add(dof, value, vector));
     }
 
     /// The symmetric matrix with the given lower half times a vector.
-    pub fn multiply(&self, matrix: &[f64], from: &[f64], to: &mut [f64]) {
+    pub(crate) fn multiply(&self, matrix: &[f64], from: &[f64], to: &mut [f64]) {
         to.fill(0.0);
         let starts = self.pattern.col_ptr();
         for column in 0..self.unknowns() {
@@ -132,7 +127,7 @@ impl Sparsity {
     }
 
     /// Number of stored entries of the lower half.
-    pub fn entries(&self) -> usize {
+    pub(crate) fn entries(&self) -> usize {
         self.pattern.row_idx().len()
     }
 }

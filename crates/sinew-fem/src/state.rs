@@ -17,7 +17,7 @@ pub(crate) struct State<'a> {
 
 impl State<'_> {
     /// Π \[stress·length³\]; +∞ as soon as a cell is inverted.
-    pub fn energy(&self, potential: &Body) -> f64 {
+    pub(crate) fn energy(&self, potential: &Body) -> f64 {
         self.load_factor * potential.load_value(self.displacement, self.theta)
             + potential.inner_value(self.displacement, self.theta)
     }

@@ -43,7 +43,7 @@ pub(crate) fn part(potential: &Body, node: usize, vector: &[f64; 3], held: bool)
 impl Assembly {
     /// Adds `weight` times a symmetric matrix over the components of some nodes to the stiffness; `lower` gives an entry
     /// of its lower half by row and column, `places` say where they go.
-    pub fn add_matrix(
+    pub(crate) fn add_matrix(
         &mut self,
         frames: &Frames,
         nodes: &[usize],
@@ -65,7 +65,7 @@ impl Assembly {
     /// Does nothing and returns false when none of them has one, so that nobody else pays.
     ///
     /// `lower` gives an entry of its lower half by row and column.
-    pub fn add_turned(
+    pub(crate) fn add_turned(
         &mut self,
         frames: &Frames,
         nodes: &[usize],

@@ -49,12 +49,12 @@ pub(crate) struct System<'p> {
 
 impl<'p> System<'p> {
     /// Prepares for a body with a potential.
-    pub fn new(body: &'p Body) -> Result<Self, SolveError> {
+    pub(crate) fn new(body: &'p Body) -> Result<Self, SolveError> {
         Self::prepare(body, None)
     }
 
     /// Prepares for a balance of forces.
-    pub fn balance(balance: &'p ForceBalance) -> Result<Self, SolveError> {
+    pub(crate) fn balance(balance: &'p ForceBalance) -> Result<Self, SolveError> {
         Self::prepare(&balance.body, Some(balance))
     }
 
@@ -73,7 +73,7 @@ impl<'p> System<'p> {
     }
 
     /// Another one of the same body, for another thread; it shares what is prepared.
-    pub fn fresh(&self) -> Result<Self, SolveError> {
+    pub(crate) fn fresh(&self) -> Result<Self, SolveError> {
         Ok(Self {
             body: self.body,
             sparsity: self.sparsity.clone(),
@@ -90,29 +90,29 @@ impl<'p> System<'p> {
     }
 
     /// Whether the balance is that of a potential's minima: no loose followers and no field of pressure.
-    pub fn has_potential(&self) -> bool {
+    pub(crate) fn has_potential(&self) -> bool {
         self.followers.surfaces.is_empty() && self.coupling.is_none()
     }
 
     /// Elements that are too stiff for the body.
-    pub fn locking(&self, theta: &[f64]) -> Option<LockingWarning> {
+    pub(crate) fn locking(&self, theta: &[f64]) -> Option<LockingWarning> {
         let proportions = || *self.proportions.get_or_init(|| Proportions::of(self.body));
         locking_of(self.body, theta, proportions)
     }
 
     /// Number of unknown pressures.
-    pub fn pressures(&self) -> usize {
+    pub(crate) fn pressures(&self) -> usize {
         self.coupling.as_ref().map_or(0, |coupling| coupling.field.unknowns)
     }
 
     /// The reference configuration.
-    pub fn rest(&self) -> Unknowns {
+    pub(crate) fn rest(&self) -> Unknowns {
         let displacement = vec![0.0; self.body.prescribed.len()];
         Unknowns { displacement, pressure: vec![0.0; self.pressures()] }
     }
 
     /// Evaluates the balance and its derivatives under a fraction of the loads; `predicted` as in [`Assembly::assemble`].
-    pub fn assemble(
+    pub(crate) fn assemble(
         &mut self,
         at: &Unknowns,
         theta: &[f64],
@@ -125,7 +125,8 @@ impl<'p> System<'p> {
         let pressure = pressure.unwrap_or_default();
         let state = State { displacement, theta, load_factor, pressure: &pressure };
         assembly.assemble(body, sparsity, state, predicted);
-        let first = body.surfaces.iter().map(|surface| surface.facets()).sum();
+        let triangles = body.pressures.iter().map(|pressure| pressure.facets.len());
+        let first = triangles.chain(body.surfaces.iter().map(|surface| surface.facets())).sum();
         self.followers.assemble(assembly, sparsity, first, state);
         let mut values: Vec<f64> = sparsity.gather(&assembly.gradient).collect();
         let force = norm(&values);
@@ -137,13 +138,13 @@ impl<'p> System<'p> {
     }
 
     /// Reference volume of the body.
-    pub fn volume(&self) -> f64 {
+    pub(crate) fn volume(&self) -> f64 {
         self.body.volumes.iter().sum()
     }
 
     /// What is unbalanced where assembled last: forces relative to loads and reactions, or volumes relative to the
     /// body's, whichever is larger. `None` where something overflows.
-    pub fn size(&self, residual: &Residual) -> Option<f64> {
+    pub(crate) fn size(&self, residual: &Residual) -> Option<f64> {
         let forces = residual.force / self.assembly.force_scale.max(f64::MIN_POSITIVE);
         let volumes = residual.volume / self.volume();
         let finite = residual.force.is_finite() && volumes.is_finite() && self.assembly.is_finite();
@@ -151,7 +152,7 @@ impl<'p> System<'p> {
     }
 
     /// The derivative of the balance times a change of the unknowns.
-    pub fn apply(&self, from: &[f64], to: &mut [f64]) {
+    pub(crate) fn apply(&self, from: &[f64], to: &mut [f64]) {
         let free = self.sparsity.unknowns();
         let (displacements, pressures) = from.split_at(free);
         let (forces, volumes) = to.split_at_mut(free);
@@ -175,7 +176,7 @@ impl<'p> System<'p> {
 
     /// Change of the unknown displacements from rest to the whole load by the linear model of the unloaded body, with
     /// the prescribed motions \[length\].
-    pub fn linear_response(&mut self, theta: &[f64]) -> Result<Vec<f64>, SolveError> {
+    pub(crate) fn linear_response(&mut self, theta: &[f64]) -> Result<Vec<f64>, SolveError> {
         let rest = self.rest();
         let mut motion = rest.displacement.clone();
         place(self.body, 1.0, &mut motion);
@@ -199,7 +200,7 @@ impl<'p> System<'p> {
     }
 
     /// Entries of θ that stress the body at rest and may be zero, such as an active tension: loads rather than stiffnesses.
-    pub fn stressing_entries(&self, theta: &[f64]) -> Vec<usize> {
+    pub(crate) fn stressing_entries(&self, theta: &[f64]) -> Vec<usize> {
         let stresses = |theta: &[f64]| {
             let parameters = self.body.law_parameters(theta);
             let stress = |point| self.body.material.stress(point, parameters, &Mat3::ZERO, None).1;

@@ -9,7 +9,7 @@ pub(crate) struct Norm {
 }
 
 impl Norm {
-    pub fn add(&mut self, value: f64) {
+    pub(crate) fn add(&mut self, value: f64) {
         let size = value.abs();
         if size > self.largest {
             let ratio = self.largest / size;
@@ -20,7 +20,7 @@ impl Norm {
         }
     }
 
-    pub fn value(self) -> f64 {
+    pub(crate) fn value(self) -> f64 {
         self.largest * self.squares.sqrt()
     }
 }

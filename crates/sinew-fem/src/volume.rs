@@ -26,7 +26,7 @@ pub(crate) enum Controlled {
 
 impl Controlled {
     /// Swept volume; its gradient is written to `gradient`.
-    pub fn swept(&self, displacement: &[f64], gradient: &mut [f64]) -> f64 {
+    pub(crate) fn swept(&self, displacement: &[f64], gradient: &mut [f64]) -> f64 {
         gradient.fill(0.0);
         let against = match self {
             Self::Flat(load) => load.value_and_add_gradient(displacement, &[], gradient),

@@ -70,12 +70,12 @@ pub(crate) struct Log<'w> {
 }
 
 impl<'w> Log<'w> {
-    pub fn watched(watch: &'w mut dyn FnMut(&Progress<'_>)) -> Self {
+    pub(crate) fn watched(watch: &'w mut dyn FnMut(&Progress<'_>)) -> Self {
         Self { iterations: Vec::new(), watch: Some(watch) }
     }
 
     /// Adds the state that an iteration starts from.
-    pub fn record(&mut self, iteration: Iteration, displacement: &[f64], forces: &[f64]) {
+    pub(crate) fn record(&mut self, iteration: Iteration, displacement: &[f64], forces: &[f64]) {
         if let Some(watch) = &mut self.watch {
             watch(&Progress {
                 number: self.iterations.len(),
@@ -94,12 +94,12 @@ impl<'w> Log<'w> {
     }
 
     /// All iterations; the log is empty afterwards.
-    pub fn take(&mut self) -> History {
+    pub(crate) fn take(&mut self) -> History {
         History { iterations: std::mem::take(&mut self.iterations) }
     }
 
     /// The error of a solve that came no farther than `load_factor`.
-    pub fn failure(
+    pub(crate) fn failure(
         &mut self,
         load_factor: f64,
         displacement: Vec<f64>,

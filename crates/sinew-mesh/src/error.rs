@@ -5,25 +5,14 @@ use thiserror::Error;
 
 /// A mesh or a file that cannot be used.
 #[derive(Debug, Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum MeshError {
     /// The operating system refused to open, read or write the file.
     #[error("{}: {source}; check the path and the permissions", path.display())]
-    File {
-        /// The file asked for.
-        path: PathBuf,
-        /// The operating system's answer.
-        source: io::Error,
-    },
+    File { path: PathBuf, source: io::Error },
     /// The file's content is not a mesh that can be read.
     #[error("{file}, {place}: {problem}")]
-    Content {
-        /// Name of the file.
-        file: String,
-        /// Where in the file.
-        place: Place,
-        /// What is wrong there.
-        problem: Box<Problem>,
-    },
+    Content { file: String, place: Place, problem: Box<Problem> },
     /// A mesh in memory breaks its own rules.
     #[error(transparent)]
     Defect(#[from] Defect),
@@ -50,6 +39,7 @@ impl fmt::Display for Place {
 /// What is wrong with a file's content.
 #[derive(Debug, Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum Problem {
     /// An unknown format.
     #[error(
@@ -59,92 +49,37 @@ pub enum Problem {
     UnknownFormat,
     /// Something else was expected.
     #[error("expected {expected}, found {found:?}; correct it or export the file again")]
-    Expected {
-        /// What the format asks for.
-        expected: &'static str,
-        /// What is there, shortened.
-        found: String,
-    },
+    Expected { expected: &'static str, found: String },
     /// A required part is missing.
     #[error("expected {expected}, which is missing; export the file again with it")]
-    Missing {
-        /// What the format asks for.
-        expected: &'static str,
-    },
+    Missing { expected: &'static str },
     /// The file ends before the numbers it declares.
     #[error(
         "{what} need {needed} bytes, but only {available} are left; the declared count is wrong or \
          the file was cut off: export or copy it again"
     )]
-    CutOff {
-        /// What was being read.
-        what: &'static str,
-        /// Bytes the declared count needs, at least.
-        needed: u128,
-        /// Bytes that are there.
-        available: usize,
-    },
+    CutOff { what: &'static str, needed: u128, available: usize },
     /// A count disagrees with another one.
     #[error("{what}: expected {expected} of them, found {found}; export the file again")]
-    Count {
-        /// What was counted.
-        what: String,
-        /// The number that fits the rest of the file.
-        expected: usize,
-        /// The number found.
-        found: usize,
-    },
+    Count { what: String, expected: usize, found: usize },
     /// An integer outside the range that makes sense.
     #[error("{what} is {value}, which is outside {least}..={most}; export the file again")]
-    Range {
-        /// What the integer means.
-        what: &'static str,
-        /// Its value.
-        value: i64,
-        /// Smallest sensible value.
-        least: i64,
-        /// Largest sensible value.
-        most: i64,
-    },
+    Range { what: &'static str, value: i64, least: i64, most: i64 },
     /// A correct file of a kind that this crate does not read.
     #[error("{what} {value:?} cannot be read; {advice}")]
-    Unsupported {
-        /// Kind of thing.
-        what: &'static str,
-        /// Its value in the file.
-        value: String,
-        /// What to do instead.
-        advice: &'static str,
-    },
+    Unsupported { what: &'static str, value: String, advice: &'static str },
     /// A cell of another kind than the mesh has.
     #[error("cell {cell} is a {kind}, but the mesh wants {wanted}; {advice}")]
-    Cell {
-        /// Index of the cell in the file, from 0.
-        cell: usize,
-        /// Name of its type.
-        kind: &'static str,
-        /// What can be used.
-        wanted: &'static str,
-        /// What to do.
-        advice: &'static str,
-    },
+    Cell { cell: usize, kind: &'static str, wanted: &'static str, advice: &'static str },
     /// A zlib block that does not give the bytes it declares.
     #[error(
         "zlib block {block} must decompress to {declared} bytes, but does not; the file is \
          damaged: export or copy it again"
     )]
-    Compression {
-        /// Index of the block from 0.
-        block: usize,
-        /// Declared size, in bytes.
-        declared: usize,
-    },
+    Compression { block: usize, declared: usize },
     /// Text that is not base64.
     #[error("found {found:?} in base64 data; the file is damaged: export or copy it again")]
-    Base64 {
-        /// The offending group of characters.
-        found: String,
-    },
+    Base64 { found: String },
     /// Text that is no XML.
     #[error("not well-formed XML ({0}); export the file again")]
     Xml(#[from] quick_xml::Error),
@@ -155,93 +90,42 @@ pub enum Problem {
 
 /// A rule that a mesh breaks.
 #[derive(Clone, Debug, PartialEq, Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum Defect {
     /// A cell names a node that does not exist.
     #[error("cell {cell} names node {node}, but nodes run from 0 to {} (nodes: {nodes}); renumber its nodes", nodes.saturating_sub(1))]
-    NodeOutOfRange {
-        /// Index of the cell.
-        cell: usize,
-        /// The node it names.
-        node: i64,
-        /// Number of nodes.
-        nodes: usize,
-    },
+    NodeOutOfRange { cell: usize, node: i64, nodes: usize },
     /// A cell names a node twice.
     #[error("cell {cell} names node {node} twice; remove this collapsed cell")]
-    RepeatedNode {
-        /// Index of the cell.
-        cell: usize,
-        /// The node.
-        node: usize,
-    },
-    /// A curved cell or a hexahedron that is folded over at one of its nodes.
+    RepeatedNode { cell: usize, node: usize },
+    /// A curved cell or a hexahedron that is folded over at one of its nodes; the Jacobian is its volume (area) over that of the
+    /// reference cell.
     #[error(
         "cell {cell} is folded over at its node {node}: its Jacobian there is {jacobian:e}, but must be \
          positive; move the node, or number the cell in the order of VTK"
     )]
-    Folded {
-        /// Index of the cell.
-        cell: usize,
-        /// The node.
-        node: usize,
-        /// Volume (area) of the cell over that of the reference cell, at the node.
-        jacobian: f64,
-    },
+    Folded { cell: usize, node: usize, jacobian: f64 },
     /// A coordinate that is not finite.
     #[error("node {node} lies at {point:?}; give it finite coordinates")]
-    NotFinite {
-        /// Index of the node.
-        node: usize,
-        /// Its position.
-        point: [f64; 3],
-    },
+    NotFinite { node: usize, point: [f64; 3] },
     /// A mesh without cells.
     #[error("the mesh has no {wanted}; export the file with its cells")]
-    NoCells {
-        /// The cells that were looked for.
-        wanted: &'static str,
-    },
+    NoCells { wanted: &'static str },
     /// A field that does not have one row per node or cell.
     #[error(
         "field {field:?} holds {values} numbers, but {rows} rows of {components} components are needed; resize it"
     )]
-    FieldSize {
-        /// Name of the field.
-        field: String,
-        /// Numbers it holds.
-        values: usize,
-        /// Nodes or cells of the mesh.
-        rows: usize,
-        /// Components it declares.
-        components: usize,
-    },
+    FieldSize { field: String, values: usize, rows: usize, components: usize },
     /// A set names a node, cell or facet that does not exist.
     #[error("set {set:?} names index {index}, but there are only {limit}; remove it from the set")]
-    SetMember {
-        /// Name of the set.
-        set: String,
-        /// The index.
-        index: usize,
-        /// Number of nodes, cells or local vertices.
-        limit: usize,
-    },
+    SetMember { set: String, index: usize, limit: usize },
     /// A field asked for by name does not exist or is of another kind.
     #[error("there is no {wanted} field {field:?}, only {available:?}; choose one of these")]
-    NoSuchField {
-        /// Name asked for.
-        field: String,
-        /// Kind asked for.
-        wanted: &'static str,
-        /// Names of that kind.
-        available: Vec<String>,
-    },
+    NoSuchField { field: String, wanted: &'static str, available: Vec<String> },
     /// A name that files cannot hold or that is taken for the encoding of sets.
     #[error(
         "name {name:?} cannot be written; use a non-empty name without control characters that \
          does not start with \"node_set:\", \"facet_set:\" or \"cell_set:\""
     )]
-    Name {
-        /// The name.
-        name: String,
-    },
+    Name { name: String },
 }

@@ -93,23 +93,6 @@ impl<const N: usize> Mesh<N> {
         let numbers = found.to_f64();
         Ok((0..numbers.len()).filter(|&node| numbers[node] != 0.0).collect())
     }
-
-    /// The cells whose integer cell field equals `label`, ascending: the cell set behind a
-    /// region number.
-    ///
-    /// # Errors
-    /// [`Defect::NoSuchField`] when no integer cell field with one component has this name.
-    pub fn cells_labelled(&self, field: &str, label: i64) -> Result<Vec<usize>, Defect> {
-        let labels = self.cell_fields.get(field).and_then(Field::as_labels).ok_or_else(|| {
-            let names = self.cell_fields.iter().filter(|(_, f)| f.as_labels().is_some());
-            Defect::NoSuchField {
-                field: field.into(),
-                wanted: "integer cell",
-                available: names.map(|(name, _)| name.clone()).collect(),
-            }
-        })?;
-        Ok((0..labels.len()).filter(|&cell| labels[cell] == label).collect())
-    }
 }
 
 #[cfg(test)]
@@ -131,11 +114,8 @@ mod tests {
     fn markers_become_sets() {
         let mut mesh = box_tetrahedra([1.0; 3], [1; 3]);
         mesh.point_fields.insert("clamped".into(), Field::labels(vec![0, 1, 0, 0, 0, -2, 0, 0]));
-        mesh.cell_fields.insert("region".into(), Field::labels(vec![0, 7, 7, 0, 0, 1]));
         assert_eq!(mesh.nodes_where_nonzero("clamped"), Ok(vec![1, 5]));
-        assert_eq!(mesh.cells_labelled("region", 7), Ok(vec![1, 2]));
         let error = mesh.nodes_where_nonzero("fixed").unwrap_err();
         assert!(error.to_string().contains("clamped"), "{error}");
-        assert!(mesh.cells_labelled("clamped", 1).is_err());
     }
 }

@@ -32,7 +32,7 @@ struct Node {
 }
 
 impl SurfaceTree {
-    pub fn new(surface: &TriangleMesh) -> Self {
+    pub(crate) fn new(surface: &TriangleMesh) -> Self {
         let corners: Vec<_> = (0..surface.cells.len()).map(|cell| surface.corners(cell)).collect();
         let mut tree = Self { order: (0..corners.len()).collect(), corners, nodes: Vec::new() };
         if !tree.order.is_empty() {
@@ -76,7 +76,7 @@ impl SurfaceTree {
     }
 
     /// Distances along a ray (in lengths of `direction`) at which it meets triangles, ascending; an edge is met twice.
-    pub fn hits(&self, origin: Point, direction: Point) -> Vec<f64> {
+    pub(crate) fn hits(&self, origin: Point, direction: Point) -> Vec<f64> {
         let mut found = Vec::new();
         let meets = |node: &Node| {
             let (mut near, mut far) = (0.0_f64, f64::INFINITY);
@@ -103,7 +103,7 @@ impl SurfaceTree {
     }
 
     /// Distance of a point from the surface; infinite when it has no triangles.
-    pub fn distance(&self, point: Point) -> f64 {
+    pub(crate) fn distance(&self, point: Point) -> f64 {
         let mut best = f64::INFINITY;
         let mut stack: Vec<usize> = if self.nodes.is_empty() { vec![] } else { vec![0] };
         let from_box = |node: &Node| (point - point.sup(&node.low).inf(&node.high)).norm();
@@ -126,7 +126,7 @@ impl SurfaceTree {
     }
 
     /// Triangles whose leaf touches the box.
-    pub fn near(&self, low: Point, high: Point) -> Vec<usize> {
+    pub(crate) fn near(&self, low: Point, high: Point) -> Vec<usize> {
         let mut found = Vec::new();
         let touches =
             |node: &Node| (0..3).all(|i| node.low[i] <= high[i] && low[i] <= node.high[i]);

@@ -198,11 +198,14 @@ impl Map {
 mod nullable {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    pub fn serialize<S: Serializer>(pairs: &[[f64; 2]], serializer: S) -> Result<S::Ok, S::Error> {
+    pub(super) fn serialize<S: Serializer>(
+        pairs: &[[f64; 2]],
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
         pairs.serialize(serializer)
     }
 
-    pub fn deserialize<'a, D: Deserializer<'a>>(
+    pub(super) fn deserialize<'a, D: Deserializer<'a>>(
         deserializer: D,
     ) -> Result<Vec<[f64; 2]>, D::Error> {
         let pairs = Vec::<[Option<f64>; 2]>::deserialize(deserializer)?;

@@ -1,7 +1,7 @@
 //! The thesis' beams: the comparison of emulators with the solver, and the report.
 //!
 //! The program `sinew-study` runs them (`cargo xtask reproduce-beam`). The story of a run:
-//! [`scenes`] are lowered to bodies, [`recipes`] say how `sinew-emulate` makes emulators of them, [`simulate`] solves what
+//! [`scenes`] are lowered to bodies, `recipes` says how `sinew-emulate` makes emulators of them, `simulate` solves what
 //! they are judged by, [`report`] tells.
 
 pub mod fields;
@@ -10,9 +10,9 @@ pub mod options;
 mod outcome;
 mod present;
 pub mod program;
-pub mod recipes;
+mod recipes;
 pub mod report;
 pub mod run;
 pub mod scenes;
-pub mod simulate;
+mod simulate;
 pub mod timing;

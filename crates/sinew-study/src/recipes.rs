@@ -11,7 +11,7 @@ use std::path::Path;
 
 /// Numbers of simulations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Samples {
+pub(crate) struct Samples {
     /// Latin hypercube for training.
     pub training: usize,
     /// Uniform points that every error in the tables is over.
@@ -22,7 +22,7 @@ pub struct Samples {
 
 impl Samples {
     /// The thesis' 200 and 100; few for a quick check.
-    pub fn of(options: &BeamOptions) -> Self {
+    pub(crate) fn of(options: &BeamOptions) -> Self {
         if options.quick {
             Self { training: 32, test: 8, regression: 12 }
         } else {
@@ -32,7 +32,7 @@ impl Samples {
 }
 
 /// The recipe of an emulator; anything but a network is a regression.
-pub fn recipe(options: &BeamOptions, method: Method) -> Recipe {
+pub(crate) fn recipe(options: &BeamOptions, method: Method) -> Recipe {
     let simulations = Samples::of(options).training;
     let thesis = options.full.then(|| (Coordinates::Components, TrainingConfig::thesis()));
     let network = if options.full { Network::thesis() } else { Network::default() };
@@ -63,7 +63,7 @@ pub fn recipe(options: &BeamOptions, method: Method) -> Recipe {
 }
 
 /// How one recipe is trained in a run.
-pub fn training(options: &BeamOptions, recipe: &Recipe, folder: &Path) -> TrainingOptions {
+pub(crate) fn training(options: &BeamOptions, recipe: &Recipe, folder: &Path) -> TrainingOptions {
     let training = program::training(options.quick, options.seed, folder, options.resume);
     TrainingOptions {
         budget: budget(options, recipe),

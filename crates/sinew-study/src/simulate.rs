@@ -11,7 +11,7 @@ use std::path::Path;
 
 /// Our solutions at the parameters of an independent program's.
 #[derive(Clone, Debug)]
-pub struct FixtureRuns<'b> {
+pub(crate) struct FixtureRuns<'b> {
     /// Its parameters and displacements.
     pub independent: TestSet<'b>,
     /// Ours, each from rest \[mm\].
@@ -25,7 +25,7 @@ pub struct FixtureRuns<'b> {
 
 /// What a scene's emulators are judged by.
 #[derive(Clone, Debug)]
-pub struct Simulations<'b> {
+pub(crate) struct Simulations<'b> {
     /// For errors: uniform.
     pub test: TestSet<'b>,
     /// Wall time of all its solves on all threads \[s\].
@@ -40,7 +40,7 @@ pub struct Simulations<'b> {
 ///
 /// # Errors
 /// A solve that fails, with its parameters and advice; files that cannot be written or read.
-pub fn run<'b>(
+pub(crate) fn run<'b>(
     beam: &Beam,
     body: &'b Body,
     counts: Samples,

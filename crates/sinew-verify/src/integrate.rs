@@ -2,6 +2,7 @@
 
 use sinew_energy::{FiniteElement, Nodes, QuadraturePoint};
 use sinew_mesh::Mesh;
+use sinew_num::Mat3;
 
 /// A quadrature point of a mesh.
 pub(crate) struct Point<const N: usize> {
@@ -19,12 +20,12 @@ pub(crate) struct Point<const N: usize> {
 
 impl<const N: usize> Point<N> {
     /// A nodal vector field at the point.
-    pub fn value(&self, field: &[f64]) -> [f64; 3] {
+    pub(crate) fn value(&self, field: &[f64]) -> [f64; 3] {
         std::array::from_fn(|i| (0..N).map(|a| self.shape[a] * field[3 * self.nodes[a] + i]).sum())
     }
 
     /// Gradient of a nodal vector field, `∂u_i/∂X_j` in row i.
-    pub fn slope(&self, field: &[f64]) -> [[f64; 3]; 3] {
+    pub(crate) fn slope(&self, field: &[f64]) -> [[f64; 3]; 3] {
         let entry = |i: usize, j: usize| -> f64 {
             (0..N).map(|a| self.gradient[a][j] * field[3 * self.nodes[a] + i]).sum()
         };
@@ -48,10 +49,10 @@ where
         let corners = nodes.map(|node| mesh.points[node]);
         let at_point = |&(weight, shape, slopes): &(f64, [f64; N], [[f64; 3]; N])| {
             let at = std::array::from_fn(|i| (0..N).map(|a| shape[a] * corners[a][i]).sum());
-            let jacobian: [[f64; 3]; 3] = std::array::from_fn(|i| {
-                std::array::from_fn(|k| (0..N).map(|a| slopes[a][k] * corners[a][i]).sum())
-            });
-            let (inverse, determinant) = inverse(&jacobian);
+            let jacobian =
+                Mat3::from_fn(|i, k| (0..N).map(|a| slopes[a][k] * corners[a][i]).sum::<f64>());
+            let determinant = jacobian.determinant();
+            let inverse = Mat3::from_fn(|k, j| jacobian.cofactor(j, k) / determinant);
             let gradient = slopes.map(|slope| {
                 std::array::from_fn(|j| (0..3).map(|k| slope[k] * inverse[k][j]).sum())
             });
@@ -59,17 +60,6 @@ where
         };
         shapes.iter().map(at_point).collect::<Vec<_>>()
     })
-}
-
-/// Inverse and determinant.
-fn inverse(m: &[[f64; 3]; 3]) -> ([[f64; 3]; 3], f64) {
-    let minor = |i: usize, j: usize| {
-        let (r, s) = ((i + 1) % 3, (i + 2) % 3);
-        let (p, q) = ((j + 1) % 3, (j + 2) % 3);
-        m[r][p] * m[s][q] - m[r][q] * m[s][p]
-    };
-    let determinant = (0..3).map(|j| m[0][j] * minor(0, j)).sum();
-    (std::array::from_fn(|i| std::array::from_fn(|j| minor(j, i) / determinant)), determinant)
 }
 
 #[cfg(test)]

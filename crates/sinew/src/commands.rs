@@ -1,14 +1,14 @@
 //! The commands, one file each, and what they share.
 
-pub mod evaluate;
-pub mod export;
-pub mod mesh;
-pub mod predict;
-pub mod report;
-pub mod sample;
-pub mod scenes;
-pub mod solve;
-pub mod train;
+pub(crate) mod evaluate;
+pub(crate) mod export;
+pub(crate) mod mesh;
+pub(crate) mod predict;
+pub(crate) mod report;
+pub(crate) mod sample;
+pub(crate) mod scenes;
+pub(crate) mod solve;
+pub(crate) mod train;
 
 use anyhow::{Context, Result};
 use clap::Args;
@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 
 /// Which body, and where results go.
 #[derive(Debug, Args)]
-pub struct CaseArguments {
+pub(crate) struct CaseArguments {
     /// Case file, or the name of a built-in scene (`sinew scenes`)
     case: PathBuf,
     /// Mesh file (VTK, VTU or gmsh) instead of the case's own mesh
@@ -34,7 +34,7 @@ pub struct CaseArguments {
 
 impl CaseArguments {
     /// The case.
-    pub fn read(&self) -> Result<Case> {
+    pub(crate) fn read(&self) -> Result<Case> {
         let case = Case::read(&self.case)?;
         Ok(match &self.mesh {
             Some(mesh) => case.with_mesh(mesh.clone()),
@@ -43,7 +43,7 @@ impl CaseArguments {
     }
 
     /// Folder for its results.
-    pub fn folder(&self, case: &Case) -> PathBuf {
+    pub(crate) fn folder(&self, case: &Case) -> PathBuf {
         // A name may hold what paths read as folders.
         let kept = |c: char| if c.is_alphanumeric() || "-_ ".contains(c) { c } else { '_' };
         let name: String = case.name.chars().map(kept).collect();
@@ -53,7 +53,7 @@ impl CaseArguments {
 
 /// θ of one or many cases.
 #[derive(Debug, Args)]
-pub struct ThetaArguments {
+pub(crate) struct ThetaArguments {
     /// Parameters: name=value,name=value (a unit may follow: p=7mmHg), or a CSV table with their names in its first
     /// line; may be given several times [default: the middle of the ranges]
     #[arg(long, value_name = "THETA|CSV")]
@@ -62,7 +62,7 @@ pub struct ThetaArguments {
 
 impl ThetaArguments {
     /// All of them; those outside their ranges are told on standard error.
-    pub fn read(&self, body: &Body) -> Result<Vec<Vec<f64>>> {
+    pub(crate) fn read(&self, body: &Body) -> Result<Vec<Vec<f64>>> {
         let mut thetas = Vec::new();
         for text in &self.theta {
             if text.contains('=') {
@@ -90,10 +90,10 @@ impl ThetaArguments {
 }
 
 /// Warnings of one kind that are printed; the others are counted.
-pub const MOST_WARNINGS: usize = 5;
+pub(crate) const MOST_WARNINGS: usize = 5;
 
 /// Emulators in a folder of results by the names of their folders, short ones first.
-pub fn trained(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
+pub(crate) fn trained(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     let mut found = Vec::new();
     if folder.exists() {
         for entry in std::fs::read_dir(folder).with_context(|| folder.display().to_string())? {
@@ -110,7 +110,7 @@ pub fn trained(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
 }
 
 /// Solves with a bar on the terminal; what has no equilibrium is told on standard error.
-pub fn solved(
+pub(crate) fn solved(
     body: &Body,
     thetas: &[Vec<f64>],
     stage: &str,
@@ -122,12 +122,12 @@ pub fn solved(
 }
 
 /// Tells a sample without equilibrium on standard error.
-pub fn told_failure(body: &Body, failure: &sinew_emulate::Failure) {
+pub(crate) fn told_failure(body: &Body, failure: &sinew_emulate::Failure) {
     eprintln!("no equilibrium at {}: {}", theta_in_words(body, &failure.theta), failure.reason);
 }
 
 /// An error with its causes, each said once.
-pub fn told(error: &anyhow::Error) -> String {
+pub(crate) fn told(error: &anyhow::Error) -> String {
     let mut text = error.to_string();
     for cause in error.chain().skip(1).map(ToString::to_string) {
         if !text.contains(&cause) {
@@ -138,7 +138,7 @@ pub fn told(error: &anyhow::Error) -> String {
 }
 
 /// Whether the person at the keyboard can mend it without a computation.
-pub fn is_usage(error: &anyhow::Error) -> bool {
+pub(crate) fn is_usage(error: &anyhow::Error) -> bool {
     error
         .chain()
         .any(|cause| cause.is::<CaseError>() || cause.is::<ThetaText>() || cause.is::<Usage>())
@@ -147,9 +147,9 @@ pub fn is_usage(error: &anyhow::Error) -> bool {
 /// A command line that asks for something that does not exist.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
-pub struct Usage(pub String);
+pub(crate) struct Usage(pub String);
 
 /// Refuses a command line.
-pub fn refuse<T>(reason: String) -> Result<T> {
+pub(crate) fn refuse<T>(reason: String) -> Result<T> {
     Err(Usage(reason).into())
 }

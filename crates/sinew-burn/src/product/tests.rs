@@ -1,7 +1,6 @@
 //! Products against plain sums, on every instruction set.
 
-use super::{Factor, LANES, Panels, Start, Task, add_transposed_product, gram, multiply};
-use crate::register::{Portable, Register};
+use super::{Factor, LANES, Panels, Start, Task, add_transposed_product, gram, kernel, multiply};
 
 /// Sums that Miri can wait for.
 const LONGEST_INTERPRETED: usize = 16;
@@ -74,16 +73,16 @@ fn every_instruction_set_multiplies() {
         assert_eq!(found, twice);
     };
     // SAFETY: the task fits its slices, and the processor has the instructions.
-    run(&|to| unsafe { task.blocks::<Portable, 2, { LANES / Portable::LANES }>(to) });
+    run(&|to| unsafe { kernel::portable::run(&task, LANES, to) });
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
         // SAFETY: as above.
-        run(&|to| unsafe { task.avx2(LANES, to) });
+        run(&|to| unsafe { kernel::avx2::run(&task, LANES, to) });
     }
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx512f") {
         // SAFETY: as above.
-        run(&|to| unsafe { task.avx512(LANES, to) });
+        run(&|to| unsafe { kernel::avx512::run(&task, LANES, to) });
     }
 }
 

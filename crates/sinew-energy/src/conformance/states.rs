@@ -6,7 +6,7 @@ use sinew_num::Mat3;
 pub(super) struct States(u64);
 
 impl States {
-    pub fn new(seed: u64) -> Self {
+    pub(super) fn new(seed: u64) -> Self {
         Self(seed)
     }
 
@@ -20,12 +20,12 @@ impl States {
     }
 
     /// Entries up to `size`, so that J may be anything.
-    pub fn any(&mut self, size: f64) -> Mat3<f64> {
+    pub(super) fn any(&mut self, size: f64) -> Mat3<f64> {
         Mat3::from_fn(|_, _| size * self.number())
     }
 
     /// A state that a soft tissue may be in: entries up to 0.15, J between 0.6 and 1.6.
-    pub fn admissible(&mut self) -> Mat3<f64> {
+    pub(super) fn admissible(&mut self) -> Mat3<f64> {
         loop {
             let h = self.any(0.15);
             if (-0.4..0.6).contains(&h.volume_change()) {
@@ -35,7 +35,7 @@ impl States {
     }
 
     /// A rotation from a random unit quaternion: any axis, any angle.
-    pub fn rotation(&mut self) -> Mat3<f64> {
+    pub(super) fn rotation(&mut self) -> Mat3<f64> {
         let q = loop {
             let q = [self.number(), self.number(), self.number(), self.number()];
             let length = q.iter().map(|x| x * x).sum::<f64>().sqrt();

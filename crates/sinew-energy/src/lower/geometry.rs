@@ -3,6 +3,7 @@
 use crate::SceneError;
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
 use sinew_mesh::Mesh;
+use sinew_num::Scalar;
 
 /// Gradients of the shape functions at each quadrature point, and the volumes that the points stand for.
 #[expect(clippy::type_complexity, reason = "the two arrays of Body")]
@@ -69,13 +70,17 @@ pub(super) fn sub(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| a[i] - b[i])
 }
 
-pub(crate) fn dot3(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+pub(crate) fn add<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
+    std::array::from_fn(|i| a[i].clone() + b[i].clone())
 }
 
-pub(crate) fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+pub(crate) fn dot3<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> S {
+    a[0].clone() * b[0].clone() + a[1].clone() * b[1].clone() + a[2].clone() * b[2].clone()
+}
+
+pub(crate) fn cross<S: Scalar>(a: &[S; 3], b: &[S; 3]) -> [S; 3] {
     std::array::from_fn(|i| {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        a[j] * b[k] - a[k] * b[j]
+        a[j].clone() * b[k].clone() - a[k].clone() * b[j].clone()
     })
 }

@@ -22,7 +22,7 @@ pub(crate) struct Held {
 
 impl Held {
     /// The prescribed displacement of a node along a coordinate axis, if the supports leave it none there.
-    pub fn along_axis(&self, node: usize, axis: usize) -> Option<f64> {
+    pub(crate) fn along_axis(&self, node: usize, axis: usize) -> Option<f64> {
         let Some(frame) = self.frames.get(node) else { return self.prescribed[3 * node + axis] };
         let own = self.prescribed[3 * node..3 * node + 3].iter().zip(&frame.0);
         own.filter(|(held, row)| held.is_some() || row[axis].abs() > ROUNDING)

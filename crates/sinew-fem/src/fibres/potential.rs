@@ -21,7 +21,7 @@ pub(super) struct Laplacian<'m> {
 impl<'m> Laplacian<'m> {
     /// # Errors
     /// [`FibreError::FlatCell`].
-    pub fn new(mesh: &'m TetMesh) -> Result<Self, FibreError> {
+    pub(super) fn new(mesh: &'m TetMesh) -> Result<Self, FibreError> {
         let mut shape_gradients = Vec::with_capacity(mesh.cells.len());
         let mut volumes = Vec::with_capacity(mesh.cells.len());
         for cell in 0..mesh.cells.len() {
@@ -41,7 +41,7 @@ impl<'m> Laplacian<'m> {
     ///
     /// # Errors
     /// [`FibreError::Factor`]. Each connected part of the mesh needs a prescribed node.
-    pub fn solve(
+    pub(super) fn solve(
         &self,
         prescribed: &[Option<f64>],
         source: f64,
@@ -79,7 +79,7 @@ impl<'m> Laplacian<'m> {
     }
 
     /// Gradient in each cell [1/length].
-    pub fn gradients(&self, values: &[f64]) -> Vec<Vector3<f64>> {
+    pub(super) fn gradients(&self, values: &[f64]) -> Vec<Vector3<f64>> {
         let gradient = |(nodes, shape): (&[usize; 4], &[Vector3<f64>; 4])| {
             (0..4).map(|a| shape[a] * values[nodes[a]]).sum()
         };
@@ -87,7 +87,7 @@ impl<'m> Laplacian<'m> {
     }
 
     /// Mean of a field of the cells around each node, weighted by their volumes.
-    pub fn around_nodes(&self, of_cells: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    pub(super) fn around_nodes(&self, of_cells: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         let mut sums = vec![(Vector3::zeros(), 0.0); self.mesh.points.len()];
         for (cell, nodes) in self.mesh.cells.iter().enumerate() {
             for &node in nodes {

@@ -92,7 +92,7 @@ impl Layer {
     /// From the outward normal and any direction towards the base, neither of unit length.
     ///
     /// `None` where one of them vanishes or they are parallel.
-    pub fn new(outward: Vector3<f64>, to_base: Vector3<f64>) -> Option<Self> {
+    pub(super) fn new(outward: Vector3<f64>, to_base: Vector3<f64>) -> Option<Self> {
         let outward = outward.try_normalize(f64::MIN_POSITIVE)?;
         let to_base = to_base.try_normalize(f64::MIN_POSITIVE)?;
         let along = to_base - outward * outward.dot(&to_base);

@@ -25,7 +25,7 @@ pub(super) struct Bounds {
 impl Bounds {
     /// # Errors
     /// Surfaces that are missing, empty or touching, and parts of the mesh that do not reach one.
-    pub fn new(mesh: &TetMesh, names: &Surfaces<'_>) -> Result<Self, FibreError> {
+    pub(super) fn new(mesh: &TetMesh, names: &Surfaces<'_>) -> Result<Self, FibreError> {
         let nodes_of = |name: &str| facets(mesh, name).map(|facets| mesh.nodes_of_facets(facets));
         let bounds = Self {
             endocardium: nodes_of(names.endocardium)?,
@@ -50,7 +50,7 @@ impl Bounds {
     }
 
     /// Values at sets of nodes; later sets win.
-    pub fn prescribe(&self, sets: &[(&[usize], f64)]) -> Vec<Option<f64>> {
+    pub(super) fn prescribe(&self, sets: &[(&[usize], f64)]) -> Vec<Option<f64>> {
         let mut prescribed = vec![None; self.nodes];
         for (set, value) in sets {
             set.iter().for_each(|&node| prescribed[node] = Some(*value));
@@ -62,7 +62,7 @@ impl Bounds {
     ///
     /// # Errors
     /// [`FibreError::NoApex`] when each node is on the base.
-    pub fn apexes(&self, distance: &[f64]) -> Result<[usize; 2], FibreError> {
+    pub(super) fn apexes(&self, distance: &[f64]) -> Result<[usize; 2], FibreError> {
         let farthest = |nodes: &[usize]| {
             let apex = nodes.iter().copied().max_by(|&a, &b| distance[a].total_cmp(&distance[b]));
             let apex = apex.filter(|&node| distance[node] > 0.0);

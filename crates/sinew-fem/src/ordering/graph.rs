@@ -14,7 +14,7 @@ pub(super) struct Graph {
 
 impl Graph {
     /// A graph whose vertices and edges all weigh 1.
-    pub fn unweighted(starts: &[usize], neighbours: &[usize]) -> Self {
+    pub(super) fn unweighted(starts: &[usize], neighbours: &[usize]) -> Self {
         Self {
             starts: starts.iter().map(|&s| s as u32).collect(),
             neighbours: neighbours.iter().map(|&n| n as u32).collect(),
@@ -23,15 +23,15 @@ impl Graph {
         }
     }
 
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.weights.len()
     }
 
-    pub fn total_weight(&self) -> u64 {
+    pub(super) fn total_weight(&self) -> u64 {
         self.weights.iter().map(|&w| u64::from(w)).sum()
     }
 
-    pub fn neighbours(&self, vertex: usize) -> &[u32] {
+    pub(super) fn neighbours(&self, vertex: usize) -> &[u32] {
         &self.neighbours[self.starts[vertex] as usize..self.starts[vertex + 1] as usize]
     }
 
@@ -44,7 +44,7 @@ impl Graph {
 
     /// The graph of some vertices, whose places in the result `place` holds (others: anything from
     /// `vertices.len()` on), with the edges among them.
-    pub fn induced(&self, vertices: &[u32], place: &[u32]) -> Self {
+    pub(super) fn induced(&self, vertices: &[u32], place: &[u32]) -> Self {
         let mut starts = Vec::with_capacity(vertices.len() + 1);
         starts.push(0);
         let (mut neighbours, mut edge_weights) = (Vec::new(), Vec::new());
@@ -64,7 +64,7 @@ impl Graph {
     /// Merges neighbours along heavy edges (G. Karypis, V. Kumar, SIAM J. Sci. Comput. 20, 1998): the coarse
     /// graph and the coarse vertex of each vertex. No coarse vertex weighs more than `most_weight` unless
     /// a fine one did.
-    pub fn coarsened(&self, most_weight: u32, random: &mut Random) -> (Self, Vec<u32>) {
+    pub(super) fn coarsened(&self, most_weight: u32, random: &mut Random) -> (Self, Vec<u32>) {
         const UNMATCHED: u32 = u32::MAX;
         let mut mate = vec![UNMATCHED; self.len()];
         for &vertex in &random.permutation(self.len()) {
@@ -135,7 +135,7 @@ impl Graph {
 pub(super) struct Random(pub u64);
 
 impl Random {
-    pub fn next(&mut self) -> u64 {
+    pub(super) fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -143,11 +143,11 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    pub fn below(&mut self, bound: usize) -> usize {
+    pub(super) fn below(&mut self, bound: usize) -> usize {
         ((u128::from(self.next()) * bound as u128) >> 64) as usize
     }
 
-    pub fn permutation(&mut self, size: usize) -> Vec<u32> {
+    pub(super) fn permutation(&mut self, size: usize) -> Vec<u32> {
         let mut order: Vec<u32> = (0..size as u32).collect();
         for i in (1..size).rev() {
             order.swap(i, self.below(i + 1));

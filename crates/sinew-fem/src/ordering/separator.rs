@@ -32,7 +32,7 @@ pub(super) struct Separation {
 impl Separation {
     /// Finds a light separator: the graph is coarsened, the coarsest one is cut, and the cut is refined on
     /// the way back.
-    pub fn find(graph: &Graph, random: &mut Random) -> Self {
+    pub(super) fn find(graph: &Graph, random: &mut Random) -> Self {
         let most_weight = (1.5 * graph.total_weight() as f64 / COARSEST as f64).max(1.0) as u32;
         let mut levels: Vec<(Graph, Vec<u32>)> = Vec::new();
         loop {
@@ -75,7 +75,7 @@ impl Separation {
     }
 
     /// Light separators first, then even sides. A side that is empty separates nothing.
-    pub fn cost(&self) -> (bool, u64) {
+    pub(super) fn cost(&self) -> (bool, u64) {
         let [a, b, between] = self.weights;
         let total = a + b + between;
         (a == 0 || b == 0, between * (UNEVEN * total + a.abs_diff(b)))

@@ -22,7 +22,7 @@ pub(super) struct Forces {
 
 impl Forces {
     /// Of what has a potential, under a fraction of the loads.
-    pub fn of_potential(
+    pub(super) fn of_potential(
         potential: &Body,
         displacement: &[f64],
         theta: &[f64],
@@ -47,7 +47,7 @@ impl Forces {
     }
 
     /// With loose followers and the field of pressure.
-    pub fn of_balance(body: &ForceBalance, solution: &BalanceSolution) -> Self {
+    pub(super) fn of_balance(body: &ForceBalance, solution: &BalanceSolution) -> Self {
         let BalanceSolution { displacement, theta, load_factor, .. } = solution;
         let mut forces = Self::of_potential(&body.body, displacement, theta, *load_factor);
         let mut followers = vec![0.0; displacement.len()];

@@ -17,55 +17,38 @@ const LEAST_SHAPE: f64 = 0.1;
 /// Why a solution should be looked at twice; its `Display` advises.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum Warning {
     /// The forces are not balanced as well as they could be.
     #[error(
         "the residual is {relative:.1e} of the forces; solve again from this displacement, or scale the units so \
          that forces are near 1"
     )]
-    Residual {
-        /// Residual over the norm of loads and reactions.
-        relative: f64,
-    },
+    Residual { relative: f64 },
     /// The equilibrium is not a minimum.
     #[error(
         "the stiffness has {negative_pivots} negative pivots: the body would leave this equilibrium, but no force leads \
          away from it, as in a straight column beyond Euler's load; nudge it: solve_from this displacement plus a small \
          multiple of Solver::softest_mode, or load it by a prescribed motion"
     )]
-    Unstable {
-        /// Negative eigenvalues of the stiffness.
-        negative_pivots: usize,
-    },
+    Unstable { negative_pivots: usize },
     /// A cell has lost most of its volume.
     #[error("J is only {worst}: reduce the load, stiffen the volume, or refine the mesh there")]
-    Squeezed {
-        /// The cell and its volume ratio.
-        worst: CellValue,
-    },
+    Squeezed { worst: CellValue },
     /// A cell has grown to a multiple of its volume.
     #[error("J reaches {worst}: the law resists changes of volume too little for this load")]
-    Swollen {
-        /// The cell and its volume ratio.
-        worst: CellValue,
-    },
+    Swollen { worst: CellValue },
     /// A cell is nearly flat at rest.
     #[error(
         "the mesh has a cell of mean ratio {worst}: gradients there are poor; improve the mesh"
     )]
-    PoorMesh {
-        /// The cell and its mean ratio.
-        worst: CellValue,
-    },
+    PoorMesh { worst: CellValue },
     /// A cell has become nearly flat.
     #[error(
         "the deformation leaves a cell of mean ratio {worst}; start with cells that are stretched the other way, \
          or refine the mesh there"
     )]
-    Distorted {
-        /// The cell and its mean ratio.
-        worst: CellValue,
-    },
+    Distorted { worst: CellValue },
     /// The elements are too stiff.
     #[error("{0}")]
     Locking(LockingWarning),

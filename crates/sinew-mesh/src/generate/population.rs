@@ -13,51 +13,25 @@ pub use ventricle::VentricleShape;
 /// Why numbers describe no body.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum ShapeError {
     /// Too many or too few numbers, or one that is not finite.
     #[error("a shape has {most} finite numbers; {found} were given, or one of them is not finite")]
-    Numbers {
-        /// Numbers given.
-        found: usize,
-        /// Numbers there are.
-        most: usize,
-    },
+    Numbers { found: usize, most: usize },
     /// A measure that no body of the population has.
     #[error("the {what} of {value:.3} is not between {least} and {most}: draw other numbers")]
-    Measure {
-        /// What was measured.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// Smallest of the population.
-        least: f64,
-        /// Largest of the population.
-        most: f64,
-    },
+    Measure { what: &'static str, value: f64, least: f64, most: f64 },
     /// Too few cells for a mesh.
     #[error("a mesh needs {least:?} cells around and across or more, not {found:?}")]
-    Cells {
-        /// Cells asked for.
-        found: [usize; 2],
-        /// The fewest there can be.
-        least: [usize; 2],
-    },
-    /// A cell without volume, or turned over.
+    Cells { found: [usize; 2], least: [usize; 2] },
+    /// A cell without volume \[length³\], or turned over.
     #[error("cell {cell} has a volume of {volume:.3e}: the shape is folded; draw other numbers")]
-    Folded {
-        /// The cell.
-        cell: usize,
-        /// Its volume \[length³\].
-        volume: f64,
-    },
+    Folded { cell: usize, volume: f64 },
     /// Too few shapes for modes.
     #[error(
         "modes need two shapes of the same nodes or more, of which some differ; {found} were given"
     )]
-    Modes {
-        /// Shapes given.
-        found: usize,
-    },
+    Modes { found: usize },
 }
 
 fn within(what: &'static str, value: f64, [least, most]: [f64; 2]) -> Result<(), ShapeError> {
@@ -72,11 +46,7 @@ fn finite(numbers: &[f64], most: usize) -> Result<(), ShapeError> {
 
 /// Requires that every tetrahedron has the orientation it should.
 fn unfolded(mesh: &crate::TetMesh) -> Result<(), ShapeError> {
-    let volume = |cell: &[usize; 4]| {
-        let [a, b, c, d] = cell.map(|node| nalgebra::Vector3::from(mesh.points[node]));
-        (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0
-    };
-    let mut volumes = mesh.cells.iter().map(volume).enumerate();
+    let mut volumes = (0..mesh.cells.len()).map(|cell| mesh.cell_volume(cell)).enumerate();
     let folded = volumes.find(|(_, volume)| volume.is_nan() || *volume <= 0.0);
     folded.map_or(Ok(()), |(cell, volume)| Err(ShapeError::Folded { cell, volume }))
 }

@@ -128,7 +128,7 @@ const BULGE: f64 = 0.15;
 
 impl Disk {
     /// The square `[-1, 1]²`, or its quarter `[0, 1]²`, as a sheet in the plane.
-    pub fn sheet(&self, quarter: bool) -> Sheet {
+    pub(super) fn sheet(&self, quarter: bool) -> Sheet {
         let half = self.half as i64;
         let start = if quarter { 0 } else { -half };
         let side = (half - start) as usize;
@@ -164,7 +164,7 @@ impl Disk {
         grid_coordinate(self.half + ring, self.along, 1.0)
     }
 
-    pub fn place(&self, [a, b]: [f64; 2]) -> [f64; 2] {
+    pub(super) fn place(&self, [a, b]: [f64; 2]) -> [f64; 2] {
         let (size, patch) = (a.abs().max(b.abs()), self.scale(0));
         if size <= patch {
             return self.place_in_patch([a, b]);

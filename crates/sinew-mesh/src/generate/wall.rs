@@ -52,14 +52,14 @@ pub(super) struct Sheet {
 
 impl Sheet {
     /// The node with this key, made where it is met first.
-    pub fn node(&mut self, key: [i64; 3], point: impl FnOnce() -> [f64; 3]) -> usize {
+    pub(super) fn node(&mut self, key: [i64; 3], point: impl FnOnce() -> [f64; 3]) -> usize {
         *self.by_key.entry(key).or_insert_with(|| {
             self.points.push(point());
             self.points.len() - 1
         })
     }
 
-    pub fn quad(&mut self, nodes: [usize; 4]) {
+    pub(super) fn quad(&mut self, nodes: [usize; 4]) {
         self.quads.push(nodes);
     }
 }

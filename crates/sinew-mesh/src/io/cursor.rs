@@ -53,19 +53,19 @@ pub(crate) fn error_at(file: &str, byte: usize, problem: impl Into<Problem>) -> 
 
 impl<'a> Cursor<'a> {
     /// At the start of a file, behind its byte-order mark; places count that as well.
-    pub fn new(file: &'a str, bytes: &'a [u8]) -> Self {
+    pub(super) fn new(file: &'a str, bytes: &'a [u8]) -> Self {
         let start = bytes.len() - without_mark(bytes).len();
         Cursor { file, bytes, position: start, item: start, encoding: Encoding::Text }
     }
 
     /// The error at the last item read.
-    pub fn error(&self, problem: impl Into<Problem>) -> MeshError {
+    pub(super) fn error(&self, problem: impl Into<Problem>) -> MeshError {
         let (file, place) = (self.file.into(), self.place(self.item));
         MeshError::Content { file, place, problem: Box::new(problem.into()) }
     }
 
     /// Where the next item begins.
-    pub fn here(&self) -> Place {
+    pub(super) fn here(&self) -> Place {
         self.place(self.position)
     }
 
@@ -74,7 +74,7 @@ impl<'a> Cursor<'a> {
         Place { byte, line: (self.encoding == Encoding::Text).then(line) }
     }
 
-    pub fn expected(&self, expected: &'static str, found: &[u8]) -> MeshError {
+    pub(super) fn expected(&self, expected: &'static str, found: &[u8]) -> MeshError {
         self.error(Problem::Expected { expected, found: excerpt(found) })
     }
 
@@ -82,17 +82,17 @@ impl<'a> Cursor<'a> {
         &self.bytes[self.position..]
     }
 
-    pub fn remaining(&self) -> usize {
+    pub(super) fn remaining(&self) -> usize {
         self.bytes.len() - self.position
     }
 
-    pub fn skip_whitespace(&mut self) {
+    pub(super) fn skip_whitespace(&mut self) {
         let blank = self.rest().iter().take_while(|b| b.is_ascii_whitespace()).count();
         self.position += blank;
     }
 
     /// The rest of the line without surrounding blanks, or `None` at the end of the file.
-    pub fn line(&mut self) -> Option<&'a [u8]> {
+    pub(super) fn line(&mut self) -> Option<&'a [u8]> {
         self.item = self.position;
         let rest = self.rest();
         if rest.is_empty() {
@@ -104,13 +104,13 @@ impl<'a> Cursor<'a> {
     }
 
     /// The rest of the line as text.
-    pub fn text_line(&mut self, expected: &'static str) -> Result<&'a str, MeshError> {
+    pub(super) fn text_line(&mut self, expected: &'static str) -> Result<&'a str, MeshError> {
         let line = self.line().ok_or_else(|| self.error(Problem::Missing { expected }))?;
         str::from_utf8(line).map_err(|_| self.expected(expected, line))
     }
 
     /// The next word, or `None` at the end of the file.
-    pub fn word(&mut self) -> Option<&'a [u8]> {
+    pub(super) fn word(&mut self) -> Option<&'a [u8]> {
         self.skip_whitespace();
         self.item = self.position;
         let rest = self.rest();
@@ -120,29 +120,33 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next word as text.
-    pub fn text(&mut self, expected: &'static str) -> Result<&'a str, MeshError> {
+    pub(super) fn text(&mut self, expected: &'static str) -> Result<&'a str, MeshError> {
         let word = self.word().ok_or_else(|| self.error(Problem::Missing { expected }))?;
         str::from_utf8(word).map_err(|_| self.expected(expected, word))
     }
 
     /// The next word as a number, whatever the encoding.
-    pub fn parse<T: FromStr>(&mut self, expected: &'static str) -> Result<T, MeshError> {
+    pub(super) fn parse<T: FromStr>(&mut self, expected: &'static str) -> Result<T, MeshError> {
         let text = self.text(expected)?;
         text.parse().map_err(|_| self.expected(expected, text.as_bytes()))
     }
 
     /// Where the next item is read from.
-    pub fn position(&self) -> usize {
+    pub(super) fn position(&self) -> usize {
         self.position
     }
 
     /// Goes back to where [`Cursor::position`] was.
-    pub fn rewind(&mut self, position: usize) {
+    pub(super) fn rewind(&mut self, position: usize) {
         self.position = position.min(self.position);
     }
 
     /// Reads up to and beyond `end`; what comes before it is returned.
-    pub fn skip_past(&mut self, end: &[u8], expected: &'static str) -> Result<&'a [u8], MeshError> {
+    pub(super) fn skip_past(
+        &mut self,
+        end: &[u8],
+        expected: &'static str,
+    ) -> Result<&'a [u8], MeshError> {
         self.item = self.position;
         let rest = self.rest();
         let found = rest.windows(end.len()).position(|window| window == end);
@@ -152,7 +156,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next `count` bytes.
-    pub fn take(&mut self, count: usize, what: &'static str) -> Result<&'a [u8], MeshError> {
+    pub(super) fn take(&mut self, count: usize, what: &'static str) -> Result<&'a [u8], MeshError> {
         self.item = self.position;
         if count > self.remaining() {
             let available = self.remaining();
@@ -166,7 +170,7 @@ impl<'a> Cursor<'a> {
     /// Refuses a declared count that the rest of the file cannot hold, before anything is
     /// allocated for it. A number takes `size` bytes in binary and two in text: a digit and
     /// a separator, which only the last may lack.
-    pub fn check_count(
+    pub(super) fn check_count(
         &self,
         count: usize,
         size: usize,
@@ -184,7 +188,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// `count` numbers in the cursor's encoding.
-    pub fn numbers(
+    pub(super) fn numbers(
         &mut self,
         kind: NumberType,
         count: usize,
@@ -211,7 +215,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// `count` integers in the cursor's encoding.
-    pub fn integers(
+    pub(super) fn integers(
         &mut self,
         kind: NumberType,
         count: usize,
@@ -224,7 +228,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// `count` real numbers in the cursor's encoding; integers are widened.
-    pub fn reals(
+    pub(super) fn reals(
         &mut self,
         kind: NumberType,
         count: usize,
@@ -237,7 +241,11 @@ impl<'a> Cursor<'a> {
     }
 
     /// One integer in the cursor's encoding.
-    pub fn integer(&mut self, kind: NumberType, what: &'static str) -> Result<i64, MeshError> {
+    pub(super) fn integer(
+        &mut self,
+        kind: NumberType,
+        what: &'static str,
+    ) -> Result<i64, MeshError> {
         self.skip_whitespace_in_text();
         self.item = self.position;
         let value = self.integers(kind, 1, what)?;
@@ -245,7 +253,11 @@ impl<'a> Cursor<'a> {
     }
 
     /// One integer that counts something.
-    pub fn count(&mut self, kind: NumberType, what: &'static str) -> Result<usize, MeshError> {
+    pub(super) fn count(
+        &mut self,
+        kind: NumberType,
+        what: &'static str,
+    ) -> Result<usize, MeshError> {
         let value = self.integer(kind, what)?;
         let most = i64::MAX;
         usize::try_from(value)

@@ -134,7 +134,7 @@ impl Gmsh<'_> {
     }
 
     /// Adds a node.
-    pub fn node(&mut self, tag: i64, point: [f64; 3]) -> Result<(), MeshError> {
+    pub(super) fn node(&mut self, tag: i64, point: [f64; 3]) -> Result<(), MeshError> {
         if self.node_index.insert(tag, self.grid.points.len()).is_some() {
             let found = tag.to_string();
             return Err(self.cursor.expected("a node tag that is not used yet", found.as_bytes()));
@@ -144,7 +144,7 @@ impl Gmsh<'_> {
     }
 
     /// Adds an element with the tags of its nodes and returns its index.
-    pub fn element(&mut self, kind: u8, nodes: &[i64]) -> Result<usize, MeshError> {
+    pub(super) fn element(&mut self, kind: u8, nodes: &[i64]) -> Result<usize, MeshError> {
         for tag in nodes {
             let Some(&index) = self.node_index.get(tag) else {
                 let found = tag.to_string();
@@ -164,7 +164,7 @@ impl Gmsh<'_> {
     }
 
     /// Puts an element into a physical group.
-    pub fn join_group(&mut self, dimension: i64, tag: i64, element: usize) {
+    pub(super) fn join_group(&mut self, dimension: i64, tag: i64, element: usize) {
         // A minus sign means reversed orientation, which facets do not need.
         let tag = tag.saturating_abs();
         let named = self.names.get(&(dimension, tag)).cloned();
@@ -241,7 +241,7 @@ impl Gmsh<'_> {
     }
 
     /// VTK type and number of nodes of a gmsh element type.
-    pub fn element_type(&self, gmsh_type: i64) -> Result<(u8, usize), MeshError> {
+    pub(super) fn element_type(&self, gmsh_type: i64) -> Result<(u8, usize), MeshError> {
         Ok(match gmsh_type {
             1 => (3, 2),
             2 => (5, 3),

@@ -23,7 +23,7 @@ pub(crate) struct UnstructuredGrid {
 }
 
 impl UnstructuredGrid {
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         let start = Place { byte: 0, line: None };
         UnstructuredGrid {
             points: Vec::new(),
@@ -38,15 +38,15 @@ impl UnstructuredGrid {
         }
     }
 
-    pub fn cell(&self, index: usize) -> &[i64] {
+    pub(super) fn cell(&self, index: usize) -> &[i64] {
         &self.connectivity[self.offsets[index]..self.offsets[index + 1]]
     }
 }
 
 /// VTK's numbers of the cell types that are used by name.
 pub(crate) mod vtk_type {
-    pub const QUADRATIC_EDGE: u8 = 21;
-    pub const QUADRATIC_TETRAHEDRON: u8 = 24;
+    pub(crate) const QUADRATIC_EDGE: u8 = 21;
+    pub(crate) const QUADRATIC_TETRAHEDRON: u8 = 24;
 }
 
 /// Name of a VTK cell type (VTK User's Guide, "VTK File Formats").

@@ -20,7 +20,7 @@ pub(crate) enum NumberType {
 
 impl NumberType {
     /// Bytes of one number in binary files.
-    pub fn size(self) -> usize {
+    pub(super) fn size(self) -> usize {
         use NumberType::*;
         match self {
             I8 | U8 => 1,
@@ -30,13 +30,13 @@ impl NumberType {
         }
     }
 
-    pub fn is_float(self) -> bool {
+    pub(super) fn is_float(self) -> bool {
         matches!(self, NumberType::F32 | NumberType::F64)
     }
 
     /// Decodes whole numbers; a trailing rest of bytes is left out. `Err` holds the index of
     /// an unsigned number beyond the largest signed one.
-    pub fn decode(self, bytes: &[u8], endian: Endian) -> Result<FieldValues, usize> {
+    pub(super) fn decode(self, bytes: &[u8], endian: Endian) -> Result<FieldValues, usize> {
         /// The numbers as `$wide`, read as `$narrow`.
         macro_rules! numbers {
             ($narrow:ty) => {

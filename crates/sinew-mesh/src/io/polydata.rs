@@ -33,7 +33,7 @@ pub(crate) struct PolyData {
 
 impl Kind {
     /// By the keyword of legacy files.
-    pub fn of_keyword(keyword: &[u8]) -> Option<Self> {
+    pub(super) fn of_keyword(keyword: &[u8]) -> Option<Self> {
         Some(match keyword {
             b"VERTICES" => Kind::Vertices,
             b"LINES" => Kind::Lines,
@@ -45,12 +45,12 @@ impl Kind {
 }
 
 impl PolyData {
-    pub fn put(&mut self, kind: Kind, list: CellList) {
+    pub(super) fn put(&mut self, kind: Kind, list: CellList) {
         self.lists[kind as usize] = Some(list);
     }
 
     /// Number of cells in all lists.
-    pub fn cell_count(&self) -> usize {
+    pub(super) fn cell_count(&self) -> usize {
         self.lists.iter().flatten().map(|list| list.offsets.len() - 1).sum()
     }
 
@@ -59,7 +59,7 @@ impl PolyData {
     ///
     /// # Errors
     /// Polygons or strips of very many triangles with fields.
-    pub fn fill(self, grid: &mut UnstructuredGrid) -> Result<(), Problem> {
+    pub(super) fn fill(self, grid: &mut UnstructuredGrid) -> Result<(), Problem> {
         let cells = self.cell_count();
         let kinds = [Kind::Vertices, Kind::Lines, Kind::Polygons, Kind::Strips];
         // The row of the fields for each cell of the grid.

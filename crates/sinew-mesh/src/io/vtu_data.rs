@@ -33,11 +33,11 @@ pub(crate) struct Source<'a> {
 }
 
 impl<'a> Source<'a> {
-    pub fn base64(file: &'a str, at: usize, data: &'a [u8]) -> Self {
+    pub(super) fn base64(file: &'a str, at: usize, data: &'a [u8]) -> Self {
         Source { file, at, data, position: 0, base64: true, ready: Vec::new() }
     }
 
-    pub fn raw(file: &'a str, at: usize, data: &'a [u8]) -> Self {
+    pub(super) fn raw(file: &'a str, at: usize, data: &'a [u8]) -> Self {
         Source { file, at, data, position: 0, base64: false, ready: Vec::new() }
     }
 

@@ -21,7 +21,7 @@ pub(super) struct Meshes {
 }
 
 impl Meshes {
-    pub fn distorted() -> Self {
+    pub(super) fn distorted() -> Self {
         Self {
             tets: box_tetrahedra([1.0; 3], [2; 3]).distorted(5, 0.2),
             hexes: box_hexahedra([1.0; 3], [2; 3]).distorted(5, 0.2),
@@ -37,14 +37,18 @@ pub(super) struct Material {
 }
 
 impl Material {
-    pub fn new<L: Law<D>, const D: usize>(name: impl Into<String>, law: L, theta: &[f64]) -> Self {
+    pub(super) fn new<L: Law<D>, const D: usize>(
+        name: impl Into<String>,
+        law: L,
+        theta: &[f64],
+    ) -> Self {
         let axes: [_; D] = std::array::from_fn(|direction| FRAME[direction]);
         let at = move |points| at_points(law.clone(), vec![axes; points]);
         Self { name: name.into(), at: Box::new(at), theta: theta.to_vec() }
     }
 
     /// The body of a scene, whatever its law, made of this material.
-    pub fn fill(&self, body: Body) -> Body {
+    pub(super) fn fill(&self, body: Body) -> Body {
         Body { material: (self.at)(body.volumes.len()), ..body }
     }
 }

@@ -13,12 +13,12 @@ pub(crate) struct Source {
 }
 
 impl Source {
-    pub fn new(file: &str, text: &str) -> Self {
+    pub(crate) fn new(file: &str, text: &str) -> Self {
         Self { file: file.into(), text: text.into() }
     }
 
     /// An error at a key, given with those of the tables around it; entries of arrays by their index.
-    pub fn error(&self, keys: &[&str], reason: String) -> CaseError {
+    pub(crate) fn error(&self, keys: &[&str], reason: String) -> CaseError {
         CaseError::Key {
             file: self.file.clone(),
             line: self.line_of(keys),
@@ -28,7 +28,7 @@ impl Source {
     }
 
     /// An error of the TOML reader, with what was meant.
-    pub fn syntax(&self, error: &toml::de::Error) -> CaseError {
+    pub(crate) fn syntax(&self, error: &toml::de::Error) -> CaseError {
         let line = error.span().map(|span| self.line_at(span.start));
         CaseError::Key {
             file: self.file.clone(),

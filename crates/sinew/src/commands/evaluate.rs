@@ -15,7 +15,7 @@ volume), as predicted and after Newton steps. Simulations are kept in OUT/test a
 OUT/evaluation.json, which sinew report reads.
 
 Example: sinew train OnceClampedBeam --recipe regression && sinew evaluate OnceClampedBeam --cases 50")]
-pub struct Evaluate {
+pub(crate) struct Evaluate {
     #[command(flatten)]
     case: CaseArguments,
     /// Test cases
@@ -33,7 +33,7 @@ pub struct Evaluate {
 const SEED: u64 = 0x7e57;
 
 impl Evaluate {
-    pub fn run(&self) -> Result<()> {
+    pub(crate) fn run(&self) -> Result<()> {
         let case = self.case.read()?;
         let body = case.body()?;
         let folder = self.case.folder(&case);

@@ -13,13 +13,13 @@ Writes into OUT/export: body.vtu (mesh with its sets, fields and fibres), body.n
 functions and volumes at quadrature points, nodal forces, prescribed components with NaN where they are free,
 directions) and body.json (names, units, ranges, law, counts, and the potential energy and forces' norm at a small known
 displacement, against which another program can check its own).")]
-pub struct Export {
+pub(crate) struct Export {
     #[command(flatten)]
     case: CaseArguments,
 }
 
 impl Export {
-    pub fn run(&self) -> Result<()> {
+    pub(crate) fn run(&self) -> Result<()> {
         let case = self.case.read()?;
         let body = case.body()?;
         let folder = self.case.folder(&case).join("export");

@@ -10,7 +10,7 @@ use std::time::Instant;
 
 /// What is meshed.
 #[derive(Debug, Args)]
-pub struct Mesh {
+pub(crate) struct Mesh {
     #[command(subcommand)]
     what: What,
 }
@@ -74,7 +74,7 @@ enum Cells {
 }
 
 impl Mesh {
-    pub fn run(&self) -> Result<()> {
+    pub(crate) fn run(&self) -> Result<()> {
         match &self.what {
             What::Ventricle(ventricle) => ventricle.run(),
         }

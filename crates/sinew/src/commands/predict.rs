@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 /// What both commands read.
 #[derive(Debug, Args)]
-pub struct Asked {
+pub(crate) struct Asked {
     #[command(flatten)]
     case: CaseArguments,
     #[command(flatten)]
@@ -29,7 +29,7 @@ Writes cases.csv, cases.npz, NNNN.vtu and cases.pvd into OUT/predict. Each case 
 one Newton step and calibrated on held-out cases; --quick leaves it out.
 
 Example: sinew sample OnceClampedBeam && sinew predict OnceClampedBeam --theta out/OnceClampedBeam/sample/thetas.csv")]
-pub struct Predict {
+pub(crate) struct Predict {
     #[command(flatten)]
     asked: Asked,
     /// Without error estimates
@@ -44,7 +44,7 @@ Each step of Newton's method about squares the error of a prediction that is wit
 may hurt: then a warning says so. Writes into OUT/correct.
 
 Example: sinew correct OnceClampedBeam --theta mu=75,lambda=80 --steps 2")]
-pub struct Correct {
+pub(crate) struct Correct {
     #[command(flatten)]
     asked: Asked,
     /// Newton steps
@@ -84,7 +84,7 @@ impl Asked {
 }
 
 impl Predict {
-    pub fn run(&self) -> Result<()> {
+    pub(crate) fn run(&self) -> Result<()> {
         let case = self.asked.case.read()?;
         let body = case.body()?;
         let thetas = self.asked.theta.read(&body)?;
@@ -116,7 +116,7 @@ impl Predict {
 }
 
 impl Correct {
-    pub fn run(&self) -> Result<()> {
+    pub(crate) fn run(&self) -> Result<()> {
         let case = self.asked.case.read()?;
         let body = case.body()?;
         let thetas = self.asked.theta.read(&body)?;

@@ -10,13 +10,13 @@ use sinew::Comparison;
 #[command(
     after_help = "Run sinew evaluate first; this reads OUT/evaluation.json and writes OUT/report.html and\nOUT/report.json."
 )]
-pub struct Report {
+pub(crate) struct Report {
     #[command(flatten)]
     case: CaseArguments,
 }
 
 impl Report {
-    pub fn run(&self) -> Result<()> {
+    pub(crate) fn run(&self) -> Result<()> {
         let case = self.case.read()?;
         let path = self.case.folder(&case).join("evaluation.json");
         let text = std::fs::read_to_string(&path).map_err(|error| {

@@ -22,7 +22,7 @@ again, and put together by sinew merge:
   sinew sample heart.toml --count 3000 --solve --shard 1/16    # to 16/16, anywhere with the same OUT
   sinew merge heart.toml
   sinew train heart.toml --recipe hybrid --simulations out/heart/sample")]
-pub struct Sample {
+pub(crate) struct Sample {
     #[command(flatten)]
     case: CaseArguments,
     /// How many
@@ -55,7 +55,7 @@ struct Campaign {
 const CAMPAIGN: &str = "campaign.json";
 
 impl Sample {
-    pub fn run(&self) -> Result<()> {
+    pub(crate) fn run(&self) -> Result<()> {
         let case = self.case.read()?;
         let body = case.body()?;
         case.warnings(&body).iter().for_each(|warning| eprintln!("warning: {warning}"));
@@ -128,13 +128,13 @@ impl Sample {
 #[command(after_help = "\
 Checks that every shard is done and undamaged, and writes what one process with --solve would have written to OUT/sample,
 with failures.csv where there are some. Merging again gives the same files.")]
-pub struct Merge {
+pub(crate) struct Merge {
     #[command(flatten)]
     case: CaseArguments,
 }
 
 impl Merge {
-    pub fn run(&self) -> Result<()> {
+    pub(crate) fn run(&self) -> Result<()> {
         let case = self.case.read()?;
         let body = case.body()?;
         let folder = self.case.folder(&case).join("sample");

@@ -10,13 +10,13 @@ use std::path::Path;
 /// Which one to print.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: sinew new IdealVentricle > heart.toml")]
-pub struct New {
+pub(crate) struct New {
     /// Name of a built-in scene (`sinew scenes`)
     name: String,
 }
 
 impl New {
-    pub fn run(&self) -> Result<()> {
+    pub(crate) fn run(&self) -> Result<()> {
         let Some(scene) = scenes::find(Path::new(&self.name)) else {
             let names: Vec<_> = scenes::SCENES.iter().map(|scene| scene.name).collect();
             let (name, names) = (&self.name, names.join(", "));
@@ -27,7 +27,7 @@ impl New {
     }
 }
 
-pub fn list() -> Result<()> {
+pub(crate) fn list() -> Result<()> {
     println!("scenes");
     for scene in scenes::SCENES {
         println!("  {:<22} {}", scene.name, Case::parse(scene.text, scene.name)?.about);

@@ -13,7 +13,7 @@ Writes cases.csv, cases.npz, NNNN.vtu and cases.pvd for ParaView into OUT/solve.
 solved with a warning.
 
 Example: sinew solve IdealVentricle --theta a=0.18,b=2.6,a_f=3.3,b_f=2.7,p=8mmHg")]
-pub struct Solve {
+pub(crate) struct Solve {
     #[command(flatten)]
     case: CaseArguments,
     #[command(flatten)]
@@ -24,7 +24,7 @@ pub struct Solve {
 }
 
 impl Solve {
-    pub fn run(&self) -> Result<()> {
+    pub(crate) fn run(&self) -> Result<()> {
         let case = self.case.read()?;
         let body = case.body()?;
         case.warnings(&body).iter().for_each(|warning| eprintln!("warning: {warning}"));

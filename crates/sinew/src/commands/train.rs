@@ -16,7 +16,7 @@ geometry and few parameters), hybrid and dd (networks on simulations), pi (a net
 (regression, and hybrid where that misses the target).
 
 Example: sinew train IdealVentricle --recipe regression --samples 50")]
-pub struct Train {
+pub(crate) struct Train {
     #[command(flatten)]
     case: CaseArguments,
     /// Recipe
@@ -55,7 +55,7 @@ pub struct Train {
 }
 
 impl Train {
-    pub fn run(&self) -> Result<()> {
+    pub(crate) fn run(&self) -> Result<()> {
         let case = self.case.read()?;
         let body = case.body()?;
         case.warnings(&body).iter().for_each(|warning| eprintln!("warning: {warning}"));

@@ -45,11 +45,11 @@ pub(super) struct Base {
 }
 
 impl Axis {
-    pub fn new(endocardium: &TriangleMesh) -> Result<Self, ChamberError> {
+    pub(super) fn new(endocardium: &TriangleMesh) -> Result<Self, ChamberError> {
         let points: Vec<Point> = endocardium.points.iter().map(|&x| x.into()).collect();
         let edges = rims(endocardium);
-        let [a, b] = [0, 1].map(|end| edges.iter().map(move |edge| points_of(edge, end)));
-        let ends: Vec<[Point; 2]> = a.zip(b).map(|(a, b)| [points[a], points[b]]).collect();
+        let ends: Vec<[Point; 2]> =
+            edges.iter().map(|edge| edge.map(|node| points[node])).collect();
         let lengths = ends.iter().map(|[a, b]| (b - a).norm());
         let total: f64 = lengths.clone().sum();
         if total == 0.0 {
@@ -78,7 +78,7 @@ impl Axis {
     }
 
     /// Finds the base.
-    pub fn base(&self, trees: &Trees, trim: &Trim) -> Result<Base, ChamberError> {
+    pub(super) fn base(&self, trees: &Trees, trim: &Trim) -> Result<Base, ChamberError> {
         match *trim {
             Trim::Plane { point, normal } => {
                 let (point, normal) = (Point::from(point), Point::from(normal));
@@ -124,10 +124,6 @@ impl Axis {
     }
 }
 
-fn points_of(edge: &[usize; 2], end: usize) -> usize {
-    edge[end]
-}
-
 fn farthest(points: &[Point], measure: impl Fn(&Point) -> f64) -> Point {
     let best = points.iter().max_by(|a, b| measure(a).total_cmp(&measure(b)));
     best.copied().unwrap_or_default()
@@ -154,7 +150,7 @@ pub(super) struct Section {
 
 impl Section {
     /// Rays in the plane from a point in the cavity, moved to the middle of what they meet.
-    pub fn new(trees: &Trees, start: Point, normal: Point) -> Result<Self, ChamberError> {
+    pub(super) fn new(trees: &Trees, start: Point, normal: Point) -> Result<Self, ChamberError> {
         let [across, along] = frame(normal, None);
         let mut centre = start;
         let mut ends = Vec::new();

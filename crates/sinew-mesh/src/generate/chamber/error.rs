@@ -11,6 +11,7 @@ pub(super) fn shown([x, y, z]: &[f64; 3]) -> String {
 /// Surfaces that no wall can be made from. Points are in the surfaces' own unit of length.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum ChamberError {
     /// A surface breaks a rule of every mesh.
     #[error(transparent)]
@@ -30,18 +31,10 @@ pub enum ChamberError {
         shown(apex),
         shown(axis)
     )]
-    NoBase {
-        /// The apex.
-        apex: [f64; 3],
-        /// Direction from it to the base.
-        axis: [f64; 3],
-    },
+    NoBase { apex: [f64; 3], axis: [f64; 3] },
     /// A plane or fraction that makes no sense.
     #[error("{what}; give a fraction between 0 and 1, or a point and a normal of finite length")]
-    Trim {
-        /// What is wrong.
-        what: String,
-    },
+    Trim { what: String },
     /// A ray that leaves the cavity without meeting the endocardium.
     #[error(
         "the endocardium has a hole below the base: nothing lies from {} along {}; put the base \
@@ -49,61 +42,37 @@ pub enum ChamberError {
         shown(origin),
         shown(direction)
     )]
-    Hole {
-        /// Where the ray begins.
-        origin: [f64; 3],
-        /// Where it goes.
-        direction: [f64; 3],
-    },
+    Hole { origin: [f64; 3], direction: [f64; 3] },
     /// A ray that meets the endocardium more than once.
     #[error(
         "seen from its axis the endocardium lies behind itself at {}; smooth its folds and papillary muscles, or put \
          the base further down",
         shown(point)
     )]
-    Folded {
-        /// The first point met.
-        point: [f64; 3],
-    },
+    Folded { point: [f64; 3] },
     /// Much of the endocardium has nothing around it.
     #[error(
         "{count} of {of} nodes of the endocardium have no outer surface along their normal, the first at {}; give the \
          epicardium around it, in the same unit, and the septum if there is one",
         shown(point)
     )]
-    NoOutside {
-        /// Nodes without.
-        count: usize,
-        /// Nodes in all.
-        of: usize,
-        /// The first.
-        point: [f64; 3],
-    },
+    NoOutside { count: usize, of: usize, point: [f64; 3] },
     /// The surfaces touch.
     #[error(
         "the wall has no thickness at {}; part the surfaces there, or put the base further down",
         shown(point)
     )]
-    Touching {
-        /// Where.
-        point: [f64; 3],
-    },
+    Touching { point: [f64; 3] },
     /// Sizes that give no mesh.
     #[error(
         "{what}; give 60 to 3000000 nodes, or a positive length of edges, and at least one layer"
     )]
-    Size {
-        /// What is wrong.
-        what: String,
-    },
+    Size { what: String },
     /// A cell is inside out.
     #[error(
         "a cell is inside out at {}: the surfaces turn too sharply there for this size of cells; smooth them, choose \
          other cells, or put the base further down",
         shown(at)
     )]
-    Inverted {
-        /// Where.
-        at: [f64; 3],
-    },
+    Inverted { at: [f64; 3] },
 }

@@ -31,7 +31,11 @@ pub(super) struct Fit<'a> {
 }
 
 impl<'a> Fit<'a> {
-    pub fn new(trees: &'a Trees, base: Base, towards: Option<Point>) -> Result<Self, ChamberError> {
+    pub(super) fn new(
+        trees: &'a Trees,
+        base: Base,
+        towards: Option<Point>,
+    ) -> Result<Self, ChamberError> {
         let axis = base.centre - base.apex;
         let up = axis.normalize();
         let pole = Section::new(trees, base.apex + axis * POLE, up)?.centre;
@@ -87,7 +91,7 @@ impl<'a> Fit<'a> {
     }
 
     /// Lengths that sizes of cells follow from.
-    pub fn lengths(&self) -> Lengths {
+    pub(super) fn lengths(&self) -> Lengths {
         let perimeter = |row: &[Point; COLUMNS]| -> f64 {
             (0..COLUMNS).map(|k| (row[k] - row[(k + 1) % COLUMNS]).norm()).sum()
         };
@@ -110,7 +114,7 @@ impl<'a> Fit<'a> {
     }
 
     /// The points of the endocardium under the nodes of the sheet.
-    pub fn inner(&self, sheet: &Sheet, disk: &Disk) -> Result<Vec<Point>, ChamberError> {
+    pub(super) fn inner(&self, sheet: &Sheet, disk: &Disk) -> Result<Vec<Point>, ChamberError> {
         let point = |&[a, b, _]: &[f64; 3]| {
             let [x, y] = disk.place([a, b]);
             let angle = y.atan2(x).rem_euclid(TAU);

@@ -27,7 +27,7 @@ pub(super) struct Lengths {
 type Cells = [usize; 3];
 
 impl Lengths {
-    pub fn cells(&self, options: &WallOptions) -> Result<Cells, ChamberError> {
+    pub(super) fn cells(&self, options: &WallOptions) -> Result<Cells, ChamberError> {
         let fail = |what: String| Err(ChamberError::Size { what });
         if let Some(layers) = options.layers.filter(|layers| !LAYERS.contains(layers)) {
             return fail(format!("{layers} layers cannot be made"));
