@@ -19,7 +19,7 @@ struct Row {
 }
 
 /// Fails with every difference by name.
-pub fn check() -> Result<()> {
+pub(crate) fn check() -> Result<()> {
     let metadata = MetadataCommand::new().exec().context("cargo metadata failed")?;
     let path = metadata.workspace_root.join(TABLE);
     let text = std::fs::read_to_string(&path).with_context(|| format!("{path} is unreadable"))?;

@@ -5,7 +5,7 @@ use anyhow::Result;
 use std::time::Instant;
 
 /// Format, dependency arrows, lints, documentation, tests.
-pub fn run() -> Result<()> {
+pub(crate) fn run() -> Result<()> {
     let start = Instant::now();
     let done =
         |step: &str| eprintln!("-- {step}: done after {:.0} s\n", start.elapsed().as_secs_f64());

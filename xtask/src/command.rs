@@ -6,7 +6,7 @@ use std::process::Command;
 use std::time::Instant;
 
 /// Runs cargo with `arguments`, showing what is run.
-pub fn cargo(arguments: &[&str], environment: &[(&str, &str)]) -> Result<()> {
+pub(crate) fn cargo(arguments: &[&str], environment: &[(&str, &str)]) -> Result<()> {
     eprintln!("$ cargo {}", arguments.join(" "));
     let status = Command::new(env!("CARGO"))
         .args(arguments)
@@ -23,7 +23,7 @@ pub fn cargo(arguments: &[&str], environment: &[(&str, &str)]) -> Result<()> {
 ///
 /// Naming an example beside the program makes cargo resolve features as it does for the tests of the whole
 /// workspace, so that the heavy dependencies are compiled once for both; this one needs nothing that the study does not.
-pub fn study(program: &str, task: &str, options: &[String]) -> Result<()> {
+pub(crate) fn study(program: &str, task: &str, options: &[String]) -> Result<()> {
     let mut build = vec!["build", "--workspace", "--bin", program, "--example", "small_ventricle"];
     // A backend is compiled in by its feature, so that the default build stays small.
     let features = backend(options).map(|backend| format!("sinew-study/{backend}"));
@@ -41,13 +41,13 @@ fn backend(options: &[String]) -> Option<&str> {
 }
 
 /// Builds and runs the benchmarks of `sinew-verify`, which needs none of the heavy dependencies of the studies.
-pub fn verify(options: &[String]) -> Result<()> {
+pub(crate) fn verify(options: &[String]) -> Result<()> {
     let build = ["build", "--package", "sinew-verify", "--bin", "verify"];
     start(&build, VERIFY_COLD, "verify", "verify", options)
 }
 
 /// Runs the example `coverage` of `sinew-gp`, which needs none of the heavy dependencies either.
-pub fn coverage(options: &[String]) -> Result<()> {
+pub(crate) fn coverage(options: &[String]) -> Result<()> {
     let build = ["run", "--package", "sinew-gp", "--example", "coverage", "--"];
     let options = options.iter().map(String::as_str);
     cargo(&build.into_iter().chain(options).collect::<Vec<_>>(), &[])
@@ -84,7 +84,7 @@ fn start(
 }
 
 /// Benchmarks of every crate, one after the other.
-pub fn benches(options: &[String]) -> Result<()> {
+pub(crate) fn benches(options: &[String]) -> Result<()> {
     let mut arguments = vec!["bench", "--workspace", "--benches", "--profile", "dev", "--"];
     arguments.extend(options.iter().map(String::as_str));
     cargo(&arguments, &[])

@@ -10,7 +10,7 @@ const PROCESSORS: &[(&str, &str)] =
     &[("without vector instructions", ""), ("AVX2", "-C target-feature=+avx2,+fma")];
 
 /// Runs the tests on each processor.
-pub fn run() -> Result<()> {
+pub(crate) fn run() -> Result<()> {
     if !miri(&["--version"], "")? {
         bail!(
             "Miri is not installed; `rustup toolchain install nightly --component miri,rust-src` installs it"

@@ -9,7 +9,7 @@ const SCRIPT: &str = include_str!("page.js");
 const WIDTHS: [u32; 2] = [1280, 500];
 
 /// Opens each page in a headless Chromium, light and dark, wide and narrow; fails with what is wrong.
-pub fn check(pages: &[PathBuf]) -> Result<()> {
+pub(crate) fn check(pages: &[PathBuf]) -> Result<()> {
     ensure!(!pages.is_empty(), "name at least one page, such as out/reproduce-beam/report.html");
     let browser = browser().context(
         "no Chromium was found, so nothing is checked: install chromium, or set CHROMIUM to the program",

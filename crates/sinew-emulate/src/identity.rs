@@ -21,7 +21,7 @@ pub(crate) struct Identity {
 
 impl Identity {
     /// Names of the parameters.
-    pub fn names(&self) -> Vec<String> {
+    pub(crate) fn names(&self) -> Vec<String> {
         self.parameters.iter().map(|(name, _)| name.clone()).collect()
     }
 }

@@ -59,12 +59,12 @@ pub(crate) struct TrainedNetwork {
 }
 
 impl TrainedNetwork {
-    pub fn new(surrogate: Surrogate, geometry: Geometry) -> Result<Self> {
+    pub(crate) fn new(surrogate: Surrogate, geometry: Geometry) -> Result<Self> {
         let fixed = surrogate.fixed_geometry(&geometry)?;
         Ok(Self { surrogate, geometry, fixed })
     }
 
-    pub fn load(folder: &Path, backend: Backend) -> Result<Self> {
+    pub(crate) fn load(folder: &Path, backend: Backend) -> Result<Self> {
         let surrogate = Surrogate::load(folder, &backend.device()?)?;
         let geometry = surrogate.geometries()[0].clone();
         Self::new(surrogate, geometry)
@@ -210,13 +210,13 @@ fn stages(
 }
 
 impl<'a> Lesson<'a> {
-    pub fn of(simulations: &'a Simulations, held_out: &'a TestSet<'a>) -> Self {
+    pub(crate) fn of(simulations: &'a Simulations, held_out: &'a TestSet<'a>) -> Self {
         let Simulations { thetas, fields, .. } = simulations;
         Self { thetas, fields: Some(fields), linear_response: &[], energy: 0.0, held_out }
     }
 
     /// Sizes of displacements, from simulations where there are any.
-    pub fn output_scale(&self) -> Result<OutputScale> {
+    pub(crate) fn output_scale(&self) -> Result<OutputScale> {
         Ok(match self.fields {
             Some(fields) => OutputScale::root_mean_square(3, fields.iter().map(Vec::as_slice))?,
             None => OutputScale::root_mean_square(3, [self.linear_response])?,
@@ -233,7 +233,7 @@ impl<'a> Lesson<'a> {
     }
 
     /// The simulation whose parameters are nearest to the centre of the ranges, on the scales of their sampling.
-    pub fn central_simulation(&self, body: &Body) -> &[f64] {
+    pub(crate) fn central_simulation(&self, body: &Body) -> &[f64] {
         let distance = |theta: &[f64]| -> f64 {
             let shares = body.parameters.iter().zip(theta).map(|(p, &value)| share_of(p, value));
             shares.map(|share| (share - 0.5).powi(2)).sum()

@@ -18,7 +18,7 @@ const FILE: &str = "series.json";
 
 impl Series {
     /// Solves once, at the centre of the parameters' ranges.
-    pub fn of(body: &Body, seed: u64) -> Result<Self> {
+    pub(crate) fn of(body: &Body, seed: u64) -> Result<Self> {
         let topology = graph::topology_of_met(body, seed)?;
         let (mut solver, centre) = (Solver::new(body)?, body.centre());
         let solved = solver.solve(&centre, &Options::default())?.displacement;
@@ -27,7 +27,7 @@ impl Series {
     }
 
     /// About a state near to equilibrium at that centre; orders and form are chosen at the parameter sets `tried`.
-    pub fn about(
+    pub(crate) fn about(
         solver: &mut Solver<'_>,
         topology: &Topology,
         state: &[f64],
@@ -39,7 +39,7 @@ impl Series {
     }
 
     /// Displacement at θ, node by node \[length\].
-    pub fn at(&self, body: &Body, theta: &[f64]) -> Result<Vec<f64>> {
+    pub(crate) fn at(&self, body: &Body, theta: &[f64]) -> Result<Vec<f64>> {
         Ok(self.0.followed(&parameters::scaling(body)?.standardise(theta)?, body)?)
     }
 }
@@ -55,7 +55,7 @@ pub(crate) struct Regressed {
 
 impl Regressed {
     /// Displacement at θ, node by node \[length\].
-    pub fn predict(&self, body: &Body, theta: &[f64]) -> Result<Vec<f64>> {
+    pub(crate) fn predict(&self, body: &Body, theta: &[f64]) -> Result<Vec<f64>> {
         let mut field = match &self.regression {
             Some(regression) => regression.predict(theta)?,
             None => vec![0.0; 3 * body.nodes],
@@ -71,7 +71,7 @@ impl Regressed {
 
     /// A regression of the fields, or of what a series leaves of them where that halves the error by leaving one simulation out; and
     /// that error, root mean square norm relative to that of the fields.
-    pub fn fit(
+    pub(crate) fn fit(
         body: &Body,
         series: Option<&Series>,
         thetas: &[Vec<f64>],
@@ -96,7 +96,7 @@ impl Regressed {
     }
 
     /// What it is, in words.
-    pub fn detail(&self) -> String {
+    pub(crate) fn detail(&self) -> String {
         let regression = self.regression.as_ref().map(|regression| {
             format!("{} modes, {}", regression.modes(), regression.interpolation())
         });
@@ -110,7 +110,7 @@ impl Regressed {
     }
 
     /// Writes a folder that [`Regressed::load`] reads.
-    pub fn save(&self, folder: &Path) -> Result<()> {
+    pub(crate) fn save(&self, folder: &Path) -> Result<()> {
         if let Some(Series(motions)) = &self.series {
             write_json(&folder.join(FILE), motions)?;
         }
@@ -118,7 +118,7 @@ impl Regressed {
     }
 
     /// Reads a folder that [`Regressed::save`] wrote.
-    pub fn load(folder: &Path, body: &Body) -> Result<Self> {
+    pub(crate) fn load(folder: &Path, body: &Body) -> Result<Self> {
         let series = read_json::<Motions>(&folder.join(FILE))?.map(Series);
         let regression = match PodRegression::load(folder, &body.parameters) {
             Err(Error::NoEmulator { .. }) if series.is_some() => None,

@@ -43,7 +43,7 @@ const STARTED: &str = "run.json";
 
 impl<'a, 'b> Session<'a, 'b> {
     /// Prepares the folder: emptied of an earlier run, or checked to hold the one to be resumed.
-    pub fn begin(
+    pub(crate) fn begin(
         body: &'b Body,
         recipe: &Recipe,
         options: &'a TrainingOptions,
@@ -66,23 +66,28 @@ impl<'a, 'b> Session<'a, 'b> {
     }
 
     /// A folder within that of the run.
-    pub fn folder(&self, name: &str) -> Option<PathBuf> {
+    pub(crate) fn folder(&self, name: &str) -> Option<PathBuf> {
         self.options.folder.as_ref().map(|folder| folder.join(name))
     }
 
     /// A seed of its own.
-    pub fn seed(&self, stream: Stream) -> u64 {
+    pub(crate) fn seed(&self, stream: Stream) -> u64 {
         split_seed(self.options.seed, stream as u64)
     }
 
     /// Keeps a reason for mistrust, and says it at once.
-    pub fn warn(&mut self, warning: Warning) {
+    pub(crate) fn warn(&mut self, warning: Warning) {
         self.observer.warning(&warning);
         self.warnings.push(warning);
     }
 
     /// Parameters to train at: those of the options, or `count` new ones.
-    pub fn thetas(&self, design: Design, count: usize, stream: Stream) -> Result<Vec<Vec<f64>>> {
+    pub(crate) fn thetas(
+        &self,
+        design: Design,
+        count: usize,
+        stream: Stream,
+    ) -> Result<Vec<Vec<f64>>> {
         match &self.options.thetas {
             Some(given) => {
                 require_inside(self.body, given)?;
@@ -93,7 +98,7 @@ impl<'a, 'b> Session<'a, 'b> {
     }
 
     /// Solves for `thetas`; those without a solution are left out with a warning.
-    pub fn simulate(&mut self, name: &str, thetas: &[Vec<f64>]) -> Result<Simulations> {
+    pub(crate) fn simulate(&mut self, name: &str, thetas: &[Vec<f64>]) -> Result<Simulations> {
         let (stage, folder) = (format!("simulate {name}"), self.folder("simulations"));
         let folder = folder.map(|folder| folder.join(name));
         let found = simulate(self.body, thetas, &stage, folder.as_deref(), self.observer)?;
@@ -113,7 +118,7 @@ impl<'a, 'b> Session<'a, 'b> {
     }
 
     /// Solves for training.
-    pub fn training(&mut self, count: usize) -> Result<Simulations> {
+    pub(crate) fn training(&mut self, count: usize) -> Result<Simulations> {
         let found = match &self.options.simulations {
             Some(folder) => {
                 let mut found = read_simulations(self.body, folder)?;
@@ -134,7 +139,7 @@ impl<'a, 'b> Session<'a, 'b> {
     }
 
     /// Cases that nothing is trained on.
-    pub fn held_out(&mut self) -> Result<TestSet<'b>> {
+    pub(crate) fn held_out(&mut self) -> Result<TestSet<'b>> {
         let (count, seed) = (self.options.held_out, self.seed(Stream::HeldOut));
         let thetas = Design::Uniform.sample(&self.body.parameters, count, seed)?;
         Ok(TestSet::new(self.body, self.simulate("held out", &thetas)?))

@@ -49,7 +49,7 @@ impl From<Activation> for sinew_burn::Activation {
 }
 
 impl Kernels {
-    pub fn activate<const D: usize>(&self, x: Tensor<D>) -> Tensor<D> {
+    pub(crate) fn activate<const D: usize>(&self, x: Tensor<D>) -> Tensor<D> {
         match (self.choice, self.activation) {
             (KernelChoice::Fused, activation) => sinew_burn::activate(x, activation.into()),
             (KernelChoice::Reference, Activation::Tanh) => x.tanh(),
@@ -60,7 +60,7 @@ impl Kernels {
     }
 
     /// Derivative of the activation, from the activation's value.
-    pub fn slope_of_active<const D: usize>(&self, active: Tensor<D>) -> Tensor<D> {
+    pub(crate) fn slope_of_active<const D: usize>(&self, active: Tensor<D>) -> Tensor<D> {
         match self.activation {
             Activation::Tanh => 1.0 - active.clone() * active,
             Activation::Celu => active.clamp_max(0.0) + 1.0,
@@ -68,7 +68,7 @@ impl Kernels {
     }
 
     /// Of two tensors of one shape.
-    pub fn sum(&self, a: Tensor<2>, b: Tensor<2>) -> Tensor<2> {
+    pub(crate) fn sum(&self, a: Tensor<2>, b: Tensor<2>) -> Tensor<2> {
         match self.choice {
             KernelChoice::Fused => sinew_burn::sum(a, b),
             KernelChoice::Reference => a + b,
@@ -76,7 +76,7 @@ impl Kernels {
     }
 
     /// Received minus sent messages at every node (2.27).
-    pub fn signed_sum(&self, graph: &GraphTensors, messages: Tensor<2>) -> Tensor<2> {
+    pub(crate) fn signed_sum(&self, graph: &GraphTensors, messages: Tensor<2>) -> Tensor<2> {
         match self.choice {
             KernelChoice::Fused => sinew_burn::signed_edge_sum(messages, &graph.edges),
             KernelChoice::Reference => graph.signed_sum(messages),
@@ -84,7 +84,7 @@ impl Kernels {
     }
 
     /// Sum of the stored edges received at every node.
-    pub fn received_sum(&self, graph: &GraphTensors, edges: Tensor<2>) -> Tensor<2> {
+    pub(crate) fn received_sum(&self, graph: &GraphTensors, edges: Tensor<2>) -> Tensor<2> {
         match self.choice {
             KernelChoice::Fused => sinew_burn::received_edge_sum(edges, &graph.edges),
             KernelChoice::Reference => graph.received_sum(edges),
@@ -105,7 +105,7 @@ pub(crate) enum Rows<'a> {
 
 impl Rows<'_> {
     /// The sum of the sources, in plain tensors.
-    pub fn sum(&self, sources: Vec<Tensor<2>>) -> Option<Tensor<2>> {
+    pub(crate) fn sum(&self, sources: Vec<Tensor<2>>) -> Option<Tensor<2>> {
         let mut sources = sources.into_iter();
         match self {
             Self::Aligned => sources.reduce(|sum, source| sum + source),
@@ -124,7 +124,7 @@ impl Rows<'_> {
     }
 
     /// The same for the fused kernel; `None` where it has no such plan.
-    pub fn plan(&self, inputs: &[Input]) -> Option<Arc<GatherPlan>> {
+    pub(crate) fn plan(&self, inputs: &[Input]) -> Option<Arc<GatherPlan>> {
         let rows = |input: usize| inputs.get(input).map(Input::rows);
         match self {
             Self::Aligned => GatherPlan::identity(rows(0)?, inputs.len()).ok(),

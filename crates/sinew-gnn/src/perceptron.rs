@@ -25,13 +25,13 @@ impl Affine {
         Self { weight: source.lecun_normal(inputs, outputs), bias: source.constant(0.0, [outputs]) }
     }
 
-    pub fn forward(&self, x: Tensor<2>) -> Tensor<2> {
+    pub(crate) fn forward(&self, x: Tensor<2>) -> Tensor<2> {
         x.matmul(self.weight.val()) + self.bias.val().unsqueeze()
     }
 
     /// Product of `x` with the rows of the weight that meet it, when the input is a
     /// concatenation and `x` its part starting at column `start`.
-    pub fn partial(&self, x: Tensor<2>, start: usize) -> Tensor<2> {
+    pub(crate) fn partial(&self, x: Tensor<2>, start: usize) -> Tensor<2> {
         let end = start + x.dims()[1];
         x.matmul(self.weight.val().slice_dim(0, start..end))
     }
@@ -47,11 +47,11 @@ pub(crate) struct Normalisation {
 }
 
 impl Normalisation {
-    pub fn new(source: &mut Initialiser<'_>, features: usize) -> Self {
+    pub(crate) fn new(source: &mut Initialiser<'_>, features: usize) -> Self {
         Self { gain: source.constant(1.0, [features]), offset: source.constant(0.0, [features]) }
     }
 
-    pub fn forward(&self, x: Tensor<2>) -> Tensor<2> {
+    pub(crate) fn forward(&self, x: Tensor<2>) -> Tensor<2> {
         let (deviation, inverse) = centre(x);
         deviation * inverse * self.gain.val().unsqueeze() + self.offset.val().unsqueeze()
     }
@@ -62,7 +62,7 @@ impl Normalisation {
     }
 
     /// [`Normalisation::forward`] by the chosen kernels.
-    pub fn evaluate(&self, x: Tensor<2>, kernels: &Kernels) -> Tensor<2> {
+    pub(crate) fn evaluate(&self, x: Tensor<2>, kernels: &Kernels) -> Tensor<2> {
         match kernels.choice {
             KernelChoice::Fused => sinew_burn::normalised(x, self.fused()),
             KernelChoice::Reference => self.forward(x),
@@ -70,7 +70,7 @@ impl Normalisation {
     }
 
     /// Derivative in direction `tangent` at `x`.
-    pub fn tangent(&self, x: Tensor<2>, tangent: Tensor<2>) -> Tensor<2> {
+    pub(crate) fn tangent(&self, x: Tensor<2>, tangent: Tensor<2>) -> Tensor<2> {
         let (deviation, inverse) = centre(x);
         let normal = deviation * inverse.clone();
         let tangent = tangent.clone() - tangent.mean_dim(1);
@@ -95,7 +95,7 @@ pub(crate) struct Perceptron {
 
 impl Perceptron {
     /// With a normalised output.
-    pub fn normalised(
+    pub(crate) fn normalised(
         source: &mut Initialiser<'_>,
         config: &EmulatorConfig,
         inputs: usize,
@@ -105,7 +105,7 @@ impl Perceptron {
     }
 
     /// From inputs over hidden layers of a width to outputs, which are not normalised, and initially zero everywhere.
-    pub fn decoder(
+    pub(crate) fn decoder(
         source: &mut Initialiser<'_>,
         config: &EmulatorConfig,
         [inputs, width, outputs]: [usize; 3],
@@ -118,13 +118,18 @@ impl Perceptron {
     }
 
     /// Of whole inputs.
-    pub fn forward(&self, x: Tensor<2>, kernels: &Kernels) -> Tensor<2> {
+    pub(crate) fn forward(&self, x: Tensor<2>, kernels: &Kernels) -> Tensor<2> {
         let input = Input::Features { values: x, first_row: 0 };
         self.evaluate(vec![input], &Rows::Aligned, kernels)
     }
 
     /// Of inputs whose parts are rows of `inputs`, as `rows` tells.
-    pub fn evaluate(&self, inputs: Vec<Input>, rows: &Rows<'_>, kernels: &Kernels) -> Tensor<2> {
+    pub(crate) fn evaluate(
+        &self,
+        inputs: Vec<Input>,
+        rows: &Rows<'_>,
+        kernels: &Kernels,
+    ) -> Tensor<2> {
         if let (KernelChoice::Fused, Some(weights), Some(plan)) =
             (kernels.choice, self.fused_weights(kernels), rows.plan(&inputs))
         {
@@ -165,7 +170,7 @@ impl Perceptron {
 
     /// Value and derivative after the first affine map, whose own are `first` and `tangent`.
     /// Several directions share the value: row `i` of `tangent` belongs to row `i mod rows` of `first`.
-    pub fn continue_with_tangent(
+    pub(crate) fn continue_with_tangent(
         &self,
         first: Tensor<2>,
         tangent: Tensor<2>,

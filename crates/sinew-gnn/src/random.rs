@@ -17,12 +17,12 @@ pub(crate) struct Initialiser<'a> {
 }
 
 impl<'a> Initialiser<'a> {
-    pub fn new(seed: u64, device: &'a Device) -> Self {
+    pub(crate) fn new(seed: u64, device: &'a Device) -> Self {
         Self { random: ChaCha8Rng::seed_from_u64(seed), next_id: 1, device }
     }
 
     /// LeCun-normal weights `[inputs, outputs]`: truncated at two deviations, variance `1 / inputs`.
-    pub fn lecun_normal(&mut self, inputs: usize, outputs: usize) -> Param<Tensor<2>> {
+    pub(crate) fn lecun_normal(&mut self, inputs: usize, outputs: usize) -> Param<Tensor<2>> {
         let deviation = 1.0 / (TRUNCATED_DEVIATION * (inputs as f64).sqrt());
         let values =
             (0..inputs * outputs).map(|_| (deviation * self.truncated_normal()) as f32).collect();
@@ -30,7 +30,11 @@ impl<'a> Initialiser<'a> {
     }
 
     /// A parameter filled with one value.
-    pub fn constant<const D: usize>(&mut self, value: f32, shape: [usize; D]) -> Param<Tensor<D>> {
+    pub(crate) fn constant<const D: usize>(
+        &mut self,
+        value: f32,
+        shape: [usize; D],
+    ) -> Param<Tensor<D>> {
         self.parameter(vec![value; shape.iter().product()], shape)
     }
 

@@ -253,12 +253,12 @@ impl Surrogate {
 
 impl GeometryTensors {
     /// Embeddings of its nodes by message passing.
-    pub fn embedding(&self, emulator: &Emulator) -> Embedding {
+    pub(crate) fn embedding(&self, emulator: &Emulator) -> Embedding {
         emulator.local_embedding(&self.graph, self.nodes.clone(), self.edges.clone())
     }
 
     /// The same tensors ready to meet those of an automatically differentiated network.
-    pub fn lifted(&self) -> Self {
+    pub(crate) fn lifted(&self) -> Self {
         Self {
             graph: self.graph.clone(),
             nodes: Tensor::from_inner(self.nodes.clone()),

@@ -60,7 +60,7 @@ pub(crate) fn register(
 impl<const D: usize> PointCoefficients<D> {
     /// Of `operator` on `prior` at `points`, in errors those of `whose`; `parameters` are all that
     /// occur in the model.
-    pub fn new(
+    pub(crate) fn new(
         prior: &Prior<D>,
         operator: &Operator<D>,
         (points, whose): (&[[f64; D]], &str),
@@ -88,19 +88,19 @@ impl<const D: usize> PointCoefficients<D> {
     }
 
     /// Values of the monomials.
-    pub fn factors(&self, theta: &[f64]) -> Vec<f64> {
+    pub(crate) fn factors(&self, theta: &[f64]) -> Vec<f64> {
         self.monomials.iter().map(|monomial| monomial_value(monomial, theta)).collect()
     }
 
     /// Adds the operator's mean at each point times `sign`, for the monomials' values `factors`.
-    pub fn add_mean(&self, factors: &[f64], sign: f64, sum: &mut [f64]) {
+    pub(crate) fn add_mean(&self, factors: &[f64], sign: f64, sum: &mut [f64]) {
         for (factor, mean) in factors.iter().zip(&self.mean) {
             sum.iter_mut().zip(mean).for_each(|(s, m)| *s += sign * factor * m);
         }
     }
 
     /// At some of the points.
-    pub fn of_points(&self, points: &[usize]) -> Self {
+    pub(crate) fn of_points(&self, points: &[usize]) -> Self {
         let pick = |row: &[f64]| points.iter().map(|k| row[*k]).collect::<Vec<f64>>();
         let picked = |array: &Vec<f64>| array.chunks(self.count.max(1)).flat_map(pick).collect();
         let part = |part: &PartCoefficients<D>| PartCoefficients {
@@ -118,7 +118,7 @@ impl<const D: usize> PointCoefficients<D> {
     }
 
     /// Of a multiple of the operator.
-    pub fn scaled(mut self, factor: f64) -> Self {
+    pub(crate) fn scaled(mut self, factor: f64) -> Self {
         let arrays = self.parts.iter_mut().flat_map(|part| &mut part.arrays);
         let numbers = arrays.chain(&mut self.mean).flatten();
         numbers.for_each(|number| *number *= factor);

@@ -13,7 +13,7 @@ const AGREEMENT: f64 = 1e-8;
 impl<const D: usize> Compiled<D> {
     /// Whether imposed values without a known noise are met by the prior mean alone, once the
     /// terms with parameters in front are left out.
-    pub fn is_trivially_satisfied(&self) -> bool {
+    pub(crate) fn is_trivially_satisfied(&self) -> bool {
         let noisy = matches!(self.variance, Variance::Known(sigma) if sigma > 0.0);
         if self.role != Role::Imposed || self.values.is_empty() || noisy {
             return false;
@@ -31,7 +31,7 @@ impl<const D: usize> Compiled<D> {
     }
 
     /// Size of u that the values suggest.
-    pub fn amplitude(&self, theta: &[f64]) -> f64 {
+    pub(crate) fn amplitude(&self, theta: &[f64]) -> f64 {
         let count = self.values.len().max(1) as f64;
         let mut residual = self.values.clone();
         self.legs.iter().for_each(|leg| leg.add_mean(&leg.factors(theta), -1.0, &mut residual));
@@ -42,7 +42,7 @@ impl<const D: usize> Compiled<D> {
 
     /// Size of the operator on functions of size one that vary over the whole domain: a derivative is
     /// of the size of one over the extent, whatever the unit of length.
-    pub fn operator_size(&self, theta: &[f64]) -> f64 {
+    pub(crate) fn operator_size(&self, theta: &[f64]) -> f64 {
         let count = self.values.len().max(1) as f64;
         self.legs
             .iter()

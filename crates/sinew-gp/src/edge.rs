@@ -14,26 +14,26 @@ pub(crate) struct Edge {
 }
 
 impl Edge {
-    pub fn new([ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> Self {
+    pub(crate) fn new([ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> Self {
         let length = (bx - ax).hypot(by - ay);
         let tangent = [(bx - ax) / length, (by - ay) / length];
         Self { start: [ax, ay], tangent, normal: [-tangent[1], tangent[0]], length }
     }
 
     /// Distance from a point to the edge, its ends included.
-    pub fn distance(&self, [x, y]: [f64; 2]) -> f64 {
+    pub(crate) fn distance(&self, [x, y]: [f64; 2]) -> f64 {
         let (x, y) = (x - self.start[0], y - self.start[1]);
         let along = (x * self.tangent[0] + y * self.tangent[1]).clamp(0.0, self.length);
         (x - along * self.tangent[0]).hypot(y - along * self.tangent[1])
     }
 
     /// Signed distance to the line, positive to the left.
-    pub fn height(&self, x: &Series, y: &Series) -> Series {
+    pub(crate) fn height(&self, x: &Series, y: &Series) -> Series {
         (x - self.start[0]) * self.normal[0] + (y - self.start[1]) * self.normal[1]
     }
 
     /// Position along the line: 0 at the start, 1 at the end of the edge.
-    pub fn fraction(&self, x: &Series, y: &Series) -> Series {
+    pub(crate) fn fraction(&self, x: &Series, y: &Series) -> Series {
         ((x - self.start[0]) * self.tangent[0] + (y - self.start[1]) * self.tangent[1])
             / self.length
     }
@@ -41,7 +41,7 @@ impl Edge {
     /// The line's distance trimmed by the circle over the edge: zero on the edge alone, equal to
     /// the distance to first order there, and smooth but at the ends (Sukumar & Srivastava 2022, eq. 6;
     /// the thesis' φᵢ in 4.56).
-    pub fn trimmed_distance(&self, x: &Series, y: &Series) -> Series {
+    pub(crate) fn trimmed_distance(&self, x: &Series, y: &Series) -> Series {
         let f = self.height(x, y) / self.length;
         let along = self.fraction(x, y);
         // Positive within the circle.

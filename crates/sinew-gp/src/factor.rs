@@ -62,7 +62,7 @@ fn factorise(mut matrix: MatMut<'_, f64>, par: Par) -> Option<()> {
 impl Factor {
     /// Of a symmetric matrix by its lower triangle; none where it is not positive
     /// definite or not finite.
-    pub fn new(mut entries: Vec<f64>, size: usize, par: Par) -> Option<Self> {
+    pub(crate) fn new(mut entries: Vec<f64>, size: usize, par: Par) -> Option<Self> {
         let finite = |(number, column): (usize, &[f64])| {
             column[number..].iter().all(|entry| entry.is_finite())
         };
@@ -77,17 +77,17 @@ impl Factor {
         Some(Self { entries, size })
     }
 
-    pub fn view(&self) -> MatRef<'_, f64> {
+    pub(crate) fn view(&self) -> MatRef<'_, f64> {
         MatRef::from_column_major_slice(&self.entries, self.size, self.size)
     }
 
     /// Rows at and below the diagonal of a column.
-    pub fn column(&self, column: usize) -> &[f64] {
+    pub(crate) fn column(&self, column: usize) -> &[f64] {
         &self.entries[column * self.size + column..(column + 1) * self.size]
     }
 
     /// x ← L⁻¹ x.
-    pub fn forward(&self, x: &mut [f64]) {
+    pub(crate) fn forward(&self, x: &mut [f64]) {
         for column in 0..x.len() {
             let (pivot, below) = self.column(column).split_first().expect("a diagonal entry");
             let (value, rest) = x[column..].split_first_mut().expect("a column of x");
@@ -97,7 +97,7 @@ impl Factor {
     }
 
     /// x ← L⁻ᵀ x, for the leading rows of L as many as x has.
-    pub fn backward(&self, x: &mut [f64]) {
+    pub(crate) fn backward(&self, x: &mut [f64]) {
         for column in (0..x.len()).rev() {
             let (pivot, below) = self.column(column).split_first().expect("a diagonal entry");
             let (value, rest) = x[column..].split_first_mut().expect("a column of x");

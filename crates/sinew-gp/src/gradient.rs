@@ -97,7 +97,7 @@ impl<const D: usize> State<'_, D> {
     }
 
     /// Of ln evidence in all parameters, on their scales.
-    pub fn gradient(&self, factored: &Factored) -> Vec<f64> {
+    pub(crate) fn gradient(&self, factored: &Factored) -> Vec<f64> {
         let size = self.model.size;
         let (mut cotangent, w) = self.cotangents(factored);
         let mut noise = Vec::new();
@@ -120,7 +120,7 @@ impl<const D: usize> State<'_, D> {
 
     /// What cotangents of the covariance (as [`State::cotangents`] has them) and of the residual mean
     /// for all parameters but the noise, on their scales.
-    pub fn propagated(&self, cotangent: &[f64], w: &[f64]) -> Vec<f64> {
+    pub(crate) fn propagated(&self, cotangent: &[f64], w: &[f64]) -> Vec<f64> {
         let mut gradient = vec![0.0; self.model.parameters.len()];
         let pulled = self.pull_back(cotangent);
         let mut theta = vec![0.0; self.theta.len()];

@@ -17,7 +17,7 @@ pub(crate) struct PairPlan<const D: usize> {
 }
 
 impl<const D: usize> PairPlan<D> {
-    pub fn new(kernel: &dyn Kernel<D>, first: &[[usize; D]], second: &[[usize; D]]) -> Self {
+    pub(crate) fn new(kernel: &dyn Kernel<D>, first: &[[usize; D]], second: &[[usize; D]]) -> Self {
         let stationary = kernel.is_stationary();
         let mut entries: Vec<Orders<D>> = Vec::new();
         let mut reads = Vec::new();
@@ -117,7 +117,13 @@ impl<const D: usize> Block<'_, D> {
     }
 
     /// Adds the covariances of the first points from `start` on with second point `column`.
-    pub fn add_column(&self, start: usize, column: usize, out: &mut [f64], scratch: &mut Scratch) {
+    pub(crate) fn add_column(
+        &self,
+        start: usize,
+        column: usize,
+        out: &mut [f64],
+        scratch: &mut Scratch,
+    ) {
         if self.plan.entries.is_empty() {
             return;
         }
@@ -137,7 +143,7 @@ impl<const D: usize> Block<'_, D> {
 
     /// Adds the cotangents of everything that the column depends on, for the cotangents `weights`
     /// of its covariances.
-    pub fn pull_column(
+    pub(crate) fn pull_column(
         &self,
         start: usize,
         column: usize,

@@ -72,7 +72,7 @@ pub(crate) struct Compiled<const D: usize> {
 
 impl<const D: usize> Compiled<D> {
     /// Rows of the covariance matrix.
-    pub fn rows(&self) -> std::ops::Range<usize> {
+    pub(crate) fn rows(&self) -> std::ops::Range<usize> {
         self.offset..self.offset + self.values.len()
     }
 }

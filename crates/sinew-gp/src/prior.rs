@@ -21,7 +21,7 @@ pub(crate) struct Part<const D: usize> {
 
 impl<const D: usize> Part<D> {
     /// A point as the kernel takes it: along a direction, the position is its first coordinate.
-    pub fn seen(&self, mut point: [f64; D]) -> [f64; D] {
+    pub(crate) fn seen(&self, mut point: [f64; D]) -> [f64; D] {
         if let Some([tx, ty]) = self.feature.direction {
             (point[0], point[1]) = (tx * point[0] + ty * point[1], 0.0);
         }
@@ -29,7 +29,7 @@ impl<const D: usize> Part<D> {
     }
 
     /// A derivative of the latent function in these coordinates, and what it is multiplied by.
-    pub fn turned(&self, mut orders: [usize; D]) -> ([usize; D], f64) {
+    pub(crate) fn turned(&self, mut orders: [usize; D]) -> ([usize; D], f64) {
         let Some([tx, ty]) = self.feature.direction else { return (orders, 1.0) };
         let factor = tx.powi(orders[0] as i32) * ty.powi(orders[1] as i32);
         (orders[0], orders[1]) = (orders[0] + orders[1], 0);

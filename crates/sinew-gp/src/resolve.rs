@@ -30,13 +30,13 @@ const SEEDS: [u64; 3] = [0x5eed, 0x100c, 0xd4a3];
 
 impl<const D: usize> Everywhere<D> {
     /// All data, with the equation at `count` points: the first of a sequence that does not depend on their number.
-    pub fn at(&self, domain: &Domain<D>, count: usize) -> Result<Data<D>, GpError> {
+    pub(crate) fn at(&self, domain: &Domain<D>, count: usize) -> Result<Data<D>, GpError> {
         let at = domain.sample(count, SEEDS[0])?;
         let f: Vec<f64> = at.iter().map(|x| self.source.value(*x)).collect();
         Ok(self.rest.clone().equation(&at, &f, Noise::Exact))
     }
 
-    pub fn first() -> usize {
+    pub(crate) fn first() -> usize {
         FIRST * D
     }
 }

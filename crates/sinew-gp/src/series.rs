@@ -5,7 +5,7 @@ mod operators;
 use std::borrow::Cow;
 
 /// Most variables that a [`Series`] may have.
-pub const MOST_VARIABLES: usize = 11;
+pub(crate) const MOST_VARIABLES: usize = 11;
 
 /// A Taylor polynomial in several variables, cut off at a degree of its own in each of them.
 ///

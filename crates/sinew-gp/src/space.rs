@@ -41,7 +41,7 @@ impl<'a, const D: usize> Space<'a, D> {
     ///
     /// # Errors
     /// If the evidence cannot be evaluated there.
-    pub fn new(model: &'a Model<D>, fitted: &[f64]) -> Result<Self, GpError> {
+    pub(crate) fn new(model: &'a Model<D>, fitted: &[f64]) -> Result<Self, GpError> {
         let bounds = model.scaled_bounds();
         let count = fitted.len();
         let share = |(x, [lower, upper]): (&f64, &[f64; 2])| {
@@ -98,7 +98,7 @@ impl<'a, const D: usize> Space<'a, D> {
         Ok(Mat::from_fn(count, count, |row, mode| vectors[(row, mode)] * spread(mode)))
     }
 
-    pub fn dimension(&self) -> usize {
+    pub(crate) fn dimension(&self) -> usize {
         self.centre.len()
     }
 
@@ -116,7 +116,7 @@ impl<'a, const D: usize> Space<'a, D> {
     }
 
     /// The parameters at z, on their scales.
-    pub fn parameters(&self, z: &[f64]) -> Vec<f64> {
+    pub(crate) fn parameters(&self, z: &[f64]) -> Vec<f64> {
         self.scaled(&self.unwhitened(z))
     }
 
@@ -126,7 +126,7 @@ impl<'a, const D: usize> Space<'a, D> {
     }
 
     /// Logarithm of the density at z; −∞ where the evidence has no value.
-    pub fn log_density(&self, z: &[f64]) -> f64 {
+    pub(crate) fn log_density(&self, z: &[f64]) -> f64 {
         let q = self.unwhitened(z);
         let x = self.scaled(&q);
         match self.model.log_evidence(&x) {
@@ -136,7 +136,7 @@ impl<'a, const D: usize> Space<'a, D> {
     }
 
     /// [`Space::log_density`] with its gradient in z.
-    pub fn log_density_and_slope(&self, z: &[f64]) -> (f64, Vec<f64>) {
+    pub(crate) fn log_density_and_slope(&self, z: &[f64]) -> (f64, Vec<f64>) {
         let Ok((value, by_q)) = self.evaluate(&self.unwhitened(z)) else {
             return (f64::NEG_INFINITY, vec![0.0; z.len()]);
         };

@@ -52,7 +52,7 @@ pub(crate) fn combine(amplitude: f64, monomials: &[f64], arrays: &[Vec<f64>]) ->
 }
 
 impl<'a, const D: usize> State<'a, D> {
-    pub fn new(model: &'a Model<D>, scaled: &[f64]) -> Result<Self, GpError> {
+    pub(crate) fn new(model: &'a Model<D>, scaled: &[f64]) -> Result<Self, GpError> {
         model.check_count(scaled)?;
         let theta = model.theta_values(scaled);
         let kernels: Vec<(f64, Vec<f64>)> = model
@@ -91,7 +91,7 @@ impl<'a, const D: usize> State<'a, D> {
         Ok(Self { model, kernels, theta, coefficients, monomials, noise })
     }
 
-    pub fn side(&self, part: usize, group: usize, leg: usize) -> Side<'_, D> {
+    pub(crate) fn side(&self, part: usize, group: usize, leg: usize) -> Side<'_, D> {
         let group = &self.model.groups[group];
         Side {
             axes: &group.legs[leg].parts[part].axes,
@@ -100,7 +100,7 @@ impl<'a, const D: usize> State<'a, D> {
     }
 
     /// Of one part between a leg of one group and a leg of another, each by group and leg.
-    pub fn block(&self, part: usize, first: [usize; 2], second: [usize; 2]) -> Block<'_, D> {
+    pub(crate) fn block(&self, part: usize, first: [usize; 2], second: [usize; 2]) -> Block<'_, D> {
         let number = |[group, leg]: [usize; 2]| self.model.groups[group].first_leg + leg;
         Block {
             kernel: &*self.model.prior.parts[part].kernel,
@@ -112,7 +112,7 @@ impl<'a, const D: usize> State<'a, D> {
     }
 
     /// All pairs of a leg of one group and a leg of another.
-    pub fn leg_pairs(
+    pub(crate) fn leg_pairs(
         &self,
         first: usize,
         second: usize,
@@ -123,7 +123,7 @@ impl<'a, const D: usize> State<'a, D> {
     }
 
     /// y − mean.
-    pub fn residual(&self) -> Vec<f64> {
+    pub(crate) fn residual(&self) -> Vec<f64> {
         let mut residual = Vec::with_capacity(self.model.size);
         for (group, monomials) in self.model.groups.iter().zip(&self.monomials) {
             let start = residual.len();
@@ -136,7 +136,7 @@ impl<'a, const D: usize> State<'a, D> {
     }
 
     /// The lower triangle of the covariance of the functionals without noise, column by column.
-    pub fn covariance(&self) -> Vec<f64> {
+    pub(crate) fn covariance(&self) -> Vec<f64> {
         let size = self.model.size;
         let mut matrix = vec![0.0; size * size];
         let column = |(number, column): (usize, &mut [f64]), scratch: &mut Scratch| {
@@ -165,7 +165,7 @@ impl<'a, const D: usize> State<'a, D> {
     }
 
     /// Covariances without noise of all observations with that of one row.
-    pub fn column(&self, row: usize) -> Vec<f64> {
+    pub(crate) fn column(&self, row: usize) -> Vec<f64> {
         let (second, mut scratch) = (self.group_of(row), Scratch::default());
         let own = row - self.model.groups[second].offset;
         let mut column = vec![0.0; self.model.size];
@@ -182,7 +182,7 @@ impl<'a, const D: usize> State<'a, D> {
     }
 
     /// Variances without noise of all observations.
-    pub fn diagonal(&self) -> Vec<f64> {
+    pub(crate) fn diagonal(&self) -> Vec<f64> {
         let mut scratch = Scratch::default();
         let mut diagonal = vec![0.0; self.model.size];
         for (number, group) in self.model.groups.iter().enumerate() {
@@ -199,19 +199,19 @@ impl<'a, const D: usize> State<'a, D> {
     }
 
     /// Whether there is work enough to share out.
-    pub fn is_large(&self) -> bool {
+    pub(crate) fn is_large(&self) -> bool {
         self.model.size >= PARALLEL_FROM
     }
 
-    pub fn parallel(&self) -> bool {
+    pub(crate) fn parallel(&self) -> bool {
         self.is_large() && rayon::current_num_threads() > 1
     }
 
-    pub fn threads(&self) -> Par {
+    pub(crate) fn threads(&self) -> Par {
         if self.parallel() { Par::rayon(0) } else { Par::Seq }
     }
 
-    pub fn group_of(&self, row: usize) -> usize {
+    pub(crate) fn group_of(&self, row: usize) -> usize {
         self.model
             .groups
             .iter()
@@ -220,14 +220,14 @@ impl<'a, const D: usize> State<'a, D> {
     }
 
     /// Rows of `group` at or below the diagonal of `column`: first point, and range in the matrix.
-    pub fn rows(&self, group: usize, column: usize) -> (usize, std::ops::Range<usize>) {
+    pub(crate) fn rows(&self, group: usize, column: usize) -> (usize, std::ops::Range<usize>) {
         let group = &self.model.groups[group];
         let start = column.saturating_sub(group.offset);
         (start, group.offset + start..group.offset + group.values.len())
     }
 
     /// Adds noise and jitter to the diagonal and factorises, with more jitter where needed.
-    pub fn factored(&self) -> Result<Factored, GpError> {
+    pub(crate) fn factored(&self) -> Result<Factored, GpError> {
         let size = self.model.size;
         let mut jitter = FIRST_JITTER;
         let factor = loop {
@@ -253,16 +253,16 @@ impl<'a, const D: usize> State<'a, D> {
     }
 
     /// The first row that counts in full. Those before are imposed, and count [`State::weight`].
-    pub fn first_row(&self) -> usize {
+    pub(crate) fn first_row(&self) -> usize {
         if self.model.evidence == Evidence::Joint { 0 } else { self.model.imposed }
     }
 
     /// Power that the probability of imposed rows is raised to.
-    pub fn weight(&self) -> f64 {
+    pub(crate) fn weight(&self) -> f64 {
         self.model.evidence.weight(self.model.imposed)
     }
 
-    pub fn value(&self, factored: &Factored) -> f64 {
+    pub(crate) fn value(&self, factored: &Factored) -> f64 {
         let of = |rows: std::ops::Range<usize>| -> f64 {
             let count = rows.len() as f64;
             let row = |row: usize| {

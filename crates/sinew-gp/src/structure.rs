@@ -15,7 +15,7 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
-    pub fn at(&self, x: &Series) -> Series {
+    pub(crate) fn at(&self, x: &Series) -> Series {
         let s = (x - self.lower) / self.length;
         let (last, lower) = self.coefficients.split_last().expect("at least a constant");
         lower.iter().rev().fold(x.constant(*last), |sum, c| sum * &s + *c)
@@ -62,14 +62,14 @@ impl Bubble {
         Self { lower, upper, powers, scale: 1.0 / largest }
     }
 
-    pub fn at(&self, x: &Series) -> Series {
+    pub(crate) fn at(&self, x: &Series) -> Series {
         let length = self.upper - self.lower;
         // Both factors are exact zeros at their ends.
         let (s, rest) = ((x - self.lower) / length, (self.upper - x) / length);
         s.powi(self.powers[0]) * rest.powi(self.powers[1]) * self.scale
     }
 
-    pub fn is_constant(&self) -> bool {
+    pub(crate) fn is_constant(&self) -> bool {
         self.powers == [0, 0]
     }
 }
@@ -91,7 +91,7 @@ impl<const D: usize> Functional<D> {
     }
 
     /// Applied to `function` along `axis`, as a function of the other coordinates of `x`.
-    pub fn apply(
+    pub(crate) fn apply(
         &self,
         function: &Field<D>,
         axis: usize,
@@ -117,7 +117,7 @@ impl<const D: usize> Functional<D> {
     }
 
     /// Whether it commutes with multiplication by `factor`: a function whose derivatives, as many as it takes, vanish there.
-    pub fn lets_pass(
+    pub(crate) fn lets_pass(
         &self,
         factor: &Field<D>,
         axis: usize,
@@ -137,7 +137,7 @@ impl<const D: usize> Functional<D> {
     }
 
     /// A side where it looks, to name corners.
-    pub fn side(&self) -> Side {
+    pub(crate) fn side(&self) -> Side {
         match self {
             Self::End { side, .. } => *side,
             Self::Jump { .. } => Side::Lower,
@@ -189,11 +189,11 @@ impl<const D: usize> Trace<D> {
     }
 
     /// Whether its size is not one.
-    pub fn is_varying(&self) -> bool {
+    pub(crate) fn is_varying(&self) -> bool {
         self.varying.is_some()
     }
 
-    pub fn at(&self, axis: usize, x: &[Series; D]) -> Series {
+    pub(crate) fn at(&self, axis: usize, x: &[Series; D]) -> Series {
         let plain = self.shape.at(&x[axis]);
         match &self.varying {
             None => plain,
@@ -268,7 +268,7 @@ fn mirrored(coefficients: &[f64]) -> Vec<f64> {
 
 impl<const D: usize> AxisStructure<D> {
     /// From the conditions at the two ends, or that they are joined.
-    pub fn new(
+    pub(crate) fn new(
         ends: [f64; 2],
         conditions: &[Option<Condition<D>>; 2],
         periodic: Option<Periodicity>,
@@ -289,7 +289,7 @@ impl<const D: usize> AxisStructure<D> {
     }
 
     /// Whether a factor of the value changes along another axis.
-    pub fn varies(&self, domain: &Domain<D>, axis: usize) -> bool {
+    pub(crate) fn varies(&self, domain: &Domain<D>, axis: usize) -> bool {
         self.lifts.iter().any(|lift| {
             let Functional::End { value, side, .. } = &lift.functional else { return false };
             let mut face = domain.grid(5);

@@ -5,25 +5,25 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// Units of each hidden layer.
-pub const WIDTH: usize = 16;
+pub(crate) const WIDTH: usize = 16;
 /// Where each group of weights starts: input weights and biases, matrix and biases, output weights and bias.
 const FIRST_BIAS: usize = WIDTH;
 const MATRIX: usize = 2 * WIDTH;
 const SECOND_BIAS: usize = MATRIX + WIDTH * WIDTH;
 const OUTPUT: usize = SECOND_BIAS + WIDTH;
 /// Number of weights.
-pub const WEIGHTS: usize = OUTPUT + WIDTH + 1;
+pub(crate) const WEIGHTS: usize = OUTPUT + WIDTH + 1;
 /// The input x in [0, 1] enters as 2x − 1.
 const STRETCH: f64 = 2.0;
 
 /// A function of x with its first two derivatives, or an adjoint of these.
-pub type Jet = [f64; 3];
+pub(crate) type Jet = [f64; 3];
 
 /// A layer's values at one point.
 type Layer = [Jet; WIDTH];
 
 /// Weights at which the variance of signals keeps its size (Glorot & Bengio 2010).
-pub fn random_weights(seed: u64) -> Vec<f64> {
+pub(crate) fn random_weights(seed: u64) -> Vec<f64> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut weights = vec![0.0; WEIGHTS];
     let mut fill = |range: std::ops::Range<usize>, inputs: usize, outputs: usize| {
@@ -39,7 +39,7 @@ pub fn random_weights(seed: u64) -> Vec<f64> {
 }
 
 /// What the backward pass needs of a forward one.
-pub struct Trace {
+pub(crate) struct Trace {
     input: f64,
     before: [Layer; 2],
     after: [Layer; 2],
@@ -75,7 +75,7 @@ fn activate_back(z: &Layer, adjoint: &Layer) -> Layer {
 }
 
 /// The network at x.
-pub fn forward(weights: &[f64], x: f64) -> Trace {
+pub(crate) fn forward(weights: &[f64], x: f64) -> Trace {
     let input = STRETCH * x - 1.0;
     let first: Layer = std::array::from_fn(|unit| {
         [weights[unit] * input + weights[FIRST_BIAS + unit], weights[unit] * STRETCH, 0.0]
@@ -98,7 +98,7 @@ pub fn forward(weights: &[f64], x: f64) -> Trace {
 }
 
 /// Adds to `gradient` the derivatives in the weights of an objective with the given derivatives in the output.
-pub fn backward(weights: &[f64], trace: &Trace, adjoint: Jet, gradient: &mut [f64]) {
+pub(crate) fn backward(weights: &[f64], trace: &Trace, adjoint: Jet, gradient: &mut [f64]) {
     let dot = |a: &Jet, b: &Jet| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let [hidden, last] = &trace.after;
     for (g, jet) in gradient[OUTPUT..].iter_mut().zip(last) {
@@ -124,7 +124,7 @@ pub fn backward(weights: &[f64], trace: &Trace, adjoint: Jet, gradient: &mut [f6
 }
 
 /// Adam (Kingma & Ba 2015) with the learning rate falling exponentially between two ends.
-pub fn adam(
+pub(crate) fn adam(
     weights: &mut [f64],
     steps: usize,
     [from, to]: [f64; 2],

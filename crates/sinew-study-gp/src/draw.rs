@@ -7,7 +7,7 @@ use sinew_report::format;
 use sinew_report::{Chart, Distribution, Figure, Level, Map, Panel, Series, Style};
 
 /// Half-width of a 95 % band in standard deviations.
-pub const BAND: f64 = 1.959_964;
+pub(crate) const BAND: f64 = 1.959_964;
 /// Points per axis of maps, and of curves.
 const MAP_POINTS: usize = 41;
 const CURVE_POINTS: usize = 101;
@@ -19,7 +19,7 @@ const FEW_POINTS: usize = 11;
 ///
 /// # Errors
 /// If the posterior cannot be evaluated.
-pub fn posterior<const D: usize>(
+pub(crate) fn posterior<const D: usize>(
     inference: &Inference<D>,
     posterior: &Posterior<D>,
     observed: &Observed<D>,
@@ -105,7 +105,7 @@ fn maps<const D: usize>(
 }
 
 /// The equation's first parameter after each iteration, from every start (Fig. 4.9).
-pub fn traces<const D: usize>(inference: &Inference<D>, fit: &Fit<D>) -> Figure {
+pub(crate) fn traces<const D: usize>(inference: &Inference<D>, fit: &Fit<D>) -> Figure {
     let method = inference.approach.method();
     let outcomes = fit.restarts.iter().filter_map(|restart| restart.outcome.as_ref().ok());
     let lines = outcomes.map(|outcome| {
@@ -131,7 +131,7 @@ pub fn traces<const D: usize>(inference: &Inference<D>, fit: &Fit<D>) -> Figure 
 }
 
 /// A regular row of points on an interval.
-pub fn line<const D: usize>(domain: &Domain<D>, count: usize) -> Vec<[f64; D]> {
+pub(crate) fn line<const D: usize>(domain: &Domain<D>, count: usize) -> Vec<[f64; D]> {
     let [from, to] = [domain.lower(), domain.upper()];
     (0..count)
         .map(|k| {
@@ -142,7 +142,7 @@ pub fn line<const D: usize>(domain: &Domain<D>, count: usize) -> Vec<[f64; D]> {
 }
 
 /// A line through values at points of an interval.
-pub fn curve<const D: usize>(name: &str, points: &[[f64; D]], values: &[f64]) -> Series {
+pub(crate) fn curve<const D: usize>(name: &str, points: &[[f64; D]], values: &[f64]) -> Series {
     Series::new(name, Style::Line, points.iter().zip(values).map(|(x, y)| [x[0], *y]))
 }
 
@@ -215,7 +215,7 @@ impl<const D: usize> Slice<D> {
 
 /// Errors of u and, where there are any, of the parameters over the number that varies in a sweep: one line per method
 /// through the medians of the rows of one problem, within their range.
-pub fn sweeps(problem: &str, abscissa: &str, rows: &[&Row]) -> Vec<Chart> {
+pub(crate) fn sweeps(problem: &str, abscissa: &str, rows: &[&Row]) -> Vec<Chart> {
     let charts = [
         sweep([problem, "solution"], [abscissa, "mean |u − û|"], rows, |row| Some(row.err_u())),
         sweep([problem, "parameters"], [abscissa, "‖θ − θ̂‖"], rows, Row::err_theta),

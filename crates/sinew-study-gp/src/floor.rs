@@ -15,10 +15,10 @@ use std::sync::Arc;
 use std::time::Instant;
 
 /// The solution of a problem for each θ.
-pub type Family<const D: usize> = fn(&[f64]) -> Function<D>;
+pub(crate) type Family<const D: usize> = fn(&[f64]) -> Function<D>;
 
 /// The case of least squares on the data of the other methods.
-pub fn case<const D: usize>(
+pub(crate) fn case<const D: usize>(
     setting: &Setting<D>,
     family: Family<D>,
     sampling: Sampling,
@@ -84,13 +84,13 @@ fn least_squares<const D: usize>(
 }
 
 /// Heat-BVP-2: one mode that decays.
-pub fn heat_2(theta: &[f64]) -> Function<3> {
+pub(crate) fn heat_2(theta: &[f64]) -> Function<3> {
     let rate = 2.0 * theta[0];
     Arc::new(move |[x, y, t]| x.sin() * y.sin() * (-rate * t).exp())
 }
 
 /// Wave-BVP-1: two standing waves and a drift.
-pub fn wave_1(theta: &[f64]) -> Function<2> {
+pub(crate) fn wave_1(theta: &[f64]) -> Function<2> {
     let speed = theta[0];
     Arc::new(move |[x, t]| {
         let second = (2.0 * speed * t).sin() / (4.0 * speed);
@@ -102,7 +102,7 @@ pub fn wave_1(theta: &[f64]) -> Function<2> {
 const MODES: usize = 60;
 
 /// Advection and diffusion by separation: u = e^{ax − a θ₁ t/2} Σ cₙ e^{−θ₂ n² π² t} sin nπx, a = θ₁/2θ₂.
-pub fn advection_diffusion(theta: &[f64]) -> Function<2> {
+pub(crate) fn advection_diffusion(theta: &[f64]) -> Function<2> {
     let (advection, diffusion) = (theta[0], theta[1]);
     let a = advection / (2.0 * diffusion);
     let growth = 1.0 - a;

@@ -64,7 +64,7 @@ pub enum Error {
 }
 
 /// The thesis' 2.5 %.
-pub const NOISE: Error = Error::Relative(0.025);
+pub(crate) const NOISE: Error = Error::Relative(0.025);
 
 impl<const D: usize> Setting<D> {
     /// Points per axis of the grids that errors are over.
@@ -115,14 +115,14 @@ impl<const D: usize> Setting<D> {
 }
 
 /// A standard normal variate by the method of Box and Muller.
-pub fn standard_normal(random: &mut ChaCha8Rng) -> f64 {
+pub(crate) fn standard_normal(random: &mut ChaCha8Rng) -> f64 {
     let radius = (-2.0 * (1.0 - random.random::<f64>()).ln()).sqrt();
     radius * (TAU * random.random::<f64>()).cos()
 }
 
 /// How a prior accounts for the boundary conditions.
 #[derive(Clone, Copy, Debug)]
-pub enum Approach {
+pub(crate) enum Approach {
     /// HCGP
     Constrained,
     /// PCGP with this many pseudo-observations
@@ -133,7 +133,7 @@ pub enum Approach {
 
 impl Approach {
     /// As it is called in tables.
-    pub fn method(self) -> Method {
+    pub(crate) fn method(self) -> Method {
         match self {
             Self::Constrained => Method::Hcgp,
             Self::Penalised(_) => Method::Pcgp,
@@ -144,7 +144,7 @@ impl Approach {
 
 /// What is drawn of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Drawings {
+pub(crate) enum Drawings {
     /// Nothing.
     None,
     /// What the fit says of u.
@@ -158,7 +158,7 @@ type Observe<const D: usize> =
     Box<dyn Fn(&Setting<D>, &Task) -> Result<Observed<D>, GpError> + Send + Sync>;
 
 /// One approach to one problem.
-pub struct Inference<const D: usize> {
+pub(crate) struct Inference<const D: usize> {
     /// The problem.
     pub setting: Setting<D>,
     /// The prior.
@@ -177,7 +177,7 @@ pub struct Inference<const D: usize> {
 
 impl<const D: usize> Inference<D> {
     /// With data at random places.
-    pub fn sampled(
+    pub(crate) fn sampled(
         setting: &Setting<D>,
         approach: Approach,
         sampling: Sampling,
@@ -187,7 +187,7 @@ impl<const D: usize> Inference<D> {
     }
 
     /// With data of any kind.
-    pub fn new(
+    pub(crate) fn new(
         setting: &Setting<D>,
         approach: Approach,
         scale: Scale,
@@ -205,22 +205,22 @@ impl<const D: usize> Inference<D> {
     }
 
     /// The same from ten starts, with a drawing of how each moves (Fig. 4.9).
-    pub fn traced(self) -> Self {
+    pub(crate) fn traced(self) -> Self {
         Self { restarts: self.scale.pick(10, 2), drawings: Drawings::PosteriorAndTraces, ..self }
     }
 
     /// The same without drawings.
-    pub fn undrawn(self) -> Self {
+    pub(crate) fn undrawn(self) -> Self {
         Self { drawings: Drawings::None, ..self }
     }
 
     /// The same with another evidence.
-    pub fn with_evidence(self, evidence: Evidence) -> Self {
+    pub(crate) fn with_evidence(self, evidence: Evidence) -> Self {
         Self { evidence, ..self }
     }
 
     /// The case of this inference.
-    pub fn case(self, cost: f64) -> Case {
+    pub(crate) fn case(self, cost: f64) -> Case {
         let setting = self.setting.clone();
         Case::new(&setting, self.approach.method(), cost, move |task| self.run(task))
     }
@@ -240,7 +240,7 @@ impl<const D: usize> Inference<D> {
     ///
     /// # Errors
     /// What the library refuses.
-    pub fn fit(&self, observed: &Observed<D>, task: &Task) -> Result<Fit<D>, GpError> {
+    pub(crate) fn fit(&self, observed: &Observed<D>, task: &Task) -> Result<Fit<D>, GpError> {
         let model = Model::new(self.prior(task)?, observed.data(), self.evidence)?;
         model.fit(&FitOptions {
             restarts: self.restarts,
@@ -254,7 +254,7 @@ impl<const D: usize> Inference<D> {
     ///
     /// # Errors
     /// What the library refuses.
-    pub fn run(&self, task: &Task) -> Result<Run> {
+    pub(crate) fn run(&self, task: &Task) -> Result<Run> {
         let observed = (self.observe)(&self.setting, task)?;
         let start = Instant::now();
         let fit = self.fit(&observed, task)?;
@@ -286,7 +286,7 @@ impl<const D: usize> Inference<D> {
     ///
     /// # Errors
     /// If the model lacks one.
-    pub fn theta(&self, fit: &Fit<D>, scaled: &[f64]) -> Result<Vec<f64>, GpError> {
+    pub(crate) fn theta(&self, fit: &Fit<D>, scaled: &[f64]) -> Result<Vec<f64>, GpError> {
         let model = fit.model();
         let value = |name: &str| {
             let position = model.position(name)?;
@@ -312,7 +312,7 @@ impl<const D: usize> Inference<D> {
 }
 
 /// All three approaches on the same data, the PCGP with `boundary` pseudo-observations, with what each costs.
-pub fn approaches<const D: usize>(
+pub(crate) fn approaches<const D: usize>(
     setting: &Setting<D>,
     sampling: Sampling,
     boundary: usize,
@@ -328,7 +328,7 @@ pub fn approaches<const D: usize>(
 }
 
 /// Evaluations of evidence and gradient over all restarts.
-pub fn evaluations<const D: usize>(fit: &Fit<D>) -> usize {
+pub(crate) fn evaluations<const D: usize>(fit: &Fit<D>) -> usize {
     let restarts = fit.restarts.iter().filter_map(|restart| restart.outcome.as_ref().ok());
     restarts.map(|outcome| outcome.evaluations).sum()
 }

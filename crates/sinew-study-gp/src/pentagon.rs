@@ -18,14 +18,14 @@ const BOUNDARY_POINTS: usize = 120;
 const ANGLE: f64 = 3.0 * PI / 5.0;
 
 /// −Δu = 4 on the pentagon with corners on the unit circle, one at the top; u = 0 on its boundary.
-pub struct Pentagon {
+pub(crate) struct Pentagon {
     coefficients: DVector<f64>,
     /// Largest |u| on the boundary, and so the largest error anywhere.
     pub bound: f64,
 }
 
 /// The corners, counterclockwise from the top one.
-pub fn corners() -> [[f64; 2]; 5] {
+pub(crate) fn corners() -> [[f64; 2]; 5] {
     std::array::from_fn(|k| {
         let angle = PI / 2.0 + 2.0 * PI * k as f64 / 5.0;
         [angle.cos(), angle.sin()]
@@ -59,7 +59,7 @@ fn harmonics([x, y]: [f64; 2]) -> Vec<f64> {
 
 impl Pentagon {
     /// By least squares on the boundary.
-    pub fn solve() -> Self {
+    pub(crate) fn solve() -> Self {
         let [a, b, ..] = corners();
         let point = |number: usize, of: usize| {
             // Squares of equal steps: dense at the corner a, up to the middle of the edge.
@@ -84,7 +84,7 @@ impl Pentagon {
     }
 
     /// u at a point of the pentagon.
-    pub fn value(&self, [x, y]: [f64; 2]) -> f64 {
+    pub(crate) fn value(&self, [x, y]: [f64; 2]) -> f64 {
         let harmonic: f64 =
             harmonics([x, y]).iter().zip(self.coefficients.iter()).map(|(h, c)| h * c).sum();
         harmonic - x * x - y * y

@@ -9,7 +9,7 @@ use std::f64::consts::{PI, SQRT_2};
 use std::sync::Arc;
 
 /// A function of the coordinates.
-pub type Function<const D: usize> = Arc<dyn Fn([f64; D]) -> f64 + Send + Sync>;
+pub(crate) type Function<const D: usize> = Arc<dyn Fn([f64; D]) -> f64 + Send + Sync>;
 
 /// A problem, its solution, and what is to be inferred.
 #[derive(Clone)]
@@ -46,7 +46,7 @@ fn insulated<const D: usize>() -> Condition<D> {
 ///
 /// # Errors
 /// None that the constants here can cause; those of the library are passed on.
-pub fn poisson_1() -> Result<Setting<1>, GpError> {
+pub(crate) fn poisson_1() -> Result<Setting<1>, GpError> {
     let domain = Domain::interval("x", [0.0, 2.0])?;
     let [dx] = domain.derivatives();
     let robin =
@@ -67,7 +67,7 @@ pub fn poisson_1() -> Result<Setting<1>, GpError> {
 ///
 /// # Errors
 /// As [`poisson_1`].
-pub fn heat_1() -> Result<Setting<2>, GpError> {
+pub(crate) fn heat_1() -> Result<Setting<2>, GpError> {
     let domain = Domain::cuboid([("x", [-PI / 2.0, PI / 2.0]), ("t", [0.0, 1.0])])?;
     let [dx, dt] = domain.derivatives();
     let theta = Parameter::new("theta", [0.02, 50.0])?;
@@ -90,7 +90,7 @@ pub fn heat_1() -> Result<Setting<2>, GpError> {
 ///
 /// # Errors
 /// As [`poisson_1`].
-pub fn heat_2() -> Result<Setting<3>, GpError> {
+pub(crate) fn heat_2() -> Result<Setting<3>, GpError> {
     let domain = Domain::cuboid([("x", [0.0, PI]), ("y", [0.0, PI]), ("t", [0.0, 0.5])])?;
     let [dx, dy, dt] = domain.derivatives();
     let theta = Parameter::new("theta", [0.02, 50.0])?;
@@ -114,7 +114,7 @@ pub fn heat_2() -> Result<Setting<3>, GpError> {
 ///
 /// # Errors
 /// As [`poisson_1`].
-pub fn wave_1() -> Result<Setting<2>, GpError> {
+pub(crate) fn wave_1() -> Result<Setting<2>, GpError> {
     let domain = Domain::cuboid([("x", [0.0, PI]), ("t", [0.0, 1.0])])?;
     let [dx, dt] = domain.derivatives();
     let speed = Parameter::new("theta", [0.05, 20.0])?;
@@ -143,7 +143,7 @@ pub fn wave_1() -> Result<Setting<2>, GpError> {
 ///
 /// # Errors
 /// As [`poisson_1`].
-pub fn wave_2() -> Result<Setting<2>, GpError> {
+pub(crate) fn wave_2() -> Result<Setting<2>, GpError> {
     let domain = Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.5, 2.5])])?;
     let [dx, dt] = domain.derivatives();
     let speed = Parameter::new("theta", [0.05, 20.0])?;
@@ -164,7 +164,7 @@ pub fn wave_2() -> Result<Setting<2>, GpError> {
 ///
 /// # Errors
 /// As [`poisson_1`].
-pub fn advection_diffusion() -> Result<Setting<2>, GpError> {
+pub(crate) fn advection_diffusion() -> Result<Setting<2>, GpError> {
     let domain = Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.0, 1.0])])?;
     let [dx, dt] = domain.derivatives();
     let advection = Parameter::new("advection", [0.001, 2.0])?;
@@ -190,7 +190,7 @@ pub fn advection_diffusion() -> Result<Setting<2>, GpError> {
 ///
 /// # Errors
 /// As [`poisson_1`].
-pub fn helmholtz() -> Result<Setting<2>, GpError> {
+pub(crate) fn helmholtz() -> Result<Setting<2>, GpError> {
     let domain = Domain::cuboid([("x", [0.0, 1.0]), ("y", [0.0, 1.0])])?;
     let [dx, dy] = domain.derivatives();
     let mut problem = Problem::new(domain, -(dx * dx) - dy * dy + 9.0 * Derivative::identity())?;
@@ -228,7 +228,7 @@ const WIDTH: f64 = 0.05;
 ///
 /// # Errors
 /// As [`poisson_1`].
-pub fn allen_cahn(kappa: f64, unknown: bool) -> Result<Setting<2>, GpError> {
+pub(crate) fn allen_cahn(kappa: f64, unknown: bool) -> Result<Setting<2>, GpError> {
     let domain = Domain::cuboid([("s", [-1.0, 1.0]), ("t", [0.0, 1.0])])?;
     let [ds, dt] = domain.derivatives();
     let sinh = |x: &Series| (x.exp() - (x * -1.0).exp()) * 0.5;

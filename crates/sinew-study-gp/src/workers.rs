@@ -12,7 +12,7 @@ use std::thread;
 ///
 /// # Errors
 /// The first error of a piece, or if no thread can be started.
-pub fn each(
+pub(crate) fn each(
     threads: usize,
     count: usize,
     piece: impl Fn(usize) -> Result<()> + Sync,

@@ -12,17 +12,17 @@ use sinew_graph::{AugmentationConfig, FeatureMatrix, augment, graph_features};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
 /// Range of μ and λ [kPa]: soft enough that the beam's tip sinks by a sixth to a third of its length.
-pub const RANGE: [f64; 2] = [8.0, 16.0];
+pub(crate) const RANGE: [f64; 2] = [8.0, 16.0];
 /// Weight of a density of 1 g/cm³ at g = 9.8 m/s² [kPa/mm].
-pub const GRAVITY: f64 = 9.8e-3;
+pub(crate) const GRAVITY: f64 = 9.8e-3;
 
 /// One entry of θ on the log scale.
-pub fn stiffness(name: &str, range: [f64; 2]) -> Parameter {
+pub(crate) fn stiffness(name: &str, range: [f64; 2]) -> Parameter {
     Parameter { name: name.into(), unit: "kPa".into(), range, sampling: Sampling::Log }
 }
 
 /// A mesh clamped at `x_min` under a vertical body force [kPa/mm].
-pub fn hanging(mesh: TetMesh, weight: f64) -> Scene<NeoHookean, 0> {
+pub(crate) fn hanging(mesh: TetMesh, weight: f64) -> Scene<NeoHookean, 0> {
     Scene {
         name: "beam".into(),
         units: Units::mm_kpa(),
@@ -36,13 +36,13 @@ pub fn hanging(mesh: TetMesh, weight: f64) -> Scene<NeoHookean, 0> {
 }
 
 /// A coarse beam of 63 nodes with its graph: emulators of it train in seconds.
-pub struct Beam {
+pub(crate) struct Beam {
     pub potential: Body,
     pub geometry: Geometry,
 }
 
 impl Beam {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let scene = hanging(mesh(), GRAVITY);
         let potential = scene.lower().expect("the beam is held and loaded");
         let nodes = potential.nodes;
@@ -62,7 +62,7 @@ impl Beam {
     }
 
     /// Small displacements scaled up: a size of displacements that needs no simulation.
-    pub fn linear_response(&self, theta: &[f64]) -> Vec<f64> {
+    pub(crate) fn linear_response(&self, theta: &[f64]) -> Vec<f64> {
         const SMALL: f64 = 1e-6;
         let potential = hanging(mesh(), SMALL * GRAVITY).lower().unwrap();
         let solution = Solver::new(&potential).unwrap().solve(theta, &Options::default()).unwrap();
@@ -70,13 +70,13 @@ impl Beam {
     }
 
     /// Equilibria of the finite-element model.
-    pub fn solve(&self, thetas: &[Vec<f64>]) -> Vec<Solution> {
+    pub(crate) fn solve(&self, thetas: &[Vec<f64>]) -> Vec<Solution> {
         let swept = sweep(&self.potential, thetas, &Options::default(), || ()).unwrap();
         swept.solutions().unwrap().into_iter().cloned().collect()
     }
 
     /// A small untrained emulator in a trainer; `fields` are simulations, or empty.
-    pub fn trainer(
+    pub(crate) fn trainer(
         &self,
         thetas: &[Vec<f64>],
         fields: &[Vec<f64>],
@@ -114,16 +114,16 @@ fn mesh() -> TetMesh {
 }
 
 /// Centre of the parameter range on its log scale.
-pub fn centre() -> Vec<f64> {
+pub(crate) fn centre() -> Vec<f64> {
     vec![(RANGE[0] * RANGE[1]).sqrt(); 2]
 }
 
 /// A regular grid over the range, on its log scale, corners included.
-pub fn grid(per_axis: usize) -> Vec<Vec<f64>> {
+pub(crate) fn grid(per_axis: usize) -> Vec<Vec<f64>> {
     let at = |i: usize| RANGE[0] * (RANGE[1] / RANGE[0]).powf(i as f64 / (per_axis - 1) as f64);
     (0..per_axis * per_axis).map(|i| vec![at(i % per_axis), at(i / per_axis)]).collect()
 }
 
-pub fn norm(values: impl IntoIterator<Item = f64>) -> f64 {
+pub(crate) fn norm(values: impl IntoIterator<Item = f64>) -> f64 {
     values.into_iter().map(|value| value * value).sum::<f64>().sqrt()
 }

@@ -22,7 +22,7 @@ pub(super) struct Solved {
 }
 
 impl Template {
-    pub fn new(bodies: &[Body], start: Start, seed: u64) -> Result<Self> {
+    pub(super) fn new(bodies: &[Body], start: Start, seed: u64) -> Result<Self> {
         let mut graphs: Vec<(Vec<[usize; 2]>, Topology)> = Vec::new();
         for body in bodies {
             let edges = body.mesh.edges();
@@ -42,7 +42,7 @@ impl Template {
     }
 
     /// The graph of a body: clusters of a first one where it has its connectivity, which takes no time.
-    pub fn graph(&self, body: &Body, seed: u64) -> Result<Topology> {
+    pub(super) fn graph(&self, body: &Body, seed: u64) -> Result<Topology> {
         let edges = body.mesh.edges();
         match self.graphs.iter().find(|(known, _)| *known == edges) {
             Some((_, topology)) => Ok(topology.clone()),
@@ -53,7 +53,7 @@ impl Template {
 
 impl Solved {
     /// The state of this body's nodes nearest to another's when both fill the same box \[length\].
-    pub fn carried_to(&self, body: &Body) -> Vec<f64> {
+    pub(super) fn carried_to(&self, body: &Body) -> Vec<f64> {
         /// Nodes that a state is averaged over, by the inverse squares of their squared distances.
         const NEAREST: usize = 4;
         let ([from, own], [to, size]) = (bounds(&self.positions), bounds(&body.positions));

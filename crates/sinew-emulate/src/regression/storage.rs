@@ -59,14 +59,14 @@ pub(super) mod matrix {
     use serde::de::Error;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    pub fn serialize<S: Serializer>(
+    pub(crate) fn serialize<S: Serializer>(
         matrix: &DMatrix<f64>,
         serializer: S,
     ) -> Result<S::Ok, S::Error> {
         (matrix.nrows(), matrix.ncols(), matrix.as_slice()).serialize(serializer)
     }
 
-    pub fn deserialize<'de, D: Deserializer<'de>>(
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
         deserializer: D,
     ) -> Result<DMatrix<f64>, D::Error> {
         let (rows, columns, entries) = <(usize, usize, Vec<f64>)>::deserialize(deserializer)?;

@@ -10,7 +10,7 @@ use sinew_mesh::box_tetrahedra;
 /// Weight of a density of 1 g/cm³ at g = 9.8 m/s² [kPa/mm].
 const GRAVITY: f64 = 9.8e-3;
 
-pub fn beam(weight: f64) -> Body {
+pub(crate) fn beam(weight: f64) -> Body {
     Scene::new(box_tetrahedra([40.0, 8.0, 8.0], [6, 2, 2]), NeoHookean)
         .parameter(Parameter::log("mu", "kPa", 8.0..=16.0))
         .parameter(Parameter::log("lambda", "kPa", 8.0..=16.0))
@@ -21,10 +21,10 @@ pub fn beam(weight: f64) -> Body {
 }
 
 /// A network that trains in seconds.
-pub fn small_network() -> Network {
+pub(crate) fn small_network() -> Network {
     Network { latent: 16, width: 32, cluster_width: 16, message_passing_steps: 3 }
 }
 
-pub fn steps(config: &TrainingConfig, steps: usize) -> TrainingConfig {
+pub(crate) fn steps(config: &TrainingConfig, steps: usize) -> TrainingConfig {
     TrainingConfig { budget: Budget::Steps(steps), ..config.clone() }
 }

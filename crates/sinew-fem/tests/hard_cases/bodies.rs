@@ -1,11 +1,11 @@
 //! Scenes that the cases start from.
 
-pub use crate::support::{gravity, lower, once, parameters, twice};
+pub(crate) use crate::support::{gravity, lower, once, parameters, twice};
 use sinew_energy::{Body, Law, Load, Scene, Support, Units};
 use sinew_mesh::{TetMesh, box_tetrahedra};
 
 /// A scene without loads, clamped at `x_min`.
-pub fn scene<L: Law<D>, const D: usize>(law: L, mesh: TetMesh) -> Scene<L, D> {
+pub(crate) fn scene<L: Law<D>, const D: usize>(law: L, mesh: TetMesh) -> Scene<L, D> {
     Scene {
         name: "hard case".into(),
         units: Units::mm_kpa(),
@@ -19,7 +19,7 @@ pub fn scene<L: Law<D>, const D: usize>(law: L, mesh: TetMesh) -> Scene<L, D> {
 }
 
 /// The same directions in every cell.
-pub fn with_directions<L: Law<D>, const D: usize>(
+pub(crate) fn with_directions<L: Law<D>, const D: usize>(
     law: L,
     mesh: TetMesh,
     directions: [[f64; 3]; D],
@@ -29,12 +29,12 @@ pub fn with_directions<L: Law<D>, const D: usize>(
 }
 
 /// A cube of edge 1 with `cells` grid cells along each edge.
-pub fn cube(cells: usize) -> TetMesh {
+pub(crate) fn cube(cells: usize) -> TetMesh {
     box_tetrahedra([1.0; 3], [cells; 3])
 }
 
 /// A cube whose inner nodes are moved about by up to a twentieth of its edge, deterministically.
-pub fn distorted_cube(cells: usize) -> TetMesh {
+pub(crate) fn distorted_cube(cells: usize) -> TetMesh {
     let mut mesh = cube(cells);
     let boundary: Vec<_> = mesh.node_sets.values().flatten().copied().collect();
     for node in (0..mesh.points.len()).filter(|node| !boundary.contains(node)) {
@@ -47,7 +47,7 @@ pub fn distorted_cube(cells: usize) -> TetMesh {
 }
 
 /// One tetrahedron at the origin with edges of length 1 along the axes; `base` is its side x = 0.
-pub fn one_tetrahedron() -> TetMesh {
+pub(crate) fn one_tetrahedron() -> TetMesh {
     let points = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let mut mesh = TetMesh::new(points, vec![[0, 1, 2, 3]]).unwrap();
     mesh.node_sets.insert("base".into(), vec![0, 2, 3]);
@@ -56,29 +56,29 @@ pub fn one_tetrahedron() -> TetMesh {
 }
 
 /// Held against motion along one axis.
-pub fn roller(set: &str, axis: usize) -> Support {
+pub(crate) fn roller(set: &str, axis: usize) -> Support {
     Support::uniform(set, std::array::from_fn(|i| (i == axis).then_some(0.0)))
 }
 
 /// Three sides that slide in their planes: the body is held and deforms as it likes.
-pub fn corner_rollers() -> Vec<Support> {
+pub(crate) fn corner_rollers() -> Vec<Support> {
     vec![roller("x_min", 0), roller("y_min", 1), roller("z_min", 2)]
 }
 
 /// A bar between rollers whose far end is moved along x by `motion` \[length\].
-pub fn pulled(motion: f64) -> Vec<Support> {
+pub(crate) fn pulled(motion: f64) -> Vec<Support> {
     let mut supports = corner_rollers();
     supports.push(Support::uniform("x_max", [Some(motion), None, None]));
     supports
 }
 
 /// A dead traction on a side.
-pub fn traction(side: &str, value: [f64; 3]) -> Load {
+pub(crate) fn traction(side: &str, value: [f64; 3]) -> Load {
     Load::Traction { facets: side.into(), value }
 }
 
 /// A turn about the x axis through (y, z) = `centre`, as a motion.
-pub fn turn_about_x(angle: f64, centre: [f64; 2]) -> impl Fn([f64; 3]) -> [f64; 3] {
+pub(crate) fn turn_about_x(angle: f64, centre: [f64; 2]) -> impl Fn([f64; 3]) -> [f64; 3] {
     let (sine, cosine) = angle.sin_cos();
     move |[_, y, z]| {
         let (y, z) = (y - centre[0], z - centre[1]);
@@ -87,7 +87,7 @@ pub fn turn_about_x(angle: f64, centre: [f64; 2]) -> impl Fn([f64; 3]) -> [f64; 
 }
 
 /// Prescribed motions of one body in another position: the same potential with other targets.
-pub fn prescribe(
+pub(crate) fn prescribe(
     potential: &mut Body,
     mesh: &TetMesh,
     set: &str,

@@ -1,6 +1,6 @@
 //! What every result is held against.
 
-pub use crate::support::difference;
+pub(crate) use crate::support::difference;
 use sinew_energy::Body;
 use sinew_fem::{NotConverged, Options, Solution, SolveError, Solver};
 
@@ -8,7 +8,7 @@ use sinew_fem::{NotConverged, Options, Solution, SolveError, Solver};
 const BALANCE: f64 = 1e-9;
 
 /// A cold solve with the usual options.
-pub fn solve(potential: &Body, theta: &[f64]) -> Result<Solution, SolveError> {
+pub(crate) fn solve(potential: &Body, theta: &[f64]) -> Result<Solution, SolveError> {
     let solution = Solver::new(potential)?.solve(theta, &Options::default())?;
     println!(
         "{} iterations, {} load steps, min J {:.3}, residual {:.1e}, {:.1} ms",
@@ -23,7 +23,7 @@ pub fn solve(potential: &Body, theta: &[f64]) -> Result<Solution, SolveError> {
 
 /// A stable equilibrium, see [`assert_equilibrium`].
 #[track_caller]
-pub fn assert_sound(potential: &Body, solution: &Solution) {
+pub(crate) fn assert_sound(potential: &Body, solution: &Solution) {
     assert_equilibrium(potential, solution);
     assert!(solution.is_stable());
     assert_minimum(potential, solution);
@@ -31,7 +31,7 @@ pub fn assert_sound(potential: &Body, solution: &Solution) {
 
 /// Supports obeyed, forces balanced, no cell turned over: by the potential, not by the solver's own assembly.
 #[track_caller]
-pub fn assert_equilibrium(potential: &Body, solution: &Solution) {
+pub(crate) fn assert_equilibrium(potential: &Body, solution: &Solution) {
     let Solution { displacement, theta, .. } = solution;
     let (gradient, energy) = gradient_and_energy(potential, displacement, theta);
     assert!(energy.is_finite() && solution.least_volume_ratio > 0.0);
@@ -57,7 +57,7 @@ pub fn assert_equilibrium(potential: &Body, solution: &Solution) {
 
 /// No disturbance lowers the energy: scattered ones of three sizes, and more or less of the same motion.
 #[track_caller]
-pub fn assert_minimum(potential: &Body, solution: &Solution) {
+pub(crate) fn assert_minimum(potential: &Body, solution: &Solution) {
     let Solution { displacement, theta, energy, .. } = solution;
     let largest = displacement.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
     let size = if largest > 0.0 { largest } else { 1.0 };
@@ -87,7 +87,7 @@ pub fn assert_minimum(potential: &Body, solution: &Solution) {
 }
 
 /// Derivative of the potential in every degree of freedom, and its value.
-pub fn gradient_and_energy(
+pub(crate) fn gradient_and_energy(
     potential: &Body,
     displacement: &[f64],
     theta: &[f64],
@@ -98,14 +98,14 @@ pub fn gradient_and_energy(
 }
 
 /// The force \[stress·length²\] that holds the nodes of a set.
-pub fn reaction(potential: &Body, solution: &Solution, nodes: &[usize]) -> [f64; 3] {
+pub(crate) fn reaction(potential: &Body, solution: &Solution, nodes: &[usize]) -> [f64; 3] {
     let (gradient, _) = gradient_and_energy(potential, &solution.displacement, &solution.theta);
     std::array::from_fn(|i| nodes.iter().map(|node| gradient[3 * node + i]).sum())
 }
 
 /// The failure of a solve that has no solution.
 #[track_caller]
-pub fn failure(result: Result<Solution, SolveError>) -> NotConverged {
+pub(crate) fn failure(result: Result<Solution, SolveError>) -> NotConverged {
     match result {
         Err(SolveError::NotConverged(failure)) => {
             println!("{failure}");
@@ -119,7 +119,7 @@ pub fn failure(result: Result<Solution, SolveError>) -> NotConverged {
 
 /// The error of a solver that cannot be prepared.
 #[track_caller]
-pub fn refusal(potential: &Body) -> SolveError {
+pub(crate) fn refusal(potential: &Body) -> SolveError {
     match Solver::new(potential) {
         Err(error) => {
             println!("{error}");
@@ -130,11 +130,11 @@ pub fn refusal(potential: &Body) -> SolveError {
 }
 
 #[track_caller]
-pub fn assert_close(value: f64, expected: f64, relative: f64) {
+pub(crate) fn assert_close(value: f64, expected: f64, relative: f64) {
     let error = (value - expected).abs();
     assert!(error <= relative * expected.abs(), "{value} is not {expected}, off by {error:e}");
 }
 
-pub fn norm(values: &[f64]) -> f64 {
+pub(crate) fn norm(values: &[f64]) -> f64 {
     values.iter().map(|x| x * x).sum::<f64>().sqrt()
 }

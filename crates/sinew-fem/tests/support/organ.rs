@@ -14,7 +14,7 @@ const CELLS: [usize; 3] = [2, 16, 8];
 const SLACK: f64 = 0.5;
 
 /// The whole file. Numbers are rounded to 1e-9, so that another machine's sine writes the same text.
-pub fn file() -> String {
+pub(crate) fn file() -> String {
     let mesh = SHAPE.wall(CELLS).tetrahedra();
     let wall = EllipsoidWall::new(SHAPE).expect("ascending axes and a base between the apexes");
     let cavity: Vec<_> = mesh.facet_sets["endo"].iter().map(|&f| mesh.facet_nodes(f)).collect();

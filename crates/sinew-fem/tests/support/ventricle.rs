@@ -6,17 +6,17 @@ use sinew_energy::{Load, Magnitude, Parameter, Sampling, Scene, Support, Units};
 use sinew_mesh::TetMesh;
 
 /// One millimetre of mercury [kPa].
-pub const MMHG: f64 = 0.133_322;
+pub(crate) const MMHG: f64 = 0.133_322;
 /// Bulk modulus of the thesis \[kPa\].
-pub const BULK_MODULUS: f64 = 25.0;
+pub(crate) const BULK_MODULUS: f64 = 25.0;
 /// Names and ranges of θ; the first corner is the softest body. a and a_f in kPa.
 ///
 /// The thesis prints 2.6 for the largest a, but its displacements belong to 0.26.
-pub const BOX: [(&str, [f64; 2]); 4] =
+pub(crate) const BOX: [(&str, [f64; 2]); 4] =
     [("a", [0.1, 0.26]), ("b", [1.0, 4.2]), ("a_f", [1.5, 5.18]), ("b_f", [1.0, 4.46])];
 
 /// The scene; θ = (a, b, a_f, b_f, pressure \[kPa\]).
-pub fn scene(
+pub(crate) fn scene(
     mesh: TetMesh,
     bulk_modulus: f64,
 ) -> Scene<sinew_energy::NearlyIncompressible<HolzapfelOgden>, 1> {
@@ -42,7 +42,7 @@ pub fn scene(
 }
 
 /// The softest corner of the box, then Sobol points, spread evenly in the logarithm, all at one pressure \[kPa\].
-pub fn thetas(points: usize, pressure: f64) -> Vec<[f64; 5]> {
+pub(crate) fn thetas(points: usize, pressure: f64) -> Vec<[f64; 5]> {
     let place = |unit: [f64; 4]| {
         let [a, b, a_f, b_f] = std::array::from_fn(|i| {
             let [least, most] = BOX[i].1;

@@ -11,7 +11,7 @@ use sinew_mesh::Mesh;
 /// Trained parameter sets [kPa].
 const RANGE: [f64; 2] = [50.0, 100.0];
 
-pub fn thetas(count: usize) -> Vec<Vec<f64>> {
+pub(crate) fn thetas(count: usize) -> Vec<Vec<f64>> {
     let point = |i: usize| {
         let fractions = [(i as f64 + 0.5) / count as f64, (i as f64 * 0.618_033_988_75).fract()];
         fractions.iter().map(|f| RANGE[0] * (RANGE[1] / RANGE[0]).powf(*f)).collect()
@@ -24,7 +24,7 @@ fn mesh() -> Mesh<4> {
 }
 
 /// The OnceClampedBeam with fields a beam's deflection resembles.
-pub fn beam() -> DataSet {
+pub(crate) fn beam() -> DataSet {
     let mesh = mesh();
     let config = AugmentationConfig::for_nodes(mesh.points.len());
     let topology =
@@ -57,7 +57,7 @@ pub fn beam() -> DataSet {
 }
 
 /// Minimum potential energy of the neo-Hookean beam under its weight.
-pub fn energy(data: &DataSet) -> Box<dyn Objective> {
+pub(crate) fn energy(data: &DataSet) -> Box<dyn Objective> {
     let scene = Scene {
         name: "OnceClampedBeam".into(),
         units: Units::mm_kpa(),
@@ -79,7 +79,7 @@ fn stiffness(name: &str) -> Parameter {
 }
 
 /// Mean distance to the fields of the data.
-pub fn distance(data: &DataSet) -> Box<dyn Objective> {
+pub(crate) fn distance(data: &DataSet) -> Box<dyn Objective> {
     Box::new(DataFit::new(output(data).length()).expect("a length"))
 }
 
@@ -89,7 +89,7 @@ fn output(data: &DataSet) -> OutputScale {
 }
 
 /// Steps of a rate so small that the network stays what it is.
-pub fn trainer(
+pub(crate) fn trainer(
     data: &DataSet,
     batch: usize,
     objective: Box<dyn Objective>,
@@ -105,7 +105,7 @@ pub fn trainer(
 }
 
 /// The same from given weights.
-pub fn trainer_of(
+pub(crate) fn trainer_of(
     surrogate: Surrogate,
     data: &DataSet,
     batch: usize,

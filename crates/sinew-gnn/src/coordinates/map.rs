@@ -128,7 +128,7 @@ enum Rule {
 }
 
 impl OutputMap {
-    pub fn new(
+    pub(crate) fn new(
         geometry: &Geometry,
         scales: &OutputScale,
         [nodes, dimensions]: [usize; 2],
@@ -163,7 +163,7 @@ impl OutputMap {
     }
 
     /// The outputs at standardised parameters, one row per sample, from the network's.
-    pub fn complete(&self, output: Output, parameters: Tensor<2>) -> Output {
+    pub(crate) fn complete(&self, output: Output, parameters: Tensor<2>) -> Output {
         match &self.slopes {
             Some(slopes) => {
                 let terms = slopes.terms(parameters);
@@ -174,7 +174,7 @@ impl OutputMap {
     }
 
     /// Complete outputs at standardised parameters where a network adds nothing.
-    pub fn without_network(&self, parameters: Tensor<2>) -> Output {
+    pub(crate) fn without_network(&self, parameters: Tensor<2>) -> Output {
         let ([nodes, dimensions], samples) = (self.dims(), parameters.dims()[0]);
         let zeros = |rows, columns| Tensor::zeros([samples, rows, columns], &parameters.device());
         let clusters = match &self.rule {
@@ -186,7 +186,7 @@ impl OutputMap {
 
     /// The same for derivatives of the outputs in the standardised parameters, those of all samples by the first before those by
     /// the second.
-    pub fn complete_tangents(&self, change: Output, parameters: Tensor<2>) -> Output {
+    pub(crate) fn complete_tangents(&self, change: Output, parameters: Tensor<2>) -> Output {
         let Some(slopes) = &self.slopes else { return change };
         let [rows, count] = parameters.dims();
         let units = Tensor::eye(count, &parameters.device()).reshape([count, 1, count]);
@@ -196,7 +196,7 @@ impl OutputMap {
     }
 
     /// Displacements `[batch, real nodes, D]` of complete outputs.
-    pub fn displacement(&self, output: Output) -> Tensor<3> {
+    pub(crate) fn displacement(&self, output: Output) -> Tensor<3> {
         let increment = match (&self.rule, output.clusters) {
             (Rule::Motions(tree), Some(clusters)) => rigid_motions(clusters, output.nodes, tree),
             _ => self.linear(output.nodes),
@@ -205,7 +205,7 @@ impl OutputMap {
     }
 
     /// Change of the displacements `[directions · batch, real nodes, D]` along changes of the outputs, samples fastest.
-    pub fn tangent(&self, output: &Output, change: Output) -> Tensor<3> {
+    pub(crate) fn tangent(&self, output: &Output, change: Output) -> Tensor<3> {
         let change = match (&self.rule, &output.clusters, change.clusters) {
             (Rule::Motions(tree), Some(clusters), Some(cluster_change)) => {
                 let shape = change.nodes.dims();
@@ -241,7 +241,7 @@ impl OutputMap {
     }
 
     /// The same ready to meet tensors of an automatically differentiated network.
-    pub fn lifted(&self) -> Self {
+    pub(crate) fn lifted(&self) -> Self {
         Self {
             origin: Tensor::from_inner(self.origin.clone()),
             rule: match &self.rule {
@@ -261,7 +261,7 @@ impl OutputMap {
     }
 
     /// Nodes and components of a displacement.
-    pub fn dims(&self) -> [usize; 2] {
+    pub(crate) fn dims(&self) -> [usize; 2] {
         self.supports.dims()
     }
 }

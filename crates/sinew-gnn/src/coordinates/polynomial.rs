@@ -51,7 +51,7 @@ pub(super) struct Polynomial {
 
 impl Polynomial {
     /// Of the order, zero, one or two, that foretells each row of `values` best from all others.
-    pub fn fit(values: &DMatrix<f64>, parameters: &[Vec<f64>]) -> Result<Self> {
+    pub(super) fn fit(values: &DMatrix<f64>, parameters: &[Vec<f64>]) -> Result<Self> {
         let count = parameters.first().map_or(0, Vec::len);
         let rows: Vec<Vec<f64>> = parameters.iter().map(|p| terms(p)).collect();
         let mut orders = vec![0, count, all_terms(count)];

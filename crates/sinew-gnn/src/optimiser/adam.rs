@@ -23,7 +23,7 @@ pub(super) struct Adam {
 
 impl Adam {
     /// Without history. `weight_decay` is the share of a weight lost per unit of learning rate.
-    pub fn new(beta1: f32, beta2: f32, weight_decay: f32) -> Self {
+    pub(super) fn new(beta1: f32, beta2: f32, weight_decay: f32) -> Self {
         Self { beta1, beta2, weight_decay, steps: 0, moments: AllMoments::new() }
     }
 

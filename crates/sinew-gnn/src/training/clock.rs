@@ -23,7 +23,7 @@ const PROBE_STEP: usize = 2;
 
 impl Clock {
     /// Share of the budget that is spent, from 0 to 1.
-    pub fn share(&self, budget: Budget) -> f64 {
+    pub(super) fn share(&self, budget: Budget) -> f64 {
         let share = match budget {
             Budget::Steps(steps) => self.step as f64 / steps as f64,
             Budget::Seconds(seconds) => self.seconds / seconds,
@@ -32,25 +32,25 @@ impl Clock {
     }
 
     /// Whether the next step is there to learn what a step with resting embeddings costs.
-    pub fn is_probing(&self, budget: Budget, embedding_share: f64) -> bool {
+    pub(super) fn is_probing(&self, budget: Budget, embedding_share: f64) -> bool {
         let mixed = embedding_share > 0.0 && embedding_share < 1.0;
         let due = self.rest.is_none() && self.step == PROBE_STEP;
         mixed && matches!(budget, Budget::Seconds(_)) && due
     }
 
     /// Whether `embedding_share` of the steps are made.
-    pub fn is_time_to_rest(&self, budget: Budget, embedding_share: f64) -> bool {
+    pub(super) fn is_time_to_rest(&self, budget: Budget, embedding_share: f64) -> bool {
         self.step as f64 >= embedding_share * self.total_steps(budget, embedding_share)
     }
 
     /// Counts a step.
-    pub fn count(&mut self, seconds: f64) {
+    pub(super) fn count(&mut self, seconds: f64) {
         self.step += 1;
         self.seconds += seconds;
     }
 
     /// Steps of the whole run; under a time budget estimated from the pace so far, and at least one more.
-    pub fn total_steps(&self, budget: Budget, embedding_share: f64) -> f64 {
+    pub(super) fn total_steps(&self, budget: Budget, embedding_share: f64) -> f64 {
         let seconds = match budget {
             Budget::Steps(steps) => return steps as f64,
             Budget::Seconds(seconds) => seconds,
@@ -65,7 +65,7 @@ impl Clock {
     }
 
     /// Seconds until the budget is spent, at the pace so far.
-    pub fn remaining_seconds(&self, budget: Budget, embedding_share: f64) -> f64 {
+    pub(super) fn remaining_seconds(&self, budget: Budget, embedding_share: f64) -> f64 {
         match budget {
             Budget::Seconds(seconds) => (seconds - self.seconds).max(0.0),
             Budget::Steps(_) if self.step == 0 => f64::INFINITY,

@@ -27,12 +27,12 @@ pub(crate) struct SamplerState {
 }
 
 impl Sampler {
-    pub fn new(samples: &[Sample], geometries: usize, batch: usize, seed: u64) -> Self {
+    pub(super) fn new(samples: &[Sample], geometries: usize, batch: usize, seed: u64) -> Self {
         let state = SamplerState { before_epoch: ChaCha8Rng::seed_from_u64(seed), drawn: 0 };
         Self::resume(samples, geometries, batch, state)
     }
 
-    pub fn resume(
+    pub(super) fn resume(
         samples: &[Sample],
         geometries: usize,
         batch: usize,
@@ -47,12 +47,12 @@ impl Sampler {
         sampler
     }
 
-    pub fn state(&self) -> &SamplerState {
+    pub(super) fn state(&self) -> &SamplerState {
         &self.state
     }
 
     /// Indices of the next batch, of one geometry.
-    pub fn draw(&mut self) -> &[usize] {
+    pub(super) fn draw(&mut self) -> &[usize] {
         if self.state.drawn == self.epoch.len() {
             let mut random = self.state.before_epoch.clone();
             self.shuffled(&mut random);

@@ -73,7 +73,7 @@ fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
 
 impl Best {
     /// Validation loss, step, and the rows of embeddings that are weights.
-    pub fn description(&self) -> (f64, usize, Vec<Vec<usize>>) {
+    pub(super) fn description(&self) -> (f64, usize, Vec<Vec<usize>>) {
         (self.validation, self.step, self.emulator.embedded_nodes())
     }
 }

@@ -6,28 +6,28 @@ use sinew_gnn::*;
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 
 /// Processors of this build: they repeat every bit, which a graphics processor need not.
-pub fn devices() -> Vec<Device> {
+pub(crate) fn devices() -> Vec<Device> {
     [Backend::Flex, Backend::NdArray].iter().filter_map(|backend| backend.device().ok()).collect()
 }
 
 /// A mesh as the tests need it.
-pub struct Body {
+pub(crate) struct Body {
     pub dimensions: usize,
     pub points: Vec<[f64; 3]>,
     pub clamped: Vec<usize>,
     pub topology: Topology,
 }
 
-pub fn plane_cantilever(length: f64) -> Body {
+pub(crate) fn plane_cantilever(length: f64) -> Body {
     let mesh = sinew_mesh::rectangle_triangles([length, 10.0], [6, 3]);
     body(2, mesh.points.clone(), &sinew_mesh::edges(&mesh), vec![7, 3])
 }
 
-pub fn beam(cells: [usize; 3], roots: Vec<usize>) -> Body {
+pub(crate) fn beam(cells: [usize; 3], roots: Vec<usize>) -> Body {
     beam_of([100.0, 10.0, 10.0], cells, roots)
 }
 
-pub fn beam_of(size: [f64; 3], cells: [usize; 3], roots: Vec<usize>) -> Body {
+pub(crate) fn beam_of(size: [f64; 3], cells: [usize; 3], roots: Vec<usize>) -> Body {
     let mesh = sinew_mesh::box_tetrahedra(size, cells);
     body(3, mesh.points.clone(), &sinew_mesh::edges(&mesh), roots)
 }
@@ -42,7 +42,11 @@ fn body(dimensions: usize, points: Vec<[f64; 3]>, edges: &[[usize; 2]], roots: V
 
 impl Body {
     /// This body's geometry with points moved by `map` on the same topology.
-    pub fn geometry(&self, global: Vec<f64>, map: impl Fn([f64; 3]) -> [f64; 3]) -> Geometry {
+    pub(crate) fn geometry(
+        &self,
+        global: Vec<f64>,
+        map: impl Fn([f64; 3]) -> [f64; 3],
+    ) -> Geometry {
         let points: Vec<[f64; 3]> = self.points.iter().map(|&x| map(x)).collect();
         let nodes = self.points.len();
         let indicator = FeatureMatrix::indicator(nodes, &self.clamped).unwrap();
@@ -55,12 +59,12 @@ impl Body {
         }
     }
 
-    pub fn rest(&self) -> Geometry {
+    pub(crate) fn rest(&self) -> Geometry {
         self.geometry(vec![], |x| x)
     }
 
     /// A made-up field, linear in position squared and compliance.
-    pub fn field(&self, theta: &[f64], stretch: f64) -> Vec<f64> {
+    pub(crate) fn field(&self, theta: &[f64], stretch: f64) -> Vec<f64> {
         let bend = |x: &[f64; 3]| stretch * 1e-3 * x[0] * x[0] / theta[0];
         let row = |x: &[f64; 3]| {
             let mut u = vec![-0.3 * bend(x) * x[1] / 10.0 * theta[1]; self.dimensions];
@@ -70,13 +74,13 @@ impl Body {
         self.points.iter().flat_map(row).collect()
     }
 
-    pub fn sample(&self, geometry: usize, theta: [f64; 2], stretch: f64) -> Sample {
+    pub(crate) fn sample(&self, geometry: usize, theta: [f64; 2], stretch: f64) -> Sample {
         Sample { geometry, theta: theta.to_vec(), displacement: self.field(&theta, stretch) }
     }
 }
 
 /// Parameters in [0.5, 2]², spread without randomness.
-pub fn thetas(count: usize) -> Vec<[f64; 2]> {
+pub(crate) fn thetas(count: usize) -> Vec<[f64; 2]> {
     let point = |i: usize| {
         let (a, b) = ((i as f64 + 0.5) / count as f64, (i as f64 * 0.618_033_988_75).fract());
         [0.5 * 4f64.powf(a), 0.5 * 4f64.powf(b)]
@@ -85,7 +89,7 @@ pub fn thetas(count: usize) -> Vec<[f64; 2]> {
 }
 
 /// Two plane cantilevers of different length on one topology, with simulated fields.
-pub fn plane_data() -> (Body, DataSet) {
+pub(crate) fn plane_data() -> (Body, DataSet) {
     let body = plane_cantilever(40.0);
     let stretched = |factor: f64| move |x: [f64; 3]| [factor * x[0], x[1], x[2]];
     let geometries = vec![
@@ -99,7 +103,7 @@ pub fn plane_data() -> (Body, DataSet) {
     (body, data)
 }
 
-pub fn small_config(data: &DataSet, dimensions: usize) -> EmulatorConfig {
+pub(crate) fn small_config(data: &DataSet, dimensions: usize) -> EmulatorConfig {
     let features = &data.geometries[0].features;
     let mut config =
         EmulatorConfig::new(dimensions, features.nodes.columns, features.edges.columns, 2);
@@ -110,7 +114,12 @@ pub fn small_config(data: &DataSet, dimensions: usize) -> EmulatorConfig {
     config
 }
 
-pub fn untrained(data: &DataSet, config: &EmulatorConfig, seed: u64, device: &Device) -> Surrogate {
+pub(crate) fn untrained(
+    data: &DataSet,
+    config: &EmulatorConfig,
+    seed: u64,
+    device: &Device,
+) -> Surrogate {
     let fields = data.training.iter().map(|sample| &sample.displacement[..]);
     let output = OutputScale::standardising(config.dimensions, fields).unwrap();
     let parameters = ParameterScaling::logarithmic(&[0.5, 0.5], &[2.0, 2.0]).unwrap();
@@ -118,12 +127,16 @@ pub fn untrained(data: &DataSet, config: &EmulatorConfig, seed: u64, device: &De
     Surrogate::new(config, data, scales, seed, device).unwrap()
 }
 
-pub fn data_fit(surrogate: &Surrogate) -> Box<dyn Objective> {
+pub(crate) fn data_fit(surrogate: &Surrogate) -> Box<dyn Objective> {
     Box::new(DataFit::new(surrogate.scales().output.length()).unwrap())
 }
 
 /// Trained for a few steps, so that outputs are not zero.
-pub fn briefly_trained(data: &DataSet, config: &EmulatorConfig, device: &Device) -> Surrogate {
+pub(crate) fn briefly_trained(
+    data: &DataSet,
+    config: &EmulatorConfig,
+    device: &Device,
+) -> Surrogate {
     let surrogate = untrained(data, config, 1, device);
     let objective = data_fit(&surrogate);
     let settings = TrainingConfig {
@@ -138,7 +151,7 @@ pub fn briefly_trained(data: &DataSet, config: &EmulatorConfig, device: &Device)
 }
 
 /// Largest difference relative to the largest value.
-pub fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
     let size = a.iter().fold(0f64, |m, x| m.max(x.abs()));
     a.iter().zip(b).fold(0f64, |m, (x, y)| m.max((x - y).abs())) / size

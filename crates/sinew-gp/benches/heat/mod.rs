@@ -6,7 +6,7 @@ use sinew_gp::{
 };
 use std::f64::consts::PI;
 
-pub fn heat(size: usize, evidence: Evidence) -> Result<Model<2>, GpError> {
+pub(crate) fn heat(size: usize, evidence: Evidence) -> Result<Model<2>, GpError> {
     let domain = Domain::cuboid([("x", [-PI / 2.0, PI / 2.0]), ("t", [0.0, 1.0])])?;
     let [dx, dt] = domain.derivatives();
     let theta = Parameter::new("theta", [0.02, 50.0])?;
@@ -27,12 +27,12 @@ pub fn heat(size: usize, evidence: Evidence) -> Result<Model<2>, GpError> {
 }
 
 /// Middle of the starting range of every parameter.
-pub fn middle(model: &Model<2>) -> Vec<f64> {
+pub(crate) fn middle(model: &Model<2>) -> Vec<f64> {
     model.parameters().iter().map(|p| p.to_scale((p.start[0] * p.start[1]).sqrt())).collect()
 }
 
 /// Of the derivative along the diagonal, against a difference of fourth order.
-pub fn relative_error(model: &Model<2>, at: &[f64]) -> Result<f64, GpError> {
+pub(crate) fn relative_error(model: &Model<2>, at: &[f64]) -> Result<f64, GpError> {
     const STEP: f64 = 1e-3;
     let value = |steps: f64| {
         let moved: Vec<f64> = at.iter().map(|x| x + steps * STEP).collect();

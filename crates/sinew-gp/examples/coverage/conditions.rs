@@ -8,7 +8,7 @@ use sinew_gp::{
 use std::f64::consts::PI;
 
 /// One half of a wall that dries to both sides.
-pub fn half_wall() -> Result<Case<2>, GpError> {
+pub(crate) fn half_wall() -> Result<Case<2>, GpError> {
     const D: f64 = 0.2;
     let domain = plane()?;
     let [dx, dt] = domain.derivatives();
@@ -26,7 +26,7 @@ pub fn half_wall() -> Result<Case<2>, GpError> {
 }
 
 /// A gangway hinged on the quay, its other end on the water: u″ = x (1 − x)².
-pub fn gangway() -> Result<Case<1>, GpError> {
+pub(crate) fn gangway() -> Result<Case<1>, GpError> {
     let domain = Domain::interval("x", [0.0, 1.0])?;
     let [dx] = domain.derivatives();
     let stiffness = Parameter::new("EI", [0.05, 20.0])?;
@@ -42,7 +42,7 @@ pub fn gangway() -> Result<Case<1>, GpError> {
 }
 
 /// Heat through a window that is thinner above: a Robin condition with a factor that varies.
-pub fn window() -> Result<Case<2>, GpError> {
+pub(crate) fn window() -> Result<Case<2>, GpError> {
     let domain = Domain::cuboid([("x", [0.0, 1.0]), ("y", [0.0, 1.0])])?;
     let [dx, dy] = domain.derivatives();
     let conductivity = Parameter::new("D", [0.02, 20.0])?;
@@ -67,7 +67,7 @@ pub fn window() -> Result<Case<2>, GpError> {
 const FILM: f64 = 1.5;
 
 /// A wall behind a film of unknown conductance: u_x + h (u − T(t)) = 0 imposed at points of its face.
-pub fn film() -> Result<Case<2>, GpError> {
+pub(crate) fn film() -> Result<Case<2>, GpError> {
     let domain = plane()?;
     let [dx, dt] = domain.derivatives();
     let diffusivity = Parameter::new("D", [0.02, 20.0])?;
@@ -89,7 +89,7 @@ pub fn film() -> Result<Case<2>, GpError> {
 }
 
 /// A lamp of unknown strength over a bar.
-pub fn lamp() -> Result<Case<2>, GpError> {
+pub(crate) fn lamp() -> Result<Case<2>, GpError> {
     let domain = plane()?;
     let [dx, dt] = domain.derivatives();
     let diffusivity = Parameter::new("D", [0.02, 20.0])?;
@@ -106,7 +106,7 @@ pub fn lamp() -> Result<Case<2>, GpError> {
 }
 
 /// A closed tube of which the total amount of solute is known.
-pub fn tube() -> Result<Case<1>, GpError> {
+pub(crate) fn tube() -> Result<Case<1>, GpError> {
     let domain = Domain::interval("x", [0.0, 1.0])?;
     let [dx] = domain.derivatives();
     let diffusivity = Parameter::new("D", [0.02, 20.0])?;
@@ -136,7 +136,7 @@ fn bent([x, y]: &[Series; 2]) -> Series {
 }
 
 /// A membrane over an L, its rim given edge by edge.
-pub fn notch() -> Result<Case<2>, GpError> {
+pub(crate) fn notch() -> Result<Case<2>, GpError> {
     let domain = Domain::polygon(["x", "y"], &NOTCHED)?;
     let [dx, dy] = domain.derivatives();
     let tension = Parameter::new("T", [0.02, 20.0])?;

@@ -7,7 +7,7 @@ use sinew_gp::{
 use std::f64::consts::PI;
 
 /// A problem, its solution at the true parameters, and what is measured.
-pub struct Case<const D: usize> {
+pub(crate) struct Case<const D: usize> {
     pub name: &'static str,
     pub problem: Problem<D>,
     pub solution: Field<D>,
@@ -20,13 +20,13 @@ pub struct Case<const D: usize> {
 }
 
 /// Nothing besides the equation.
-pub fn nothing<const D: usize>(_: &Case<D>, data: Data<D>) -> Result<Data<D>, GpError> {
+pub(crate) fn nothing<const D: usize>(_: &Case<D>, data: Data<D>) -> Result<Data<D>, GpError> {
     Ok(data)
 }
 
 impl<const D: usize> Case<D> {
     /// The right-hand side at a point, from the solution's derivatives.
-    pub fn load(&self, x: [f64; D]) -> f64 {
+    pub(crate) fn load(&self, x: [f64; D]) -> f64 {
         let operator: &Operator<D> = self.problem.equation();
         let degrees = std::array::from_fn(|d| {
             operator.terms().iter().map(|term| term.derivative.orders[d]).max().unwrap_or(0)
@@ -57,22 +57,22 @@ impl<const D: usize> Case<D> {
 }
 
 /// u = 0.
-pub fn zero<const D: usize>() -> Condition<D> {
+pub(crate) fn zero<const D: usize>() -> Condition<D> {
     Condition::Dirichlet(constant(0.0))
 }
 
 /// No flux.
-pub fn flat<const D: usize>() -> Condition<D> {
+pub(crate) fn flat<const D: usize>() -> Condition<D> {
     Condition::Neumann(constant(0.0))
 }
 
 /// The unit square of x and t.
-pub fn plane() -> Result<Domain<2>, GpError> {
+pub(crate) fn plane() -> Result<Domain<2>, GpError> {
     Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.0, 1.0])])
 }
 
 /// A function of x and t at t = 0.
-pub fn at_first(solution: &Field<2>) -> Field<2> {
+pub(crate) fn at_first(solution: &Field<2>) -> Field<2> {
     let solution = solution.clone();
     field(move |[x, t]: [Series; 2]| {
         let none = t.constant(0.0);
@@ -81,7 +81,7 @@ pub fn at_first(solution: &Field<2>) -> Field<2> {
 }
 
 /// With 25 values and 25 points.
-pub fn two(
+pub(crate) fn two(
     name: &'static str,
     problem: Problem<2>,
     solution: Field<2>,
@@ -91,7 +91,7 @@ pub fn two(
 }
 
 /// A solute leaves a slab: one face sealed, one washed.
-pub fn slab() -> Result<Case<2>, GpError> {
+pub(crate) fn slab() -> Result<Case<2>, GpError> {
     const D: f64 = 0.3;
     let domain = plane()?;
     let [dx, dt] = domain.derivatives();
@@ -106,7 +106,7 @@ pub fn slab() -> Result<Case<2>, GpError> {
 }
 
 /// A bar that cools through its end: Robin.
-pub fn cooling() -> Result<Case<2>, GpError> {
+pub(crate) fn cooling() -> Result<Case<2>, GpError> {
     const D: f64 = 0.5;
     /// λ tan λ = 1
     const WAVE: f64 = 0.860_333_589_019_379_7;
@@ -124,7 +124,7 @@ pub fn cooling() -> Result<Case<2>, GpError> {
 }
 
 /// A dye carried around a ring.
-pub fn ring() -> Result<Case<2>, GpError> {
+pub(crate) fn ring() -> Result<Case<2>, GpError> {
     const C: f64 = 0.5;
     const D: f64 = 0.02;
     let domain = plane()?;
@@ -142,7 +142,7 @@ pub fn ring() -> Result<Case<2>, GpError> {
 }
 
 /// A string held back by springs: two waves that run at different speeds.
-pub fn sprung_string() -> Result<Case<2>, GpError> {
+pub(crate) fn sprung_string() -> Result<Case<2>, GpError> {
     const C: f64 = 0.6;
     const M: f64 = 6.0;
     let domain = plane()?;
@@ -166,7 +166,7 @@ pub fn sprung_string() -> Result<Case<2>, GpError> {
 }
 
 /// Dispersion along a ring: third order.
-pub fn dispersion() -> Result<Case<2>, GpError> {
+pub(crate) fn dispersion() -> Result<Case<2>, GpError> {
     const S: f64 = 0.002;
     let domain = plane()?;
     let [dx, dt] = domain.derivatives();
@@ -180,7 +180,7 @@ pub fn dispersion() -> Result<Case<2>, GpError> {
 }
 
 /// A plate that cools: two dimensions and time.
-pub fn plate() -> Result<Case<3>, GpError> {
+pub(crate) fn plate() -> Result<Case<3>, GpError> {
     const D: f64 = 0.05;
     let domain = Domain::cuboid([("x", [0.0, 1.0]), ("y", [0.0, 1.0]), ("t", [0.0, 1.0])])?;
     let [dx, dy, dt] = domain.derivatives();
@@ -206,7 +206,7 @@ pub fn plate() -> Result<Case<3>, GpError> {
 }
 
 /// A clamped beam on an elastic bed: fourth order, under a load.
-pub fn beam() -> Result<Case<1>, GpError> {
+pub(crate) fn beam() -> Result<Case<1>, GpError> {
     let domain = Domain::interval("x", [0.0, 1.0])?;
     let [dx] = domain.derivatives();
     let stiffness = Parameter::new("EI", [0.05, 20.0])?;
@@ -223,7 +223,7 @@ pub fn beam() -> Result<Case<1>, GpError> {
 }
 
 /// A rod whose conductivity rises along it, heated from within.
-pub fn graded_rod() -> Result<Case<1>, GpError> {
+pub(crate) fn graded_rod() -> Result<Case<1>, GpError> {
     let domain = Domain::interval("x", [0.0, 1.0])?;
     let [dx] = domain.derivatives();
     let (a, b) = (Parameter::new("a", [0.05, 20.0])?, Parameter::new("b", [0.05, 40.0])?);
@@ -241,7 +241,7 @@ pub fn graded_rod() -> Result<Case<1>, GpError> {
 }
 
 /// Diffusion and reaction on a square with mixed conditions.
-pub fn reaction() -> Result<Case<2>, GpError> {
+pub(crate) fn reaction() -> Result<Case<2>, GpError> {
     let domain = Domain::cuboid([("x", [0.0, 1.0]), ("y", [0.0, 1.0])])?;
     let [dx, dy] = domain.derivatives();
     let (d, k) = (Parameter::new("D", [0.02, 20.0])?, Parameter::new("k", [0.1, 100.0])?);
@@ -262,7 +262,7 @@ pub fn reaction() -> Result<Case<2>, GpError> {
 }
 
 /// A membrane over a triangle.
-pub fn triangle() -> Result<Case<2>, GpError> {
+pub(crate) fn triangle() -> Result<Case<2>, GpError> {
     let domain = Domain::polygon(["x", "y"], &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])?;
     let [dx, dy] = domain.derivatives();
     let tension = Parameter::new("T", [0.02, 20.0])?;
@@ -273,7 +273,7 @@ pub fn triangle() -> Result<Case<2>, GpError> {
 }
 
 /// An insulated wall with a source that comes and goes.
-pub fn insulated() -> Result<Case<2>, GpError> {
+pub(crate) fn insulated() -> Result<Case<2>, GpError> {
     let domain = plane()?;
     let [dx, dt] = domain.derivatives();
     let diffusivity = Parameter::new("D", [0.01, 10.0])?;

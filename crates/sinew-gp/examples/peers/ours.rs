@@ -8,7 +8,7 @@ use sinew_gp::{
 use std::f64::consts::PI;
 
 /// Diffusivity of a slab.
-pub fn slab(given: &Given<2>) -> Result<Answer, GpError> {
+pub(crate) fn slab(given: &Given<2>) -> Result<Answer, GpError> {
     let domain = Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.0, 1.0])])?;
     let [dx, dt] = domain.derivatives();
     let diffusivity = Parameter::new("D", [0.01, 10.0])?;
@@ -21,7 +21,7 @@ pub fn slab(given: &Given<2>) -> Result<Answer, GpError> {
 }
 
 /// Stiffness of a beam.
-pub fn beam(given: &Given<1>) -> Result<Answer, GpError> {
+pub(crate) fn beam(given: &Given<1>) -> Result<Answer, GpError> {
     let domain = Domain::interval("x", [0.0, 1.0])?;
     let [dx] = domain.derivatives();
     let stiffness = Parameter::new("EI", [0.05, 20.0])?;

@@ -152,7 +152,7 @@ struct Blend<const D: usize> {
 }
 
 impl<const D: usize> Edges<D> {
-    pub fn new(problem: &Problem<D>) -> Self {
+    pub(super) fn new(problem: &Problem<D>) -> Self {
         let polygon = problem.domain().cross_section().cloned();
         let inner = polygon
             .as_ref()
@@ -164,7 +164,7 @@ impl<const D: usize> Edges<D> {
     }
 
     /// Conditions on one edge.
-    pub fn lifts(&self, edge: usize) -> Vec<EdgeLift<D>> {
+    pub(super) fn lifts(&self, edge: usize) -> Vec<EdgeLift<D>> {
         if let (Some(value), Some(polygon)) = (&self.boundary, &self.polygon) {
             return EdgeLift::of(&Condition::Dirichlet(value.clone()), &polygon.edges()[edge]);
         }
@@ -173,13 +173,13 @@ impl<const D: usize> Edges<D> {
         edges.filter(|own| own.number == edge).flat_map(of).collect()
     }
 
-    pub fn check_corners(&self, domain: &Domain<D>) -> Result<(), GpError> {
+    pub(super) fn check_corners(&self, domain: &Domain<D>) -> Result<(), GpError> {
         let mut corners = self.inner.iter().flat_map(|blend| blend.corners.iter().flatten());
         corners.try_for_each(|corner| corner.check(domain))
     }
 
     /// A function that satisfies the conditions on the edges.
-    pub fn mean(&self) -> Field<D> {
+    pub(super) fn mean(&self) -> Field<D> {
         match (&self.boundary, &self.inner, &self.near) {
             (Some(value), _, _) => value.clone(),
             (None, None, _) => Field::zero(),
@@ -192,7 +192,7 @@ impl<const D: usize> Edges<D> {
     }
 
     /// The factors that features have in the plane.
-    pub fn planes(&self) -> Vec<Plane<D>> {
+    pub(super) fn planes(&self) -> Vec<Plane<D>> {
         let everything = |factor| Plane { factor, span: Span::Everything };
         match (&self.boundary, &self.inner, &self.polygon) {
             (Some(_), _, Some(polygon)) => {

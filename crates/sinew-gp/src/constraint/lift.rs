@@ -30,7 +30,7 @@ pub(super) fn along<const D: usize>(
 
 impl<const D: usize> EdgeLift<D> {
     /// All of a condition.
-    pub fn of(condition: &Condition<D>, edge: &Edge) -> Vec<Self> {
+    pub(crate) fn of(condition: &Condition<D>, edge: &Edge) -> Vec<Self> {
         let lift = |value, slope, data: &Field<D>| Self {
             value,
             slope,
@@ -47,12 +47,12 @@ impl<const D: usize> EdgeLift<D> {
     }
 
     /// Outward normal.
-    pub fn outwards(&self) -> [f64; 2] {
+    pub(crate) fn outwards(&self) -> [f64; 2] {
         self.edge.normal.map(|n| -n)
     }
 
     /// a u + b ∂u/∂n of a function, at `x` on the edge.
-    pub fn apply(&self, function: &Field<D>, x: &[Series; D]) -> Series {
+    pub(crate) fn apply(&self, function: &Field<D>, x: &[Series; D]) -> Series {
         let mut sum = x[0].constant(0.0);
         if !self.value.is_zero() {
             sum = sum + function.at(x.clone()) * self.value.at(x.clone());

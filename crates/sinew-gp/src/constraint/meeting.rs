@@ -37,7 +37,11 @@ pub(super) struct Corner<const D: usize> {
 const RANK_TOLERANCE: f64 = 1e-8;
 
 impl<const D: usize> Corner<D> {
-    pub fn new(place: [f64; 2], size: f64, lifts: impl Iterator<Item = EdgeLift<D>>) -> Self {
+    pub(super) fn new(
+        place: [f64; 2],
+        size: f64,
+        lifts: impl Iterator<Item = EdgeLift<D>>,
+    ) -> Self {
         // Factors do not depend on further coordinates.
         let at: [f64; D] = std::array::from_fn(|d| if d < 2 { place[d] } else { 0.0 });
         let mut rows = Vec::new();
@@ -99,7 +103,7 @@ impl<const D: usize> Corner<D> {
     }
 
     /// The least jet that the conditions imply.
-    pub fn jet(&self, x: &[Series; D]) -> Jet {
+    pub(super) fn jet(&self, x: &[Series; D]) -> Jet {
         let data = self.data(x);
         std::array::from_fn(|i| {
             let scale = if i == 0 { 1.0 } else { 1.0 / self.size };
@@ -109,7 +113,7 @@ impl<const D: usize> Corner<D> {
         })
     }
 
-    pub fn check(&self, domain: &Domain<D>) -> Result<(), GpError> {
+    pub(super) fn check(&self, domain: &Domain<D>) -> Result<(), GpError> {
         let size: f64 = self.rows.iter().map(|r| r.factor * magnitude(&r.data, domain)).sum();
         for fraction in [0.5, 0.11, 0.83, 0.0, 1.0] {
             let x = Series::plain(std::array::from_fn(|d| {

@@ -47,7 +47,7 @@ const WHOLE: f64 = 1e-6;
 const CONTACT: usize = 6;
 
 impl Wedge {
-    pub fn new(polygon: &Polygon, own: usize) -> Self {
+    pub(super) fn new(polygon: &Polygon, own: usize) -> Self {
         let (edges, count) = (polygon.edges(), polygon.edges().len());
         let other = (own + count - 1) % count;
         let (before, after) = (&edges[other], &edges[own]);
@@ -119,7 +119,7 @@ impl Wedge {
     }
 
     /// Exponents below two, but whole ones, of the k-th singular functions.
-    pub fn exponents(&self, mixed: bool) -> Vec<(usize, f64)> {
+    pub(super) fn exponents(&self, mixed: bool) -> Vec<(usize, f64)> {
         let shift = if mixed { 0.5 } else { 0.0 };
         let exponent = |k: usize| (k, (k as f64 - shift) * self.exponent());
         let rough = |(_, exponent): &(usize, f64)| {
@@ -130,7 +130,7 @@ impl Wedge {
 
     /// The k-th singular function between edges that hold the value (sine) or the slope, first the one that begins here;
     /// nothing at the corner.
-    pub fn around(
+    pub(super) fn around(
         &self,
         (k, exponent): (usize, f64),
         held: [Held; 2],

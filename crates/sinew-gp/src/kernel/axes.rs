@@ -9,17 +9,17 @@ pub(super) struct Axes(Option<Vec<usize>>);
 const ALL: [usize; MOST_VARIABLES] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10];
 
 impl Axes {
-    pub fn only(axes: &[usize]) -> Self {
+    pub(super) fn only(axes: &[usize]) -> Self {
         Self(Some(axes.to_vec()))
     }
 
     /// Those among the first `D`.
-    pub fn of<const D: usize>(&self) -> &[usize] {
+    pub(super) fn of<const D: usize>(&self) -> &[usize] {
         self.0.as_deref().unwrap_or(&ALL[..D])
     }
 
     /// Those that are among `axes` too.
-    pub fn among<const D: usize>(&self, axes: &[usize]) -> Self {
+    pub(super) fn among<const D: usize>(&self, axes: &[usize]) -> Self {
         Self(Some(self.of::<D>().iter().copied().filter(|d| axes.contains(d)).collect()))
     }
 }

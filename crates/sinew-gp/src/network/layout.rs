@@ -76,24 +76,24 @@ fn inputs<const D: usize>(prior: &Prior<D>, part: &Feature<D>) -> Vec<Input> {
 }
 
 impl Layout {
-    pub fn new<const D: usize>(prior: &Prior<D>, width: usize) -> Self {
+    pub(super) fn new<const D: usize>(prior: &Prior<D>, width: usize) -> Self {
         let parts = prior.parts.iter().map(|part| inputs(prior, &part.feature)).collect();
         Self { width, parts }
     }
 
-    pub fn size_of(&self, part: usize) -> usize {
+    pub(super) fn size_of(&self, part: usize) -> usize {
         match self.parts[part].len() {
             0 => 1,
             inputs => self.width * (2 + inputs) + 1,
         }
     }
 
-    pub fn size(&self) -> usize {
+    pub(super) fn size(&self) -> usize {
         (0..self.parts.len()).map(|part| self.size_of(part)).sum()
     }
 
     /// Σ factor · ∂^β z at `x` over `terms`, its gradient in the weights added to `gradient`.
-    pub fn add<const D: usize>(
+    pub(super) fn add<const D: usize>(
         &self,
         part: usize,
         weights: &[f64],
@@ -149,7 +149,7 @@ impl Layout {
     }
 
     /// Weights from the prior (4.30) with unit variances, the output weights' shared among the units.
-    pub fn random(&self, random: &mut ChaCha8Rng) -> Vec<f64> {
+    pub(super) fn random(&self, random: &mut ChaCha8Rng) -> Vec<f64> {
         let mut weights = Vec::with_capacity(self.size());
         for inputs in &self.parts {
             if !inputs.is_empty() {

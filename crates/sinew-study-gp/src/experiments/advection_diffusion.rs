@@ -13,7 +13,7 @@ use sinew_report::{Figure, Panel};
 const SIZES: [usize; 4] = [10, 25, 75, 150];
 
 /// HCGP and UCGP on data sets of four sizes.
-pub fn experiment(scale: Scale) -> Result<Experiment> {
+pub(super) fn experiment(scale: Scale) -> Result<Experiment> {
     let setting = problems::advection_diffusion()?;
     let mut cases = Vec::new();
     for &size in &SIZES[..scale.pick(SIZES.len(), 2)] {

@@ -33,7 +33,7 @@ const BANDS: usize = 40;
 const PLACES: usize = 12;
 
 /// Fronts from collocation alone, and ε from values.
-pub fn experiment(scale: Scale) -> Result<Experiment> {
+pub(super) fn experiment(scale: Scale) -> Result<Experiment> {
     let mut cases = Vec::new();
     for (kappa, name) in [(EVEN, "even axis"), (STRETCHED, "stretched axis")] {
         for (count, cost) in scale.pick(vec![(25, 0.1), (50, 0.4), (100, 1.5)], vec![(10, 0.1)]) {

@@ -11,7 +11,7 @@ use sinew_report::{Chart, Figure, Level, Panel};
 const COUNTS: [usize; 6] = [10, 25, 50, 75, 100, 150];
 
 /// PCGPs of growing size beside the HCGP.
-pub fn experiment(scale: Scale) -> Result<Experiment> {
+pub(super) fn experiment(scale: Scale) -> Result<Experiment> {
     let mut cases = of(&problems::heat_1()?, 25, scale);
     if !scale.quick {
         cases.extend(of(&problems::heat_2()?, 50, scale));

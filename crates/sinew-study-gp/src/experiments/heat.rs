@@ -7,10 +7,10 @@ use crate::problems;
 use anyhow::Result;
 
 /// Pseudo-observations of the PCGP, as in Fig. 4.7.
-pub const BOUNDARY_POINTS: [usize; 2] = [90, 100];
+pub(super) const BOUNDARY_POINTS: [usize; 2] = [90, 100];
 
 /// 25 noisy values and 25 collocation points on a rod.
-pub fn one_dimension(scale: Scale) -> Result<Experiment> {
+pub(super) fn one_dimension(scale: Scale) -> Result<Experiment> {
     let setting = problems::heat_1()?;
     let sampling = Sampling { values: 25, collocation: 25, error: NOISE };
     let [constrained, penalised, unconstrained] =
@@ -26,7 +26,7 @@ pub fn one_dimension(scale: Scale) -> Result<Experiment> {
 }
 
 /// 50 noisy values and 50 collocation points on a square.
-pub fn two_dimensions(scale: Scale) -> Result<Experiment> {
+pub(super) fn two_dimensions(scale: Scale) -> Result<Experiment> {
     let setting = problems::heat_2()?;
     let sampling = Sampling { values: 50, collocation: 50, error: NOISE };
     let [constrained, penalised, unconstrained] =

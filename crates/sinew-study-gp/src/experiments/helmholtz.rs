@@ -9,7 +9,7 @@ use anyhow::Result;
 const BOUNDARY_POINTS: usize = 40;
 
 /// Ten noisy values each of u and f.
-pub fn experiment(scale: Scale) -> Result<Experiment> {
+pub(super) fn experiment(scale: Scale) -> Result<Experiment> {
     let setting = problems::helmholtz()?;
     let sampling = Sampling { values: 10, collocation: 10, error: Error::Known(0.01) };
     let [constrained, penalised, unconstrained] =

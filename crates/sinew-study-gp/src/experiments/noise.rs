@@ -13,7 +13,7 @@ use sinew_report::{Figure, Panel};
 const LEVELS: [f64; 5] = [0.0, 2.5, 5.0, 7.5, 10.0];
 
 /// All three priors at all levels.
-pub fn experiment(scale: Scale) -> Result<Experiment> {
+pub(super) fn experiment(scale: Scale) -> Result<Experiment> {
     let [first, second] = BOUNDARY_POINTS;
     let mut cases = of(&problems::heat_1()?, (25, first), [0.1, 0.3, 0.03], scale);
     if !scale.quick {

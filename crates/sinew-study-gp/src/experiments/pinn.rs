@@ -76,7 +76,7 @@ impl Loss {
 }
 
 /// Both forms.
-pub fn experiment(scale: Scale) -> Experiment {
+pub(super) fn experiment(scale: Scale) -> Experiment {
     let printed = [(Method::StrongForm, 0.003, 0.079), (Method::EnergyForm, 0.007, 7.440)];
     let case = |(method, err_u, err_f)| Case {
         label: Label {

@@ -21,7 +21,7 @@ const SHOWN: usize = 8;
 const SAMPLES: usize = 10;
 
 /// HCGP and HCNN from 4, 8 and 50 collocation points.
-pub fn experiment(scale: Scale) -> Result<Experiment> {
+pub(super) fn experiment(scale: Scale) -> Result<Experiment> {
     let setting = problems::poisson_1()?;
     let mut cases = Vec::new();
     for count in [4, 8, 50] {

@@ -12,7 +12,7 @@ const LOAD: f64 = 4.0;
 const COLLOCATION: usize = 100;
 
 /// −Δu = 4 on a pentagon from a hundred collocation points.
-pub fn experiment(scale: Scale) -> Result<Experiment> {
+pub(super) fn experiment(scale: Scale) -> Result<Experiment> {
     let domain = Domain::polygon(["x", "y"], &corners())?;
     let [dx, dy] = domain.derivatives();
     let reference = Pentagon::solve();

@@ -31,7 +31,7 @@ fn cases(
 }
 
 /// Free ends, initial value and velocity.
-pub fn free_ends(scale: Scale) -> Result<Experiment> {
+pub(super) fn free_ends(scale: Scale) -> Result<Experiment> {
     let setting = problems::wave_1()?;
     let printed = [(5.2e-4, (1.01, 0.01)), (1.5e-1, (0.53, 0.01))];
     let mut cases = cases(&setting, 0.6, printed, scale);
@@ -48,7 +48,7 @@ pub fn free_ends(scale: Scale) -> Result<Experiment> {
 }
 
 /// Periodic, starting at rest.
-pub fn periodic(scale: Scale) -> Result<Experiment> {
+pub(super) fn periodic(scale: Scale) -> Result<Experiment> {
     let setting = problems::wave_2()?;
     let printed = [(3.3e-3, (1.01, 0.01)), (4.0e-1, (0.06, 0.01))];
     Ok(Experiment {

@@ -33,7 +33,7 @@ const CHUNK: usize = 50;
 
 /// A population: how its bodies are made.
 #[derive(Debug)]
-pub struct Ventricles {
+pub(super) struct Ventricles {
     case: Case,
     /// Fine and coarse.
     cells: [[usize; 3]; 2],
@@ -42,7 +42,7 @@ pub struct Ventricles {
 
 /// A ventricle with its parameters and what the solver found.
 #[derive(Debug)]
-pub struct Ventricle {
+pub(super) struct Ventricle {
     /// Of its shape, of mean zero and variance near one.
     pub numbers: Vec<f64>,
     /// a, b, a_f, b_f.
@@ -57,7 +57,7 @@ pub struct Ventricle {
 
 /// A solution on a coarse mesh.
 #[derive(Debug)]
-pub struct Coarse {
+pub(super) struct Coarse {
     /// At the nodes of the fine mesh \[mm\].
     pub displacement: Vec<f64>,
     /// Logarithm of the inflated cavity's volume over that at rest.
@@ -71,7 +71,7 @@ impl Ventricles {
     ///
     /// # Errors
     /// A case file that is none.
-    pub fn new(options: &Options) -> Result<Self> {
+    pub(super) fn new(options: &Options) -> Result<Self> {
         let case = Case::parse(include_str!("inflated.toml"), "inflated.toml")?;
         let cells = if options.quick { QUICK } else { CELLS[usize::from(options.full)] };
         Ok(Self { case, cells, seed: options.seed })
@@ -126,7 +126,7 @@ impl Ventricles {
     ///
     /// # Errors
     /// Files that cannot be written.
-    pub fn simulated(
+    pub(super) fn simulated(
         &self,
         count: usize,
         folder: &Path,
@@ -163,7 +163,7 @@ impl Ventricles {
     ///
     /// # Errors
     /// More than Sobol's sequence is tabulated for.
-    pub fn thetas(&self, count: usize) -> Result<Vec<Vec<f64>>> {
+    pub(super) fn thetas(&self, count: usize) -> Result<Vec<Vec<f64>>> {
         let [body, _] = self.bodies(&[])?;
         Ok(Design::Sobol.sample(&body.parameters, count, self.seed)?)
     }
@@ -172,7 +172,7 @@ impl Ventricles {
     ///
     /// # Errors
     /// A shape that cannot be meshed.
-    pub fn at(&self, numbers: &[f64], thetas: &[Vec<f64>]) -> Result<Vec<Ventricle>> {
+    pub(super) fn at(&self, numbers: &[f64], thetas: &[Vec<f64>]) -> Result<Vec<Ventricle>> {
         let one = |theta: &Vec<f64>| self.ventricle(numbers, theta, self.solve(numbers, theta)?);
         let all: Vec<_> = thetas.par_iter().map(one).collect::<Result<_>>()?;
         Ok(all.into_iter().flatten().collect())
@@ -216,7 +216,7 @@ impl Ventricles {
     ///
     /// # Errors
     /// More virtual nodes than nodes.
-    pub fn graph(&self, virtual_nodes: &[usize]) -> Result<Topology> {
+    pub(super) fn graph(&self, virtual_nodes: &[usize]) -> Result<Topology> {
         let [body, _] = self.bodies(&[])?;
         let config = AugmentationConfig {
             roots_per_layer: virtual_nodes.to_vec(),
@@ -230,7 +230,7 @@ impl Ventricles {
 
 /// What a method is told of a ventricle.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen {
+pub(super) struct Seen {
     /// So many numbers of its shape.
     pub numbers: usize,
     /// Its solution on the coarse mesh, which is then corrected.
@@ -239,20 +239,20 @@ pub struct Seen {
 
 impl Seen {
     /// What of it is not the rule, for a table.
-    pub fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         if self.coarse { ", about the coarse solution" } else { "" }
     }
 }
 
 impl Ventricle {
     /// Inputs of a regression.
-    pub fn inputs(&self, told: Seen) -> Vec<f64> {
+    pub(super) fn inputs(&self, told: Seen) -> Vec<f64> {
         let growth = told.coarse.then_some(self.coarse.growth);
         self.numbers[..told.numbers].iter().chain(&self.theta).copied().chain(growth).collect()
     }
 
     /// Their ranges.
-    pub fn parameters(&self, told: Seen) -> Vec<Parameter> {
+    pub(super) fn parameters(&self, told: Seen) -> Vec<Parameter> {
         let numbers = (0..told.numbers)
             .map(|k| Parameter::linear(format!("shape {}", k + 1), "", -RANGE..=RANGE));
         let growth = told.coarse.then(|| Parameter::linear("growth", "", 0.0..=GROWTH));
@@ -260,17 +260,17 @@ impl Ventricle {
     }
 
     /// Logarithm of the cavity's volume over that at rest.
-    pub fn growth(&self, displacement: &[f64]) -> f64 {
+    pub(super) fn growth(&self, displacement: &[f64]) -> f64 {
         (self.volume(displacement) / self.volume(&vec![0.0; displacement.len()])).ln()
     }
 
     /// As much of it as the coarse mesh says.
-    pub fn known_growth(&self, told: Seen) -> f64 {
+    pub(super) fn known_growth(&self, told: Seen) -> f64 {
         if told.coarse { self.coarse.growth } else { 0.0 }
     }
 
     /// Largest |J − 1| of a cell.
-    pub fn largest_volume_change(&self) -> f64 {
+    pub(super) fn largest_volume_change(&self) -> f64 {
         let Body { volumes, points_per_cell, .. } = &self.body;
         let of_cell = |(cell, volumes): (usize, &[f64])| {
             let change = |k: usize| {
@@ -288,7 +288,7 @@ impl Ventricle {
     ///
     /// # Errors
     /// A graph of another mesh.
-    pub fn geometry(&self, topology: &Topology, told: Seen) -> Result<Geometry> {
+    pub(super) fn geometry(&self, topology: &Topology, told: Seen) -> Result<Geometry> {
         let Body { positions, mesh, nodes, .. } = &self.body;
         let sets = mesh.node_sets();
         let indicator = |name: &str| FeatureMatrix::indicator(*nodes, &sets[name]);
@@ -327,7 +327,7 @@ impl Ventricle {
     }
 
     /// What is learned, with what is added to it afterwards: all of the displacement, or what the coarse mesh leaves of it \[mm\].
-    pub fn target(&self, told: Seen) -> Vec<f64> {
+    pub(super) fn target(&self, told: Seen) -> Vec<f64> {
         match told.coarse {
             true => self
                 .displacement
@@ -340,7 +340,7 @@ impl Ventricle {
     }
 
     /// The displacement of what was predicted for [`Ventricle::target`] \[mm\].
-    pub fn displaced(&self, found: &[f64], told: Seen) -> Vec<f64> {
+    pub(super) fn displaced(&self, found: &[f64], told: Seen) -> Vec<f64> {
         match told.coarse {
             true => found.iter().zip(&self.coarse.displacement).map(|(u, c)| u + c).collect(),
             false => found.to_vec(),
@@ -348,17 +348,17 @@ impl Ventricle {
     }
 
     /// Distance of a displacement to its own, node by node \[mm\].
-    pub fn distances(&self, found: &[f64]) -> Vec<f64> {
+    pub(super) fn distances(&self, found: &[f64]) -> Vec<f64> {
         lengths(&found.iter().zip(&self.displacement).map(|(a, b)| a - b).collect::<Vec<_>>())
     }
 
     /// Volume of the inflated cavity \[mm³\].
-    pub fn volume(&self, displacement: &[f64]) -> f64 {
+    pub(super) fn volume(&self, displacement: &[f64]) -> f64 {
         self.body.cavity_volumes(displacement)[0]
     }
 }
 
 /// Lengths of the displacements of nodes \[mm\].
-pub fn lengths(displacement: &[f64]) -> Vec<f64> {
+pub(super) fn lengths(displacement: &[f64]) -> Vec<f64> {
     displacement.as_chunks::<3>().0.iter().map(|[x, y, z]| x.hypot(*y).hypot(*z)).collect()
 }
