@@ -113,7 +113,7 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
             if let Some(found) = self.equilibrium(whole, self.accuracy(), history) {
                 return Ok((found, 1));
             }
-            if let Some(found) = self.from_softer_volume(history) {
+            if let Some(found) = self.by_softer_volume(history) {
                 return Ok((found, 1));
             }
             if history.iterations.len() >= self.options.iterations || !steps_allowed {
@@ -237,7 +237,7 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
 
     /// The equilibrium under the whole load by way of bodies that resist changes of volume less: a penalty on them that is large beside
     /// the rest keeps steps short, which a step from the equilibrium of a hundredth of it need not be.
-    fn from_softer_volume(&mut self, history: &mut Log<'_>) -> Option<Equilibrium> {
+    fn by_softer_volume(&mut self, history: &mut Log<'_>) -> Option<Equilibrium> {
         if !self.system.has_potential() {
             return None;
         }

@@ -12,9 +12,9 @@ use sinew_report::{Block, Cell, Chart, Column, Row, Section, Series, Style, Tabl
 use std::path::{Path, PathBuf};
 
 /// Name on the command line.
-pub const KEY: &str = "cube-meshes";
+pub(crate) const KEY: &str = "cube-meshes";
 /// Training time by default \[min\]: every network on every mesh.
-pub fn minutes() -> f64 {
+pub(crate) fn minutes() -> f64 {
     let networks = |(index, mesh): (usize, &Mesh)| {
         f64::from(u8::from(index > 0) + u8::from(mesh.own || index == 0))
     };
@@ -59,7 +59,7 @@ struct Outcome {
 ///
 /// # Errors
 /// Whatever keeps a mesh from being solved or learned.
-pub fn section(options: &Options) -> Result<Section> {
+pub(crate) fn section(options: &Options) -> Result<Section> {
     let meshes = if options.quick { &MESHES[..2] } else { &MESHES };
     let mut table = Table::new(
         [

@@ -1,15 +1,15 @@
 //! The organs of the thesis (chapter 3 and appendix B), from one command: `cargo xtask reproduce-organs`.
 //!
-//! [`organs`] lists the scenes and what is printed about them, [`run`] takes each from its case file to errors and times,
-//! [`cubes`] carries one network from small meshes to large ones, [`newcomers`] one from a ventricle to others,
-//! [`rates`] trains beams at several learning rates.
+//! `organs` lists the scenes and what is printed about them, [`run`] takes each from its case file to errors and times,
+//! `cubes` carries one network from small meshes to large ones, `newcomers` one from a ventricle to others,
+//! `rates` trains beams at several learning rates.
 
-pub mod cubes;
+mod cubes;
 pub mod map;
-pub mod newcomers;
+mod newcomers;
 pub mod options;
-pub mod organs;
+mod organs;
 pub mod populations;
-pub mod rates;
+mod rates;
 pub mod regions;
 pub mod run;

@@ -14,9 +14,9 @@ use sinew_report::{Block, Section};
 use std::path::{Path, PathBuf};
 
 /// Name on the command line.
-pub const KEY: &str = "new-ventricle";
+pub(crate) const KEY: &str = "new-ventricle";
 /// Training time by default \[min\]: every shape with a network that was trained before and with one that was not.
-pub const MINUTES: f64 = 2.0 * SECONDS * SHAPES.len() as f64 / 60.0;
+pub(crate) const MINUTES: f64 = 2.0 * SECONDS * SHAPES.len() as f64 / 60.0;
 /// The thesis' time to learn a new ventricle \[s\].
 const SECONDS: f64 = 90.0;
 /// Cases that errors are measured on.
@@ -53,7 +53,7 @@ const fn shape(name: &'static str, short: [f64; 2], long: [f64; 2], cells: [usiz
 ///
 /// # Errors
 /// Whatever keeps a shape from being solved or learned.
-pub fn section(options: &Options) -> Result<Section> {
+pub(crate) fn section(options: &Options) -> Result<Section> {
     let organ = ORGANS.iter().find(|organ| organ.key == "ventricle").context("no ventricle")?;
     let start = options.out.join(organ.key).join("pi");
     ensure!(

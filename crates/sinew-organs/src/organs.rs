@@ -43,7 +43,7 @@ const BASE: Organ = Organ {
 };
 
 /// All of them, in the order of the thesis.
-pub const ORGANS: &[Organ] = &[
+pub(crate) const ORGANS: &[Organ] = &[
     Organ {
         key: "twisting-cube",
         scene: "TwistingCube",

@@ -1,13 +1,13 @@
 //! Populations: one emulator for shapes that it has never seen, trained by energy alone, beside regression on simulations of registered
 //! shapes and the solver (thesis, chapter 2): `cargo xtask reproduce-populations`.
 //!
-//! [`rectangles`] and [`inflated`] are the plane beams and the ventricles of that chapter, networks on simulations ([`simulated`]). [`stage`] draws individuals, [`rivals`] simulates and regresses, [`measure`] takes errors raw and corrected, [`run`] makes the report.
+//! `rectangles` and `inflated` are the plane beams and the ventricles of that chapter, networks on simulations (`simulated`). `stage` draws individuals, `rivals` simulates and regresses, `measure` takes errors raw and corrected, [`run`] makes the report.
 
-pub mod inflated;
-pub mod measure;
+mod inflated;
+mod measure;
 pub mod options;
-pub mod rectangles;
-pub mod rivals;
+mod rectangles;
+mod rivals;
 pub mod run;
-pub mod simulated;
-pub mod stage;
+mod simulated;
+mod stage;

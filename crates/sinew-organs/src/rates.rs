@@ -11,9 +11,10 @@ use sinew_report::{Block, Cell, Chart, Column, Row, Section, Series, Style, Tabl
 use std::path::Path;
 
 /// Name on the command line.
-pub const KEY: &str = "learning-rates";
+pub(crate) const KEY: &str = "learning-rates";
 /// Training time by default \[min\].
-pub const MINUTES: f64 = SECONDS / 60.0 * (SCENES.len() * (THESIS.len() + OURS.len())) as f64;
+pub(crate) const MINUTES: f64 =
+    SECONDS / 60.0 * (SCENES.len() * (THESIS.len() + OURS.len())) as f64;
 /// Of one network \[s\].
 const SECONDS: f64 = 20.0;
 const SCENES: [&str; 4] =
@@ -37,7 +38,7 @@ struct Outcome {
 ///
 /// # Errors
 /// Whatever keeps a beam from being solved; trainings that diverge are results.
-pub fn section(options: &Options) -> Result<Section> {
+pub(crate) fn section(options: &Options) -> Result<Section> {
     crate::run::begin(options, KEY)?;
     let mut blocks = vec![Block::Text(
         "Thesis B.1: learning rates of networks that are trained by energy. In the thesis' way, displacements as they are, one parameter \

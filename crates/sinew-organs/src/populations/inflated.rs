@@ -17,7 +17,7 @@ use std::time::Instant;
 use ventricle::{Seen, Ventricle, Ventricles, lengths};
 
 /// Name on the command line and of its folder.
-pub const KEY: &str = "inflated";
+pub(super) const KEY: &str = "inflated";
 
 /// Steps of a training, one ventricle each, and their largest learning rate; the same when a network goes on to one shape.
 const PACE: Pace = Pace { steps: 4000, rate: 4e-3, batch: 1, decoders_only: false };
@@ -56,7 +56,7 @@ struct Data<'a> {
 ///
 /// # Errors
 /// A ventricle that cannot be meshed, a training that diverges, files that cannot be written; a run that was only to simulate.
-pub fn section(options: &Options) -> Result<Section> {
+pub(super) fn section(options: &Options) -> Result<Section> {
     if let Some(shard) = options.shard {
         let all = Ventricles::new(options)?.simulated(
             counts(options).iter().sum(),
@@ -170,8 +170,11 @@ fn variants(options: &Options) -> Vec<(Variant, Seen, [Option<f64>; 2])> {
             .map(|coarse| (variant, Seen { numbers: ALL, coarse }, [None; 2]))
             .to_vec();
     }
-    let told = [(0, 0.527), (8, 0.446), (16, 0.413), (24, 0.318)];
-    let told = told.map(|(numbers, error)| of(STEPS, numbers, false, printed(error)));
+    let told = [(0, 527.0), (8, 446.0), (16, 413.0), (24, 318.0)];
+    let of_told = |(numbers, micrometres): (usize, f64)| {
+        of(STEPS, numbers, false, printed(1e-3 * micrometres))
+    };
+    let told = told.map(of_told);
     // The thesis' 40 components hold what these 32 numbers do.
     let steps = [(1, 0.298), (2, 0.281), (3, 0.278)];
     let steps = steps.map(|(k, error)| of(k, ALL, false, printed(error)));

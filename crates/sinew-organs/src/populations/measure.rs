@@ -7,11 +7,11 @@ use sinew_fem::{Options, Solver};
 use std::time::Instant;
 
 /// Newton steps that predictions are corrected by.
-pub const CORRECTIONS: usize = 2;
+pub(super) const CORRECTIONS: usize = 2;
 
 /// Individuals with their true displacements.
 #[derive(Debug)]
-pub struct Group {
+pub(super) struct Group {
     /// What they are.
     pub name: String,
     /// The individuals that the solver solved.
@@ -26,7 +26,7 @@ pub struct Group {
 
 /// What a method does on a group; an entry for each individual.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Outcome {
+pub(super) struct Outcome {
     /// The method.
     pub method: String,
     /// What it is made from.
@@ -53,7 +53,7 @@ pub struct Outcome {
 
 impl Outcome {
     /// Share of all predictions whose error estimate is within a factor two \[%\].
-    pub fn estimates_within_two(&self) -> f64 {
+    pub(super) fn estimates_within_two(&self) -> f64 {
         let within = self.estimates.iter().filter(|ratio| (0.5..=2.0).contains(*ratio)).count();
         100.0 * within as f64 / self.errors[0].len() as f64
     }
@@ -64,7 +64,7 @@ impl Group {
     ///
     /// # Errors
     /// A body that no solver can be prepared for.
-    pub fn new(name: &str, all: impl Iterator<Item = Result<Individual>>) -> Result<Self> {
+    pub(super) fn new(name: &str, all: impl Iterator<Item = Result<Individual>>) -> Result<Self> {
         let mut group = Self {
             name: name.into(),
             individuals: Vec::new(),
@@ -98,7 +98,7 @@ impl Group {
     ///
     /// # Errors
     /// A prediction that fails.
-    pub fn measure(
+    pub(super) fn measure(
         &self,
         [method, about]: [&str; 2],
         cpu_s: f64,
@@ -156,7 +156,7 @@ impl Group {
 }
 
 /// `‖u − û‖ / ‖u‖` over all nodes together.
-pub fn distance(found: &[f64], truth: &[f64]) -> f64 {
+pub(super) fn distance(found: &[f64], truth: &[f64]) -> f64 {
     length(found, truth) / truth.iter().map(|u| u * u).sum::<f64>().sqrt()
 }
 
@@ -165,7 +165,7 @@ fn length(from: &[f64], to: &[f64]) -> f64 {
 }
 
 /// CPU time of this process on all its threads \[s\]; NaN where the system does not tell.
-pub fn cpu_seconds() -> f64 {
+pub(super) fn cpu_seconds() -> f64 {
     /// Clock ticks in a second, which Linux fixes for programs.
     const TICKS: f64 = 100.0;
     let status = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();

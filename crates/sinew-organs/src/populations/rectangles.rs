@@ -19,7 +19,7 @@ use sinew_report::{Block, Chart, Distribution, Section};
 use std::time::Instant;
 
 /// Name on the command line and of its folder.
-pub const KEY: &str = "rectangles";
+pub(super) const KEY: &str = "rectangles";
 
 /// Lengths \[cm\], widths as parts of them, moduli [unit of stress] of the population.
 const LENGTHS: [f64; 2] = [4.0, 7.0];
@@ -54,7 +54,7 @@ struct Study {
 ///
 /// # Errors
 /// A beam that cannot be solved, a training that diverges, files that cannot be written.
-pub fn section(options: &Options) -> Result<Section> {
+pub(super) fn section(options: &Options) -> Result<Section> {
     let study = kept(options, KEY, |study: &Study| &study.options, || study(options))?;
     let about = "Rectangles of random length and width under a body force, clamped at one end, in plane strain and small displacements: \
                  networks on simulations, from none to all of their message-passing steps, with and without virtual nodes, and regression over \

@@ -8,7 +8,7 @@ use sinew_emulate::{PodRegression, share_of};
 use sinew_fem::{Options, Solver, coarse_displacement};
 
 /// Simulations of individuals of a population, and what is fitted to them.
-pub struct Rivals {
+pub(super) struct Rivals {
     inputs: Vec<Vec<f64>>,
     fields: Vec<Vec<f64>>,
     mean: Vec<f64>,
@@ -19,7 +19,7 @@ pub struct Rivals {
 }
 
 /// A regression of fields, or of what solutions on a coarse mesh leave of them.
-pub struct Fit {
+pub(super) struct Fit {
     regression: PodRegression,
     /// CPU time with the simulations \[s\].
     pub cpu_s: f64,
@@ -36,7 +36,7 @@ impl Rivals {
     ///
     /// # Errors
     /// Individuals that cannot be drawn; a regression that cannot be fitted.
-    pub fn new(stage: &Stage, stream: u64, count: usize) -> Result<Self> {
+    pub(super) fn new(stage: &Stage, stream: u64, count: usize) -> Result<Self> {
         let start = cpu_seconds();
         let (mut inputs, mut fields, mut parameters) = (Vec::new(), Vec::new(), Vec::new());
         let (mut left, mut coarse_s) = (Vec::new(), 0.0);
@@ -74,17 +74,17 @@ impl Rivals {
     }
 
     /// The regression of the fields, and of what a coarse solution leaves.
-    pub fn fits(&self) -> [&Fit; 2] {
+    pub(super) fn fits(&self) -> [&Fit; 2] {
         [&self.plain, &self.about_coarse]
     }
 
     /// The mean of the simulations.
-    pub fn mean(&self) -> Vec<f64> {
+    pub(super) fn mean(&self) -> Vec<f64> {
         self.mean.clone()
     }
 
     /// The simulation whose numbers are nearest, on the scales of their ranges.
-    pub fn nearest(&self, individual: &Individual) -> Vec<f64> {
+    pub(super) fn nearest(&self, individual: &Individual) -> Vec<f64> {
         let parameters = all_parameters(individual);
         let own = input(individual);
         let distance = |other: &[f64]| -> f64 {
@@ -100,7 +100,7 @@ impl Rivals {
     ///
     /// # Errors
     /// Numbers that do not belong to the population.
-    pub fn predict(&self, individual: &Individual) -> Result<Vec<f64>> {
+    pub(super) fn predict(&self, individual: &Individual) -> Result<Vec<f64>> {
         Ok(self.plain.regression.predict(&input(individual))?)
     }
 
@@ -108,7 +108,11 @@ impl Rivals {
     ///
     /// # Errors
     /// As [`Rivals::predict`].
-    pub fn predict_about_coarse(&self, stage: &Stage, individual: &Individual) -> Result<Vec<f64>> {
+    pub(super) fn predict_about_coarse(
+        &self,
+        stage: &Stage,
+        individual: &Individual,
+    ) -> Result<Vec<f64>> {
         let Some(coarse) = coarse(stage, individual)? else {
             return Ok(vec![0.0; 3 * individual.body.nodes]);
         };
@@ -121,7 +125,7 @@ impl Rivals {
 ///
 /// # Errors
 /// A body that cannot be lowered.
-pub fn coarse(stage: &Stage, individual: &Individual) -> Result<Option<Vec<f64>>> {
+pub(super) fn coarse(stage: &Stage, individual: &Individual) -> Result<Option<Vec<f64>>> {
     let Some(body) = stage.coarse(individual)? else { return Ok(None) };
     let Individual { body: fine, theta, .. } = individual;
     Ok(coarse_displacement(&body, fine, theta, &Options::default()).ok())

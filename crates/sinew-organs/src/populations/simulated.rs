@@ -13,7 +13,7 @@ use sinew_report::{Cell, Chart, Column, Distribution, Row, Series, Style, Table}
 
 /// Sizes of one network of a study.
 #[derive(Clone, Copy, Debug)]
-pub struct Variant {
+pub(super) struct Variant {
     /// K.
     pub steps: usize,
     /// Width of the embeddings, M.
@@ -24,7 +24,7 @@ pub struct Variant {
 
 /// A method, its errors and its costs.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Measured {
+pub(super) struct Measured {
     /// What it is.
     pub method: String,
     /// What it is made from.
@@ -45,7 +45,7 @@ pub struct Measured {
 
 /// How long networks are trained, and how fast.
 #[derive(Clone, Copy, Debug)]
-pub struct Pace {
+pub(super) struct Pace {
     /// Steps, of one body each.
     pub steps: usize,
     /// Largest learning rate.
@@ -60,7 +60,7 @@ pub struct Pace {
 ///
 /// # Errors
 /// Whatever the study stumbles over; a file of a run with other options.
-pub fn kept<S: Serialize + DeserializeOwned>(
+pub(super) fn kept<S: Serialize + DeserializeOwned>(
     options: &Options,
     key: &str,
     options_of: impl Fn(&S) -> &Options,
@@ -80,7 +80,7 @@ pub fn kept<S: Serialize + DeserializeOwned>(
 ///
 /// # Errors
 /// Data that do not fit each other.
-pub fn untrained(
+pub(super) fn untrained(
     variant: Variant,
     data: &DataSet,
     ranges: Vec<ParameterRange>,
@@ -107,7 +107,7 @@ pub fn untrained(
 ///
 /// # Errors
 /// Data that do not fit each other, a training that diverges.
-pub fn train(
+pub(super) fn train(
     surrogate: Surrogate,
     data: DataSet,
     pace: Pace,
@@ -133,7 +133,7 @@ pub fn train(
 ///
 /// # Errors
 /// A geometry of another mesh.
-pub fn embedding(
+pub(super) fn embedding(
     surrogate: &Surrogate,
     geometry: &Geometry,
     along: &[f64],
@@ -165,7 +165,7 @@ pub fn embedding(
 
 impl Variant {
     /// What it is, for a table.
-    pub fn name(&self) -> String {
+    pub(super) fn name(&self) -> String {
         let Self { steps, latent, virtual_nodes, .. } = self;
         match virtual_nodes {
             [] => format!("K = {steps}, M = {latent}, no virtual nodes"),
@@ -179,7 +179,7 @@ impl Measured {
     ///
     /// # Errors
     /// No node was tested.
-    pub fn median(&self) -> Result<f64> {
+    pub(super) fn median(&self) -> Result<f64> {
         Ok(Distribution::of(self.errors.clone()).context("no node was tested")?.q50)
     }
 
@@ -187,7 +187,7 @@ impl Measured {
     ///
     /// # Errors
     /// As [`Measured::median`].
-    pub fn tell(&self) -> Result<()> {
+    pub(super) fn tell(&self) -> Result<()> {
         let volume = Distribution::of(self.volumes.clone());
         let volume = volume.map_or(String::new(), |v| format!(", volume {:.2} %", 100.0 * v.q50));
         let (name, median) = (format!("{} {}", self.method, self.group), self.median()?);
@@ -200,7 +200,7 @@ impl Measured {
 ///
 /// # Errors
 /// A method without errors.
-pub fn table(measured: &[Measured]) -> Result<Table> {
+pub(super) fn table(measured: &[Measured]) -> Result<Table> {
     let cavities = measured.iter().any(|row| !row.volumes.is_empty());
     let about = "|V − V̂| / V of the cavity";
     let volume = cavities.then(|| Column::new("volume", "%").about(about));

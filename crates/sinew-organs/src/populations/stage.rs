@@ -11,9 +11,7 @@ use std::path::Path;
 
 /// A population of bodies.
 #[derive(Clone, Debug)]
-pub struct Stage {
-    /// Name on the command line and of its folder.
-    pub key: &'static str,
+pub(super) struct Stage {
     /// What it is.
     pub about: &'static str,
     /// Law, loads, supports and parameters.
@@ -39,7 +37,7 @@ enum Kind {
 
 /// A shape of the population with one parameter set.
 #[derive(Debug)]
-pub struct Individual {
+pub(super) struct Individual {
     /// Shape numbers.
     pub numbers: Vec<f64>,
     /// Its body.
@@ -53,18 +51,17 @@ pub struct Individual {
 }
 
 /// Names of the stages.
-pub const KEYS: [&str; 4] = ["rings", "beams", "ventricles", "infarcts"];
+pub(super) const KEYS: [&str; 4] = ["rings", "beams", "ventricles", "infarcts"];
 
 impl Stage {
     /// The stage of a name, on small meshes for a quick check.
     ///
     /// # Errors
     /// A name that is none.
-    pub fn new(key: &str, quick: bool) -> Result<Self> {
+    pub(super) fn new(key: &str, quick: bool) -> Result<Self> {
         let read = |scene: &str| Case::read(Path::new(scene)).context("a built-in scene");
         Ok(match key {
             "rings" => Self {
-                key: KEYS[0],
                 about: "Plane rings of 30 shape numbers under a pressure inside and springs outside, the four parameters of Holzapfel and Ogden each over two decades",
                 case: Case::parse(include_str!("ring.toml"), "ring.toml")?,
                 kind: Kind::Rings,
@@ -75,7 +72,6 @@ impl Stage {
                 scars: 0,
             },
             "beams" => Self {
-                key: KEYS[1],
                 about: "Beams of random length, thickness, taper, waves, bend and twist under their own weight",
                 case: read("OnceClampedBeam")?,
                 kind: Kind::Beams,
@@ -86,7 +82,6 @@ impl Stage {
                 scars: 0,
             },
             "ventricles" => Self {
-                key: KEYS[2],
                 about: "Left ventricles of 32 smooth modes with the spread of 1093 hearts, fibres by rule, under the pressure of their cavity",
                 case: read("IdealVentricle")?,
                 kind: Kind::Ventricles,
@@ -101,7 +96,6 @@ impl Stage {
                 scars: 0,
             },
             "infarcts" => Self {
-                key: KEYS[3],
                 about: "The same left ventricles, each with an infarct anywhere: a round scar five to twenty times as stiff, which no mesh knows",
                 scars: 1,
                 ..Self::new("ventricles", quick)?
@@ -111,7 +105,7 @@ impl Stage {
     }
 
     /// The same on meshes of finer or coarser cells.
-    pub fn with_finer_cells(mut self, finer: bool) -> Self {
+    pub(super) fn with_finer_cells(mut self, finer: bool) -> Self {
         self.cells = match (self.kind, finer) {
             (Kind::Rings, false) => [24, 3, 0],
             (Kind::Rings, true) => [44, 6, 0],
@@ -124,17 +118,17 @@ impl Stage {
     }
 
     /// The same with shape numbers so many times as far from zero.
-    pub fn with_spread(self, spread: f64) -> Self {
+    pub(super) fn with_spread(self, spread: f64) -> Self {
         Self { spread, ..self }
     }
 
     /// The same with another number of infarcts in every body that has any.
-    pub fn with_scars(self, scars: usize) -> Self {
+    pub(super) fn with_scars(self, scars: usize) -> Self {
         Self { scars, ..self }
     }
 
     /// Whether its bodies have infarcts.
-    pub fn has_scars(&self) -> bool {
+    pub(super) fn has_scars(&self) -> bool {
         self.scars > 0
     }
 
@@ -142,7 +136,7 @@ impl Stage {
     ///
     /// # Errors
     /// Surfaces that cannot be read or meshed.
-    pub fn hearts(&self, folder: &Path) -> Result<Vec<Individual>> {
+    pub(super) fn hearts(&self, folder: &Path) -> Result<Vec<Individual>> {
         const FRAMES: [&str; 7] = ["000", "004", "008", "012", "016", "020", "024"];
         const NODES: [usize; 2] = [1500, 400];
         let there = |frame: &&&str| surface(folder, "LV_ENDOCARDIAL", frame).exists();
@@ -167,14 +161,6 @@ impl Stage {
         Ok(hearts)
     }
 
-    /// The body of shape numbers.
-    ///
-    /// # Errors
-    /// Numbers of no shape, or a body that cannot be lowered.
-    pub fn body(&self, numbers: &[f64]) -> Result<Body> {
-        Ok(self.case.body_on(self.mesh(numbers)?)?)
-    }
-
     fn mesh(&self, numbers: &[f64]) -> Result<AnyMesh, ShapeError> {
         Ok(match self.kind {
             Kind::Rings => {
@@ -190,7 +176,7 @@ impl Stage {
     ///
     /// # Errors
     /// A body that cannot be lowered.
-    pub fn draw(&self, stream: u64, index: u64) -> Result<Individual> {
+    pub(super) fn draw(&self, stream: u64, index: u64) -> Result<Individual> {
         let seed = stream.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(index);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         loop {
@@ -218,7 +204,7 @@ impl Stage {
     ///
     /// # Errors
     /// A body that cannot be lowered.
-    pub fn coarse(&self, individual: &Individual) -> Result<Option<Body>> {
+    pub(super) fn coarse(&self, individual: &Individual) -> Result<Option<Body>> {
         let cells = match self.kind {
             Kind::Rings => [16, 2, 0],
             Kind::Beams => [5, 2, 2],
@@ -241,7 +227,7 @@ impl Stage {
     ///
     /// # Errors
     /// As [`Stage::draw`].
-    pub fn body_of_stream(&self, stream: u64, index: u64) -> Result<Body, Error> {
+    pub(super) fn body_of_stream(&self, stream: u64, index: u64) -> Result<Body, Error> {
         let cells = self.training_cells[index as usize % self.training_cells.len()];
         let draw = Self { cells, ..self.clone() }.draw(stream, index);
         draw.map(|individual| individual.body)
