@@ -1,14 +1,14 @@
 //! A coarse mesh for every parameter set, and one solution on the fine one.
 
 use crate::{Body, Error, Result, coordinates::dot};
-use sinew_fem::{Options, Solver, sweep};
+use sinew_fem::{Options, Solver, obey_supports, sweep};
 use sinew_mesh::Prolongation;
 
 /// An emulator that is not trained: the body on a coarser mesh is solved for every parameter set, and what that lacks is taken from one
 /// solution of both at the centre of the parameters' ranges (control variates; P. Perdikaris et al., Proc. R. Soc. A 473, 2017).
 ///
 /// `û(θ) = α u_c(θ) + (u − α u_c)(centre) · ‖u_c(θ)‖ / ‖u_c(centre)‖`, with the α that leaves least at the centre: what a coarse mesh is
-/// off grows with the displacement. It is for laws over so wide ranges that no expansion about one solution holds. The coarse mesh needs
+/// off grows with the displacement, and turns with it where a load is reversed. It is for laws over so wide ranges that no expansion about one solution holds. The coarse mesh needs
 /// what the law needs to be the same material, such as two cells through a wall whose fibres turn.
 ///
 /// ```
@@ -41,11 +41,14 @@ use sinew_mesh::Prolongation;
 /// ```
 #[derive(Clone, Debug)]
 pub struct TwoMeshes<'b> {
+    fine: &'b Body,
     coarse: &'b Body,
     prolongation: Prolongation,
     /// α.
     part: f64,
-    /// What the coarse mesh lacks at the centre, over the size of its displacement there.
+    /// The coarse displacement at the centre over its size.
+    known: Vec<f64>,
+    /// What it lacks there, over the same size.
     lacks: Vec<f64>,
 }
 
@@ -53,15 +56,14 @@ impl<'b> TwoMeshes<'b> {
     /// Solves both at the centre of the ranges of the fine body's parameters.
     ///
     /// # Errors
-    /// [`Error::ThetaLength`] for bodies of different parameters; no equilibrium at the centre.
-    pub fn new(fine: &Body, coarse: &'b Body) -> Result<Self> {
+    /// [`Error::OtherParameters`] for bodies of different parameters; no equilibrium at the centre, or one without displacement.
+    pub fn new(fine: &'b Body, coarse: &'b Body) -> Result<Self> {
         let [names, others] = [fine, coarse].map(|body| {
             let names = body.parameters.iter().map(|parameter| parameter.name.as_str());
             names.collect::<Vec<_>>().join(", ")
         });
         if names != others {
-            let (found, expected) = (coarse.parameters.len(), fine.parameters.len());
-            return Err(Error::ThetaLength { found, expected, names });
+            return Err(Error::OtherParameters { names, others });
         }
         let centre = fine.centre();
         let solve = |body| -> Result<Vec<f64>> {
@@ -69,11 +71,19 @@ impl<'b> TwoMeshes<'b> {
         };
         let prolongation = Prolongation::new(&coarse.positions, &fine.positions);
         let (exact, known) = (solve(fine)?, prolongation.vectors(&solve(coarse)?));
-        let size = dot(&known, &known);
-        let part = if size > 0.0 { dot(&exact, &known) / size } else { 0.0 };
-        let unit = size.sqrt().max(f64::MIN_POSITIVE);
-        let lacks = exact.iter().zip(&known).map(|(u, c)| (u - part * c) / unit).collect();
-        Ok(Self { coarse, prolongation, part, lacks })
+        let squared = dot(&known, &known);
+        if squared == 0.0 {
+            let advice = "give ranges whose centre has a load";
+            return Err(Error::Setting {
+                what: "the displacement of the coarse mesh at the centre of the ranges",
+                value: 0.0,
+                advice,
+            });
+        }
+        let (part, size) = (dot(&exact, &known) / squared, squared.sqrt());
+        let lacks = exact.iter().zip(&known).map(|(u, c)| (u - part * c) / size).collect();
+        let known = known.iter().map(|c| c / size).collect();
+        Ok(Self { fine, coarse, prolongation, part, known, lacks })
     }
 
     /// Displacements of the fine body at each of `thetas`, node by node \[length\].
@@ -83,9 +93,13 @@ impl<'b> TwoMeshes<'b> {
     pub fn predict(&self, thetas: &[Vec<f64>]) -> Result<Vec<Vec<f64>>> {
         let swept = sweep(self.coarse, thetas, &Options::default(), || {})?;
         let of = |solved: sinew_fem::Solution| {
-            let known = self.prolongation.vectors(&solved.displacement);
-            let size = dot(&known, &known).sqrt();
-            known.iter().zip(&self.lacks).map(|(c, lack)| self.part * c + size * lack).collect()
+            let now = self.prolongation.vectors(&solved.displacement);
+            // Loads that are reversed reverse what is lacking.
+            let size = dot(&now, &now).sqrt().copysign(dot(&now, &self.known));
+            let parts = now.iter().zip(&self.lacks);
+            let mut found: Vec<f64> = parts.map(|(c, lack)| self.part * c + size * lack).collect();
+            obey_supports(self.fine, &mut found);
+            found
         };
         swept.results.into_iter().map(|solved| Ok(of(solved?))).collect()
     }

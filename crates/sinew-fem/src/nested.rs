@@ -21,7 +21,14 @@ pub fn coarse_displacement(
 ) -> Result<Vec<f64>, SolveError> {
     let solved = Solver::new(coarse)?.solve(theta, options)?;
     let prolongation = Prolongation::new(&coarse.positions, &fine.positions);
-    Ok(prolongation.vectors(&solved.displacement))
+    let mut displacement = prolongation.vectors(&solved.displacement);
+    obey_supports(fine, &mut displacement);
+    Ok(displacement)
+}
+
+/// Gives the nodes of a displacement what supports prescribe, in the directions that they hold \[length\].
+pub fn obey_supports(body: &Body, displacement: &mut [f64]) {
+    place(body, 1.0, displacement);
 }
 
 impl Solver<'_> {
@@ -59,8 +66,12 @@ impl Solver<'_> {
         theta: &[f64],
         options: &Options,
     ) -> Result<Solution, SolveError> {
-        let found = coarse_displacement(coarse, self.body(), theta, options);
-        match found.ok().and_then(|found| self.admissible(&found, theta)) {
+        let found = match coarse_displacement(coarse, self.body(), theta, options) {
+            Ok(found) => found,
+            Err(SolveError::NotConverged(_)) => return self.solve(theta, options),
+            Err(other) => return Err(other),
+        };
+        match self.admissible(&found, theta) {
             Some(guess) => self.solve_from(&guess, theta, options),
             None => self.solve(theta, options),
         }

@@ -35,6 +35,9 @@ const SOFTER: f64 = 1e-2;
 /// So many are tried: materials whose volume responds ten thousand times as stiffly as their shape.
 const MOST_RUNGS: i32 = 2;
 
+/// Its load steps get this part of all iterations.
+const DETOUR: usize = 2;
+
 /// What grows along a path.
 enum Along<'a> {
     /// Loads and prescribed motions; so do these entries of θ, which stress the body at rest.
@@ -113,9 +116,11 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
             if let Some(found) = self.equilibrium(whole, self.accuracy(), history) {
                 return Ok((found, 1));
             }
+            let tried = history.iterations.clone();
             if let Some(found) = self.by_softer_volume(history) {
-                return Ok((found, 1));
+                return Ok(found);
             }
+            history.iterations = tried;
             if history.iterations.len() >= self.options.iterations || !steps_allowed {
                 return Err(self.failure(history));
             }
@@ -235,33 +240,36 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
         if step > LEAST_LOAD { step } else { most }
     }
 
-    /// The equilibrium under the whole load by way of bodies that resist changes of volume less: a penalty on them that is large beside
-    /// the rest keeps steps short, which a step from the equilibrium of a hundredth of it need not be.
-    fn by_softer_volume(&mut self, history: &mut Log<'_>) -> Option<Equilibrium> {
+    /// The equilibrium under the whole load by way of bodies that resist changes of volume less, with the number of those and of their
+    /// load steps: a penalty on them that is large beside the rest keeps steps short, which a step from the equilibrium of a hundredth of
+    /// it need not be.
+    fn by_softer_volume(&mut self, history: &mut Log<'_>) -> Option<(Equilibrium, usize)> {
         if !self.system.has_potential() {
             return None;
         }
-        let (mut softer, mut reached) = (1.0, None);
-        for rung in 1..=MOST_RUNGS {
-            softer = SOFTER.powi(rung);
-            reached = self.softened(softer, None, history);
+        let rungs = (1..=MOST_RUNGS).map(|rung| SOFTER.powi(rung));
+        let mut reached = None;
+        for factor in rungs {
+            reached = self.softened(factor, None, history).map(|unknowns| (factor, unknowns));
             if reached.is_some() {
                 break;
             }
         }
-        if reached.is_none() {
+        let (mut factor, mut unknowns, mut steps) = match reached {
+            Some((factor, unknowns)) => (factor, unknowns, 2),
             // The softest has no equilibrium near; the first may be reached by load steps, which its softness allows to be longer.
-            softer = SOFTER;
-            reached = self.softened_by_steps(history);
+            None => {
+                let (unknowns, steps) = self.softened_by_steps(history)?;
+                (SOFTER, unknowns, 1 + steps)
+            }
+        };
+        while factor < SOFTER {
+            factor /= SOFTER;
+            unknowns = self.softened(factor, Some(unknowns), history)?;
+            steps += 1;
         }
-        while softer < SOFTER {
-            softer /= SOFTER;
-            reached = self.softened(softer, reached, history);
-            reached.as_ref()?;
-        }
-        let unknowns = reached?;
         let whole = Point { at: 1.0, load_factor: 1.0, unknowns, stress: None };
-        self.equilibrium(whole, self.accuracy(), history)
+        Some((self.equilibrium(whole, self.accuracy(), history)?, steps))
     }
 
     /// The equilibrium of a body that resists changes of volume so many times as much, from another or from rest.
@@ -279,21 +287,20 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
         system.equilibrium(start, goal, self.options, history).map(|found| found.unknowns)
     }
 
-    fn softened_by_steps(&self, history: &mut Log<'_>) -> Option<Unknowns> {
+    /// That of a hundredth of the resistance by load steps, of which it takes a part of all iterations at most.
+    fn softened_by_steps(&self, history: &mut Log<'_>) -> Option<(Unknowns, usize)> {
+        if self.options.least_load_step > self.options.first_load_step {
+            return None;
+        }
         let body = self.system.body.with_softer_volume(SOFTER)?;
         let mut system = System::new(&body).ok()?;
-        let mut path = Path::to_load(&mut system, self.theta, self.options);
+        let most = history.iterations.len() + self.options.iterations / DETOUR;
+        let options = Options { iterations: most.min(self.options.iterations), ..*self.options };
+        let mut path = Path::to_load(&mut system, self.theta, &options);
+        path.along = Along::Load { entries: path.system.stressing_entries(self.theta) };
         let step = path.first_step();
-        match path.follow(1.0, step, history) {
-            Ok((found, _)) => Some(found.unknowns),
-            Err(error) => {
-                // What was tried counts.
-                if let SolveError::NotConverged(failure) = error {
-                    history.iterations = failure.history.iterations;
-                }
-                None
-            }
-        }
+        let (found, steps) = path.follow(1.0, step, history).ok()?;
+        Some((found.unknowns, steps))
     }
 
     /// What is returned where a path ends: the last equilibrium, as accurate as any.

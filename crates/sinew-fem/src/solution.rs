@@ -21,7 +21,8 @@ pub struct Solution {
     pub negative_pivots: usize,
     /// Elements that are too stiff for this body, so that the displacement is too small.
     pub locking: Option<LockingWarning>,
-    /// Number of load steps, 1 when the whole load was taken at once.
+    /// Number of load steps, 1 when the whole load was taken at once; steps of softer bodies, by way of which a nearly incompressible one
+    /// is reached, count too, as their states do in the history.
     pub load_steps: usize,
     /// All iterations.
     pub history: History,

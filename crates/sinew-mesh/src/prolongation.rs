@@ -1,6 +1,6 @@
 //! Fields of a coarse mesh at the nodes of a finer one.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Const, Matrix3, SymmetricEigen, Vector3};
 
 /// Values at other points from those at the nodes of a mesh of the same body, by moving least squares (P. Lancaster & K. Salkauskas,
 /// Math. Comp. 37, 1981): fields that are linear in the position are met exactly, and points need not lie in a cell, so that the two
@@ -35,7 +35,21 @@ impl Prolongation {
     /// Where there is no node.
     pub fn new(from: &[[f64; 3]], to: &[[f64; 3]]) -> Self {
         assert!(!from.is_empty(), "a field on no nodes has no value anywhere");
-        Self { rows: to.iter().map(|point| row(from, point)).collect() }
+        let all: Vec<_> = (0..from.len()).map(|node| (node, 1.0)).collect();
+        let directions = Neighbourhood::of(from, &[0.0; 3], all).directions();
+        let row = |point: &[f64; 3]| {
+            let nearest = nearest(from, point);
+            // Where cells are stretched, the nearest nodes may lie on a line.
+            let mut count = NODES.min(from.len());
+            loop {
+                let neighbourhood = Neighbourhood::of(from, point, weighed(&nearest[..count]));
+                if count == from.len() || neighbourhood.directions() == directions {
+                    return neighbourhood.shares();
+                }
+                count = (2 * count).min(from.len());
+            }
+        };
+        Self { rows: to.iter().map(row).collect() }
     }
 
     /// The field with three components per point of three components per node.
@@ -52,44 +66,83 @@ impl Prolongation {
     }
 }
 
-fn row(from: &[[f64; 3]], point: &[f64; 3]) -> Vec<(usize, f64)> {
-    let apart = |node: &[f64; 3]| Vector3::from(*node) - Vector3::from(*point);
-    let mut near: Vec<(f64, usize)> =
-        from.iter().enumerate().map(|(node, x)| (apart(x).norm_squared(), node)).collect();
-    let last = NODES.min(near.len()) - 1;
-    near.select_nth_unstable_by(last, |a, b| a.0.total_cmp(&b.0));
-    let radius = near[last].0.max(f64::MIN_POSITIVE);
-    let mut weights = Vec::with_capacity(NODES);
-    let (mut total, mut centre) = (0.0, Vector3::zeros());
-    for &(squared, node) in &near[..=last] {
-        let weight = 1.0 / (squared / radius + AT_NODE.powi(2)).powi(2);
-        total += weight;
-        centre += weight * apart(&from[node]);
-        weights.push((node, weight));
+/// Squared distances to all nodes with their numbers, the nearest first.
+fn nearest(from: &[[f64; 3]], point: &[f64; 3]) -> Vec<(f64, usize)> {
+    let squared = |x: &[f64; 3]| (Vector3::from(*x) - Vector3::from(*point)).norm_squared();
+    let mut near: Vec<_> = from.iter().enumerate().map(|(node, x)| (squared(x), node)).collect();
+    near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    near
+}
+
+/// Weights that fall from the point to the last of its neighbours.
+fn weighed(near: &[(f64, usize)]) -> Vec<(usize, f64)> {
+    let radius = near.last().map_or(1.0, |last| last.0).max(f64::MIN_POSITIVE);
+    let weight = |squared: f64| 1.0 / (squared / radius + AT_NODE.powi(2)).powi(2);
+    near.iter().map(|&(squared, node)| (node, weight(squared))).collect()
+}
+
+/// Weighted nodes about a point.
+struct Neighbourhood {
+    /// Node, weight, place relative to the centre.
+    nodes: Vec<(usize, f64, Vector3<f64>)>,
+    total: f64,
+    /// The centre, relative to the point.
+    centre: Vector3<f64>,
+    spread: SymmetricEigen<f64, Const<3>>,
+}
+
+impl Neighbourhood {
+    fn of(from: &[[f64; 3]], point: &[f64; 3], weights: Vec<(usize, f64)>) -> Self {
+        let apart = |node: usize| Vector3::from(from[node]) - Vector3::from(*point);
+        let total: f64 = weights.iter().map(|(_, weight)| weight).sum();
+        let sum: Vector3<f64> = weights.iter().map(|&(node, weight)| weight * apart(node)).sum();
+        let centre = sum / total;
+        let placed = |(node, weight): (usize, f64)| (node, weight, apart(node) - centre);
+        let nodes: Vec<_> = weights.into_iter().map(placed).collect();
+        let spread: Matrix3<f64> =
+            nodes.iter().map(|(_, weight, place)| *weight * place * place.transpose()).sum();
+        Self { nodes, total, centre, spread: spread.symmetric_eigen() }
     }
-    centre /= total;
-    let from_centre = |node: usize| apart(&from[node]) - centre;
-    let spread: Matrix3<f64> = weights
-        .iter()
-        .map(|&(node, weight)| weight * from_centre(node) * from_centre(node).transpose())
-        .sum();
-    let eigen = spread.symmetric_eigen();
-    let flat = FLAT * eigen.eigenvalues.max();
-    let slope = |value: f64| if value > flat { 1.0 / value } else { 0.0 };
-    let inverse = eigen.eigenvectors
-        * Matrix3::from_diagonal(&eigen.eigenvalues.map(slope))
-        * eigen.eigenvectors.transpose();
-    // The point itself is the origin.
-    let towards = -(inverse * centre);
-    let share = |&(node, weight): &(usize, f64)| {
-        (node, weight * (1.0 / total + from_centre(node).dot(&towards)))
-    };
-    weights.iter().map(share).collect()
+
+    /// What a direction counts in which nodes spread so much: nothing where they do not.
+    fn slope(&self, spread: f64) -> f64 {
+        let flat = FLAT * self.spread.eigenvalues.max();
+        if spread > flat { 1.0 / spread } else { 0.0 }
+    }
+
+    /// Directions in which the nodes spread.
+    fn directions(&self) -> usize {
+        self.spread.eigenvalues.iter().filter(|&&spread| self.slope(spread) > 0.0).count()
+    }
+
+    /// How much of each node the value at the point is made of.
+    fn shares(&self) -> Vec<(usize, f64)> {
+        let vectors = &self.spread.eigenvectors;
+        let slopes = self.spread.eigenvalues.map(|spread| self.slope(spread));
+        // The point itself is the origin.
+        let towards =
+            -(vectors * Matrix3::from_diagonal(&slopes) * vectors.transpose() * self.centre);
+        let share = |(node, weight, place): &(usize, f64, Vector3<f64>)| {
+            (*node, weight * (1.0 / self.total + place.dot(&towards)))
+        };
+        self.nodes.iter().map(share).collect()
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn nodes_on_lines_are_joined_by_others_until_they_span_the_body() {
+        let bar = crate::box_tetrahedra([10.0, 2.0, 2.0], [40, 1, 1]);
+        let field = |[x, y, z]: &[f64; 3]| [y - z, x + 2.0 * z, 3.0 - y];
+        let values: Vec<f64> = bar.points.iter().flat_map(field).collect();
+        let points = [[5.01, 0.1, 0.1], [3.3, 1.0, 1.0], [9.9, 2.0, 0.0]];
+        let found = Prolongation::new(&bar.points, &points).vectors(&values);
+        let exact = points.iter().flat_map(field);
+        assert!(found.iter().zip(exact).all(|(a, b)| (a - b).abs() < 1e-10), "{found:?}");
+    }
 
     #[test]
     fn constants_are_met_where_nodes_lie_in_a_plane_and_points_beside_it() {

@@ -62,14 +62,22 @@ fn simulations_of_parts_are_those_of_one_run() {
         let out = folders[folder].path().to_str().unwrap();
         let fixed = ["populations", "--quick", "--only", "inflated", "--out", out];
         reproduce(&Options::try_parse_from(fixed.iter().chain(more)).unwrap()).unwrap();
-        let file = folders[folder].path().join("inflated/simulations/00000-00011.npy");
-        std::fs::read(file).ok()
+        let simulations = folders[folder].path().join("inflated/simulations");
+        std::fs::read(simulations.join("3x8x4-seed-1/00000-00011.npy")).ok()
     };
     // Eleven simulations are one file, of the second part.
     assert!(run(0, &["--shard", "1/2"]).is_none());
     let of_parts = run(0, &["--shard", "2/2"]).unwrap();
     assert_eq!(run(0, &[]).unwrap(), of_parts);
     assert_eq!(run(1, &[]).unwrap(), of_parts);
+    // Another seed has simulations of its own.
+    let volume = |folder: usize| {
+        let report = Report::read(&folders[folder].path().join("report.json")).unwrap();
+        report.sections[0].tables().next().unwrap().rows[0].errors[0].value.median().unwrap()
+    };
+    let first = volume(1);
+    run(1, &["--seed", "2"]);
+    assert!(volume(1) != first && volume(0) == first);
     let error = Options::try_parse_from(["populations", "--shard", "3/2"]).unwrap_err();
     assert!(error.to_string().contains("3/2"), "{error}");
 }

@@ -8,11 +8,12 @@ use sinew_energy::{Parameter, Sampling};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Says where the report is, or what went wrong.
+/// Says where the report is, or the folder of what was only simulated, or what went wrong.
 pub fn end(report: Result<PathBuf>) -> ExitCode {
     match report {
         Ok(report) => {
-            eprintln!("\nreport: {}", report.display());
+            let what = if report.is_dir() { "simulations" } else { "report" };
+            eprintln!("\n{what}: {}", report.display());
             ExitCode::SUCCESS
         }
         Err(error) => {

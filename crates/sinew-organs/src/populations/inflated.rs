@@ -5,9 +5,9 @@ mod ventricle;
 use super::measure::cpu_seconds;
 use super::options::Options;
 use super::simulated::{self, Measured, Pace, Variant, kept, table, train, untrained};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
-use sinew_emulate::{Design, PodRegression};
+use sinew_emulate::{Design, PodRegression, Shard};
 use sinew_gnn::{DataSet, ParameterRange, ParameterScale, Sample, Surrogate};
 use sinew_graph::Topology;
 use sinew_mesh::VentricleShape;
@@ -50,29 +50,15 @@ struct Data<'a> {
     training: &'a [Ventricle],
     validation: &'a [Ventricle],
     unseen: &'a [Ventricle],
+    /// Wall time of one on the coarse mesh \[s\].
+    coarse_s: f64,
 }
 
 /// The section of the report.
 ///
 /// # Errors
-/// A ventricle that cannot be meshed, a training that diverges, files that cannot be written; a run that was only to simulate.
+/// A ventricle that cannot be meshed, a training that diverges, files that cannot be written.
 pub(super) fn section(options: &Options) -> Result<Section> {
-    if let Some(shard) = options.shard {
-        let all = Ventricles::new(options)?.simulated(
-            counts(options).iter().sum(),
-            &simulations(options),
-            Some(shard),
-        )?;
-        let text = format!(
-            "Part {shard} of the simulations is done, {} ventricles. A run without --shard takes them from there.",
-            all.len()
-        );
-        return Ok(Section {
-            name: KEY.into(),
-            title: "Inflated ventricles".into(),
-            blocks: vec![Block::Text(text)],
-        });
-    }
     let study = kept(options, KEY, |study: &Study| &study.options, || study(options))?;
     let about = "Left ventricles of 32 smooth modes, hexahedra with one volume ratio each, Holzapfel and Ogden's law over two decades in \
                  each parameter, 8 mmHg in the cavity: networks on simulations, told none to all of the numbers of a shape; the same about \
@@ -110,6 +96,16 @@ pub(super) fn section(options: &Options) -> Result<Section> {
     Ok(Section { name: KEY.into(), title: "Inflated ventricles".into(), blocks })
 }
 
+/// Simulates one part of the ventricles.
+///
+/// # Errors
+/// Files that cannot be written.
+pub(super) fn simulate(options: &Options, shard: Shard) -> Result<PathBuf> {
+    let count = counts(options).iter().sum();
+    Ventricles::new(options)?.simulated(count, &simulations(options), Some(shard))?;
+    Ok(simulations(options))
+}
+
 /// Ventricles to train, to choose weights, to test.
 fn counts(options: &Options) -> [usize; 3] {
     if options.quick { [6, 2, 3] } else { [850, 50, 100] }
@@ -119,15 +115,28 @@ fn study(options: &Options) -> Result<Study> {
     eprintln!("\nVentricles of random shape, inflated");
     let (ventricles, counts) = (Ventricles::new(options)?, counts(options));
     let start = Instant::now();
-    let mut seen = ventricles.simulated(counts.iter().sum(), &simulations(options), None)?;
+    let drawn: usize = counts.iter().sum();
+    let all = ventricles.simulated(drawn, &simulations(options), None)?;
     let seconds = start.elapsed().as_secs_f64();
-    let mut unseen = seen.split_off(seen.len() - counts[2]);
-    unseen.retain(|ventricle| ventricle.volume(&ventricle.displacement) < LARGEST);
-    let (training, validation) = seen.split_at(seen.len() - counts[1]);
-    let data = Data { options, ventricles: &ventricles, training, validation, unseen: &unseen };
+    // By number, so that one without equilibrium moves no other.
+    let [mut training, mut validation, mut unseen] = [Vec::new(), Vec::new(), Vec::new()];
+    for (index, ventricle) in all {
+        let small = ventricle.volume(&ventricle.displacement) < LARGEST;
+        match index {
+            _ if index < counts[0] => training.push(ventricle),
+            _ if index < counts[0] + counts[1] => validation.push(ventricle),
+            _ if small => unseen.push(ventricle),
+            _ => {}
+        }
+    }
+    let few = "too few ventricles have an equilibrium";
+    ensure!(training.len() > 1 && !validation.is_empty() && !unseen.is_empty(), few);
+    let coarse_s = ventricles.times(&unseen[0])?[0];
+    let (training, validation, unseen) = (&training[..], &validation[..], &unseen[..]);
+    let data = Data { options, ventricles: &ventricles, training, validation, unseen, coarse_s };
     let mut facts = data.facts(counts.iter().sum(), seconds)?;
     let mut population = vec![data.coarse_alone(data.unseen)?];
-    for count in [4, 2].map(|part| training.len().div_ceil(part).max(2)) {
+    for count in [4, 2].map(|part| training.len().div_ceil(part).max(2).min(training.len())) {
         for coarse in [false, true] {
             let told = Seen { numbers: ALL, coarse };
             population.push(data.regression(&training[..count], data.unseen, told)?);
@@ -153,7 +162,7 @@ const ALL: usize = VentricleShape::NUMBERS;
 const STEPS: usize = 3;
 
 fn simulations(options: &Options) -> PathBuf {
-    options.out.join(KEY).join(if options.full { "simulations-full" } else { "simulations" })
+    options.out.join(KEY).join("simulations")
 }
 
 /// Networks of Tables A.8 and A.9, and the one about the coarse solution, with the medians that the thesis prints: err_u \[mm\] and
@@ -306,6 +315,10 @@ impl Data<'_> {
         let learned = design.sample(parameters, counts[0] + counts[1], seed)?;
         let learned = self.ventricles.at(numbers, &learned)?;
         let tested = self.ventricles.at(numbers, &apart.sample(parameters, counts[2], seed)?)?;
+        ensure!(
+            learned.len() > counts[1] + 1,
+            "too few parameter sets of one shape have an equilibrium"
+        );
         let (training, validation) = learned.split_at(learned.len() - counts[1]);
         let mut rows = vec![self.coarse_alone(&tested)?];
         for coarse in [false, true] {
@@ -333,6 +346,7 @@ impl Data<'_> {
             let row = self.measured([&name, &about], &tested, (cpu_s, *told), found)?;
             rows.push(Measured { printed: [Some(0.113), Some(0.34)], ..row });
         }
+        rows.iter_mut().for_each(|row| row.group = "one shape".into());
         Ok((rows, map))
     }
 
@@ -373,7 +387,7 @@ impl Data<'_> {
         (variant, told, surrogate): &(Variant, Seen, Surrogate),
     ) -> Result<(String, String)> {
         const AGAIN: u32 = 20;
-        let Ventricle { theta, numbers, .. } = &self.unseen[0];
+        let Ventricle { theta, .. } = &self.unseen[0];
         let topology = self.ventricles.graph(variant.virtual_nodes)?;
         let theta = std::slice::from_ref(theta);
         let time = |answer: &mut dyn FnMut() -> Result<()>| -> Result<f64> {
@@ -388,10 +402,7 @@ impl Data<'_> {
         })?;
         let fixed = surrogate.fixed_geometry(&geometry)?;
         let fixed = time(&mut || fixed.predict(theta).map(|_| ()).map_err(Into::into))?;
-        let start = Instant::now();
-        self.ventricles.at(numbers, theta)?;
-        let solver = 1e3 * start.elapsed().as_secs_f64();
-        let coarse = 1e3 * self.unseen[0].coarse.seconds;
+        let [coarse, solver] = self.ventricles.times(&self.unseen[0])?.map(|s| 1e3 * s);
         let what = format!(
             "{varying:.1} ms where the shape changes, {fixed:.2} ms where it stays; the coarse solution {coarse:.0} ms, the solver by way of it {solver:.0} ms; {}, {} threads",
             variant.name(),
@@ -415,7 +426,7 @@ impl Data<'_> {
             errors.extend(ventricle.distances(&answer));
             let volume = ventricle.volume(&ventricle.displacement);
             volumes.push((ventricle.volume(&answer) - volume).abs() / volume);
-            answer_s += if told.coarse { ventricle.coarse.seconds } else { 0.0 };
+            answer_s += if told.coarse { self.coarse_s } else { 0.0 };
         }
         let measured = Measured {
             method: method.into(),

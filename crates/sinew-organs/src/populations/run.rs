@@ -37,11 +37,15 @@ struct Study {
     curves: Vec<(String, Vec<[f64; 2]>)>,
 }
 
-/// Runs all populations that are asked for and writes the report, anew after each; the path of `report.html`.
+/// Runs all populations that are asked for and writes the report, anew after each; the path of `report.html`. With a shard only simulates that, and
+/// returns their folder.
 ///
 /// # Errors
 /// Whatever keeps a population from being learned, and files that cannot be written. Populations that are done are kept.
 pub fn reproduce(options: &Options) -> Result<PathBuf> {
+    if let Some(shard) = options.shard {
+        return inflated::simulate(options, shard);
+    }
     let clock = std::time::Instant::now();
     let provenance = Provenance {
         seed: Some(options.seed),

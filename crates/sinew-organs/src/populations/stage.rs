@@ -200,7 +200,7 @@ impl Stage {
         }
     }
 
-    /// An individual on a mesh so coarse that it is solved in a few milliseconds; `None` where that does not unfold.
+    /// An individual on a mesh so coarse that it is solved in milliseconds; `None` where that does not unfold.
     ///
     /// # Errors
     /// A body that cannot be lowered.

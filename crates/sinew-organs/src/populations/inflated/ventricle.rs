@@ -2,14 +2,14 @@
 
 use crate::populations::options::Options;
 use crate::populations::stage::normal;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sinew::case::FibreRule;
 use sinew::{Body, Case, Parameter};
 use sinew_emulate::{Design, Shard, split_seed, store};
-use sinew_fem::{Options as SolverOptions, Solver};
+use sinew_fem::{Options as SolverOptions, Solver, coarse_displacement};
 use sinew_gnn::{Coordinates, Dirichlet, Geometry};
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 use sinew_mesh::{Field, Prolongation, VentricleShape};
@@ -62,8 +62,6 @@ pub(super) struct Coarse {
     pub displacement: Vec<f64>,
     /// Logarithm of the inflated cavity's volume over that at rest.
     pub growth: f64,
-    /// Wall time \[s\].
-    pub seconds: f64,
 }
 
 impl Ventricles {
@@ -121,7 +119,7 @@ impl Ventricles {
         }
     }
 
-    /// The first `count` of the population with their solutions, from files in `folder` where these are; those without equilibrium are
+    /// The first `count` of the population by number, with their solutions, from files within `folder` where these are; those without equilibrium are
     /// left out. With a shard only its part.
     ///
     /// # Errors
@@ -131,7 +129,9 @@ impl Ventricles {
         count: usize,
         folder: &Path,
         shard: Option<Shard>,
-    ) -> Result<Vec<Ventricle>> {
+    ) -> Result<Vec<(usize, Ventricle)>> {
+        let [layers, around, along] = self.cells[0];
+        let folder = folder.join(format!("{layers}x{around}x{along}-seed-{}", self.seed));
         let thetas = self.thetas(count)?;
         let chunks = count.div_ceil(CHUNK);
         let mut all = Vec::new();
@@ -149,9 +149,17 @@ impl Ventricles {
                     fields
                 }
             };
+            ensure!(
+                known.len() == own.len(),
+                "{} holds {} simulations, not {}; remove it",
+                file.display(),
+                known.len(),
+                own.len()
+            );
             let own: Vec<_> = own.zip(known).collect();
-            let ventricle = |(index, field): (usize, Vec<f64>)| {
-                self.ventricle(&self.numbers(index), &thetas[index], field)
+            let ventricle = |(index, field): (usize, Vec<f64>)| -> Result<_> {
+                let ventricle = self.ventricle(&self.numbers(index), &thetas[index], field)?;
+                Ok(ventricle.map(|ventricle| (index, ventricle)))
             };
             let ventricles: Vec<_> = own.into_par_iter().map(ventricle).collect::<Result<_>>()?;
             all.extend(ventricles.into_iter().flatten());
@@ -194,7 +202,12 @@ impl Ventricles {
         displacement: Vec<f64>,
     ) -> Result<Option<Ventricle>> {
         let [body, coarse] = self.bodies(numbers)?;
-        let start = Instant::now();
+        ensure!(
+            displacement.len() == 3 * body.nodes,
+            "a simulation of {} numbers is not of {} nodes; remove it",
+            displacement.len(),
+            body.nodes
+        );
         let solved = Solver::new(&coarse)?.solve(theta, &SolverOptions::default());
         let Some(solved) = solved.ok().filter(|_| displacement.iter().all(|u| u.is_finite()))
         else {
@@ -206,10 +219,22 @@ impl Ventricles {
         let coarse = Coarse {
             displacement: prolongation.vectors(&solved.displacement),
             growth: growth.ln(),
-            seconds: start.elapsed().as_secs_f64(),
         };
         let (numbers, theta) = (numbers.to_vec(), theta.to_vec());
         Ok(Some(Ventricle { numbers, theta, body, displacement, coarse }))
+    }
+
+    /// Wall times of a ventricle on the coarse mesh, at the nodes of the fine one, and of the solver by way of it \[s\]; its bodies are there.
+    ///
+    /// # Errors
+    /// No equilibrium any more.
+    pub(super) fn times(&self, ventricle: &Ventricle) -> Result<[f64; 2]> {
+        let [fine, coarse] = self.bodies(&ventricle.numbers)?;
+        let (theta, options, start) = (&ventricle.theta, SolverOptions::default(), Instant::now());
+        coarse_displacement(&coarse, &fine, theta, &options)?;
+        let (of_coarse, start) = (start.elapsed().as_secs_f64(), Instant::now());
+        Solver::new(&fine)?.solve_nested(&coarse, theta, &options)?;
+        Ok([of_coarse, start.elapsed().as_secs_f64()])
     }
 
     /// The graph of the mean ventricle, which all share.
