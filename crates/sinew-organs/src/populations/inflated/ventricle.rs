@@ -253,6 +253,14 @@ impl Ventricles {
     }
 }
 
+impl Coarse {
+    /// Root mean square of the displacement \[mm\].
+    fn size(&self) -> f64 {
+        let squares: f64 = self.displacement.iter().map(|u| u * u).sum();
+        (squares / self.displacement.len() as f64).sqrt()
+    }
+}
+
 /// What a method is told of a ventricle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen {
@@ -351,25 +359,23 @@ impl Ventricle {
         })
     }
 
-    /// What is learned, with what is added to it afterwards: all of the displacement, or what the coarse mesh leaves of it \[mm\].
+    /// What is learned: the displacement \[mm\], or what the coarse mesh leaves of it, relative to the root mean square of its own.
     pub(super) fn target(&self, told: Seen) -> Vec<f64> {
-        match told.coarse {
-            true => self
-                .displacement
-                .iter()
-                .zip(&self.coarse.displacement)
-                .map(|(u, c)| u - c)
-                .collect(),
-            false => self.displacement.clone(),
+        if !told.coarse {
+            return self.displacement.clone();
         }
+        let size = self.coarse.size();
+        let pairs = self.displacement.iter().zip(&self.coarse.displacement);
+        pairs.map(|(u, c)| (u - c) / size).collect()
     }
 
     /// The displacement of what was predicted for [`Ventricle::target`] \[mm\].
     pub(super) fn displaced(&self, found: &[f64], told: Seen) -> Vec<f64> {
-        match told.coarse {
-            true => found.iter().zip(&self.coarse.displacement).map(|(u, c)| u + c).collect(),
-            false => found.to_vec(),
+        if !told.coarse {
+            return found.to_vec();
         }
+        let size = self.coarse.size();
+        found.iter().zip(&self.coarse.displacement).map(|(u, c)| size * u + c).collect()
     }
 
     /// Distance of a displacement to its own, node by node \[mm\].
