@@ -5,7 +5,7 @@ use sinew_fem::{Options, Solver, obey_supports, sweep};
 use sinew_mesh::Prolongation;
 
 /// An emulator that is not trained: the body on a coarser mesh is solved for every parameter set, and what that lacks is taken from one
-/// solution of both at the centre of the parameters' ranges (control variates; P. Perdikaris et al., Proc. R. Soc. A 473, 2017).
+/// solution of both at the centre of the parameters' ranges (two fidelities, as P. Perdikaris et al., Proc. R. Soc. A 473, 2017, have more).
 ///
 /// `û(θ) = α u_c(θ) + (u − α u_c)(centre) · ‖u_c(θ)‖ / ‖u_c(centre)‖`, with the α that leaves least at the centre: what a coarse mesh is
 /// off grows with the displacement, and turns with it where a load is reversed. It is for laws over so wide ranges that no expansion about one solution holds. The coarse mesh needs

@@ -247,25 +247,19 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
         if !self.system.has_potential() {
             return None;
         }
-        let rungs = (1..=MOST_RUNGS).map(|rung| SOFTER.powi(rung));
-        let mut reached = None;
-        for factor in rungs {
-            reached = self.softened(factor, None, history).map(|unknowns| (factor, unknowns));
-            if reached.is_some() {
-                break;
-            }
-        }
-        let (mut factor, mut unknowns, mut steps) = match reached {
-            Some((factor, unknowns)) => (factor, unknowns, 2),
+        let mut rungs = 1..=MOST_RUNGS;
+        let reached =
+            rungs.find_map(|rung| Some((rung, self.softened(SOFTER.powi(rung), None, history)?)));
+        let (rung, mut unknowns, mut steps) = match reached {
+            Some((rung, unknowns)) => (rung, unknowns, 2),
             // The softest has no equilibrium near; the first may be reached by load steps, which its softness allows to be longer.
             None => {
                 let (unknowns, steps) = self.softened_by_steps(history)?;
-                (SOFTER, unknowns, 1 + steps)
+                (1, unknowns, 1 + steps)
             }
         };
-        while factor < SOFTER {
-            factor /= SOFTER;
-            unknowns = self.softened(factor, Some(unknowns), history)?;
+        for rung in (1..rung).rev() {
+            unknowns = self.softened(SOFTER.powi(rung), Some(unknowns), history)?;
             steps += 1;
         }
         let whole = Point { at: 1.0, load_factor: 1.0, unknowns, stress: None };
