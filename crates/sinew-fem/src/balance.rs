@@ -95,9 +95,9 @@ impl BalanceSolution {
     }
 
     pub(crate) fn new(
+        system: &System<'_>,
         (found, load_steps): (Equilibrium, usize),
         theta: &[f64],
-        locking: Option<LockingWarning>,
         history: History,
         start: Instant,
     ) -> Self {
@@ -111,7 +111,7 @@ impl BalanceSolution {
             force_scale: found.force_scale,
             least_volume_ratio: found.least_volume_ratio,
             negative_pivots: found.negative_pivots,
-            locking,
+            locking: system.locking(theta),
             load_steps,
             linear_iterations: found.linear_iterations,
             history,
@@ -207,7 +207,6 @@ impl<'p> BalanceSolver<'p> {
         let start = Instant::now();
         self.balance.check_theta(theta)?;
         let found = Path::to_load(&mut self.system, theta, options).run(from, &mut history)?;
-        let locking = self.system.locking(theta);
-        Ok(BalanceSolution::new(found, theta, locking, history.take(), start))
+        Ok(BalanceSolution::new(&self.system, found, theta, history.take(), start))
     }
 }

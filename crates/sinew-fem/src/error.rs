@@ -45,6 +45,9 @@ pub enum SolveError {
         "the volume cannot be prescribed because {problem}; follow the load instead, by BalanceSolver::solve"
     )]
     VolumeControl { problem: &'static str },
+    /// A line that equilibria cannot be followed along.
+    #[error("this line in loads and parameters cannot be followed because {problem}")]
+    Line { problem: &'static str },
     /// A displacement at which a cell is inverted, or the energy or a derivative of it overflows.
     #[error(
         "the energy or a derivative of it is infinite at this displacement, worst in cell {cell}; give an admissible one"

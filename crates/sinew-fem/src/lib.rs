@@ -39,6 +39,8 @@
 //!   [`Solver::solve_from`] give a [`Solution`] with its [`History`], or a [`SolveError`] that advises.
 //! - [`sweep`] and [`sweep_balances`] solve for many θ on all cores, each from its neighbour.
 //! - [`Solver::softest_mode`] gives the shape that a body buckles into, to nudge it from an unstable equilibrium.
+//! - [`Solver::follow`] and [`BalanceSolver::follow`] trace the curve of equilibria along a [`Line`] in loads and parameters, through limit
+//!   points.
 //! - [`Solver::sensitivity`] gives ∂u/∂θ, [`Solver::adjoint_sensitivity`] the derivative of one quantity.
 //! - [`BalanceSolver`] finds equilibria that are not minima: incompressible bodies by the mixed elements of
 //!   Taylor and Hood, pressures on surfaces with a loose rim, and paths through limit points by volume.
@@ -54,6 +56,8 @@ mod buckling;
 mod cell;
 mod cells;
 mod check;
+mod continuation;
+mod control;
 mod error;
 mod factor;
 pub mod fibres;
@@ -61,6 +65,7 @@ mod followers;
 mod gmres;
 mod hinges;
 mod history;
+mod line;
 mod line_search;
 mod linear;
 mod locking;
@@ -92,8 +97,10 @@ mod watch;
 pub use balance::{BalanceSolution, BalanceSolver};
 pub use buckling::SoftestMode;
 pub use cells::CellValue;
+pub use continuation::{Curve, CurvePoint};
 pub use error::{Advice, NotConverged, SolveError};
 pub use history::{History, Iteration};
+pub use line::Line;
 pub use locking::{LARGEST_BULK_TO_SHEAR, LockingWarning, Proportions, locking};
 pub use matrix::Stiffness;
 pub use nested::{coarse_displacement, obey_supports};

@@ -53,7 +53,7 @@ impl System<'_> {
         let moved = search.at.displacement.iter().zip(direction).map(|(u, d)| u + length * d);
         let trial: Vec<_> = moved.collect();
         let mut reached = State { displacement: &trial, ..search.state() }.energy(self.body);
-        if reached.is_finite() && self.passes_flat(search.goal.theta, direction, length) {
+        if reached.is_finite() && self.passes_flat(&search.theta, direction, length) {
             reached = f64::INFINITY;
         }
         (reached, trial)
@@ -108,22 +108,25 @@ impl System<'_> {
     }
 
     /// Takes the longest of the steps 1, ½, ¼, … that squeezes no cell too much, without a potential to tell more.
-    pub(crate) fn take(&self, search: &mut Search<'_>, change: &[f64]) -> Option<f64> {
+    pub(crate) fn take(
+        &self,
+        search: &mut Search<'_>,
+        motion: &[f64],
+        pressures: &[f64],
+    ) -> Option<f64> {
         let least = LEAST_VOLUME * self.assembly.least_volume_ratio.min(1.0);
         let mut length = 1.0;
         while length >= SHORTEST_BALANCE_STEP {
-            let mut displacement = search.at.displacement.clone();
-            self.sparsity.scatter(change.iter().map(|step| length * step), &mut displacement);
+            let moved = search.at.displacement.iter().zip(motion).map(|(u, m)| u + length * m);
+            let displacement: Vec<f64> = moved.collect();
             let ratio = |p| 1.0 + self.body.displacement_gradient(p, &displacement).volume_change();
             let ratios = (0..self.body.volumes.len()).map(ratio);
             let safe = ratios.fold(f64::INFINITY, f64::min) > least;
             let state = State { displacement: &displacement, load_factor: 0.0, ..search.state() };
             if safe && state.energy(self.body).is_finite() {
                 search.at.displacement = displacement;
-                let pressures = search.at.pressure.iter_mut();
-                pressures
-                    .zip(&change[self.sparsity.unknowns()..])
-                    .for_each(|(p, step)| *p += length * step);
+                let at = search.at.pressure.iter_mut().zip(pressures);
+                at.for_each(|(p, step)| *p += length * step);
                 return Some(length);
             }
             length *= 0.5;

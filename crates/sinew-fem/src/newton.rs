@@ -15,11 +15,12 @@
 //! steps go by the stiffness as it is, unsymmetric or indefinite, and are as long as the cells bear.
 
 use crate::assembly::PredictedStress;
+use crate::control::{Control, Missing};
+use crate::line::Line;
 use crate::state::State;
 use crate::supports::place;
 use crate::system::{Residual, System, Unknowns};
 use crate::vector::dot;
-use crate::volume::Controlled;
 use crate::watch::Log;
 use crate::{Iteration, Options};
 
@@ -39,12 +40,12 @@ const CONVERGING: f64 = 0.25;
 /// Equilibria that are no more accurate than this \[relative\] are on the way to others.
 const ROUGH: f64 = 1e-6;
 
-/// What is searched: an equilibrium at one load, or at one swept volume.
+/// What is searched: an equilibrium at one place of a line in loads and parameters, or wherever on it something else is met.
 #[derive(Clone, Copy)]
 pub(crate) struct Goal<'a> {
-    pub theta: &'a [f64],
-    /// Surface and volume \[length³\] that it is to sweep; the load factor is unknown then.
-    pub volume: Option<(&'a Controlled, f64)>,
+    pub line: &'a Line,
+    /// What is met where the place is unknown.
+    pub control: Option<&'a Control>,
     /// Unbalanced forces and volumes \[relative\] that are enough without a potential, or on the way to another load.
     pub accuracy: f64,
 }
@@ -52,7 +53,8 @@ pub(crate) struct Goal<'a> {
 /// Where a search starts.
 pub(crate) struct Start {
     pub unknowns: Unknowns,
-    pub load_factor: f64,
+    /// Place on the line.
+    pub place: f64,
     /// Stress that the geometric stiffness is built from at first, if that of the start itself is not to be trusted.
     pub stress: Option<PredictedStress>,
 }
@@ -61,6 +63,9 @@ pub(crate) struct Start {
 #[derive(Clone, Debug)]
 pub(crate) struct Equilibrium {
     pub unknowns: Unknowns,
+    /// Place on the line.
+    pub place: f64,
+    /// Fraction of all loads there.
     pub load_factor: f64,
     pub residual: Residual,
     /// Norm of loads and reactions \[stress·length²\].
@@ -68,6 +73,8 @@ pub(crate) struct Equilibrium {
     pub least_volume_ratio: f64,
     pub negative_pivots: usize,
     pub linear_iterations: usize,
+    /// Change of the unknowns (free displacements, then pressures) from place to place, where one was controlled.
+    pub by_place: Vec<f64>,
 }
 
 /// A point that the search may return to.
@@ -79,7 +86,10 @@ pub(crate) struct Watch {
 /// The state of one search.
 pub(crate) struct Search<'a> {
     pub goal: Goal<'a>,
+    pub place: f64,
+    /// Loads and parameters there.
     pub load_factor: f64,
+    pub theta: Vec<f64>,
     pub at: Unknowns,
     pub predicted: Option<PredictedStress>,
     pub watch: Option<Watch>,
@@ -87,17 +97,23 @@ pub(crate) struct Search<'a> {
     pub rises: usize,
     negative_pivots: Option<usize>,
     linear_iterations: usize,
+    by_place: Vec<f64>,
 }
 
 impl Search<'_> {
     pub(crate) fn state(&self) -> State<'_> {
-        let Self { goal: Goal { theta, .. }, load_factor, .. } = *self;
-        State { displacement: &self.at.displacement, theta, load_factor, pressure: &[] }
+        let Self { at: Unknowns { displacement, .. }, theta, load_factor, .. } = self;
+        State { displacement, theta, load_factor: *load_factor, pressure: &[] }
+    }
+
+    fn move_to(&mut self, place: f64) {
+        self.place = place;
+        (self.load_factor, self.theta) = self.goal.line.at(place);
     }
 }
 
 impl System<'_> {
-    /// Searches the equilibrium under a fraction of all loads and prescribed motion, or at a volume.
+    /// Searches the equilibrium at a place of a line, or where a control is met.
     ///
     /// `None` when there is no progress; `history` tells.
     pub(crate) fn equilibrium(
@@ -107,15 +123,19 @@ impl System<'_> {
         options: &Options,
         history: &mut Log<'_>,
     ) -> Option<Equilibrium> {
+        let (load_factor, theta) = goal.line.at(start.place);
         let mut search = Search {
             goal,
-            load_factor: start.load_factor,
+            place: start.place,
+            load_factor,
+            theta,
             at: start.unknowns,
             predicted: start.stress,
             watch: None,
             rises: 0,
             negative_pivots: None,
             linear_iterations: 0,
+            by_place: Vec::new(),
         };
         self.move_supports(&mut search, history)?;
         let (mut least, mut stalls) = (f64::INFINITY, 0);
@@ -125,8 +145,9 @@ impl System<'_> {
             }
             let residual = self.assemble_at(&search);
             self.record(&search, &residual, history);
-            let (gap, slope) = self.gap(&search);
-            let size = self.size(&residual)?.max(gap.abs() / self.volume());
+            let missing = goal.control.map(|control| control.missing(self, &search));
+            let gap = missing.as_ref().map_or(0.0, |missing| missing.relative);
+            let size = self.size(&residual)?.max(gap);
             stalls = if size > 0.5 * least { stalls + 1 } else { 0 };
             least = least.min(size);
             let floor = STALLED[usize::from(!self.has_potential())];
@@ -142,18 +163,18 @@ impl System<'_> {
                 return None;
             }
             let record = history.iterations.last_mut()?;
-            if self.has_potential() && goal.volume.is_none() {
+            if self.has_potential() && missing.is_none() {
                 self.descend(&mut search, residual.force, record)?;
             } else {
-                self.balance_step(&mut search, &residual, (gap, &slope), record)?;
+                self.balance_step(&mut search, &residual, missing, record)?;
             }
         }
         None
     }
 
     fn assemble_at(&mut self, search: &Search<'_>) -> Residual {
-        let Search { at, load_factor, predicted, goal, .. } = search;
-        self.assemble(at, goal.theta, *load_factor, predicted.as_ref())
+        let Search { at, load_factor, predicted, theta, .. } = search;
+        self.assemble(at, theta, *load_factor, predicted.as_ref())
     }
 
     /// Whether the residual is down to what rounding errors amount to, or to what is enough.
@@ -161,25 +182,27 @@ impl System<'_> {
         let accuracy = search.goal.accuracy;
         let floor = residual.force <= self.assembly.tolerance()
             && (self.coupling.is_none() || residual.volume <= accuracy * self.volume());
-        size <= accuracy || (floor && search.goal.volume.is_none())
+        size <= accuracy || (floor && search.goal.control.is_none())
     }
 
     /// Reports an equilibrium, with the negative pivots of the stiffness itself, without a predicted stress.
     fn found(&mut self, search: Search<'_>, residual: Residual) -> Equilibrium {
         let mut negative_pivots = search.negative_pivots.unwrap_or(0);
         if negative_pivots > 0 && self.has_potential() {
-            self.assemble(&search.at, search.goal.theta, search.load_factor, None);
+            self.assemble(&search.at, &search.theta, search.load_factor, None);
             negative_pivots = self.factorise(true).map_or(1, |(_, negative)| negative);
         }
-        let Search { at: unknowns, load_factor, linear_iterations, .. } = search;
+        let Search { at: unknowns, place, load_factor, linear_iterations, by_place, .. } = search;
         Equilibrium {
             unknowns,
+            place,
             load_factor,
             residual,
             force_scale: self.assembly.force_scale,
             least_volume_ratio: self.assembly.least_volume_ratio,
             negative_pivots,
             linear_iterations,
+            by_place,
         }
     }
 
@@ -209,22 +232,16 @@ impl System<'_> {
         }
         let mut residual = self.assemble_at(search);
         self.record(search, &residual, history);
-        let state = search.state();
-        let mut forces = self.assembly.gradient.clone();
-        self.assembly.add_stiffness_times(self.body, state, &motion, &mut forces);
-        self.followers.add_skew(&motion, &mut forces);
+        let moved = self.response_to_supports(search.state(), &motion);
+        residual.values.iter_mut().zip(moved).for_each(|(r, m)| *r += m);
         let free = self.sparsity.unknowns();
-        if let Some(coupling) = &self.coupling {
-            coupling.add_volume_changes(self.body, &motion, &mut residual.values[free..]);
-        }
-        residual.values.splice(..free, self.sparsity.gather(&forces));
         let (shift, _) = self.factorise(self.has_potential())?;
         let right = residual.values.iter().map(|r| -r).collect();
         let (change, iterations) =
             self.solve(right, if self.has_potential() { 0.0 } else { shift }).ok()?;
         search.linear_iterations += iterations;
         self.sparsity.scatter(change[..free].iter().copied(), &mut motion);
-        let flat_between = self.passes_flat(search.goal.theta, &motion, 1.0);
+        let flat_between = self.passes_flat(&search.theta, &motion, 1.0);
         search.predicted = self.predict_stress(&motion);
         search.at.displacement.iter_mut().zip(&motion).for_each(|(u, m)| *u += m);
         search.at.pressure.iter_mut().zip(&change[free..]).for_each(|(p, c)| *p += c);
@@ -292,20 +309,12 @@ impl System<'_> {
         false
     }
 
-    /// What is missing of the volume that is prescribed, and its derivative in the unknowns.
-    fn gap(&self, search: &Search<'_>) -> (f64, Vec<f64>) {
-        let Some((controlled, volume)) = search.goal.volume else { return (0.0, Vec::new()) };
-        let mut slope = vec![0.0; search.at.displacement.len()];
-        let gap = volume - controlled.swept(&search.at.displacement, &mut slope);
-        (gap, self.sparsity.gather(&slope).collect())
-    }
-
-    /// One step from the assembled state by the linear model of the balance, and of the swept volume.
+    /// One step from the assembled state by the linear model of the balance, and of what is controlled.
     fn balance_step(
         &mut self,
         search: &mut Search<'_>,
         residual: &Residual,
-        (gap, slope): (f64, &[f64]),
+        missing: Option<Missing>,
         record: &mut Iteration,
     ) -> Option<()> {
         let (shift, negative) = self.factorise(false)?;
@@ -314,27 +323,71 @@ impl System<'_> {
         let (mut change, iterations) =
             self.solve(residual.values.iter().map(|r| -r).collect(), shift).ok()?;
         search.linear_iterations += iterations;
-        let mut more_load = 0.0;
-        if search.goal.volume.is_some() {
-            let loads = self.load_derivative(&search.at.displacement, search.goal.theta);
-            let (by_load, iterations) =
-                self.solve(loads.iter().map(|l| -l).collect(), shift).ok()?;
+        let mut motion = vec![0.0; search.at.displacement.len()];
+        let mut onward = 0.0;
+        if let Some(missing) = &missing {
+            let (rate, supports) = self.rate_along(search);
+            let (by_place, iterations) =
+                self.solve(rate.iter().map(|r| -r).collect(), shift).ok()?;
             search.linear_iterations += iterations;
-            more_load = (gap - dot(slope, &change)) / dot(slope, &by_load);
-            if !more_load.is_finite() {
+            let slope = dot(&missing.slope, &by_place) + missing.by_place;
+            onward = (missing.gap - dot(&missing.slope, &change)) / slope;
+            if !onward.is_finite() {
                 return None;
             }
-            change.iter_mut().zip(&by_load).for_each(|(c, l)| *c += more_load * l);
+            change.iter_mut().zip(&by_place).for_each(|(c, p)| *c += onward * p);
+            motion.iter_mut().zip(&supports).for_each(|(m, s)| *m += onward * s);
+            search.by_place = by_place;
         }
-        let length = self.take(search, &change)?;
-        search.load_factor += length * more_load;
+        self.sparsity.scatter(change.iter().copied(), &mut motion);
+        let pressures = &change[self.sparsity.unknowns()..];
+        let length = self.take(search, &motion, pressures)?;
         record.step = length;
-        let mut step = vec![0.0; search.at.displacement.len()];
-        self.sparsity.scatter(change.iter().map(|c| length * c), &mut step);
-        search.predicted = match search.goal.volume {
-            None => self.predict_stress(&step),
-            Some(_) => None,
+        search.predicted = match missing {
+            None => {
+                motion.iter_mut().for_each(|m| *m *= length);
+                self.predict_stress(&motion)
+            }
+            Some(_) => {
+                search.move_to(search.place + length * onward);
+                place(self.body, search.load_factor, &mut search.at.displacement);
+                None
+            }
         };
         Some(())
+    }
+
+    /// Derivative of the balance in the place on the line, with the motion of the supports.
+    fn rate_along(&self, search: &Search<'_>) -> (Vec<f64>, Vec<f64>) {
+        let (more_load, direction) = search.goal.line.rates();
+        let (state, at) = (search.state(), &search.at);
+        let mut rate = self.load_derivative(&at.displacement, &search.theta);
+        rate.iter_mut().for_each(|r| *r *= more_load);
+        if direction.iter().any(|&d| d != 0.0) {
+            let more =
+                self.rate_by_theta(&at.displacement, &search.theta, search.load_factor, &direction);
+            rate.iter_mut().zip(more).for_each(|(r, m)| *r += m);
+        }
+        let mut motion = vec![0.0; at.displacement.len()];
+        place(self.body, more_load, &mut motion);
+        if motion.iter().any(|&m| m != 0.0) {
+            let moved = self.response_to_supports(state, &motion);
+            rate.iter_mut().zip(moved).for_each(|(r, m)| *r += m);
+        }
+        (rate, motion)
+    }
+
+    /// Change of the balance where it was assembled last with a motion of the supports.
+    pub(crate) fn response_to_supports(&self, state: State<'_>, motion: &[f64]) -> Vec<f64> {
+        let mut forces = vec![0.0; motion.len()];
+        self.assembly.add_stiffness_times(self.body, state, motion, &mut forces);
+        self.followers.add_skew(motion, &mut forces);
+        let mut response: Vec<f64> = self.sparsity.gather(&forces).collect();
+        let free = response.len();
+        response.resize(free + self.pressures(), 0.0);
+        if let Some(coupling) = &self.coupling {
+            coupling.add_volume_changes(self.body, motion, &mut response[free..]);
+        }
+        response
     }
 }

@@ -1,9 +1,12 @@
-//! Following an equilibrium along a path of rising loads, or of volumes that a pressure sweeps.
+//! Following an equilibrium along a line in loads and parameters: place by place, by the volume that a pressure sweeps, or by the
+//! length of the curve.
 
 use crate::assembly::PredictedStress;
+use crate::control::{Control, Plane, Surface};
+use crate::line::Line;
 use crate::newton::{Equilibrium, Goal, Start};
 use crate::system::{System, Unknowns};
-use crate::volume::Controlled;
+use crate::vector::dot;
 use crate::watch::Log;
 use crate::{Options, SolveError};
 use sinew_num::Mat3;
@@ -39,64 +42,48 @@ const MOST_RUNGS: i32 = 2;
 const DETOUR: usize = 2;
 
 /// What grows along a path.
-enum Along<'a> {
-    /// Loads and prescribed motions; so do these entries of θ, which stress the body at rest.
-    Load { entries: Vec<usize> },
-    /// The volume that a surface sweeps, under a load that is unknown.
-    Volume(&'a Controlled),
+pub(crate) enum Along {
+    /// The place on the line.
+    Place,
+    /// The volume that a surface sweeps.
+    Volume(Surface),
+    /// The length of the curve, in which displacements count relative to this \[length\].
+    Arc(f64),
 }
 
 /// A point of a path.
 #[derive(Clone)]
 pub(crate) struct Point {
-    /// Load factor or volume.
+    /// Place, volume or length of the curve.
     pub at: f64,
-    pub load_factor: f64,
+    /// Place on the line.
+    pub place: f64,
     pub unknowns: Unknowns,
     /// Stress at each quadrature point: on the way to another load it is smoother than what displacements that
     /// turn are extrapolated to.
     pub stress: Option<PredictedStress>,
 }
 
-/// A path of equilibria from the body at rest.
-pub(crate) struct Path<'s, 'p, 'a> {
-    system: &'s mut System<'p>,
-    theta: &'a [f64],
-    options: &'a Options,
-    along: Along<'a>,
+/// A path of equilibria along a line.
+pub(crate) struct Path<'s, 'p> {
+    pub system: &'s mut System<'p>,
+    pub line: Line,
+    pub options: Options,
+    pub along: Along,
     /// The last ones that were reached.
-    points: Vec<Point>,
+    pub points: Vec<Point>,
 }
 
-impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
-    /// The path of rising loads.
-    pub(crate) fn to_load(
-        system: &'s mut System<'p>,
-        theta: &'a [f64],
-        options: &'a Options,
-    ) -> Self {
-        Self::new(system, theta, options, Along::Load { entries: Vec::new() })
+impl<'s, 'p> Path<'s, 'p> {
+    /// The path of rising loads from the body at rest.
+    pub(crate) fn to_load(system: &'s mut System<'p>, theta: &[f64], options: &Options) -> Self {
+        Self::from_rest(system, Line::of_loads(theta), options)
     }
 
-    /// The path of volumes that a surface sweeps.
-    pub(crate) fn to_volumes(
-        system: &'s mut System<'p>,
-        theta: &'a [f64],
-        options: &'a Options,
-        controlled: &'a Controlled,
-    ) -> Self {
-        Self::new(system, theta, options, Along::Volume(controlled))
-    }
-
-    fn new(
-        system: &'s mut System<'p>,
-        theta: &'a [f64],
-        options: &'a Options,
-        along: Along<'a>,
-    ) -> Self {
-        let unknowns = system.rest();
-        let points = vec![Point { at: 0.0, load_factor: 0.0, unknowns, stress: None }];
-        Self { system, theta, options, along, points }
+    /// A path from the body at rest, where its line has no loads.
+    pub(crate) fn from_rest(system: &'s mut System<'p>, line: Line, options: &Options) -> Self {
+        let rest = Point { at: 0.0, place: 0.0, unknowns: system.rest(), stress: None };
+        Self { system, line, options: *options, along: Along::Place, points: vec![rest] }
     }
 
     /// The equilibrium under the whole load with the number of load steps: at once from where it should be, or else by
@@ -112,7 +99,7 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
         let steps_allowed = self.options.least_load_step <= self.options.first_load_step;
         let balance = !self.system.has_potential() && steps_allowed;
         if !(balance && from == self.system.rest() && self.first_step() < FIRST_GRADIENT / FAR) {
-            let whole = Point { at: 1.0, load_factor: 1.0, unknowns: from, stress: None };
+            let whole = Point { at: 1.0, place: 1.0, unknowns: from, stress: None };
             if let Some(found) = self.equilibrium(whole, self.accuracy(), history) {
                 return Ok((found, 1));
             }
@@ -125,12 +112,18 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
                 return Err(self.failure(history));
             }
         }
-        self.along = Along::Load { entries: self.system.stressing_entries(self.theta) };
+        self.release_stresses();
         let step = self.first_step();
         self.follow(1.0, step, history)
     }
 
-    /// The equilibrium at another load or volume, with the number of steps that lead there.
+    /// What stresses the body at rest grows with the loads.
+    fn release_stresses(&mut self) {
+        let [start, end] = &mut self.line.thetas;
+        self.system.stressing_entries(end).into_iter().for_each(|entry| start[entry] = 0.0);
+    }
+
+    /// The equilibrium at another place or volume, with the number of steps that lead there.
     ///
     /// # Errors
     /// [`SolveError::NotConverged`].
@@ -162,24 +155,32 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
             };
             steps += 1;
             linear_iterations += found.linear_iterations;
-            let Equilibrium { unknowns, load_factor, .. } = &found;
-            let (unknowns, load_factor) = (unknowns.clone(), *load_factor);
-            let stress = Some(self.system.assembly.stress());
-            self.points.push(Point { at: target, load_factor, unknowns, stress });
-            self.points.drain(..self.points.len().saturating_sub(self.most_points()));
+            self.push(target, &found);
             if last {
                 found.linear_iterations = linear_iterations;
                 return Ok((found, steps));
             }
-            let first = history.iterations[before].residual;
-            let began = first / found.force_scale.max(f64::MIN_POSITIVE);
-            let change = (BEGIN / began).powf(1.0 / self.most_points() as f64);
-            step *= change.clamp(CUT, self.options.load_step_growth.max(CUT));
+            step *= self.growth(&found, history.iterations[before].residual);
         }
         Err(self.failure(history))
     }
 
-    fn reached(&self) -> &Point {
+    /// Goes on from an equilibrium.
+    pub(crate) fn push(&mut self, at: f64, found: &Equilibrium) {
+        let stress = Some(self.system.assembly.stress());
+        let Equilibrium { unknowns, place, .. } = found;
+        self.points.push(Point { at, place: *place, unknowns: unknowns.clone(), stress });
+        self.points.drain(..self.points.len().saturating_sub(self.most_points()));
+    }
+
+    /// The next step as a multiple of the one that led to an equilibrium and began with these unbalanced forces.
+    pub(crate) fn growth(&self, found: &Equilibrium, first: f64) -> f64 {
+        let began = first / found.force_scale.max(f64::MIN_POSITIVE);
+        let change = (BEGIN / began).powf(1.0 / self.most_points() as f64);
+        change.clamp(CUT, self.options.load_step_growth.max(CUT))
+    }
+
+    pub(crate) fn reached(&self) -> &Point {
         &self.points[self.points.len() - 1]
     }
 
@@ -190,7 +191,7 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
     /// Unbalanced forces and volumes \[relative\] of the equilibria that are asked for: a potential's are down to what
     /// rounding errors amount to.
     fn accuracy(&self) -> f64 {
-        let minimised = self.system.has_potential() && matches!(self.along, Along::Load { .. });
+        let minimised = self.system.has_potential() && matches!(self.along, Along::Place);
         if minimised { 0.0 } else { self.options.accuracy }
     }
 
@@ -198,8 +199,8 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
     fn is_stuck(&self, step: f64, whole: f64, history: &Log<'_>) -> bool {
         let part = if whole == 0.0 { 1.0 } else { (step / whole).abs() };
         let reached = match self.along {
-            Along::Load { .. } => self.reached().at,
-            Along::Volume(_) => 1.0,
+            Along::Place => self.reached().at,
+            Along::Volume(_) | Along::Arc(_) => 1.0,
         };
         let coarse = if reached < FAR_BELOW { FAR_BELOW } else { 0.0 };
         let least = self.options.least_load_step.max(coarse) * reached;
@@ -208,30 +209,51 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
         !going || history.iterations.len() >= self.options.iterations
     }
 
-    fn equilibrium(
+    pub(crate) fn equilibrium(
         &mut self,
         guess: Point,
         accuracy: f64,
         history: &mut Log<'_>,
     ) -> Option<Equilibrium> {
-        let mut theta = self.theta.to_vec();
-        let volume = match &self.along {
-            Along::Load { entries } => {
-                entries.iter().for_each(|&entry| theta[entry] *= guess.at);
-                None
-            }
-            Along::Volume(controlled) => Some((*controlled, guess.at)),
+        let control = match &self.along {
+            Along::Place => None,
+            Along::Volume(surface) => Some(Control::Volume(surface.clone(), guess.at)),
+            Along::Arc(scale) => Some(Control::Plane(self.plane(&guess, *scale))),
         };
-        let goal = Goal { theta: &theta, volume, accuracy };
-        let Point { unknowns, load_factor, stress, .. } = guess;
-        let start = Start { unknowns, load_factor, stress };
-        self.system.equilibrium(start, goal, self.options, history)
+        self.meeting(control.as_ref(), guess, accuracy, history)
+    }
+
+    /// The equilibrium near a point that meets a control, or at its place.
+    pub(crate) fn meeting(
+        &mut self,
+        control: Option<&Control>,
+        guess: Point,
+        accuracy: f64,
+        history: &mut Log<'_>,
+    ) -> Option<Equilibrium> {
+        let goal = Goal { line: &self.line, control, accuracy };
+        let Point { unknowns, place, stress, .. } = guess;
+        self.system.equilibrium(Start { unknowns, place, stress }, goal, &self.options, history)
+    }
+
+    /// The plane through a point across the way to it from the last one.
+    fn plane(&self, to: &Point, scale: f64) -> Plane {
+        let [from, to] = [self.reached(), to].map(|point| {
+            let free = self.system.sparsity.gather(&point.unknowns.displacement);
+            (free.map(|u| u / scale).collect::<Vec<_>>(), point.place)
+        });
+        let way: Vec<f64> = to.0.iter().zip(&from.0).map(|(b, a)| b - a).collect();
+        let onward = to.1 - from.1;
+        let length = dot(&way, &way).sqrt().hypot(onward);
+        let distance = (dot(&way, &to.0) + onward * to.1) / length;
+        let slope = way.iter().map(|w| w / (scale * length)).collect();
+        Plane { normal: (slope, onward / length), distance }
     }
 
     /// Part of the load that changes no displacement gradient by more than [`FIRST_GRADIENT`].
-    fn first_step(&mut self) -> f64 {
+    pub(crate) fn first_step(&mut self) -> f64 {
         let most = self.options.first_load_step;
-        let Ok(motion) = self.system.linear_response(self.theta) else { return most };
+        let Ok(motion) = self.system.linear_response(&self.line.thetas[1]) else { return most };
         let body = self.system.body;
         let size = |h: Mat3<f64>| h.squared_norm().sqrt();
         let gradients = (0..body.volumes.len()).map(|p| body.displacement_gradient(p, &motion));
@@ -262,7 +284,7 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
             unknowns = self.softened(SOFTER.powi(rung), Some(unknowns), history)?;
             steps += 1;
         }
-        let whole = Point { at: 1.0, load_factor: 1.0, unknowns, stress: None };
+        let whole = Point { at: 1.0, place: 1.0, unknowns, stress: None };
         Some((self.equilibrium(whole, self.accuracy(), history)?, steps))
     }
 
@@ -276,9 +298,9 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
         let body = self.system.body.with_softer_volume(factor)?;
         let mut system = System::new(&body).ok()?;
         let unknowns = from.unwrap_or_else(|| system.rest());
-        let start = Start { unknowns, load_factor: 1.0, stress: None };
-        let goal = Goal { theta: self.theta, volume: None, accuracy: 0.0 };
-        system.equilibrium(start, goal, self.options, history).map(|found| found.unknowns)
+        let start = Start { unknowns, place: 1.0, stress: None };
+        let goal = Goal { line: &self.line, control: None, accuracy: 0.0 };
+        system.equilibrium(start, goal, &self.options, history).map(|found| found.unknowns)
     }
 
     /// That of a hundredth of the resistance by load steps, of which it takes a part of all iterations at most.
@@ -289,9 +311,9 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
         let body = self.system.body.with_softer_volume(SOFTER)?;
         let mut system = System::new(&body).ok()?;
         let most = history.iterations.len() + self.options.iterations / DETOUR;
-        let options = Options { iterations: most.min(self.options.iterations), ..*self.options };
-        let mut path = Path::to_load(&mut system, self.theta, &options);
-        path.along = Along::Load { entries: path.system.stressing_entries(self.theta) };
+        let options = Options { iterations: most.min(self.options.iterations), ..self.options };
+        let mut path = Path::from_rest(&mut system, self.line.clone(), &options);
+        path.release_stresses();
         let step = path.first_step();
         let (found, steps) = path.follow(1.0, step, history).ok()?;
         Some((found.unknowns, steps))
@@ -302,7 +324,7 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
         let worst_cells = self.system.assembly.worst_cells(self.system.body.points_per_cell);
         // A rough equilibrium that none is near was beyond the last.
         while let Some(point) = self.points.pop() {
-            let (load_factor, rest) = (point.load_factor, point.at == 0.0);
+            let ((load_factor, _), rest) = (self.line.at(point.place), point.at == 0.0);
             let found = self.equilibrium(point.clone(), self.accuracy(), &mut Log::default());
             let displacement = match found {
                 Some(found) => found.unknowns.displacement,
@@ -316,7 +338,7 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
     }
 
     /// The point on the curve through the last ones, which are at different places.
-    fn extrapolated(&mut self, at: f64) -> Point {
+    pub(crate) fn extrapolated(&mut self, at: f64) -> Point {
         let points = &self.points;
         let weights = points.iter().map(|point| {
             let others = points.iter().map(|other| other.at).filter(|&other| other != point.at);
@@ -326,10 +348,11 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
         let of = |part: fn(&Point) -> &Vec<f64>| combined(&terms, part);
         let (mut displacement, pressure) =
             (of(|p| &p.unknowns.displacement), of(|p| &p.unknowns.pressure));
-        let load_factor = match self.along {
-            Along::Load { .. } => at,
-            Along::Volume(_) => terms.iter().map(|(weight, p)| weight * p.load_factor).sum(),
+        let place = match self.along {
+            Along::Place => at,
+            _ => terms.iter().map(|(weight, p)| weight * p.place).sum(),
         };
+        let (load_factor, _) = self.line.at(place);
         let earlier: Vec<_> =
             terms.iter().map(|(weight, p)| (*weight, &p.unknowns.displacement[..])).collect();
         self.system.turn_along(&earlier, load_factor, &mut displacement);
@@ -342,7 +365,7 @@ impl<'s, 'p, 'a> Path<'s, 'p, 'a> {
                 *sum = Mat3::from_fn(|i, j| sum[i][j] + weight * s[i][j]);
             }
         }
-        Point { at, load_factor, unknowns: Unknowns { displacement, pressure }, stress }
+        Point { at, place, unknowns: Unknowns { displacement, pressure }, stress }
     }
 }
 

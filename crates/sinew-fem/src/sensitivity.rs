@@ -82,21 +82,34 @@ impl System<'_> {
     ) -> Result<Vec<Vec<f64>>, SolveError> {
         let shift = self.factorise_at(at, theta, load_factor)?;
         let free = self.sparsity.unknowns();
-        let followers = self.followers.surfaces;
         let column = |index: usize| {
-            let mut direction = unit(theta, index);
-            // Loads count as much as they are applied; so do none of the law's parameters.
-            let law = self.body.law_parameters(theta).len();
-            direction[law..].iter_mut().for_each(|d| *d *= load_factor);
-            let forces = force_change(self.body, followers, &at.displacement, theta, &direction);
-            let mut right: Vec<f64> = self.sparsity.gather(&forces).map(|f| -f).collect();
-            right.resize(free + self.pressures(), 0.0);
-            let (change, _) = self.solve(right, shift)?;
+            let rate =
+                self.rate_by_theta(&at.displacement, theta, load_factor, &unit(theta, index));
+            let (change, _) = self.solve(rate.iter().map(|r| -r).collect(), shift)?;
             let mut slope = vec![0.0; at.displacement.len()];
             self.sparsity.scatter(change[..free].iter().copied(), &mut slope);
             self.finite(slope)
         };
         (0..theta.len()).map(column).collect()
+    }
+
+    /// Derivative of the balance of free displacements and pressures along a direction in θ.
+    pub(crate) fn rate_by_theta(
+        &self,
+        displacement: &[f64],
+        theta: &[f64],
+        load_factor: f64,
+        direction: &[f64],
+    ) -> Vec<f64> {
+        let mut direction = direction.to_vec();
+        // Loads count as much as they are applied; so do none of the law's parameters.
+        let law = self.body.law_parameters(theta).len();
+        direction[law..].iter_mut().for_each(|d| *d *= load_factor);
+        let followers = self.followers.surfaces;
+        let forces = force_change(self.body, followers, displacement, theta, &direction);
+        let mut rate: Vec<f64> = self.sparsity.gather(&forces).collect();
+        rate.resize(rate.len() + self.pressures(), 0.0);
+        rate
     }
 
     /// Factorises the stiffness at a displacement; returns the shift of the factor, which only preconditions then.

@@ -1,6 +1,9 @@
 //! What a solve returns.
 
+use crate::newton::Equilibrium;
+use crate::system::System;
 use crate::{History, LockingWarning};
+use std::time::Instant;
 
 /// An equilibrium of a body.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +34,30 @@ pub struct Solution {
 }
 
 impl Solution {
+    /// Of what was found last.
+    pub(crate) fn new(
+        system: &System<'_>,
+        (found, load_steps): (Equilibrium, usize),
+        theta: &[f64],
+        history: History,
+        start: Instant,
+    ) -> Self {
+        Self {
+            displacement: found.unknowns.displacement,
+            // The sum over all cells in one order, the same as every reader of the potential gets.
+            energy: system.assembly.energy,
+            theta: theta.to_vec(),
+            residual: found.residual.force,
+            force_scale: found.force_scale,
+            least_volume_ratio: found.least_volume_ratio,
+            negative_pivots: found.negative_pivots,
+            locking: system.locking(theta),
+            load_steps,
+            history,
+            seconds: start.elapsed().as_secs_f64(),
+        }
+    }
+
     /// Whether the equilibrium is a minimum of the potential: small disturbances die out.
     pub fn is_stable(&self) -> bool {
         self.negative_pivots == 0

@@ -138,21 +138,7 @@ impl<'p> Solver<'p> {
         let start = Instant::now();
         self.check(initial, theta)?;
         let from = Unknowns { displacement: initial.to_vec(), pressure: Vec::new() };
-        let (found, load_steps) =
-            Path::to_load(&mut self.system, theta, options).run(from, &mut history)?;
-        Ok(Solution {
-            displacement: found.unknowns.displacement,
-            // The sum over all cells in one order, the same as every reader of the potential gets.
-            energy: self.system.assembly.energy,
-            theta: theta.to_vec(),
-            residual: found.residual.force,
-            force_scale: found.force_scale,
-            least_volume_ratio: found.least_volume_ratio,
-            negative_pivots: found.negative_pivots,
-            locking: self.system.locking(theta),
-            load_steps,
-            history: history.take(),
-            seconds: start.elapsed().as_secs_f64(),
-        })
+        let found = Path::to_load(&mut self.system, theta, options).run(from, &mut history)?;
+        Ok(Solution::new(&self.system, found, theta, history.take(), start))
     }
 }

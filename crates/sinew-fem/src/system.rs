@@ -181,16 +181,14 @@ impl<'p> System<'p> {
         let mut motion = rest.displacement.clone();
         place(self.body, 1.0, &mut motion);
         self.assemble(&rest, theta, 1.0, None);
-        let mut forces = self.assembly.gradient.clone();
+        let forces: Vec<f64> = self.sparsity.gather(&self.assembly.gradient).collect();
         let mut right = self.assemble(&rest, theta, 0.0, None).values;
+        let free = self.sparsity.unknowns();
+        right.splice(..free, forces);
         let state =
             State { displacement: &rest.displacement, theta, load_factor: 0.0, pressure: &[] };
-        self.assembly.add_stiffness_times(self.body, state, &motion, &mut forces);
-        let free = self.sparsity.unknowns();
-        right.splice(..free, self.sparsity.gather(&forces));
-        if let Some(coupling) = &self.coupling {
-            coupling.add_volume_changes(self.body, &motion, &mut right[free..]);
-        }
+        let moved = self.response_to_supports(state, &motion);
+        right.iter_mut().zip(moved).for_each(|(r, m)| *r += m);
         let definite = self.has_potential();
         let (shift, _) = self.factorise(definite).ok_or(SolveError::Singular)?;
         let shift = if definite { 0.0 } else { shift };

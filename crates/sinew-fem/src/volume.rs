@@ -1,6 +1,7 @@
 //! Following an equilibrium by the volume that its pressure sweeps, through limit points.
 
-use crate::path::Path;
+use crate::control::Surface;
+use crate::path::{Along, Path};
 use crate::watch::Log;
 use crate::{BalanceSolution, BalanceSolver, Options, SolveError};
 use sinew_energy::{Magnitude, PressureLoad, PressureSurface};
@@ -17,25 +18,6 @@ pub struct VolumeStep {
 
 /// Equilibria in the order of the volumes asked for.
 pub type VolumeTrace = Vec<VolumeStep>;
-
-/// The surface whose volume is prescribed.
-pub(crate) enum Controlled {
-    Flat(PressureLoad),
-    Curved(PressureSurface),
-}
-
-impl Controlled {
-    /// Swept volume; its gradient is written to `gradient`.
-    pub(crate) fn swept(&self, displacement: &[f64], gradient: &mut [f64]) -> f64 {
-        gradient.fill(0.0);
-        let against = match self {
-            Self::Flat(load) => load.value_and_add_gradient(displacement, &[], gradient),
-            Self::Curved(load) => load.value_and_add_gradient(displacement, &[], gradient),
-        };
-        gradient.iter_mut().for_each(|g| *g = -*g);
-        -against
-    }
-}
 
 impl BalanceSolver<'_> {
     /// Equilibria at which the first pressure's surface has swept the given volumes \[length³\] one after the
@@ -56,21 +38,22 @@ impl BalanceSolver<'_> {
         if volumes.iter().any(|volume| !volume.is_finite()) {
             return Err(SolveError::VolumeControl { problem: "a volume asked for is not finite" });
         }
-        let locking = self.system.locking(theta);
-        let mut path = Path::to_volumes(&mut self.system, theta, options, &controlled);
+        let mut path = Path::to_load(&mut self.system, theta, options);
+        path.along = Along::Volume(controlled);
         let mut trace = Vec::with_capacity(volumes.len());
         let mut reached = 0.0;
         for &swept in volumes {
             let (start, mut history) = (Instant::now(), Log::default());
             let found = path.follow(swept, swept - reached, &mut history)?;
-            let solution = BalanceSolution::new(found, theta, locking, history.take(), start);
+            let history = history.take();
+            let solution = BalanceSolution::new(path.system, found, theta, history, start);
             trace.push(VolumeStep { swept, solution });
             reached = swept;
         }
         Ok(trace)
     }
 
-    fn controlled(&self) -> Result<Controlled, SolveError> {
+    fn controlled(&self) -> Result<Surface, SolveError> {
         let potential = self.system.body;
         if potential.prescribed.iter().flatten().any(|&u| u != 0.0) {
             return Err(SolveError::VolumeControl { problem: "supports prescribe a motion" });
@@ -79,8 +62,8 @@ impl BalanceSolver<'_> {
         let flat = potential.pressures.first().cloned();
         let curved = potential.surfaces.first().cloned();
         match (flat, curved) {
-            (Some(load), _) => Ok(Controlled::Flat(PressureLoad { magnitude, ..load })),
-            (_, Some(load)) => Ok(Controlled::Curved(PressureSurface { magnitude, ..load })),
+            (Some(load), _) => Ok(Surface::Flat(PressureLoad { magnitude, ..load })),
+            (_, Some(load)) => Ok(Surface::Curved(PressureSurface { magnitude, ..load })),
             _ => Err(SolveError::VolumeControl {
                 problem: "no pressure acts on a surface whose rim is held",
             }),

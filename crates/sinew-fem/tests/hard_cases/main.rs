@@ -9,6 +9,7 @@ mod support;
 
 mod bodies;
 mod checks;
+mod curves;
 
 mod elements;
 mod fibres;
