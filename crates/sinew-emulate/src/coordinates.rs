@@ -11,6 +11,7 @@
 //! outputs in these directions have the strains of simulations.
 
 use crate::{Body, Result, parameters};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_energy::Barriers;
 use sinew_fem::{SolveError, Solver};
@@ -148,7 +149,7 @@ fn damped(forms: &[Option<Motions>], body: &Body, thetas: &[Vec<f64>]) -> Result
         let energy = |(_, motions): &(f64, Motions)| -> Result<f64> {
             Ok(guarded.value(&motions.followed(&at, body)?, theta))
         };
-        let energies: Vec<f64> = tried.iter().map(energy).collect::<Result<_>>()?;
+        let energies: Vec<f64> = tried.par_iter().map(energy).collect::<Result<_>>()?;
         let least = energies.iter().copied().fold(f64::INFINITY, f64::min);
         // Loads that are zero at the centre do no work there: then the energies' own size is the scale.
         let scale = PRECISE * if work > 0.0 { work } else { least.abs() };

@@ -16,13 +16,11 @@ pub use sinew_gnn::{OptimiserConfig, Schedule, TrainingConfig};
 use crate::emulator::Model;
 use crate::evaluate::TestSet;
 use crate::options::cost;
-use crate::series::{Regressed, Series};
 use crate::session::Session;
 use crate::{
     Body, Calibration, Coordinates, Emulator, Network, Observer, Record, Result, TrainingOptions,
 };
 use serde::{Deserialize, Serialize};
-use std::time::Instant;
 
 /// How an emulator is made. [`Recipe::auto`] decides by numbers; every recipe's own settings have defaults that were
 /// measured (docs/design.md, docs/emulators.md).
@@ -141,11 +139,11 @@ impl Recipe {
             Self::PhysicsInformed(recipe) => recipe.model(session, held_out, record),
             Self::Hybrid(recipe) => recipe.model(session, held_out, record),
             Self::Series => {
-                let start = Instant::now();
-                let series = Some(Series::of(session.body, session.options.seed)?);
-                record.prepare_s = start.elapsed().as_secs_f64();
-                session.simulations = 1;
-                Ok(Regressed { series, regression: None }.into())
+                let followed = Emulator::series(session.body, session.options.seed)?;
+                let (model, of_it) = followed.into_parts();
+                record.prepare_s = of_it.prepare_s;
+                session.simulations = of_it.simulations;
+                Ok(model)
             }
             Self::Regression(recipe) => recipe.model(session, record),
             Self::Auto(recipe) => recipe.model(session, held_out, record),
