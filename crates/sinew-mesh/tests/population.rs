@@ -42,6 +42,19 @@ fn ventricles_vary_as_hearts_do() {
 }
 
 #[test]
+fn cells_of_no_mesh_are_refused_and_not_panicked_at() {
+    let ventricle = VentricleShape::new(&[]).unwrap();
+    for cells in [[0, 16, 8], [1, 0, 8], [1, 36, 18], [1, 16, 2], [1, 16, 0]] {
+        let told = ventricle.tetrahedra(cells).unwrap_err().to_string();
+        assert!(told.contains("a multiple of 8 below 8 times"), "{told}");
+        assert!(ventricle.hexahedra(cells).is_err());
+    }
+    assert!(BeamShape::new(&[]).unwrap().tetrahedra([4, 0, 2]).is_err());
+    let told = RingShape::new(&[]).unwrap().triangles([2, 1]).unwrap_err().to_string();
+    assert!(told.contains("[2, 1]") && told.contains("three around"), "{told}");
+}
+
+#[test]
 fn numbers_of_no_body_are_refused() {
     assert!(matches!(BeamShape::new(&[0.0; 13]), Err(ShapeError::Numbers { found: 13, most: 12 })));
     assert!(matches!(VentricleShape::new(&[f64::NAN]), Err(ShapeError::Numbers { .. })));
@@ -81,8 +94,6 @@ fn rings_are_between_two_closed_curves() {
     });
     assert!(matches!(thin, Err(ShapeError::Measure { what: "thickness of the wall", .. })));
     assert!(RingShape::new(&[0.0; 31]).is_err());
-    let few = RingShape::new(&[]).unwrap().triangles([2, 1]).unwrap_err();
-    assert!(few.to_string().contains("cells around and across"), "{few}");
 }
 
 /// The base of every ventricle is a plane, and its sets are the ellipsoid's, whatever the cells.

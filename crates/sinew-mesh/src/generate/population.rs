@@ -21,9 +21,9 @@ pub enum ShapeError {
     /// A measure that no body of the population has.
     #[error("the {what} of {value:.3} is not between {least} and {most}: draw other numbers")]
     Measure { what: &'static str, value: f64, least: f64, most: f64 },
-    /// Too few cells for a mesh.
-    #[error("a mesh needs {least:?} cells around and across or more, not {found:?}")]
-    Cells { found: [usize; 2], least: [usize; 2] },
+    /// Cells that make no mesh.
+    #[error("{found:?} cells make no mesh: give {needed}")]
+    Cells { found: Vec<usize>, needed: &'static str },
     /// A cell without volume \[length³\], or turned over.
     #[error("cell {cell} has a volume of {volume:.3e}: the shape is folded; draw other numbers")]
     Folded { cell: usize, volume: f64 },
@@ -37,6 +37,10 @@ pub enum ShapeError {
 fn within(what: &'static str, value: f64, [least, most]: [f64; 2]) -> Result<(), ShapeError> {
     let inside = (least..=most).contains(&value);
     inside.then_some(()).ok_or(ShapeError::Measure { what, value, least, most })
+}
+
+fn cells(found: &[usize], fit: bool, needed: &'static str) -> Result<(), ShapeError> {
+    fit.then_some(()).ok_or_else(|| ShapeError::Cells { found: found.to_vec(), needed })
 }
 
 fn finite(numbers: &[f64], most: usize) -> Result<(), ShapeError> {

@@ -46,8 +46,9 @@ impl BeamShape {
     /// The mesh of [`box_tetrahedra`] with `cells` along each axis, in its place.
     ///
     /// # Errors
-    /// A beam that folds over itself.
+    /// A beam that folds over itself, or an axis without cells.
     pub fn tetrahedra(&self, cells: [usize; 3]) -> Result<TetMesh, ShapeError> {
+        super::cells(&cells, cells.iter().all(|&n| n > 0), "one along each axis, or more")?;
         let mut mesh = box_tetrahedra([1.0; 3], cells);
         mesh.map_points(|x| self.place(x));
         unfolded(&mesh)?;

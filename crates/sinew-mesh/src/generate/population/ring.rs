@@ -37,9 +37,6 @@ const DEVIATIONS: [[f64; WAVES + 1]; 2] = [
 const RADIUS: [f64; 2] = [12.0, 50.0];
 const THICKNESS: [f64; 2] = [4.0, 25.0];
 
-/// Fewest cells around and across.
-const LEAST: [usize; 2] = [3, 1];
-
 impl RingShape {
     /// Numbers of a shape.
     pub const NUMBERS: usize = 2 * (2 * WAVES + 1);
@@ -67,9 +64,7 @@ impl RingShape {
     /// Fewer than three cells around or none across.
     pub fn triangles(&self, cells: [usize; 2]) -> Result<TriangleMesh, ShapeError> {
         let [around, across] = cells;
-        if around < LEAST[0] || across < LEAST[1] {
-            return Err(ShapeError::Cells { found: cells, least: LEAST });
-        }
+        super::cells(&cells, around > 2 && across > 0, "three around and one across, or more")?;
         let node = |i: usize, j: usize| (i % around) * (across + 1) + j;
         let mut mesh = TriangleMesh::default();
         let mut fibre = Vec::with_capacity(3 * around * (across + 1));

@@ -144,8 +144,13 @@ impl VentricleShape {
     /// The wall as linear tetrahedra; `cells`, sets and fields as in [`TruncatedEllipsoid::wall`].
     ///
     /// # Errors
-    /// A wall that folds over itself.
+    /// A wall that folds over itself, or cells that do not fit each other.
     pub fn tetrahedra(&self, cells: [usize; 3]) -> Result<TetMesh, ShapeError> {
+        let [layers, around, along] = cells;
+        let fit = layers > 0 && around > 0 && around % 8 == 0 && around < 8 * along;
+        let needed =
+            "one through the wall or more, and around a multiple of 8 below 8 times those along";
+        super::cells(&cells, fit, needed)?;
         let mesh = self.placed(MEAN.wall(cells).tetrahedra());
         unfolded(&mesh)?;
         Ok(mesh)
