@@ -1,10 +1,12 @@
-//! How far a prediction is from the truth, and how to come nearer: steps of Newton's method.
+//! How far a prediction is from the truth, and how to come nearer: steps of Newton's method, or with one stiffness for all.
 
 use crate::parameters::{check_length, extrapolation};
-use crate::{Emulator, Error, Prediction, Result, Warning};
+use crate::{Emulator, Error, Prediction, Result, Warning, coordinates};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_energy::metrics::displacement_error;
-use sinew_fem::{NewtonStep, Solver};
+use sinew_fem::{HeldStiffness, NewtonStep, SolveError, Solver};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Mean nodal length of the first step relative to the displacement from where on a correction may hurt: below 2 %
@@ -94,6 +96,34 @@ impl<'b> Emulator<'b> {
         Ok(Correction { displacement, steps, predict_s, warnings })
     }
 
+    /// The predictions for `thetas` after at most `steps` quasi-Newton steps towards lower energy each, all with the stiffness that the body
+    /// has at the centre of the parameters' ranges: between a prediction and Newton steps in error and in time, a gradient and a
+    /// back-substitution a step. A prediction that turns cells over begins at the state of that stiffness instead.
+    ///
+    /// # Errors
+    /// As [`Emulator::predict`], and a body without stiffness at that centre.
+    pub fn refine(&self, thetas: &[Vec<f64>], steps: usize) -> Result<Prediction> {
+        let held = self.held()?;
+        let mut prediction = self.predict(thetas)?;
+        let fields: Vec<Vec<f64>> =
+            (0..thetas.len()).map(|case| prediction.field(case).to_vec()).collect();
+        prediction.displacement = refined(&held, thetas, &fields, steps)?.concat();
+        Ok(prediction)
+    }
+
+    /// The stiffness at the centre, factorised once.
+    fn held(&self) -> Result<Arc<HeldStiffness<'b>>> {
+        let mut kept = self.held.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        if let Some(held) = &*kept {
+            return Ok(held.clone());
+        }
+        let centre = self.body.centre();
+        let state = self.predict(std::slice::from_ref(&centre))?.displacement;
+        let state = coordinates::admissible(self.body, &state);
+        let held = self.with_solver(|solver| Ok(solver.held_stiffness(&state, &centre)?))?;
+        Ok(kept.insert(Arc::new(held)).clone())
+    }
+
     /// Calls with the solver of the body, which is prepared once.
     pub(crate) fn with_solver<T>(
         &self,
@@ -106,6 +136,23 @@ impl<'b> Emulator<'b> {
         };
         call(solver)
     }
+}
+
+/// Fields after quasi-Newton steps with one stiffness, from where it was taken those that turn cells over.
+pub(crate) fn refined(
+    held: &HeldStiffness<'_>,
+    thetas: &[Vec<f64>],
+    fields: &[Vec<f64>],
+    steps: usize,
+) -> Result<Vec<Vec<f64>>> {
+    let refine = |(theta, field): (&Vec<f64>, &Vec<f64>)| {
+        let found = match held.descend(field, theta, steps) {
+            Err(SolveError::Inadmissible { .. }) => held.descend(&held.displacement, theta, steps),
+            found => found,
+        };
+        Ok(found?.displacement)
+    };
+    thetas.par_iter().zip(fields).map(refine).collect()
 }
 
 /// What to say about steps from a prediction.

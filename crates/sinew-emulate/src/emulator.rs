@@ -10,10 +10,10 @@ use crate::series::{Regressed, Series};
 use crate::store::{content, read_json, write_json};
 use crate::{Body, Error, Result, Warning};
 use serde::{Deserialize, Serialize};
-use sinew_fem::Solver;
+use sinew_fem::{HeldStiffness, Solver};
 use sinew_gnn::Backend;
 use std::path::Path;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 /// What predicts.
@@ -43,6 +43,8 @@ pub struct Emulator<'b> {
     pub record: Record,
     /// Prepared when it is first needed.
     pub(crate) solver: Mutex<Option<Solver<'b>>>,
+    /// So is this.
+    pub(crate) held: Mutex<Option<Arc<HeldStiffness<'b>>>>,
 }
 
 /// How an emulator was made.
@@ -169,7 +171,7 @@ impl<'b> Emulator<'b> {
     }
 
     pub(crate) fn new(body: &'b Body, model: Model, record: Record) -> Self {
-        Self { body, model, record, solver: Mutex::new(None) }
+        Self { body, model, record, solver: Mutex::new(None), held: Mutex::new(None) }
     }
 
     pub(crate) fn into_parts(self) -> (Model, Record) {

@@ -1,7 +1,8 @@
 //! A coarse mesh for every parameter set, and one solution on the fine one.
 
+use crate::correction::refined;
 use crate::{Body, Error, Result, coordinates::dot};
-use sinew_fem::{Options, Solver, obey_supports, sweep};
+use sinew_fem::{HeldStiffness, Options, Solver, obey_supports, sweep};
 use sinew_mesh::Prolongation;
 
 /// An emulator that is not trained: the body on a coarser mesh is solved for every parameter set, and what that lacks is taken from one
@@ -39,9 +40,9 @@ use sinew_mesh::Prolongation;
 /// assert!(off < 0.1 && of_alone > 3.0 * off, "{off} {of_alone}");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Debug)]
 pub struct TwoMeshes<'b> {
-    fine: &'b Body,
+    /// The fine body with its stiffness at the centre.
+    held: HeldStiffness<'b>,
     coarse: &'b Body,
     prolongation: Prolongation,
     /// α.
@@ -66,11 +67,11 @@ impl<'b> TwoMeshes<'b> {
             return Err(Error::OtherParameters { names, others });
         }
         let centre = fine.centre();
-        let solve = |body| -> Result<Vec<f64>> {
-            Ok(Solver::new(body)?.solve(&centre, &Options::default())?.displacement)
-        };
         let prolongation = Prolongation::new(&coarse.positions, &fine.positions);
-        let (exact, known) = (solve(fine)?, prolongation.vectors(&solve(coarse)?));
+        let (mut solver, options) = (Solver::new(fine)?, Options::default());
+        let exact = solver.solve(&centre, &options)?.displacement;
+        let of_coarse = Solver::new(coarse)?.solve(&centre, &options)?.displacement;
+        let known = prolongation.vectors(&of_coarse);
         let squared = dot(&known, &known);
         if squared == 0.0 {
             let advice = "give ranges whose centre has a load";
@@ -83,7 +84,8 @@ impl<'b> TwoMeshes<'b> {
         let (part, size) = (dot(&exact, &known) / squared, squared.sqrt());
         let lacks = exact.iter().zip(&known).map(|(u, c)| (u - part * c) / size).collect();
         let known = known.iter().map(|c| c / size).collect();
-        Ok(Self { fine, coarse, prolongation, part, known, lacks })
+        let held = solver.held_stiffness(&exact, &centre)?;
+        Ok(Self { held, coarse, prolongation, part, known, lacks })
     }
 
     /// Displacements of the fine body at each of `thetas`, node by node \[length\].
@@ -98,9 +100,17 @@ impl<'b> TwoMeshes<'b> {
             let size = dot(&now, &now).sqrt().copysign(dot(&now, &self.known));
             let parts = now.iter().zip(&self.lacks);
             let mut found: Vec<f64> = parts.map(|(c, lack)| self.part * c + size * lack).collect();
-            obey_supports(self.fine, &mut found);
+            obey_supports(self.held.body(), &mut found);
             found
         };
         swept.results.into_iter().map(|solved| Ok(of(solved?))).collect()
+    }
+
+    /// The same after at most `steps` quasi-Newton steps each, with the stiffness of the one solution: [`crate::Emulator::refine`].
+    ///
+    /// # Errors
+    /// As [`TwoMeshes::predict`].
+    pub fn refine(&self, thetas: &[Vec<f64>], steps: usize) -> Result<Vec<Vec<f64>>> {
+        refined(&self.held, thetas, &self.predict(thetas)?, steps)
     }
 }

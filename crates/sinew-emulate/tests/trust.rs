@@ -50,6 +50,39 @@ fn estimates_are_within_a_factor_of_two_and_corrections_converge() {
     assert!(within >= 38, "{within} of 40");
 }
 
+/// Mean relative distance to the truth.
+fn relative(test: &TestSet<'_>, found: &[Vec<f64>]) -> f64 {
+    let norm = |u: &mut dyn Iterator<Item = f64>| u.map(|u| u * u).sum::<f64>().sqrt();
+    let of = |(truth, u): (&Vec<f64>, &Vec<f64>)| {
+        norm(&mut truth.iter().zip(u).map(|(a, b)| a - b)) / norm(&mut truth.iter().copied())
+    };
+    test.fields.iter().zip(found).map(of).sum::<f64>() / found.len() as f64
+}
+
+/// Whatever predicts, steps with one stiffness bring it nearer and nearer, the same on any number of threads.
+#[test]
+fn predictions_are_refined_with_one_stiffness() {
+    let body = beam(1.0);
+    let test = test_set(&body, 20);
+    let options = TrainingOptions::default();
+    let network = quick_network(50).train(&body, &options, &mut ()).unwrap();
+    for emulator in [network, Emulator::series(&body, 1).unwrap()] {
+        let after = |steps: usize| {
+            let refined = emulator.refine(&test.thetas, steps).unwrap();
+            relative(&test, &refined.fields())
+        };
+        let errors = [0, 4, 6, 8].map(after);
+        println!("{errors:?}");
+        let raw = relative(&test, &emulator.predict(&test.thetas).unwrap().fields());
+        assert!((errors[0] / raw - 1.0).abs() < 1e-12);
+        assert!(errors.windows(2).all(|pair| pair[1] < 0.3 * pair[0]), "{errors:?}");
+        let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        let on_one = alone.install(|| emulator.refine(&test.thetas, 3).unwrap());
+        assert_eq!(on_one, emulator.refine(&test.thetas, 3).unwrap());
+        assert!(emulator.refine(&[vec![f64::NAN, 1.0]], 3).is_err());
+    }
+}
+
 #[test]
 fn a_correction_from_far_away_says_so() {
     let body = beam(1.0);

@@ -41,6 +41,7 @@
 //! - [`Solver::softest_mode`] gives the shape that a body buckles into, to nudge it from an unstable equilibrium.
 //! - [`Solver::follow`] and [`BalanceSolver::follow`] trace the curve of equilibria along a [`Line`] in loads and parameters, through limit
 //!   points.
+//! - [`HeldStiffness`] descends at many θ with a stiffness that is factorised once: a gradient and a back-substitution a step.
 //! - [`Solver::sensitivity`] gives ∂u/∂θ, [`Solver::adjoint_sensitivity`] the derivative of one quantity.
 //! - [`BalanceSolver`] finds equilibria that are not minima: incompressible bodies by the mixed elements of
 //!   Taylor and Hood, pressures on surfaces with a loose rim, and paths through limit points by volume.
@@ -63,6 +64,7 @@ mod factor;
 pub mod fibres;
 mod followers;
 mod gmres;
+mod held;
 mod hinges;
 mod history;
 mod line;
@@ -99,6 +101,7 @@ pub use buckling::SoftestMode;
 pub use cells::CellValue;
 pub use continuation::{Curve, CurvePoint};
 pub use error::{Advice, NotConverged, SolveError};
+pub use held::{Descent, HeldStiffness};
 pub use history::{History, Iteration};
 pub use line::Line;
 pub use locking::{LARGEST_BULK_TO_SHEAR, LockingWarning, Proportions, locking};

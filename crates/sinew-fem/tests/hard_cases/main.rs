@@ -10,9 +10,9 @@ mod support;
 mod bodies;
 mod checks;
 mod curves;
-
 mod elements;
 mod fibres;
+mod held;
 mod large_deformations;
 mod loads;
 mod loose_rims;

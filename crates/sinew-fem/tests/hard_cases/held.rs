@@ -1,0 +1,109 @@
+//! Descent with one stiffness for many parameter sets, where bodies are hard.
+
+use crate::bodies::*;
+use crate::checks::*;
+use sinew_energy::laws::{Guccione, NeoHookean};
+use sinew_energy::{Body, Load, Scene, Support};
+use sinew_fem::{HeldStiffness, Options, SolveError, Solver};
+use sinew_mesh::box_tetrahedra;
+
+/// Steps that a solve by Newton's method is worth.
+const MANY: usize = 60;
+
+fn held_at<'b>(body: &'b Body, theta: &[f64]) -> HeldStiffness<'b> {
+    let mut solver = Solver::new(body).unwrap();
+    let known = solver.solve(theta, &Options::default()).unwrap().displacement;
+    solver.held_stiffness(&known, theta).unwrap()
+}
+
+fn beam(load: f64) -> Body {
+    let beam = scene(NeoHookean, box_tetrahedra([10.0, 1.0, 1.0], [10, 2, 2]));
+    Scene { loads: vec![Load::BodyForce([0.0, 0.0, load])], ..beam }.lower().unwrap()
+}
+
+/// A beam that bends far, from the stiffness of one ten times as stiff, or a hundred times as soft.
+#[test]
+fn stiffness_of_another_size_leads_to_equilibrium() {
+    let body = beam(-0.01);
+    let held = held_at(&body, &[100.0, 100.0]);
+    for theta in [[20.0, 20.0], [10.0, 100.0], [1e4, 1e4]] {
+        let exact = solve(&body, &theta).unwrap();
+        let found = held.descend(&held.displacement, &theta, MANY).unwrap();
+        println!(
+            "{theta:?} {} {:e} {:e}",
+            found.steps, found.residual_before, found.residual_after
+        );
+        assert!(
+            found.residual_after < 1e-6 * found.residual_before,
+            "{theta:?}: {:e} {:e}",
+            found.residual_before,
+            found.residual_after
+        );
+        assert_close(found.energy, exact.energy, 1e-9);
+    }
+}
+
+/// Energies never rise, and nothing that is balanced is moved.
+#[test]
+fn an_equilibrium_is_left_as_it_is() {
+    let body = beam(-0.01);
+    let held = held_at(&body, &[2.0, 2.0]);
+    let found = held.descend(&held.displacement, &[2.0, 2.0], MANY).unwrap();
+    let moved = found.displacement.iter().zip(&held.displacement).map(|(a, b)| (a - b).abs());
+    assert!(moved.fold(0.0, f64::max) < 1e-10);
+    let energies =
+        (0..8).map(|steps| held.descend(&held.displacement, &[1.0, 3.0], steps).unwrap());
+    let energies: Vec<f64> = energies.map(|found| found.energy).collect();
+    assert!(energies.windows(2).all(|pair| pair[1] <= pair[0]), "{energies:?}");
+}
+
+/// Supports along turned axes, with motions that are prescribed, stay where they are.
+#[test]
+fn prescribed_motions_in_turned_frames_are_kept() {
+    let supports = vec![Support::clamped("x_min"), Support::along("x_max", [0.6, 0.0, 0.8], 0.5)];
+    let body = Scene { supports, ..scene(NeoHookean, cube(3)) }.lower().unwrap();
+    let held = held_at(&body, &[1.0, 1.0]);
+    let exact = solve(&body, &[3.0, 0.5]).unwrap();
+    let found = held.descend(&vec![0.0; 3 * body.nodes], &[3.0, 0.5], MANY).unwrap();
+    let off = found.displacement.iter().zip(&exact.displacement).map(|(a, b)| (a - b).abs());
+    assert!(off.fold(0.0, f64::max) < 1e-7);
+}
+
+/// From where exponentials are near overflow a descent ends with less energy, or where it began: never in between with a NaN.
+#[test]
+fn descents_near_overflow_have_numbers() {
+    let frame = Guccione::frame([1.0, 0.0, 0.0]);
+    let bar = with_directions(Guccione.nearly_incompressible(100.0), cube(3), frame);
+    let loads = vec![traction("x_max", [30.0, 0.0, 0.0])];
+    let body = Scene { loads, supports: corner_rollers(), ..bar }.lower().unwrap();
+    let held = held_at(&body, &[2.0, 8.0, 2.0, 4.0]);
+    for factor in [2.0, 10.0, 50.0, 1e3] {
+        let stiff = [2.0, 8.0 * factor, 2.0 * factor, 4.0 * factor];
+        match held.descend(&held.displacement, &stiff, MANY) {
+            Ok(found) => {
+                println!("{factor}: {} steps, {:e}", found.steps, found.residual_after);
+                let before = body.value(&held.displacement, &stiff);
+                assert!(found.energy <= before && found.residual_after.is_finite());
+                assert!(factor > 2.0 || found.residual_after < 1e-6 * found.residual_before);
+            }
+            Err(error) => assert!(matches!(error, SolveError::Inadmissible { .. }), "{error}"),
+        }
+    }
+}
+
+#[test]
+fn a_start_that_turns_a_cell_over_is_refused_with_the_cell() {
+    let body = beam(-0.01);
+    let held = held_at(&body, &[2.0, 2.0]);
+    let mut turned = vec![0.0; 3 * body.nodes];
+    let node = (0..body.nodes).find(|&node| body.positions[node] == [5.0, 0.5, 0.5]).unwrap();
+    turned[3 * node] = -3.0;
+    let Err(SolveError::Inadmissible { cell }) = held.descend(&turned, &[2.0, 2.0], 3) else {
+        panic!("a cell that is turned over has no energy");
+    };
+    assert!(body.cell_nodes().nth(cell).unwrap().contains(&node));
+    assert!(held.descend(&[0.0], &[2.0, 2.0], 3).is_err());
+    assert!(held.descend(&held.displacement, &[2.0], 3).is_err());
+    let solver = Solver::new(&body).unwrap();
+    assert!(solver.held_stiffness(&turned, &[2.0, 2.0]).is_err());
+}
