@@ -37,7 +37,7 @@
 //! - [`Emulator`] predicts, estimates its error by one Newton step ([`Estimate`], calibrated on held-out cases:
 //!   [`Calibration`]), corrects ([`Correction`]), is stored and loaded, and is evaluated against a [`TestSet`]
 //!   ([`Evaluation`]).
-//! - [`TwoMeshes`] and [`Population`]: bodies that are met, not trained on.
+//! - [`OneStiffness`], [`TwoMeshes`] and [`Population`]: bodies that are met, not trained on.
 //! - [`TrainingOptions`]: budget, seed, folder for what is kept and resumed. [`Observer`] hears of progress; what makes a
 //!   result less trustworthy is a [`Warning`] in it.
 
@@ -52,6 +52,7 @@ mod evaluation;
 mod graph;
 mod identity;
 mod network;
+mod one_stiffness;
 mod options;
 mod parameters;
 mod population;
@@ -80,6 +81,7 @@ pub use error::{Error, Result};
 pub use evaluate::{CaseErrors, Errors, METRICS, Metric, TestSet, median_and_worst};
 pub use evaluation::{Corrected, Evaluation, Times};
 pub use network::{CurvePoint, Network};
+pub use one_stiffness::OneStiffness;
 pub use options::{Budget, TrainingOptions};
 pub use population::{Axes, Draw, Loss, Population, PopulationEmulator, Start, StreamProgress};
 pub use progress::{Counter, Observer, Progress};

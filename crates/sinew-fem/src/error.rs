@@ -48,6 +48,11 @@ pub enum SolveError {
     /// A line that equilibria cannot be followed along.
     #[error("this line in loads and parameters cannot be followed because {problem}")]
     Line { problem: &'static str },
+    /// A body that a stiffness is not of, nor like.
+    #[error(
+        "the stiffness held is of a body with other {what}; give one of the same cells and supports"
+    )]
+    OtherBody { what: &'static str },
     /// A displacement at which a cell is inverted, or the energy or a derivative of it overflows.
     #[error(
         "the energy or a derivative of it is infinite at this displacement, worst in cell {cell}; give an admissible one"

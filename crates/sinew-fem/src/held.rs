@@ -117,12 +117,29 @@ impl<'p> HeldStiffness<'p> {
         theta: &[f64],
         steps: usize,
     ) -> Result<Descent, SolveError> {
-        let (start, body) = (Instant::now(), self.system.body);
+        self.descend_on(self.system.body, from, theta, steps)
+    }
+
+    /// The same for another body with the same cells between its nodes and the same held components: another shape, another material,
+    /// other loads. The less alike both are, the more steps it takes.
+    ///
+    /// # Errors
+    /// As for [`HeldStiffness::descend`], and [`SolveError::OtherBody`].
+    pub fn descend_on(
+        &self,
+        body: &Body,
+        from: &[f64],
+        theta: &[f64],
+        steps: usize,
+    ) -> Result<Descent, SolveError> {
+        let start = Instant::now();
+        self.check(body)?;
         body.check_theta(theta)?;
         check_displacement(body, from)?;
         let mut first = from.to_vec();
         place(body, 1.0, &mut first);
-        let mut at = self.at(first, theta);
+        let potential = (body, theta);
+        let mut at = self.at(first, potential);
         if !(at.energy.is_finite() && at.slope.iter().all(|g| g.is_finite())) {
             let ratios = volume_ratios(body, &at.displacement).into_iter().enumerate();
             let worst = ratios.min_by(|(_, a), (_, b)| a.total_cmp(b));
@@ -135,7 +152,7 @@ impl<'p> HeldStiffness<'p> {
         let mut taken = 0;
         while taken < steps && norm(&at.slope) > balanced {
             let direction = self.direction(&at.slope, &pairs);
-            let Some(next) = self.line_search(&at, &direction, theta, pairs.is_empty()) else {
+            let Some(next) = self.line_search(&at, &direction, potential, pairs.is_empty()) else {
                 break;
             };
             if pairs.len() == MEMORY {
@@ -155,9 +172,26 @@ impl<'p> HeldStiffness<'p> {
         })
     }
 
-    fn at(&self, displacement: Vec<f64>, theta: &[f64]) -> At {
+    /// Refuses a body that the unknowns of this stiffness are not those of.
+    fn check(&self, body: &Body) -> Result<(), SolveError> {
+        let own = self.system.body;
+        if std::ptr::eq(own, body) {
+            return Ok(());
+        }
+        let held = |body: &Body| body.prescribed.iter().map(Option::is_some).collect::<Vec<_>>();
+        let what = match () {
+            () if own.nodes != body.nodes => "nodes",
+            () if own.cells != body.cells => "cells",
+            () if held(own) != held(body) => "held components",
+            () if own.frames != body.frames => "directions of supports",
+            () => return Ok(()),
+        };
+        Err(SolveError::OtherBody { what })
+    }
+
+    fn at(&self, displacement: Vec<f64>, (body, theta): (&Body, &[f64])) -> At {
         let mut gradient = vec![0.0; displacement.len()];
-        let energy = self.system.body.value_and_gradient(&displacement, theta, &mut gradient);
+        let energy = body.value_and_gradient(&displacement, theta, &mut gradient);
         At { displacement, energy, slope: self.system.sparsity.gather(&gradient).collect() }
     }
 
@@ -190,7 +224,13 @@ impl<'p> HeldStiffness<'p> {
     }
 
     /// The longest of some steps along a direction that lowers the energy enough.
-    fn line_search(&self, at: &At, direction: &[f64], theta: &[f64], first: bool) -> Option<At> {
+    fn line_search(
+        &self,
+        at: &At,
+        direction: &[f64],
+        potential: (&Body, &[f64]),
+        first: bool,
+    ) -> Option<At> {
         let promised = -dot(&at.slope, direction);
         if !(promised > 0.0 && promised.is_finite()) {
             return None;
@@ -198,7 +238,7 @@ impl<'p> HeldStiffness<'p> {
         let noise = NOISE * at.energy.abs();
         let mut length = 1.0;
         for _ in 0..MOST_TRIALS {
-            let trial = self.along(at, direction, length, theta);
+            let trial = self.along(at, direction, length, potential);
             let lower = trial.energy <= at.energy - SUFFICIENT * length * promised;
             let hidden = length * promised <= noise && norm(&trial.slope) < norm(&at.slope);
             if lower || (hidden && trial.energy.is_finite()) {
@@ -206,7 +246,7 @@ impl<'p> HeldStiffness<'p> {
                 let better = length * promised / (promised + dot(&trial.slope, direction));
                 let lengthen = first && better > 0.0 && better < LONGEST * length;
                 if lengthen && (better / length - 1.0).abs() > OFF {
-                    let other = self.along(at, direction, better, theta);
+                    let other = self.along(at, direction, better, potential);
                     return Some(if other.energy < trial.energy { other } else { trial });
                 }
                 return Some(trial);
@@ -219,10 +259,10 @@ impl<'p> HeldStiffness<'p> {
         None
     }
 
-    fn along(&self, at: &At, direction: &[f64], length: f64, theta: &[f64]) -> At {
+    fn along(&self, at: &At, direction: &[f64], length: f64, potential: (&Body, &[f64])) -> At {
         let mut displacement = at.displacement.clone();
         self.system.sparsity.scatter(direction.iter().map(|d| length * d), &mut displacement);
-        self.at(displacement, theta)
+        self.at(displacement, potential)
     }
 
     /// What a step tells of the stiffness, where that is positive along it.

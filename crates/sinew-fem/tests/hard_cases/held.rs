@@ -107,3 +107,29 @@ fn a_start_that_turns_a_cell_over_is_refused_with_the_cell() {
     let solver = Solver::new(&body).unwrap();
     assert!(solver.held_stiffness(&turned, &[2.0, 2.0]).is_err());
 }
+
+/// The stiffness of one shape leads to the equilibrium of another, with a scar that it does not know; a body of other cells or supports is
+/// refused.
+#[test]
+fn the_stiffness_of_another_body_leads_to_equilibrium_or_is_refused() {
+    let shaped = |wave: f64, supports: Vec<Support>| {
+        let mut mesh = box_tetrahedra([4.0, 1.0, 1.0], [8, 2, 2]);
+        mesh.map_points(|[x, y, z]| [x, y, z * (1.0 + wave * (2.0 * x).sin())]);
+        let loads = vec![Load::BodyForce([0.0, 0.0, -0.01])];
+        Scene { loads, supports, ..scene(NeoHookean, mesh) }.lower().unwrap()
+    };
+    let clamped = || vec![Support::clamped("x_min")];
+    let (known, met) = (shaped(0.0, clamped()), shaped(0.3, clamped()));
+    let factors = (0..met.nodes).map(|node| if node % 7 < 2 { 8.0 } else { 1.0 });
+    let met = met.stiffened(&factors.collect::<Vec<_>>()).unwrap();
+    let held = held_at(&known, &[2.0, 2.0]);
+    let exact = solve(&met, &[1.0, 4.0]).unwrap();
+    let found = held.descend_on(&met, &held.displacement, &[1.0, 4.0], MANY).unwrap();
+    assert_close(found.energy, exact.energy, 1e-9);
+    let refused = |body: &Body| match held.descend_on(body, &held.displacement, &[1.0, 4.0], 3) {
+        Err(error) => error.to_string(),
+        Ok(_) => panic!("another body"),
+    };
+    assert!(refused(&beam(-0.01)).contains("nodes"));
+    assert!(refused(&shaped(0.1, vec![Support::clamped("x_max")])).contains("held components"));
+}
