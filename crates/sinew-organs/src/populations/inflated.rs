@@ -3,8 +3,10 @@
 mod methods;
 mod ventricle;
 
+use super::measure::cpu_seconds;
 use super::options::Options;
-use super::simulated::{Measured, Variant, kept, table};
+use super::simulated::{Measured, Variant, table};
+use super::verdict;
 use anyhow::{Result, ensure};
 use methods::Data;
 use serde::{Deserialize, Serialize};
@@ -22,10 +24,12 @@ pub(super) const KEY: &str = "inflated";
 const VIRTUAL_NODES: [&[usize]; 2] = [&[60, 8], &[848, 106, 13]];
 /// Ventricles with larger cavities are not tested \[mm³\].
 const LARGEST: f64 = 850e3;
+/// Ventricles whose simulations are timed.
+const TIMED: usize = 5;
+
 /// Everything measured.
 #[derive(Serialize, Deserialize)]
 struct Study {
-    options: Options,
     facts: Vec<(String, String)>,
     population: Vec<Measured>,
     one_shape: Vec<Measured>,
@@ -39,7 +43,10 @@ struct Study {
 /// # Errors
 /// A ventricle that cannot be meshed, a training that diverges, files that cannot be written.
 pub(super) fn section(options: &Options) -> Result<Section> {
-    let study = kept(options, KEY, |study: &Study| &study.options, || study(options))?;
+    let mut studies = options.study(KEY, study)?;
+    let measured = studies.iter().map(|study| study.population.iter().chain(&study.one_shape));
+    let who_wins = verdict::of_measured(measured)?;
+    let study = studies.swap_remove(0);
     let about = "Left ventricles of 32 smooth modes, hexahedra with one volume ratio each, Holzapfel and Ogden's law over two decades in \
                  each parameter, 8 mmHg in the cavity: networks on simulations, told none to all of the numbers of a shape; the same about \
                  the solution of the ventricle on a coarse mesh; and regression.";
@@ -58,31 +65,33 @@ pub(super) fn section(options: &Options) -> Result<Section> {
             .into(),
         panels: vec![Panel::Map(map)],
     };
-    let blocks = vec![
+    let one_shape = "One shape that no network has seen, and what some simulations of it add:";
+    let embeddings = Block::charts(
+        "What nodes are to the network",
+        "Embeddings of a ventricle's nodes, by their place from apex to base.",
+        [study.embedding],
+    );
+    let mut blocks = vec![
         Block::Text(about.into()),
         Block::Facts(study.facts),
         Block::Table(table(&study.population)?),
-        Block::Text(
-            "One shape that no network has seen, and what some simulations of it add:".into(),
-        ),
+        Block::Text(one_shape.into()),
         Block::Table(table(&study.one_shape)?),
-        Block::Figure(figure),
-        Block::charts(
-            "What nodes are to the network",
-            "Embeddings of a ventricle's nodes, by their place from apex to base.",
-            [study.embedding],
-        ),
     ];
+    blocks.extend(who_wins);
+    blocks.extend([Block::Figure(figure), embeddings]);
     Ok(Section { name: KEY.into(), title: "Inflated ventricles".into(), blocks })
 }
 
-/// Simulates one part of the ventricles.
+/// Simulates one part of the ventricles of every seed.
 ///
 /// # Errors
 /// Files that cannot be written.
 pub(super) fn simulate(options: &Options, shard: Shard) -> Result<PathBuf> {
     let count = counts(options).iter().sum();
-    Ventricles::new(options)?.simulated(count, &simulations(options), Some(shard))?;
+    for options in options.of_each_seed() {
+        Ventricles::new(&options)?.simulated(count, &simulations(&options), Some(shard))?;
+    }
     Ok(simulations(options))
 }
 
@@ -111,9 +120,18 @@ fn study(options: &Options) -> Result<Study> {
     }
     let few = "too few ventricles have an equilibrium";
     ensure!(training.len() > 1 && !validation.is_empty() && !unseen.is_empty(), few);
-    let coarse_s = ventricles.times(&unseen[0])?[0];
-    let (training, validation, unseen) = (&training[..], &validation[..], &unseen[..]);
-    let data = Data { options, ventricles: &ventricles, training, validation, unseen, coarse_s };
+    let clock = cpu_seconds();
+    let solve_s = ventricles.times(&unseen[..TIMED.min(unseen.len())])?;
+    let simulation_s = (cpu_seconds() - clock) / TIMED.min(unseen.len()) as f64;
+    let data = Data {
+        options,
+        ventricles: &ventricles,
+        training: &training,
+        validation: &validation,
+        unseen: &unseen,
+        solve_s,
+        simulation_s,
+    };
     let mut facts = data.facts(counts.iter().sum(), seconds)?;
     let mut population = vec![data.coarse_alone(data.unseen)?];
     for count in [4, 2].map(|part| training.len().div_ceil(part).max(2).min(training.len())) {
@@ -134,7 +152,7 @@ fn study(options: &Options) -> Result<Study> {
     let (one_shape, map) = data.one_shape(&general)?;
     let (embedding, fact) = data.embedding(&general[0])?;
     facts.extend([fact, data.times(&general[0])?]);
-    Ok(Study { options: options.clone(), facts, population, one_shape, map, embedding })
+    Ok(Study { facts, population, one_shape, map, embedding })
 }
 
 /// Numbers of a shape, and K of the networks that differ in what they are told.

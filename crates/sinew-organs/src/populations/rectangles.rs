@@ -2,7 +2,8 @@
 
 use super::measure::cpu_seconds;
 use super::options::Options;
-use super::simulated::{self, Measured, Pace, Variant, kept, table, train, untrained};
+use super::simulated::{self, Measured, Pace, Variant, table, train, untrained};
+use super::verdict;
 use anyhow::{Context, Result};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -44,7 +45,6 @@ struct Beam {
 /// Everything measured.
 #[derive(Serialize, Deserialize)]
 struct Study {
-    options: Options,
     facts: Vec<(String, String)>,
     trained: Vec<Measured>,
     embedding: Chart,
@@ -55,20 +55,23 @@ struct Study {
 /// # Errors
 /// A beam that cannot be solved, a training that diverges, files that cannot be written.
 pub(super) fn section(options: &Options) -> Result<Section> {
-    let study = kept(options, KEY, |study: &Study| &study.options, || study(options))?;
+    let mut studies = options.study(KEY, study)?;
+    let who_wins = verdict::of_measured(studies.iter().map(|study| study.trained.iter()))?;
+    let study = studies.swap_remove(0);
     let about = "Rectangles of random length and width under a body force, clamped at one end, in plane strain and small displacements: \
                  networks on simulations, from none to all of their message-passing steps, with and without virtual nodes, and regression over \
                  length, width and moduli.";
-    let blocks = vec![
+    let mut blocks = vec![
         Block::Text(about.into()),
         Block::Facts(study.facts),
         Block::Table(table(&study.trained)?),
-        Block::charts(
-            "What nodes are to the network",
-            "Embeddings of a beam's nodes, by their place along it.",
-            [study.embedding],
-        ),
     ];
+    blocks.extend(who_wins);
+    blocks.push(Block::charts(
+        "What nodes are to the network",
+        "Embeddings of a beam's nodes, by their place along it.",
+        [study.embedding],
+    ));
     Ok(Section { name: KEY.into(), title: "Plane beams of many sizes".into(), blocks })
 }
 
@@ -76,8 +79,10 @@ fn study(options: &Options) -> Result<Study> {
     eprintln!("\nPlane beams of random length and width");
     let [training, validation, testing] = if options.quick { [6, 2, 3] } else { [225, 25, 50] };
     let mut random = ChaCha8Rng::seed_from_u64(options.seed);
-    let beams = (0..training + validation + testing).map(|_| Beam::draw(&mut random));
-    let beams = beams.collect::<Result<Vec<_>>>()?;
+    let drawn = training + validation + testing;
+    let clock = cpu_seconds();
+    let beams = (0..drawn).map(|_| Beam::draw(&mut random)).collect::<Result<Vec<_>>>()?;
+    let simulation_s = (cpu_seconds() - clock) / drawn as f64;
     let (seen, unseen) = beams.split_at(training + validation);
     let sizes: Vec<f64> = unseen.iter().flat_map(|beam| lengths(&beam.displacement)).collect();
     let sizes = Distribution::of(sizes).context("no node was tested")?;
@@ -94,14 +99,15 @@ fn study(options: &Options) -> Result<Study> {
             format!("mean {:.2} mm, largest {:.1} mm", sizes.mean, sizes.q100),
         ),
     ];
-    let mut trained = vec![regression(&seen[..training], unseen)?];
-    if !options.quick {
-        trained.push(regression(&seen[..25], unseen)?);
+    let mut trained = Vec::new();
+    for count in if options.quick { &[6][..] } else { &[225, 25] } {
+        trained.push(regression(&seen[..*count], unseen, simulation_s)?);
     }
     let mut embedding = Chart::default();
     for (index, (variant, printed)) in variants(options.quick).into_iter().enumerate() {
         let split = seen.split_at(training);
-        let (found, surrogate) = network(options, variant, printed, split, unseen)?;
+        let (mut found, surrogate) = network(options, variant, printed, split, unseen)?;
+        found.simulated_s = seen.len() as f64 * simulation_s;
         found.tell()?;
         trained.push(found);
         if index == EMBEDDED.min(variants(options.quick).len() - 1) {
@@ -113,7 +119,7 @@ fn study(options: &Options) -> Result<Study> {
             embedding = chart;
         }
     }
-    Ok(Study { options: options.clone(), facts, trained, embedding })
+    Ok(Study { facts, trained, embedding })
 }
 
 /// Networks of Tables A.1 to A.4, with the medians that the thesis prints \[mm\].
@@ -204,7 +210,7 @@ fn apart(found: &[f64], beam: &Beam) -> Vec<f64> {
     lengths(&difference.collect::<Vec<_>>())
 }
 
-fn regression(seen: &[Beam], unseen: &[Beam]) -> Result<Measured> {
+fn regression(seen: &[Beam], unseen: &[Beam], simulation_s: f64) -> Result<Measured> {
     let start = cpu_seconds();
     let [named, ranges] = [["length", "slenderness", "mu", "lambda"], ["cm", "", "", ""]];
     let ranges = [LENGTHS, SLENDERNESS, MODULI, MODULI].into_iter().zip(named).zip(ranges);
@@ -226,6 +232,7 @@ fn regression(seen: &[Beam], unseen: &[Beam]) -> Result<Measured> {
         errors,
         volumes: Vec::new(),
         cpu_s,
+        simulated_s: seen.len() as f64 * simulation_s,
         answer_s: start.elapsed().as_secs_f64() / unseen.len() as f64,
         printed: [None; 2],
     })
@@ -278,6 +285,7 @@ fn network(
         errors,
         volumes: Vec::new(),
         cpu_s,
+        simulated_s: 0.0,
         answer_s,
         printed: [printed, None],
     };

@@ -3,8 +3,7 @@
 use super::options::Options;
 use anyhow::{Context, Result};
 use nalgebra::DMatrix;
-use serde::{Deserialize, Serialize, de::DeserializeOwned};
-use sinew_emulate::store;
+use serde::{Deserialize, Serialize};
 use sinew_gnn::{
     Activation, Backend, Budget, DataFit, DataSet, EmulatorConfig, Geometry, OutputScale,
     ParameterRange, ParameterScaling, Scales, Surrogate, Trainer, TrainingConfig,
@@ -37,6 +36,9 @@ pub(super) struct Measured {
     pub volumes: Vec<f64>,
     /// Everything before the first answer, simulations not counted \[s\].
     pub cpu_s: f64,
+    /// CPU time of the simulations that it learned from \[s\].
+    #[serde(default)]
+    pub simulated_s: f64,
     /// Wall time of one answer \[s\].
     pub answer_s: f64,
     /// Medians that the thesis prints \[mm, %\].
@@ -54,26 +56,6 @@ pub(super) struct Pace {
     pub batch: usize,
     /// Whether message passing stays as it is.
     pub decoders_only: bool,
-}
-
-/// Keeps what a study found in a file, and takes it from there where the run is one that goes on.
-///
-/// # Errors
-/// Whatever the study stumbles over; a file of a run with other options.
-pub(super) fn kept<S: Serialize + DeserializeOwned>(
-    options: &Options,
-    key: &str,
-    options_of: impl Fn(&S) -> &Options,
-    study: impl FnOnce() -> Result<S>,
-) -> Result<S> {
-    let file = options.out.join(key).join("study.json");
-    if let Some(done) = store::read_json::<S>(&file)?.filter(|_| options.resume) {
-        options.require_same(options_of(&done), &file)?;
-        return Ok(done);
-    }
-    let study = study()?;
-    store::write_json(&file, &study)?;
-    Ok(study)
 }
 
 /// A network that has learned nothing yet, for displacements in standardised units.
@@ -210,6 +192,7 @@ pub(super) fn table(measured: &[Measured]) -> Result<Table> {
         [
             Column::new("answer", "s"),
             Column::new("CPU", "s").once().about("training or fit, all threads"),
+            Column::new("simulations", "s").once().about("CPU time of those that it learned from"),
         ],
         [],
     );
@@ -224,7 +207,7 @@ pub(super) fn table(measured: &[Measured]) -> Result<Table> {
             let volumes = Distribution::of(volumes).context("no cavity was tested")?;
             row = row.error(Cell::from(volumes).against("thesis", method.printed[1]));
         }
-        table.push(row.time(method.cpu_s))?;
+        table.push(row.time(method.cpu_s).time(method.simulated_s))?;
     }
     Ok(table)
 }

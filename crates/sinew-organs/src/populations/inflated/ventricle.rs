@@ -224,17 +224,22 @@ impl Ventricles {
         Ok(Some(Ventricle { numbers, theta, body, displacement, coarse }))
     }
 
-    /// Wall times of a ventricle on the coarse mesh, at the nodes of the fine one, and of the solver by way of it \[s\]; its bodies are there.
+    /// Mean wall times of ventricles on the coarse mesh, at the nodes of the fine one, and of the solver by way of it \[s\]; the bodies are
+    /// there.
     ///
     /// # Errors
     /// No equilibrium any more.
-    pub(super) fn times(&self, ventricle: &Ventricle) -> Result<[f64; 2]> {
-        let [fine, coarse] = self.bodies(&ventricle.numbers)?;
-        let (theta, options, start) = (&ventricle.theta, SolverOptions::default(), Instant::now());
-        coarse_displacement(&coarse, &fine, theta, &options)?;
-        let (of_coarse, start) = (start.elapsed().as_secs_f64(), Instant::now());
-        Solver::new(&fine)?.solve_nested(&coarse, theta, &options)?;
-        Ok([of_coarse, start.elapsed().as_secs_f64()])
+    pub(super) fn times(&self, ventricles: &[Ventricle]) -> Result<[f64; 2]> {
+        let (options, mut seconds) = (SolverOptions::default(), [0.0; 2]);
+        for Ventricle { numbers, theta, .. } in ventricles {
+            let ([fine, coarse], start) = (self.bodies(numbers)?, Instant::now());
+            coarse_displacement(&coarse, &fine, theta, &options)?;
+            seconds[0] += start.elapsed().as_secs_f64();
+            let start = Instant::now();
+            Solver::new(&fine)?.solve_nested(&coarse, theta, &options)?;
+            seconds[1] += start.elapsed().as_secs_f64();
+        }
+        Ok(seconds.map(|s| s / ventricles.len() as f64))
     }
 
     /// The graph of the mean ventricle, which all share.
