@@ -28,6 +28,11 @@ fn a_quick_run_reports_every_population_and_is_resumed() {
     // Six simulations say nothing of 36 numbers; what the coarse mesh leaves is small, here and on one shape.
     assert!(row(0, "POD + GP, 3 simulations") > 10.0 * row(0, "coarse solution"));
     assert!(row(1, "about the coarse solution") < 3.0);
+    // Volumes alone: two regressions, a plain network without patience and one with each, by best and last weights.
+    assert_eq!(inflated[2].rows.len(), 2 + 2 + 2 * 5);
+    let plain = inflated[2].rows.iter().filter(|row| row.method.starts_with("MLP"));
+    let patience = plain.filter(|row| row.about.contains("25, 50, 75 %"));
+    assert_eq!(patience.count(), 12);
     for section in &report.sections[2..] {
         let table = section.tables().next().unwrap();
         let methods: Vec<_> = table.rows.iter().map(|row| row.method.as_str()).collect();

@@ -1,7 +1,9 @@
-//! Ventricles of the thesis' chapter 2: networks on simulations of many shapes, told more or less of the shape (Tables A.8 to A.11).
+//! Ventricles of the thesis' chapter 2: networks on simulations of many shapes, told more or less of the shape (Tables A.8 to A.13).
 
 mod methods;
+mod perceptron;
 mod ventricle;
+mod volumes;
 
 use super::measure::cpu_seconds;
 use super::options::Options;
@@ -33,6 +35,8 @@ struct Study {
     facts: Vec<(String, String)>,
     population: Vec<Measured>,
     one_shape: Vec<Measured>,
+    #[serde(default)]
+    volumes: Vec<Measured>,
     /// log₁₀ of the median error \[mm\] over b, each over a.
     map: Vec<Vec<Option<f64>>>,
     embedding: Chart,
@@ -78,6 +82,11 @@ pub(super) fn section(options: &Options) -> Result<Section> {
         Block::Text(one_shape.into()),
         Block::Table(table(&study.one_shape)?),
     ];
+    if !study.volumes.is_empty() {
+        blocks
+            .push(Block::Text("Volumes of cavities by methods that find no displacements:".into()));
+        blocks.push(Block::Table(table(&study.volumes)?));
+    }
     blocks.extend(who_wins);
     blocks.extend([Block::Figure(figure), embeddings]);
     Ok(Section { name: KEY.into(), title: "Inflated ventricles".into(), blocks })
@@ -140,7 +149,7 @@ fn study(options: &Options) -> Result<Study> {
             population.push(data.regression(&training[..count], data.unseen, told)?);
         }
     }
-    facts.extend(data.volumes_alone()?);
+    let volumes = data.volumes_alone()?;
     let mut general = Vec::new();
     for (variant, told, printed) in variants(options) {
         let (measured, surrogate) = data.network(variant, told, printed)?;
@@ -152,7 +161,7 @@ fn study(options: &Options) -> Result<Study> {
     let (one_shape, map) = data.one_shape(&general)?;
     let (embedding, fact) = data.embedding(&general[0])?;
     facts.extend([fact, data.times(&general[0])?]);
-    Ok(Study { facts, population, one_shape, map, embedding })
+    Ok(Study { facts, population, one_shape, volumes, map, embedding })
 }
 
 /// Numbers of a shape, and K of the networks that differ in what they are told.

@@ -178,17 +178,21 @@ impl Measured {
     }
 }
 
-/// The table of what was measured.
+/// The table of what was measured: errors of nodes, of volumes, or both.
 ///
 /// # Errors
 /// A method without errors.
 pub(super) fn table(measured: &[Measured]) -> Result<Table> {
-    let cavities = measured.iter().any(|row| !row.volumes.is_empty());
-    let about = "|V − V̂| / V of the cavity";
-    let volume = cavities.then(|| Column::new("volume", "%").about(about));
-    let error = Column::new("err_u", "mm").about("‖u − û‖ at every node of every body tested");
+    let columns = [
+        Column::new("err_u", "mm").about("‖u − û‖ at every node of every body tested"),
+        Column::new("volume", "%").about("|V − V̂| / V of the cavity"),
+    ];
+    let errors =
+        |row: &Measured| [row.errors.clone(), row.volumes.iter().map(|v| 100.0 * v).collect()];
+    let there = |k: usize| measured.iter().any(|row| !errors(row)[k].is_empty());
+    let there: Vec<usize> = (0..2).filter(|k| there(*k)).collect();
     let mut table = Table::new(
-        std::iter::once(error).chain(volume),
+        there.iter().map(|k| columns[*k].clone()),
         [
             Column::new("answer", "s"),
             Column::new("CPU", "s").once().about("training or fit, all threads"),
@@ -197,16 +201,17 @@ pub(super) fn table(measured: &[Measured]) -> Result<Table> {
         [],
     );
     for method in measured {
-        let errors = Distribution::of(method.errors.clone()).context("no node was tested")?;
-        let errors = Cell::from(errors).against("thesis", method.printed[0]);
-        let mut row = Row::new(method.method.clone(), errors, method.answer_s)?
+        let cell = |k: &usize| -> Result<Cell> {
+            let found =
+                Distribution::of(errors(method)[*k].clone()).context("nothing was tested")?;
+            Ok(Cell::from(found).against("thesis", method.printed[*k]))
+        };
+        let mut cells = there.iter().map(cell);
+        let first = cells.next().context("nothing was tested")??;
+        let row = Row::new(method.method.clone(), first, method.answer_s)?
             .on(method.group.clone(), "")
             .described(&method.about, "our finite-element solution on the same mesh");
-        if cavities {
-            let volumes = method.volumes.iter().map(|volume| 100.0 * volume).collect();
-            let volumes = Distribution::of(volumes).context("no cavity was tested")?;
-            row = row.error(Cell::from(volumes).against("thesis", method.printed[1]));
-        }
+        let row = cells.try_fold(row, |row, cell| anyhow::Ok(row.error(cell?)))?;
         table.push(row.time(method.cpu_s).time(method.simulated_s))?;
     }
     Ok(table)

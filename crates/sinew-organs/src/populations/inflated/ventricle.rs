@@ -1,5 +1,6 @@
 //! Simulations of ventricles of random shape, kept in files that several processes may fill.
 
+use super::volumes::hull_volume;
 use crate::populations::options::Options;
 use crate::populations::stage::normal;
 use anyhow::{Context, Result, ensure};
@@ -213,8 +214,8 @@ impl Ventricles {
         else {
             return Ok(None);
         };
-        let volume = |u: &[f64]| coarse.cavity_volumes(u)[0];
-        let growth = volume(&solved.displacement) / volume(&vec![0.0; 3 * coarse.nodes]);
+        let rest = vec![0.0; 3 * coarse.nodes];
+        let growth = volume(&coarse, &solved.displacement) / volume(&coarse, &rest);
         let prolongation = Prolongation::new(&coarse.positions, &body.positions);
         let coarse = Coarse {
             displacement: prolongation.vectors(&solved.displacement),
@@ -240,6 +241,28 @@ impl Ventricles {
             seconds[1] += start.elapsed().as_secs_f64();
         }
         Ok(seconds.map(|s| s / ventricles.len() as f64))
+    }
+
+    /// How far every number of a shape moves the nodes \[mm\], root mean square.
+    ///
+    /// # Errors
+    /// No mean shape.
+    pub(super) fn sizes(&self) -> Result<Vec<f64>> {
+        /// Of a deviation: small, for the mean shape to stay a ventricle.
+        const PART: f64 = 0.1;
+        let points = |numbers: &[f64]| -> Result<Vec<[f64; 3]>> {
+            Ok(VentricleShape::new(numbers)?.hexahedra(self.cells[0])?.points)
+        };
+        let mean = points(&[])?;
+        let size = |number: usize| -> Result<f64> {
+            let numbers: Vec<f64> =
+                (0..=number).map(|k| if k == number { PART } else { 0.0 }).collect();
+            let moved = points(&numbers)?;
+            let squared =
+                moved.iter().flatten().zip(mean.iter().flatten()).map(|(a, b)| (a - b).powi(2));
+            Ok((squared.sum::<f64>() / mean.len() as f64).sqrt() / PART)
+        };
+        (0..VentricleShape::NUMBERS).map(size).collect()
     }
 
     /// The graph of the mean ventricle, which all share.
@@ -390,8 +413,15 @@ impl Ventricle {
 
     /// Volume of the inflated cavity \[mm³\].
     pub(super) fn volume(&self, displacement: &[f64]) -> f64 {
-        self.body.cavity_volumes(displacement)[0]
+        volume(&self.body, displacement)
     }
+}
+
+/// LVV, the volume of the convex hull of the endocardium \[mm³\].
+fn volume(body: &Body, displacement: &[f64]) -> f64 {
+    let (moves, _) = displacement.as_chunks::<3>();
+    let at = |&node: &usize| std::array::from_fn(|i| body.positions[node][i] + moves[node][i]);
+    hull_volume(&body.mesh.node_sets()["endo"].iter().map(at).collect::<Vec<_>>())
 }
 
 /// Lengths of the displacements of nodes \[mm\].
