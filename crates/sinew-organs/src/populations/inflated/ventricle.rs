@@ -2,6 +2,7 @@
 
 use super::volumes::hull_volume;
 use crate::populations::options::Options;
+use crate::populations::simulated::{Seen, Simulated};
 use crate::populations::stage::normal;
 use anyhow::{Context, Result, ensure};
 use rand::SeedableRng;
@@ -289,37 +290,7 @@ impl Coarse {
     }
 }
 
-/// What a method is told of a ventricle.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Seen {
-    /// So many numbers of its shape.
-    pub numbers: usize,
-    /// Its solution on the coarse mesh, which is then corrected.
-    pub coarse: bool,
-}
-
-impl Seen {
-    /// What of it is not the rule, for a table.
-    pub(super) fn name(self) -> &'static str {
-        if self.coarse { ", about the coarse solution" } else { "" }
-    }
-}
-
 impl Ventricle {
-    /// Inputs of a regression.
-    pub(super) fn inputs(&self, told: Seen) -> Vec<f64> {
-        let growth = told.coarse.then_some(self.coarse.growth);
-        self.numbers[..told.numbers].iter().chain(&self.theta).copied().chain(growth).collect()
-    }
-
-    /// Their ranges.
-    pub(super) fn parameters(&self, told: Seen) -> Vec<Parameter> {
-        let numbers = (0..told.numbers)
-            .map(|k| Parameter::linear(format!("shape {}", k + 1), "", -RANGE..=RANGE));
-        let growth = told.coarse.then(|| Parameter::linear("growth", "", 0.0..=GROWTH));
-        numbers.chain(self.body.parameters.iter().cloned()).chain(growth).collect()
-    }
-
     /// Logarithm of the cavity's volume over that at rest.
     pub(super) fn growth(&self, displacement: &[f64]) -> f64 {
         (self.volume(displacement) / self.volume(&vec![0.0; displacement.len()])).ln()
@@ -344,12 +315,40 @@ impl Ventricle {
         volumes.chunks(*points_per_cell).enumerate().map(of_cell).fold(0.0, f64::max)
     }
 
+    /// Volume of the inflated cavity \[mm³\].
+    pub(super) fn volume(&self, displacement: &[f64]) -> f64 {
+        volume(&self.body, displacement)
+    }
+}
+
+impl Simulated for Ventricle {
+    fn body(&self) -> &Body {
+        &self.body
+    }
+
+    fn theta(&self) -> &[f64] {
+        &self.theta
+    }
+
+    fn displacement(&self) -> &[f64] {
+        &self.displacement
+    }
+
+    fn inputs(&self, told: Seen) -> Vec<f64> {
+        let growth = told.coarse.then_some(self.coarse.growth);
+        self.numbers[..told.numbers].iter().chain(&self.theta).copied().chain(growth).collect()
+    }
+
+    fn parameters(&self, told: Seen) -> Vec<Parameter> {
+        let numbers = (0..told.numbers)
+            .map(|k| Parameter::linear(format!("shape {}", k + 1), "", -RANGE..=RANGE));
+        let growth = told.coarse.then(|| Parameter::linear("growth", "", 0.0..=GROWTH));
+        numbers.chain(self.body.parameters.iter().cloned()).chain(growth).collect()
+    }
+
     /// What networks see of it (thesis §2.4.1): on nodes the base, the endocardium, the vector across the wall, the fibre and the radial
     /// direction, and what the coarse mesh says; the first numbers of its shape for all of it.
-    ///
-    /// # Errors
-    /// A graph of another mesh.
-    pub(super) fn geometry(&self, topology: &Topology, told: Seen) -> Result<Geometry> {
+    fn geometry(&self, topology: &Topology, told: Seen) -> Result<Geometry> {
         let Body { positions, mesh, nodes, .. } = &self.body;
         let sets = mesh.node_sets();
         let indicator = |name: &str| FeatureMatrix::indicator(*nodes, &sets[name]);
@@ -388,7 +387,7 @@ impl Ventricle {
     }
 
     /// What is learned: the displacement \[mm\], or what the coarse mesh leaves of it, relative to the root mean square of its own.
-    pub(super) fn target(&self, told: Seen) -> Vec<f64> {
+    fn target(&self, told: Seen) -> Vec<f64> {
         if !told.coarse {
             return self.displacement.clone();
         }
@@ -397,23 +396,21 @@ impl Ventricle {
         pairs.map(|(u, c)| (u - c) / size).collect()
     }
 
-    /// The displacement of what was predicted for [`Ventricle::target`] \[mm\].
-    pub(super) fn displaced(&self, found: &[f64], told: Seen) -> Vec<f64> {
+    fn displaced(&self, found: Vec<f64>, told: Seen) -> Vec<f64> {
         if !told.coarse {
-            return found.to_vec();
+            return found;
         }
         let size = self.coarse.size();
         found.iter().zip(&self.coarse.displacement).map(|(u, c)| size * u + c).collect()
     }
 
-    /// Distance of a displacement to its own, node by node \[mm\].
-    pub(super) fn distances(&self, found: &[f64]) -> Vec<f64> {
-        lengths(&found.iter().zip(&self.displacement).map(|(a, b)| a - b).collect::<Vec<_>>())
+    fn lengths(displacement: &[f64]) -> Vec<f64> {
+        displacement.as_chunks::<3>().0.iter().map(|[x, y, z]| x.hypot(*y).hypot(*z)).collect()
     }
 
-    /// Volume of the inflated cavity \[mm³\].
-    pub(super) fn volume(&self, displacement: &[f64]) -> f64 {
-        volume(&self.body, displacement)
+    fn volume_error(&self, found: &[f64]) -> Option<f64> {
+        let volume = self.volume(&self.displacement);
+        Some((self.volume(found) - volume).abs() / volume)
     }
 }
 
@@ -422,9 +419,4 @@ fn volume(body: &Body, displacement: &[f64]) -> f64 {
     let (moves, _) = displacement.as_chunks::<3>();
     let at = |&node: &usize| std::array::from_fn(|i| body.positions[node][i] + moves[node][i]);
     hull_volume(&body.mesh.node_sets()["endo"].iter().map(at).collect::<Vec<_>>())
-}
-
-/// Lengths of the displacements of nodes \[mm\].
-pub(super) fn lengths(displacement: &[f64]) -> Vec<f64> {
-    displacement.as_chunks::<3>().0.iter().map(|[x, y, z]| x.hypot(*y).hypot(*z)).collect()
 }

@@ -3,9 +3,9 @@
 use super::ALL;
 use super::methods::Data;
 use super::perceptron::{Perceptron, Samples};
-use super::ventricle::{Seen, Ventricle};
+use super::ventricle::Ventricle;
 use crate::populations::measure::cpu_seconds;
-use crate::populations::simulated::Measured;
+use crate::populations::simulated::{Measured, Seen, Simulated};
 use anyhow::{Context, Result};
 use nalgebra::{DMatrix, Vector3};
 use sinew_emulate::PodRegression;
@@ -71,7 +71,7 @@ impl Data<'_> {
             let volume = v.volume(&v.displacement);
             (found - volume).abs() / volume
         };
-        let volumes: Vec<f64> = self.unseen.iter().zip(found).map(relative).collect();
+        let volumes: Vec<f64> = self.compared.unseen.iter().zip(found).map(relative).collect();
         let errors = Distribution::of(volumes.clone()).context("no cavity was tested")?;
         let quartiles = |of: [f64; 3]| of.map(|error| format!("{error:.2}")).join(", ");
         let ours = quartiles([errors.q25, errors.q50, errors.q75].map(|error| 100.0 * error));
@@ -84,7 +84,7 @@ impl Data<'_> {
             errors: Vec::new(),
             volumes,
             cpu_s: method.cpu_s,
-            simulated_s: self.simulation_s * method.learned as f64,
+            simulated_s: self.compared.simulation_s * method.learned as f64,
             answer_s: method.before_s + answer_s,
             printed: [None, method.printed.map(|[_, median, _]| median)],
         })
@@ -93,7 +93,7 @@ impl Data<'_> {
     /// Regression of the cavity's growth over numbers and parameters, from half of the simulations.
     fn regressed_volumes(&self, told: Seen) -> Result<Measured> {
         let start = cpu_seconds();
-        let seen = &self.training[..self.training.len().div_ceil(2)];
+        let seen = &self.compared.training[..self.compared.training.len().div_ceil(2)];
         let inputs: Vec<_> = seen.iter().map(|v| v.inputs(told)).collect();
         let growth = |v: &Ventricle| vec![v.growth(&v.displacement) - v.known_growth(told)];
         let growths: Vec<_> = seen.iter().map(growth).collect();
@@ -109,8 +109,8 @@ impl Data<'_> {
             printed: None,
             cpu_s,
             learned: seen.len(),
-            before_s: if told.coarse { self.solve_s[0] } else { 0.0 },
-            find: &|| self.unseen.iter().map(find).collect(),
+            before_s: if told.coarse { self.compared.coarse_s } else { 0.0 },
+            find: &|| self.compared.unseen.iter().map(find).collect(),
         })
     }
 
@@ -121,7 +121,8 @@ impl Data<'_> {
         let inputs = |of: &[Ventricle]| of.iter().map(|v| inputs(v, &sizes, transformed)).collect();
         let volumes =
             |of: &[Ventricle]| of.iter().map(|v| vec![v.volume(&v.displacement)]).collect();
-        let known: [Vec<Vec<f64>>; 2] = [inputs(self.training), volumes(self.training)];
+        let known: [Vec<Vec<f64>>; 2] =
+            [inputs(self.compared.training), volumes(self.compared.training)];
         let [mut scales, scale] = known.map(|rows| scales(&rows));
         if transformed {
             let second = scales[SECOND][1];
@@ -132,11 +133,13 @@ impl Data<'_> {
         };
         let (method, printed) = if transformed { ("MLP 2", MLP_2) } else { ("MLP 1", MLP_1) };
         let patience = &PATIENCE[..printed.len() - 1];
-        let [training, validation] = [self.training, self.validation].map(samples);
+        let [training, validation] =
+            [self.compared.training, self.compared.validation].map(samples);
         let before_s = cpu_seconds() - start;
-        let stopped = Perceptron::train(&training, &validation, patience, self.options.seed);
+        let stopped =
+            Perceptron::train(&training, &validation, patience, self.compared.options.seed);
         let find = |network: &Perceptron| {
-            let found = network.predict(&scaled(&inputs(self.unseen), &scales));
+            let found = network.predict(&scaled(&inputs(self.compared.unseen), &scales));
             Ok(found.iter().map(|v| scale[0][0] + scale[0][1] * f64::from(*v)).collect())
         };
         let mut rows = Vec::new();
@@ -153,7 +156,7 @@ impl Data<'_> {
                     about: format!("ended after {ours} epochs (thesis {theirs})"),
                     printed: quartiles,
                     cpu_s: before_s + stopped.cpu_s,
-                    learned: self.training.len() + self.validation.len(),
+                    learned: self.compared.training.len() + self.compared.validation.len(),
                     before_s: 0.0,
                     find: &|| find(weights),
                 })?);
