@@ -79,7 +79,7 @@ fn every_seed_has_a_file_of_its_own_and_a_run_goes_on_with_more_of_them() {
             Block::Facts(facts) => Some(facts.clone()),
             _ => None,
         });
-        facts.last().unwrap()
+        facts.reduce(|_, last| last).unwrap()
     };
     let one = run("several", &[]).unwrap();
     assert_eq!((one.tables().count(), facts(&one).len()), (1, 1), "a verdict on one group");

@@ -186,8 +186,9 @@ fn variants(options: &Options) -> Vec<Variant> {
             |coarse| Variant { latent: 8, virtual_nodes: &[8], ..of(1, ALL, coarse, [None; 2]) };
         return [false, true].map(quick).to_vec();
     }
-    let told = [(0, 0.527), (8, 0.446), (16, 0.413), (24, 0.318)];
-    let told = told.map(|(numbers, error)| of(STEPS, numbers, false, [Some(error), None]));
+    let told = [(0, 527.0), (8, 446.0), (16, 413.0), (24, 318.0)];
+    let told = told
+        .map(|(numbers, micrometres)| of(STEPS, numbers, false, [Some(1e-3 * micrometres), None]));
     // The thesis' 40 components hold what these 32 numbers do.
     let whole = |k, coarse| of(k, ALL, coarse, [Some(0.241), Some(0.49)]);
     let steps = [(1, 0.298), (5, 0.266)].map(|(k, error)| of(k, ALL, false, [Some(error), None]));

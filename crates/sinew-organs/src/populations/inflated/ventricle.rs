@@ -3,18 +3,17 @@
 use super::volumes::hull_volume;
 use crate::populations::options::Options;
 use crate::populations::simulated::{Seen, Simulated};
-use crate::populations::stage::normal;
+use crate::populations::stage::{Stage, shape_parameters};
 use anyhow::{Context, Result, ensure};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use sinew::case::FibreRule;
-use sinew::{Body, Case, Parameter};
+use sinew::{Body, Parameter};
 use sinew_emulate::{Design, Shard, split_seed, store};
 use sinew_fem::{Options as SolverOptions, Solver, coarse_displacement};
 use sinew_gnn::{Coordinates, Dirichlet, Geometry};
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
-use sinew_mesh::{Field, Prolongation, VentricleShape};
+use sinew_mesh::{Prolongation, VentricleShape};
 use std::path::Path;
 use std::time::Instant;
 
@@ -23,12 +22,9 @@ use std::time::Instant;
 const CELLS: [[[usize; 3]; 2]; 2] = [[[3, 16, 8], [2, 8, 4]], [[3, 64, 30], [2, 16, 8]]];
 /// For a check of the code.
 const QUICK: [[usize; 3]; 2] = [[3, 8, 4], [2, 8, 4]];
-/// Standard deviation of the shape numbers: variances are a tenth above those of the hearts, as in the thesis.
-const SPREAD: f64 = 1.048808848170152;
 /// Neighbours that virtual nodes are joined to, κ.
 const NEIGHBOURS: usize = 5;
-/// Shape numbers count as parameters over this many deviations to either side, growth up to e to this.
-const RANGE: f64 = 1.7320508075688772;
+/// Growth counts as a parameter up to e to this.
 const GROWTH: f64 = 2.0;
 /// Simulations in a file.
 const CHUNK: usize = 50;
@@ -36,9 +32,7 @@ const CHUNK: usize = 50;
 /// A population: how its bodies are made.
 #[derive(Debug)]
 pub(super) struct Ventricles {
-    case: Case,
-    /// Fine and coarse.
-    cells: [[usize; 3]; 2],
+    stage: Stage,
     seed: u64,
 }
 
@@ -72,53 +66,14 @@ impl Ventricles {
     /// # Errors
     /// A case file that is none.
     pub(super) fn new(options: &Options) -> Result<Self> {
-        let case = Case::parse(include_str!("inflated.toml"), "inflated.toml")?;
         let cells = if options.quick { QUICK } else { CELLS[usize::from(options.full)] };
-        Ok(Self { case, cells, seed: options.seed })
-    }
-
-    /// The body of a shape, on the fine mesh and on the coarse one; numbers left out are zero.
-    ///
-    /// # Errors
-    /// Numbers of no ventricle.
-    fn bodies(&self, numbers: &[f64]) -> Result<[Body; 2]> {
-        let shape = VentricleShape::new(numbers)?;
-        let [fine, coarse] = self.cells.map(|cells| self.body(&shape, cells));
-        Ok([fine?, coarse?])
-    }
-
-    fn body(&self, shape: &VentricleShape, cells: [usize; 3]) -> Result<Body> {
-        let mut mesh = shape.hexahedra(cells)?;
-        let sets = ["endo", "epi", "base"].map(String::from);
-        let [endocardium, epicardium, base] = sets;
-        let rule = FibreRule {
-            endocardium,
-            epicardium,
-            base,
-            angles: [60.0, -60.0],
-            sheet_angles: [0.0; 2],
-        };
-        let frames = rule.at_nodes(&shape.tetrahedra(cells)?.into());
-        let frames = frames.map_err(anyhow::Error::msg)?;
-        let fibres: Vec<[f64; 3]> = frames.iter().map(|[fibre, ..]| *fibre).collect();
-        mesh.point_fields.insert("fibre".into(), Field::vectors(&fibres));
-        Ok(self.case.body_on(mesh.into())?)
+        Ok(Self { stage: Stage::inflated(cells)?, seed: options.seed })
     }
 
     /// Numbers of the shape of one of the population.
     fn numbers(&self, index: usize) -> Vec<f64> {
-        let mut random = ChaCha8Rng::seed_from_u64(split_seed(self.seed, index as u64));
-        loop {
-            let number = |_| SPREAD * normal(&mut random);
-            let numbers: Vec<f64> = (0..VentricleShape::NUMBERS).map(number).collect();
-            // A shape that the population does not have is drawn again.
-            let meshed = |shape: VentricleShape| {
-                self.cells.map(|cells| shape.hexahedra(cells)).iter().all(Result::is_ok)
-            };
-            if VentricleShape::new(&numbers).is_ok_and(meshed) {
-                return numbers;
-            }
-        }
+        let seed = split_seed(self.seed, index as u64);
+        self.stage.shape(&mut ChaCha8Rng::seed_from_u64(seed))
     }
 
     /// The first `count` of the population by number, with their solutions, from files within `folder` where these are; those without equilibrium are
@@ -132,7 +87,7 @@ impl Ventricles {
         folder: &Path,
         shard: Option<Shard>,
     ) -> Result<Vec<(usize, Ventricle)>> {
-        let [layers, around, along] = self.cells[0];
+        let [layers, around, along] = self.stage.cells;
         let folder = folder.join(format!("{layers}x{around}x{along}-seed-{}", self.seed));
         let thetas = self.thetas(count)?;
         let chunks = count.div_ceil(CHUNK);
@@ -174,7 +129,7 @@ impl Ventricles {
     /// # Errors
     /// More than Sobol's sequence is tabulated for.
     pub(super) fn thetas(&self, count: usize) -> Result<Vec<Vec<f64>>> {
-        let [body, _] = self.bodies(&[])?;
+        let [body, _] = self.stage.bodies(&[])?;
         Ok(Design::Sobol.sample(&body.parameters, count, self.seed)?)
     }
 
@@ -190,7 +145,7 @@ impl Ventricles {
 
     /// Displacements of a shape \[mm\]; NaN where the solver finds none.
     fn solve(&self, numbers: &[f64], theta: &[f64]) -> Result<Vec<f64>> {
-        let [fine, coarse] = self.bodies(numbers)?;
+        let [fine, coarse] = self.stage.bodies(numbers)?;
         let solved = Solver::new(&fine)?.solve_nested(&coarse, theta, &SolverOptions::default());
         let none = || vec![f64::NAN; 3 * fine.nodes];
         Ok(solved.map_or_else(|_| none(), |solved| solved.displacement))
@@ -203,7 +158,7 @@ impl Ventricles {
         theta: &[f64],
         displacement: Vec<f64>,
     ) -> Result<Option<Ventricle>> {
-        let [body, coarse] = self.bodies(numbers)?;
+        let [body, coarse] = self.stage.bodies(numbers)?;
         ensure!(
             displacement.len() == 3 * body.nodes,
             "a simulation of {} numbers is not of {} nodes; remove it",
@@ -234,7 +189,7 @@ impl Ventricles {
     pub(super) fn times(&self, ventricles: &[Ventricle]) -> Result<[f64; 2]> {
         let (options, mut seconds) = (SolverOptions::default(), [0.0; 2]);
         for Ventricle { numbers, theta, .. } in ventricles {
-            let ([fine, coarse], start) = (self.bodies(numbers)?, Instant::now());
+            let ([fine, coarse], start) = (self.stage.bodies(numbers)?, Instant::now());
             coarse_displacement(&coarse, &fine, theta, &options)?;
             seconds[0] += start.elapsed().as_secs_f64();
             let start = Instant::now();
@@ -252,7 +207,7 @@ impl Ventricles {
         /// Of a deviation: small, for the mean shape to stay a ventricle.
         const PART: f64 = 0.1;
         let points = |numbers: &[f64]| -> Result<Vec<[f64; 3]>> {
-            Ok(VentricleShape::new(numbers)?.hexahedra(self.cells[0])?.points)
+            Ok(VentricleShape::new(numbers)?.hexahedra(self.stage.cells)?.points)
         };
         let mean = points(&[])?;
         let size = |number: usize| -> Result<f64> {
@@ -271,7 +226,7 @@ impl Ventricles {
     /// # Errors
     /// More virtual nodes than nodes.
     pub(super) fn graph(&self, virtual_nodes: &[usize]) -> Result<Topology> {
-        let [body, _] = self.bodies(&[])?;
+        let [body, _] = self.stage.bodies(&[])?;
         let config = AugmentationConfig {
             roots_per_layer: virtual_nodes.to_vec(),
             neighbours: NEIGHBOURS,
@@ -340,8 +295,7 @@ impl Simulated for Ventricle {
     }
 
     fn parameters(&self, told: Seen) -> Vec<Parameter> {
-        let numbers = (0..told.numbers)
-            .map(|k| Parameter::linear(format!("shape {}", k + 1), "", -RANGE..=RANGE));
+        let numbers = shape_parameters(told.numbers);
         let growth = told.coarse.then(|| Parameter::linear("growth", "", 0.0..=GROWTH));
         numbers.chain(self.body.parameters.iter().cloned()).chain(growth).collect()
     }

@@ -36,20 +36,6 @@ const fn printed(epochs: usize, best: [f64; 3], last: Option<[f64; 3]>) -> Print
     Printed { epochs, best, last }
 }
 
-/// A volume's method and what it took.
-struct Method<'a> {
-    name: String,
-    about: String,
-    /// Quartiles that the thesis prints \[%\].
-    printed: Option<[f64; 3]>,
-    cpu_s: f64,
-    /// Simulations that it learned from, and what each answer takes before it \[s\].
-    learned: usize,
-    before_s: f64,
-    /// Predicted volumes of the ventricles tested \[mm³\].
-    find: &'a dyn Fn() -> Result<Vec<f64>>,
-}
-
 impl Data<'_> {
     /// Regression and plain networks, put through the same.
     pub(super) fn volumes_alone(&self) -> Result<Vec<Measured>> {
@@ -63,30 +49,35 @@ impl Data<'_> {
         Ok(rows)
     }
 
-    fn volume_row(&self, method: Method<'_>) -> Result<Measured> {
-        let clock = Instant::now();
-        let found = (method.find)()?;
+    /// A method that finds the volumes \[mm³\] of the ventricles tested, after so many CPU-seconds and simulations, beside quartiles \[%\]
+    /// that the thesis prints.
+    fn volumes_found(
+        &self,
+        [method, about]: [&str; 2],
+        printed: Option<[f64; 3]>,
+        (cpu_s, learned): (f64, usize),
+        find: impl Fn(&[Ventricle]) -> Result<Vec<f64>>,
+    ) -> Result<Measured> {
+        let (clock, unseen) = (Instant::now(), self.compared.unseen);
+        let found = find(unseen)?;
         let answer_s = clock.elapsed().as_secs_f64() / found.len() as f64;
-        let relative = |(v, found): (&Ventricle, f64)| {
-            let volume = v.volume(&v.displacement);
-            (found - volume).abs() / volume
-        };
-        let volumes: Vec<f64> = self.compared.unseen.iter().zip(found).map(relative).collect();
+        let truths = unseen.iter().map(|v| v.volume(&v.displacement));
+        let volumes: Vec<f64> = truths.zip(found).map(|(v, found)| (found - v).abs() / v).collect();
         let errors = Distribution::of(volumes.clone()).context("no cavity was tested")?;
         let quartiles = |of: [f64; 3]| of.map(|error| format!("{error:.2}")).join(", ");
         let ours = quartiles([errors.q25, errors.q50, errors.q75].map(|error| 100.0 * error));
-        let printed = method.printed.map(|errors| format!("; thesis {}", quartiles(errors)));
-        let printed = printed.unwrap_or_default();
+        let theirs = printed.map(|errors| format!("; thesis {}", quartiles(errors)));
+        let theirs = theirs.unwrap_or_default();
         Ok(Measured {
-            about: format!("{}; 25, 50, 75 %: {ours} %{printed}", method.about),
-            method: method.name,
+            method: method.into(),
+            about: format!("{about}; 25, 50, 75 %: {ours} %{theirs}"),
             group: String::new(),
             errors: Vec::new(),
             volumes,
-            cpu_s: method.cpu_s,
-            simulated_s: self.compared.simulation_s * method.learned as f64,
-            answer_s: method.before_s + answer_s,
-            printed: [None, method.printed.map(|[_, median, _]| median)],
+            cpu_s,
+            simulated_s: self.compared.simulation_s * learned as f64,
+            answer_s,
+            printed: [None, printed.map(|[_, median, _]| median)],
         })
     }
 
@@ -103,15 +94,13 @@ impl Data<'_> {
             let growth = fit.predict(&v.inputs(told))?[0] + v.known_growth(told);
             Ok(growth.exp() * v.volume(&vec![0.0; v.displacement.len()]))
         };
-        self.volume_row(Method {
-            name: format!("POD + GP, {} simulations{}", seen.len(), told.name()),
-            about: "regression of how much the cavity grows".into(),
-            printed: None,
-            cpu_s,
-            learned: seen.len(),
-            before_s: if told.coarse { self.compared.coarse_s } else { 0.0 },
-            find: &|| self.compared.unseen.iter().map(find).collect(),
-        })
+        let method = format!("POD + GP, {} simulations{}", seen.len(), told.name());
+        let names = [&method[..], "regression of how much the cavity grows"];
+        let found = self.volumes_found(names, None, (cpu_s, seen.len()), |unseen| {
+            unseen.iter().map(find).collect()
+        })?;
+        let coarse_s = if told.coarse { self.compared.coarse_s } else { 0.0 };
+        Ok(Measured { answer_s: found.answer_s + coarse_s, ..found })
     }
 
     /// The thesis' plain networks: from parameters and numbers, as they are (MLP 1) or transformed (MLP 2), to the volume.
@@ -135,11 +124,12 @@ impl Data<'_> {
         let patience = &PATIENCE[..printed.len() - 1];
         let [training, validation] =
             [self.compared.training, self.compared.validation].map(samples);
+        let learned = self.compared.training.len() + self.compared.validation.len();
         let before_s = cpu_seconds() - start;
         let stopped =
             Perceptron::train(&training, &validation, patience, self.compared.options.seed);
-        let find = |network: &Perceptron| {
-            let found = network.predict(&scaled(&inputs(self.compared.unseen), &scales));
+        let find = |network: &Perceptron, unseen: &[Ventricle]| {
+            let found = network.predict(&scaled(&inputs(unseen), &scales));
             Ok(found.iter().map(|v| scale[0][0] + scale[0][1] * f64::from(*v)).collect())
         };
         let mut rows = Vec::new();
@@ -150,16 +140,12 @@ impl Data<'_> {
                 ("last", &stopped.last, printed.last),
             ];
             for (which, weights, quartiles) in weights {
+                let name = format!("{method}, patience {waits}, {which} weights");
                 let (ours, theirs) = (stopped.epoch, printed.epochs);
-                rows.push(self.volume_row(Method {
-                    name: format!("{method}, patience {waits}, {which} weights"),
-                    about: format!("ended after {ours} epochs (thesis {theirs})"),
-                    printed: quartiles,
-                    cpu_s: before_s + stopped.cpu_s,
-                    learned: self.compared.training.len() + self.compared.validation.len(),
-                    before_s: 0.0,
-                    find: &|| find(weights),
-                })?);
+                let about = format!("ended after {ours} epochs (thesis {theirs})");
+                let cost = (before_s + stopped.cpu_s, learned);
+                let find = |unseen: &[Ventricle]| find(weights, unseen);
+                rows.push(self.volumes_found([&name, &about], quartiles, cost, find)?);
             }
         }
         Ok(rows)
