@@ -5,7 +5,7 @@ use super::methods::Data;
 use super::perceptron::{Perceptron, Samples};
 use super::ventricle::Ventricle;
 use crate::populations::measure::cpu_seconds;
-use crate::populations::simulated::{Measured, Seen, Simulated};
+use crate::populations::simulated::{Compared, Measured, Seen, Simulated};
 use anyhow::{Context, Result};
 use nalgebra::{DMatrix, Vector3};
 use sinew_emulate::PodRegression;
@@ -84,7 +84,8 @@ impl Data<'_> {
     /// Regression of the cavity's growth over numbers and parameters, from half of the simulations.
     fn regressed_volumes(&self, told: Seen) -> Result<Measured> {
         let start = cpu_seconds();
-        let seen = &self.compared.training[..self.compared.training.len().div_ceil(2)];
+        let Compared { training, coarse_s, .. } = self.compared;
+        let seen = &training[..training.len().div_ceil(2)];
         let inputs: Vec<_> = seen.iter().map(|v| v.inputs(told)).collect();
         let growth = |v: &Ventricle| vec![v.growth(&v.displacement) - v.known_growth(told)];
         let growths: Vec<_> = seen.iter().map(growth).collect();
@@ -99,19 +100,18 @@ impl Data<'_> {
         let found = self.volumes_found(names, None, (cpu_s, seen.len()), |unseen| {
             unseen.iter().map(find).collect()
         })?;
-        let coarse_s = if told.coarse { self.compared.coarse_s } else { 0.0 };
+        let coarse_s = if told.coarse { coarse_s } else { 0.0 };
         Ok(Measured { answer_s: found.answer_s + coarse_s, ..found })
     }
 
     /// The thesis' plain networks: from parameters and numbers, as they are (MLP 1) or transformed (MLP 2), to the volume.
     fn network_volumes(&self, transformed: bool) -> Result<Vec<Measured>> {
-        let start = cpu_seconds();
-        let sizes = self.ventricles.sizes()?;
+        let Compared { training, validation, options, .. } = self.compared;
+        let (start, sizes) = (cpu_seconds(), self.ventricles.sizes()?);
         let inputs = |of: &[Ventricle]| of.iter().map(|v| inputs(v, &sizes, transformed)).collect();
         let volumes =
             |of: &[Ventricle]| of.iter().map(|v| vec![v.volume(&v.displacement)]).collect();
-        let known: [Vec<Vec<f64>>; 2] =
-            [inputs(self.compared.training), volumes(self.compared.training)];
+        let known: [Vec<Vec<f64>>; 2] = [inputs(training), volumes(training)];
         let [mut scales, scale] = known.map(|rows| scales(&rows));
         if transformed {
             let second = scales[SECOND][1];
@@ -122,12 +122,10 @@ impl Data<'_> {
         };
         let (method, printed) = if transformed { ("MLP 2", MLP_2) } else { ("MLP 1", MLP_1) };
         let patience = &PATIENCE[..printed.len() - 1];
-        let [training, validation] =
-            [self.compared.training, self.compared.validation].map(samples);
-        let learned = self.compared.training.len() + self.compared.validation.len();
+        let learned = training.len() + validation.len();
+        let [training, validation] = [training, validation].map(samples);
         let before_s = cpu_seconds() - start;
-        let stopped =
-            Perceptron::train(&training, &validation, patience, self.compared.options.seed);
+        let stopped = Perceptron::train(&training, &validation, patience, options.seed);
         let find = |network: &Perceptron, unseen: &[Ventricle]| {
             let found = network.predict(&scaled(&inputs(unseen), &scales));
             Ok(found.iter().map(|v| scale[0][0] + scale[0][1] * f64::from(*v)).collect())
