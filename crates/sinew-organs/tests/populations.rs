@@ -3,7 +3,7 @@
 use clap::Parser;
 use sinew_organs::populations::options::Options;
 use sinew_organs::populations::run::reproduce;
-use sinew_report::Report;
+use sinew_report::{Block, Report, Section};
 
 #[test]
 fn a_quick_run_reports_every_population_and_is_resumed() {
@@ -28,6 +28,11 @@ fn a_quick_run_reports_every_population_and_is_resumed() {
     // Six simulations say nothing of 36 numbers; what the coarse mesh leaves is small, here and on one shape.
     assert!(row(0, "POD + GP, 3 simulations") > 10.0 * row(0, "coarse solution"));
     assert!(row(1, "about the coarse solution") < 3.0);
+    // Volumes alone: two regressions, a plain network without patience and one with each, by best and last weights.
+    assert_eq!(inflated[2].rows.len(), 2 + 2 + 2 * 5);
+    let plain = inflated[2].rows.iter().filter(|row| row.method.starts_with("MLP"));
+    let patience = plain.filter(|row| row.about.contains("25, 50, 75 %"));
+    assert_eq!(patience.count(), 12);
     for section in &report.sections[2..] {
         let table = section.tables().next().unwrap();
         let methods: Vec<_> = table.rows.iter().map(|row| row.method.as_str()).collect();
@@ -53,6 +58,45 @@ fn a_quick_run_reports_every_population_and_is_resumed() {
     let other = reproduce(&options(&["--resume", "--seed", "2"])).unwrap_err();
     assert!(format!("{other:#}").contains("other options"), "{other:#}");
     assert!(Options::try_parse_from(["populations", "--only", "spheres"]).is_err());
+}
+
+#[test]
+fn every_seed_has_a_file_of_its_own_and_a_run_goes_on_with_more_of_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |out: &str, more: &[&str]| {
+        let out = folder.path().join(out);
+        let fixed = ["populations", "--quick", "--only", "rings", "--no-rivals", "--out"];
+        let all = fixed.into_iter().chain(out.to_str()).chain(more.iter().copied());
+        let page = reproduce(&Options::try_parse_from(all).unwrap())?;
+        anyhow::Ok(Report::read(&page.with_file_name("report.json")).unwrap().sections.remove(0))
+    };
+    let medians = |section: &Section, table: usize| -> Vec<f64> {
+        let rows = &section.tables().nth(table).unwrap().rows;
+        rows.iter().map(|row| row.errors[0].value.median().unwrap()).collect()
+    };
+    let facts = |section: &Section| {
+        let facts = section.blocks.iter().filter_map(|block| match block {
+            Block::Facts(facts) => Some(facts.clone()),
+            _ => None,
+        });
+        facts.reduce(|_, last| last).unwrap()
+    };
+    let one = run("several", &[]).unwrap();
+    assert_eq!((one.tables().count(), facts(&one).len()), (1, 1), "a verdict on one group");
+    let kept = std::fs::read(folder.path().join("several/rings/study.json")).unwrap();
+    let two = run("several", &["--seeds", "2", "--resume"]).unwrap();
+    assert_eq!(std::fs::read(folder.path().join("several/rings/study.json")).unwrap(), kept);
+    assert_eq!(two.tables().next(), one.tables().next(), "rows are those of the first seed");
+    assert!(facts(&two)[0].1.contains(" of 2 seeds"), "{:?}", facts(&two));
+    // The median of two seeds is in the middle of what each finds alone.
+    let alone = run("alone", &["--seed", "2"]).unwrap();
+    let middle = medians(&one, 0).into_iter().zip(medians(&alone, 0)).map(|(a, b)| 0.5 * (a + b));
+    for (found, expected) in medians(&two, 1).into_iter().zip(middle) {
+        assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}"); // rounding
+    }
+    // Files of one seed are not read as those of another.
+    let error = run("several", &["--seed", "2", "--resume"]).unwrap_err();
+    assert!(format!("{error:#}").contains("other options"), "{error:#}");
 }
 
 #[test]

@@ -1,19 +1,23 @@
-//! Ventricles of the thesis' chapter 2: networks on simulations of many shapes, told more or less of the shape (Tables A.8 to A.11).
+//! Ventricles of the thesis' chapter 2: networks on simulations of many shapes, told more or less of the shape (Tables A.8 to A.13).
 
 mod methods;
+mod perceptron;
 mod ventricle;
+mod volumes;
 
+use super::measure::cpu_seconds;
 use super::options::Options;
-use super::simulated::{Measured, Variant, kept, table};
+use super::simulated::{Compared, Measured, Seen, Variant, table};
+use super::verdict;
 use anyhow::{Result, ensure};
-use methods::Data;
+use methods::{Data, PACE, coarse_alone};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::Shard;
 use sinew_mesh::VentricleShape;
 use sinew_report::{Block, Chart, Figure, Map, Panel, Section};
 use std::path::PathBuf;
 use std::time::Instant;
-use ventricle::{Seen, Ventricles};
+use ventricle::Ventricles;
 
 /// Name on the command line and of its folder.
 pub(super) const KEY: &str = "inflated";
@@ -22,13 +26,17 @@ pub(super) const KEY: &str = "inflated";
 const VIRTUAL_NODES: [&[usize]; 2] = [&[60, 8], &[848, 106, 13]];
 /// Ventricles with larger cavities are not tested \[mm³\].
 const LARGEST: f64 = 850e3;
+/// Ventricles whose simulations are timed.
+const TIMED: usize = 5;
+
 /// Everything measured.
 #[derive(Serialize, Deserialize)]
 struct Study {
-    options: Options,
     facts: Vec<(String, String)>,
     population: Vec<Measured>,
     one_shape: Vec<Measured>,
+    #[serde(default)]
+    volumes: Vec<Measured>,
     /// log₁₀ of the median error \[mm\] over b, each over a.
     map: Vec<Vec<Option<f64>>>,
     embedding: Chart,
@@ -39,7 +47,10 @@ struct Study {
 /// # Errors
 /// A ventricle that cannot be meshed, a training that diverges, files that cannot be written.
 pub(super) fn section(options: &Options) -> Result<Section> {
-    let study = kept(options, KEY, |study: &Study| &study.options, || study(options))?;
+    let mut studies = options.study(KEY, study)?;
+    let measured = studies.iter().map(|study| study.population.iter().chain(&study.one_shape));
+    let who_wins = verdict::of_measured(measured)?;
+    let study = studies.swap_remove(0);
     let about = "Left ventricles of 32 smooth modes, hexahedra with one volume ratio each, Holzapfel and Ogden's law over two decades in \
                  each parameter, 8 mmHg in the cavity: networks on simulations, told none to all of the numbers of a shape; the same about \
                  the solution of the ventricle on a coarse mesh; and regression.";
@@ -58,31 +69,38 @@ pub(super) fn section(options: &Options) -> Result<Section> {
             .into(),
         panels: vec![Panel::Map(map)],
     };
-    let blocks = vec![
+    let one_shape = "One shape that no network has seen, and what some simulations of it add:";
+    let embeddings = Block::charts(
+        "What nodes are to the network",
+        "Embeddings of a ventricle's nodes, by their place from apex to base.",
+        [study.embedding],
+    );
+    let mut blocks = vec![
         Block::Text(about.into()),
         Block::Facts(study.facts),
         Block::Table(table(&study.population)?),
-        Block::Text(
-            "One shape that no network has seen, and what some simulations of it add:".into(),
-        ),
+        Block::Text(one_shape.into()),
         Block::Table(table(&study.one_shape)?),
-        Block::Figure(figure),
-        Block::charts(
-            "What nodes are to the network",
-            "Embeddings of a ventricle's nodes, by their place from apex to base.",
-            [study.embedding],
-        ),
     ];
+    if !study.volumes.is_empty() {
+        blocks
+            .push(Block::Text("Volumes of cavities by methods that find no displacements:".into()));
+        blocks.push(Block::Table(table(&study.volumes)?));
+    }
+    blocks.extend(who_wins);
+    blocks.extend([Block::Figure(figure), embeddings]);
     Ok(Section { name: KEY.into(), title: "Inflated ventricles".into(), blocks })
 }
 
-/// Simulates one part of the ventricles.
+/// Simulates one part of the ventricles of every seed.
 ///
 /// # Errors
 /// Files that cannot be written.
 pub(super) fn simulate(options: &Options, shard: Shard) -> Result<PathBuf> {
     let count = counts(options).iter().sum();
-    Ventricles::new(options)?.simulated(count, &simulations(options), Some(shard))?;
+    for options in options.of_each_seed() {
+        Ventricles::new(&options)?.simulated(count, &simulations(&options), Some(shard))?;
+    }
     Ok(simulations(options))
 }
 
@@ -111,30 +129,40 @@ fn study(options: &Options) -> Result<Study> {
     }
     let few = "too few ventricles have an equilibrium";
     ensure!(training.len() > 1 && !validation.is_empty() && !unseen.is_empty(), few);
-    let coarse_s = ventricles.times(&unseen[0])?[0];
+    let clock = cpu_seconds();
+    let timed = &unseen[..TIMED.min(unseen.len())];
+    let [coarse_s, solver_s] = ventricles.times(timed)?;
+    let simulation_s = (cpu_seconds() - clock) / timed.len() as f64;
     let (training, validation, unseen) = (&training[..], &validation[..], &unseen[..]);
-    let data = Data { options, ventricles: &ventricles, training, validation, unseen, coarse_s };
-    let mut facts = data.facts(counts.iter().sum(), seconds)?;
-    let mut population = vec![data.coarse_alone(data.unseen)?];
+    let compared =
+        Compared { options, training, validation, unseen, pace: PACE, simulation_s, coarse_s };
+    let data = Data { ventricles: &ventricles, compared, solver_s };
+    let compared = &data.compared;
+    let mut facts = data.facts(drawn, seconds)?;
+    let mut population = vec![coarse_alone(compared)?];
     for count in [4, 2].map(|part| training.len().div_ceil(part).max(2).min(training.len())) {
         for coarse in [false, true] {
-            let told = Seen { numbers: ALL, coarse };
-            population.push(data.regression(&training[..count], data.unseen, told)?);
+            population.push(compared.regression(count, Seen { numbers: ALL, coarse })?);
         }
     }
-    facts.extend(data.volumes_alone()?);
+    let volumes = data.volumes_alone()?;
     let mut general = Vec::new();
-    for (variant, told, printed) in variants(options) {
-        let (measured, surrogate) = data.network(variant, told, printed)?;
+    for variant in variants(options) {
+        let (numbers, topology) = (variant.told.numbers, ventricles.graph(variant.virtual_nodes)?);
+        let about = format!("network on simulations, told {numbers} numbers of the shape");
+        let method = format!("{}, {numbers} numbers{}", variant.name(), variant.told.name());
+        let (measured, surrogate) = compared.network([&method, &about], variant, &topology)?;
         population.push(measured);
-        if told.numbers == ALL && (told.coarse || variant.steps == STEPS || options.quick) {
-            general.push((variant, told, surrogate));
+        if numbers == ALL && (variant.told.coarse || variant.steps == STEPS || options.quick) {
+            general.push((variant, surrogate));
         }
     }
     let (one_shape, map) = data.one_shape(&general)?;
-    let (embedding, fact) = data.embedding(&general[0])?;
+    let (variant, surrogate) = &general[0];
+    let topology = ventricles.graph(variant.virtual_nodes)?;
+    let (embedding, fact) = compared.embedding((variant, surrogate), &topology, 2)?;
     facts.extend([fact, data.times(&general[0])?]);
-    Ok(Study { options: options.clone(), facts, population, one_shape, map, embedding })
+    Ok(Study { facts, population, one_shape, volumes, map, embedding })
 }
 
 /// Numbers of a shape, and K of the networks that differ in what they are told.
@@ -147,29 +175,26 @@ fn simulations(options: &Options) -> PathBuf {
 
 /// Networks of Tables A.8 and A.9, and the one about the coarse solution, with the medians that the thesis prints: err_u \[mm\] and
 /// LVV \[%\].
-fn variants(options: &Options) -> Vec<(Variant, Seen, [Option<f64>; 2])> {
+fn variants(options: &Options) -> Vec<Variant> {
     let virtual_nodes = VIRTUAL_NODES[usize::from(options.full)];
     let of = |steps, numbers, coarse, printed| {
-        (Variant { steps, latent: 40, virtual_nodes }, Seen { numbers, coarse }, printed)
+        let told = Seen { numbers, coarse };
+        Variant { steps, latent: 40, virtual_nodes, told, printed }
     };
-    let printed = |error| [Some(error), None];
     if options.quick {
-        let variant = Variant { steps: 1, latent: 8, virtual_nodes: &[8] };
-        return [false, true]
-            .map(|coarse| (variant, Seen { numbers: ALL, coarse }, [None; 2]))
-            .to_vec();
+        let quick =
+            |coarse| Variant { latent: 8, virtual_nodes: &[8], ..of(1, ALL, coarse, [None; 2]) };
+        return [false, true].map(quick).to_vec();
     }
     let told = [(0, 527.0), (8, 446.0), (16, 413.0), (24, 318.0)];
-    let of_told = |(numbers, micrometres): (usize, f64)| {
-        of(STEPS, numbers, false, printed(1e-3 * micrometres))
-    };
-    let told = told.map(of_told);
+    let told = told
+        .map(|(numbers, micrometres)| of(STEPS, numbers, false, [Some(1e-3 * micrometres), None]));
     // The thesis' 40 components hold what these 32 numbers do.
-    let steps = [(1, 0.298), (5, 0.266)];
-    let steps = steps.map(|(k, error)| of(k, ALL, false, printed(error)));
+    let whole = |k, coarse| of(k, ALL, coarse, [Some(0.241), Some(0.49)]);
+    let steps = [(1, 0.298), (5, 0.266)].map(|(k, error)| of(k, ALL, false, [Some(error), None]));
     told.into_iter()
-        .chain([of(STEPS, ALL, false, [Some(0.241), Some(0.49)])])
+        .chain([whole(STEPS, false)])
         .chain(steps)
-        .chain([1, 3].map(|k| of(k, ALL, true, [Some(0.241), Some(0.49)])))
+        .chain([whole(1, true), whole(STEPS, true)])
         .collect()
 }

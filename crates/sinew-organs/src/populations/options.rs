@@ -2,8 +2,9 @@
 
 use super::{inflated, rectangles, stage};
 use clap::Parser;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use sinew_emulate::Shard;
+use sinew_emulate::{Shard, store};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -43,6 +44,10 @@ pub struct Options {
     /// Seed that all seeds of the run derive from
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+    /// Study so many seeds, each one above the last, and show their medians beside each other
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    #[serde(default = "one")]
+    pub seeds: u64,
     /// Folder for the report and what it is made of
     #[arg(long, default_value = "out/reproduce-populations")]
     pub out: PathBuf,
@@ -57,12 +62,53 @@ pub fn keys() -> Vec<&'static str> {
     [rectangles::KEY, inflated::KEY].into_iter().chain(stage::KEYS).collect()
 }
 
+fn one() -> u64 {
+    1
+}
+
+/// What a population's study found, with the options of its run.
+#[derive(Serialize, Deserialize)]
+struct Kept<S> {
+    options: Options,
+    #[serde(flatten)]
+    study: S,
+}
+
 impl Options {
-    /// Requires that what was kept is of a run with these options.
+    /// The same with each of its seeds.
+    pub(super) fn of_each_seed(&self) -> impl Iterator<Item = Self> {
+        let of = |k| Self { seed: self.seed.wrapping_add(k), seeds: 1, ..self.clone() };
+        (0..self.seeds).map(of)
+    }
+
+    /// Studies a population with each seed, or reads what an earlier run has found where this one goes on.
     ///
     /// # Errors
-    /// Another run.
-    pub fn require_same(&self, kept: &Self, file: &Path) -> anyhow::Result<()> {
+    /// Whatever a study stumbles over; a file of a run with other options.
+    pub(super) fn study<S: Serialize + DeserializeOwned>(
+        &self,
+        key: &str,
+        study: impl Fn(&Self) -> anyhow::Result<S>,
+    ) -> anyhow::Result<Vec<S>> {
+        let one = |options: Self| {
+            let name = match options.seed == self.seed {
+                true => "study.json".into(),
+                false => format!("study-seed-{}.json", options.seed),
+            };
+            let file = self.out.join(key).join(name);
+            if let Some(done) = store::read_json::<Kept<S>>(&file)?.filter(|_| self.resume) {
+                options.require_same(&done.options, &file)?;
+                return Ok(done.study);
+            }
+            let kept = Kept { study: study(&options)?, options };
+            store::write_json(&file, &kept)?;
+            Ok(kept.study)
+        };
+        self.of_each_seed().map(one).collect()
+    }
+
+    /// Requires that what was kept is of a run with these options.
+    fn require_same(&self, kept: &Self, file: &Path) -> anyhow::Result<()> {
         let comparable = |options: &Self| Self {
             only: Vec::new(),
             resume: false,

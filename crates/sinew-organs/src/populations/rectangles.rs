@@ -2,21 +2,18 @@
 
 use super::measure::cpu_seconds;
 use super::options::Options;
-use super::simulated::{self, Measured, Pace, Variant, kept, table, train, untrained};
+use super::simulated::{Compared, Measured, Pace, Seen, Simulated, Variant, table};
+use super::verdict;
 use anyhow::{Context, Result};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use sinew::Parameter;
-use sinew_emulate::PodRegression;
 use sinew_fem::{Options as SolverOptions, Solver};
-use sinew_gnn::{
-    Coordinates, DataSet, Dirichlet, Geometry, ParameterRange, ParameterScale, Sample, Surrogate,
-};
+use sinew_gnn::{Coordinates, Dirichlet, Geometry};
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 use sinew_mesh::{AnyMesh, rectangle_triangles};
 use sinew_report::{Block, Chart, Distribution, Section};
-use std::time::Instant;
 
 /// Name on the command line and of its folder.
 pub(super) const KEY: &str = "rectangles";
@@ -44,7 +41,6 @@ struct Beam {
 /// Everything measured.
 #[derive(Serialize, Deserialize)]
 struct Study {
-    options: Options,
     facts: Vec<(String, String)>,
     trained: Vec<Measured>,
     embedding: Chart,
@@ -55,20 +51,23 @@ struct Study {
 /// # Errors
 /// A beam that cannot be solved, a training that diverges, files that cannot be written.
 pub(super) fn section(options: &Options) -> Result<Section> {
-    let study = kept(options, KEY, |study: &Study| &study.options, || study(options))?;
+    let mut studies = options.study(KEY, study)?;
+    let who_wins = verdict::of_measured(studies.iter().map(|study| study.trained.iter()))?;
+    let study = studies.swap_remove(0);
     let about = "Rectangles of random length and width under a body force, clamped at one end, in plane strain and small displacements: \
                  networks on simulations, from none to all of their message-passing steps, with and without virtual nodes, and regression over \
                  length, width and moduli.";
-    let blocks = vec![
+    let mut blocks = vec![
         Block::Text(about.into()),
         Block::Facts(study.facts),
         Block::Table(table(&study.trained)?),
-        Block::charts(
-            "What nodes are to the network",
-            "Embeddings of a beam's nodes, by their place along it.",
-            [study.embedding],
-        ),
     ];
+    blocks.extend(who_wins);
+    blocks.push(Block::charts(
+        "What nodes are to the network",
+        "Embeddings of a beam's nodes, by their place along it.",
+        [study.embedding],
+    ));
     Ok(Section { name: KEY.into(), title: "Plane beams of many sizes".into(), blocks })
 }
 
@@ -76,10 +75,12 @@ fn study(options: &Options) -> Result<Study> {
     eprintln!("\nPlane beams of random length and width");
     let [training, validation, testing] = if options.quick { [6, 2, 3] } else { [225, 25, 50] };
     let mut random = ChaCha8Rng::seed_from_u64(options.seed);
-    let beams = (0..training + validation + testing).map(|_| Beam::draw(&mut random));
-    let beams = beams.collect::<Result<Vec<_>>>()?;
+    let drawn = training + validation + testing;
+    let clock = cpu_seconds();
+    let beams = (0..drawn).map(|_| Beam::draw(&mut random)).collect::<Result<Vec<_>>>()?;
+    let simulation_s = (cpu_seconds() - clock) / drawn as f64;
     let (seen, unseen) = beams.split_at(training + validation);
-    let sizes: Vec<f64> = unseen.iter().flat_map(|beam| lengths(&beam.displacement)).collect();
+    let sizes = unseen.iter().flat_map(|beam| Beam::lengths(&beam.displacement)).collect();
     let sizes = Distribution::of(sizes).context("no node was tested")?;
     let fact = |name: &str, what: String| (name.to_string(), what);
     let mut facts = vec![
@@ -94,48 +95,56 @@ fn study(options: &Options) -> Result<Study> {
             format!("mean {:.2} mm, largest {:.1} mm", sizes.mean, sizes.q100),
         ),
     ];
-    let mut trained = vec![regression(&seen[..training], unseen)?];
-    if !options.quick {
-        trained.push(regression(&seen[..25], unseen)?);
+    let (training, validation) = seen.split_at(training);
+    let compared =
+        Compared { options, training, validation, unseen, pace: PACE, simulation_s, coarse_s: 0.0 };
+    let mut trained = Vec::new();
+    for count in if options.quick { &[6][..] } else { &[225, 25] } {
+        trained.push(compared.regression(*count, TOLD)?);
     }
-    let mut embedding = Chart::default();
-    for (index, (variant, printed)) in variants(options.quick).into_iter().enumerate() {
-        let split = seen.split_at(training);
-        let (found, surrogate) = network(options, variant, printed, split, unseen)?;
-        found.tell()?;
+    let (mut embedding, variants) = (Chart::default(), variants(options.quick));
+    for (index, variant) in variants.iter().enumerate() {
+        let topology = average(variant.virtual_nodes, options.seed)?;
+        let about =
+            "network on simulations, mean nodal distance, the best weights on the validation beams";
+        let names = [&variant.name()[..], about];
+        let (found, surrogate) = compared.network(names, *variant, &topology)?;
         trained.push(found);
-        if index == EMBEDDED.min(variants(options.quick).len() - 1) {
-            let geometry = unseen[0].geometry(&average(variant.virtual_nodes, options.seed)?)?;
-            let along: Vec<f64> = unseen[0].body.positions.iter().map(|x| x[0]).collect();
-            let (chart, share) = simulated::embedding(&surrogate, &geometry, &along)?;
-            let what = format!("{:.0} % of the variance, {}", 100.0 * share, variant.name());
-            facts.push(fact("two principal components of the embeddings", what));
+        if index == EMBEDDED.min(variants.len() - 1) {
+            let (chart, fact) = compared.embedding((variant, &surrogate), &topology, 0)?;
+            facts.push(fact);
             embedding = chart;
         }
     }
-    Ok(Study { options: options.clone(), facts, trained, embedding })
+    Ok(Study { facts, trained, embedding })
 }
 
 /// Networks of Tables A.1 to A.4, with the medians that the thesis prints \[mm\].
-fn variants(quick: bool) -> Vec<(Variant, Option<f64>)> {
+fn variants(quick: bool) -> Vec<Variant> {
     const NONE: &[usize] = &[];
     const TWO: &[usize] = &[24, 6];
-    let of = |steps, latent, virtual_nodes| Variant { steps, latent, virtual_nodes };
+    let of = |steps, latent, virtual_nodes, printed: Option<f64>| Variant {
+        steps,
+        latent,
+        virtual_nodes,
+        told: TOLD,
+        printed: [printed, None],
+    };
     if quick {
-        return vec![(of(1, 8, NONE), None), (of(1, 8, TWO), None)];
+        return vec![of(1, 8, NONE, None), of(1, 8, TWO, None)];
     }
     let alone = [1.47, 0.664, 0.0821, 0.0406, 0.0272, 0.0285];
     let with = [0.161, 0.0279, 0.0271, 0.0273, 0.0309, 0.0346];
     let steps = |printed: [f64; 6], nodes: &'static [usize]| {
-        (1..).zip(printed).map(move |(k, printed)| (of(k, 40, nodes), Some(printed)))
+        (1..).zip(printed).map(move |(k, printed)| of(k, 40, nodes, Some(printed)))
     };
     let layers: [(&[usize], f64); 4] =
         [(&[4], 0.0237), (&[8], 0.0284), (&[48, 12], 0.0345), (&[48, 24, 6], 0.0249)];
     let widths = [(3, 0.102), (6, 0.0380), (10, 0.0346), (20, 0.0321), (60, 0.0249)];
     steps(alone, NONE)
         .chain(steps(with, TWO))
-        .chain(layers.into_iter().map(|(nodes, printed)| (of(2, 40, nodes), Some(printed))))
-        .chain(widths.into_iter().map(|(latent, printed)| (of(2, latent, TWO), Some(printed))))
+        .chain(layers.into_iter().map(|(nodes, printed)| of(2, 40, nodes, Some(printed))))
+        .chain(widths.into_iter().map(|(latent, printed)| of(2, latent, TWO, Some(printed))))
         .collect()
 }
 
@@ -157,9 +166,26 @@ impl Beam {
         let displacement = nodes.iter().flat_map(|[x, y, _]| [*x, *y]).collect();
         Ok(Self { size, theta, body, displacement })
     }
+}
 
-    /// What the networks see of it: the graph of the average beam, which all share, at its own positions.
-    fn geometry(&self, topology: &Topology) -> Result<Geometry> {
+/// Length and width, which every method is told.
+const TOLD: Seen = Seen { numbers: 2, coarse: false };
+
+impl Simulated for Beam {
+    fn body(&self) -> &sinew::Body {
+        &self.body
+    }
+
+    fn theta(&self) -> &[f64] {
+        &self.theta
+    }
+
+    fn displacement(&self) -> &[f64] {
+        &self.displacement
+    }
+
+    /// The graph of the average beam at its own positions.
+    fn geometry(&self, topology: &Topology, _told: Seen) -> Result<Geometry> {
         let nodes = self.body.nodes;
         let held: Vec<usize> = (0..nodes).filter(|&n| self.body.positions[n][0] == 0.0).collect();
         let indicator = FeatureMatrix::indicator(nodes, &held)?;
@@ -172,10 +198,20 @@ impl Beam {
         })
     }
 
-    /// Inputs of a regression over shapes.
-    fn numbers(&self) -> Vec<f64> {
+    fn inputs(&self, _told: Seen) -> Vec<f64> {
         let [length, width] = self.size;
         vec![length, width / length, self.theta[0], self.theta[1]]
+    }
+
+    fn parameters(&self, _told: Seen) -> Vec<Parameter> {
+        let log =
+            |name: &str, unit: &str, [low, high]: [f64; 2]| Parameter::log(name, unit, low..=high);
+        let shape = [log("length", "cm", LENGTHS), log("slenderness", "", SLENDERNESS)];
+        shape.into_iter().chain(["mu", "lambda"].map(|name| log(name, "", MODULI))).collect()
+    }
+
+    fn lengths(displacement: &[f64]) -> Vec<f64> {
+        displacement.as_chunks::<2>().0.iter().map(|[x, y]| MM * x.hypot(*y)).collect()
     }
 }
 
@@ -192,96 +228,6 @@ fn average(virtual_nodes: &[usize], seed: u64) -> Result<Topology> {
         ..AugmentationConfig::for_nodes(mesh.points().len())
     };
     Ok(augment(mesh.points(), &mesh.edges(), &config)?)
-}
-
-/// Distances in the plane \[mm\] of displacements \[cm\].
-fn lengths(displacement: &[f64]) -> Vec<f64> {
-    displacement.as_chunks::<2>().0.iter().map(|[x, y]| MM * x.hypot(*y)).collect()
-}
-
-fn apart(found: &[f64], beam: &Beam) -> Vec<f64> {
-    let difference = found.iter().zip(&beam.displacement).map(|(a, b)| a - b);
-    lengths(&difference.collect::<Vec<_>>())
-}
-
-fn regression(seen: &[Beam], unseen: &[Beam]) -> Result<Measured> {
-    let start = cpu_seconds();
-    let [named, ranges] = [["length", "slenderness", "mu", "lambda"], ["cm", "", "", ""]];
-    let ranges = [LENGTHS, SLENDERNESS, MODULI, MODULI].into_iter().zip(named).zip(ranges);
-    let parameters: Vec<Parameter> = ranges
-        .map(|((range, name), unit)| Parameter::log(name, unit, range[0]..=range[1]))
-        .collect();
-    let inputs: Vec<Vec<f64>> = seen.iter().map(Beam::numbers).collect();
-    let fields: Vec<Vec<f64>> = seen.iter().map(|beam| beam.displacement.clone()).collect();
-    let fit = PodRegression::fit(&parameters, &inputs, &fields)?;
-    let cpu_s = cpu_seconds() - start;
-    let (start, mut errors) = (Instant::now(), Vec::new());
-    for beam in unseen {
-        errors.extend(apart(&fit.predict(&beam.numbers())?, beam));
-    }
-    Ok(Measured {
-        method: format!("POD + GP, {} beams", seen.len()),
-        about: format!("regression over length, slenderness and moduli; {}", fit.interpolation()),
-        group: String::new(),
-        errors,
-        volumes: Vec::new(),
-        cpu_s,
-        answer_s: start.elapsed().as_secs_f64() / unseen.len() as f64,
-        printed: [None; 2],
-    })
-}
-
-fn data_set(topology: &Topology, training: &[Beam], validation: &[Beam]) -> Result<DataSet> {
-    let geometries = training.iter().chain(validation).map(|beam| beam.geometry(topology));
-    let geometries = geometries.collect::<Result<Vec<_>>>()?;
-    let sample = |(geometry, beam): (usize, &Beam)| Sample {
-        geometry,
-        theta: beam.theta.clone(),
-        displacement: beam.displacement.clone(),
-    };
-    Ok(DataSet {
-        geometries,
-        training: training.iter().enumerate().map(sample).collect(),
-        validation: (training.len()..).zip(validation).map(sample).collect(),
-    })
-}
-
-fn network(
-    options: &Options,
-    variant: Variant,
-    printed: Option<f64>,
-    (training, validation): (&[Beam], &[Beam]),
-    unseen: &[Beam],
-) -> Result<(Measured, Surrogate)> {
-    let start = cpu_seconds();
-    let topology = average(variant.virtual_nodes, options.seed)?;
-    let data = data_set(&topology, training, validation)?;
-    let modulus =
-        ParameterRange { lower: MODULI[0], upper: MODULI[1], scale: ParameterScale::Linear };
-    let surrogate = untrained(variant, &data, vec![modulus; 2], options)?;
-    let surrogate = train(surrogate, data, PACE, options)?;
-    let cpu_s = cpu_seconds() - start;
-    let (mut errors, mut answer_s) = (Vec::new(), 0.0);
-    for beam in unseen {
-        let start = Instant::now();
-        let geometry = beam.geometry(&topology)?;
-        let found = surrogate.predict(&geometry, std::slice::from_ref(&beam.theta))?;
-        answer_s += start.elapsed().as_secs_f64() / unseen.len() as f64;
-        errors.extend(apart(found.field(0), beam));
-    }
-    let about =
-        "network on simulations, mean nodal distance, the best weights on the validation beams";
-    let measured = Measured {
-        method: variant.name(),
-        about: about.into(),
-        group: String::new(),
-        errors,
-        volumes: Vec::new(),
-        cpu_s,
-        answer_s,
-        printed: [printed, None],
-    };
-    Ok((measured, surrogate))
 }
 
 /// Training of a network, one beam a step.

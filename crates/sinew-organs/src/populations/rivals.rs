@@ -1,7 +1,7 @@
 //! What regression on registered shapes makes of simulations.
 
 use super::measure::cpu_seconds;
-use super::stage::{Individual, Stage};
+use super::stage::{Individual, Stage, shape_parameters};
 use anyhow::Result;
 use sinew::Parameter;
 use sinew_emulate::{PodRegression, share_of};
@@ -26,9 +26,6 @@ pub(super) struct Fit {
     /// What the regression is.
     pub about: String,
 }
-
-/// Shape numbers count as parameters over this many deviations to either side.
-const RANGE: f64 = 1.7320508075688772;
 
 impl Rivals {
     /// Simulates `count` individuals and fits regressions over shape numbers and parameters; without equilibrium on the coarse mesh an
@@ -136,7 +133,6 @@ fn input(individual: &Individual) -> Vec<f64> {
 }
 
 fn all_parameters(individual: &Individual) -> Vec<Parameter> {
-    let numbers = (0..individual.numbers.len())
-        .map(|i| Parameter::linear(format!("shape {}", i + 1), "", -RANGE..=RANGE));
+    let numbers = shape_parameters(individual.numbers.len());
     numbers.chain(individual.body.parameters.iter().cloned()).collect()
 }

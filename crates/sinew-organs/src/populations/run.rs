@@ -4,9 +4,10 @@ use super::measure::{CORRECTIONS, Group, Outcome, cpu_seconds};
 use super::options::{Options, keys};
 use super::rivals::{Fit, Rivals, coarse};
 use super::stage::{Individual, Stage};
+use super::verdict::{self, Entry};
 use super::{inflated, rectangles};
 use anyhow::{Context, Result};
-use sinew_emulate::{Axes, Loss, Population, PopulationEmulator, Start, TwoMeshes, store};
+use sinew_emulate::{Axes, Loss, Population, PopulationEmulator, Start, TwoMeshes};
 use sinew_report::{Block, Chart, Column, Distribution, Provenance, Report, Row, Section};
 use sinew_report::{Series, Style, Table};
 use std::ops::ControlFlow;
@@ -30,7 +31,6 @@ struct Size {
 /// Everything measured on a population.
 #[derive(serde::Serialize, serde::Deserialize)]
 struct Study {
-    options: Options,
     facts: Vec<(String, String)>,
     outcomes: Vec<Outcome>,
     /// CPU time \[s\] and median error on some of the individuals during each training.
@@ -65,7 +65,10 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
         let section = match key {
             rectangles::KEY => rectangles::section(options),
             inflated::KEY => inflated::section(options),
-            _ => study(options, key).and_then(|study| section(key, &study)),
+            _ => {
+                let studies = options.study(key, |options| study(options, key));
+                studies.and_then(|studies| section(key, &studies))
+            }
         };
         report.sections.push(section.with_context(|| format!("population {key}"))?);
         report.headline = headline(&report);
@@ -78,7 +81,7 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
 /// The method with the least median error, raw, on the bodies of each population.
 fn headline(report: &Report) -> String {
     let best = |section: &Section| -> Option<String> {
-        let rows = section.tables().flat_map(|table| &table.rows);
+        let rows = section.tables().take(1).flat_map(|table| &table.rows);
         let rows = rows.filter(|row| row.subject.is_empty() || row.subject == POPULATION);
         let errors = rows.filter_map(|row| Some((row.errors.first()?.value.median()?, row)));
         let (_, row) = errors.min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -116,20 +119,10 @@ impl Options {
 }
 
 fn study(options: &Options, key: &str) -> Result<Study> {
-    let file = options.out.join(key).join("study.json");
-    if let Some(done) = store::read_json::<Study>(&file)?.filter(|_| options.resume) {
-        options.require_same(&done.options, &file)?;
-        return Ok(done);
-    }
     let (stage, size) = (Stage::new(key, options.quick)?, options.size(key));
     eprintln!("\n{}", stage.about);
     let groups = groups(options, &stage, size.tests)?;
-    let mut study = Study {
-        options: options.clone(),
-        facts: Vec::new(),
-        outcomes: Vec::new(),
-        curves: Vec::new(),
-    };
+    let mut study = Study { facts: Vec::new(), outcomes: Vec::new(), curves: Vec::new() };
     for group in &groups {
         let nodes: Vec<usize> = group.individuals.iter().map(|i| i.body.nodes).collect();
         let least = nodes.iter().min().copied().unwrap_or_default();
@@ -151,7 +144,6 @@ fn study(options: &Options, key: &str) -> Result<Study> {
     for &loss in size.losses {
         network(options, &stage, &groups, (loss, size.steps), &mut study)?;
     }
-    store::write_json(&file, &study)?;
     Ok(study)
 }
 
@@ -356,7 +348,10 @@ fn on_the_way(group: &Group, emulator: &PopulationEmulator) -> sinew_emulate::Re
     Ok(errors[errors.len() / 2])
 }
 
-fn section(key: &str, study: &Study) -> Result<Section> {
+fn section(key: &str, studies: &[Study]) -> Result<Section> {
+    let study = studies.first().context("no seed")?;
+    let entries = |study: &Study| study.outcomes.iter().filter_map(Entry::of_outcome).collect();
+    let entries: Vec<Vec<Entry>> = studies.iter().map(entries).collect();
     let table = table(study)?;
     let chart = Chart::new("Error in training", ["CPU time [s]", "median error"], [true; 2]);
     let curves = study.curves.iter();
@@ -364,16 +359,14 @@ fn section(key: &str, study: &Study) -> Result<Section> {
         chart.with(Series::new(name.clone(), Style::Marked, curve.clone()))
     });
     let stage = Stage::new(key, true)?;
-    let blocks = vec![
+    let mut blocks = vec![
         Block::Text(stage.about.into()),
         Block::Facts(study.facts.clone()),
         Block::Table(table),
-        Block::charts(
-            "Error against CPU time",
-            "On twenty individuals of the population.",
-            [chart],
-        ),
     ];
+    blocks.extend(verdict::blocks(&entries, "%")?);
+    let about = "On twenty individuals of the population.";
+    blocks.push(Block::charts("Error against CPU time", about, [chart]));
     Ok(Section { name: key.into(), title: format!("A population of {key}"), blocks })
 }
 

@@ -1,17 +1,262 @@
-//! What chapter 2 of the thesis does on each of its populations: one network on simulations of shapes, all on one graph.
+//! What chapter 2 of the thesis does on each of its populations: networks on simulations of shapes, all on one graph, and regression.
 
+use super::measure::cpu_seconds;
 use super::options::Options;
 use anyhow::{Context, Result};
 use nalgebra::DMatrix;
-use serde::{Deserialize, Serialize, de::DeserializeOwned};
-use sinew_emulate::store;
+use serde::{Deserialize, Serialize};
+use sinew::{Body, Parameter, Sampling};
+use sinew_emulate::PodRegression;
 use sinew_gnn::{
     Activation, Backend, Budget, DataFit, DataSet, EmulatorConfig, Geometry, OutputScale,
-    ParameterRange, ParameterScaling, Scales, Surrogate, Trainer, TrainingConfig,
+    ParameterRange, ParameterScale, ParameterScaling, Sample, Scales, Surrogate, Trainer,
+    TrainingConfig,
 };
+use sinew_graph::Topology;
 use sinew_report::{Cell, Chart, Column, Distribution, Row, Series, Style, Table};
+use std::time::Instant;
 
-/// Sizes of one network of a study.
+/// A body of a population with its parameters and what the solver found.
+pub(super) trait Simulated {
+    fn body(&self) -> &Body;
+
+    fn theta(&self) -> &[f64];
+
+    /// Node by node, in components that networks predict.
+    fn displacement(&self) -> &[f64];
+
+    /// What networks see of it on the graph that all share.
+    ///
+    /// # Errors
+    /// A graph of another mesh.
+    fn geometry(&self, topology: &Topology, told: Seen) -> Result<Geometry>;
+
+    /// Inputs of a regression.
+    fn inputs(&self, told: Seen) -> Vec<f64>;
+
+    /// Their ranges.
+    fn parameters(&self, told: Seen) -> Vec<Parameter>;
+
+    /// Lengths of the displacements of nodes \[mm\].
+    fn lengths(displacement: &[f64]) -> Vec<f64>;
+
+    /// What is learned: the displacement, or what is left of it.
+    fn target(&self, _told: Seen) -> Vec<f64> {
+        self.displacement().to_vec()
+    }
+
+    /// The displacement of what was predicted for [`Simulated::target`].
+    fn displaced(&self, found: Vec<f64>, _told: Seen) -> Vec<f64> {
+        found
+    }
+
+    /// `|V − V̂| / V` of its cavity, if it has one.
+    fn volume_error(&self, _found: &[f64]) -> Option<f64> {
+        None
+    }
+
+    /// Distance of a displacement to its own, node by node \[mm\].
+    fn distances(&self, found: &[f64]) -> Vec<f64> {
+        let pairs = found.iter().zip(self.displacement());
+        Self::lengths(&pairs.map(|(a, b)| a - b).collect::<Vec<_>>())
+    }
+}
+
+/// What a method is told of a body.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen {
+    /// So many numbers of its shape.
+    pub numbers: usize,
+    /// Its solution on the coarse mesh, which is then corrected.
+    pub coarse: bool,
+}
+
+impl Seen {
+    /// What of it is not the rule, for a table.
+    pub(super) fn name(self) -> &'static str {
+        if self.coarse { ", about the coarse solution" } else { "" }
+    }
+}
+
+/// Bodies that methods learn from and are tested on.
+pub(super) struct Compared<'a, B> {
+    pub options: &'a Options,
+    pub training: &'a [B],
+    /// By these the best weights of a training are chosen.
+    pub validation: &'a [B],
+    pub unseen: &'a [B],
+    pub pace: Pace,
+    /// CPU time of a simulation \[s\].
+    pub simulation_s: f64,
+    /// Wall time of a body on its coarse mesh \[s\].
+    pub coarse_s: f64,
+}
+
+impl<B: Simulated> Compared<'_, B> {
+    /// Regression on the first `count` simulations, over numbers of the shape and parameters.
+    ///
+    /// # Errors
+    /// Fields that nothing can be fitted to.
+    pub(super) fn regression(&self, count: usize, told: Seen) -> Result<Measured> {
+        let (start, seen) = (cpu_seconds(), &self.training[..count]);
+        let inputs: Vec<Vec<f64>> = seen.iter().map(|body| body.inputs(told)).collect();
+        let fields: Vec<Vec<f64>> = seen.iter().map(|body| body.target(told)).collect();
+        let fit = PodRegression::fit(&seen[0].parameters(told), &inputs, &fields)?;
+        let cost = (cpu_seconds() - start, count);
+        let method = format!("POD + GP, {count} simulations{}", told.name());
+        let about = fit.interpolation().to_string();
+        let about = about.split(", lengths").next().unwrap_or_default();
+        self.measured([&method, about], cost, told, |body| {
+            Ok(body.displaced(fit.predict(&body.inputs(told))?, told))
+        })
+    }
+
+    /// A network that is trained on all simulations.
+    ///
+    /// # Errors
+    /// Data that do not fit each other, a training that diverges.
+    pub(super) fn network(
+        &self,
+        names: [&str; 2],
+        variant: Variant,
+        topology: &Topology,
+    ) -> Result<(Measured, Surrogate)> {
+        let start = cpu_seconds();
+        let data = self.data_set(topology, variant.told)?;
+        let surrogate = self.untrained(variant, &data)?;
+        let surrogate = train(surrogate, data, self.pace, self.options)?;
+        let cost = (cpu_seconds() - start, self.training.len() + self.validation.len());
+        let found = predicting(&surrogate, topology, variant.told);
+        let measured = self.measured(names, cost, variant.told, found)?;
+        Ok((Measured { printed: variant.printed, ..measured }, surrogate))
+    }
+
+    /// A network that goes on from another's weights.
+    ///
+    /// # Errors
+    /// As [`Compared::network`].
+    pub(super) fn further(
+        &self,
+        names: [&str; 2],
+        (surrogate, told): (&Surrogate, Seen),
+        topology: &Topology,
+    ) -> Result<Measured> {
+        let start = cpu_seconds();
+        let data = self.data_set(topology, told)?;
+        let surrogate = train(surrogate.carried_to(&data)?, data, self.pace, self.options)?;
+        let cost = (cpu_seconds() - start, self.training.len() + self.validation.len());
+        self.measured(names, cost, told, predicting(&surrogate, topology, told))
+    }
+
+    /// A method on what it has not seen, after so many CPU-seconds and simulations.
+    ///
+    /// # Errors
+    /// A prediction that fails.
+    pub(super) fn measured(
+        &self,
+        [method, about]: [&str; 2],
+        (cpu_s, learned): (f64, usize),
+        told: Seen,
+        found: impl Fn(&B) -> Result<Vec<f64>>,
+    ) -> Result<Measured> {
+        let clock = Instant::now();
+        let answers = self.unseen.iter().map(found).collect::<Result<Vec<_>>>()?;
+        let answer_s = clock.elapsed().as_secs_f64() / self.unseen.len() as f64;
+        let pairs = || self.unseen.iter().zip(&answers);
+        let measured = Measured {
+            method: method.into(),
+            about: about.into(),
+            group: String::new(),
+            errors: pairs().flat_map(|(body, answer)| body.distances(answer)).collect(),
+            volumes: pairs().filter_map(|(body, answer)| body.volume_error(answer)).collect(),
+            cpu_s,
+            simulated_s: self.simulation_s * learned as f64,
+            answer_s: answer_s + if told.coarse { self.coarse_s } else { 0.0 },
+            printed: [None; 2],
+        };
+        measured.tell()?;
+        Ok(measured)
+    }
+
+    /// Bodies of the same features share a geometry.
+    fn data_set(&self, topology: &Topology, told: Seen) -> Result<DataSet> {
+        let mut geometries = Vec::new();
+        let mut sample = |body: &B| -> Result<Sample> {
+            let geometry = body.geometry(topology, told)?;
+            if geometries.last() != Some(&geometry) {
+                geometries.push(geometry);
+            }
+            let (geometry, theta) = (geometries.len() - 1, body.theta().to_vec());
+            Ok(Sample { geometry, theta, displacement: body.target(told) })
+        };
+        let training = self.training.iter().map(&mut sample).collect::<Result<_>>()?;
+        let validation = self.validation.iter().map(&mut sample).collect::<Result<_>>()?;
+        Ok(DataSet { geometries, training, validation })
+    }
+
+    /// A network that has learned nothing yet, for displacements in standardised units.
+    fn untrained(&self, variant: Variant, data: &DataSet) -> Result<Surrogate> {
+        let geometry = data.geometries.first().context("a data set without a body")?;
+        let dimensions = geometry.dirichlet.prescribed.len() / geometry.topology.real_nodes;
+        let features = &geometry.features;
+        let [nodes, edges] = [features.nodes.columns, features.edges.columns];
+        let range = |parameter: &Parameter| ParameterRange {
+            lower: parameter.range[0],
+            upper: parameter.range[1],
+            scale: match parameter.sampling {
+                Sampling::Log => ParameterScale::Log,
+                Sampling::Linear => ParameterScale::Linear,
+            },
+        };
+        let ranges: Vec<_> = self.unseen[0].body().parameters.iter().map(range).collect();
+        let sizes = EmulatorConfig {
+            latent: variant.latent,
+            steps: variant.steps,
+            activation: Activation::Tanh,
+            global_features: geometry.global.len(),
+            ..EmulatorConfig::new(dimensions, nodes, edges, ranges.len())
+        };
+        let fields = data.training.iter().map(|sample| &sample.displacement[..]);
+        let output = OutputScale::standardising(dimensions, fields)?;
+        let scales = Scales::over(&data.geometries, ParameterScaling::new(ranges)?, output)?;
+        let device = Backend::default().device()?;
+        Ok(Surrogate::new(&sizes, data, scales, self.options.seed, &device)?)
+    }
+
+    /// What the nodes of the first body tested are to a network, by their place along an axis, and the share of the variance of the embeddings
+    /// that two principal components hold.
+    ///
+    /// # Errors
+    /// A geometry of another mesh.
+    pub(super) fn embedding(
+        &self,
+        (variant, surrogate): (&Variant, &Surrogate),
+        topology: &Topology,
+        axis: usize,
+    ) -> Result<(Chart, (String, String))> {
+        let body = &self.unseen[0];
+        let geometry = body.geometry(topology, variant.told)?;
+        let along: Vec<f64> = body.body().positions.iter().map(|x| x[axis]).collect();
+        let (chart, share) = embedding(surrogate, &geometry, &along)?;
+        let what = format!("{:.0} % of the variance, {}", 100.0 * share, variant.name());
+        Ok((chart, ("two principal components of the embeddings".into(), what)))
+    }
+}
+
+/// Predictions of a network for bodies on a graph.
+pub(super) fn predicting<'a, B: Simulated>(
+    surrogate: &'a Surrogate,
+    topology: &'a Topology,
+    told: Seen,
+) -> impl Fn(&B) -> Result<Vec<f64>> + 'a {
+    move |body| {
+        let geometry = body.geometry(topology, told)?;
+        let found = surrogate.predict(&geometry, &[body.theta().to_vec()])?;
+        Ok(body.displaced(found.field(0).to_vec(), told))
+    }
+}
+
+/// One network of a study.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Variant {
     /// K.
@@ -20,6 +265,10 @@ pub(super) struct Variant {
     pub latent: usize,
     /// Virtual nodes, η.
     pub virtual_nodes: &'static [usize],
+    /// What it sees.
+    pub told: Seen,
+    /// Medians that the thesis prints of it \[mm, %\].
+    pub printed: [Option<f64>; 2],
 }
 
 /// A method, its errors and its costs.
@@ -37,6 +286,9 @@ pub(super) struct Measured {
     pub volumes: Vec<f64>,
     /// Everything before the first answer, simulations not counted \[s\].
     pub cpu_s: f64,
+    /// CPU time of the simulations that it learned from \[s\].
+    #[serde(default)]
+    pub simulated_s: f64,
     /// Wall time of one answer \[s\].
     pub answer_s: f64,
     /// Medians that the thesis prints \[mm, %\].
@@ -56,63 +308,11 @@ pub(super) struct Pace {
     pub decoders_only: bool,
 }
 
-/// Keeps what a study found in a file, and takes it from there where the run is one that goes on.
-///
-/// # Errors
-/// Whatever the study stumbles over; a file of a run with other options.
-pub(super) fn kept<S: Serialize + DeserializeOwned>(
-    options: &Options,
-    key: &str,
-    options_of: impl Fn(&S) -> &Options,
-    study: impl FnOnce() -> Result<S>,
-) -> Result<S> {
-    let file = options.out.join(key).join("study.json");
-    if let Some(done) = store::read_json::<S>(&file)?.filter(|_| options.resume) {
-        options.require_same(options_of(&done), &file)?;
-        return Ok(done);
-    }
-    let study = study()?;
-    store::write_json(&file, &study)?;
-    Ok(study)
-}
-
-/// A network that has learned nothing yet, for displacements in standardised units.
-///
-/// # Errors
-/// Data that do not fit each other.
-pub(super) fn untrained(
-    variant: Variant,
-    data: &DataSet,
-    ranges: Vec<ParameterRange>,
-    options: &Options,
-) -> Result<Surrogate> {
-    let geometry = data.geometries.first().context("a data set without a body")?;
-    let dimensions = geometry.dirichlet.prescribed.len() / geometry.topology.real_nodes;
-    let features = &geometry.features;
-    let [nodes, edges] = [features.nodes.columns, features.edges.columns];
-    let sizes = EmulatorConfig {
-        latent: variant.latent,
-        steps: variant.steps,
-        activation: Activation::Tanh,
-        global_features: geometry.global.len(),
-        ..EmulatorConfig::new(dimensions, nodes, edges, ranges.len())
-    };
-    let fields = data.training.iter().map(|sample| &sample.displacement[..]);
-    let output = OutputScale::standardising(dimensions, fields)?;
-    let scales = Scales::over(&data.geometries, ParameterScaling::new(ranges)?, output)?;
-    Ok(Surrogate::new(&sizes, data, scales, options.seed, &Backend::default().device()?)?)
-}
-
 /// Trains a network on simulations, by the mean nodal distance to them; the best weights on those to validate with are kept.
 ///
 /// # Errors
 /// Data that do not fit each other, a training that diverges.
-pub(super) fn train(
-    surrogate: Surrogate,
-    data: DataSet,
-    pace: Pace,
-    options: &Options,
-) -> Result<Surrogate> {
+fn train(surrogate: Surrogate, data: DataSet, pace: Pace, options: &Options) -> Result<Surrogate> {
     let objective = DataFit::new(surrogate.scales().output.length())?;
     let config = TrainingConfig {
         learning_rate: pace.rate,
@@ -133,11 +333,7 @@ pub(super) fn train(
 ///
 /// # Errors
 /// A geometry of another mesh.
-pub(super) fn embedding(
-    surrogate: &Surrogate,
-    geometry: &Geometry,
-    along: &[f64],
-) -> Result<(Chart, f64)> {
+fn embedding(surrogate: &Surrogate, geometry: &Geometry, along: &[f64]) -> Result<(Chart, f64)> {
     const THIRDS: [&str; 3] = ["first third", "second third", "last third"];
     let rows = surrogate.local_embedding(geometry)?;
     let columns = rows.first().map_or(0, Vec::len);
@@ -179,7 +375,7 @@ impl Measured {
     ///
     /// # Errors
     /// No node was tested.
-    pub(super) fn median(&self) -> Result<f64> {
+    fn median(&self) -> Result<f64> {
         Ok(Distribution::of(self.errors.clone()).context("no node was tested")?.q50)
     }
 
@@ -187,7 +383,7 @@ impl Measured {
     ///
     /// # Errors
     /// As [`Measured::median`].
-    pub(super) fn tell(&self) -> Result<()> {
+    fn tell(&self) -> Result<()> {
         let volume = Distribution::of(self.volumes.clone());
         let volume = volume.map_or(String::new(), |v| format!(", volume {:.2} %", 100.0 * v.q50));
         let (name, median) = (format!("{} {}", self.method, self.group), self.median()?);
@@ -196,35 +392,41 @@ impl Measured {
     }
 }
 
-/// The table of what was measured.
+/// The table of what was measured: errors of nodes, of volumes, or both.
 ///
 /// # Errors
 /// A method without errors.
 pub(super) fn table(measured: &[Measured]) -> Result<Table> {
-    let cavities = measured.iter().any(|row| !row.volumes.is_empty());
-    let about = "|V − V̂| / V of the cavity";
-    let volume = cavities.then(|| Column::new("volume", "%").about(about));
-    let error = Column::new("err_u", "mm").about("‖u − û‖ at every node of every body tested");
+    let columns = [
+        Column::new("err_u", "mm").about("‖u − û‖ at every node of every body tested"),
+        Column::new("volume", "%").about("|V − V̂| / V of the cavity"),
+    ];
+    let errors =
+        |row: &Measured| [row.errors.clone(), row.volumes.iter().map(|v| 100.0 * v).collect()];
+    let there = |k: usize| measured.iter().any(|row| !errors(row)[k].is_empty());
+    let there: Vec<usize> = (0..2).filter(|k| there(*k)).collect();
     let mut table = Table::new(
-        std::iter::once(error).chain(volume),
+        there.iter().map(|k| columns[*k].clone()),
         [
             Column::new("answer", "s"),
             Column::new("CPU", "s").once().about("training or fit, all threads"),
+            Column::new("simulations", "s").once().about("CPU time of those that it learned from"),
         ],
         [],
     );
     for method in measured {
-        let errors = Distribution::of(method.errors.clone()).context("no node was tested")?;
-        let errors = Cell::from(errors).against("thesis", method.printed[0]);
-        let mut row = Row::new(method.method.clone(), errors, method.answer_s)?
+        let cell = |k: &usize| -> Result<Cell> {
+            let found =
+                Distribution::of(errors(method)[*k].clone()).context("nothing was tested")?;
+            Ok(Cell::from(found).against("thesis", method.printed[*k]))
+        };
+        let mut cells = there.iter().map(cell);
+        let first = cells.next().context("nothing was tested")??;
+        let row = Row::new(method.method.clone(), first, method.answer_s)?
             .on(method.group.clone(), "")
             .described(&method.about, "our finite-element solution on the same mesh");
-        if cavities {
-            let volumes = method.volumes.iter().map(|volume| 100.0 * volume).collect();
-            let volumes = Distribution::of(volumes).context("no cavity was tested")?;
-            row = row.error(Cell::from(volumes).against("thesis", method.printed[1]));
-        }
-        table.push(row.time(method.cpu_s))?;
+        let row = cells.try_fold(row, |row, cell| anyhow::Ok(row.error(cell?)))?;
+        table.push(row.time(method.cpu_s).time(method.simulated_s))?;
     }
     Ok(table)
 }

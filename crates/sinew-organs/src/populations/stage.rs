@@ -4,9 +4,10 @@ use crate::newcomers::{heart, surface};
 use anyhow::{Context, Result};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use sinew::{Body, Case};
+use sinew::case::FibreRule;
+use sinew::{Body, Case, Parameter};
 use sinew_emulate::{Design, Error, Start};
-use sinew_mesh::{AnyMesh, BeamShape, RingShape, ShapeError, VentricleShape};
+use sinew_mesh::{AnyMesh, BeamShape, Field, RingShape, ShapeError, VentricleShape};
 use std::path::Path;
 
 /// A population of bodies.
@@ -17,7 +18,9 @@ pub(super) struct Stage {
     /// Law, loads, supports and parameters.
     case: Case,
     kind: Kind,
-    cells: [usize; 3],
+    pub cells: [usize; 3],
+    /// Of a mesh that is solved in milliseconds.
+    coarse_cells: [usize; 3],
     /// Meshes of the bodies trained on, one after the other.
     training_cells: Vec<[usize; 3]>,
     /// What is known of a body before the network.
@@ -33,6 +36,8 @@ enum Kind {
     Rings,
     Beams,
     Ventricles,
+    /// Ventricles of hexahedra, whose fibres are those of the rule on tetrahedra.
+    Inflated,
 }
 
 /// A shape of the population with one parameter set.
@@ -54,46 +59,48 @@ pub(super) struct Individual {
 pub(super) const KEYS: [&str; 4] = ["rings", "beams", "ventricles", "infarcts"];
 
 impl Stage {
+    fn of(
+        about: &'static str,
+        (kind, case): (Kind, Case),
+        [cells, coarse_cells]: [[usize; 3]; 2],
+        start: Start,
+    ) -> Self {
+        let (training_cells, spread, scars) = (vec![cells], 1.0, 0);
+        Self { about, case, kind, cells, coarse_cells, training_cells, start, spread, scars }
+    }
+
     /// The stage of a name, on small meshes for a quick check.
     ///
     /// # Errors
     /// A name that is none.
     pub(super) fn new(key: &str, quick: bool) -> Result<Self> {
         let read = |scene: &str| Case::read(Path::new(scene)).context("a built-in scene");
+        let sized = |small: [usize; 3], large: [usize; 3]| if quick { small } else { large };
         Ok(match key {
-            "rings" => Self {
-                about: "Plane rings of 30 shape numbers under a pressure inside and springs outside, the four parameters of Holzapfel and Ogden each over two decades",
-                case: Case::parse(include_str!("ring.toml"), "ring.toml")?,
-                kind: Kind::Rings,
-                cells: if quick { [12, 2, 0] } else { [32, 4, 0] },
-                training_cells: vec![if quick { [12, 2, 0] } else { [32, 4, 0] }],
-                start: Start::Equilibrium,
-                spread: 1.0,
-                scars: 0,
-            },
-            "beams" => Self {
-                about: "Beams of random length, thickness, taper, waves, bend and twist under their own weight",
-                case: read("OnceClampedBeam")?,
-                kind: Kind::Beams,
-                cells: if quick { [6, 2, 2] } else { [10, 3, 3] },
-                training_cells: vec![if quick { [6, 2, 2] } else { [10, 3, 3] }],
-                start: Start::Near { newton_steps: 0 },
-                spread: 1.0,
-                scars: 0,
-            },
+            "rings" => Self::of(
+                "Plane rings of 30 shape numbers under a pressure inside and springs outside, the four parameters of Holzapfel and Ogden each over two decades",
+                (Kind::Rings, Case::parse(include_str!("ring.toml"), "ring.toml")?),
+                [sized([12, 2, 0], [32, 4, 0]), [16, 2, 0]],
+                Start::Equilibrium,
+            ),
+            "beams" => Self::of(
+                "Beams of random length, thickness, taper, waves, bend and twist under their own weight",
+                (Kind::Beams, read("OnceClampedBeam")?),
+                [sized([6, 2, 2], [10, 3, 3]), [5, 2, 2]],
+                Start::Near { newton_steps: 0 },
+            ),
             "ventricles" => Self {
-                about: "Left ventricles of 32 smooth modes with the spread of 1093 hearts, fibres by rule, under the pressure of their cavity",
-                case: read("IdealVentricle")?,
-                kind: Kind::Ventricles,
-                cells: if quick { [1, 16, 6] } else { [2, 32, 16] },
                 // A network does not know meshes: most of what it learns it learns on coarse ones.
                 training_cells: match quick {
                     true => vec![[1, 16, 6]],
                     false => vec![[2, 16, 8], [2, 16, 8], [2, 16, 8], [2, 24, 12]],
                 },
-                start: Start::Equilibrium,
-                spread: 1.0,
-                scars: 0,
+                ..Self::of(
+                    "Left ventricles of 32 smooth modes with the spread of 1093 hearts, fibres by rule, under the pressure of their cavity",
+                    (Kind::Ventricles, read("IdealVentricle")?),
+                    [sized([1, 16, 6], [2, 32, 16]), [2, 16, 6]],
+                    Start::Equilibrium,
+                )
             },
             "infarcts" => Self {
                 about: "The same left ventricles, each with an infarct anywhere: a round scar five to twenty times as stiff, which no mesh knows",
@@ -104,6 +111,18 @@ impl Stage {
         })
     }
 
+    /// The ventricles of the thesis' chapter 2, on fine and on coarse cells.
+    ///
+    /// # Errors
+    /// A case file that is none.
+    pub(super) fn inflated(cells: [[usize; 3]; 2]) -> Result<Self> {
+        /// Variances are a tenth above those of the hearts, as in the thesis.
+        const SPREAD: f64 = 1.048808848170152;
+        let about = "Ventricles of random shape, inflated";
+        let case = Case::parse(include_str!("inflated/inflated.toml"), "inflated.toml")?;
+        Ok(Self::of(about, (Kind::Inflated, case), cells, Start::Equilibrium).with_spread(SPREAD))
+    }
+
     /// The same on meshes of finer or coarser cells.
     pub(super) fn with_finer_cells(mut self, finer: bool) -> Self {
         self.cells = match (self.kind, finer) {
@@ -111,8 +130,8 @@ impl Stage {
             (Kind::Rings, true) => [44, 6, 0],
             (Kind::Beams, false) => [8, 2, 3],
             (Kind::Beams, true) => [13, 4, 4],
-            (Kind::Ventricles, false) => [2, 24, 12],
-            (Kind::Ventricles, true) => [2, 40, 20],
+            (_, false) => [2, 24, 12],
+            (_, true) => [2, 40, 20],
         };
         self
     }
@@ -169,7 +188,53 @@ impl Stage {
             }
             Kind::Beams => BeamShape::new(numbers)?.tetrahedra(self.cells)?.into(),
             Kind::Ventricles => VentricleShape::new(numbers)?.tetrahedra(self.cells)?.into(),
+            Kind::Inflated => VentricleShape::new(numbers)?.hexahedra(self.cells)?.into(),
         })
+    }
+
+    fn on_coarse_cells(&self) -> Self {
+        Self { cells: self.coarse_cells, ..self.clone() }
+    }
+
+    /// The bodies of a shape on the fine and on the coarse cells; numbers left out are zero.
+    ///
+    /// # Errors
+    /// Numbers of no shape.
+    pub(super) fn bodies(&self, numbers: &[f64]) -> Result<[Body; 2]> {
+        let body = |stage: &Self| -> Result<Body> {
+            let mut mesh = stage.mesh(numbers)?;
+            if stage.kind == Kind::Inflated {
+                let [endocardium, epicardium, base] = ["endo", "epi", "base"].map(String::from);
+                let [angles, sheet_angles] = [[60.0, -60.0], [0.0; 2]];
+                let rule = FibreRule { endocardium, epicardium, base, angles, sheet_angles };
+                let tetrahedra = VentricleShape::new(numbers)?.tetrahedra(stage.cells)?.into();
+                let frames = rule.at_nodes(&tetrahedra).map_err(anyhow::Error::msg)?;
+                let fibres: Vec<[f64; 3]> = frames.iter().map(|[fibre, ..]| *fibre).collect();
+                mesh.point_fields_mut().insert("fibre".into(), Field::vectors(&fibres));
+            }
+            Ok(stage.case.body_on(mesh)?)
+        };
+        Ok([body(self)?, body(&self.on_coarse_cells())?])
+    }
+
+    /// Numbers of a shape that can be meshed with fine and with coarse cells.
+    pub(super) fn shape(&self, random: &mut ChaCha8Rng) -> Vec<f64> {
+        let stages = [self.clone(), self.on_coarse_cells()];
+        loop {
+            let numbers = self.any_numbers(random);
+            if stages.iter().all(|stage| stage.mesh(&numbers).is_ok()) {
+                return numbers;
+            }
+        }
+    }
+
+    /// Numbers that may be those of no shape.
+    fn any_numbers(&self, random: &mut ChaCha8Rng) -> Vec<f64> {
+        let number = |_| match self.kind {
+            Kind::Beams => self.spread * 12f64.sqrt() * (random.random::<f64>() - 0.5),
+            _ => self.spread * normal(random),
+        };
+        (0..self.numbers()).map(number).collect()
     }
 
     /// The individual of a stream and its number, the same for the same; shapes that the population does not have are drawn again.
@@ -180,12 +245,7 @@ impl Stage {
         let seed = stream.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(index);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         loop {
-            let mut numbers: Vec<f64> = (0..self.numbers())
-                .map(|_| match self.kind {
-                    Kind::Beams => self.spread * 12f64.sqrt() * (random.random::<f64>() - 0.5),
-                    Kind::Rings | Kind::Ventricles => self.spread * normal(&mut random),
-                })
-                .collect();
+            let mut numbers = self.any_numbers(&mut random);
             let Ok(mesh) = self.mesh(&numbers) else { continue };
             let mut body = self.case.body_on(mesh)?;
             let scars: Vec<Scar> =
@@ -205,16 +265,11 @@ impl Stage {
     /// # Errors
     /// A body that cannot be lowered.
     pub(super) fn coarse(&self, individual: &Individual) -> Result<Option<Body>> {
-        let cells = match self.kind {
-            Kind::Rings => [16, 2, 0],
-            Kind::Beams => [5, 2, 2],
-            Kind::Ventricles => [2, 16, 6],
-        };
         if let Some(coarse) = &individual.coarse {
             return Ok(Some(coarse.clone()));
         }
         let numbers = &individual.numbers[..self.numbers()];
-        let Ok(mesh) = (Self { cells, ..self.clone() }).mesh(numbers) else { return Ok(None) };
+        let Ok(mesh) = self.on_coarse_cells().mesh(numbers) else { return Ok(None) };
         let mut body = self.case.body_on(mesh)?;
         for scar in &individual.scars {
             let factors = scar.factors(&body);
@@ -238,7 +293,7 @@ impl Stage {
         match self.kind {
             Kind::Rings => RingShape::NUMBERS,
             Kind::Beams => BeamShape::NUMBERS,
-            Kind::Ventricles => VentricleShape::NUMBERS,
+            _ => VentricleShape::NUMBERS,
         }
     }
 }
@@ -277,8 +332,14 @@ impl Scar {
     }
 }
 
+/// Ranges of so many numbers of a shape, as parameters of a regression: √3 deviations to either side.
+pub(super) fn shape_parameters(count: usize) -> impl Iterator<Item = Parameter> {
+    let range = 3f64.sqrt();
+    (1..=count).map(move |k| Parameter::linear(format!("shape {k}"), "", -range..=range))
+}
+
 /// A standard normal number (Box and Muller 1958).
-pub(super) fn normal(random: &mut ChaCha8Rng) -> f64 {
+fn normal(random: &mut ChaCha8Rng) -> f64 {
     let [u, v] = [1.0 - random.random::<f64>(), random.random::<f64>()];
     (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
 }

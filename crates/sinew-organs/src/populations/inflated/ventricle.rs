@@ -1,18 +1,19 @@
 //! Simulations of ventricles of random shape, kept in files that several processes may fill.
 
+use super::volumes::hull_volume;
 use crate::populations::options::Options;
-use crate::populations::stage::normal;
+use crate::populations::simulated::{Seen, Simulated};
+use crate::populations::stage::{Stage, shape_parameters};
 use anyhow::{Context, Result, ensure};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use sinew::case::FibreRule;
-use sinew::{Body, Case, Parameter};
+use sinew::{Body, Parameter};
 use sinew_emulate::{Design, Shard, split_seed, store};
 use sinew_fem::{Options as SolverOptions, Solver, coarse_displacement};
 use sinew_gnn::{Coordinates, Dirichlet, Geometry};
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
-use sinew_mesh::{Field, Prolongation, VentricleShape};
+use sinew_mesh::{Prolongation, VentricleShape};
 use std::path::Path;
 use std::time::Instant;
 
@@ -21,12 +22,9 @@ use std::time::Instant;
 const CELLS: [[[usize; 3]; 2]; 2] = [[[3, 16, 8], [2, 8, 4]], [[3, 64, 30], [2, 16, 8]]];
 /// For a check of the code.
 const QUICK: [[usize; 3]; 2] = [[3, 8, 4], [2, 8, 4]];
-/// Standard deviation of the shape numbers: variances are a tenth above those of the hearts, as in the thesis.
-const SPREAD: f64 = 1.048808848170152;
 /// Neighbours that virtual nodes are joined to, κ.
 const NEIGHBOURS: usize = 5;
-/// Shape numbers count as parameters over this many deviations to either side, growth up to e to this.
-const RANGE: f64 = 1.7320508075688772;
+/// Growth counts as a parameter up to e to this.
 const GROWTH: f64 = 2.0;
 /// Simulations in a file.
 const CHUNK: usize = 50;
@@ -34,9 +32,7 @@ const CHUNK: usize = 50;
 /// A population: how its bodies are made.
 #[derive(Debug)]
 pub(super) struct Ventricles {
-    case: Case,
-    /// Fine and coarse.
-    cells: [[usize; 3]; 2],
+    stage: Stage,
     seed: u64,
 }
 
@@ -70,53 +66,14 @@ impl Ventricles {
     /// # Errors
     /// A case file that is none.
     pub(super) fn new(options: &Options) -> Result<Self> {
-        let case = Case::parse(include_str!("inflated.toml"), "inflated.toml")?;
         let cells = if options.quick { QUICK } else { CELLS[usize::from(options.full)] };
-        Ok(Self { case, cells, seed: options.seed })
-    }
-
-    /// The body of a shape, on the fine mesh and on the coarse one; numbers left out are zero.
-    ///
-    /// # Errors
-    /// Numbers of no ventricle.
-    fn bodies(&self, numbers: &[f64]) -> Result<[Body; 2]> {
-        let shape = VentricleShape::new(numbers)?;
-        let [fine, coarse] = self.cells.map(|cells| self.body(&shape, cells));
-        Ok([fine?, coarse?])
-    }
-
-    fn body(&self, shape: &VentricleShape, cells: [usize; 3]) -> Result<Body> {
-        let mut mesh = shape.hexahedra(cells)?;
-        let sets = ["endo", "epi", "base"].map(String::from);
-        let [endocardium, epicardium, base] = sets;
-        let rule = FibreRule {
-            endocardium,
-            epicardium,
-            base,
-            angles: [60.0, -60.0],
-            sheet_angles: [0.0; 2],
-        };
-        let frames = rule.at_nodes(&shape.tetrahedra(cells)?.into());
-        let frames = frames.map_err(anyhow::Error::msg)?;
-        let fibres: Vec<[f64; 3]> = frames.iter().map(|[fibre, ..]| *fibre).collect();
-        mesh.point_fields.insert("fibre".into(), Field::vectors(&fibres));
-        Ok(self.case.body_on(mesh.into())?)
+        Ok(Self { stage: Stage::inflated(cells)?, seed: options.seed })
     }
 
     /// Numbers of the shape of one of the population.
     fn numbers(&self, index: usize) -> Vec<f64> {
-        let mut random = ChaCha8Rng::seed_from_u64(split_seed(self.seed, index as u64));
-        loop {
-            let number = |_| SPREAD * normal(&mut random);
-            let numbers: Vec<f64> = (0..VentricleShape::NUMBERS).map(number).collect();
-            // A shape that the population does not have is drawn again.
-            let meshed = |shape: VentricleShape| {
-                self.cells.map(|cells| shape.hexahedra(cells)).iter().all(Result::is_ok)
-            };
-            if VentricleShape::new(&numbers).is_ok_and(meshed) {
-                return numbers;
-            }
-        }
+        let seed = split_seed(self.seed, index as u64);
+        self.stage.shape(&mut ChaCha8Rng::seed_from_u64(seed))
     }
 
     /// The first `count` of the population by number, with their solutions, from files within `folder` where these are; those without equilibrium are
@@ -130,7 +87,7 @@ impl Ventricles {
         folder: &Path,
         shard: Option<Shard>,
     ) -> Result<Vec<(usize, Ventricle)>> {
-        let [layers, around, along] = self.cells[0];
+        let [layers, around, along] = self.stage.cells;
         let folder = folder.join(format!("{layers}x{around}x{along}-seed-{}", self.seed));
         let thetas = self.thetas(count)?;
         let chunks = count.div_ceil(CHUNK);
@@ -172,7 +129,7 @@ impl Ventricles {
     /// # Errors
     /// More than Sobol's sequence is tabulated for.
     pub(super) fn thetas(&self, count: usize) -> Result<Vec<Vec<f64>>> {
-        let [body, _] = self.bodies(&[])?;
+        let [body, _] = self.stage.bodies(&[])?;
         Ok(Design::Sobol.sample(&body.parameters, count, self.seed)?)
     }
 
@@ -188,7 +145,7 @@ impl Ventricles {
 
     /// Displacements of a shape \[mm\]; NaN where the solver finds none.
     fn solve(&self, numbers: &[f64], theta: &[f64]) -> Result<Vec<f64>> {
-        let [fine, coarse] = self.bodies(numbers)?;
+        let [fine, coarse] = self.stage.bodies(numbers)?;
         let solved = Solver::new(&fine)?.solve_nested(&coarse, theta, &SolverOptions::default());
         let none = || vec![f64::NAN; 3 * fine.nodes];
         Ok(solved.map_or_else(|_| none(), |solved| solved.displacement))
@@ -201,7 +158,7 @@ impl Ventricles {
         theta: &[f64],
         displacement: Vec<f64>,
     ) -> Result<Option<Ventricle>> {
-        let [body, coarse] = self.bodies(numbers)?;
+        let [body, coarse] = self.stage.bodies(numbers)?;
         ensure!(
             displacement.len() == 3 * body.nodes,
             "a simulation of {} numbers is not of {} nodes; remove it",
@@ -213,8 +170,8 @@ impl Ventricles {
         else {
             return Ok(None);
         };
-        let volume = |u: &[f64]| coarse.cavity_volumes(u)[0];
-        let growth = volume(&solved.displacement) / volume(&vec![0.0; 3 * coarse.nodes]);
+        let rest = vec![0.0; 3 * coarse.nodes];
+        let growth = volume(&coarse, &solved.displacement) / volume(&coarse, &rest);
         let prolongation = Prolongation::new(&coarse.positions, &body.positions);
         let coarse = Coarse {
             displacement: prolongation.vectors(&solved.displacement),
@@ -224,17 +181,44 @@ impl Ventricles {
         Ok(Some(Ventricle { numbers, theta, body, displacement, coarse }))
     }
 
-    /// Wall times of a ventricle on the coarse mesh, at the nodes of the fine one, and of the solver by way of it \[s\]; its bodies are there.
+    /// Mean wall times of ventricles on the coarse mesh, at the nodes of the fine one, and of the solver by way of it \[s\]; the bodies are
+    /// there.
     ///
     /// # Errors
     /// No equilibrium any more.
-    pub(super) fn times(&self, ventricle: &Ventricle) -> Result<[f64; 2]> {
-        let [fine, coarse] = self.bodies(&ventricle.numbers)?;
-        let (theta, options, start) = (&ventricle.theta, SolverOptions::default(), Instant::now());
-        coarse_displacement(&coarse, &fine, theta, &options)?;
-        let (of_coarse, start) = (start.elapsed().as_secs_f64(), Instant::now());
-        Solver::new(&fine)?.solve_nested(&coarse, theta, &options)?;
-        Ok([of_coarse, start.elapsed().as_secs_f64()])
+    pub(super) fn times(&self, ventricles: &[Ventricle]) -> Result<[f64; 2]> {
+        let (options, mut seconds) = (SolverOptions::default(), [0.0; 2]);
+        for Ventricle { numbers, theta, .. } in ventricles {
+            let ([fine, coarse], start) = (self.stage.bodies(numbers)?, Instant::now());
+            coarse_displacement(&coarse, &fine, theta, &options)?;
+            seconds[0] += start.elapsed().as_secs_f64();
+            let start = Instant::now();
+            Solver::new(&fine)?.solve_nested(&coarse, theta, &options)?;
+            seconds[1] += start.elapsed().as_secs_f64();
+        }
+        Ok(seconds.map(|s| s / ventricles.len() as f64))
+    }
+
+    /// How far every number of a shape moves the nodes \[mm\], root mean square.
+    ///
+    /// # Errors
+    /// No mean shape.
+    pub(super) fn sizes(&self) -> Result<Vec<f64>> {
+        /// Of a deviation: small, for the mean shape to stay a ventricle.
+        const PART: f64 = 0.1;
+        let points = |numbers: &[f64]| -> Result<Vec<[f64; 3]>> {
+            Ok(VentricleShape::new(numbers)?.hexahedra(self.stage.cells)?.points)
+        };
+        let mean = points(&[])?;
+        let size = |number: usize| -> Result<f64> {
+            let numbers: Vec<f64> =
+                (0..=number).map(|k| if k == number { PART } else { 0.0 }).collect();
+            let moved = points(&numbers)?;
+            let squared =
+                moved.iter().flatten().zip(mean.iter().flatten()).map(|(a, b)| (a - b).powi(2));
+            Ok((squared.sum::<f64>() / mean.len() as f64).sqrt() / PART)
+        };
+        (0..VentricleShape::NUMBERS).map(size).collect()
     }
 
     /// The graph of the mean ventricle, which all share.
@@ -242,7 +226,7 @@ impl Ventricles {
     /// # Errors
     /// More virtual nodes than nodes.
     pub(super) fn graph(&self, virtual_nodes: &[usize]) -> Result<Topology> {
-        let [body, _] = self.bodies(&[])?;
+        let [body, _] = self.stage.bodies(&[])?;
         let config = AugmentationConfig {
             roots_per_layer: virtual_nodes.to_vec(),
             neighbours: NEIGHBOURS,
@@ -261,37 +245,7 @@ impl Coarse {
     }
 }
 
-/// What a method is told of a ventricle.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Seen {
-    /// So many numbers of its shape.
-    pub numbers: usize,
-    /// Its solution on the coarse mesh, which is then corrected.
-    pub coarse: bool,
-}
-
-impl Seen {
-    /// What of it is not the rule, for a table.
-    pub(super) fn name(self) -> &'static str {
-        if self.coarse { ", about the coarse solution" } else { "" }
-    }
-}
-
 impl Ventricle {
-    /// Inputs of a regression.
-    pub(super) fn inputs(&self, told: Seen) -> Vec<f64> {
-        let growth = told.coarse.then_some(self.coarse.growth);
-        self.numbers[..told.numbers].iter().chain(&self.theta).copied().chain(growth).collect()
-    }
-
-    /// Their ranges.
-    pub(super) fn parameters(&self, told: Seen) -> Vec<Parameter> {
-        let numbers = (0..told.numbers)
-            .map(|k| Parameter::linear(format!("shape {}", k + 1), "", -RANGE..=RANGE));
-        let growth = told.coarse.then(|| Parameter::linear("growth", "", 0.0..=GROWTH));
-        numbers.chain(self.body.parameters.iter().cloned()).chain(growth).collect()
-    }
-
     /// Logarithm of the cavity's volume over that at rest.
     pub(super) fn growth(&self, displacement: &[f64]) -> f64 {
         (self.volume(displacement) / self.volume(&vec![0.0; displacement.len()])).ln()
@@ -316,12 +270,39 @@ impl Ventricle {
         volumes.chunks(*points_per_cell).enumerate().map(of_cell).fold(0.0, f64::max)
     }
 
+    /// Volume of the inflated cavity \[mm³\].
+    pub(super) fn volume(&self, displacement: &[f64]) -> f64 {
+        volume(&self.body, displacement)
+    }
+}
+
+impl Simulated for Ventricle {
+    fn body(&self) -> &Body {
+        &self.body
+    }
+
+    fn theta(&self) -> &[f64] {
+        &self.theta
+    }
+
+    fn displacement(&self) -> &[f64] {
+        &self.displacement
+    }
+
+    fn inputs(&self, told: Seen) -> Vec<f64> {
+        let growth = told.coarse.then_some(self.coarse.growth);
+        self.numbers[..told.numbers].iter().chain(&self.theta).copied().chain(growth).collect()
+    }
+
+    fn parameters(&self, told: Seen) -> Vec<Parameter> {
+        let numbers = shape_parameters(told.numbers);
+        let growth = told.coarse.then(|| Parameter::linear("growth", "", 0.0..=GROWTH));
+        numbers.chain(self.body.parameters.iter().cloned()).chain(growth).collect()
+    }
+
     /// What networks see of it (thesis §2.4.1): on nodes the base, the endocardium, the vector across the wall, the fibre and the radial
     /// direction, and what the coarse mesh says; the first numbers of its shape for all of it.
-    ///
-    /// # Errors
-    /// A graph of another mesh.
-    pub(super) fn geometry(&self, topology: &Topology, told: Seen) -> Result<Geometry> {
+    fn geometry(&self, topology: &Topology, told: Seen) -> Result<Geometry> {
         let Body { positions, mesh, nodes, .. } = &self.body;
         let sets = mesh.node_sets();
         let indicator = |name: &str| FeatureMatrix::indicator(*nodes, &sets[name]);
@@ -360,7 +341,7 @@ impl Ventricle {
     }
 
     /// What is learned: the displacement \[mm\], or what the coarse mesh leaves of it, relative to the root mean square of its own.
-    pub(super) fn target(&self, told: Seen) -> Vec<f64> {
+    fn target(&self, told: Seen) -> Vec<f64> {
         if !told.coarse {
             return self.displacement.clone();
         }
@@ -369,27 +350,27 @@ impl Ventricle {
         pairs.map(|(u, c)| (u - c) / size).collect()
     }
 
-    /// The displacement of what was predicted for [`Ventricle::target`] \[mm\].
-    pub(super) fn displaced(&self, found: &[f64], told: Seen) -> Vec<f64> {
+    fn displaced(&self, found: Vec<f64>, told: Seen) -> Vec<f64> {
         if !told.coarse {
-            return found.to_vec();
+            return found;
         }
         let size = self.coarse.size();
         found.iter().zip(&self.coarse.displacement).map(|(u, c)| size * u + c).collect()
     }
 
-    /// Distance of a displacement to its own, node by node \[mm\].
-    pub(super) fn distances(&self, found: &[f64]) -> Vec<f64> {
-        lengths(&found.iter().zip(&self.displacement).map(|(a, b)| a - b).collect::<Vec<_>>())
+    fn lengths(displacement: &[f64]) -> Vec<f64> {
+        displacement.as_chunks::<3>().0.iter().map(|[x, y, z]| x.hypot(*y).hypot(*z)).collect()
     }
 
-    /// Volume of the inflated cavity \[mm³\].
-    pub(super) fn volume(&self, displacement: &[f64]) -> f64 {
-        self.body.cavity_volumes(displacement)[0]
+    fn volume_error(&self, found: &[f64]) -> Option<f64> {
+        let volume = self.volume(&self.displacement);
+        Some((self.volume(found) - volume).abs() / volume)
     }
 }
 
-/// Lengths of the displacements of nodes \[mm\].
-pub(super) fn lengths(displacement: &[f64]) -> Vec<f64> {
-    displacement.as_chunks::<3>().0.iter().map(|[x, y, z]| x.hypot(*y).hypot(*z)).collect()
+/// LVV, the volume of the convex hull of the endocardium \[mm³\].
+fn volume(body: &Body, displacement: &[f64]) -> f64 {
+    let (moves, _) = displacement.as_chunks::<3>();
+    let at = |&node: &usize| std::array::from_fn(|i| body.positions[node][i] + moves[node][i]);
+    hull_volume(&body.mesh.node_sets()["endo"].iter().map(at).collect::<Vec<_>>())
 }

@@ -1,0 +1,234 @@
+//! Volumes of inflated cavities by methods that predict nothing else (Tables A.10, A.12, A.13).
+
+use super::ALL;
+use super::methods::Data;
+use super::perceptron::{Perceptron, Samples};
+use super::ventricle::Ventricle;
+use crate::populations::measure::cpu_seconds;
+use crate::populations::simulated::{Compared, Measured, Seen, Simulated};
+use anyhow::{Context, Result};
+use nalgebra::{DMatrix, Vector3};
+use sinew_emulate::PodRegression;
+use sinew_report::Distribution;
+use std::time::Instant;
+
+/// Patience \[epochs\] that trainings have, and last none.
+const PATIENCE: [usize; 4] = [10, 25, 50, 100];
+
+/// What the thesis prints of a training: when it ended, quartiles of the errors \[%\] of its best weights and of its last.
+struct Printed {
+    epochs: usize,
+    best: [f64; 3],
+    last: Option<[f64; 3]>,
+}
+
+/// Table A.10 of MLP 1, which has no patience; Tables A.12 and A.13 of MLP 2 with each and with none.
+const MLP_1: &[Printed] = &[printed(1000, [9.51, 20.34, 36.13], None)];
+const MLP_2: &[Printed] = &[
+    printed(93, [2.85, 6.31, 12.11], Some([2.90, 6.51, 12.03])),
+    printed(142, [2.69, 5.86, 10.73], Some([2.60, 5.71, 10.73])),
+    printed(319, [2.31, 5.05, 9.38], Some([2.52, 5.55, 10.50])),
+    printed(620, [1.95, 4.35, 7.78], Some([2.52, 5.33, 9.28])),
+    printed(1000, [1.95, 4.35, 7.78], Some([1.95, 4.35, 7.78])),
+];
+
+const fn printed(epochs: usize, best: [f64; 3], last: Option<[f64; 3]>) -> Printed {
+    Printed { epochs, best, last }
+}
+
+impl Data<'_> {
+    /// Regression and plain networks, put through the same.
+    pub(super) fn volumes_alone(&self) -> Result<Vec<Measured>> {
+        let mut rows = Vec::new();
+        for coarse in [false, true] {
+            rows.push(self.regressed_volumes(Seen { numbers: ALL, coarse })?);
+        }
+        for transformed in [false, true] {
+            rows.extend(self.network_volumes(transformed)?);
+        }
+        Ok(rows)
+    }
+
+    /// A method that finds the volumes \[mm³\] of the ventricles tested, after so many CPU-seconds and simulations, beside quartiles \[%\]
+    /// that the thesis prints.
+    fn volumes_found(
+        &self,
+        [method, about]: [&str; 2],
+        printed: Option<[f64; 3]>,
+        (cpu_s, learned): (f64, usize),
+        find: impl Fn(&[Ventricle]) -> Result<Vec<f64>>,
+    ) -> Result<Measured> {
+        let (clock, unseen) = (Instant::now(), self.compared.unseen);
+        let found = find(unseen)?;
+        let answer_s = clock.elapsed().as_secs_f64() / found.len() as f64;
+        let truths = unseen.iter().map(|v| v.volume(&v.displacement));
+        let volumes: Vec<f64> = truths.zip(found).map(|(v, found)| (found - v).abs() / v).collect();
+        let errors = Distribution::of(volumes.clone()).context("no cavity was tested")?;
+        let quartiles = |of: [f64; 3]| of.map(|error| format!("{error:.2}")).join(", ");
+        let ours = quartiles([errors.q25, errors.q50, errors.q75].map(|error| 100.0 * error));
+        let theirs = printed.map(|errors| format!("; thesis {}", quartiles(errors)));
+        let theirs = theirs.unwrap_or_default();
+        Ok(Measured {
+            method: method.into(),
+            about: format!("{about}; 25, 50, 75 %: {ours} %{theirs}"),
+            group: String::new(),
+            errors: Vec::new(),
+            volumes,
+            cpu_s,
+            simulated_s: self.compared.simulation_s * learned as f64,
+            answer_s,
+            printed: [None, printed.map(|[_, median, _]| median)],
+        })
+    }
+
+    /// Regression of the cavity's growth over numbers and parameters, from half of the simulations.
+    fn regressed_volumes(&self, told: Seen) -> Result<Measured> {
+        let start = cpu_seconds();
+        let Compared { training, coarse_s, .. } = self.compared;
+        let seen = &training[..training.len().div_ceil(2)];
+        let inputs: Vec<_> = seen.iter().map(|v| v.inputs(told)).collect();
+        let growth = |v: &Ventricle| vec![v.growth(&v.displacement) - v.known_growth(told)];
+        let growths: Vec<_> = seen.iter().map(growth).collect();
+        let fit = PodRegression::fit(&seen[0].parameters(told), &inputs, &growths)?;
+        let cpu_s = cpu_seconds() - start;
+        let find = |v: &Ventricle| -> Result<f64> {
+            let growth = fit.predict(&v.inputs(told))?[0] + v.known_growth(told);
+            Ok(growth.exp() * v.volume(&vec![0.0; v.displacement.len()]))
+        };
+        let method = format!("POD + GP, {} simulations{}", seen.len(), told.name());
+        let names = [&method[..], "regression of how much the cavity grows"];
+        let found = self.volumes_found(names, None, (cpu_s, seen.len()), |unseen| {
+            unseen.iter().map(find).collect()
+        })?;
+        let coarse_s = if told.coarse { coarse_s } else { 0.0 };
+        Ok(Measured { answer_s: found.answer_s + coarse_s, ..found })
+    }
+
+    /// The thesis' plain networks: from parameters and numbers, as they are (MLP 1) or transformed (MLP 2), to the volume.
+    fn network_volumes(&self, transformed: bool) -> Result<Vec<Measured>> {
+        let Compared { training, validation, options, .. } = self.compared;
+        let (start, sizes) = (cpu_seconds(), self.ventricles.sizes()?);
+        let inputs = |of: &[Ventricle]| of.iter().map(|v| inputs(v, &sizes, transformed)).collect();
+        let volumes =
+            |of: &[Ventricle]| of.iter().map(|v| vec![v.volume(&v.displacement)]).collect();
+        let known: [Vec<Vec<f64>>; 2] = [inputs(training), volumes(training)];
+        let [mut scales, scale] = known.map(|rows| scales(&rows));
+        if transformed {
+            let second = scales[SECOND][1];
+            scales[SECOND - 1..].iter_mut().for_each(|scale| scale[1] = second);
+        }
+        let samples = |of: &[Ventricle]| -> Samples {
+            (scaled(&inputs(of), &scales), scaled(&volumes(of), &scale))
+        };
+        let (method, printed) = if transformed { ("MLP 2", MLP_2) } else { ("MLP 1", MLP_1) };
+        let patience = &PATIENCE[..printed.len() - 1];
+        let learned = training.len() + validation.len();
+        let [training, validation] = [training, validation].map(samples);
+        let before_s = cpu_seconds() - start;
+        let stopped = Perceptron::train(&training, &validation, patience, options.seed);
+        let find = |network: &Perceptron, unseen: &[Ventricle]| {
+            let found = network.predict(&scaled(&inputs(unseen), &scales));
+            Ok(found.iter().map(|v| scale[0][0] + scale[0][1] * f64::from(*v)).collect())
+        };
+        let mut rows = Vec::new();
+        for (index, (stopped, printed)) in stopped.iter().zip(printed).enumerate() {
+            let waits = patience.get(index).map_or("none".into(), usize::to_string);
+            let weights = [
+                ("best", &stopped.best, Some(printed.best)),
+                ("last", &stopped.last, printed.last),
+            ];
+            for (which, weights, quartiles) in weights {
+                let name = format!("{method}, patience {waits}, {which} weights");
+                let (ours, theirs) = (stopped.epoch, printed.epochs);
+                let about = format!("ended after {ours} epochs (thesis {theirs})");
+                let cost = (before_s + stopped.cpu_s, learned);
+                let find = |unseen: &[Ventricle]| find(weights, unseen);
+                rows.push(self.volumes_found([&name, &about], quartiles, cost, find)?);
+            }
+        }
+        Ok(rows)
+    }
+}
+
+/// Inputs of a plain network: parameters and how far every number of the shape moves nodes \[mm\], or the numbers as they are.
+fn inputs(ventricle: &Ventricle, sizes: &[f64], transformed: bool) -> Vec<f64> {
+    let theta = ventricle.theta.iter().map(|theta| if transformed { theta.ln() } else { *theta });
+    theta.chain(ventricle.numbers.iter().zip(sizes).map(|(number, size)| number * size)).collect()
+}
+
+/// Place of the second number of a shape among the inputs, by whose deviation transformed numbers are measured.
+const SECOND: usize = 5;
+
+/// Mean and deviation of every column.
+fn scales(rows: &[Vec<f64>]) -> Vec<[f64; 2]> {
+    let column = |column: usize| {
+        let mean = |of: &dyn Fn(f64) -> f64| {
+            rows.iter().map(|row| of(row[column])).sum::<f64>() / rows.len() as f64
+        };
+        let centre = mean(&|x| x);
+        [centre, mean(&|x| (x - centre).powi(2)).sqrt()]
+    };
+    (0..rows[0].len()).map(column).collect()
+}
+
+fn scaled(rows: &[Vec<f64>], scales: &[[f64; 2]]) -> DMatrix<f32> {
+    DMatrix::from_fn(scales.len(), rows.len(), |column, row| {
+        ((rows[row][column] - scales[column][0]) / scales[column][1]) as f32
+    })
+}
+
+/// Volume of the convex hull of points, which the thesis calls LVV where they are those of an endocardium \[length³\].
+pub(super) fn hull_volume(points: &[[f64; 3]]) -> f64 {
+    let points: Vec<Vector3<f64>> = points.iter().map(|x| Vector3::from(*x)).collect();
+    let six = |[a, b, c]: [usize; 3], d: usize| {
+        let [b, c, d] = [b, c, d].map(|k| points[k] - points[a]);
+        b.cross(&c).dot(&d)
+    };
+    // A tetrahedron to begin with; its faces turn outwards.
+    let most = |size: &dyn Fn(usize) -> f64| {
+        (0..points.len()).max_by(|a, b| size(*a).total_cmp(&size(*b))).unwrap_or_default()
+    };
+    let from = |k: usize| points[k] - points[0];
+    let b = most(&|k| from(k).norm());
+    let c = most(&|k| from(b).cross(&from(k)).norm());
+    let d = most(&|k| six([0, b, c], k).abs());
+    let (b, c) = if six([0, b, c], d) > 0.0 { (c, b) } else { (b, c) };
+    let mut faces = vec![[0, b, c], [0, d, b], [b, d, c], [c, d, 0]];
+    let rounding = FLAT * six([0, b, c], d).abs();
+    for point in 0..points.len() {
+        let (seen, kept) = faces.into_iter().partition(|face| six(*face, point) > rounding);
+        let seen: Vec<[usize; 3]> = seen;
+        let edges: Vec<_> =
+            seen.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]).collect();
+        let horizon = edges.iter().filter(|[a, b]| !edges.contains(&[*b, *a]));
+        faces = kept;
+        faces.extend(horizon.map(|[a, b]| [*a, *b, point]));
+    }
+    faces.into_iter().map(|face| -six(face, 0) / 6.0).sum()
+}
+
+/// A point this far above a face is on it [relative to the volume to begin with]: rounding of a product of three differences.
+const FLAT: f64 = 1e-12;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hulls_have_the_volumes_of_a_box_and_of_a_ball() {
+        // Many of the grid's points are on a face or an edge of the box.
+        let grid = (0..125).map(|k| [k % 5, k / 5 % 5, k / 25].map(|i| f64::from(i) / 4.0));
+        let turned = |[x, y, z]: [f64; 3]| [0.6 * x - 0.8 * y + 7.0, 0.8 * x + 0.6 * y, 3.0 * z];
+        let grid: Vec<_> = grid.map(turned).collect();
+        assert!((hull_volume(&grid) - 3.0).abs() < 1e-12); // rounding
+        // Points of a spiral on a sphere; a hull of n of them lacks about 5.5 / n of its volume.
+        let spiral = |k: u32| {
+            let (z, angle) = (1.0 - (2.0 * f64::from(k) + 1.0) / 500.0, 2.399963 * f64::from(k));
+            let r = (1.0 - z * z).sqrt();
+            [r * angle.cos(), r * angle.sin(), z]
+        };
+        let ball = hull_volume(&(0..500).map(spiral).collect::<Vec<_>>());
+        let missing = 1.0 - ball / (4.0 / 3.0 * std::f64::consts::PI);
+        assert!((0.005..0.02).contains(&missing), "{missing}");
+    }
+}
