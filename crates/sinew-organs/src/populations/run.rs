@@ -7,7 +7,9 @@ use super::stage::{Individual, Stage};
 use super::verdict::{self, Entry};
 use super::{inflated, rectangles};
 use anyhow::{Context, Result};
-use sinew_emulate::{Axes, Loss, Population, PopulationEmulator, Start, TwoMeshes};
+use sinew_emulate::{
+    Axes, Emulator, Loss, OneStiffness, Population, PopulationEmulator, Start, TwoMeshes,
+};
 use sinew_report::{Block, Chart, Column, Distribution, Provenance, Report, Row, Section};
 use sinew_report::{Series, Style, Table};
 use std::ops::ControlFlow;
@@ -200,32 +202,90 @@ fn rivals(
 
 /// What bodies tell without a network.
 fn followed(options: &Options, stage: &Stage, groups: &[Group], study: &mut Study) -> Result<()> {
-    let rest = |individual: &Individual| vec![0.0; 3 * individual.body.nodes];
     let about = "the same body on a mesh of few cells, by moving least squares";
     study.outcomes.push(groups[0].measure(["coarse solution", about], 0.0, |individual| {
-        Ok(coarse(stage, individual)?.unwrap_or_else(|| rest(individual)))
+        Ok(coarse(stage, individual)?.unwrap_or_else(|| individual.rest()))
     })?);
-    let recipe = Population { start: stage.start, ..Population::default() };
-    let draw = |index: u64| stage.body_of_stream(options.stream(0), index);
-    let emulator = recipe.prepare(&draw, options.seed)?;
-    let about = match stage.start {
-        Start::Near { .. } => "a few linear systems, outputs to second order in the parameters",
-        Start::Equilibrium => "one solve, followed to second order in the parameters",
-    };
     for group in groups {
-        let followed = |individual: &Individual| {
+        one_stiffness(stage, group, study)?;
+        match stage.start {
+            Start::Near { .. } => {
+                let recipe = Population { start: stage.start, ..Population::default() };
+                let draw = |index: u64| stage.body_of_stream(options.stream(0), index);
+                let emulator = recipe.prepare(&draw, options.seed)?;
+                let about = "a few linear systems, outputs to second order in the parameters";
+                study.outcomes.push(group.measure(["no network", about], 0.0, |individual| {
+                    let theta = std::slice::from_ref(&individual.theta);
+                    Ok(emulator.followed(&individual.body, theta)?.remove(0))
+                })?);
+            }
+            Start::Equilibrium => series(options, group, study)?,
+        }
+        for (name, steps) in [("two meshes".into(), 0), (refined("two meshes"), REFINED)] {
+            let about = "one solution, and the coarse mesh at every parameter set";
+            study.outcomes.push(group.measure([&name, about], 0.0, |individual| {
+                let Individual { body, theta, .. } = individual;
+                let Some(coarse) = stage.coarse(individual)? else { return Ok(individual.rest()) };
+                let theta = std::slice::from_ref(theta);
+                let found = TwoMeshes::new(body, &coarse).and_then(|emulator| match steps {
+                    0 => emulator.predict(theta),
+                    steps => emulator.refine(theta, steps),
+                });
+                Ok(found.map_or_else(|_| individual.rest(), |mut found| found.remove(0)))
+            })?);
+        }
+    }
+    Ok(())
+}
+
+/// Quasi-Newton steps that predictions are refined by, and that the stiffness of one body is given for others.
+const REFINED: usize = 4;
+const FROM_ANOTHER: [usize; 2] = [16, 32];
+
+/// The answer after quasi-Newton steps.
+fn after(emulator: &Emulator<'_>, theta: &[f64], steps: usize) -> Result<Vec<f64>> {
+    let theta = [theta.to_vec()];
+    let prediction =
+        if steps == 0 { emulator.predict(&theta) } else { emulator.refine(&theta, steps) };
+    Ok(prediction?.displacement)
+}
+
+fn refined(method: &str) -> String {
+    format!("{method}, {REFINED} quasi-Newton steps")
+}
+
+/// The mean body of the population, on the mesh of a group.
+fn one_stiffness(stage: &Stage, group: &Group, study: &mut Study) -> Result<()> {
+    let Some(mean) = stage.mean_like(&group.individuals[0].body)? else { return Ok(()) };
+    let start = cpu_seconds();
+    let emulator = OneStiffness::new(&mean)?;
+    let spent = cpu_seconds() - start;
+    for steps in FROM_ANOTHER {
+        let name = format!("one stiffness, {steps} steps");
+        let about = "from solution and stiffness of the mean body, which are all that it knows";
+        study.outcomes.push(group.measure([&name, about], spent, |individual| {
             let theta = std::slice::from_ref(&individual.theta);
-            Ok(emulator.followed(&individual.body, theta)?.remove(0))
-        };
-        study.outcomes.push(group.measure(["no network", about], 0.0, followed)?);
-        let about = "one solution, and the coarse mesh at every parameter set";
-        study.outcomes.push(group.measure(["two meshes", about], 0.0, |individual| {
-            let Individual { body, theta, .. } = individual;
-            let Some(coarse) = stage.coarse(individual)? else { return Ok(rest(individual)) };
-            let found = TwoMeshes::new(body, &coarse)
-                .and_then(|emulator| emulator.predict(std::slice::from_ref(theta)));
-            Ok(found.map_or_else(|_| rest(individual), |mut found| found.remove(0)))
+            Ok(emulator.predict(&individual.body, theta, steps)?.remove(0))
         })?);
+    }
+    Ok(())
+}
+
+/// One solve of each body, followed, and refined.
+fn series(options: &Options, group: &Group, study: &mut Study) -> Result<()> {
+    let about = "one solve, followed to second order in the parameters";
+    for (name, steps) in [("no network".into(), 0), (refined("no network"), REFINED)] {
+        study.outcomes.push(group.measure([&name, about], 0.0, |individual| {
+            let emulator = Emulator::series(&individual.body, options.seed)?;
+            after(&emulator, &individual.theta, steps)
+        })?);
+    }
+    if group.name == POPULATION {
+        let body = &group.individuals[0].body;
+        let start = std::time::Instant::now();
+        let emulator = Emulator::series(body, options.seed)?;
+        let fact = answers(group, (start, &emulator))?;
+        study.facts.push(("answers, no network".into(), fact));
     }
     Ok(())
 }
@@ -273,7 +333,9 @@ fn network(
     let last = last.context("a training that has not begun")?;
     let fact = format!("{} of the stream left out, for they could not be prepared", last.left_out);
     study.facts.push((format!("training, {name}"), fact));
-    study.facts.push((format!("answers, {name}"), answers(&groups[0], &emulator)?));
+    let start = std::time::Instant::now();
+    let met = emulator.meet(&groups[0].individuals[0].body)?;
+    study.facts.push((format!("answers, {name}"), answers(&groups[0], (start, &met))?));
     let solves = match stage.start {
         Start::Near { .. } => "one solve in all",
         Start::Equilibrium => "one solve of each body",
@@ -285,24 +347,28 @@ fn network(
     Ok(())
 }
 
-/// How long the first individual takes: until its first answer, for the next, for each of many.
-fn answers(group: &Group, emulator: &PopulationEmulator) -> Result<String> {
+/// How long the first individual takes: from `start` until its first answer, for the next, for each of many, plain and refined.
+fn answers(group: &Group, (start, met): (std::time::Instant, &Emulator<'_>)) -> Result<String> {
     const MANY: usize = 200;
     let Individual { body, theta, .. } = &group.individuals[0];
-    let start = std::time::Instant::now();
-    let met = emulator.meet(body)?;
     met.predict(std::slice::from_ref(theta))?;
-    let first = start.elapsed().as_secs_f64();
-    let time = |thetas: &[Vec<f64>]| -> Result<f64> {
+    let first = 1e3 * start.elapsed().as_secs_f64();
+    let time = |count: usize, steps: usize| -> Result<f64> {
+        let thetas = vec![theta.clone(); count];
         let start = std::time::Instant::now();
-        met.predict(thetas)?;
-        Ok(1e3 * start.elapsed().as_secs_f64() / thetas.len() as f64)
+        match steps {
+            0 => met.predict(&thetas)?,
+            steps => met.refine(&thetas, steps)?,
+        };
+        Ok(1e3 * start.elapsed().as_secs_f64() / count as f64)
     };
-    let (next, many) = (time(std::slice::from_ref(theta))?, time(&vec![theta.clone(); MANY])?);
+    let (next, many) = (time(1, 0)?, time(MANY, 0)?);
+    // The stiffness is factorised with the first.
+    time(1, REFINED)?;
+    let fine = time(MANY, REFINED)?;
     Ok(format!(
-        "{} nodes: the first after {:.0} ms, the next after {next:.2} ms, {many:.2} ms each of {MANY} together; {} threads",
+        "{} nodes: the first after {first:.0} ms, the next after {next:.2} ms, {many:.2} ms each of {MANY} together, {fine:.1} ms with {REFINED} quasi-Newton steps; {} threads",
         body.nodes,
-        1e3 * first,
         rayon::current_num_threads()
     ))
 }
@@ -315,10 +381,13 @@ fn measured(
     spent: f64,
     start: Start,
 ) -> Result<Vec<Outcome>> {
-    let mut outcomes = vec![group.measure([name, about], spent, |individual| {
-        let met = emulator.meet(&individual.body)?;
-        Ok(met.predict(std::slice::from_ref(&individual.theta))?.displacement)
-    })?];
+    let met = |individual: &Individual, steps: usize| {
+        after(&emulator.meet(&individual.body)?, &individual.theta, steps)
+    };
+    let mut outcomes = vec![
+        group.measure([name, about], spent, |individual| met(individual, 0))?,
+        group.measure([&refined(name), about], spent, |individual| met(individual, REFINED))?,
+    ];
     if start != Start::Equilibrium {
         let about = format!(
             "the network's state for the centre of the parameters, {CARRIED_STEPS} Newton steps there, outputs to second order"

@@ -55,6 +55,13 @@ pub(super) struct Individual {
     coarse: Option<Body>,
 }
 
+impl Individual {
+    /// No displacement.
+    pub(super) fn rest(&self) -> Vec<f64> {
+        vec![0.0; 3 * self.body.nodes]
+    }
+}
+
 /// Names of the stages.
 pub(super) const KEYS: [&str; 4] = ["rings", "beams", "ventricles", "infarcts"];
 
@@ -276,6 +283,21 @@ impl Stage {
             body = body.stiffened(&factors)?;
         }
         Ok(Some(body))
+    }
+
+    /// The body of the population whose shape numbers are zero, on the mesh of another; `None` where that is none of the population's.
+    ///
+    /// # Errors
+    /// A body that cannot be lowered.
+    pub(super) fn mean_like(&self, body: &Body) -> Result<Option<Body>> {
+        let on_finer = [false, true].map(|finer| self.clone().with_finer_cells(finer));
+        for stage in std::iter::once(self.clone()).chain(on_finer) {
+            let mean = self.case.body_on(stage.mesh(&[])?)?;
+            if mean.cells == body.cells {
+                return Ok(Some(mean));
+            }
+        }
+        Ok(None)
     }
 
     /// Bodies for a training, from a stream of their own.

@@ -11,12 +11,13 @@ use sinew_report::{Block, Column, Distribution, Row, Table};
 const EQUAL: f64 = 1.25;
 
 /// How names of methods begin in each class; all others are networks.
-const CLASSES: [(&str, &str); 6] = [
+const CLASSES: [(&str, &str); 7] = [
     ("POD + GP", "regression"),
     ("nearest", "regression"),
     ("mean", "regression"),
     ("no network", "series"),
     ("two meshes", "two meshes"),
+    ("one stiffness", "one stiffness"),
     ("coarse solution", "solver on a coarse mesh"),
 ];
 
