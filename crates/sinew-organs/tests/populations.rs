@@ -38,12 +38,18 @@ fn a_quick_run_reports_every_population_and_is_resumed() {
         let methods: Vec<_> = table.rows.iter().map(|row| row.method.as_str()).collect();
         let about_coarse = "POD + GP about the coarse solution";
         let rivals = ["mean", "nearest", "POD + GP", about_coarse];
-        let mut all =
-            [&rivals[..], &["coarse solution", "no network", "two meshes", "network"]].concat();
+        let both = |method: &str| [method.into(), format!("{method}, 4 quasi-Newton steps")];
+        let mut all: Vec<String> = rivals.map(String::from).into();
+        all.extend(["coarse solution".into()]);
+        all.extend([16, 32].map(|steps| format!("one stiffness, {steps} steps")));
+        // What starts near equilibrium has nothing of its own to refine.
+        let series = both("no network");
+        all.extend_from_slice(if section.name == "beams" { &series[..1] } else { &series });
+        all.extend([both("two meshes"), both("network")].concat());
         // What starts from equilibrium has no state to find.
-        all.extend((section.name == "beams").then_some("network, carried"));
+        all.extend((section.name == "beams").then(|| "network, carried".into()));
         if section.name == "rings" {
-            all.extend(["network, dd", "network, hybrid"]);
+            all.extend([both("network, dd"), both("network, hybrid")].concat());
         }
         assert_eq!(methods, all);
         // Raw and after two steps; one may overshoot.
