@@ -132,44 +132,8 @@ impl<'p> HeldStiffness<'p> {
         theta: &[f64],
         steps: usize,
     ) -> Result<Descent, SolveError> {
-        let start = Instant::now();
         self.check(body)?;
-        body.check_theta(theta)?;
-        check_displacement(body, from)?;
-        let mut first = from.to_vec();
-        place(body, 1.0, &mut first);
-        let potential = (body, theta);
-        let mut at = self.at(first, potential);
-        if !(at.energy.is_finite() && at.slope.iter().all(|g| g.is_finite())) {
-            let ratios = volume_ratios(body, &at.displacement).into_iter().enumerate();
-            let worst = ratios.min_by(|(_, a), (_, b)| a.total_cmp(b));
-            let cell = worst.map_or(0, |(point, _)| point / body.points_per_cell);
-            return Err(SolveError::Inadmissible { cell });
-        }
-        let residual_before = norm(&at.slope);
-        let balanced = BALANCED * self.system.assembly.force_scale;
-        let mut pairs: VecDeque<Pair> = VecDeque::with_capacity(MEMORY);
-        let mut taken = 0;
-        while taken < steps && norm(&at.slope) > balanced {
-            let direction = self.direction(&at.slope, &pairs);
-            let Some(next) = self.line_search(&at, &direction, potential, pairs.is_empty()) else {
-                break;
-            };
-            if pairs.len() == MEMORY {
-                pairs.pop_front();
-            }
-            pairs.extend(self.pair(&at, &next));
-            at = next;
-            taken += 1;
-        }
-        Ok(Descent {
-            residual_before,
-            residual_after: norm(&at.slope),
-            energy: at.energy,
-            displacement: at.displacement,
-            steps: taken,
-            seconds: start.elapsed().as_secs_f64(),
-        })
+        self.system.relax((body, theta), from, steps, BALANCED)
     }
 
     /// Refuses a body that the unknowns of this stiffness are not those of.
@@ -188,17 +152,64 @@ impl<'p> HeldStiffness<'p> {
         };
         Err(SolveError::OtherBody { what })
     }
+}
+
+impl System<'_> {
+    /// Descends with the factor that it has, until no more than a part of the forces is unbalanced.
+    pub(crate) fn relax(
+        &self,
+        potential: (&Body, &[f64]),
+        from: &[f64],
+        steps: usize,
+        enough: f64,
+    ) -> Result<Descent, SolveError> {
+        let (start, (body, theta)) = (Instant::now(), potential);
+        body.check_theta(theta)?;
+        check_displacement(body, from)?;
+        let mut first = from.to_vec();
+        place(body, 1.0, &mut first);
+        let mut at = self.at(first, potential);
+        if !(at.energy.is_finite() && at.slope.iter().all(|g| g.is_finite())) {
+            let ratios = volume_ratios(body, &at.displacement).into_iter().enumerate();
+            let worst = ratios.min_by(|(_, a), (_, b)| a.total_cmp(b));
+            let cell = worst.map_or(0, |(point, _)| point / body.points_per_cell);
+            return Err(SolveError::Inadmissible { cell });
+        }
+        let residual_before = norm(&at.slope);
+        let balanced = enough * self.assembly.force_scale;
+        let mut pairs: VecDeque<Pair> = VecDeque::with_capacity(MEMORY);
+        let mut taken = 0;
+        while taken < steps && norm(&at.slope) > balanced {
+            let direction = self.direction(&at.slope, &pairs);
+            let first = pairs.is_empty();
+            let Some(next) = self.step_along(&at, &direction, potential, first) else { break };
+            if pairs.len() == MEMORY {
+                pairs.pop_front();
+            }
+            pairs.extend(self.pair(&at, &next));
+            at = next;
+            taken += 1;
+        }
+        Ok(Descent {
+            residual_before,
+            residual_after: norm(&at.slope),
+            energy: at.energy,
+            displacement: at.displacement,
+            steps: taken,
+            seconds: start.elapsed().as_secs_f64(),
+        })
+    }
 
     fn at(&self, displacement: Vec<f64>, (body, theta): (&Body, &[f64])) -> At {
         let mut gradient = vec![0.0; displacement.len()];
         let energy = body.value_and_gradient(&displacement, theta, &mut gradient);
-        At { displacement, energy, slope: self.system.sparsity.gather(&gradient).collect() }
+        At { displacement, energy, slope: self.sparsity.gather(&gradient).collect() }
     }
 
     /// `K⁻¹` times forces.
     fn solved(&self, forces: &[f64]) -> Vec<f64> {
         let mut change = forces.to_vec();
-        self.system.factor.solve(&mut change);
+        self.factor.solve(&mut change);
         change
     }
 
@@ -224,7 +235,7 @@ impl<'p> HeldStiffness<'p> {
     }
 
     /// The longest of some steps along a direction that lowers the energy enough.
-    fn line_search(
+    fn step_along(
         &self,
         at: &At,
         direction: &[f64],
@@ -261,7 +272,7 @@ impl<'p> HeldStiffness<'p> {
 
     fn along(&self, at: &At, direction: &[f64], length: f64, potential: (&Body, &[f64])) -> At {
         let mut displacement = at.displacement.clone();
-        self.system.sparsity.scatter(direction.iter().map(|d| length * d), &mut displacement);
+        self.sparsity.scatter(direction.iter().map(|d| length * d), &mut displacement);
         self.at(displacement, potential)
     }
 
@@ -269,7 +280,7 @@ impl<'p> HeldStiffness<'p> {
     fn pair(&self, from: &At, to: &At) -> Option<Pair> {
         let moved: Vec<f64> =
             to.displacement.iter().zip(&from.displacement).map(|(b, a)| b - a).collect();
-        let step: Vec<f64> = self.system.sparsity.gather(&moved).collect();
+        let step: Vec<f64> = self.sparsity.gather(&moved).collect();
         let change: Vec<f64> = to.slope.iter().zip(&from.slope).map(|(b, a)| b - a).collect();
         let work = dot(&step, &change);
         let scale = work / dot(&change, &self.solved(&change));
