@@ -13,7 +13,7 @@ pub(crate) type Function<const D: usize> = Arc<dyn Fn([f64; D]) -> f64 + Send + 
 
 /// A problem, its solution, and what is to be inferred.
 #[derive(Clone)]
-pub struct Setting<const D: usize> {
+pub(crate) struct Setting<const D: usize> {
     /// Name in the thesis.
     pub name: &'static str,
     /// Domain, equation and conditions.

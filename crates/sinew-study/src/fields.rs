@@ -43,6 +43,6 @@ pub fn write(folder: &Path, mesh: &TetMesh, cases: &[FieldCase<'_>]) -> Result<(
 }
 
 /// A flat displacement as one row per node.
-pub fn rows(displacement: &[f64]) -> Vec<[f64; 3]> {
+pub(crate) fn rows(displacement: &[f64]) -> Vec<[f64; 3]> {
     displacement.as_chunks::<3>().0.to_vec()
 }
