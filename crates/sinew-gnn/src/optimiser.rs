@@ -6,12 +6,13 @@ mod muon;
 mod update;
 
 pub(crate) use clip::clip_global_norm;
-pub use muon::{Muon, MuonConfig};
+pub use muon::MuonConfig;
 
 use std::path::Path;
 
 use adam::Adam;
 use burn::optim::{GradientsParams, ModuleOptimizer};
+use muon::Muon;
 use serde::{Deserialize, Serialize};
 
 use crate::emulator::Emulator;
@@ -99,7 +100,7 @@ impl OptimiserConfig {
     }
 
     /// An optimiser without history.
-    pub fn build(&self) -> Box<dyn Optimiser> {
+    pub(crate) fn build(&self) -> Box<dyn Optimiser> {
         match *self {
             Self::Adam { beta1, beta2 } => Box::new(Adam::new(beta1, beta2, 0.0)),
             Self::AdamW { beta1, beta2, weight_decay } => {

@@ -24,7 +24,7 @@ const COSINE_END: f64 = 1e-3;
 
 impl Schedule {
     /// Factor of step `step` (from zero) of `total` steps. Under a time budget `total` is an estimate.
-    pub fn factor(self, step: usize, total: f64) -> f64 {
+    pub(crate) fn factor(self, step: usize, total: f64) -> f64 {
         let step = step as f64;
         match self {
             Self::Constant => 1.0,

@@ -67,11 +67,6 @@ impl<const D: usize> Data<D> {
         Self { groups: Vec::new(), everywhere: None }
     }
 
-    /// Number of observations.
-    pub fn count(&self) -> usize {
-        self.groups.iter().map(|group| group.points.len()).sum()
-    }
-
     /// The same with at most `count` values of each measured group, drawn at random: enough for parameters where there are
     /// tens of thousands (see [`crate::Model::reduced`]).
     pub fn thinned(&self, count: usize, seed: u64) -> Self {

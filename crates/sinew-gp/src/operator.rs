@@ -79,7 +79,7 @@ impl Parameter {
     }
 
     /// Its lower and upper bound.
-    pub fn bounds(&self) -> [f64; 2] {
+    pub(crate) fn bounds(&self) -> [f64; 2] {
         [self.lower, self.upper]
     }
 }
@@ -163,7 +163,7 @@ impl<const D: usize> Operator<D> {
     }
 
     /// Highest total order of a derivative in it.
-    pub fn order(&self) -> usize {
+    pub(crate) fn order(&self) -> usize {
         self.terms.iter().map(|t| t.derivative.orders.iter().sum()).max().unwrap_or(0)
     }
 

@@ -16,7 +16,11 @@ use super::{ADAM_EPSILON, Optimiser};
 use crate::emulator::Emulator;
 use crate::error::Result;
 
-/// Settings of [`Muon`].
+/// Muon (K. Jordan, 2024) with Nesterov momentum on matrices, Adam with Nesterov momentum on
+/// vectors and, if configured, on the decoders, both at the same learning rate: the arithmetic of
+/// `optax.contrib.muon`, which scales the orthogonal update of a matrix `[inputs, outputs]` by
+/// √max(1, outputs / inputs).
+/// (Burn's own Muon scales by the inverse ratio, has no bias correction and takes matrices only.)
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct MuonConfig {
@@ -36,13 +40,9 @@ impl Default for MuonConfig {
     }
 }
 
-/// Muon (K. Jordan, 2024) with Nesterov momentum on matrices, Adam with Nesterov momentum on
-/// vectors and, if configured, on the decoders, both at the same learning rate: the arithmetic of
-/// `optax.contrib.muon`, which scales the orthogonal update of a matrix `[inputs, outputs]` by
-/// √max(1, outputs / inputs).
-/// (Burn's own Muon scales by the inverse ratio, has no bias correction and takes matrices only.)
+/// See [`MuonConfig`].
 #[derive(Debug, Clone)]
-pub struct Muon {
+pub(crate) struct Muon {
     config: MuonConfig,
     steps: usize,
     moments: BTreeMap<u64, Moments>,
@@ -50,7 +50,7 @@ pub struct Muon {
 
 impl Muon {
     /// Without history.
-    pub fn new(config: MuonConfig) -> Self {
+    pub(crate) fn new(config: MuonConfig) -> Self {
         Self { config, steps: 0, moments: BTreeMap::new() }
     }
 

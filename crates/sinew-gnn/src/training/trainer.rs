@@ -392,7 +392,7 @@ impl Trainer {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn save_checkpoint(&self, directory: &Path) -> Result<()> {
+    pub(crate) fn save_checkpoint(&self, directory: &Path) -> Result<()> {
         super::checkpoint::write(self, self.data.training.len(), directory)
     }
 }
