@@ -179,41 +179,21 @@ pub struct RowError {
 }
 
 impl Row {
-    /// A row whose error is relative to the reference.
+    /// Of a value and its reference.
     ///
     /// # Errors
-    /// [`RowError`] for numbers that are not finite and a reference of zero.
-    pub fn relative(
+    /// [`RowError`] for numbers that are not finite, and for a relative error beside a reference of zero.
+    pub fn new(
         label: Label,
+        measure: Measure,
         [value, reference]: [f64; 2],
         band: Band,
         cost: Cost,
     ) -> Result<Self, RowError> {
-        let error = ((value - reference) / reference).abs();
-        Self::checked(label, [value, reference], (Measure::Relative, error), band, cost)
-    }
-
-    /// A row whose error has the unit of the quantity.
-    ///
-    /// # Errors
-    /// [`RowError`] for numbers that are not finite.
-    pub fn absolute(
-        label: Label,
-        [value, reference]: [f64; 2],
-        band: Band,
-        cost: Cost,
-    ) -> Result<Self, RowError> {
-        let error = (value - reference).abs();
-        Self::checked(label, [value, reference], (Measure::Absolute, error), band, cost)
-    }
-
-    fn checked(
-        label: Label,
-        [value, reference]: [f64; 2],
-        (measure, error): (Measure, f64),
-        band: Band,
-        cost: Cost,
-    ) -> Result<Self, RowError> {
+        let error = match measure {
+            Measure::Relative => ((value - reference) / reference).abs(),
+            Measure::Absolute => (value - reference).abs(),
+        };
         let numbers = [
             ("value", value),
             ("reference", reference),
@@ -254,10 +234,7 @@ impl<'a> Rows<'a> {
         self.rows.push(row);
     }
 
-    /// Adds a [`Row::relative`].
-    ///
-    /// # Errors
-    /// Those of the row.
+    /// Adds a row whose error is relative to the reference.
     pub fn relative(
         &mut self,
         label: Label,
@@ -265,14 +242,11 @@ impl<'a> Rows<'a> {
         band: Band,
         cost: Cost,
     ) -> anyhow::Result<()> {
-        self.push(Row::relative(label, pair, band, cost)?);
+        self.push(Row::new(label, Measure::Relative, pair, band, cost)?);
         Ok(())
     }
 
-    /// Adds a [`Row::absolute`].
-    ///
-    /// # Errors
-    /// Those of the row.
+    /// Adds a row whose error has the unit of the quantity.
     pub(crate) fn absolute(
         &mut self,
         label: Label,
@@ -280,7 +254,7 @@ impl<'a> Rows<'a> {
         band: Band,
         cost: Cost,
     ) -> anyhow::Result<()> {
-        self.push(Row::absolute(label, pair, band, cost)?);
+        self.push(Row::new(label, Measure::Absolute, pair, band, cost)?);
         Ok(())
     }
 
