@@ -71,9 +71,6 @@ impl Name {
     }
 
     /// The experiment.
-    ///
-    /// # Errors
-    /// If a problem cannot be set up.
     pub fn experiment(self, scale: Scale) -> Result<Experiment> {
         Ok(match self {
             Self::Pinn => pinn::experiment(scale),

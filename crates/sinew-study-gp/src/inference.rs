@@ -92,9 +92,6 @@ impl<const D: usize> Setting<D> {
     }
 
     /// Noisy observations at random places.
-    ///
-    /// # Errors
-    /// If the domain cannot be sampled.
     pub(crate) fn observe(&self, sampling: Sampling, task: &Task) -> Result<Observed<D>, GpError> {
         let domain = self.problem.domain();
         let places = domain.sample(sampling.values, task.seed_for(Purpose::Places))?;
@@ -237,9 +234,6 @@ impl<const D: usize> Inference<D> {
     }
 
     /// A fit to the data of a task.
-    ///
-    /// # Errors
-    /// What the library refuses.
     pub(crate) fn fit(&self, observed: &Observed<D>, task: &Task) -> Result<Fit<D>, GpError> {
         let model = Model::new(self.prior(task)?, observed.data(), self.evidence)?;
         model.fit(&FitOptions {
@@ -251,9 +245,6 @@ impl<const D: usize> Inference<D> {
     }
 
     /// Makes data, fits, and measures.
-    ///
-    /// # Errors
-    /// What the library refuses.
     pub(crate) fn run(&self, task: &Task) -> Result<Run> {
         let observed = (self.observe)(&self.setting, task)?;
         let start = Instant::now();
@@ -283,9 +274,6 @@ impl<const D: usize> Inference<D> {
     }
 
     /// The equation's parameters in a vector of all, in their own units.
-    ///
-    /// # Errors
-    /// If the model lacks one.
     pub(crate) fn theta(&self, fit: &Fit<D>, scaled: &[f64]) -> Result<Vec<f64>, GpError> {
         let model = fit.model();
         let value = |name: &str| {
