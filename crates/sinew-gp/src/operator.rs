@@ -163,7 +163,7 @@ impl<const D: usize> Operator<D> {
     }
 
     /// Highest total order of a derivative in it.
-    pub(crate) fn order(&self) -> usize {
+    pub fn order(&self) -> usize {
         self.terms.iter().map(|t| t.derivative.orders.iter().sum()).max().unwrap_or(0)
     }
 
