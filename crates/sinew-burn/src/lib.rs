@@ -21,7 +21,7 @@
 //!
 //! - [`gathered_mlp`]: a perceptron on gathered rows;
 //! - [`signed_edge_sum`], [`received_edge_sum`]: messages to nodes;
-//! - [`activate`]: activations;
+//! - [`activate`]: activations of all numbers;
 //! - [`sum`], [`normalised`]: of two tensors, of rows;
 //! - [`orthogonalise`]: the Newton–Schulz iteration of the Muon optimiser;
 //! - [`adam_direction`], [`momentum_direction`]: moments of gradients, in place;
