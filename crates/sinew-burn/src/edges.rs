@@ -47,7 +47,7 @@ impl EdgeTopology {
     }
 
     /// Number of edges.
-    pub fn edges(&self) -> usize {
+    pub(crate) fn edges(&self) -> usize {
         self.senders.len()
     }
 

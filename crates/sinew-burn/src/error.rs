@@ -12,9 +12,6 @@ pub enum IndexError {
     /// Senders and receivers of edges differ in number.
     #[error("{senders} senders but {receivers} receivers; give one of each per edge")]
     UnpairedEdges { senders: usize, receivers: usize },
-    /// Sources of one plan cover different numbers of rows.
-    #[error("source {source_number} covers {found} rows, the plan has {expected}")]
-    RowCount { source_number: usize, found: usize, expected: usize },
     /// More sources than a fused operation is compiled for.
     #[error("{found} sources; a plan takes 1 to {most}")]
     SourceCount { found: usize, most: usize },

@@ -129,23 +129,12 @@ impl GatherPlan {
         Ok(plan)
     }
 
-    /// Row `r` reads row `indices[k][r]` of source `k`, which has `source_rows[k]` rows.
-    pub fn indexed(indices: &[&[usize]], source_rows: &[usize]) -> Result<Arc<Self>, IndexError> {
-        let rows = indices.first().map_or(0, |index| index.len());
-        let mut sources = Vec::with_capacity(indices.len());
-        for (number, (index, &count)) in indices.iter().zip(source_rows).enumerate() {
-            if index.len() != rows {
-                return Err(IndexError::RowCount {
-                    source_number: number,
-                    found: index.len(),
-                    expected: rows,
-                });
-            }
-            let index = check(index, count)?;
-            let inverse = Inverse::new(&index, count);
-            sources.push(Gather::Indexed { index, inverse });
-        }
-        Self::assemble(rows, sources)
+    /// Row `r` reads row `index[r]` of a source of `count` rows.
+    #[cfg(test)]
+    pub(crate) fn indexed(index: &[usize], count: usize) -> Result<Arc<Self>, IndexError> {
+        let index = check(index, count)?;
+        let inverse = Inverse::new(&index, count);
+        Self::assemble(index.len(), vec![Gather::Indexed { index, inverse }])
     }
 
     fn assemble(rows: usize, sources: Vec<Gather>) -> Result<Arc<Self>, IndexError> {
@@ -161,17 +150,17 @@ impl GatherPlan {
     }
 
     /// Rows of the result.
-    pub fn rows(&self) -> usize {
+    pub(crate) fn rows(&self) -> usize {
         self.rows
     }
 
     /// Rows that each source must have.
-    pub fn source_rows(&self) -> &[usize] {
+    pub(crate) fn source_rows(&self) -> &[usize] {
         &self.source_rows
     }
 
     /// For every row of the result, the row of source `number` that it reads.
-    pub fn index_of(&self, number: usize) -> Vec<usize> {
+    pub(crate) fn index_of(&self, number: usize) -> Vec<usize> {
         (0..self.rows).map(|row| self.sources[number].source(row)).collect()
     }
 
@@ -221,9 +210,7 @@ mod tests {
             GatherPlan::identity(5, 0).unwrap_err(),
             IndexError::SourceCount { found: 0, most: 3 }
         );
-        let uneven = GatherPlan::indexed(&[&[0, 1], &[0]], &[2, 2]).unwrap_err();
-        assert_eq!(uneven, IndexError::RowCount { source_number: 1, found: 1, expected: 2 });
-        let outside = GatherPlan::indexed(&[&[0, 2]], &[2]).unwrap_err();
+        let outside = GatherPlan::indexed(&[0, 2], 2).unwrap_err();
         assert_eq!(outside, IndexError::OutOfRange { position: 1, index: 2, count: 2 });
     }
 }

@@ -5,14 +5,14 @@
 //!
 //! ```
 //! use burn::tensor::{Device, Tensor};
-//! use sinew_burn::{EdgeTopology, celu, signed_edge_sum};
+//! use sinew_burn::{Activation, EdgeTopology, activate, signed_edge_sum};
 //!
 //! // A path of three nodes; each edge carries one message.
 //! let topology = EdgeTopology::new(3, &[0, 1], &[1, 2])?;
 //! let device = Device::flex().autodiff();
 //! let messages = Tensor::<2>::from_floats([[1.0], [-2.0]], &device).require_grad();
 //!
-//! let sums = signed_edge_sum(celu(messages.clone()), &topology);
+//! let sums = signed_edge_sum(activate(messages.clone(), Activation::Celu), &topology);
 //! assert_eq!(sums.dims(), [3, 1]);
 //! let gradient = messages.grad(&sums.powi_scalar(2).sum().backward()).unwrap();
 //! assert_eq!(gradient.dims(), [2, 1]);
@@ -21,7 +21,7 @@
 //!
 //! - [`gathered_mlp`]: a perceptron on gathered rows;
 //! - [`signed_edge_sum`], [`received_edge_sum`]: messages to nodes;
-//! - [`celu`], [`activate`]: activations;
+//! - [`activate`]: activations of all numbers;
 //! - [`sum`], [`normalised`]: of two tensors, of rows;
 //! - [`orthogonalise`]: the Newton–Schulz iteration of the Muon optimiser;
 //! - [`adam_direction`], [`momentum_direction`]: moments of gradients, in place;
@@ -37,9 +37,9 @@
 #![cfg_attr(feature = "ndarray", allow(deprecated))]
 
 mod activation;
-mod celu;
 mod combine;
 mod edges;
+mod elementwise;
 mod error;
 mod host;
 mod index;
@@ -62,9 +62,9 @@ mod testing;
 mod turning;
 
 pub use activation::Activation;
-pub use celu::{activate, celu};
 pub use combine::{normalised, sum};
 pub use edges::{EdgeTopology, received_edge_sum, signed_edge_sum};
+pub use elementwise::activate;
 pub use error::IndexError;
 pub use index::GatherPlan;
 pub use lanes::Lanes;

@@ -8,18 +8,14 @@ use std::sync::Arc;
 /// `activation` of every number.
 pub fn activate<const D: usize>(x: Tensor<D>, activation: Activation) -> Tensor<D> {
     match activation {
-        Activation::Celu => celu(x),
+        // Unlike `burn::tensor::activation::celu`, whose slope is 0 · ∞ where eˣ overflows.
+        Activation::Celu => {
+            let positive = x.clone().greater_scalar(0.0);
+            let curved = x.clone().mask_fill(positive.clone(), 0.0).exp() - 1.0;
+            curved.mask_where(positive, x)
+        }
         Activation::Tanh => x.tanh(),
     }
-}
-
-/// `max(0, x) + min(0, eˣ − 1)`.
-///
-/// Unlike `burn::tensor::activation::celu`, whose slope is 0 · ∞ where eˣ overflows.
-pub fn celu<const D: usize>(x: Tensor<D>) -> Tensor<D> {
-    let positive = x.clone().greater_scalar(0.0);
-    let curved = x.clone().mask_fill(positive.clone(), 0.0).exp() - 1.0;
-    curved.mask_where(positive, x)
 }
 
 /// Per node, the sum of received messages minus the sum of sent ones.

@@ -196,7 +196,7 @@ impl<'b> Emulator<'b> {
     ///
     /// # Errors
     /// As [`Emulator::predict`].
-    pub fn predict_in_full(&self, thetas: &[Vec<f64>]) -> Result<Prediction> {
+    pub(crate) fn predict_in_full(&self, thetas: &[Vec<f64>]) -> Result<Prediction> {
         self.predict_by(thetas, |network| {
             Ok(network.surrogate.predict_unseen(&network.geometry, thetas)?)
         })

@@ -182,7 +182,7 @@ fn share(difference: f64, size: f64) -> f64 {
 
 impl Errors {
     /// Over cases.
-    pub fn of(cases: &[CaseErrors]) -> Self {
+    pub(crate) fn of(cases: &[CaseErrors]) -> Self {
         let [err_u, err_f, err_i1, err_pi] =
             METRICS.map(|metric| Quantiles::of(metric.pooled(cases)));
         let mut volumes = cases.iter().flat_map(|case| case.err_volume.iter().copied()).peekable();

@@ -60,7 +60,7 @@ impl Recipe {
     }
 
     /// Sizes of its network, where it is one.
-    pub fn network(&self) -> Option<Network> {
+    pub(crate) fn network(&self) -> Option<Network> {
         match self {
             Self::DataDriven(recipe) => Some(recipe.network),
             Self::PhysicsInformed(recipe) => Some(recipe.network),

@@ -54,7 +54,7 @@ struct Log {
 
 impl Simulations {
     /// Median wall time of a solve in the sweep \[s\].
-    pub fn median_solve_s(&self) -> f64 {
+    pub(crate) fn median_solve_s(&self) -> f64 {
         crate::timing::median(&self.solve_seconds)
     }
 

@@ -36,7 +36,7 @@ impl Cavity {
     }
 
     /// Volume at a displacement \[length³\].
-    pub fn volume(&self, points: &[[f64; 3]], displacement: &[f64]) -> f64 {
+    pub(crate) fn volume(&self, points: &[[f64; 3]], displacement: &[f64]) -> f64 {
         crate::metrics::deformed_volume(points, displacement, &self.triangles, self.apex).abs()
     }
 }

@@ -23,7 +23,7 @@ pub struct Invariants<S, const D: usize> {
 
 impl<S: Scalar, const D: usize> Invariants<S, D> {
     /// The invariants of `F = I + H`.
-    pub fn new(displacement_gradient: &Mat3<S>, directions: &[[S; 3]; D]) -> Self {
+    pub(crate) fn new(displacement_gradient: &Mat3<S>, directions: &[[S; 3]; D]) -> Self {
         let h = displacement_gradient;
         Self {
             volume_change: h.volume_change(),
@@ -36,7 +36,7 @@ impl<S: Scalar, const D: usize> Invariants<S, D> {
 
     /// The invariants of `C̄ = J^(−2/3) C` with the guarded J, which is kept as `volume_change`,
     /// thesis eq. (3.4). The directions must be orthonormal.
-    pub fn isochoric<G: Guard>(&self, guard: &G) -> Self {
+    pub(crate) fn isochoric<G: Guard>(&self, guard: &G) -> Self {
         let volume_change = guard.volume_change(self.volume_change.clone());
         let scale = (volume_change.clone().ln_1p() * (-2.0 / 3.0)).exp_m1();
         // x̄ − x₀ = (x − x₀) + x (J^(−2/3) − 1) keeps the digits that x J^(−2/3) − x₀ loses.

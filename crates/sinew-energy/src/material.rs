@@ -43,6 +43,8 @@ pub trait Material: Debug + Send + Sync {
     fn response(&self, point: usize, parameters: &[f64], h: &Mat3<f64>) -> Response;
     /// The material of [`Law::with_softer_volume`], where there is one.
     fn with_softer_volume(&self, factor: f64) -> Option<Arc<dyn Material>>;
+    /// The material whose energy counts so many times at each point.
+    fn stiffened(&self, factors: Vec<f64>) -> Arc<dyn Material>;
     /// Change of the stress with the parameters along `rates`, one per parameter: `∂²Ψ/∂H∂θ · rates`.
     fn stress_rate(
         &self,
@@ -59,6 +61,8 @@ struct AtPoints<L, const D: usize> {
     law: L,
     /// Takes no storage for isotropic laws.
     directions: Vec<[[f64; 3]; D]>,
+    /// How many times the energy counts at each point; none where it counts once everywhere.
+    factors: Vec<f64>,
 }
 
 /// The material of a law with its directions, one row per quadrature point; an isotropic law reads none.
@@ -77,7 +81,7 @@ pub fn at_points<L: Law<D>, const D: usize>(
     law: L,
     directions: Vec<[[f64; 3]; D]>,
 ) -> Arc<dyn Material> {
-    Arc::new(AtPoints { law, directions })
+    Arc::new(AtPoints { law, directions, factors: Vec::new() })
 }
 
 impl<L: Law<D>, const D: usize> AtPoints<L, D> {
@@ -85,6 +89,12 @@ impl<L: Law<D>, const D: usize> AtPoints<L, D> {
     #[inline]
     fn at(&self, point: usize) -> Option<&[[f64; 3]; D]> {
         if D == 0 { Some(&[[0.0; 3]; D]) } else { self.directions.get(point) }
+    }
+
+    /// How many times the energy counts at a point.
+    #[inline]
+    fn factor(&self, point: usize) -> f64 {
+        if self.factors.is_empty() { 1.0 } else { self.factors[point] }
     }
 }
 
@@ -102,7 +112,10 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
     }
 
     fn points(&self) -> Option<usize> {
-        (D > 0).then_some(self.directions.len())
+        match self.factors.len() {
+            0 => (D > 0).then_some(self.directions.len()),
+            points => Some(points),
+        }
     }
 
     fn directions(&self, point: usize) -> &[[f64; 3]] {
@@ -117,10 +130,11 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
         barriers: Option<&Barriers>,
     ) -> f64 {
         let Some(directions) = self.at(point) else { return f64::INFINITY };
-        match barriers {
+        let energy = match barriers {
             None => self.law.energy(parameters, h, directions, &Exact),
             Some(barriers) => self.law.energy(parameters, h, directions, barriers),
-        }
+        };
+        self.factor(point) * energy
     }
 
     fn stress(
@@ -131,21 +145,35 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
         barriers: Option<&Barriers>,
     ) -> (f64, Mat3<f64>) {
         let Some(directions) = self.at(point) else { return (f64::INFINITY, Mat3::ZERO) };
-        match barriers {
+        let (energy, stress) = match barriers {
             None => self.law.stress(parameters, h, directions, &Exact),
             Some(barriers) => self.law.stress(parameters, h, directions, barriers),
-        }
+        };
+        let factor = self.factor(point);
+        (factor * energy, times(factor, &stress))
     }
 
     fn response(&self, point: usize, parameters: &[f64], h: &Mat3<f64>) -> Response {
-        self.at(point).map_or(Response::INADMISSIBLE, |directions| {
-            self.law.response(parameters, h, directions)
-        })
+        let Some(directions) = self.at(point) else { return Response::INADMISSIBLE };
+        let found = self.law.response(parameters, h, directions);
+        if self.factors.is_empty() {
+            return found;
+        }
+        let factor = self.factor(point);
+        let tangent = found.tangent.map(|row| row.map(|entry| factor * entry));
+        Response { energy: factor * found.energy, stress: times(factor, &found.stress), tangent }
     }
 
     fn with_softer_volume(&self, factor: f64) -> Option<Arc<dyn Material>> {
         let law = self.law.with_softer_volume(factor)?;
-        Some(at_points(law, self.directions.clone()))
+        let (directions, factors) = (self.directions.clone(), self.factors.clone());
+        Some(Arc::new(Self { law, directions, factors }))
+    }
+
+    fn stiffened(&self, mut factors: Vec<f64>) -> Arc<dyn Material> {
+        factors.iter_mut().enumerate().for_each(|(point, factor)| *factor *= self.factor(point));
+        let (law, directions) = (self.law.clone(), self.directions.clone());
+        Arc::new(Self { law, directions, factors })
     }
 
     fn stress_rate(
@@ -171,6 +199,11 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
         let Some(directions) = self.at(point) else { return Mat3([[f64::NAN; 3]; 3]) };
         let directions = directions.map(|d| d.map(constant));
         let change = self.law.density(&parameters, &h, &directions, &Exact).derivative.gradient;
-        Mat3::from_fn(|i, j| change[3 * i + j])
+        times(self.factor(point), &Mat3::from_fn(|i, j| change[3 * i + j]))
     }
+}
+
+#[inline]
+fn times(factor: f64, stress: &Mat3<f64>) -> Mat3<f64> {
+    Mat3::from_fn(|i, j| factor * stress.at(i, j))
 }

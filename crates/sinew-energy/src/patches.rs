@@ -162,7 +162,7 @@ impl Body {
     }
 
     /// Energy of all patches [stress·length³]; +∞ where a cell is inverted.
-    pub fn patches_value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
+    pub(crate) fn patches_value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
         let (parameters, barriers) = (self.law_parameters(theta), self.barriers.as_ref());
         let of_patch = |patch: &Vec<usize>| {
             let Some(kinematics) = self.patch_kinematics(patch, displacement) else {

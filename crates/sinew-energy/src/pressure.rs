@@ -68,7 +68,11 @@ impl PressureForm {
     /// displacements of its nodes.
     ///
     /// The follower form is expanded in u, so nothing cancels at small displacement.
-    pub fn facet_energy<S: Scalar>(self, positions: &[[S; 3]; 3], displacement: &[[S; 3]; 3]) -> S {
+    pub(crate) fn facet_energy<S: Scalar>(
+        self,
+        positions: &[[S; 3]; 3],
+        displacement: &[[S; 3]; 3],
+    ) -> S {
         let [reference, u] = [positions, displacement];
         let current: [_; 3] = std::array::from_fn(|a| add(&reference[a], &u[a]));
         match self {

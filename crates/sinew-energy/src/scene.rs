@@ -64,11 +64,6 @@ impl<L, const D: usize, const N: usize> Scene<L, D, N> {
         Self { name: name.into(), ..self }
     }
 
-    /// Sets the units.
-    pub fn units(self, units: Units) -> Self {
-        Self { units, ..self }
-    }
-
     /// Sets the material directions, see [`Scene::directions`].
     pub fn directions(self, directions: Vec<[[f64; 3]; D]>) -> Self {
         Self { directions, ..self }
@@ -150,11 +145,6 @@ impl Parameter {
         let range = [*range.start(), *range.end()];
         Self { name: name.into(), unit: unit.into(), range, sampling }
     }
-
-    /// Whether a value lies in the range.
-    pub fn contains(&self, value: f64) -> bool {
-        (self.range[0]..=self.range[1]).contains(&value)
-    }
 }
 
 /// How samples of a parameter are spread over its range.
@@ -208,7 +198,7 @@ pub enum Load {
 
 impl Load {
     /// Name of the facet set that the load acts on; `None` for a body force.
-    pub fn facets(&self) -> Option<&str> {
+    pub(crate) fn facets(&self) -> Option<&str> {
         match self {
             Self::BodyForce(_) => None,
             Self::Traction { facets, .. }

@@ -11,7 +11,7 @@ pub struct Spring {
 
 impl Spring {
     /// Energy `½ u·K u` [stress·length³].
-    pub fn value(&self, displacement: &[f64]) -> f64 {
+    pub(crate) fn value(&self, displacement: &[f64]) -> f64 {
         let u = &displacement[3 * self.node..3 * self.node + 3];
         0.5 * (0..3).map(|i| u[i] * self.force(u, i)).sum::<f64>()
     }

@@ -1,16 +1,6 @@
 //! A material that is stiffer or softer from cell to cell, such as the scar of an infarct.
 
-use crate::{Barriers, Body, Material, Response, SceneError};
-use sinew_num::Mat3;
-use std::ops::RangeInclusive;
-use std::sync::Arc;
-
-/// A material whose energy counts so many times at each quadrature point.
-#[derive(Debug)]
-struct Stiffened {
-    material: Arc<dyn Material>,
-    factors: Vec<f64>,
-}
+use crate::{Body, SceneError};
 
 impl Body {
     /// The same body with the energy of its material times the mean of `factors` over the nodes of each cell: a scar that is ten times
@@ -51,78 +41,6 @@ impl Body {
         let per_point = self
             .cell_nodes()
             .flat_map(|cell| std::iter::repeat_n(mean(cell), self.points_per_cell));
-        let factors = per_point.collect();
-        let material = Arc::new(Stiffened { material: self.material.clone(), factors });
-        Ok(Self { material, ..self })
+        Ok(Self { material: self.material.stiffened(per_point.collect()), ..self })
     }
-}
-
-impl Material for Stiffened {
-    fn name(&self) -> &'static str {
-        self.material.name()
-    }
-
-    fn parameters(&self) -> &'static [&'static str] {
-        self.material.parameters()
-    }
-
-    fn bounds(&self, index: usize) -> RangeInclusive<f64> {
-        self.material.bounds(index)
-    }
-
-    fn points(&self) -> Option<usize> {
-        Some(self.factors.len())
-    }
-
-    fn directions(&self, point: usize) -> &[[f64; 3]] {
-        self.material.directions(point)
-    }
-
-    fn energy(
-        &self,
-        point: usize,
-        parameters: &[f64],
-        h: &Mat3<f64>,
-        barriers: Option<&Barriers>,
-    ) -> f64 {
-        self.factors[point] * self.material.energy(point, parameters, h, barriers)
-    }
-
-    fn stress(
-        &self,
-        point: usize,
-        parameters: &[f64],
-        h: &Mat3<f64>,
-        barriers: Option<&Barriers>,
-    ) -> (f64, Mat3<f64>) {
-        let factor = self.factors[point];
-        let (energy, stress) = self.material.stress(point, parameters, h, barriers);
-        (factor * energy, times(factor, &stress))
-    }
-
-    fn response(&self, point: usize, parameters: &[f64], h: &Mat3<f64>) -> Response {
-        let factor = self.factors[point];
-        let Response { energy, stress, tangent } = self.material.response(point, parameters, h);
-        let tangent = tangent.map(|row| row.map(|entry| factor * entry));
-        Response { energy: factor * energy, stress: times(factor, &stress), tangent }
-    }
-
-    fn with_softer_volume(&self, factor: f64) -> Option<Arc<dyn Material>> {
-        let material = self.material.with_softer_volume(factor)?;
-        Some(Arc::new(Self { material, factors: self.factors.clone() }))
-    }
-
-    fn stress_rate(
-        &self,
-        point: usize,
-        parameters: &[f64],
-        rates: &[f64],
-        h: &Mat3<f64>,
-    ) -> Mat3<f64> {
-        times(self.factors[point], &self.material.stress_rate(point, parameters, rates, h))
-    }
-}
-
-fn times(factor: f64, stress: &Mat3<f64>) -> Mat3<f64> {
-    Mat3::from_fn(|i, j| factor * stress.at(i, j))
 }

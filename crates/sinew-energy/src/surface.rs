@@ -45,7 +45,7 @@ impl PressureSurface {
     }
 
     /// Change of the enclosed volume `V(u) − V(0)` \[length³\], of unit thickness in two dimensions.
-    pub fn volume_change(&self, displacement: &[f64]) -> f64 {
+    pub(crate) fn volume_change(&self, displacement: &[f64]) -> f64 {
         (0..self.facets()).map(|facet| self.facet_volume(facet, displacement)).sum()
     }
 
@@ -57,7 +57,7 @@ impl PressureSurface {
     }
 
     /// Potential of the load [stress·length³].
-    pub fn value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
+    pub(crate) fn value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
         self.magnitude.value(theta) * self.volume_change(displacement)
     }
 

@@ -91,7 +91,7 @@ impl EmulatorConfig {
     ///
     /// # Errors
     /// [`Error::Configuration`] naming the size.
-    pub fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         let positive = [
             ("latent", self.latent),
             ("width", self.width),

@@ -86,11 +86,6 @@ impl Dirichlet {
         };
         rows.map(entry).collect()
     }
-
-    /// Whether a node has a free component.
-    pub fn free_nodes(&self, dimensions: usize) -> Vec<bool> {
-        self.prescribed.chunks(dimensions).map(|node| node.iter().any(Option::is_none)).collect()
-    }
 }
 
 /// One body as a network sees it.

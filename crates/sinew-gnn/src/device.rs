@@ -30,7 +30,7 @@ impl Backend {
     pub const ALL: [Self; 4] = [Self::Flex, Self::NdArray, Self::Wgpu, Self::Cuda];
 
     /// Its name, which is also that of its cargo feature.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         ["flex", "ndarray", "wgpu", "cuda"][self as usize]
     }
 

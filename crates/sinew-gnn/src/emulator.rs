@@ -95,12 +95,12 @@ impl Emulator {
     }
 
     /// Sizes of this network.
-    pub fn config(&self) -> &EmulatorConfig {
+    pub(crate) fn config(&self) -> &EmulatorConfig {
         &self.config
     }
 
     /// The same weights computed with other kernels.
-    pub fn with_kernels(mut self, choice: KernelChoice) -> Self {
+    pub(crate) fn with_kernels(mut self, choice: KernelChoice) -> Self {
         self.kernels.choice = choice;
         self
     }
@@ -215,7 +215,7 @@ impl Emulator {
     /// * `local`: from [`Emulator::local_embedding`].
     /// * `global`: `[1, global features]`, standardised; `None` exactly where there are none.
     /// * `parameters`: `[batch, parameters]`, standardised.
-    pub fn decode(
+    pub(crate) fn decode(
         &self,
         local: Embedding,
         global: Option<Tensor<2>>,

@@ -60,8 +60,8 @@
 //!   [`FixedGeometry`]: a surrogate on one geometry, with derivatives by θ.
 //! - [`Objective`]: what is minimised, the only difference between data-driven ([`DataFit`],
 //!   [`DataFitWithGradient`]) and physics-informed ([`MinimumPotential`]) training.
-//! - [`Trainer`]: batches of θ that share one message-passing pass, optimisers ([`Muon`], any of
-//!   Burn's), schedules, validation, checkpoints that continue bit for bit.
+//! - [`Trainer`]: batches of θ that share one message-passing pass, optimisers (Muon, Adam),
+//!   schedules, validation, checkpoints that continue bit for bit.
 //!
 //! Nothing assumes one geometry or three dimensions.
 
@@ -98,7 +98,7 @@ pub use objective::{
     Batch, DataFit, DataFitWithGradient, EnergyNormFit, GradientOperator, MinimumPotential,
     Objective, Potential, WeightedSum,
 };
-pub use optimiser::{Muon, MuonConfig, Optimiser, OptimiserConfig};
+pub use optimiser::{MuonConfig, OptimiserConfig};
 pub use scaling::{GlobalScaling, OutputScale, ParameterRange, ParameterScale, ParameterScaling};
 pub use schedule::Schedule;
 pub use surrogate::{Scales, Surrogate};

@@ -1,4 +1,4 @@
-//! Optimisers: Adam, and Muon as the published training figures used it; Burn's fit too.
+//! Optimisers: Adam, and Muon as the published training figures used it.
 
 mod adam;
 mod clip;
@@ -6,69 +6,21 @@ mod muon;
 mod update;
 
 pub(crate) use clip::clip_global_norm;
-pub use muon::{Muon, MuonConfig};
+pub use muon::MuonConfig;
 
 use std::path::Path;
 
-use adam::Adam;
-use burn::optim::{GradientsParams, ModuleOptimizer};
+use burn::optim::GradientsParams;
 use serde::{Deserialize, Serialize};
+use update::{AllMoments, Descent, apply, collect, read_moments, write_moments};
 
 use crate::emulator::Emulator;
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// Added to the root of Adam's second moment.
 const ADAM_EPSILON: f32 = 1e-8;
 
-/// One update of all weights. Every Burn [`ModuleOptimizer`] is one.
-pub trait Optimiser: Send {
-    /// Weights after one step.
-    fn step(
-        &mut self,
-        learning_rate: f64,
-        emulator: Emulator,
-        gradients: GradientsParams,
-    ) -> Emulator;
-
-    /// Writes the state (moments, counts) to a file.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    fn save(&self, path: &Path) -> Result<()>;
-
-    /// Reads the state that [`Optimiser::save`] wrote.
-    ///
-    /// # Errors
-    /// A file that cannot be read or belongs to another optimiser.
-    fn load(&mut self, path: &Path) -> Result<()>;
-}
-
-impl Optimiser for ModuleOptimizer {
-    fn step(
-        &mut self,
-        learning_rate: f64,
-        emulator: Emulator,
-        gradients: GradientsParams,
-    ) -> Emulator {
-        ModuleOptimizer::step(self, learning_rate, emulator, gradients)
-    }
-
-    fn save(&self, path: &Path) -> Result<()> {
-        ModuleOptimizer::save(self, path).map_err(|error| unusable(path, &error))
-    }
-
-    fn load(&mut self, path: &Path) -> Result<()> {
-        *self = self.clone().load(path).map_err(|error| unusable(path, &error))?;
-        Ok(())
-    }
-}
-
-fn unusable(path: &Path, error: &dyn std::fmt::Display) -> Error {
-    Error::Format { path: path.into(), reason: error.to_string() }
-}
-
-/// A choice of optimiser, as stored in configurations and checkpoints. Others implement
-/// [`Optimiser`] and go to [`crate::Trainer::with_optimiser`].
+/// A choice of optimiser, as stored in configurations and checkpoints.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "kind")]
 pub enum OptimiserConfig {
@@ -97,21 +49,59 @@ impl OptimiserConfig {
     pub fn adam() -> Self {
         Self::Adam { beta1: 0.9, beta2: 0.999 }
     }
-
-    /// An optimiser without history.
-    pub fn build(&self) -> Box<dyn Optimiser> {
-        match *self {
-            Self::Adam { beta1, beta2 } => Box::new(Adam::new(beta1, beta2, 0.0)),
-            Self::AdamW { beta1, beta2, weight_decay } => {
-                Box::new(Adam::new(beta1, beta2, weight_decay))
-            }
-            Self::Muon(ref config) => Box::new(Muon::new(config.clone())),
-        }
-    }
 }
 
 impl Default for OptimiserConfig {
     fn default() -> Self {
         Self::Muon(MuonConfig::default())
+    }
+}
+
+/// An optimiser with its history.
+#[derive(Debug, Clone)]
+pub(crate) struct Optimiser {
+    config: OptimiserConfig,
+    steps: usize,
+    moments: AllMoments,
+}
+
+impl Optimiser {
+    /// Without history.
+    pub(crate) fn new(config: OptimiserConfig) -> Self {
+        Self { config, steps: 0, moments: AllMoments::new() }
+    }
+
+    /// Weights after one step.
+    pub(crate) fn step(
+        &mut self,
+        learning_rate: f64,
+        emulator: Emulator,
+        gradients: GradientsParams,
+    ) -> Emulator {
+        self.steps += 1;
+        let mut updates = collect(&emulator, gradients, &mut self.moments);
+        let (step, mut kept) = (learning_rate as f32, 1.0);
+        match self.config {
+            OptimiserConfig::Adam { beta1, beta2 } => {
+                adam::direct([beta1, beta2], self.steps, &mut updates);
+            }
+            OptimiserConfig::AdamW { beta1, beta2, weight_decay } => {
+                adam::direct([beta1, beta2], self.steps, &mut updates);
+                kept -= step * weight_decay;
+            }
+            OptimiserConfig::Muon(ref config) => muon::direct(config, self.steps, &mut updates),
+        }
+        apply(emulator, updates, &mut self.moments, Descent { kept, step })
+    }
+
+    /// Writes the number of steps and the moments to a file.
+    pub(crate) fn save(&self, path: &Path) -> Result<()> {
+        write_moments(path, self.steps, &self.moments)
+    }
+
+    /// Reads what [`Optimiser::save`] wrote.
+    pub(crate) fn load(&mut self, path: &Path) -> Result<()> {
+        (self.steps, self.moments) = read_moments(path)?;
+        Ok(())
     }
 }

@@ -65,7 +65,7 @@ impl ParameterScaling {
     }
 
     /// The ranges, in the order of θ.
-    pub fn ranges(&self) -> &[ParameterRange] {
+    pub(crate) fn ranges(&self) -> &[ParameterRange] {
         &self.ranges
     }
 
@@ -130,7 +130,7 @@ impl ParameterScaling {
     }
 
     /// Whether every parameter lies in its trained range.
-    pub fn contains(&self, theta: &[f64]) -> bool {
+    pub(crate) fn contains(&self, theta: &[f64]) -> bool {
         theta.iter().zip(&self.ranges).all(|(&value, range)| range.contains(value))
     }
 }
@@ -185,7 +185,7 @@ impl GlobalScaling {
     ///
     /// # Errors
     /// Rows of different lengths or values that are not finite.
-    pub fn over(rows: &[&[f64]]) -> Result<Self> {
+    pub(crate) fn over(rows: &[&[f64]]) -> Result<Self> {
         let columns = rows.first().map_or(0, |row| row.len());
         for row in rows {
             require_count("global features", row.len(), columns)?;
@@ -201,7 +201,7 @@ impl GlobalScaling {
     ///
     /// # Errors
     /// A wrong length or a value that is not finite.
-    pub fn standardise(&self, global: &[f64]) -> Result<Vec<f64>> {
+    pub(crate) fn standardise(&self, global: &[f64]) -> Result<Vec<f64>> {
         require_count("global features", global.len(), self.mean.len())?;
         require_finite("global features", global)?;
         let columns = self.mean.iter().zip(&self.deviation);
@@ -308,7 +308,7 @@ impl OutputScale {
     ///
     /// # Errors
     /// A wrong count or a scale that is not positive.
-    pub fn check(&self, dimensions: usize, degrees_of_freedom: usize) -> Result<()> {
+    pub(crate) fn check(&self, dimensions: usize, degrees_of_freedom: usize) -> Result<()> {
         if self.scale.len() != dimensions {
             require_count("output scales", self.scale.len(), degrees_of_freedom)?;
         }

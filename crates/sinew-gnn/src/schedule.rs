@@ -11,8 +11,6 @@ pub enum Schedule {
     /// Linear warm-up over 5 % of the steps but at most 200, then half a cosine down to 1e-3 of the peak.
     #[default]
     WarmupCosine,
-    /// The peak for the first half, a tenth of it for the second (thesis, Appendix B.1).
-    TwoPhase,
 }
 
 /// Share of the steps spent on warm-up.
@@ -24,12 +22,10 @@ const COSINE_END: f64 = 1e-3;
 
 impl Schedule {
     /// Factor of step `step` (from zero) of `total` steps. Under a time budget `total` is an estimate.
-    pub fn factor(self, step: usize, total: f64) -> f64 {
+    pub(crate) fn factor(self, step: usize, total: f64) -> f64 {
         let step = step as f64;
         match self {
             Self::Constant => 1.0,
-            Self::TwoPhase if step < 0.5 * total => 1.0,
-            Self::TwoPhase => 0.1,
             Self::WarmupCosine => {
                 let warmup = (WARMUP_SHARE * total).min(WARMUP_STEPS);
                 if step < warmup {
@@ -57,11 +53,5 @@ mod tests {
         assert!(factors[999] < 1.01e-3);
         // A long run warms up for 200 steps only.
         assert_eq!(Schedule::WarmupCosine.factor(200, 1e6), 1.0);
-    }
-
-    #[test]
-    fn two_phases() {
-        assert_eq!(Schedule::TwoPhase.factor(49, 100.0), 1.0);
-        assert_eq!(Schedule::TwoPhase.factor(50, 100.0), 0.1);
     }
 }

@@ -98,16 +98,8 @@ impl<const D: usize> Data<D> {
     }
 
     /// Adds values of the right-hand side f of the problem's equation at collocation points.
-    pub fn equation(mut self, points: &[[f64; D]], values: &[f64], noise: Noise) -> Self {
-        self.groups.push(Group {
-            operator: None,
-            points: points.to_vec(),
-            further: Vec::new(),
-            values: values.to_vec(),
-            noise,
-            role: Role::Imposed,
-        });
-        self
+    pub fn equation(self, points: &[[f64; D]], values: &[f64], noise: Noise) -> Self {
+        self.group(None, points, values, noise, Role::Imposed)
     }
 
     /// The problem's equation everywhere, without error: [`crate::Model::fit`] imposes it at as many points as it takes
@@ -132,7 +124,7 @@ impl<const D: usize> Data<D> {
         values: &[f64],
         noise: Noise,
     ) -> Self {
-        self.group(operator.into(), points, values, noise, Role::Observed)
+        self.group(Some(operator.into()), points, values, noise, Role::Observed)
     }
 
     /// Adds what holds besides the equation: given rather than measured, so that [`crate::Evidence`] counts it as it does the
@@ -157,7 +149,7 @@ impl<const D: usize> Data<D> {
         values: &[f64],
         noise: Noise,
     ) -> Self {
-        self.group(operator.into(), points, values, noise, Role::Imposed)
+        self.group(Some(operator.into()), points, values, noise, Role::Imposed)
     }
 
     /// Adds a measured weighted sum, as the total amount of a solute.
@@ -202,7 +194,8 @@ impl<const D: usize> Data<D> {
                 "a weighted sum has the weight {wrong}; leave points of no weight out, and give finite ones"
             )));
         }
-        let mut data = self.group(*weight * operator.clone(), &[*first], &[value], noise, role);
+        let scaled = Some(*weight * operator.clone());
+        let mut data = self.group(scaled, &[*first], &[value], noise, role);
         let factors = weights.iter().skip(1).map(|w| w / weight);
         if let Some(group) = data.groups.last_mut() {
             group.further =
@@ -213,14 +206,14 @@ impl<const D: usize> Data<D> {
 
     fn group(
         mut self,
-        operator: Operator<D>,
+        operator: Option<Operator<D>>,
         points: &[[f64; D]],
         values: &[f64],
         noise: Noise,
         role: Role,
     ) -> Self {
         self.groups.push(Group {
-            operator: Some(operator),
+            operator,
             points: points.to_vec(),
             further: Vec::new(),
             values: values.to_vec(),

@@ -128,7 +128,7 @@ impl<const D: usize> Domain<D> {
     }
 
     /// Length of each axis.
-    pub fn extents(&self) -> [f64; D] {
+    pub(crate) fn extents(&self) -> [f64; D] {
         std::array::from_fn(|d| self.upper[d] - self.lower[d])
     }
 
@@ -141,7 +141,7 @@ impl<const D: usize> Domain<D> {
     ///
     /// # Errors
     /// If there is none of that name.
-    pub fn axis(&self, name: &str) -> Result<usize, GpError> {
+    pub(crate) fn axis(&self, name: &str) -> Result<usize, GpError> {
         self.names.iter().position(|n| n == name).ok_or_else(|| {
             let axes = self.names.join(", ");
             GpError::Problem(format!("there is no axis {name}; the domain has {axes}"))
@@ -149,7 +149,7 @@ impl<const D: usize> Domain<D> {
     }
 
     /// Coordinate of one end of an axis.
-    pub fn end(&self, axis: usize, side: Side) -> f64 {
+    pub(crate) fn end(&self, axis: usize, side: Side) -> f64 {
         match side {
             Side::Lower => self.lower[axis],
             Side::Upper => self.upper[axis],

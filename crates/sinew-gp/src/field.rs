@@ -33,12 +33,12 @@ pub fn constant<const D: usize>(value: f64) -> Field<D> {
 
 impl<const D: usize> Field<D> {
     /// The zero function.
-    pub fn zero() -> Self {
+    pub(crate) fn zero() -> Self {
         Self { function: None }
     }
 
     /// Whether it is known to vanish everywhere.
-    pub fn is_zero(&self) -> bool {
+    pub(crate) fn is_zero(&self) -> bool {
         self.function.is_none()
     }
 

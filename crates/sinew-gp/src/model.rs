@@ -178,11 +178,6 @@ impl<const D: usize> Model<D> {
         self.evidence
     }
 
-    /// Number of observations, pseudo-observations included.
-    pub fn size(&self) -> usize {
-        self.size
-    }
-
     /// Logarithm of the prior density of all parameters, up to a constant.
     pub(crate) fn log_hyperprior(&self, scaled: &[f64]) -> f64 {
         self.parameters.iter().zip(scaled).map(|(p, x)| p.hyperprior.log_density(*x).0).sum()

@@ -79,7 +79,7 @@ impl Parameter {
     }
 
     /// Its lower and upper bound.
-    pub fn bounds(&self) -> [f64; 2] {
+    pub(crate) fn bounds(&self) -> [f64; 2] {
         [self.lower, self.upper]
     }
 }

@@ -111,7 +111,7 @@ impl Polygon {
     /// # Errors
     /// If there are fewer than three, some are not finite or coincide, edges cross, or there is
     /// no area.
-    pub fn new(corners: &[[f64; 2]]) -> Result<Self, GpError> {
+    pub(crate) fn new(corners: &[[f64; 2]]) -> Result<Self, GpError> {
         let fail = |problem| Err(unusable(corners.len(), problem));
         if corners.len() < 3 {
             return fail("give at least three");
@@ -172,7 +172,7 @@ impl Polygon {
     }
 
     /// Smallest and largest coordinate along each axis.
-    pub fn extents(&self) -> [[f64; 2]; 2] {
+    pub(crate) fn extents(&self) -> [[f64; 2]; 2] {
         std::array::from_fn(|d| {
             let along = self.corners.iter().map(|corner| corner[d]);
             [along.clone().fold(f64::INFINITY, f64::min), along.fold(f64::NEG_INFINITY, f64::max)]
@@ -186,7 +186,7 @@ impl Polygon {
     }
 
     /// The feature that vanishes on all edges and is positive, at most about one, inside.
-    pub fn feature(&self, x: &Series, y: &Series) -> Series {
+    pub(crate) fn feature(&self, x: &Series, y: &Series) -> Series {
         let all: Vec<usize> = (0..self.edges.len()).collect();
         self.feature_of(&all, x, y) * self.scale
     }
@@ -224,7 +224,7 @@ impl Polygon {
     }
 
     /// The point at `fraction` of the way along edge `edge`.
-    pub fn on_edge(&self, edge: usize, fraction: f64) -> [f64; 2] {
+    pub(crate) fn on_edge(&self, edge: usize, fraction: f64) -> [f64; 2] {
         let (a, b) = (self.corners[edge], self.corners[(edge + 1) % self.corners.len()]);
         std::array::from_fn(|d| a[d] + fraction * (b[d] - a[d]))
     }

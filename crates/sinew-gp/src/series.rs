@@ -149,7 +149,7 @@ impl Series {
     }
 
     /// The same polynomial with one more, last variable on which it does not depend.
-    pub fn lifted(&self, degree: usize) -> Self {
+    pub(crate) fn lifted(&self, degree: usize) -> Self {
         let mut degrees: Vec<usize> =
             self.degrees.as_slice().iter().map(|d| usize::from(*d)).collect();
         degrees.push(degree);
@@ -162,7 +162,7 @@ impl Series {
     }
 
     /// This series with the constant `value` in its place plus its own last variable.
-    pub fn shifted_last_variable(&self, value: f64) -> Self {
+    pub(crate) fn shifted_last_variable(&self, value: f64) -> Self {
         let degrees: Vec<usize> = self.degrees.as_slice().iter().map(|d| usize::from(*d)).collect();
         Self::variable(value, degrees.len() - 1, &degrees)
     }
@@ -172,7 +172,7 @@ impl Series {
     ///
     /// # Panics
     /// If there is no variable, or the order exceeds the degree kept.
-    pub fn last_derivative(&self, order: usize) -> Self {
+    pub(crate) fn last_derivative(&self, order: usize) -> Self {
         let count = self.degrees.count.checked_sub(1).expect("a series with a last variable");
         let stride = usize::from(self.degrees.degrees[count]) + 1;
         assert!(order < stride, "order {order} above the degree {}", stride - 1);

@@ -14,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 /// no more than κ others); those of the last layer are all joined.
 ///
 /// * `positions` — mesh node positions [any length unit]; of several geometries that shall
-///   share the topology, their mean ([`crate::mean_geometry`]) or a template.
+///   share the topology, their mean or a template.
 /// * `mesh_edges` — pairs of mesh nodes, in any order and orientation; repeats are merged.
 ///
 /// The same input gives the same topology, for any number of threads. Positions enter relative

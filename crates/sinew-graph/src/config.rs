@@ -18,22 +18,22 @@ pub struct AugmentationConfig {
 
 impl AugmentationConfig {
     /// κ of the ventricles and of all scenes of thesis chapter 3.
-    pub const NEIGHBOURS: usize = 5;
+    const NEIGHBOURS: usize = 5;
     /// Nodes of a tetrahedron: the factor by which thesis §2.2.3 shrinks each layer.
-    pub const SHRINKAGE: usize = 4;
+    const SHRINKAGE: usize = 4;
     /// No further layer follows one of at most this many roots. The lists of thesis Table 3.1
     /// end with 24, 14 and 24 roots and go on after 58, so any bound from 24 to 57 gives them.
-    pub const LAST_LAYER: usize = 32;
+    const LAST_LAYER: usize = 32;
 
     /// k-means runs of a mesh on which they are cheap. On the beam of 390 nodes ten instead of
     /// one lower the inertia by 4 % in layer 1 and 6 % in layer 2 (means over 100 seeds).
-    pub const RUNS: usize = 10;
+    const RUNS: usize = 10;
     /// Distances one k-means iteration may evaluate over all runs of the largest layer. It leaves
     /// ten runs to 4000 nodes and one to 21 952, where one takes seconds and gains little.
     const DISTANCES: usize = 45_000_000;
 
-    /// Layers that shrink by [`Self::SHRINKAGE`], the last one being the first of at most
-    /// [`Self::LAST_LAYER`] roots, which are the lists of thesis Table 3.1.
+    /// Layers that shrink by four, the last one being the first of at most 32 roots, which are the lists of thesis
+    /// Table 3.1.
     ///
     /// A mesh of fewer than four nodes gets no virtual nodes. The seed is 0; set another with
     /// `AugmentationConfig { seed, ..AugmentationConfig::for_nodes(nodes) }`.

@@ -40,6 +40,6 @@ pub use augment::augment;
 pub use config::AugmentationConfig;
 pub use error::GraphError;
 pub use features::{FeatureMatrix, GraphFeatures, graph_features};
-pub use pool::{mean_geometry, pool_features, pool_positions};
+pub use pool::{pool_features, pool_positions};
 pub use statistics::{ColumnStatistics, FeatureStatistics};
 pub use topology::{Topology, TopologyError};

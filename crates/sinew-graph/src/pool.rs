@@ -36,28 +36,6 @@ pub fn pool_features(
     Ok(FeatureMatrix { rows: topology.nodes, columns: real.columns, values })
 }
 
-/// The node-wise mean of several geometries with one connectivity: the representative graph
-/// to [`crate::augment`] (thesis §2.2.3).
-///
-/// # Errors
-/// When there is no geometry, or they differ in their number of nodes.
-pub fn mean_geometry(geometries: &[Vec<[f64; 3]>]) -> Result<Vec<[f64; 3]>, GraphError> {
-    let first = geometries.first().ok_or(GraphError::NoGeometry)?;
-    let mut mean = vec![[0.0; 3]; first.len()];
-    let share = 1.0 / geometries.len() as f64;
-    for geometry in geometries {
-        if geometry.len() != first.len() {
-            let (what, expected, found) = ("node positions", first.len(), geometry.len());
-            return Err(GraphError::RowCount { what, expected, found });
-        }
-        check_positions(geometry)?;
-        for (mean, x) in mean.iter_mut().zip(geometry) {
-            *mean = std::array::from_fn(|axis| mean[axis] + share * x[axis]);
-        }
-    }
-    Ok(mean)
-}
-
 /// Appends the means over the clusters of every layer; the clusters must be valid.
 fn pool(topology: &Topology, real: &[f64], columns: usize) -> Vec<f64> {
     let mut all = real.to_vec();
@@ -142,14 +120,5 @@ mod tests {
         let nan = FeatureMatrix { rows: 3, columns: 1, values: vec![0.0, f64::NAN, 0.0] };
         let error = pool_features(&tree(), &nan).unwrap_err();
         assert!(matches!(error, GraphError::NonFiniteFeature { row: 1, column: 0, .. }));
-    }
-
-    #[test]
-    fn the_mean_geometry() {
-        let geometries = [vec![[0.0; 3], [1.0; 3]], vec![[2.0; 3], [5.0; 3]]];
-        assert_eq!(mean_geometry(&geometries).unwrap(), [[1.0; 3], [3.0; 3]]);
-        assert_eq!(mean_geometry(&[]), Err(GraphError::NoGeometry));
-        let uneven = [vec![[0.0; 3]; 2], vec![[0.0; 3]; 3]];
-        assert!(matches!(mean_geometry(&uneven), Err(GraphError::RowCount { found: 3, .. })));
     }
 }

@@ -25,7 +25,7 @@ pub struct FeatureStatistics {
 impl FeatureStatistics {
     /// Spread below which a column counts as constant, relative to its largest magnitude:
     /// rounding of a mean leaves a few 1e-16, no feature of interest varies by 1e-12.
-    pub const CONSTANT: f64 = 1e-12;
+    pub(crate) const CONSTANT: f64 = 1e-12;
 
     /// Statistics over the training geometries.
     ///

@@ -81,9 +81,9 @@ mod tests {
         let facets = mesh.name_facets("end", |[x, _, _]| x == 2.0);
         assert_eq!(mesh.node_sets["end"], mesh.node_sets["x_max"]);
         assert_eq!(mesh.facet_sets["end"], mesh.facet_sets["x_max"]);
-        let corners: Vec<_> =
-            mesh.facet_sets["x_max"].iter().map(|&facet| mesh.facet_nodes(facet)).collect();
-        let turned: Vec<_> = corners.iter().rev().map(|&[a, b, c, ..]| [c, a, b]).collect();
+        let corners = mesh.facet_sets["x_max"].iter().map(|&facet| mesh.nodes_of_facet(facet));
+        let corners: Vec<Vec<usize>> = corners.map(|nodes| nodes.take(3).collect()).collect();
+        let turned: Vec<_> = corners.iter().rev().map(|abc| [abc[2], abc[0], abc[1]]).collect();
         mesh.name_facets_of("again", &turned).unwrap();
         assert_eq!(mesh.facet_sets["again"], mesh.facet_sets["x_max"]);
         assert_eq!(facets, turned.len());

@@ -1,6 +1,6 @@
 //! Edges and facets.
 
-use crate::{Facet, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh, TriangleMesh};
+use crate::{Facet, HexMesh, Mesh, TetMesh};
 use std::collections::HashMap;
 
 /// The unique undirected edges as `[larger node, smaller node]`, ascending: the order
@@ -107,28 +107,6 @@ impl TetMesh {
     }
 }
 
-impl TriangleMesh {
-    /// The nodes of an edge facet, along the triangle's own sense of rotation.
-    pub fn facet_nodes(&self, facet: Facet) -> [usize; 2] {
-        self.facet_array(facet)
-    }
-}
-
-impl QuadraticTetMesh {
-    /// The nodes of a facet, counterclockwise seen from outside its (positive) cell: the corners a, b,
-    /// c, then the middles of ab, bc, ca.
-    pub fn facet_nodes(&self, facet: Facet) -> [usize; 6] {
-        self.facet_array(facet)
-    }
-}
-
-impl QuadraticTriangleMesh {
-    /// The ends of an edge facet along the triangle's own sense of rotation, then its middle.
-    pub fn facet_nodes(&self, facet: Facet) -> [usize; 3] {
-        self.facet_array(facet)
-    }
-}
-
 impl HexMesh {
     /// The nodes of a facet, counterclockwise seen from outside its (positive) cell.
     pub fn facet_nodes(&self, facet: Facet) -> [usize; 4] {
@@ -196,7 +174,7 @@ mod tests {
         let mesh = rectangle_triangles([1.0, 1.0], [1, 1]);
         let mut twice_area = 0.0;
         for facet in boundary_facets(&mesh) {
-            let [[ax, ay, _], [bx, by, _]] = mesh.facet_nodes(facet).map(|n| mesh.points[n]);
+            let [[ax, ay, _], [bx, by, _]] = mesh.facet_array(facet).map(|n| mesh.points[n]);
             twice_area += ax * by - ay * bx;
         }
         assert_eq!(twice_area, 2.0);

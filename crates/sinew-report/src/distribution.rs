@@ -67,7 +67,7 @@ impl Distribution {
     }
 
     /// Names and values in the order of tables.
-    pub fn entries(&self) -> [(&'static str, f64); 8] {
+    pub(crate) fn entries(&self) -> [(&'static str, f64); 8] {
         let (low, high) = (("2.5 %", self.q2_5), ("97.5 %", self.q97_5));
         let quartiles = [("25 %", self.q25), ("median", self.q50), ("75 %", self.q75)];
         let ends = [("least", self.q0), ("largest", self.q100)];

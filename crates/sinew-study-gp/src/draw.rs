@@ -16,9 +16,6 @@ const FEW_POINTS: usize = 11;
 
 /// Solution, posterior mean, error and band: as curves on an interval, else as maps over the first
 /// two axes, the others at their upper ends.
-///
-/// # Errors
-/// If the posterior cannot be evaluated.
 pub(crate) fn posterior<const D: usize>(
     inference: &Inference<D>,
     posterior: &Posterior<D>,

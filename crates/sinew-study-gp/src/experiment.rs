@@ -16,7 +16,7 @@ pub struct Scale {
 
 impl Scale {
     /// The first for a result, the second for a check.
-    pub fn pick<T>(self, full: T, quick: T) -> T {
+    pub(crate) fn pick<T>(self, full: T, quick: T) -> T {
         if self.quick { quick } else { full }
     }
 }
@@ -32,14 +32,14 @@ pub struct Task {
 
 impl Task {
     /// A seed for one purpose, independent of those for others.
-    pub fn seed_for(&self, purpose: Purpose) -> u64 {
+    pub(crate) fn seed_for(&self, purpose: Purpose) -> u64 {
         derived(self.seed, purpose as u64)
     }
 }
 
 /// What a seed is for.
 #[derive(Clone, Copy, Debug)]
-pub enum Purpose {
+pub(crate) enum Purpose {
     /// Where u is observed.
     Places,
     /// Errors of observed values.
@@ -62,7 +62,7 @@ pub fn derived(seed: u64, stream: u64) -> u64 {
 }
 
 /// Does one task.
-pub type Runner = Box<dyn Fn(&Task) -> Result<Run> + Send + Sync>;
+pub(crate) type Runner = Box<dyn Fn(&Task) -> Result<Run> + Send + Sync>;
 
 /// One method on one problem.
 pub struct Case {
@@ -76,7 +76,7 @@ pub struct Case {
 
 impl Case {
     /// Of a method on a problem: what one task does, and the seconds it takes.
-    pub fn new<const D: usize>(
+    pub(crate) fn new<const D: usize>(
         of: &Setting<D>,
         method: Method,
         cost: f64,
@@ -94,19 +94,19 @@ impl Case {
     }
 
     /// With what distinguishes it from others of the same problem and method.
-    pub fn at(mut self, setting: impl Into<String>) -> Self {
+    pub(crate) fn at(mut self, setting: impl Into<String>) -> Self {
         self.label.setting = setting.into();
         self
     }
 
     /// With the number that varies in a sweep.
-    pub fn sweep(mut self, abscissa: f64) -> Self {
+    pub(crate) fn sweep(mut self, abscissa: f64) -> Self {
         self.label.abscissa = Some(abscissa);
         self
     }
 
     /// With the thesis' figures: err_u, and parameters each with one unit of its last digit.
-    pub fn thesis(mut self, err_u: f64, theta: &[(f64, f64)]) -> Self {
+    pub(crate) fn thesis(mut self, err_u: f64, theta: &[(f64, f64)]) -> Self {
         let (theta, digit) = theta.iter().copied().unzip();
         self.label.thesis = Thesis { err_u: Some(err_u), theta, digit, ..Thesis::default() };
         self
@@ -135,6 +135,6 @@ pub struct Experiment {
 }
 
 /// No drawings beside those of the runs.
-pub fn no_figures(_: &[Row]) -> Vec<Figure> {
+pub(crate) fn no_figures(_: &[Row]) -> Vec<Figure> {
     Vec::new()
 }

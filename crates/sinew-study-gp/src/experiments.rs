@@ -54,7 +54,7 @@ pub enum Name {
 
 impl Name {
     /// What a choice of names comes to, each once and in the order given.
-    pub fn chosen(only: &[Self]) -> Vec<Self> {
+    pub(crate) fn chosen(only: &[Self]) -> Vec<Self> {
         let all = if only.is_empty() { Self::value_variants() } else { only };
         let mut distinct = Vec::new();
         for name in all {
@@ -71,9 +71,6 @@ impl Name {
     }
 
     /// The experiment.
-    ///
-    /// # Errors
-    /// If a problem cannot be set up.
     pub fn experiment(self, scale: Scale) -> Result<Experiment> {
         Ok(match self {
             Self::Pinn => pinn::experiment(scale),

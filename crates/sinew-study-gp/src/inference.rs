@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 use std::time::Instant;
 
 /// Observations of u and of the right-hand side.
-pub struct Observed<const D: usize> {
+pub(crate) struct Observed<const D: usize> {
     /// Where u is observed.
     pub places: Vec<[f64; D]>,
     /// Observed values of u.
@@ -27,13 +27,13 @@ pub struct Observed<const D: usize> {
 
 impl<const D: usize> Observed<D> {
     /// An equation that holds exactly at some points, and nothing else.
-    pub fn collocated(collocation: Vec<[f64; D]>, load: Vec<f64>) -> Self {
+    pub(crate) fn collocated(collocation: Vec<[f64; D]>, load: Vec<f64>) -> Self {
         let noise = [Noise::Exact, Noise::Exact];
         Self { places: Vec::new(), values: Vec::new(), collocation, load, noise }
     }
 
     /// As the library takes it.
-    pub fn data(&self) -> Data<D> {
+    pub(crate) fn data(&self) -> Data<D> {
         let data = Data::new();
         let data = match self.places.is_empty() {
             true => data,
@@ -45,7 +45,7 @@ impl<const D: usize> Observed<D> {
 
 /// How an inverse problem's data are made.
 #[derive(Clone, Copy, Debug)]
-pub struct Sampling {
+pub(crate) struct Sampling {
     /// Observations of u at random places.
     pub values: usize,
     /// Collocation points at random places.
@@ -56,7 +56,7 @@ pub struct Sampling {
 
 /// Standard deviation of observation errors.
 #[derive(Clone, Copy, Debug)]
-pub enum Error {
+pub(crate) enum Error {
     /// A share of the standard deviation of u over the domain, on u only; its level is inferred.
     Relative(f64),
     /// The same for u and f, and known.
@@ -73,12 +73,12 @@ impl<const D: usize> Setting<D> {
     }
 
     /// The grid that errors are over.
-    pub fn grid(&self, scale: Scale) -> Vec<[f64; D]> {
+    pub(crate) fn grid(&self, scale: Scale) -> Vec<[f64; D]> {
         self.problem.domain().grid(Self::resolution(scale))
     }
 
     /// Mean |u − û| (4.50).
-    pub fn error(&self, grid: &[[f64; D]], mean: &[f64]) -> f64 {
+    pub(crate) fn error(&self, grid: &[[f64; D]], mean: &[f64]) -> f64 {
         let sum: f64 = mean.iter().zip(grid).map(|(m, x)| (m - (self.solution)(*x)).abs()).sum();
         sum / grid.len() as f64
     }
@@ -92,10 +92,7 @@ impl<const D: usize> Setting<D> {
     }
 
     /// Noisy observations at random places.
-    ///
-    /// # Errors
-    /// If the domain cannot be sampled.
-    pub fn observe(&self, sampling: Sampling, task: &Task) -> Result<Observed<D>, GpError> {
+    pub(crate) fn observe(&self, sampling: Sampling, task: &Task) -> Result<Observed<D>, GpError> {
         let domain = self.problem.domain();
         let places = domain.sample(sampling.values, task.seed_for(Purpose::Places))?;
         let collocation =
@@ -237,9 +234,6 @@ impl<const D: usize> Inference<D> {
     }
 
     /// A fit to the data of a task.
-    ///
-    /// # Errors
-    /// What the library refuses.
     pub(crate) fn fit(&self, observed: &Observed<D>, task: &Task) -> Result<Fit<D>, GpError> {
         let model = Model::new(self.prior(task)?, observed.data(), self.evidence)?;
         model.fit(&FitOptions {
@@ -251,9 +245,6 @@ impl<const D: usize> Inference<D> {
     }
 
     /// Makes data, fits, and measures.
-    ///
-    /// # Errors
-    /// What the library refuses.
     pub(crate) fn run(&self, task: &Task) -> Result<Run> {
         let observed = (self.observe)(&self.setting, task)?;
         let start = Instant::now();
@@ -283,9 +274,6 @@ impl<const D: usize> Inference<D> {
     }
 
     /// The equation's parameters in a vector of all, in their own units.
-    ///
-    /// # Errors
-    /// If the model lacks one.
     pub(crate) fn theta(&self, fit: &Fit<D>, scaled: &[f64]) -> Result<Vec<f64>, GpError> {
         let model = fit.model();
         let value = |name: &str| {

@@ -41,12 +41,12 @@ pub struct Options {
 
 impl Options {
     /// Data sets behind every median.
-    pub fn seeds(&self) -> usize {
+    pub(crate) fn seeds(&self) -> usize {
         self.seeds.unwrap_or(if self.quick { 1 } else { 10 })
     }
 
     /// Fits side by side.
-    pub fn threads(&self) -> usize {
+    pub(crate) fn threads(&self) -> usize {
         self.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from))
     }
 }

@@ -13,7 +13,7 @@ pub(crate) type Function<const D: usize> = Arc<dyn Fn([f64; D]) -> f64 + Send + 
 
 /// A problem, its solution, and what is to be inferred.
 #[derive(Clone)]
-pub struct Setting<const D: usize> {
+pub(crate) struct Setting<const D: usize> {
     /// Name in the thesis.
     pub name: &'static str,
     /// Domain, equation and conditions.
@@ -64,9 +64,6 @@ pub(crate) fn poisson_1() -> Result<Setting<1>, GpError> {
 }
 
 /// u_t = θ u_xx on [−π/2, π/2] × [0, 1], u = sin(x) e^{−t} at the ends and at the start.
-///
-/// # Errors
-/// As [`poisson_1`].
 pub(crate) fn heat_1() -> Result<Setting<2>, GpError> {
     let domain = Domain::cuboid([("x", [-PI / 2.0, PI / 2.0]), ("t", [0.0, 1.0])])?;
     let [dx, dt] = domain.derivatives();
@@ -87,9 +84,6 @@ pub(crate) fn heat_1() -> Result<Setting<2>, GpError> {
 }
 
 /// u_t = θ Δu on [0, π]² × [0, ½], held at the edges, u = sin x sin y at the start.
-///
-/// # Errors
-/// As [`poisson_1`].
 pub(crate) fn heat_2() -> Result<Setting<3>, GpError> {
     let domain = Domain::cuboid([("x", [0.0, PI]), ("y", [0.0, PI]), ("t", [0.0, 0.5])])?;
     let [dx, dy, dt] = domain.derivatives();
@@ -111,9 +105,6 @@ pub(crate) fn heat_2() -> Result<Setting<3>, GpError> {
 }
 
 /// u_tt = θ² u_xx on [0, π] × [0, 1], free ends, u = cos x and u_t = cos² x at the start.
-///
-/// # Errors
-/// As [`poisson_1`].
 pub(crate) fn wave_1() -> Result<Setting<2>, GpError> {
     let domain = Domain::cuboid([("x", [0.0, PI]), ("t", [0.0, 1.0])])?;
     let [dx, dt] = domain.derivatives();
@@ -140,9 +131,6 @@ pub(crate) fn wave_1() -> Result<Setting<2>, GpError> {
 /// u_tt = θ² u_xx on [0, 1] × [½, 2½], u(0, t) = u(1, t), u = sin πx and u_t = 0 at the start.
 ///
 /// The thesis prints u(x, 0) = sin x and u(0, t) = u(π, t), which its solution does not satisfy.
-///
-/// # Errors
-/// As [`poisson_1`].
 pub(crate) fn wave_2() -> Result<Setting<2>, GpError> {
     let domain = Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.5, 2.5])])?;
     let [dx, dt] = domain.derivatives();
@@ -161,9 +149,6 @@ pub(crate) fn wave_2() -> Result<Setting<2>, GpError> {
 }
 
 /// u_t + θ₁ u_x = θ₂ u_xx on the unit square, held at both ends, u = sin(2πx) eˣ at the start.
-///
-/// # Errors
-/// As [`poisson_1`].
 pub(crate) fn advection_diffusion() -> Result<Setting<2>, GpError> {
     let domain = Domain::cuboid([("x", [0.0, 1.0]), ("t", [0.0, 1.0])])?;
     let [dx, dt] = domain.derivatives();
@@ -187,9 +172,6 @@ pub(crate) fn advection_diffusion() -> Result<Setting<2>, GpError> {
 
 /// −Δu + 9u = f on the unit square, free at the lower ends, held at the upper ones; the solution has
 /// e^{−y} + y − 1 − e^{−1} where the thesis prints other signs.
-///
-/// # Errors
-/// As [`poisson_1`].
 pub(crate) fn helmholtz() -> Result<Setting<2>, GpError> {
     let domain = Domain::cuboid([("x", [0.0, 1.0]), ("y", [0.0, 1.0])])?;
     let [dx, dy] = domain.derivatives();
@@ -225,9 +207,6 @@ const WIDTH: f64 = 0.05;
 /// The linear part u_t − ε² u_xx of Allen and Cahn's equation on [−1, 1] × [0, 1] for the front
 /// ½ (1 − tanh((x − ct) / 2√2ε)) with c = 3ε/√2 = 0.106, in the coordinate s of
 /// x = sinh(κs)/sinh κ, which is the finer about x = 0 the larger κ.
-///
-/// # Errors
-/// As [`poisson_1`].
 pub(crate) fn allen_cahn(kappa: f64, unknown: bool) -> Result<Setting<2>, GpError> {
     let domain = Domain::cuboid([("s", [-1.0, 1.0]), ("t", [0.0, 1.0])])?;
     let [ds, dt] = domain.derivatives();

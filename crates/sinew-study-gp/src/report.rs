@@ -6,9 +6,6 @@ use sinew_report::format::{digits, rounded};
 use sinew_report::{Block, Cell, Column, Distribution, Figure, ReportError, Section, Table, Value};
 
 /// One experiment: its rows, coverage, drawings and restarts.
-///
-/// # Errors
-/// A row whose error or time is not a number.
 pub fn section(
     name: String,
     title: &str,

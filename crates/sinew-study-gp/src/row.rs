@@ -24,13 +24,13 @@ pub enum Method {
 
 impl Method {
     /// Name in tables.
-    pub fn label(self) -> &'static str {
+    pub(crate) fn label(self) -> &'static str {
         let (strong, energy) = ("PINN, strong form", "PINN, energy form");
         ["HCGP", "PCGP", "UCGP", "HCNN", strong, energy, "noise floor"][self as usize]
     }
 
     /// Name in files and style classes.
-    pub fn key(self) -> &'static str {
+    pub(crate) fn key(self) -> &'static str {
         ["hcgp", "pcgp", "ucgp", "hcnn", "strong", "energy", "floor"][self as usize]
     }
 }
@@ -89,7 +89,7 @@ impl Run {
     ///
     /// # Errors
     /// If one of the two is not finite or negative.
-    pub fn checked(self) -> Result<Self, ReportError> {
+    pub(crate) fn checked(self) -> Result<Self, ReportError> {
         for (field, value) in [("err_u", self.err_u), ("seconds", self.seconds)] {
             if !(value.is_finite() && value >= 0.0) {
                 return Err(ReportError::Number(field.into(), value));
@@ -114,7 +114,7 @@ pub struct Thesis {
 
 impl Thesis {
     /// ‖θ − θ̂‖ of the printed parameters, half a digit of rounding included; none if not printed.
-    pub fn err_theta(&self, truth: &[Truth]) -> Option<f64> {
+    pub(crate) fn err_theta(&self, truth: &[Truth]) -> Option<f64> {
         let squares: f64 = (self.theta.iter().zip(&self.digit))
             .zip(truth)
             .map(|((printed, digit), truth)| ((printed - truth.value).abs() + 0.5 * digit).powi(2))
@@ -166,27 +166,27 @@ impl Row {
     }
 
     /// Of every data set, in order; one at least.
-    pub fn runs(&self) -> &[Run] {
+    pub(crate) fn runs(&self) -> &[Run] {
         &self.runs
     }
 
     /// Median and range of a number of all runs.
-    pub fn spread(&self, value: impl Fn(&Run) -> f64) -> Distribution {
+    pub(crate) fn spread(&self, value: impl Fn(&Run) -> f64) -> Distribution {
         Distribution::of(self.runs.iter().map(value).collect()).expect("a row has runs")
     }
 
     /// The same, where all runs have it.
-    pub fn optional(&self, value: impl Fn(&Run) -> Option<f64>) -> Option<Distribution> {
+    pub(crate) fn optional(&self, value: impl Fn(&Run) -> Option<f64>) -> Option<Distribution> {
         self.runs.iter().map(value).collect::<Option<_>>().and_then(Distribution::of)
     }
 
     /// Mean |u − û| over a grid (4.50).
-    pub fn err_u(&self) -> Distribution {
+    pub(crate) fn err_u(&self) -> Distribution {
         self.spread(|run| run.err_u)
     }
 
     /// ‖θ − θ̂‖ (4.50); none without parameters.
-    pub fn err_theta(&self) -> Option<Distribution> {
+    pub(crate) fn err_theta(&self) -> Option<Distribution> {
         let truth = &self.label.truth;
         let distance = |run: &Run| {
             let squares = run.theta.iter().zip(truth).map(|(x, t)| (x - t.value).powi(2));
@@ -196,7 +196,7 @@ impl Row {
     }
 
     /// Each parameter as inferred.
-    pub fn theta(&self) -> Vec<Distribution> {
+    pub(crate) fn theta(&self) -> Vec<Distribution> {
         (0..self.label.truth.len()).map(|number| self.spread(|run| run.theta[number])).collect()
     }
 }

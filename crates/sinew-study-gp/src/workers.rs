@@ -9,9 +9,6 @@ use std::thread;
 ///
 /// Within a piece, parallel loops find a pool of one thread: its time is that of one thread whatever runs
 /// beside it, and its numbers do not depend on how many do.
-///
-/// # Errors
-/// The first error of a piece, or if no thread can be started.
 pub(crate) fn each(
     threads: usize,
     count: usize,

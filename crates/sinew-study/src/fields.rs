@@ -18,9 +18,6 @@ pub struct FieldCase<'a> {
 
 /// Writes one VTU file per case, with `u_fem`, `u_METHOD` and `error_METHOD` \[mm\] at the nodes, and a
 /// PVD file that lists them as a series.
-///
-/// # Errors
-/// A folder or file that cannot be written.
 pub fn write(folder: &Path, mesh: &TetMesh, cases: &[FieldCase<'_>]) -> Result<()> {
     std::fs::create_dir_all(folder)?;
     let mut files = Vec::new();
@@ -43,6 +40,6 @@ pub fn write(folder: &Path, mesh: &TetMesh, cases: &[FieldCase<'_>]) -> Result<(
 }
 
 /// A flat displacement as one row per node.
-pub fn rows(displacement: &[f64]) -> Vec<[f64; 3]> {
+pub(crate) fn rows(displacement: &[f64]) -> Vec<[f64; 3]> {
     displacement.as_chunks::<3>().0.to_vec()
 }

@@ -14,7 +14,7 @@ use std::time::Duration;
 pub struct BeamOptions {
     /// Which beam
     #[arg(long, value_enum, default_value_t = SceneChoice::Both)]
-    pub scene: SceneChoice,
+    pub(crate) scene: SceneChoice,
     /// Emulators to train, separated by commas
     #[arg(long, value_enum, value_delimiter = ',', default_value = "dd,pi,hybrid")]
     pub method: Vec<Method>,
@@ -52,7 +52,7 @@ pub struct BeamOptions {
 /// Which of the two beams.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum SceneChoice {
+pub(crate) enum SceneChoice {
     /// Clamped at one end
     Once,
     /// Clamped at both ends
@@ -63,7 +63,7 @@ pub enum SceneChoice {
 
 impl SceneChoice {
     /// Names of the chosen scenes, in the order of the run.
-    pub fn names(self) -> &'static [&'static str] {
+    pub(crate) fn names(self) -> &'static [&'static str] {
         match self {
             SceneChoice::Once => &["once"],
             SceneChoice::Twice => &["twice"],

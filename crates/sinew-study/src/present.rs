@@ -14,9 +14,6 @@ use sinew_report::{
 use std::path::Path;
 
 /// Writes the fields of the median and the worst case of every method.
-///
-/// # Errors
-/// A folder or file that cannot be written.
 pub(crate) fn write_fields(
     folder: &Path,
     beam: &Beam,
@@ -67,9 +64,6 @@ pub(crate) fn report(provenance: Provenance, notes: Vec<String>, scenes: Vec<Sec
 }
 
 /// The scene's part of the report.
-///
-/// # Errors
-/// Numbers that a report refuses.
 pub(crate) fn section(
     beam: &Beam,
     body: &sinew_energy::Body,

@@ -37,9 +37,6 @@ pub(crate) struct Simulations<'b> {
 }
 
 /// Solves what emulators are judged by, or reads what an interrupted run has solved (in `folder`).
-///
-/// # Errors
-/// A solve that fails, with its parameters and advice; files that cannot be written or read.
 pub(crate) fn run<'b>(
     beam: &Beam,
     body: &'b Body,

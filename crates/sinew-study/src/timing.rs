@@ -49,9 +49,6 @@ impl WallClock {
     }
 
     /// Wall time so far, kept for a run that resumes this one.
-    ///
-    /// # Errors
-    /// A file that cannot be written, by path.
     pub fn save(&self) -> Result<Duration> {
         let wall = self.earlier + self.start.elapsed();
         store::write_json(&self.file, &wall)?;

@@ -25,7 +25,7 @@ pub enum Effort {
 
 impl Effort {
     /// The first `quick` of some rising levels, or all.
-    pub fn levels<T>(self, quick: usize, all: &[T]) -> &[T] {
+    pub(crate) fn levels<T>(self, quick: usize, all: &[T]) -> &[T] {
         match self {
             Self::Quick => &all[..quick.min(all.len())],
             Self::Full => all,
@@ -52,11 +52,11 @@ pub enum Formulation {
 
 impl Formulation {
     /// All of them, in the order of legends.
-    pub const ALL: [Self; 6] =
+    pub(crate) const ALL: [Self; 6] =
         [Self::P1, Self::P2, Self::Mixed, Self::FBar, Self::Q1, Self::Q1FBar];
 
     /// Name in tables and legends.
-    pub const fn label(self) -> &'static str {
+    pub(crate) const fn label(self) -> &'static str {
         match self {
             Self::P1 => "P1",
             Self::P2 => "P2",
@@ -112,7 +112,7 @@ impl Band {
     }
 
     /// Whether an error lies in the band; a NaN does not.
-    pub fn contains(self, error: f64) -> bool {
+    pub(crate) fn contains(self, error: f64) -> bool {
         self.least <= error && error <= self.most
     }
 }
@@ -137,7 +137,7 @@ pub struct Cost {
 
 impl Cost {
     /// The time since `start`.
-    pub fn since(start: Instant, unknowns: usize) -> Self {
+    pub(crate) fn since(start: Instant, unknowns: usize) -> Self {
         Self { unknowns, seconds: start.elapsed().as_secs_f64() }
     }
 }
@@ -179,41 +179,21 @@ pub struct RowError {
 }
 
 impl Row {
-    /// A row whose error is relative to the reference.
+    /// Of a value and its reference.
     ///
     /// # Errors
-    /// [`RowError`] for numbers that are not finite and a reference of zero.
-    pub fn relative(
+    /// [`RowError`] for numbers that are not finite, and for a relative error beside a reference of zero.
+    pub fn new(
         label: Label,
+        measure: Measure,
         [value, reference]: [f64; 2],
         band: Band,
         cost: Cost,
     ) -> Result<Self, RowError> {
-        let error = ((value - reference) / reference).abs();
-        Self::checked(label, [value, reference], (Measure::Relative, error), band, cost)
-    }
-
-    /// A row whose error has the unit of the quantity.
-    ///
-    /// # Errors
-    /// [`RowError`] for numbers that are not finite.
-    pub fn absolute(
-        label: Label,
-        [value, reference]: [f64; 2],
-        band: Band,
-        cost: Cost,
-    ) -> Result<Self, RowError> {
-        let error = (value - reference).abs();
-        Self::checked(label, [value, reference], (Measure::Absolute, error), band, cost)
-    }
-
-    fn checked(
-        label: Label,
-        [value, reference]: [f64; 2],
-        (measure, error): (Measure, f64),
-        band: Band,
-        cost: Cost,
-    ) -> Result<Self, RowError> {
+        let error = match measure {
+            Measure::Relative => ((value - reference) / reference).abs(),
+            Measure::Absolute => (value - reference).abs(),
+        };
         let numbers = [
             ("value", value),
             ("reference", reference),
@@ -244,20 +224,17 @@ pub struct Rows<'a> {
 
 impl<'a> Rows<'a> {
     /// No rows yet; `report` sees each that comes.
-    pub fn new(report: &'a mut dyn FnMut(&Row)) -> Self {
+    pub(crate) fn new(report: &'a mut dyn FnMut(&Row)) -> Self {
         Self { rows: Vec::new(), report }
     }
 
     /// Adds a row.
-    pub fn push(&mut self, row: Row) {
+    pub(crate) fn push(&mut self, row: Row) {
         (self.report)(&row);
         self.rows.push(row);
     }
 
-    /// Adds a [`Row::relative`].
-    ///
-    /// # Errors
-    /// Those of the row.
+    /// Adds a row whose error is relative to the reference.
     pub fn relative(
         &mut self,
         label: Label,
@@ -265,27 +242,24 @@ impl<'a> Rows<'a> {
         band: Band,
         cost: Cost,
     ) -> anyhow::Result<()> {
-        self.push(Row::relative(label, pair, band, cost)?);
+        self.push(Row::new(label, Measure::Relative, pair, band, cost)?);
         Ok(())
     }
 
-    /// Adds a [`Row::absolute`].
-    ///
-    /// # Errors
-    /// Those of the row.
-    pub fn absolute(
+    /// Adds a row whose error has the unit of the quantity.
+    pub(crate) fn absolute(
         &mut self,
         label: Label,
         pair: [f64; 2],
         band: Band,
         cost: Cost,
     ) -> anyhow::Result<()> {
-        self.push(Row::absolute(label, pair, band, cost)?);
+        self.push(Row::new(label, Measure::Absolute, pair, band, cost)?);
         Ok(())
     }
 
     /// All rows so far.
-    pub fn into_vec(self) -> Vec<Row> {
+    pub(crate) fn into_vec(self) -> Vec<Row> {
         self.rows
     }
 }

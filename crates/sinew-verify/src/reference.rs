@@ -1,7 +1,7 @@
 //! Values that the benchmarks are held to, computed by code that shares nothing with the solver.
 //!
 //! Closed forms, ordinary differential equations and scalar equations only: no mesh, no element, no law of
-//! [`sinew_energy`]. Numbers of other programs are constants with their source in [`published`].
+//! [`sinew_energy`]. Numbers of other programs are constants with their source in `published.rs`.
 
 mod compressible_sphere;
 mod cylinder;
@@ -9,7 +9,7 @@ mod elastica;
 mod fung;
 mod neo_hookean;
 mod ode;
-pub mod published;
+pub(crate) mod published;
 mod roots;
 mod sphere;
 

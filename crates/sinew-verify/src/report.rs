@@ -9,9 +9,6 @@ use sinew_report::{
 };
 
 /// The report of a run.
-///
-/// # Errors
-/// A row whose error or time is not a number.
 pub fn report(effort: Effort, cases: &[Outcome]) -> Result<Report, ReportError> {
     let mut provenance = Provenance::of_this_run("cargo xtask verify", env!("CARGO_MANIFEST_DIR"));
     provenance.versions.insert("sinew-verify".into(), env!("CARGO_PKG_VERSION").into());

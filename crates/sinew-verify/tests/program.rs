@@ -3,8 +3,8 @@
 use clap::{CommandFactory, Parser};
 use sinew_verify::run::run;
 use sinew_verify::{
-    Band, Case, Cost, Effort, Formulation, Label, Options, Row, Rows, cases, report, summary,
-    table, verify,
+    Band, Case, Cost, Effort, Formulation, Label, Measure, Options, Row, Rows, cases, report,
+    summary, table, verify,
 };
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -125,12 +125,12 @@ const COST: Cost = Cost { unknowns: 3, seconds: 0.1 };
 
 #[test]
 fn rows_judge_their_errors() {
-    let row = Row::relative(label(), [2.02, -2.0], Band::below(1e-2), COST).unwrap();
+    let row = Row::new(label(), Measure::Relative, [2.02, -2.0], Band::below(1e-2), COST).unwrap();
     assert!((row.error - 2.01).abs() < 1e-12 && !row.passes());
-    let row = Row::absolute(label(), [2.02, 2.0], Band::below(0.03), COST).unwrap();
+    let row = Row::new(label(), Measure::Absolute, [2.02, 2.0], Band::below(0.03), COST).unwrap();
     assert!((row.error - 0.02).abs() < 1e-12 && row.passes());
     let locking = Band::between(0.8, 0.9);
-    let row = Row::relative(label(), [0.99, 1.0], locking, COST).unwrap();
+    let row = Row::new(label(), Measure::Relative, [0.99, 1.0], locking, COST).unwrap();
     assert!(!row.passes(), "a smaller error than the stated weakness is outside");
 }
 
@@ -138,9 +138,15 @@ fn rows_judge_their_errors() {
 fn rows_without_error_or_time_are_refused() {
     let band = Band::below(1.0);
     let slow = Cost { seconds: f64::NAN, ..COST };
-    assert_eq!(Row::absolute(label(), [1.0, 1.0], band, slow).unwrap_err().what, "time");
-    assert_eq!(Row::relative(label(), [1.0, 0.0], band, COST).unwrap_err().what, "error");
-    let none = Row::absolute(label(), [f64::NAN, 1.0], band, COST).unwrap_err();
+    assert_eq!(
+        Row::new(label(), Measure::Absolute, [1.0, 1.0], band, slow).unwrap_err().what,
+        "time"
+    );
+    assert_eq!(
+        Row::new(label(), Measure::Relative, [1.0, 0.0], band, COST).unwrap_err().what,
+        "error"
+    );
+    let none = Row::new(label(), Measure::Absolute, [f64::NAN, 1.0], band, COST).unwrap_err();
     assert!(none.to_string().contains("u [mm] (2 cells): the value is NaN"));
 }
 

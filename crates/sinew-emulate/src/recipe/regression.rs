@@ -58,8 +58,6 @@ impl Regression {
         let most = thetas.len();
         let mut count = self.simulations.clamp(2, most.max(2)).min(most);
         let series = series(session, record);
-        let choice = record.choice.get_or_insert_default();
-        choice.target = self.target;
         let mut found = Simulations::default();
         loop {
             let tried = found.thetas.len() + found.failures.len();
@@ -70,14 +68,7 @@ impl Regression {
             let seconds = start.elapsed().as_secs_f64();
             record.train_s += seconds;
             session.simulations = found.fields.len();
-            choice.taken = choice.candidates.len();
-            choice.candidates.push(Candidate {
-                recipe: "regression".into(),
-                simulations: found.fields.len(),
-                error,
-                seconds: found.seconds + seconds,
-                detail: fit.detail(),
-            });
+            self.tried(record, &found, &fit, error, seconds);
             let outcome = format!("{count} simulations: error {error:.1e} by leaving one out");
             session.observer.finished("regression", &outcome, seconds);
             let affordable = match session.options.budget {
@@ -106,17 +97,30 @@ impl Regression {
         let start = Instant::now();
         let (fit, error) =
             Regressed::fit(session.body, series.as_ref(), &found.thetas, &found.fields)?;
-        record.train_s += start.elapsed().as_secs_f64();
+        let seconds = start.elapsed().as_secs_f64();
+        record.train_s += seconds;
+        self.tried(record, &found, &fit, error, seconds);
+        Ok((fit, error))
+    }
+
+    /// Notes a fit that was tried, and took these seconds, as the one that is taken so far.
+    fn tried(
+        &self,
+        record: &mut Record,
+        found: &Simulations,
+        fit: &Regressed,
+        error: f64,
+        seconds: f64,
+    ) {
         let choice = record.choice.get_or_insert_default();
         (choice.target, choice.taken) = (self.target, choice.candidates.len());
         choice.candidates.push(Candidate {
             recipe: "regression".into(),
             simulations: found.fields.len(),
             error,
-            seconds: found.seconds + record.train_s,
+            seconds: found.seconds + seconds,
             detail: fit.detail(),
         });
-        Ok((fit, error))
     }
 }
 

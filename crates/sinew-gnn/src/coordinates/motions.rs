@@ -208,7 +208,7 @@ impl Motions {
     }
 
     /// What [`Motions::following`] made of its changes: outputs of clusters, six each, and then of nodes, three each.
-    pub fn slopes(&self) -> &[Vec<f64>] {
+    pub(crate) fn slopes(&self) -> &[Vec<f64>] {
         &self.slopes
     }
 

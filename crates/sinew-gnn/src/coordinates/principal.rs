@@ -57,23 +57,15 @@ fn decomposed(matrix: DMatrix<f64>) -> Result<(DMatrix<f64>, DVector<f64>)> {
 }
 
 impl PrincipalDirections {
-    /// About the mean of simulated displacements, with the map `U (s/s₁)^p s₁ Uᵀ` of their principal directions U
-    /// and deviations s, the largest being s₁ \[length\]. A power p of one is the root of the covariance: outputs of size one
-    /// then spread as the simulations do. Smaller powers let the network see the small deviations larger.
+    /// About simulated displacements, with the map `U (s/s₁)^p s₁ Uᵀ` of their principal directions U and deviations s, the
+    /// largest being s₁ \[length\]. A power p of one is the root of the covariance: outputs of size one then spread as the
+    /// simulations do. Smaller powers let the network see the small deviations larger.
+    ///
+    /// What U and s are taken of is left by a polynomial in the standardised parameters of each simulation, of order zero (the
+    /// mean) to two, whichever foretells each simulation best from all others, so that a network learns what is beyond.
     ///
     /// # Errors
-    /// Fewer than two fields, of different lengths, not finite, or all the same.
-    pub fn of<'a>(fields: impl IntoIterator<Item = &'a [f64]>, power: f64) -> Result<Self> {
-        let fields: Vec<&[f64]> = fields.into_iter().collect();
-        let parameters = vec![Vec::new(); fields.len()];
-        Self::following(fields, &parameters, power)
-    }
-
-    /// The same about a polynomial in the standardised parameters of each simulation, of first or second order, whichever foretells
-    /// each simulation best from all others, so that a network learns what is beyond; U and s are those of what is left.
-    ///
-    /// # Errors
-    /// Those of [`PrincipalDirections::of`], and parameters that do not belong to the fields.
+    /// Fewer than two fields, of different lengths, not finite, or all the same; parameters that do not belong to the fields.
     pub fn following<'a>(
         fields: impl IntoIterator<Item = &'a [f64]>,
         parameters: &[Vec<f64>],
@@ -148,18 +140,13 @@ impl PrincipalDirections {
     }
 
     /// Displacement of a zero output \[length\].
-    pub fn origin(&self) -> &[f64] {
+    pub(crate) fn origin(&self) -> &[f64] {
         &self.origin
     }
 
     /// Outputs per unit of each standardised parameter, and then of each product of two; none where outputs do not follow.
     pub fn slopes(&self) -> &[Vec<f64>] {
         &self.slopes
-    }
-
-    /// Number of directions that outputs are mapped to.
-    pub fn rank(&self) -> usize {
-        self.factors.iter().map(|factor| factor.columns).min().unwrap_or(0)
     }
 
     /// The map's matrices, to be applied from the right one after the other.
@@ -232,10 +219,16 @@ mod tests {
         increments.iter::<f64>().zip(basis.origin()).map(|(du, u)| u + du).collect()
     }
 
+    /// Of simulations without parameters.
+    fn about_mean(fields: &[Vec<f64>], power: f64) -> Result<PrincipalDirections> {
+        let parameters = vec![Vec::new(); fields.len()];
+        PrincipalDirections::following(fields.iter().map(Vec::as_slice), &parameters, power)
+    }
+
     #[test]
     fn a_basis_survives_storage_bit_for_bit() {
         let fields = [vec![0.0, 1.0, 2.0], vec![0.5, 0.1, -1.0], vec![1.0, 1.0, 1.0]];
-        let basis = PrincipalDirections::of(fields.iter().map(Vec::as_slice), 1.0).unwrap();
+        let basis = about_mean(&fields, 1.0).unwrap();
         let text = serde_json::to_string(&basis).unwrap();
         assert_eq!(serde_json::from_str::<PrincipalDirections>(&text).unwrap(), basis);
         let cut = text.replacen("\"columns\":3", "\"columns\":2", 1);
@@ -247,8 +240,8 @@ mod tests {
         // Along e = (3, 0, 4)/5 with deviation 10, along y with deviation 0.1.
         let at = |a: f64, b: f64| vec![1.0 + 6.0 * a, 2.0 + 0.1 * b, 3.0 + 8.0 * a];
         let fields = [at(1.0, 1.0), at(1.0, -1.0), at(-1.0, 1.0), at(-1.0, -1.0)];
-        let basis = PrincipalDirections::of(fields.iter().map(Vec::as_slice), 1.0).unwrap();
-        assert_eq!(basis.rank(), 2);
+        let basis = about_mean(&fields, 1.0).unwrap();
+        assert_eq!(basis.factors.iter().map(|factor| factor.columns).min(), Some(2));
         for (found, expected) in basis.origin().iter().zip([1.0, 2.0, 3.0]) {
             assert!((found - expected).abs() < 1e-12);
         }
@@ -260,16 +253,16 @@ mod tests {
         let found = mapped(&basis, &[0.8, 0.0, -0.6]);
         assert!((found[0] - 1.0).abs() < 1e-5 && (found[2] - 3.0).abs() < 1e-5);
         // A smaller power widens the small deviations: √(0.1 / 10) · 10.
-        let wide = PrincipalDirections::of(fields.iter().map(Vec::as_slice), 0.5).unwrap();
+        let wide = about_mean(&fields, 0.5).unwrap();
         assert!((mapped(&wide, &[0.0, 1.0, 0.0])[1] - 3.0).abs() < 1e-5);
     }
 
     #[test]
     fn simulations_that_do_not_differ_span_nothing() {
         let same = [vec![1.0, 2.0], vec![1.0, 2.0]];
-        assert!(PrincipalDirections::of(same.iter().map(Vec::as_slice), 1.0).is_err());
-        assert!(PrincipalDirections::of([&[1.0, 2.0][..]], 1.0).is_err());
-        assert!(PrincipalDirections::of([&[1.0, f64::NAN][..], &[1.0, 2.0]], 1.0).is_err());
-        assert!(PrincipalDirections::of([], 1.0).is_err());
+        assert!(about_mean(&same, 1.0).is_err());
+        assert!(about_mean(&[vec![1.0, 2.0]], 1.0).is_err());
+        assert!(about_mean(&[vec![1.0, f64::NAN], vec![1.0, 2.0]], 1.0).is_err());
+        assert!(about_mean(&[], 1.0).is_err());
     }
 }

@@ -25,7 +25,7 @@ impl DataFit {
     }
 
     /// The characteristic length \[length\].
-    pub fn length(&self) -> f64 {
+    pub(crate) fn length(&self) -> f64 {
         self.length
     }
 

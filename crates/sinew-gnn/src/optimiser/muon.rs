@@ -1,22 +1,18 @@
 //! Muon: momentum orthogonalised by Newton–Schulz iteration.
 
-use std::collections::BTreeMap;
-use std::path::Path;
-
-use burn::optim::GradientsParams;
 use burn::tensor::{Device, Tensor, TensorData};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use sinew_burn::{AdamRule, adam_direction, momentum_direction};
+use sinew_burn::{AdamRule, momentum_direction};
 
-use super::update::{
-    Descent, Moments, Place, Update, apply, collect, numbers, read_moments, write_moments,
-};
-use super::{ADAM_EPSILON, Optimiser};
-use crate::emulator::Emulator;
-use crate::error::Result;
+use super::ADAM_EPSILON;
+use super::update::{Place, Update, numbers};
 
-/// Settings of [`Muon`].
+/// Muon (K. Jordan, 2024) with Nesterov momentum on matrices, Adam with Nesterov momentum on
+/// vectors and, if configured, on the decoders, both at the same learning rate: the arithmetic of
+/// `optax.contrib.muon`, which scales the orthogonal update of a matrix `[inputs, outputs]` by
+/// √max(1, outputs / inputs).
+/// (Burn's own Muon scales by the inverse ratio, has no bias correction and takes matrices only.)
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct MuonConfig {
@@ -36,62 +32,36 @@ impl Default for MuonConfig {
     }
 }
 
-/// Muon (K. Jordan, 2024) with Nesterov momentum on matrices, Adam with Nesterov momentum on
-/// vectors and, if configured, on the decoders, both at the same learning rate: the arithmetic of
-/// `optax.contrib.muon`, which scales the orthogonal update of a matrix `[inputs, outputs]` by
-/// √max(1, outputs / inputs).
-/// (Burn's own Muon scales by the inverse ratio, has no bias correction and takes matrices only.)
-#[derive(Debug, Clone)]
-pub struct Muon {
-    config: MuonConfig,
-    steps: usize,
-    moments: BTreeMap<u64, Moments>,
+/// Turns gradients into directions of change, after `steps` steps.
+pub(super) fn direct(config: &MuonConfig, steps: usize, updates: &mut [Update]) {
+    updates.par_iter_mut().for_each(|update| accumulate(config, steps, update));
+    orthogonalise(updates.iter_mut().filter(|update| is_orthogonal(config, update)).collect());
 }
 
-impl Muon {
-    /// Without history.
-    pub fn new(config: MuonConfig) -> Self {
-        Self { config, steps: 0, moments: BTreeMap::new() }
-    }
-
-    /// Turns gradients into momenta where they are orthogonalised, into directions of change elsewhere.
-    fn accumulate(&self, update: &mut Update) {
-        let orthogonal = self.is_orthogonal(update);
+/// Turns gradients into momenta where they are orthogonalised, into directions of change elsewhere.
+fn accumulate(config: &MuonConfig, steps: usize, update: &mut Update) {
+    let MuonConfig { momentum, beta1, beta2, .. } = *config;
+    if is_orthogonal(config, update) {
+        let (of_momentum, of_gradient) = nesterov(momentum, steps);
         let Update { gradient, moments, .. } = update;
         moments.first.resize(gradient.len(), 0.0);
-        if orthogonal {
-            let (of_momentum, of_gradient) = nesterov(self.config.momentum, self.steps);
-            momentum_direction(
-                self.config.momentum,
-                of_momentum,
-                of_gradient,
-                &mut moments.first,
-                gradient,
-            );
-        } else {
-            moments.second.resize(gradient.len(), 0.0);
-            self.adam(&mut moments.first, &mut moments.second, gradient);
-        }
+        momentum_direction(momentum, of_momentum, of_gradient, &mut moments.first, gradient);
+    } else {
+        let (of_first, of_gradient) = nesterov(beta1, steps);
+        let of_second = 1.0 / (1.0 - beta2.powi(steps as i32));
+        let epsilon = ADAM_EPSILON;
+        update.by_adam(&AdamRule { beta1, beta2, of_first, of_gradient, of_second, epsilon });
     }
+}
 
-    /// Whether a parameter's direction of change is orthogonalised, as those of matrices are.
-    fn is_orthogonal(&self, update: &Update) -> bool {
-        let by_adam = match update.place {
-            Place::Network => false,
-            Place::Decoder => self.config.adam_on_decoders,
-            Place::Embeddings => true,
-        };
-        update.shape.len() == 2 && !by_adam
-    }
-
-    fn adam(&self, first: &mut [f32], second: &mut [f32], gradient: &mut [f32]) {
-        let MuonConfig { beta1, beta2, .. } = self.config;
-        let (of_first, of_gradient) = nesterov(beta1, self.steps);
-        let of_second = 1.0 / (1.0 - beta2.powi(self.steps as i32));
-        let rule =
-            AdamRule { beta1, beta2, of_first, of_gradient, of_second, epsilon: ADAM_EPSILON };
-        adam_direction(&rule, first, second, gradient);
-    }
+/// Whether a parameter's direction of change is orthogonalised, as those of matrices are.
+fn is_orthogonal(config: &MuonConfig, update: &Update) -> bool {
+    let by_adam = match update.place {
+        Place::Network => false,
+        Place::Decoder => config.adam_on_decoders,
+        Place::Embeddings => true,
+    };
+    update.shape.len() == 2 && !by_adam
 }
 
 /// Factors of momentum and gradient in the bias-corrected Nesterov momentum after `steps` steps.
@@ -101,9 +71,8 @@ fn nesterov(decay: f32, steps: usize) -> (f32, f32) {
 }
 
 /// Turns the momenta of matrices into directions of change.
-fn orthogonalise(matrices: Vec<&mut Update>) {
+fn orthogonalise(mut matrices: Vec<&mut Update>) {
     let device = Device::flex();
-    let mut matrices = matrices;
     let momenta = matrices.iter_mut().map(|update| {
         let data = TensorData::new(std::mem::take(&mut update.gradient), update.shape.clone());
         Tensor::<2>::from_data(data, &device)
@@ -117,40 +86,12 @@ fn orthogonalise(matrices: Vec<&mut Update>) {
     }
 }
 
-impl Optimiser for Muon {
-    fn step(
-        &mut self,
-        learning_rate: f64,
-        emulator: Emulator,
-        gradients: GradientsParams,
-    ) -> Emulator {
-        self.steps += 1;
-        let mut updates = collect(&emulator, gradients, &mut self.moments);
-        updates.par_iter_mut().for_each(|update| self.accumulate(update));
-        orthogonalise(updates.iter_mut().filter(|update| self.is_orthogonal(update)).collect());
-        apply(
-            emulator,
-            updates,
-            &mut self.moments,
-            Descent { kept: 1.0, step: learning_rate as f32 },
-        )
-    }
-
-    fn save(&self, path: &Path) -> Result<()> {
-        write_moments(path, self.steps, &self.moments)
-    }
-
-    fn load(&mut self, path: &Path) -> Result<()> {
-        (self.steps, self.moments) = read_moments(path)?;
-        Ok(())
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use burn::module::ParamId;
 
     use super::*;
+    use crate::optimiser::update::Moments;
 
     /// Directions of `optax.contrib.muon(1, adam_b2=0.99)`, optax 0.2.8, for the gradients of [`step`].
     const MATRIX: [[f32; 6]; 3] = [
@@ -170,7 +111,6 @@ mod tests {
 
     #[test]
     fn directions_are_those_of_optax() {
-        let mut muon = Muon::new(MuonConfig::default());
         let update = |id: u64, shape: Vec<usize>| Update {
             id: ParamId::from(id),
             place: Place::Network,
@@ -184,9 +124,7 @@ mod tests {
             let of_matrix = [0.3, -0.2, 0.5, 0.1, 0.4, -0.6];
             updates[0].gradient = gradient(&of_matrix, 1.0 + k, 0.1 * k * k);
             updates[1].gradient = gradient(&[0.2, -0.01, 0.5], 1.0 - 0.8 * k, 0.0);
-            muon.steps += 1;
-            updates.iter_mut().for_each(|update| muon.accumulate(update));
-            orthogonalise(updates.iter_mut().filter(|update| muon.is_orthogonal(update)).collect());
+            direct(&MuonConfig::default(), step + 1, &mut updates);
             let expected = matrix.iter().chain(vector);
             let found = updates.iter().flat_map(|update| &update.gradient);
             for (expected, found) in expected.zip(found) {

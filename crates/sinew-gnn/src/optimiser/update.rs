@@ -6,7 +6,7 @@ use std::path::Path;
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param, ParamId};
 use burn::optim::GradientsParams;
 use burn::tensor::{DType, Tensor, TensorData};
-use sinew_burn::descend;
+use sinew_burn::{AdamRule, adam_direction, descend};
 
 use crate::emulator::Emulator;
 use crate::error::{Error, Result};
@@ -41,6 +41,16 @@ pub(super) struct Update {
     /// The gradient, then the direction of change.
     pub gradient: Vec<f32>,
     pub moments: Moments,
+}
+
+impl Update {
+    /// Turns the gradient into Adam's direction of change.
+    pub(super) fn by_adam(&mut self, rule: &AdamRule) {
+        let Self { gradient, moments, .. } = self;
+        moments.first.resize(gradient.len(), 0.0);
+        moments.second.resize(gradient.len(), 0.0);
+        adam_direction(rule, &mut moments.first, &mut moments.second, gradient);
+    }
 }
 
 /// How weights follow a direction: `kept · weight − step · direction`.

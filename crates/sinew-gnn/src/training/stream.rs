@@ -29,7 +29,7 @@ pub struct Lesson {
 pub struct StreamTrainer {
     surrogate: Surrogate,
     emulator: Emulator,
-    optimiser: Box<dyn Optimiser>,
+    optimiser: Optimiser,
     config: TrainingConfig,
     steps: usize,
     /// Steps in a row that taught nothing, because no number of theirs was finite.
@@ -47,7 +47,7 @@ impl StreamTrainer {
     pub fn new(surrogate: Surrogate, config: TrainingConfig) -> Result<Self> {
         config.check()?;
         let emulator = surrogate.emulator.clone().train();
-        let optimiser = config.optimiser.build();
+        let optimiser = Optimiser::new(config.optimiser.clone());
         Ok(Self { surrogate, emulator, optimiser, config, steps: 0, lost: 0 })
     }
 

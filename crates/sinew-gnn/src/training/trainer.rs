@@ -32,7 +32,7 @@ pub struct Trainer {
     pub(super) surrogate: Surrogate,
     /// The network on the device that records gradients.
     pub(super) emulator: Emulator,
-    pub(super) optimiser: Box<dyn Optimiser>,
+    pub(super) optimiser: Optimiser,
     pub(super) sampler: Sampler,
     pub(super) config: TrainingConfig,
     pub(super) progress: RunState,
@@ -102,7 +102,7 @@ impl Trainer {
         }
         Ok(Self {
             emulator: surrogate.emulator.clone().train(),
-            optimiser: config.optimiser.build(),
+            optimiser: Optimiser::new(config.optimiser.clone()),
             sampler: Sampler::new(&data.training, data.geometries.len(), config.batch, config.seed),
             lifted: surrogate.prepared.iter().map(GeometryTensors::lifted).collect(),
             progress: RunState::default(),
@@ -114,12 +114,6 @@ impl Trainer {
             objective,
             data,
         })
-    }
-
-    /// Another optimiser than the configured one, for instance any of Burn's.
-    pub fn with_optimiser(mut self, optimiser: Box<dyn Optimiser>) -> Self {
-        self.optimiser = optimiser;
-        self
     }
 
     /// Another peak of the learning rate, as after a divergence.
@@ -392,7 +386,7 @@ impl Trainer {
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn save_checkpoint(&self, directory: &Path) -> Result<()> {
+    pub(crate) fn save_checkpoint(&self, directory: &Path) -> Result<()> {
         super::checkpoint::write(self, self.data.training.len(), directory)
     }
 }

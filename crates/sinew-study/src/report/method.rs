@@ -44,7 +44,7 @@ impl Method {
     }
 
     /// Whether it is the solver itself.
-    pub fn is_solver(self) -> bool {
+    pub(crate) fn is_solver(self) -> bool {
         matches!(self, Self::FemCold | Self::FemWarm)
     }
 }
@@ -62,7 +62,7 @@ pub struct ThesisReference {
 
 impl ThesisReference {
     /// Median of a method, if the thesis has it; of the better of its two methods for the hybrid, which it has not.
-    pub fn median(&self, method: Method, metric: usize) -> Option<f64> {
+    pub(crate) fn median(&self, method: Method, metric: usize) -> Option<f64> {
         let (dd, pi) = (self.dd[metric], self.pi[metric]);
         match method {
             Method::Dd => Some(dd),

@@ -15,9 +15,6 @@ pub fn head(parameters: &[Parameter]) -> String {
 }
 
 /// The lines of one method on one scene.
-///
-/// # Errors
-/// An error that is not a number.
 pub fn lines(
     scene: &str,
     method: Method,

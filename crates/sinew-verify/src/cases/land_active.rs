@@ -1,8 +1,9 @@
 //! Problem 3 of Land et al. (2015).
 
-use crate::case::{Band, Case, Effort, Formulation, Label, Rows};
+use super::land_ventricle::apexes;
+use crate::case::{Band, Case, Effort, Formulation, Rows};
 use crate::reference::published;
-use crate::solve::{Found, balance, displacement_at, mixed, scene};
+use crate::solve::{Found, balance, mixed, scene};
 use anyhow::Result;
 use sinew_energy::laws::{ActiveTension, Guccione, Penalty};
 use sinew_energy::{FiniteElement, Load, Magnitude, Nodes, QuadraturePoint, Scene, Solid, Support};
@@ -39,13 +40,25 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     for &(cells, band) in effort.levels(1, MIXED) {
         let ventricle = ventricle(cells, MIXED_BULK, Nodes::<10>::FINE_QUADRATURE)?;
         let found = mixed(&ventricle, 0.0, &THETA)?;
-        push(rows, Formulation::Mixed, (cells, band), &ventricle.mesh, &found)?;
+        apexes(
+            rows,
+            Formulation::Mixed,
+            (cells, band),
+            (&ventricle.mesh, &found),
+            published::LAND_ACTIVE,
+        )?;
     }
     for &(cells, band) in effort.levels(0, QUADRATIC) {
         let ventricle = ventricle(cells, BULK, Nodes::<10>::QUADRATURE)?;
         let (solution, cost) = balance(&ventricle.lower_follower()?, &THETA)?;
         let found = Found { displacement: solution.displacement, cost };
-        push(rows, Formulation::P2, (cells, band), &ventricle.mesh, &found)?;
+        apexes(
+            rows,
+            Formulation::P2,
+            (cells, band),
+            (&ventricle.mesh, &found),
+            published::LAND_ACTIVE,
+        )?;
     }
     Ok(())
 }
@@ -77,21 +90,4 @@ fn directions(mesh: &Mesh<10>, rule: &[QuadraturePoint]) -> Result<Vec<[[f64; 3]
         Ok(EllipsoidWall::LAND.frame(at, &FibreRule::NINETY, SLACK)?)
     };
     points.map(frame).collect()
-}
-
-fn push(
-    rows: &mut Rows<'_>,
-    formulation: Formulation,
-    (cells, band): ([usize; 3], Band),
-    mesh: &Mesh<10>,
-    found: &Found,
-) -> Result<()> {
-    let [inside, outside] = published::LAND_ACTIVE;
-    for (apex, height, exact) in [("inside", -17.0, inside), ("outside", -20.0, outside)] {
-        let value = height + displacement_at(mesh, &found.displacement, [0.0, 0.0, height])[2];
-        let setup = format!("{} layers, {} around, {} along", cells[0], cells[1], cells[2]);
-        let label = Label::new(formulation, setup, format!("z of the apex {apex} [mm]"));
-        rows.relative(label, [value, exact], band, found.cost)?;
-    }
-    Ok(())
 }

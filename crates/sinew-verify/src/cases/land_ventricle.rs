@@ -4,11 +4,11 @@ use super::homogeneous::FRAME;
 use super::radial::rollers;
 use crate::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::reference::published;
-use crate::solve::{displacement_at, mixed, scene, with_directions};
+use crate::solve::{Found, displacement_at, mixed, scene, with_directions};
 use anyhow::Result;
 use sinew_energy::laws::Guccione;
 use sinew_energy::{Load, Magnitude, Support};
-use sinew_mesh::TruncatedEllipsoid;
+use sinew_mesh::{Mesh, TruncatedEllipsoid};
 
 /// C \[kPa\], b_f, b_t, b_fs: isotropic.
 const THETA: [f64; 4] = [10.0, 1.0, 1.0, 1.0];
@@ -43,16 +43,25 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
         let law = Guccione.nearly_incompressible(BULK).of_whole_strain();
         let ventricle = with_directions(scene(mesh, law, &THETA, loads, supports), FRAME);
         let found = mixed(&ventricle, 0.0, &THETA)?;
-        for (apex, height, exact) in [
-            ("inside", -17.0, published::LAND_VENTRICLE[0]),
-            ("outside", -20.0, published::LAND_VENTRICLE[1]),
-        ] {
-            let point = [0.0, 0.0, height];
-            let value = height + displacement_at(&ventricle.mesh, &found.displacement, point)[2];
-            let setup = format!("{} layers, {} around, {} along", cells[0], cells[1], cells[2]);
-            let label = Label::new(Formulation::Mixed, setup, format!("z of the apex {apex} [mm]"));
-            rows.relative(label, [value, exact], band, found.cost)?;
-        }
+        let exact = published::LAND_VENTRICLE;
+        apexes(rows, Formulation::Mixed, (cells, band), (&ventricle.mesh, &found), exact)?;
+    }
+    Ok(())
+}
+
+/// Heights of the apex on both surfaces.
+pub(super) fn apexes(
+    rows: &mut Rows<'_>,
+    formulation: Formulation,
+    (cells, band): ([usize; 3], Band),
+    (mesh, found): (&Mesh<10>, &Found),
+    exact: [f64; 2],
+) -> Result<()> {
+    for (apex, height, exact) in [("inside", -17.0, exact[0]), ("outside", -20.0, exact[1])] {
+        let value = height + displacement_at(mesh, &found.displacement, [0.0, 0.0, height])[2];
+        let setup = format!("{} layers, {} around, {} along", cells[0], cells[1], cells[2]);
+        let label = Label::new(formulation, setup, format!("z of the apex {apex} [mm]"));
+        rows.relative(label, [value, exact], band, found.cost)?;
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! Simple shear of every law.
 
 use super::homogeneous::{Material, Meshes, exponentials, mean_stress};
-use crate::case::{Band, Case, Effort, Formulation, Label, Row, Rows};
+use crate::case::{Band, Case, Effort, Formulation, Label, Measure, Row, Rows};
 use crate::solve::{BOUNDARY, lower, minimum, scene, with_boundary};
 use anyhow::{Context, Result};
 use sinew_energy::laws::{ByYoungPoisson, LinearElastic, NeoHookean};
@@ -95,7 +95,7 @@ where
             let setup = format!("{name}, {plane}, γ = {amount}");
             let label = Label::new(formulation, setup, "shear stress [kPa]");
             let pair = [found, stress(normal, along, amount)];
-            let row = Row::relative(label, pair, EIGHT_DIGITS, cost)?;
+            let row = Row::new(label, Measure::Relative, pair, EIGHT_DIGITS, cost)?;
             if worst.as_ref().is_none_or(|worst| worst.error < row.error) {
                 worst = Some(row);
             }

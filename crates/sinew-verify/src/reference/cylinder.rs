@@ -13,7 +13,7 @@ pub struct ThickCylinder {
 
 impl ThickCylinder {
     /// Deformed outer radius \[length\] when the inner one is `a` \[length\].
-    pub fn outer_radius(&self, a: f64) -> f64 {
+    pub(crate) fn outer_radius(&self, a: f64) -> f64 {
         (self.outer.powi(2) + a.powi(2) - self.inner.powi(2)).sqrt()
     }
 

@@ -104,7 +104,7 @@ impl FibreRule {
     ///
     /// # Errors
     /// Why no fibres can be laid, in words.
-    pub fn lay(&self, mesh: &mut AnyMesh) -> Result<(), String> {
+    pub(crate) fn lay(&self, mesh: &mut AnyMesh) -> Result<(), String> {
         write(&self.frames(mesh)?, mesh);
         Ok(())
     }
@@ -112,7 +112,7 @@ impl FibreRule {
     /// Fibre, sheet and normal at each node of a tetrahedral mesh.
     ///
     /// # Errors
-    /// As [`FibreRule::lay`].
+    /// Why no fibres can be laid, in words.
     pub fn at_nodes(&self, mesh: &AnyMesh) -> Result<Vec<[[f64; 3]; 3]>, String> {
         let (wall, rule) = self.wall(mesh)?;
         Ok(wall.node_frames(&rule, Depth::Thickness))

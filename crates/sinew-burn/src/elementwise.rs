@@ -9,21 +9,17 @@ use rayon::prelude::*;
 /// Numbers treated by one task.
 const NUMBERS_PER_TASK: usize = 1 << 15;
 
-/// `max(0, x) + min(0, eˣ − 1)` as one operation; the derivative comes from the output.
+/// `activation` of every number of a tensor as one operation; the derivative comes from the output.
 ///
 /// ```
 /// use burn::tensor::{Device, Tensor};
+/// use sinew_burn::{Activation, activate};
 ///
 /// let x = Tensor::<1>::from_floats([-1.0, 0.0, 2.0], &Device::flex());
-/// let y = sinew_burn::celu(x).into_data().try_to_vec::<f32>().unwrap();
+/// let y = activate(x, Activation::Celu).into_data().try_to_vec::<f32>().unwrap();
 /// assert!((y[0] - (-1.0_f32).exp_m1()).abs() < 1e-7);
 /// assert_eq!(y[1..], [0.0, 2.0]);
 /// ```
-pub fn celu<const D: usize>(x: Tensor<D>) -> Tensor<D> {
-    activate(x, Activation::Celu)
-}
-
-/// `activation` of every number of a tensor.
 pub fn activate<const D: usize>(x: Tensor<D>, activation: Activation) -> Tensor<D> {
     match x.dtype() {
         DType::F32 => apply(Elementwise(activation), vec![x.into_dispatch()]),
