@@ -97,16 +97,6 @@ pub enum Error {
         /// Names of the parameters.
         names: String,
     },
-    /// Two bodies that are not the same but for their meshes.
-    #[error(
-        "the fine body has the parameters {names}, the coarse one {others}: make both from one scene"
-    )]
-    OtherParameters {
-        /// Of the fine body.
-        names: String,
-        /// Of the coarse one.
-        others: String,
-    },
     /// A count or budget that admits no training.
     #[error("{what} is {value}; {advice}")]
     Setting {

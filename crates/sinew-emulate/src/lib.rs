@@ -37,7 +37,7 @@
 //! - [`Emulator`] predicts, estimates its error by one Newton step ([`Estimate`], calibrated on held-out cases:
 //!   [`Calibration`]), corrects ([`Correction`]), is stored and loaded, and is evaluated against a [`TestSet`]
 //!   ([`Evaluation`]).
-//! - [`OneStiffness`], [`TwoMeshes`] and [`Population`]: bodies that are met, not trained on.
+//! - [`OneStiffness`] and [`Population`]: bodies that are met, not trained on.
 //! - [`TrainingOptions`]: budget, seed, folder for what is kept and resumed. [`Observer`] hears of progress; what makes a
 //!   result less trustworthy is a [`Warning`] in it.
 
@@ -69,7 +69,6 @@ pub mod store;
 #[cfg(feature = "terminal")]
 mod terminal;
 mod timing;
-mod two_meshes;
 mod warning;
 
 pub use calibration::Calibration;
@@ -95,5 +94,4 @@ pub use sinew_gnn::Backend;
 #[cfg(feature = "terminal")]
 pub use terminal::Terminal;
 pub use timing::median_seconds;
-pub use two_meshes::TwoMeshes;
 pub use warning::Warning;

@@ -106,7 +106,7 @@ pub use history::{History, Iteration};
 pub use line::Line;
 pub use locking::{LARGEST_BULK_TO_SHEAR, LockingWarning, Proportions, locking};
 pub use matrix::Stiffness;
-pub use nested::{coarse_displacement, obey_supports};
+pub use nested::coarse_displacement;
 pub use newton_step::NewtonStep;
 pub use report::{Reaction, SolutionReport, Warning, report, report_balance};
 pub use rigid::RigidMode;

@@ -22,13 +22,8 @@ pub fn coarse_displacement(
     let solved = Solver::new(coarse)?.solve(theta, options)?;
     let prolongation = Prolongation::new(&coarse.positions, &fine.positions);
     let mut displacement = prolongation.vectors(&solved.displacement);
-    obey_supports(fine, &mut displacement);
+    place(fine, 1.0, &mut displacement);
     Ok(displacement)
-}
-
-/// Gives the nodes of a displacement what supports prescribe, in the directions that they hold \[length\].
-pub fn obey_supports(body: &Body, displacement: &mut [f64]) {
-    place(body, 1.0, displacement);
 }
 
 impl Solver<'_> {

@@ -61,17 +61,6 @@ impl PopulationEmulator {
         self.follow(&mut solver, &self.template.graph(body, self.seed)?, &state, thetas)
     }
 
-    /// The same from the state that the network starts from, without it.
-    ///
-    /// # Errors
-    /// As [`PopulationEmulator::meet`].
-    pub fn followed(&self, body: &Body, thetas: &[Vec<f64>]) -> Result<Vec<Vec<f64>>> {
-        let topology = self.template.graph(body, self.seed)?;
-        let mut solver = Solver::new(body)?;
-        let state = self.recipe.anchor(&mut solver, &topology, &self.template)?;
-        self.follow(&mut solver, &topology, &state, thetas)
-    }
-
     /// Displacements at `thetas`, followed from a state near to equilibrium at the centre of the ranges. The form is not chosen at
     /// `thetas`, so that an answer does not depend on what else was asked.
     fn follow(

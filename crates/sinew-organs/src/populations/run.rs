@@ -7,9 +7,7 @@ use super::stage::{Individual, Stage};
 use super::verdict::{self, Entry};
 use super::{inflated, rectangles};
 use anyhow::{Context, Result};
-use sinew_emulate::{
-    Axes, Emulator, Loss, OneStiffness, Population, PopulationEmulator, Start, TwoMeshes,
-};
+use sinew_emulate::{Axes, Emulator, Loss, OneStiffness, Population, PopulationEmulator, Start};
 use sinew_report::{Block, Chart, Column, Distribution, Provenance, Report, Row, Section};
 use sinew_report::{Series, Style, Table};
 use std::ops::ControlFlow;
@@ -208,32 +206,7 @@ fn followed(options: &Options, stage: &Stage, groups: &[Group], study: &mut Stud
     })?);
     for group in groups {
         one_stiffness(stage, group, study)?;
-        match stage.start {
-            Start::Near { .. } => {
-                let recipe = Population { start: stage.start, ..Population::default() };
-                let draw = |index: u64| stage.body_of_stream(options.stream(0), index);
-                let emulator = recipe.prepare(&draw, options.seed)?;
-                let about = "a few linear systems, outputs to second order in the parameters";
-                study.outcomes.push(group.measure(["no network", about], 0.0, |individual| {
-                    let theta = std::slice::from_ref(&individual.theta);
-                    Ok(emulator.followed(&individual.body, theta)?.remove(0))
-                })?);
-            }
-            Start::Equilibrium => series(options, group, study)?,
-        }
-        for (name, steps) in [("two meshes".into(), 0), (refined("two meshes"), REFINED)] {
-            let about = "one solution, and the coarse mesh at every parameter set";
-            study.outcomes.push(group.measure([&name, about], 0.0, |individual| {
-                let Individual { body, theta, .. } = individual;
-                let Some(coarse) = stage.coarse(individual)? else { return Ok(individual.rest()) };
-                let theta = std::slice::from_ref(theta);
-                let found = TwoMeshes::new(body, &coarse).and_then(|emulator| match steps {
-                    0 => emulator.predict(theta),
-                    steps => emulator.refine(theta, steps),
-                });
-                Ok(found.map_or_else(|_| individual.rest(), |mut found| found.remove(0)))
-            })?);
-        }
+        series(options, group, study)?;
     }
     Ok(())
 }
@@ -271,7 +244,7 @@ fn one_stiffness(stage: &Stage, group: &Group, study: &mut Study) -> Result<()> 
     Ok(())
 }
 
-/// One solve of each body, followed, and refined.
+/// One solve of each body, followed, and refined with its stiffness.
 fn series(options: &Options, group: &Group, study: &mut Study) -> Result<()> {
     let about = "one solve, followed to second order in the parameters";
     for (name, steps) in [("no network".into(), 0), (refined("no network"), REFINED)] {
