@@ -30,7 +30,7 @@ const LARGEST: f64 = 850e3;
 const TIMED: usize = 5;
 
 /// Everything measured.
-#[derive(Serialize, Deserialize)]
+#[derive(Default, Serialize, Deserialize)]
 struct Study {
     facts: Vec<(String, String)>,
     population: Vec<Measured>,
@@ -39,7 +39,7 @@ struct Study {
     volumes: Vec<Measured>,
     /// log₁₀ of the median error \[mm\] over b, each over a.
     map: Vec<Vec<Option<f64>>>,
-    embedding: Chart,
+    embedding: Option<Chart>,
 }
 
 /// The section of the report.
@@ -54,42 +54,45 @@ pub(super) fn section(options: &Options) -> Result<Section> {
     let about = "Left ventricles of 32 smooth modes, hexahedra with one volume ratio each, Holzapfel and Ogden's law over two decades in \
                  each parameter, 8 mmHg in the cavity: networks on simulations, told none to all of the numbers of a shape; the same about \
                  the solution of the ventricle on a coarse mesh; and regression.";
+    let mut blocks = vec![
+        Block::Text(about.into()),
+        Block::Facts(study.facts),
+        Block::Table(table(&study.population)?),
+    ];
+    if !study.one_shape.is_empty() {
+        let about = "One shape that no network has seen, and what some simulations of it add:";
+        blocks.extend([Block::Text(about.into()), Block::Table(table(&study.one_shape)?)]);
+    }
+    if !study.volumes.is_empty() {
+        let about = "Volumes of cavities by methods that find no displacements:";
+        blocks.extend([Block::Text(about.into()), Block::Table(table(&study.volumes)?)]);
+    }
+    blocks.extend(who_wins);
+    if let Some(embedding) = study.embedding {
+        blocks.push(Block::Figure(figure(study.map)));
+        let about = "Embeddings of a ventricle's nodes, by their place from apex to base.";
+        blocks.push(Block::charts("What nodes are to the network", about, [embedding]));
+    }
+    Ok(Section { name: KEY.into(), title: "Inflated ventricles".into(), blocks })
+}
+
+/// Errors over two parameters.
+fn figure(rows: Vec<Vec<Option<f64>>>) -> Figure {
     let range = [0.1f64, 10.0].map(f64::log10);
     let map = Map {
         title: "log₁₀ of the median err_u [mm]".into(),
         axes: ["log₁₀ a [kPa]", "log₁₀ b"].map(String::from),
         ranges: [range, range],
-        scale: Map::range(&study.map),
-        rows: study.map,
+        scale: Map::range(&rows),
+        rows,
         marks: Vec::new(),
     };
-    let figure = Figure {
+    Figure {
         title: "Errors over two parameters".into(),
         caption: "Of the network about the coarse solution on one shape, a_f = 1 kPa, b_f = 1."
             .into(),
         panels: vec![Panel::Map(map)],
-    };
-    let one_shape = "One shape that no network has seen, and what some simulations of it add:";
-    let embeddings = Block::charts(
-        "What nodes are to the network",
-        "Embeddings of a ventricle's nodes, by their place from apex to base.",
-        [study.embedding],
-    );
-    let mut blocks = vec![
-        Block::Text(about.into()),
-        Block::Facts(study.facts),
-        Block::Table(table(&study.population)?),
-        Block::Text(one_shape.into()),
-        Block::Table(table(&study.one_shape)?),
-    ];
-    if !study.volumes.is_empty() {
-        blocks
-            .push(Block::Text("Volumes of cavities by methods that find no displacements:".into()));
-        blocks.push(Block::Table(table(&study.volumes)?));
     }
-    blocks.extend(who_wins);
-    blocks.extend([Block::Figure(figure), embeddings]);
-    Ok(Section { name: KEY.into(), title: "Inflated ventricles".into(), blocks })
 }
 
 /// Simulates one part of the ventricles of every seed.
@@ -99,7 +102,12 @@ pub(super) fn section(options: &Options) -> Result<Section> {
 pub(super) fn simulate(options: &Options, shard: Shard) -> Result<PathBuf> {
     let count = counts(options).iter().sum();
     for options in options.of_each_seed() {
-        Ventricles::new(&options)?.simulated(count, &simulations(&options), Some(shard))?;
+        Ventricles::new(&options)?.simulated(
+            count,
+            |_| true,
+            &simulations(&options),
+            Some(shard),
+        )?;
     }
     Ok(simulations(options))
 }
@@ -114,7 +122,9 @@ fn study(options: &Options) -> Result<Study> {
     let (ventricles, counts) = (Ventricles::new(options)?, counts(options));
     let start = Instant::now();
     let drawn: usize = counts.iter().sum();
-    let all = ventricles.simulated(drawn, &simulations(options), None)?;
+    let learned = options.simulations.map_or(counts[0], |count| count as usize);
+    let wanted = |index: usize| index < learned || index >= counts[0];
+    let all = ventricles.simulated(drawn, wanted, &simulations(options), None)?;
     let seconds = start.elapsed().as_secs_f64();
     // By number, so that one without equilibrium moves no other.
     let [mut training, mut validation, mut unseen] = [Vec::new(), Vec::new(), Vec::new()];
@@ -138,7 +148,7 @@ fn study(options: &Options) -> Result<Study> {
         Compared { options, training, validation, unseen, pace: PACE, simulation_s, coarse_s };
     let data = Data { ventricles: &ventricles, compared, solver_s };
     let compared = &data.compared;
-    let mut facts = data.facts(drawn, seconds)?;
+    let facts = data.facts(drawn, seconds)?;
     let mut population = vec![coarse_alone(compared)?];
     for count in [4, 2].map(|part| training.len().div_ceil(part).max(2).min(training.len())) {
         for coarse in [false, true] {
@@ -146,23 +156,34 @@ fn study(options: &Options) -> Result<Study> {
         }
     }
     let volumes = data.volumes_alone()?;
+    let mut study = Study { facts, population, volumes, ..Study::default() };
+    if !options.no_networks {
+        networks(options, &data, &mut study)?;
+    }
+    Ok(study)
+}
+
+/// Networks on the population, and what they make of one shape.
+fn networks(options: &Options, data: &Data<'_>, study: &mut Study) -> Result<()> {
+    let Data { ventricles, compared, .. } = data;
     let mut general = Vec::new();
     for variant in variants(options) {
         let (numbers, topology) = (variant.told.numbers, ventricles.graph(variant.virtual_nodes)?);
         let about = format!("network on simulations, told {numbers} numbers of the shape");
         let method = format!("{}, {numbers} numbers{}", variant.name(), variant.told.name());
         let (measured, surrogate) = compared.network([&method, &about], variant, &topology)?;
-        population.push(measured);
+        study.population.push(measured);
         if numbers == ALL && (variant.told.coarse || variant.steps == STEPS || options.quick) {
             general.push((variant, surrogate));
         }
     }
-    let (one_shape, map) = data.one_shape(&general)?;
+    (study.one_shape, study.map) = data.one_shape(&general)?;
     let (variant, surrogate) = &general[0];
     let topology = ventricles.graph(variant.virtual_nodes)?;
     let (embedding, fact) = compared.embedding((variant, surrogate), &topology, 2)?;
-    facts.extend([fact, data.times(&general[0])?]);
-    Ok(Study { facts, population, one_shape, volumes, map, embedding })
+    study.facts.extend([fact, data.times(&general[0])?]);
+    study.embedding = Some(embedding);
+    Ok(())
 }
 
 /// Numbers of a shape, and K of the networks that differ in what they are told.

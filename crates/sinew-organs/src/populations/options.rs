@@ -34,6 +34,14 @@ pub struct Options {
     #[arg(long)]
     #[serde(default)]
     pub no_rivals: bool,
+    /// Leave out networks: what regression, one solution and one stiffness do
+    #[arg(long)]
+    #[serde(default)]
+    pub no_networks: bool,
+    /// Learn from the first of the simulations of the ventricles of chapter 2 only
+    #[arg(long, value_name = "COUNT", conflicts_with_all = ["quick", "shard"], value_parser = clap::value_parser!(u64).range(8..=850))]
+    #[serde(default)]
+    pub simulations: Option<u64>,
     /// Networks in the principal axes of each body, so that their predictions turn with it
     #[arg(long)]
     #[serde(default)]

@@ -141,7 +141,7 @@ fn study(options: &Options, key: &str) -> Result<Study> {
         rivals(options, &stage, &groups[0], count, &mut study)?;
     }
     followed(options, &stage, &groups, &mut study)?;
-    for &loss in size.losses {
+    for &loss in size.losses.iter().filter(|_| !options.no_networks) {
         network(options, &stage, &groups, (loss, size.steps), &mut study)?;
     }
     Ok(study)

@@ -76,14 +76,15 @@ impl Ventricles {
         self.stage.shape(&mut ChaCha8Rng::seed_from_u64(seed))
     }
 
-    /// The first `count` of the population by number, with their solutions, from files within `folder` where these are; those without equilibrium are
-    /// left out. With a shard only its part.
+    /// Those of the first `count` of the population that are wanted, by number, with their solutions, from files within `folder` where these are;
+    /// those without equilibrium are left out. With a shard only its part.
     ///
     /// # Errors
     /// Files that cannot be written.
     pub(super) fn simulated(
         &self,
         count: usize,
+        wanted: impl Fn(usize) -> bool + Sync,
         folder: &Path,
         shard: Option<Shard>,
     ) -> Result<Vec<(usize, Ventricle)>> {
@@ -94,6 +95,9 @@ impl Ventricles {
         let mut all = Vec::new();
         for chunk in shard.map_or(0..chunks, |shard| shard.samples(chunks)) {
             let own = chunk * CHUNK..((chunk + 1) * CHUNK).min(count);
+            if !own.clone().any(&wanted) {
+                continue;
+            }
             let file = folder.join(format!("{:05}-{:05}.npy", own.start, own.end));
             let known = match file.exists() {
                 true => store::read_table(&file)?,
@@ -113,7 +117,7 @@ impl Ventricles {
                 known.len(),
                 own.len()
             );
-            let own: Vec<_> = own.zip(known).collect();
+            let own: Vec<_> = own.zip(known).filter(|(index, _)| wanted(*index)).collect();
             let ventricle = |(index, field): (usize, Vec<f64>)| -> Result<_> {
                 let ventricle = self.ventricle(&self.numbers(index), &thetas[index], field)?;
                 Ok(ventricle.map(|ventricle| (index, ventricle)))
