@@ -72,6 +72,15 @@ fn from_a_case_to_a_report() {
     let (mesh, _) = sinew_mesh::read_tet_mesh(folder.join("out/bar/predict/0004.vtu")).unwrap();
     assert_eq!(mesh.point_fields["u_predicted"].components, 3);
 
+    let error = |told: &str| -> f64 {
+        let after = told.split("estimated error ").nth(1).unwrap();
+        after.split_whitespace().next().unwrap().parse().unwrap()
+    };
+    let [plain, refined] = ["", " --refine 4"].map(|more| {
+        error(&done(folder, &format!("predict bar.toml --theta mu=10,lambda=12{more}")))
+    });
+    assert!(refined < 0.2 * plain, "{refined:e} for {plain:e}");
+
     let corrected = done(folder, "correct bar.toml --theta mu=10,lambda=12 --steps 2");
     assert!(corrected.contains("step 2: residual"), "{corrected}");
     let (mesh, _) = sinew_mesh::read_tet_mesh(folder.join("out/bar/correct/0000.vtu")).unwrap();

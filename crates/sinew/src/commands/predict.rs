@@ -26,12 +26,16 @@ pub(crate) struct Asked {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Writes cases.csv, cases.npz, NNNN.vtu and cases.pvd into OUT/predict. Each case comes with an estimate of its error, by
-one Newton step and calibrated on held-out cases; --quick leaves it out.
+one Newton step and calibrated on held-out cases; --quick leaves it out. --refine 4 comes nearer, a tenth to a thousandth
+of the error, at a tenth of a Newton step or less each.
 
 Example: sinew sample OnceClampedBeam && sinew predict OnceClampedBeam --theta out/OnceClampedBeam/sample/thetas.csv")]
 pub(crate) struct Predict {
     #[command(flatten)]
     asked: Asked,
+    /// Quasi-Newton steps with the stiffness at the centre of the ranges, one for all cases
+    #[arg(long, value_name = "STEPS", default_value_t = 0)]
+    refine: usize,
     /// Without error estimates
     #[arg(long)]
     quick: bool,
@@ -89,7 +93,10 @@ impl Predict {
         let body = case.body()?;
         let thetas = self.asked.theta.read(&body)?;
         let emulator = self.asked.emulator(&case, &body)?;
-        let prediction = emulator.predict(&thetas)?;
+        let prediction = match self.refine {
+            0 => emulator.predict(&thetas)?,
+            steps => emulator.refine(&thetas, steps)?,
+        };
         let unit = &body.units.length;
         for (index, theta) in thetas.iter().enumerate() {
             let [mean, largest] = mean_and_largest(prediction.field(index));
