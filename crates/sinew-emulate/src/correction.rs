@@ -105,23 +105,31 @@ impl<'b> Emulator<'b> {
     pub fn refine(&self, thetas: &[Vec<f64>], steps: usize) -> Result<Prediction> {
         let held = self.held()?;
         let mut prediction = self.predict(thetas)?;
-        let fields: Vec<Vec<f64>> =
-            (0..thetas.len()).map(|case| prediction.field(case).to_vec()).collect();
-        prediction.displacement = refined(&held, thetas, &fields, steps)?.concat();
+        let refine = |(case, theta): (usize, &Vec<f64>)| -> Result<Vec<f64>> {
+            let found = match held.descend(prediction.field(case), theta, steps) {
+                Err(SolveError::Inadmissible { .. }) => {
+                    held.descend(&held.displacement, theta, steps)
+                }
+                found => found,
+            };
+            Ok(found?.displacement)
+        };
+        let refined: Result<Vec<_>> = thetas.par_iter().enumerate().map(refine).collect();
+        prediction.displacement = refined?.concat();
         Ok(prediction)
     }
 
-    /// The stiffness at the centre, factorised once.
+    /// The stiffness at the centre, factorised once; by several threads at once where they need it at once.
     fn held(&self) -> Result<Arc<HeldStiffness<'b>>> {
-        let mut kept = self.held.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        if let Some(held) = &*kept {
+        let kept = || self.held.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        if let Some(held) = &*kept() {
             return Ok(held.clone());
         }
         let centre = self.body.centre();
         let state = self.predict(std::slice::from_ref(&centre))?.displacement;
         let state = coordinates::admissible(self.body, &state);
         let held = self.with_solver(|solver| Ok(solver.held_stiffness(&state, &centre)?))?;
-        Ok(kept.insert(Arc::new(held)).clone())
+        Ok(kept().get_or_insert_with(|| Arc::new(held)).clone())
     }
 
     /// Calls with the solver of the body, which is prepared once.
@@ -129,30 +137,17 @@ impl<'b> Emulator<'b> {
         &self,
         call: impl FnOnce(&mut Solver<'b>) -> Result<T>,
     ) -> Result<T> {
-        let mut kept = self.solver.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        let solver = match &mut *kept {
+        // Nothing is locked while it works: what works may wait for others that need one too.
+        let kept = || self.solver.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let taken = kept().take();
+        let mut solver = match taken {
             Some(solver) => solver,
-            none => none.insert(Solver::new(self.body)?),
+            None => Solver::new(self.body)?,
         };
-        call(solver)
+        let called = call(&mut solver);
+        *kept() = Some(solver);
+        called
     }
-}
-
-/// Fields after quasi-Newton steps with one stiffness, from where it was taken those that turn cells over.
-pub(crate) fn refined(
-    held: &HeldStiffness<'_>,
-    thetas: &[Vec<f64>],
-    fields: &[Vec<f64>],
-    steps: usize,
-) -> Result<Vec<Vec<f64>>> {
-    let refine = |(theta, field): (&Vec<f64>, &Vec<f64>)| {
-        let found = match held.descend(field, theta, steps) {
-            Err(SolveError::Inadmissible { .. }) => held.descend(&held.displacement, theta, steps),
-            found => found,
-        };
-        Ok(found?.displacement)
-    };
-    thetas.par_iter().zip(fields).map(refine).collect()
 }
 
 /// What to say about steps from a prediction.

@@ -139,7 +139,8 @@ enum Kind {
 
 impl<'b> Emulator<'b> {
     /// What [`Recipe::Series`] makes of a body, without held-out cases that measure it: one solve at the centre of the parameters' ranges,
-    /// followed to second order. The quickest way to many answers for a body that nothing has seen.
+    /// followed to second order. The quickest way to many answers for a body that nothing has seen. The seed draws clusters of nodes, and the
+    /// parameter sets that parts of both orders are tried at.
     ///
     /// ```
     /// # use sinew_emulate::Emulator;

@@ -36,6 +36,7 @@ fn rest(potential: &Body) -> Solution {
         displacement: vec![0.0; 3 * potential.nodes],
         energy: 0.0,
         theta: THETA.to_vec(),
+        load_factor: 1.0,
         residual: 0.0,
         force_scale: 0.0,
         least_volume_ratio: 1.0,

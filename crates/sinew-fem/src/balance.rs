@@ -176,7 +176,7 @@ impl<'p> BalanceSolver<'p> {
         solution: &BalanceSolution,
         theta: &[f64],
     ) -> Result<Unknowns, SolveError> {
-        self.balance.check_theta(theta)?;
+        self.system.check_theta(theta)?;
         let BalanceSolution { displacement, pressure, .. } = solution.clone();
         check_length(self.system.body.prescribed.len(), &displacement)?;
         check_length(self.system.pressures(), &pressure)?;
@@ -205,7 +205,7 @@ impl<'p> BalanceSolver<'p> {
         mut history: Log<'_>,
     ) -> Result<BalanceSolution, SolveError> {
         let start = Instant::now();
-        self.balance.check_theta(theta)?;
+        self.system.check_theta(theta)?;
         let found = Path::to_load(&mut self.system, theta, options).run(from, &mut history)?;
         Ok(BalanceSolution::new(&self.system, found, theta, history.take(), start))
     }

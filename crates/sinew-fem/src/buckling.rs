@@ -49,8 +49,8 @@ impl Solver<'_> {
     /// # Errors
     /// A solution of another body, or [`SolveError::Singular`].
     pub fn softest_mode(&mut self, solution: &Solution) -> Result<SoftestMode, SolveError> {
-        let Solution { displacement, theta, .. } = solution;
-        self.visit(displacement, theta, None)?;
+        let Solution { displacement, theta, load_factor, .. } = solution;
+        self.visit(displacement, (theta, *load_factor), None)?;
         let system = &mut self.system;
         system.factorise(true).ok_or(SolveError::Singular)?;
         let size = system.sparsity.unknowns();

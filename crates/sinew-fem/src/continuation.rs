@@ -26,7 +26,8 @@ const CUT: f64 = 0.5;
 /// The curve of equilibria along a [`Line`]: an iterator over them in order, from that at the line's start to that at its end.
 ///
 /// Beyond a limit point places fall; the curve goes on, and ends where it comes to the end of the line, which may be never: take as many
-/// as are wanted. After an error, [`SolveError::NotConverged`] with the last equilibrium, nothing follows.
+/// as are wanted. After an error, [`SolveError::CurveEnded`] with the last equilibrium, nothing follows.
+#[must_use = "an iterator does nothing until it is asked"]
 pub struct Curve<'s, 'p, S> {
     path: Path<'s, 'p>,
     stage: Stage,
@@ -158,7 +159,7 @@ impl<'s, 'p, S> Curve<'s, 'p, S> {
         options: &Options,
         solution: Reported<'p, S>,
     ) -> Result<Self, SolveError> {
-        line.check(system.body)?;
+        line.check(system)?;
         let path = Path::from_rest(system, line.clone(), options);
         let step = options.first_load_step;
         let (stage, longest) = (Stage::Start(from), f64::INFINITY);
@@ -168,8 +169,14 @@ impl<'s, 'p, S> Curve<'s, 'p, S> {
 
     /// No two equilibria are farther apart along the curve than this, to draw it finely; the whole line without limit points is
     /// about 1.4 long where the body responds linearly.
-    pub fn with_longest_step(self, longest: f64) -> Self {
-        Self { step: self.step.min(longest), longest, ..self }
+    ///
+    /// # Errors
+    /// A length that is not positive.
+    pub fn with_longest_step(self, longest: f64) -> Result<Self, SolveError> {
+        if longest > 0.0 {
+            return Ok(Self { step: self.step.min(longest), longest, ..self });
+        }
+        Err(SolveError::Line { problem: "its longest step is not positive" })
     }
 
     /// The equilibrium at the line's start.
@@ -180,11 +187,10 @@ impl<'s, 'p, S> Curve<'s, 'p, S> {
     ) -> Result<Equilibrium, SolveError> {
         let path = &mut self.path;
         let (load, theta) = path.line.at(0.0);
-        let rest = path.system.rest();
         let unknowns = match from {
             Some(from) => from,
-            None if load == 0.0 => rest,
             None => {
+                let rest = path.system.rest();
                 let line = Line { load_factors: [0.0, load], thetas: [theta.clone(), theta] };
                 Path::from_rest(path.system, line, &path.options).run(rest, log)?.0.unknowns
             }
@@ -212,13 +218,18 @@ impl<'s, 'p, S> Curve<'s, 'p, S> {
             let last = self.path.reached().clone();
             let guess = self.guess(&last);
             let found = self.path.equilibrium(guess, self.path.options.accuracy, log);
-            let Some(found) = found.filter(|found| self.moved(&last, found) <= ASTRAY * self.step)
-            else {
+            let near = |found: &Equilibrium| {
+                let (_, theta) = self.path.line.at(found.place);
+                let moved = self.moved(&last, found);
+                moved <= ASTRAY * self.step && self.path.system.check_theta(&theta).is_ok()
+            };
+            let Some(found) = found.filter(near) else {
                 self.step *= CUT;
                 continue;
             };
             if last.place < 1.0 && found.place >= 1.0 {
-                if let Some(end) = self.at_place(between(&last, &found), log) {
+                let end = self.at_place(between(&last, &found), log);
+                if let Some(end) = end.filter(|end| self.moved(&last, end) <= ASTRAY * self.step) {
                     self.stage = Stage::End;
                     self.path.push(last.at + self.moved(&last, &end), &end);
                     return Ok(end);
@@ -290,13 +301,19 @@ impl<'s, 'p, S> Curve<'s, 'p, S> {
 
     /// The error where nothing follows the last equilibrium.
     fn lost(&mut self, log: &mut Log<'_>) -> SolveError {
-        let Path { system, line, points, .. } = &self.path;
+        let Path { system, line, .. } = &self.path;
         let worst_cells = system.assembly.worst_cells(system.body.points_per_cell);
-        let (place, displacement) = match points.last() {
-            Some(last) => (last.place, last.unknowns.displacement.clone()),
-            None => (0.0, system.rest().displacement),
-        };
-        log.failure(line.at(place).0, displacement, worst_cells)
+        // Before the start was found, the point is the body at rest.
+        let place = matches!(self.path.along, Along::Arc(_)).then(|| self.path.reached().place);
+        let displacement = self.path.reached().unknowns.displacement.clone();
+        let load_factor = place.map_or(0.0, |place| line.at(place).0);
+        let failure = log.failure(load_factor, displacement, worst_cells);
+        match (place, failure) {
+            (Some(place), SolveError::NotConverged(failure)) => {
+                SolveError::CurveEnded { place, theta: line.at(place).1, failure }
+            }
+            (_, failure) => failure,
+        }
     }
 }
 

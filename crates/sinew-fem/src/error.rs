@@ -40,6 +40,12 @@ pub enum SolveError {
         "the stiffness is singular at this equilibrium (a limit or bifurcation point); move theta a little"
     )]
     Singular,
+    /// Nothing was found beyond a place of a line in loads and parameters.
+    #[error(
+        "the curve of equilibria was followed to place {place:.4}, theta = ({}); {failure}",
+        sinew_energy::listed(theta)
+    )]
+    CurveEnded { place: f64, theta: Vec<f64>, failure: Box<NotConverged> },
     /// A path that cannot be followed by its volume.
     #[error(
         "the volume cannot be prescribed because {problem}; follow the load instead, by BalanceSolver::solve"

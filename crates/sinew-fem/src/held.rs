@@ -1,11 +1,12 @@
 //! Descent on the potential energy with one stiffness for many parameter sets: no factorisation per set.
 //!
 //! Quasi-Newton steps of limited memory (J. Nocedal, Math. Comput. 35, 1980), which begin with the inverse of a stiffness that was
-//! factorised once, near to where they are taken, scaled to what the last step found. A step costs a gradient and a
-//! back-substitution, a tenth or less of a Newton step.
+//! factorised once, near to where they are taken, scaled to what the last step found. A step costs a gradient and two
+//! back-substitutions, a tenth or less of a Newton step.
 
 use crate::cells::volume_ratios;
 use crate::check::check_displacement;
+use crate::line_search::{flattens, minds_turned_cells};
 use crate::supports::place;
 use crate::system::System;
 use crate::vector::{dot, norm};
@@ -94,7 +95,7 @@ impl<'p> Solver<'p> {
         theta: &[f64],
     ) -> Result<HeldStiffness<'p>, SolveError> {
         let mut own = self.fresh()?;
-        own.visit(displacement, theta, None)?;
+        own.visit(displacement, (theta, 1.0), None)?;
         own.system.factorise(true).ok_or(SolveError::Singular)?;
         Ok(HeldStiffness { system: own.system, displacement: displacement.to_vec() })
     }
@@ -252,13 +253,15 @@ impl System<'_> {
             let trial = self.along(at, direction, length, potential);
             let lower = trial.energy <= at.energy - SUFFICIENT * length * promised;
             let hidden = length * promised <= noise && norm(&trial.slope) < norm(&at.slope);
-            if lower || (hidden && trial.energy.is_finite()) {
+            if (lower || hidden) && self.is_sound(at, &trial, potential) {
                 // Where the energy's slope vanishes, if that changes evenly.
                 let better = length * promised / (promised + dot(&trial.slope, direction));
                 let lengthen = first && better > 0.0 && better < LONGEST * length;
                 if lengthen && (better / length - 1.0).abs() > OFF {
                     let other = self.along(at, direction, better, potential);
-                    return Some(if other.energy < trial.energy { other } else { trial });
+                    let nearer = other.energy < trial.energy;
+                    let taken = nearer && self.is_sound(at, &other, potential);
+                    return Some(if taken { other } else { trial });
                 }
                 return Some(trial);
             }
@@ -268,6 +271,19 @@ impl System<'_> {
             length *= SHORTER;
         }
         None
+    }
+
+    /// Whether energy and forces are finite, and no cell is as good as flat on the way: it might come out turned inside.
+    fn is_sound(&self, from: &At, to: &At, (body, theta): (&Body, &[f64])) -> bool {
+        let step: Vec<f64> =
+            to.displacement.iter().zip(&from.displacement).map(|(b, a)| b - a).collect();
+        let flattens = |point: usize| {
+            let at = body.displacement_gradient(point, &from.displacement);
+            flattens(&at, &body.displacement_gradient(point, &step), 1.0)
+        };
+        to.energy.is_finite()
+            && norm(&to.slope).is_finite()
+            && !((0..body.volumes.len()).any(flattens) && minds_turned_cells(body, theta))
     }
 
     fn along(&self, at: &At, direction: &[f64], length: f64, potential: (&Body, &[f64])) -> At {

@@ -41,7 +41,7 @@
 //! - [`Solver::softest_mode`] gives the shape that a body buckles into, to nudge it from an unstable equilibrium.
 //! - [`Solver::follow`] and [`BalanceSolver::follow`] trace the curve of equilibria along a [`Line`] in loads and parameters, through limit
 //!   points.
-//! - [`HeldStiffness`] descends at many θ with a stiffness that is factorised once: a gradient and a back-substitution a step.
+//! - [`HeldStiffness`] descends at many θ with a stiffness that is factorised once.
 //! - [`Solver::sensitivity`] gives ∂u/∂θ, [`Solver::adjoint_sensitivity`] the derivative of one quantity.
 //! - [`BalanceSolver`] finds equilibria that are not minima: incompressible bodies by the mixed elements of
 //!   Taylor and Hood, pressures on surfaces with a loose rim, and paths through limit points by volume.

@@ -1,7 +1,7 @@
 //! Lines in loads and parameters that equilibria are followed along.
 
 use crate::SolveError;
-use sinew_energy::Body;
+use crate::system::System;
 
 /// A line in loads and parameters: at place s fraction and θ are `(1 − s) · start + s · end`, beyond 1 as well.
 ///
@@ -48,8 +48,8 @@ impl Line {
     }
 
     /// Refuses ends that are not of the body.
-    pub(crate) fn check(&self, body: &Body) -> Result<(), SolveError> {
-        self.thetas.iter().try_for_each(|theta| body.check_theta(theta))?;
+    pub(crate) fn check(&self, system: &System<'_>) -> Result<(), SolveError> {
+        self.thetas.iter().try_for_each(|theta| system.check_theta(theta))?;
         let finite = self.load_factors.iter().all(|load| load.is_finite());
         let moves =
             self.load_factors[0] != self.load_factors[1] || self.thetas[0] != self.thetas[1];

@@ -4,6 +4,7 @@ use crate::cell::{is_short, volume_ratios_along};
 use crate::newton::{Search, Watch};
 use crate::state::State;
 use crate::system::System;
+use sinew_energy::Body;
 use sinew_num::Mat3;
 
 /// The energy must fall by this part of what the slope promises (Armijo's condition, the usual value).
@@ -138,22 +139,10 @@ impl System<'_> {
     /// through flat can lead out again: a bar that is drawn thin at once may come out turned inside.
     pub(crate) fn passes_flat(&self, theta: &[f64], direction: &[f64], length: f64) -> bool {
         let passes = |(point, h): (usize, &Mat3<f64>)| {
-            let step = self.body.displacement_gradient(point, direction);
-            let flattens = || {
-                let [start, least, end] = volume_ratios_along(h, &step, length);
-                least <= FLAT * start.min(end)
-            };
-            !is_short(h, &step, length) && flattens()
+            flattens(h, &self.body.displacement_gradient(point, direction), length)
         };
         self.assembly.displacement_gradients().enumerate().any(passes)
-            && self.minds_turned_cells(theta)
-    }
-
-    /// Whether the law forbids cells that are turned over; linear elasticity does not.
-    fn minds_turned_cells(&self, theta: &[f64]) -> bool {
-        let parameters = self.body.law_parameters(theta);
-        let mirrored = Mat3::from_fn(|i, j| if (i, j) == (0, 0) { -2.0 } else { 0.0 });
-        self.body.material.energy(0, parameters, &mirrored, None) == f64::INFINITY
+            && minds_turned_cells(self.body, theta)
     }
 
     /// Largest rotation \[rad\] of a cell along `direction`, to first order.
@@ -165,4 +154,20 @@ impl System<'_> {
         };
         (0..self.body.volumes.len()).map(rotation).fold(0.0, f64::max)
     }
+}
+
+/// Whether a cell is as good as flat somewhere on the way from `h` along `step`.
+pub(crate) fn flattens(h: &Mat3<f64>, step: &Mat3<f64>, length: f64) -> bool {
+    let flat = || {
+        let [start, least, end] = volume_ratios_along(h, step, length);
+        least <= FLAT * start.min(end)
+    };
+    !is_short(h, step, length) && flat()
+}
+
+/// Whether the law forbids cells that are turned over; linear elasticity does not.
+pub(crate) fn minds_turned_cells(body: &Body, theta: &[f64]) -> bool {
+    let parameters = body.law_parameters(theta);
+    let mirrored = Mat3::from_fn(|i, j| if (i, j) == (0, 0) { -2.0 } else { 0.0 });
+    body.material.energy(0, parameters, &mirrored, None) == f64::INFINITY
 }

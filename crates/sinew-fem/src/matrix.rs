@@ -25,9 +25,9 @@ impl Solver<'_> {
     /// # Errors
     /// A solution of another body.
     pub fn stiffness(&mut self, solution: &Solution) -> Result<Stiffness, SolveError> {
-        let Solution { displacement, theta, .. } = solution;
+        let Solution { displacement, theta, load_factor, .. } = solution;
         self.check(displacement, theta)?;
-        let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
+        let state = State { displacement, theta, load_factor: *load_factor, pressure: &[] };
         let System { body, sparsity, assembly, .. } = &mut self.system;
         assembly.assemble(body, sparsity, state, None);
         Ok(Stiffness {
@@ -49,7 +49,7 @@ impl Solver<'_> {
         direction: &[f64],
     ) -> Result<Vec<f64>, SolveError> {
         check_displacement(self.body(), direction)?;
-        self.visit(displacement, theta, None)?;
+        self.visit(displacement, (theta, 1.0), None)?;
         let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
         let mut forces = vec![0.0; displacement.len()];
         self.system.assembly.add_stiffness_times(self.body(), state, direction, &mut forces);

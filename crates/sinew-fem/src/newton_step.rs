@@ -147,7 +147,7 @@ impl Solver<'_> {
         predicted: &mut Option<PredictedStress>,
     ) -> Result<NewtonStep, SolveError> {
         let start = Instant::now();
-        self.visit(from, theta, predicted.as_ref())?;
+        self.visit(from, (theta, 1.0), predicted.as_ref())?;
         let (shift, _) = self.system.factorise(true).ok_or(SolveError::Singular)?;
         let assembly = &self.system.assembly;
         let (energy_before, force_scale) = (assembly.energy, assembly.force_scale);

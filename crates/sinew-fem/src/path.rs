@@ -5,6 +5,7 @@ use crate::assembly::PredictedStress;
 use crate::control::{Control, Plane, Surface};
 use crate::line::Line;
 use crate::newton::{Equilibrium, Goal, Start};
+use crate::supports::place as place_supports;
 use crate::system::{System, Unknowns};
 use crate::vector::dot;
 use crate::watch::Log;
@@ -257,7 +258,7 @@ impl<'s, 'p> Path<'s, 'p> {
         let body = self.system.body;
         let size = |h: Mat3<f64>| h.squared_norm().sqrt();
         let gradients = (0..body.volumes.len()).map(|p| body.displacement_gradient(p, &motion));
-        let largest = gradients.map(size).fold(0.0, f64::max);
+        let largest = gradients.map(size).fold(0.0, f64::max) * self.line.load_factors[1].abs();
         let step = (FIRST_GRADIENT / largest).min(most);
         if step > LEAST_LOAD { step } else { most }
     }
@@ -356,6 +357,8 @@ impl<'s, 'p> Path<'s, 'p> {
         let earlier: Vec<_> =
             terms.iter().map(|(weight, p)| (*weight, &p.unknowns.displacement[..])).collect();
         self.system.turn_along(&earlier, load_factor, &mut displacement);
+        // Weights sum up to one but for rounding, which is no motion of a support.
+        place_supports(self.system.body, load_factor, &mut displacement);
         // The body at rest bears none.
         let mut stress: Option<PredictedStress> = None;
         for (weight, point) in terms {

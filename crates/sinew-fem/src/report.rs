@@ -74,11 +74,11 @@ pub struct SolutionReport {
 /// A potential that is malformed, or a solution that is not one of this potential: by the length of
 /// displacement or θ.
 pub fn report(potential: &Body, solution: &Solution) -> Result<SolutionReport, SolveError> {
-    let Solution { displacement, theta, .. } = solution;
+    let Solution { displacement, theta, load_factor, .. } = solution;
     check_arrays(potential)?;
     potential.check_theta(theta)?;
     check_length(potential.prescribed.len(), displacement)?;
-    let forces = Forces::of_potential(potential, displacement, theta, 1.0);
+    let forces = Forces::of_potential(potential, displacement, theta, *load_factor);
     let outcome = Outcome {
         relative_residual: relative(solution.residual, solution.force_scale),
         negative_pivots: solution.negative_pivots,

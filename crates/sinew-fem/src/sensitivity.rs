@@ -17,10 +17,13 @@ impl Solver<'_> {
     /// # Errors
     /// A solution of another body, [`SolveError::Singular`], or [`SolveError::Inadmissible`] where derivatives overflow.
     pub fn sensitivity(&mut self, solution: &Solution) -> Result<Vec<Vec<f64>>, SolveError> {
-        self.sensitivity_at(&solution.displacement, &solution.theta)
+        let Solution { displacement, theta, load_factor, .. } = solution;
+        self.check(displacement, theta)?;
+        let at = Unknowns { displacement: displacement.clone(), pressure: Vec::new() };
+        self.system.sensitivity(&at, theta, *load_factor)
     }
 
-    /// The same at a displacement \[length\] near to an equilibrium, as if it were one.
+    /// The same at a displacement \[length\] near to an equilibrium under the whole load, as if it were one.
     ///
     /// # Errors
     /// As [`Solver::sensitivity`].
@@ -45,17 +48,17 @@ impl Solver<'_> {
         solution: &Solution,
         slope: &[f64],
     ) -> Result<Vec<f64>, SolveError> {
-        let Solution { displacement, theta, .. } = solution;
+        let Solution { displacement, theta, load_factor, .. } = solution;
         check_displacement(self.body(), slope)?;
         self.check(displacement, theta)?;
         let at = Unknowns { displacement: displacement.clone(), pressure: Vec::new() };
-        self.system.factorise_at(&at, theta, 1.0)?;
+        self.system.factorise_at(&at, theta, *load_factor)?;
         let mut adjoint = vec![0.0; displacement.len()];
         self.system.add_newton_step(slope, &mut adjoint);
+        let adjoint: Vec<f64> = self.system.sparsity.gather(&adjoint).collect();
         let entry = |index: usize| {
-            let forces =
-                force_change(self.system.body, &[], displacement, theta, &unit(theta, index));
-            dot(&forces, &adjoint)
+            let direction = unit(theta, index);
+            dot(&self.system.rate_by_theta(displacement, theta, *load_factor, &direction), &adjoint)
         };
         self.system.finite((0..theta.len()).map(entry).collect())
     }

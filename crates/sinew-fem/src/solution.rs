@@ -14,6 +14,8 @@ pub struct Solution {
     pub energy: f64,
     /// Parameters of law and loads.
     pub theta: Vec<f64>,
+    /// Fraction of all loads and prescribed motions, 1 but on the way along a [`crate::Curve`].
+    pub load_factor: f64,
     /// Norm of the unbalanced nodal forces \[stress·length²\].
     pub residual: f64,
     /// Norm of the loads and reactions \[stress·length²\], to compare the residual with.
@@ -47,6 +49,7 @@ impl Solution {
             // The sum over all cells in one order, the same as every reader of the potential gets.
             energy: system.assembly.energy,
             theta: theta.to_vec(),
+            load_factor: found.load_factor,
             residual: found.residual.force,
             force_scale: found.force_scale,
             least_volume_ratio: found.least_volume_ratio,

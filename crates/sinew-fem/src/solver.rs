@@ -58,11 +58,11 @@ impl<'p> Solver<'p> {
     pub(crate) fn visit(
         &mut self,
         displacement: &[f64],
-        theta: &[f64],
+        (theta, load_factor): (&[f64], f64),
         predicted: Option<&PredictedStress>,
     ) -> Result<(), SolveError> {
         self.check(displacement, theta)?;
-        let state = State { displacement, theta, load_factor: 1.0, pressure: &[] };
+        let state = State { displacement, theta, load_factor, pressure: &[] };
         let System { body, sparsity, assembly, .. } = &mut self.system;
         assembly.assemble(body, sparsity, state, predicted);
         let cell = assembly.worst_cell;

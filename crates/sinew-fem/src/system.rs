@@ -12,7 +12,7 @@ use crate::state::State;
 use crate::supports::place;
 use crate::vector::norm;
 use crate::{LockingWarning, Proportions, SolveError};
-use sinew_energy::{Body, ForceBalance};
+use sinew_energy::{Body, ForceBalance, ThetaError};
 use sinew_num::Mat3;
 use std::sync::{Arc, OnceLock};
 
@@ -37,6 +37,8 @@ pub(crate) struct Residual {
 /// The balance of a body with its derivatives.
 pub(crate) struct System<'p> {
     pub body: &'p Body,
+    /// What the body is a part of, where it has no potential.
+    balance: Option<&'p ForceBalance>,
     pub sparsity: Arc<Sparsity>,
     pub assembly: Assembly,
     pub factor: Factor,
@@ -69,13 +71,14 @@ impl<'p> System<'p> {
         let coupling = field.map(|field| Coupling::new(body, field));
         let followers = Followers::new(surfaces);
         let proportions = Arc::default();
-        Ok(Self { body, sparsity, assembly, factor, followers, coupling, proportions })
+        Ok(Self { body, balance, sparsity, assembly, factor, followers, coupling, proportions })
     }
 
     /// Another one of the same body, for another thread; it shares what is prepared.
     pub(crate) fn fresh(&self) -> Result<Self, SolveError> {
         Ok(Self {
             body: self.body,
+            balance: self.balance,
             sparsity: self.sparsity.clone(),
             assembly: Assembly::new(
                 &self.sparsity,
@@ -92,6 +95,12 @@ impl<'p> System<'p> {
     /// Whether the balance is that of a potential's minima: no loose followers and no field of pressure.
     pub(crate) fn has_potential(&self) -> bool {
         self.followers.surfaces.is_empty() && self.coupling.is_none()
+    }
+
+    /// Checks that θ is one of the body, and of its followers.
+    pub(crate) fn check_theta(&self, theta: &[f64]) -> Result<(), ThetaError> {
+        self.balance
+            .map_or_else(|| self.body.check_theta(theta), |balance| balance.check_theta(theta))
     }
 
     /// Elements that are too stiff for the body.

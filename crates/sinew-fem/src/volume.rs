@@ -33,7 +33,7 @@ impl BalanceSolver<'_> {
         volumes: &[f64],
         options: &Options,
     ) -> Result<VolumeTrace, SolveError> {
-        self.balance.check_theta(theta)?;
+        self.system.check_theta(theta)?;
         let controlled = self.controlled()?;
         if volumes.iter().any(|volume| !volume.is_finite()) {
             return Err(SolveError::VolumeControl { problem: "a volume asked for is not finite" });

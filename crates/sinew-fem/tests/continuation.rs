@@ -2,7 +2,7 @@
 
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Body, Load, Magnitude, Parameter, Scene, Support};
-use sinew_fem::{BalanceSolver, CurvePoint, Line, Options, Solution, SolveError, Solver};
+use sinew_fem::{BalanceSolver, CurvePoint, Line, Options, Solution, SolveError, Solver, report};
 use sinew_mesh::{box_tetrahedra, sphere_octant};
 use std::f64::consts::PI;
 
@@ -73,7 +73,7 @@ fn the_pressure_of_a_thick_sphere_rises_to_its_limit_point_and_falls_beyond_as_t
     let body = scene.lower_mixed().unwrap();
     let mut solver = BalanceSolver::new(&body).unwrap();
     let line = Line::of_loads(&[1.0, 0.0]);
-    let curve = solver.follow(&line, &Options::default()).unwrap().with_longest_step(0.3);
+    let curve = solver.follow(&line, &Options::default()).unwrap().with_longest_step(0.3).unwrap();
     let mut largest: f64 = 0.0;
     for point in curve {
         let CurvePoint { place, load_factor, solution, .. } = point.unwrap();
@@ -97,7 +97,7 @@ fn a_sphere_that_softens_under_its_pressure_turns_back_at_the_stiffness_of_its_l
     let body = scene.lower_mixed().unwrap();
     let mut solver = BalanceSolver::new(&body).unwrap();
     let line = Line::of_theta([&[4.0, 0.0], &[1.0, 0.0]]);
-    let curve = solver.follow(&line, &Options::default()).unwrap().with_longest_step(0.3);
+    let curve = solver.follow(&line, &Options::default()).unwrap().with_longest_step(0.3).unwrap();
     let mut softest = f64::INFINITY;
     for point in curve {
         let CurvePoint { load_factor, solution, .. } = point.unwrap();
@@ -143,7 +143,7 @@ fn steps_suit_the_body_and_not_the_line() {
         let line = Line::of_loads(&ARCH);
         let mut last = 0.0;
         let curve = solver.follow(&line, &Options::default()).unwrap();
-        for point in curve.with_longest_step(0.2 * 8e-3 / weight.abs()) {
+        for point in curve.with_longest_step(0.2 * 8e-3 / weight.abs()).unwrap() {
             let place = point.unwrap().place;
             if place < last {
                 return -weight * last;
@@ -153,6 +153,11 @@ fn steps_suit_the_body_and_not_the_line() {
         panic!("no limit point");
     };
     let tops = [1e-2, 1.0, 100.0].map(|weight| top(-weight));
+    let far = Line { load_factors: [0.0, 1e6], ..Line::of_loads(&ARCH) };
+    let body = arch(-1e-2, Support::uniform("x_max", SYMMETRY));
+    let mut solver = Solver::new(&body).unwrap();
+    let second = solver.follow(&far, &Options::default()).unwrap().nth(1).unwrap().unwrap();
+    assert!(second.load_factor > 0.05 && second.load_factor < 0.85, "{}", second.load_factor);
     println!("{tops:?}");
     assert!(tops.iter().all(|top| (top / tops[0] - 1.0).abs() < EXACT), "{tops:?}");
     let settled = |part: f64| {
@@ -199,6 +204,69 @@ fn lines_start_at_any_load_and_from_any_equilibrium() {
     assert_eq!(kept[kept.len() - 1].load_factor, 0.6);
 }
 
+/// Half of the loads are the whole of half as large ones, for whatever reads a solution on the way.
+#[test]
+fn solutions_on_the_way_know_their_load() {
+    let mesh = sphere_octant([1.0, 2.0], [2, 3]);
+    let (scene, _) = sphere();
+    let mut scene = Scene { mesh: mesh.tetrahedra(), ..Scene::new(mesh.tetrahedra(), NeoHookean) }
+        .parameter(scene.parameters[0].clone())
+        .parameter(scene.parameters[1].clone())
+        .parameter(Parameter::linear("p", "kPa", 0.0..=1.0))
+        .load(Load::Pressure { facets: "inner".into(), magnitude: Magnitude::Theta(2) });
+    for (set, axis) in [("x_min", 0), ("y_min", 1), ("z_min", 2)] {
+        let held = std::array::from_fn(|i| (i == axis).then_some(0.0));
+        scene = scene.support(Support::uniform(set, held));
+    }
+    let body = scene.lower().unwrap();
+    let mut solver = Solver::new(&body).unwrap();
+    let line = Line::of_loads(&[1.0, 2.0, 0.3]);
+    let half = solver.follow(&line, &Options::default()).unwrap().nth(1).unwrap().unwrap();
+    let part = half.load_factor;
+    assert!(part > 0.0 && part < 1.0 && half.solution.load_factor == part);
+    let whole = solver.solve(&[1.0, 2.0, 0.3 * part], &Options::default()).unwrap();
+    let close = |a: f64, b: f64| (a - b).abs() < EXACT * b.abs().max(1e-3);
+    let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(&a, &b)| close(a, b));
+    assert!(apart(&half.solution.displacement, &whole.displacement));
+    let [of_half, of_whole] = [&half.solution, &whole].map(|s| solver.sensitivity(s).unwrap());
+    assert!(apart(&of_half[0], &of_whole[0]));
+    let scaled: Vec<f64> = of_whole[2].iter().map(|u| part * u).collect();
+    assert!(apart(&of_half[2], &scaled));
+    let slope: Vec<f64> = (0..whole.displacement.len()).map(|i| (i as f64).sin()).collect();
+    let [by_half, by_whole] =
+        [&half.solution, &whole].map(|s| solver.adjoint_sensitivity(s, &slope).unwrap());
+    assert!(close(by_half[1], by_whole[1]) && close(by_half[2], part * by_whole[2]));
+    let [half, whole] = [&half.solution, &whole].map(|s| report(&body, s).unwrap());
+    assert!(close(half.reactions[0].force[0], whole.reactions[0].force[0]));
+}
+
+#[test]
+fn loose_pressures_in_theta_are_followed() {
+    let mesh = box_tetrahedra([4.0, 1.0, 1.0], [8, 2, 2]);
+    let body = Scene::new(mesh, NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 1.0..=2.0))
+        .parameter(Parameter::log("lambda", "kPa", 1.0..=2.0))
+        .parameter(Parameter::linear("p", "kPa", 0.0..=1.0))
+        .load(Load::Pressure { facets: "z_max".into(), magnitude: Magnitude::Theta(2) })
+        .support(Support::clamped("x_min"))
+        .lower_follower()
+        .unwrap();
+    let mut solver = BalanceSolver::new(&body).unwrap();
+    let options = Options::default();
+    // More pressure under the whole load, from less of it.
+    let ends = [[1.0, 1.0, 0.004], [1.5, 1.0, 0.012]];
+    let line = Line::of_theta([&ends[0], &ends[1]]);
+    let last = solver.follow(&line, &options).unwrap().map(Result::unwrap).last().unwrap();
+    assert_eq!((last.place, &last.solution.theta[..]), (1.0, &ends[1][..]));
+    let once = solver.solve(&ends[1], &options).unwrap();
+    let pairs = once.displacement.iter().zip(&last.solution.displacement);
+    assert!(pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < EXACT);
+    assert!(solver.follow(&Line::of_loads(&[1.0, 1.0]), &options).is_err());
+    let back = Line::of_theta([&ends[1], &ends[0]]);
+    let back = solver.follow_from(&once, &back, &options).unwrap();
+    assert_eq!(back.map(Result::unwrap).last().unwrap().place, 1.0);
+}
+
 #[test]
 fn lines_that_are_none_are_refused_and_ends_are_told() {
     let body = arch(-1e-2, Support::uniform("x_max", SYMMETRY));
@@ -216,13 +284,18 @@ fn lines_that_are_none_are_refused_and_ends_are_told() {
     refused(&mut solver, &Line::of_theta([&ARCH, &[-1.0, 75.0]]));
 
     // Too few iterations: an error with the last equilibrium, and nothing after it.
-    let few = Options { iterations: 3, ..options };
+    let few = Options { iterations: 5, ..options };
     let mut curve = solver.follow(&Line::of_loads(&ARCH), &few).unwrap();
     let failure = loop {
         if let Err(failure) = curve.next().expect("an end with an error") {
             break failure;
         }
     };
-    assert!(matches!(failure, SolveError::NotConverged(_)) && curve.next().is_none());
+    assert!(matches!(failure, SolveError::CurveEnded { .. }) && curve.next().is_none());
+    assert!(failure.to_string().contains("followed to place"), "{failure}");
+    for longest in [0.0, -1.0, f64::NAN] {
+        let curve = solver.follow(&Line::of_loads(&ARCH), &options).unwrap();
+        assert!(curve.with_longest_step(longest).is_err());
+    }
     assert!(!failure.to_string().contains("NaN"), "{failure}");
 }

@@ -57,10 +57,10 @@ pub use case::{Case, CaseError};
 pub use comparison::{Comparison, ComparisonError, Method};
 pub use page::Published;
 pub use sinew_emulate::{
-    Backend, Design, Emulator, Evaluation, Prediction, Recipe, Record, Simulations, TestSet,
-    TrainingOptions, recipe, simulate,
+    Backend, Design, Emulator, Evaluation, OneStiffness, Prediction, Recipe, Record, Simulations,
+    TestSet, TrainingOptions, recipe, simulate,
 };
 pub use sinew_energy::{Body, Load, Parameter, Sampling, Scene, Support, laws};
-pub use sinew_fem::{Options, Solution, Solver, sweep};
+pub use sinew_fem::{BalanceSolver, HeldStiffness, Line, Options, Solution, Solver, sweep};
 pub use theta::{ThetaText, outside, parse_theta, read_thetas, theta_in_words};
 pub use wall::ventricle;

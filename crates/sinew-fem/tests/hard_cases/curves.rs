@@ -57,7 +57,7 @@ fn a_law_that_overflows_ends_a_curve_with_the_last_equilibrium() {
                 assert!(solution.residual <= 1e-9 * solution.force_scale);
                 reached = place;
             }
-            Err(SolveError::NotConverged(failure)) => {
+            Err(SolveError::CurveEnded { failure, .. }) => {
                 assert!((failure.load_factor - reached).abs() < 1e-12 && reached > 0.0);
                 assert!(!failure.to_string().contains("NaN"), "{failure}");
                 return;

@@ -320,7 +320,9 @@ mod tests {
         let found = tally(&seeds, "population", "%");
         assert!(found.starts_with("one stiffness in 2 of 3 seeds: one stiffness (2"), "{found}");
         assert!(found.contains("; none in 1 of 3 seeds: network (3"), "{found}");
-        assert!(tally(&seeds[..1], "population", "%").starts_with("one stiffness: two meshes (2"));
+        assert!(
+            tally(&seeds[..1], "population", "%").starts_with("one stiffness: one stiffness (2")
+        );
         let table = over_seeds(&seeds, true, "%").unwrap();
         let sinew_report::Value::Distribution(raw) = &table.rows[0].errors[0].value else {
             panic!("no distribution")

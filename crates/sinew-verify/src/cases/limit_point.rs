@@ -83,7 +83,7 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
 /// The largest pressure along the curve of equilibria over the load, followed until it falls.
 fn top_by_length(solver: &mut BalanceSolver<'_>) -> Result<f64> {
     let line = Line::of_loads(&THETA);
-    let curve = solver.follow(&line, &Options::default())?.with_longest_step(LONGEST);
+    let curve = solver.follow(&line, &Options::default())?.with_longest_step(LONGEST)?;
     let mut last = Vec::new();
     for point in curve {
         let point = point?;
