@@ -150,7 +150,9 @@ fn study(options: &Options) -> Result<Study> {
     let compared = &data.compared;
     let facts = data.facts(drawn, seconds)?;
     let mut population = vec![coarse_alone(compared)?];
-    for count in [4, 2].map(|part| training.len().div_ceil(part).max(2).min(training.len())) {
+    // Of a few simulations all are wanted.
+    let parts = if options.simulations.is_some() { [2, 1] } else { [4, 2] };
+    for count in parts.map(|part| training.len().div_ceil(part).max(2).min(training.len())) {
         for coarse in [false, true] {
             population.push(compared.regression(count, Seen { numbers: ALL, coarse })?);
         }
