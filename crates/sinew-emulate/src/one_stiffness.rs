@@ -8,8 +8,8 @@ use sinew_fem::{Descent, HeldStiffness, Options, SolveError, Solver};
 /// trained and prepares nothing for a new body: from the solution of one body, quasi-Newton steps with its stiffness
 /// ([`HeldStiffness`]) lower the potential energy of another.
 ///
-/// What is left of the residual tells how near an answer is. On left ventricles of random shape and parameters 16 leave 1.3 % in the median, 30 less than 0.1 %
-/// in a fifth of the time of a solve; beams that bend far need more than they are worth.
+/// What is left of the residual tells how near an answer is. On left ventricles of random shape and parameters 16 leave 1.2 % in the median in a tenth of
+/// the time of a solve, 32 leave 0.03 %; beams that bend far need more than they are worth (`cargo xtask reproduce-populations --no-networks`).
 ///
 /// ```
 /// use sinew_emulate::OneStiffness;

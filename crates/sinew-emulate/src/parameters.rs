@@ -2,8 +2,8 @@
 
 use crate::sampling::share_of;
 use crate::{Body, Error, Result, Warning};
-use sinew_energy::{Parameter, Sampling};
-use sinew_gnn::{ParameterRange, ParameterScale, ParameterScaling};
+use sinew_energy::Parameter;
+use sinew_gnn::{ParameterRange, ParameterScaling};
 
 /// Relative slack within which a value counts as inside its range: rounding of a bound that went through a logarithm or
 /// a text file.
@@ -11,15 +11,7 @@ const SLACK: f64 = 1e-9;
 
 /// The body's parameters as inputs of a network.
 pub(crate) fn scaling(body: &Body) -> Result<ParameterScaling> {
-    let range = |parameter: &Parameter| ParameterRange {
-        lower: parameter.range[0],
-        upper: parameter.range[1],
-        scale: match parameter.sampling {
-            Sampling::Log => ParameterScale::Log,
-            Sampling::Linear => ParameterScale::Linear,
-        },
-    };
-    Ok(ParameterScaling::new(body.parameters.iter().map(range).collect())?)
+    Ok(ParameterScaling::new(body.parameters.iter().map(ParameterRange::from).collect())?)
 }
 
 /// The parameters that lie outside their ranges.

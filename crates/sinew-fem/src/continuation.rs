@@ -49,8 +49,6 @@ type Reported<'p, S> = fn(&System<'p>, (Equilibrium, usize), &[f64], History, In
 pub struct CurvePoint<S> {
     /// Place on the line, 1 at its end.
     pub place: f64,
-    /// Fraction of all loads and prescribed motions there.
-    pub load_factor: f64,
     /// Length of the curve up to here.
     pub length: f64,
     /// The equilibrium.
@@ -332,11 +330,11 @@ impl<S> Iterator for Curve<'_, '_, S> {
         };
         Some(match found {
             Ok(found) => {
-                let Equilibrium { place, load_factor, .. } = found;
+                let Equilibrium { place, .. } = found;
                 let (_, theta) = self.path.line.at(place);
                 let (length, system) = (self.path.reached().at, &*self.path.system);
                 let solution = (self.solution)(system, (found, 1), &theta, log.take(), start);
-                Ok(CurvePoint { place, load_factor, length, solution })
+                Ok(CurvePoint { place, length, solution })
             }
             Err(failure) => {
                 self.stage = Stage::End;

@@ -283,7 +283,7 @@ impl System<'_> {
         };
         to.energy.is_finite()
             && norm(&to.slope).is_finite()
-            && !((0..body.volumes.len()).any(flattens) && minds_turned_cells(body, theta))
+            && !(minds_turned_cells(body, theta) && (0..body.volumes.len()).any(flattens))
     }
 
     fn along(&self, at: &At, direction: &[f64], length: f64, potential: (&Body, &[f64])) -> At {

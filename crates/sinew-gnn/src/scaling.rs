@@ -1,6 +1,7 @@
 //! Normalisation of parameters, shape embeddings and displacements.
 
 use serde::{Deserialize, Serialize};
+use sinew_energy::{Parameter, Sampling};
 
 use crate::error::{Error, Result, require_count, require_finite, require_positive};
 
@@ -23,6 +24,18 @@ pub struct ParameterRange {
     pub upper: f64,
     /// Scale on which the range is uniform.
     pub scale: ParameterScale,
+}
+
+impl From<&Parameter> for ParameterRange {
+    /// The range that a parameter is sampled from, on its scale.
+    fn from(parameter: &Parameter) -> Self {
+        let [lower, upper] = parameter.range;
+        let scale = match parameter.sampling {
+            Sampling::Log => ParameterScale::Log,
+            Sampling::Linear => ParameterScale::Linear,
+        };
+        Self { lower, upper, scale }
+    }
 }
 
 /// Maps parameters θ to network inputs of zero mean and unit variance over the box of their ranges.

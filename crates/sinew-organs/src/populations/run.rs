@@ -1,15 +1,14 @@
 //! From populations to the report.
 
-use super::measure::{CORRECTIONS, Group, Outcome, cpu_seconds};
+use super::measure::{Group, Outcome, cpu_seconds};
 use super::options::{Options, keys};
 use super::rivals::{Fit, Rivals, coarse};
+use super::section::{Study, section};
 use super::stage::{Individual, Stage};
-use super::verdict::{self, Entry};
 use super::{inflated, rectangles};
 use anyhow::{Context, Result};
 use sinew_emulate::{Axes, Emulator, Loss, OneStiffness, Population, PopulationEmulator, Start};
-use sinew_report::{Block, Chart, Column, Distribution, Provenance, Report, Row, Section};
-use sinew_report::{Series, Style, Table};
+use sinew_report::{Provenance, Report, Section};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
@@ -26,15 +25,6 @@ struct Size {
     steps: usize,
     /// A network is trained by each of these.
     losses: &'static [Loss],
-}
-
-/// Everything measured on a population.
-#[derive(serde::Serialize, serde::Deserialize)]
-struct Study {
-    facts: Vec<(String, String)>,
-    outcomes: Vec<Outcome>,
-    /// CPU time \[s\] and median error on some of the individuals during each training.
-    curves: Vec<(String, Vec<[f64; 2]>)>,
 }
 
 /// Runs all populations that are asked for and writes the report, anew after each; the path of `report.html`. With a shard only simulates that, and
@@ -386,79 +376,4 @@ fn on_the_way(group: &Group, emulator: &PopulationEmulator) -> sinew_emulate::Re
     }
     errors.sort_by(f64::total_cmp);
     Ok(errors[errors.len() / 2])
-}
-
-fn section(key: &str, studies: &[Study]) -> Result<Section> {
-    let study = studies.first().context("no seed")?;
-    let entries = |study: &Study| study.outcomes.iter().filter_map(Entry::of_outcome).collect();
-    let entries: Vec<Vec<Entry>> = studies.iter().map(entries).collect();
-    let table = table(study)?;
-    let chart = Chart::new("Error in training", ["CPU time [s]", "median error"], [true; 2]);
-    let curves = study.curves.iter();
-    let chart = curves.fold(chart, |chart, (name, curve)| {
-        chart.with(Series::new(name.clone(), Style::Marked, curve.clone()))
-    });
-    let stage = Stage::new(key, true)?;
-    let mut blocks = vec![
-        Block::Text(stage.about.into()),
-        Block::Facts(study.facts.clone()),
-        Block::Table(table),
-    ];
-    blocks.extend(verdict::blocks(&entries, "%")?);
-    let about = "On twenty individuals of the population.";
-    blocks.push(Block::charts("Error against CPU time", about, [chart]));
-    Ok(Section { name: key.into(), title: format!("A population of {key}"), blocks })
-}
-
-fn table(study: &Study) -> Result<Table> {
-    let percent = |name: &str, about: &str| Column::new(name, "%").about(about);
-    // Not every population has a cavity.
-    let cavities = study.outcomes.iter().any(|outcome| !outcome.volumes.is_empty());
-    let volume = cavities.then(|| percent("volume", "|V − V̂| / V of the cavity, raw"));
-    let mut table = Table::new(
-        [
-            percent("raw", "‖u − û‖ / ‖u‖ of each individual"),
-            percent("1 step", "after one Newton step"),
-            percent("2 steps", "after two"),
-        ]
-        .into_iter()
-        .chain(volume),
-        [
-            Column::new("answer", "s").about("the first for a shape, all that it needs included"),
-            Column::new("CPU", "s").once().about("simulations and training, on all threads"),
-        ],
-        [
-            Column::new("estimates", "%").about(
-                "of error estimates within a factor two: the length of a Newton step from the prediction over that of its error",
-            ),
-            Column::new("iterations", "")
-                .about("median, of a solve from the prediction to its end"),
-            Column::new("no end", "").about("predictions that such a solve does not end from"),
-            Column::new("inverted", "").about("predictions that no Newton step corrects"),
-        ],
-    );
-    for outcome in &study.outcomes {
-        let many = |values: &[f64], factor: f64| {
-            Distribution::of(values.iter().map(|value| factor * value).collect())
-        };
-        let answer = many(&outcome.answer_s, 1.0).context("no individual")?;
-        let raw = many(&outcome.errors[0], 100.0).context("no individual")?;
-        let mut row = Row::new(outcome.method.clone(), raw, answer)?
-            .on(outcome.group.clone(), "")
-            .described(&outcome.about, "our finite-element solution on the same mesh");
-        for step in 1..=CORRECTIONS {
-            row = row.error(many(&outcome.errors[step], 100.0));
-        }
-        if cavities {
-            row = row.error(many(&outcome.volumes, 100.0));
-        }
-        row = row.time(outcome.cpu_s);
-        let iterations = many(&outcome.iterations, 1.0).map(|found| found.q50);
-        row = row
-            .other(Some(outcome.estimates_within_two().round()))
-            .other(iterations)
-            .other(Some(outcome.unfinished as f64));
-        table.push(row.other(Some(outcome.inverted as f64)))?;
-    }
-    Ok(table)
 }

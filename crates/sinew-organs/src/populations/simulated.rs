@@ -5,12 +5,11 @@ use super::options::Options;
 use anyhow::{Context, Result};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
-use sinew::{Body, Parameter, Sampling};
+use sinew::{Body, Parameter};
 use sinew_emulate::PodRegression;
 use sinew_gnn::{
     Activation, Backend, Budget, DataFit, DataSet, EmulatorConfig, Geometry, OutputScale,
-    ParameterRange, ParameterScale, ParameterScaling, Sample, Scales, Surrogate, Trainer,
-    TrainingConfig,
+    ParameterRange, ParameterScaling, Sample, Scales, Surrogate, Trainer, TrainingConfig,
 };
 use sinew_graph::Topology;
 use sinew_report::{Cell, Chart, Column, Distribution, Row, Series, Style, Table};
@@ -200,15 +199,8 @@ impl<B: Simulated> Compared<'_, B> {
         let dimensions = geometry.dirichlet.prescribed.len() / geometry.topology.real_nodes;
         let features = &geometry.features;
         let [nodes, edges] = [features.nodes.columns, features.edges.columns];
-        let range = |parameter: &Parameter| ParameterRange {
-            lower: parameter.range[0],
-            upper: parameter.range[1],
-            scale: match parameter.sampling {
-                Sampling::Log => ParameterScale::Log,
-                Sampling::Linear => ParameterScale::Linear,
-            },
-        };
-        let ranges: Vec<_> = self.unseen[0].body().parameters.iter().map(range).collect();
+        let ranges: Vec<_> =
+            self.unseen[0].body().parameters.iter().map(ParameterRange::from).collect();
         let sizes = EmulatorConfig {
             latent: variant.latent,
             steps: variant.steps,

@@ -87,7 +87,7 @@ fn top_by_length(solver: &mut BalanceSolver<'_>) -> Result<f64> {
     let mut last = Vec::new();
     for point in curve {
         let point = point?;
-        last.push([point.length, point.load_factor]);
+        last.push([point.length, point.solution.load_factor]);
         if let [.., a, b, c] = last[..]
             && c[1] < b[1]
         {

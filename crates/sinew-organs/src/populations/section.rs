@@ -1,0 +1,96 @@
+//! What was measured on a population, as a section of the report.
+
+use super::measure::{CORRECTIONS, Outcome};
+use super::stage::Stage;
+use super::verdict::{self, Entry};
+use anyhow::{Context, Result};
+use serde::{Deserialize, Serialize};
+use sinew_report::{Block, Chart, Column, Distribution, Row, Section, Series, Style, Table};
+
+/// Everything measured on a population.
+#[derive(Serialize, Deserialize)]
+pub(super) struct Study {
+    pub facts: Vec<(String, String)>,
+    pub outcomes: Vec<Outcome>,
+    /// CPU time \[s\] and median error on some of the individuals during each training.
+    pub curves: Vec<(String, Vec<[f64; 2]>)>,
+}
+
+/// The section of a population, with every seed.
+///
+/// # Errors
+/// A method without errors, or with numbers that are none.
+pub(super) fn section(key: &str, studies: &[Study]) -> Result<Section> {
+    let study = studies.first().context("no seed")?;
+    let entries = |study: &Study| study.outcomes.iter().filter_map(Entry::of_outcome).collect();
+    let entries: Vec<Vec<Entry>> = studies.iter().map(entries).collect();
+    let table = table(study)?;
+    let chart = Chart::new("Error in training", ["CPU time [s]", "median error"], [true; 2]);
+    let curves = study.curves.iter();
+    let chart = curves.fold(chart, |chart, (name, curve)| {
+        chart.with(Series::new(name.clone(), Style::Marked, curve.clone()))
+    });
+    let stage = Stage::new(key, true)?;
+    let mut blocks = vec![
+        Block::Text(stage.about.into()),
+        Block::Facts(study.facts.clone()),
+        Block::Table(table),
+    ];
+    blocks.extend(verdict::blocks(&entries, "%")?);
+    let about = "On twenty individuals of the population.";
+    blocks.push(Block::charts("Error against CPU time", about, [chart]));
+    Ok(Section { name: key.into(), title: format!("A population of {key}"), blocks })
+}
+
+fn table(study: &Study) -> Result<Table> {
+    let percent = |name: &str, about: &str| Column::new(name, "%").about(about);
+    // Not every population has a cavity.
+    let cavities = study.outcomes.iter().any(|outcome| !outcome.volumes.is_empty());
+    let volume = cavities.then(|| percent("volume", "|V − V̂| / V of the cavity, raw"));
+    let mut table = Table::new(
+        [
+            percent("raw", "‖u − û‖ / ‖u‖ of each individual"),
+            percent("1 step", "after one Newton step"),
+            percent("2 steps", "after two"),
+        ]
+        .into_iter()
+        .chain(volume),
+        [
+            Column::new("answer", "s").about("the first for a shape, all that it needs included"),
+            Column::new("CPU", "s").once().about("simulations and training, on all threads"),
+        ],
+        [
+            Column::new("estimates", "%").about(
+                "of error estimates within a factor two: the length of a Newton step from the prediction over that of its error",
+            ),
+            Column::new("iterations", "")
+                .about("median, of a solve from the prediction to its end"),
+            Column::new("no end", "").about("predictions that such a solve does not end from"),
+            Column::new("inverted", "").about("predictions that no Newton step corrects"),
+        ],
+    );
+    for outcome in &study.outcomes {
+        let many = |values: &[f64], factor: f64| {
+            Distribution::of(values.iter().map(|value| factor * value).collect())
+        };
+        let answer = many(&outcome.answer_s, 1.0).context("no individual")?;
+        let raw = many(&outcome.errors[0], 100.0).context("no individual")?;
+        let mut row = Row::new(outcome.method.clone(), raw, answer)?
+            .on(outcome.group.clone(), "")
+            .described(&outcome.about, "our finite-element solution on the same mesh");
+        for step in 1..=CORRECTIONS {
+            row = row.error(many(&outcome.errors[step], 100.0));
+        }
+        if cavities {
+            row = row.error(many(&outcome.volumes, 100.0));
+        }
+        row = row.time(outcome.cpu_s);
+        let iterations = many(&outcome.iterations, 1.0).map(|found| found.q50);
+        row = row
+            .other(Some(outcome.estimates_within_two().round()))
+            .other(iterations)
+            .other(Some(outcome.unfinished as f64));
+        table.push(row.other(Some(outcome.inverted as f64)))?;
+    }
+    Ok(table)
+}
