@@ -64,7 +64,7 @@ impl Frames {
     }
 
     /// Gives a node a frame of its own; the coordinate axes are not stored.
-    pub(crate) fn insert(&mut self, node: usize, axes: Mat3<f64>) {
+    pub fn insert(&mut self, node: usize, axes: Mat3<f64>) {
         let identity = Mat3::from_fn(|i, j| f64::from(u8::from(i == j)));
         if axes == identity {
             self.of_node.remove(&node);

@@ -1,5 +1,6 @@
 //! Many θ of one body.
 
+use crate::held::Potential;
 use crate::order::{log_coordinates, nearest_neighbour_path};
 use crate::{BalanceSolution, BalanceSolver, Options, Solution, SolveError, Solver};
 use rayon::prelude::*;
@@ -174,7 +175,8 @@ impl Solver<'_> {
         if !guess.iter().all(|u| u.is_finite()) {
             guess.clone_from(displacement);
         }
-        if let Ok(descent) = self.system.relax((self.body(), theta), &guess, STEPS, ENOUGH) {
+        let potential = Potential { body: self.body(), theta, frames: &self.body().frames };
+        if let Ok(descent) = self.system.relax(potential, &guess, STEPS, ENOUGH) {
             guess = descent.displacement;
         }
         self.solve_from(&guess, theta, options)

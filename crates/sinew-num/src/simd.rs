@@ -15,7 +15,7 @@ pub enum Instructions {
     Baseline,
 }
 
-/// The widest set this processor has. Asked thousands of times on a few numbers each, so the answer
+/// The widest set this processor has, or the environment variable `SINEW_INSTRUCTIONS` (`avx2`, `baseline`) allows. Asked thousands of times on a few numbers each, so the answer
 /// is one number, kept.
 #[inline(always)]
 pub fn instructions() -> Instructions {
@@ -38,26 +38,41 @@ const AVX512: u8 = 3;
 
 static WIDTH: AtomicU8 = AtomicU8::new(UNKNOWN);
 
+/// Name of the environment variable that keeps wider sets from being used: `avx2` or `baseline`.
+const LIMIT: &str = "SINEW_INSTRUCTIONS";
+
 #[cold]
 fn detect() -> Instructions {
+    let limit = std::env::var(LIMIT).unwrap_or_default();
+    let widest = match limit.as_str() {
+        "" => u8::MAX,
+        "baseline" => BASELINE,
+        #[cfg(target_arch = "x86_64")]
+        "avx2" => AVX2,
+        other => {
+            eprintln!("{LIMIT} = {other} is ignored: give avx2 or baseline");
+            u8::MAX
+        }
+    };
+    WIDTH.store(widest.min(width()), Ordering::Relaxed);
+    instructions()
+}
+
+/// The widest set that the processor has.
+fn width() -> u8 {
     #[cfg(target_arch = "x86_64")]
     {
         let wide = is_x86_feature_detected!("avx512f")
             && is_x86_feature_detected!("avx512dq")
             && is_x86_feature_detected!("avx512vl");
-        let width = match (is_x86_feature_detected!("fma"), is_x86_feature_detected!("avx2")) {
-            (true, _) if wide => AVX512,
-            (true, true) => AVX2,
-            _ => BASELINE,
-        };
-        WIDTH.store(width, Ordering::Relaxed);
-        instructions()
+        match is_x86_feature_detected!("fma") && is_x86_feature_detected!("avx2") {
+            true if wide => AVX512,
+            true => AVX2,
+            false => BASELINE,
+        }
     }
     #[cfg(not(target_arch = "x86_64"))]
-    {
-        WIDTH.store(BASELINE, Ordering::Relaxed);
-        Instructions::Baseline
-    }
+    BASELINE
 }
 
 /// Defines a function whose loops are compiled for each of [`Instructions`], of which the widest that

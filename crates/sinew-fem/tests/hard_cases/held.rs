@@ -133,3 +133,65 @@ fn the_stiffness_of_another_body_leads_to_equilibrium_or_is_refused() {
     assert!(refused(&beam(-0.01)).contains("nodes"));
     assert!(refused(&shaped(0.1, vec![Support::clamped("x_max")])).contains("held components"));
 }
+
+/// A nearly incompressible body of another shape is out of reach, and what is left of the forces says so although the residual has become
+/// a hundred times smaller; the same body with a softer volume is reached.
+#[test]
+fn a_descent_that_arrives_nowhere_says_so() {
+    for (bulk_modulus, reached) in [(20.0, true), (1e5, false)] {
+        let shaped = |wave: f64| {
+            let mut mesh = box_tetrahedra([3.0, 1.0, 1.0], [6, 2, 2]);
+            mesh.map_points(|[x, y, z]| [x, y * (1.0 - wave * x.sin()), z + wave * x]);
+            let law = Guccione.nearly_incompressible(bulk_modulus);
+            let bar = with_directions(law, mesh, Guccione::frame([1.0, 0.0, 0.0]));
+            let loads = vec![Load::BodyForce([0.0, 0.0, -0.02])];
+            let supports = vec![Support::clamped("x_min")];
+            Scene { loads, supports, ..bar }.lower().unwrap()
+        };
+        let (known, met) = (shaped(0.0), shaped(0.1));
+        let (at, theta) = ([2.0, 8.0, 2.0, 4.0], [1.0, 8.0, 2.0, 4.0]);
+        let held = held_at(&known, &at);
+        let exact = solve(&met, &theta).unwrap().displacement;
+        let found = held.descend_on(&met, &held.displacement, &theta, 32).unwrap();
+        let size = exact.iter().map(|u| u * u).sum::<f64>().sqrt();
+        let off = found.displacement.iter().zip(&exact).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+        let (off, left) = (off.sqrt() / size, found.unbalanced());
+        println!(
+            "{bulk_modulus}: {off:.1e} off, {left:.1e} unbalanced, residual {:.1e}",
+            found.residual_after / found.residual_before
+        );
+        assert_eq!(off < 0.02, reached);
+        assert_eq!(left < 0.01, reached);
+    }
+}
+
+/// Supports whose directions are turned with the shape: radial ones about a tilted axis, where each node has a frame of its own, and a
+/// slope of another angle. Directions across to those held are none of them.
+#[test]
+fn supports_that_turn_with_the_shape_are_followed() {
+    let shaped = |tilt: f64, slope: f64| {
+        let (sin, cos) = tilt.sin_cos();
+        let mut mesh = box_tetrahedra([4.0, 4.0, 6.0], [3, 3, 4]);
+        mesh.map_points(|[x, y, z]| [x, cos * y - sin * z, sin * y + cos * z]);
+        let supports = vec![
+            Support::radial("z_min", [2.0, 2.0 * cos, 2.0 * sin], [0.0, -sin, cos]),
+            Support::along("z_max", [0.0, slope.sin(), slope.cos()], 0.1),
+        ];
+        let loads = vec![Load::BodyForce([0.02, 0.03, -0.05])];
+        Scene { loads, supports, ..scene(NeoHookean, mesh) }.lower().unwrap()
+    };
+    let (known, met) = (shaped(0.0, 0.0), shaped(0.5, 0.4));
+    assert_ne!(
+        known.prescribed.iter().map(Option::is_some).collect::<Vec<_>>(),
+        met.prescribed.iter().map(Option::is_some).collect::<Vec<_>>(),
+        "the hard part"
+    );
+    let held = held_at(&known, &[2.0, 2.0]);
+    let exact = solve(&met, &[1.0, 4.0]).unwrap();
+    let found = held.descend_on(&met, &held.displacement, &[1.0, 4.0], MANY).unwrap();
+    let off = found.displacement.iter().zip(&exact.displacement).map(|(a, b)| (a - b).abs());
+    assert!(off.fold(0.0, f64::max) < 1e-6);
+    let across = shaped(0.0, std::f64::consts::FRAC_PI_2);
+    let refused = held.descend_on(&across, &held.displacement, &[1.0, 4.0], MANY).unwrap_err();
+    assert!(refused.to_string().contains("directions of supports"), "{refused}");
+}

@@ -10,7 +10,7 @@ use super::options::Options;
 use super::simulated::{Compared, Measured, Seen, Variant, table};
 use super::verdict;
 use anyhow::{Result, ensure};
-use methods::{Data, PACE, coarse_alone};
+use methods::{Data, PACE, coarse_alone, one_stiffness};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::Shard;
 use sinew_mesh::VentricleShape;
@@ -149,7 +149,7 @@ fn study(options: &Options) -> Result<Study> {
     let data = Data { ventricles: &ventricles, compared, solver_s };
     let compared = &data.compared;
     let facts = data.facts(drawn, seconds)?;
-    let mut population = vec![coarse_alone(compared)?];
+    let mut population = vec![coarse_alone(compared)?, one_stiffness(&ventricles, compared)?];
     // Of a few simulations all are wanted.
     let parts = if options.simulations.is_some() { [2, 1] } else { [4, 2] };
     for count in parts.map(|part| training.len().div_ceil(part).max(2).min(training.len())) {

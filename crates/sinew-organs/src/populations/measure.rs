@@ -9,6 +9,9 @@ use std::time::Instant;
 /// Newton steps that predictions are corrected by.
 pub(super) const CORRECTIONS: usize = 2;
 
+/// Two solutions farther apart than this \[relative\] are two equilibria: solves end many orders of magnitude nearer to theirs.
+const ANOTHER: f64 = 1e-3;
+
 /// Individuals with their true displacements.
 #[derive(Debug)]
 pub(super) struct Group {
@@ -49,6 +52,12 @@ pub(super) struct Outcome {
     pub unfinished: usize,
     /// Predictions that no Newton step corrects, for they turn cells over.
     pub inverted: usize,
+    /// Predictions from which a solve ends at another equilibrium than from rest.
+    #[serde(default)]
+    pub elsewhere: usize,
+    /// Of these, such whose equilibrium has less energy than the one reached from rest.
+    #[serde(default)]
+    pub lower: usize,
 }
 
 impl Outcome {
@@ -116,6 +125,8 @@ impl Group {
             iterations: Vec::new(),
             unfinished: 0,
             inverted: 0,
+            elsewhere: 0,
+            lower: 0,
         };
         for (individual, truth) in self.individuals.iter().zip(&self.truths) {
             let start = Instant::now();
@@ -128,7 +139,13 @@ impl Group {
             outcome.volumes.extend(volumes.map(|(v, w)| (v - w).abs() / v));
             let mut solver = Solver::new(body)?;
             match solver.solve_from(&predicted, theta, &Options::default()) {
-                Ok(solved) => outcome.iterations.push(solved.history.iterations.len() as f64),
+                Ok(solved) => {
+                    outcome.iterations.push(solved.history.iterations.len() as f64);
+                    let elsewhere = distance(&solved.displacement, truth) > ANOTHER;
+                    let lower = solved.energy < body.value(truth, theta);
+                    outcome.elsewhere += usize::from(elsewhere);
+                    outcome.lower += usize::from(elsewhere && lower);
+                }
                 Err(_) => outcome.unfinished += 1,
             }
             let steps = match solver.newton_steps(&predicted, theta, CORRECTIONS) {

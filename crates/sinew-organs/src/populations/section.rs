@@ -67,6 +67,10 @@ fn table(study: &Study) -> Result<Table> {
                 .about("median, of a solve from the prediction to its end"),
             Column::new("no end", "").about("predictions that such a solve does not end from"),
             Column::new("inverted", "").about("predictions that no Newton step corrects"),
+            Column::new("elsewhere", "").about(
+                "predictions from which a solve ends at another equilibrium than from rest",
+            ),
+            Column::new("lower", "").about("of these, such with less energy"),
         ],
     );
     for outcome in &study.outcomes {
@@ -89,8 +93,11 @@ fn table(study: &Study) -> Result<Table> {
         row = row
             .other(Some(outcome.estimates_within_two().round()))
             .other(iterations)
-            .other(Some(outcome.unfinished as f64));
-        table.push(row.other(Some(outcome.inverted as f64)))?;
+            .other(Some(outcome.unfinished as f64))
+            .other(Some(outcome.inverted as f64))
+            .other(Some(outcome.elsewhere as f64))
+            .other(Some(outcome.lower as f64));
+        table.push(row)?;
     }
     Ok(table)
 }

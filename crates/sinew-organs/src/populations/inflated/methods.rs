@@ -6,7 +6,7 @@ use crate::populations::simulated::{
     Compared, Measured, Pace, Seen, Simulated, Variant, predicting,
 };
 use anyhow::{Context, Result, ensure};
-use sinew_emulate::Design;
+use sinew_emulate::{Design, OneStiffness};
 use sinew_gnn::Surrogate;
 use sinew_report::Distribution;
 use std::time::Instant;
@@ -168,5 +168,22 @@ pub(super) fn coarse_alone(compared: &Compared<'_, Ventricle>) -> Result<Measure
     let told = Seen { numbers: ALL, coarse: true };
     compared.measured(["coarse solution", about], (0.0, 0), told, |ventricle| {
         Ok(ventricle.coarse.displacement.clone())
+    })
+}
+
+/// Quasi-Newton steps with the stiffness of the mean ventricle, which is nearly incompressible as all of them.
+pub(super) fn one_stiffness(
+    ventricles: &Ventricles,
+    compared: &Compared<'_, Ventricle>,
+) -> Result<Measured> {
+    const STEPS: usize = 32;
+    let mean = ventricles.mean()?;
+    let emulator = OneStiffness::new(&mean)?;
+    let about = "from solution and stiffness of the mean ventricle, one solve in all";
+    let names = [&*format!("one stiffness, {STEPS} steps"), about];
+    let told = Seen { numbers: ALL, coarse: false };
+    compared.measured(names, (0.0, 0), told, |ventricle| {
+        let theta = std::slice::from_ref(&ventricle.theta);
+        Ok(emulator.predict(&ventricle.body, theta, STEPS)?.remove(0).displacement)
     })
 }

@@ -128,12 +128,21 @@ impl Ventricles {
         Ok(all)
     }
 
+    /// The ventricle whose shape numbers are zero.
+    ///
+    /// # Errors
+    /// A case file that is none.
+    pub(super) fn mean(&self) -> Result<Body> {
+        let [body, _] = self.stage.bodies(&[])?;
+        Ok(body)
+    }
+
     /// Parameter sets, spread evenly.
     ///
     /// # Errors
     /// More than Sobol's sequence is tabulated for.
     pub(super) fn thetas(&self, count: usize) -> Result<Vec<Vec<f64>>> {
-        let [body, _] = self.stage.bodies(&[])?;
+        let body = self.mean()?;
         Ok(Design::Sobol.sample(&body.parameters, count, self.seed)?)
     }
 
