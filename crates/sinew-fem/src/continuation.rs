@@ -240,7 +240,8 @@ impl<'s, 'p, S> Curve<'s, 'p, S> {
             let way = self.way(&last.unknowns, &found.unknowns);
             let rising = dot(&way, &self.scaled(&found.by_place)) + found.place - last.place > 0.0;
             self.tangent = (found.by_place.clone(), rising);
-            let growth = self.path.growth(&found, log.iterations[before].residual);
+            let left = log.iterations[before..].iter().map(|iteration| iteration.residual);
+            let growth = self.path.growth(&found, left);
             self.step = (moved * growth).min(self.longest);
             return Ok(found);
         }

@@ -82,16 +82,16 @@ pub struct Options {
     /// Largest first load step, as a fraction of the load. Slender bodies start with less, by the linear model at rest.
     pub first_load_step: f64,
     /// Most that a load step may be longer than the one before. It is as long where that began a fifth of the forces away
-    /// from equilibrium.
+    /// from equilibrium, or its second iteration a thousandth.
     pub load_step_growth: f64,
     /// Smallest load step before the solve gives up, relative to the load that was reached; above the first load step
     /// none is tried.
     pub least_load_step: f64,
     /// Unbalanced forces \[relative to loads and reactions\] and changes of volume \[relative to the body's\] of an
     /// equilibrium without a potential, where the accuracy of linear systems bounds what can be had. Minima of a
-    /// potential go down to what rounding errors amount to.
+    /// potential have it on the way to another load, and go down to what rounding errors amount to in the end.
     pub accuracy: f64,
-    /// The same on the way to another load, from where the next step starts and no more.
+    /// The same without a potential on the way to another load, from where the next step starts and no more.
     pub accuracy_on_the_way: f64,
 }
 

@@ -15,7 +15,8 @@ pub enum Instructions {
     Baseline,
 }
 
-/// The widest set this processor has, or the environment variable `SINEW_INSTRUCTIONS` (`avx2`, `baseline`) allows. Asked thousands of times on a few numbers each, so the answer
+/// The widest set that this processor has and the environment variable `SINEW_INSTRUCTIONS` (`avx2`, `baseline`) allows. Asked thousands
+/// of times on a few numbers each, so the answer
 /// is one number, kept.
 #[inline(always)]
 pub fn instructions() -> Instructions {
