@@ -16,8 +16,7 @@ pub enum Instructions {
 }
 
 /// The widest set that this processor has and the environment variable `SINEW_INSTRUCTIONS` (`avx2`, `baseline`) allows. Asked thousands
-/// of times on a few numbers each, so the answer
-/// is one number, kept.
+/// of times on a few numbers each, so the answer is one number, kept.
 #[inline(always)]
 pub fn instructions() -> Instructions {
     match WIDTH.load(Ordering::Relaxed) {
