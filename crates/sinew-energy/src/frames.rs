@@ -63,7 +63,7 @@ impl Frames {
         }
     }
 
-    /// Gives a node a frame of its own; the coordinate axes are not stored.
+    /// Gives a node a frame of its own, three orthonormal axes without units, one per row, which are not checked; the coordinate axes are not stored.
     pub fn insert(&mut self, node: usize, axes: Mat3<f64>) {
         let identity = Mat3::from_fn(|i, j| f64::from(u8::from(i == j)));
         if axes == identity {

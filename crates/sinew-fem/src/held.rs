@@ -274,12 +274,7 @@ impl System<'_> {
         let Potential { body, theta, frames } = potential;
         let mut gradient = vec![0.0; displacement.len()];
         let energy = body.value_and_gradient(&displacement, theta, &mut gradient);
-        At { displacement, energy, slope: self.gathered(frames, &gradient) }
-    }
-
-    fn gathered(&self, frames: &Frames, vector: &[f64]) -> Vec<f64> {
-        let unknowns = self.sparsity.degree_of_freedom.iter();
-        unknowns.map(|&dof| frames.component(dof, vector)).collect()
+        At { displacement, energy, slope: self.sparsity.gather_along(frames, &gradient).collect() }
     }
 
     /// `K⁻¹` times forces.
@@ -364,8 +359,8 @@ impl System<'_> {
 
     fn along(&self, at: &At, direction: &[f64], length: f64, potential: Potential<'_>) -> At {
         let mut displacement = at.displacement.clone();
-        let unknowns = self.sparsity.degree_of_freedom.iter().zip(direction);
-        unknowns.for_each(|(&dof, d)| potential.frames.add(dof, length * d, &mut displacement));
+        let step = direction.iter().map(|d| length * d);
+        self.sparsity.scatter_along(potential.frames, step, &mut displacement);
         self.at(displacement, potential)
     }
 
@@ -373,7 +368,7 @@ impl System<'_> {
     fn pair(&self, from: &At, to: &At, frames: &Frames) -> Option<Pair> {
         let moved: Vec<f64> =
             to.displacement.iter().zip(&from.displacement).map(|(b, a)| b - a).collect();
-        let step = self.gathered(frames, &moved);
+        let step: Vec<f64> = self.sparsity.gather_along(frames, &moved).collect();
         let change: Vec<f64> = to.slope.iter().zip(&from.slope).map(|(b, a)| b - a).collect();
         let work = dot(&step, &change);
         let scale = work / dot(&change, &self.solved(&change));

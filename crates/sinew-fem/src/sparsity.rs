@@ -99,13 +99,32 @@ impl Sparsity {
 
     /// The unknowns' part of a Cartesian vector over all degrees of freedom.
     pub(crate) fn gather(&self, vector: &[f64]) -> impl Iterator<Item = f64> {
-        self.degree_of_freedom.iter().map(|&dof| self.frames.component(dof, vector))
+        self.gather_along(&self.frames, vector)
+    }
+
+    /// The same of a body whose unknowns are along other axes.
+    pub(crate) fn gather_along(
+        &self,
+        frames: &Frames,
+        vector: &[f64],
+    ) -> impl Iterator<Item = f64> {
+        self.degree_of_freedom.iter().map(|&dof| frames.component(dof, vector))
     }
 
     /// Adds values of the unknowns to a Cartesian vector over all degrees of freedom.
     pub(crate) fn scatter(&self, values: impl IntoIterator<Item = f64>, vector: &mut [f64]) {
+        self.scatter_along(&self.frames, values, vector);
+    }
+
+    /// The same of a body whose unknowns are along other axes.
+    pub(crate) fn scatter_along(
+        &self,
+        frames: &Frames,
+        values: impl IntoIterator<Item = f64>,
+        vector: &mut [f64],
+    ) {
         let unknowns = self.degree_of_freedom.iter().zip(values);
-        unknowns.for_each(|(&dof, value)| self.frames.add(dof, value, vector));
+        unknowns.for_each(|(&dof, value)| frames.add(dof, value, vector));
     }
 
     /// The symmetric matrix with the given lower half times a vector.

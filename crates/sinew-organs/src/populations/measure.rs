@@ -53,10 +53,8 @@ pub(super) struct Outcome {
     /// Predictions that no Newton step corrects, for they turn cells over.
     pub inverted: usize,
     /// Predictions from which a solve ends at another equilibrium than from rest.
-    #[serde(default)]
     pub elsewhere: usize,
     /// Of these, such whose equilibrium has less energy than the one reached from rest.
-    #[serde(default)]
     pub lower: usize,
 }
 
@@ -141,10 +139,11 @@ impl Group {
             match solver.solve_from(&predicted, theta, &Options::default()) {
                 Ok(solved) => {
                     outcome.iterations.push(solved.history.iterations.len() as f64);
-                    let elsewhere = distance(&solved.displacement, truth) > ANOTHER;
-                    let lower = solved.energy < body.value(truth, theta);
-                    outcome.elsewhere += usize::from(elsewhere);
-                    outcome.lower += usize::from(elsewhere && lower);
+                    if distance(&solved.displacement, truth) > ANOTHER {
+                        let lower = solved.energy < body.value(truth, theta);
+                        outcome.elsewhere += 1;
+                        outcome.lower += usize::from(lower);
+                    }
                 }
                 Err(_) => outcome.unfinished += 1,
             }

@@ -104,7 +104,10 @@ impl Options {
                 false => format!("study-seed-{}.json", options.seed),
             };
             let file = self.out.join(key).join(name);
-            if let Some(done) = store::read_json::<Kept<S>>(&file)?.filter(|_| self.resume) {
+            // A file that this run replaces may be of an earlier form.
+            if self.resume
+                && let Some(done) = store::read_json::<Kept<S>>(&file)?
+            {
                 options.require_same(&done.options, &file)?;
                 return Ok(done.study);
             }
