@@ -96,7 +96,11 @@ impl TrainingOptions {
             _ => {}
         }
         match self.held_out {
-            0 | 1 => setting("the number of held-out cases", self.held_out as f64),
+            0 | 1 => Err(Error::Setting {
+                what: "the number of held-out cases",
+                value: self.held_out as f64,
+                advice: "give at least 2: they calibrate error estimates",
+            }),
             _ => Ok(()),
         }
     }

@@ -120,6 +120,11 @@ pub enum SceneError {
     /// A constant of the law that is not positive and finite.
     #[error("the law's {name} is {value}; give a positive, finite number")]
     Constant { name: &'static str, value: f64 },
+    /// A law of plane bodies in a solid.
+    #[error(
+        "{law} is a law of triangles, but the mesh is made of cells with {nodes} nodes; take the law of the solid"
+    )]
+    PlaneLaw { law: &'static str, nodes: usize },
     /// There are neither as many directions as cells, nor as quadrature points, nor as nodes.
     #[error(
         "the law reads {needed} directions, for each of the {cells} cells, {points} quadrature points or \
@@ -194,7 +199,7 @@ pub enum ThetaError {
     )]
     Length { given: usize, needed: usize, names: &'static [&'static str] },
     /// A parameter outside the values that make sense.
-    #[error("theta[{index}] ({name}) is {value}; it must lie in {least:e}..={most:e}")]
+    #[error("theta[{index}] ({name}) is {value:?}; it must lie between {least:?} and {most:?}")]
     OutOfBounds { index: usize, name: &'static str, value: f64, least: f64, most: f64 },
 }
 

@@ -103,6 +103,9 @@ where
         loose_rims: bool,
     ) -> Result<(Body, Vec<PressureSurface>), SceneError> {
         let Self { name, units, mesh, parameters, loads, supports, .. } = self;
+        if L::PLANE && !matches!(N, 3 | 6) {
+            return Err(SceneError::PlaneLaw { law: L::NAME, nodes: N });
+        }
         let law_parameters = L::PARAMETERS;
         let setup = Setup { name, units, mesh, parameters, loads, supports, law_parameters };
         setup.lower(rule, loose_rims, self.law.constants(), &|| {

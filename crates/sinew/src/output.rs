@@ -3,6 +3,7 @@
 use crate::npz;
 use sinew_energy::Body;
 use sinew_mesh::{Field, MeshError};
+use sinew_report::format::digits;
 use std::fmt::Write as _;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -110,4 +111,10 @@ pub fn mean_and_largest(displacement: &[f64]) -> [f64; 2] {
     let (sum, largest) =
         lengths.fold((0.0, 0.0), |(sum, largest): (f64, f64), u| (sum + u, largest.max(u)));
     [sum / (displacement.len() / 3).max(1) as f64, largest]
+}
+
+/// Mean and largest nodal displacement for people: `mean 15.47 mm, largest 37.50 mm`.
+pub fn displacement_in_words(displacement: &[f64], unit: &str) -> String {
+    let [mean, largest] = mean_and_largest(displacement).map(|length| digits(length, 4));
+    format!("mean {mean} {unit}, largest {largest} {unit}")
 }

@@ -2,6 +2,7 @@
 
 use crate::case::{number_and_unit, stress_in_kpa};
 use sinew_energy::{Body, Parameter};
+use sinew_report::format::trimmed;
 use std::path::Path;
 
 /// θ that cannot be read, with the place, the parameter and its range.
@@ -14,8 +15,9 @@ pub struct ThetaText {
 
 /// θ by name, with units.
 pub fn theta_in_words(body: &Body, theta: &[f64]) -> String {
-    let pair =
-        |(p, value): (&Parameter, &f64)| format!("{} = {value:.4}{}", p.name, spoken(&p.unit));
+    let pair = |(p, value): (&Parameter, &f64)| {
+        format!("{} = {}{}", p.name, trimmed(*value, 6), spoken(&p.unit))
+    };
     body.parameters.iter().zip(theta).map(pair).collect::<Vec<_>>().join(", ")
 }
 
@@ -108,6 +110,7 @@ pub fn outside(parameters: &[Parameter], theta: &[f64]) -> Vec<String> {
         let slack = 1e-9 * low.abs().max(high.abs());
         let inside = (low - slack..=high + slack).contains(value);
         (!inside).then(|| {
+            let [value, low, high] = [*value, *low, *high].map(|x| trimmed(x, 12));
             format!("{name} = {value} {unit} is outside its range from {low} to {high} {unit}")
         })
     };

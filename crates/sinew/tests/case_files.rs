@@ -216,6 +216,15 @@ fn values_that_make_no_sense_are_told_with_key_unit_and_range() {
     told("cells = [1, 16, 8]", "cells = [1, 15, 8]", &["mesh.ellipsoid.cells", "multiple of 8"]);
     told("cells = [1, 16, 8]", "cells = [1, 16, 8, 2]", &["line "]);
     told("cells = [1, 16, 8]", "cells = [1, 16, 8, 2]", &["line ", "4 values where 3 belong"]);
+    told(
+        "cells = [1, 16, 8]",
+        "cells = [1000, 16000, 8000]",
+        &["mesh.ellipsoid.cells", "at most 2000000"],
+    );
+    let turn = "axis = [0.0, 0.0, 1.0]\nturn = { degrees = 400.0 }";
+    told("axis = [0.0, 0.0, 1.0]", turn, &["supports.1.turn", "400 degrees", "at most 180"]);
+    let overflow = format!("cells = [1, 16, {}]", i64::MAX);
+    told("cells = [1, 16, 8]", &overflow, &["mesh.ellipsoid.cells", "at most 2000000"]);
     told("short = [0.7, 1.0]", "short = [1.0, 0.7]", &["mesh.ellipsoid.short", "outer"]);
     told("\"tetrahedra\"", "\"hexahedra\"", &["fibres.rule", "tetrahedra"]);
     told("endocardium = \"endo\"", "endocardium = \"inside\"", &["fibres.rule", "inside"]);

@@ -73,6 +73,7 @@ pub struct ByYoungPoisson<L>(pub L);
 impl<L: Law<0>> Law<0> for ByYoungPoisson<L> {
     const NAME: &'static str = L::NAME;
     const PARAMETERS: &'static [&'static str] = &["E", "nu"];
+    const PLANE: bool = L::PLANE;
 
     fn bounds(index: usize) -> RangeInclusive<f64> {
         match index {

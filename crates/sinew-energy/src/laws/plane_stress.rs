@@ -38,6 +38,7 @@ fn reduced<S: Scalar>(parameters: &[S]) -> [S; 2] {
 impl Law<0> for PlaneStress {
     const NAME: &'static str = "linear isotropic elasticity in plane stress";
     const PARAMETERS: &'static [&'static str] = LinearElastic::PARAMETERS;
+    const PLANE: bool = true;
 
     fn bounds(index: usize) -> RangeInclusive<f64> {
         LinearElastic::bounds(index)

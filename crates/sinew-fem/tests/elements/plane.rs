@@ -2,7 +2,7 @@
 
 use crate::scene::{distance, node_at, roller, scene};
 use sinew_energy::laws::{ByYoungPoisson, LinearElastic, NeoHookean, PlaneStress};
-use sinew_energy::{FiniteElement, Load, Magnitude, Nodes, Support};
+use sinew_energy::{FiniteElement, Load, Magnitude, Nodes, SceneError, Support};
 use sinew_fem::{BalanceSolver, Options, Solver};
 use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra, cook_membrane, rectangle_triangles};
 
@@ -73,6 +73,22 @@ fn a_plate_pulled_along_one_axis_contracts_by_poissons_ratio() {
     }
     check(rectangle_triangles([2.0, 1.0], [4, 3]).distorted(5, 0.3));
     check(rectangle_triangles([2.0, 1.0], [3, 2]).quadratic().distorted(5, 0.3));
+}
+
+#[test]
+fn a_solid_is_not_in_plane_stress() {
+    let solid = scene(
+        PLATE,
+        box_hexahedra([2.0, 1.0, 1.0], [2, 1, 1]),
+        vec![],
+        vec![Support::clamped("x_min")],
+    );
+    let refused = solid.lower().unwrap_err();
+    assert!(matches!(refused, SceneError::PlaneLaw { nodes: 8, .. }), "{refused}");
+    // So is a mixed one.
+    let mesh = box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]).quadratic();
+    let solid = scene(PlaneStress(LinearElastic), mesh, vec![], vec![Support::clamped("x_min")]);
+    assert!(matches!(solid.lower_mixed(), Err(SceneError::PlaneLaw { nodes: 10, .. })));
 }
 
 /// E = 1, ν = ⅓, a force of 1 over the free end: the middle of that end rises by 23.96

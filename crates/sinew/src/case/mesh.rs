@@ -137,6 +137,7 @@ impl BoxMesh {
                 format!("[{}] leaves no cell along an edge; give at least 1 each", listed(&cells));
             return Err(source.error(&["mesh", "box", "cells"], reason));
         }
+        few_enough(cells).map_err(|reason| source.error(&["mesh", "box", "cells"], reason))?;
         Ok(match element {
             Element::Tetrahedra => box_tetrahedra(extent, cells).into(),
             Element::Hexahedra => box_hexahedra(extent, cells).into(),
@@ -163,6 +164,9 @@ impl EllipsoidMesh {
                 "base",
                 format!("the plane z = {base} cuts no ellipsoid of semi-axis {}", long[0]),
             );
+        }
+        if let Err(reason) = few_enough(cells) {
+            return error("cells", reason);
         }
         let [layers, around, along] = cells;
         if layers == 0 || along == 0 || around == 0 || around % 8 != 0 || around >= 8 * along {
@@ -224,6 +228,19 @@ impl BiventricleMesh {
             return Err(source.error(&["mesh", "element"], reason));
         }
         Ok(heart.tetrahedra(edge).into())
+    }
+}
+
+/// Most boxes of a mesh that is made: the factor of so many needs hundreds of gigabytes already.
+const MOST_BOXES: usize = 2_000_000;
+
+fn few_enough(cells: [usize; 3]) -> Result<(), String> {
+    match cells.iter().try_fold(1usize, |product, &count| product.checked_mul(count)) {
+        Some(..=MOST_BOXES) => Ok(()),
+        _ => Err(format!(
+            "[{}] makes more cells than can be solved for; give a product of at most {MOST_BOXES}",
+            listed(&cells)
+        )),
     }
 }
 

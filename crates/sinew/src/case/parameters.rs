@@ -98,8 +98,8 @@ impl Case {
             if let Some(value) = parameter.range.iter().find(|&value| !bounds.contains(value)) {
                 let (name, least, most) = (&parameter.name, bounds.start(), bounds.end());
                 let reason = format!(
-                    "{value} {} makes no sense for this law; stay within {least:e} and {most:e}",
-                    parameter.unit
+                    "{value:?}{} makes no sense for this law; stay between {least:?} and {most:?}",
+                    crate::theta::spoken(&parameter.unit)
                 );
                 return Err(self.source.error(&["parameters", name], reason));
             }

@@ -47,6 +47,9 @@ pub struct Turn {
     pub share: f64,
 }
 
+/// The largest turn that displacements tell from a smaller one the other way \[degrees\].
+const HALF_TURN: f64 = 180.0;
+
 impl Turn {
     fn whole() -> f64 {
         1.0
@@ -112,6 +115,14 @@ impl Support {
                 let reason = "an axis without length; give its direction".into();
                 return Err(source.error(&["supports", &at, "axis"], reason));
             };
+            if turn.degrees.abs() > HALF_TURN {
+                let reason = format!(
+                    "a turn of {} degrees ends where a smaller one does, and displacements cannot tell them apart; give at most \
+                     {HALF_TURN} either way",
+                    turn.degrees
+                );
+                return Err(source.error(&["supports", &at, "turn"], reason));
+            }
             let points = mesh.points();
             let moved =
                 |&node: &usize| turn.displacement(points[node], about, &axis).map(Some).into();

@@ -3,7 +3,7 @@
 use super::{CaseArguments, MOST_WARNINGS, ThetaArguments, refuse, trained};
 use anyhow::Result;
 use clap::Args;
-use sinew::output::{Fields, mean_and_largest};
+use sinew::output::{Fields, displacement_in_words};
 use sinew::{Body, Case, Emulator, theta_in_words};
 use std::path::PathBuf;
 
@@ -99,11 +99,8 @@ impl Predict {
         };
         let unit = &body.units.length;
         for (index, theta) in thetas.iter().enumerate() {
-            let [mean, largest] = mean_and_largest(prediction.field(index));
-            print!(
-                "{}: displacement mean {mean:.4} {unit}, largest {largest:.4} {unit}",
-                theta_in_words(&body, theta)
-            );
+            let moved = displacement_in_words(prediction.field(index), unit);
+            print!("{}: displacement {moved}", theta_in_words(&body, theta));
             if self.quick {
                 println!();
                 continue;

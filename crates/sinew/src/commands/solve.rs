@@ -3,7 +3,7 @@
 use super::{CaseArguments, ThetaArguments, Usage, solved};
 use anyhow::Result;
 use clap::Args;
-use sinew::output::{Fields, mean_and_largest};
+use sinew::output::{Fields, displacement_in_words};
 use sinew::theta_in_words;
 
 /// Which equilibria.
@@ -36,13 +36,13 @@ impl Solve {
         let found = solved(&body, &thetas, "solve", None)?;
         let unit = &body.units.length;
         for (theta, field) in found.thetas.iter().zip(&found.fields) {
-            let [mean, largest] = mean_and_largest(field);
             let volumes = body.cavities.iter().zip(body.cavity_volumes(field));
             let volumes: String =
                 volumes.map(|(c, v)| format!(", volume of {} {v:.1} {unit}3", c.name)).collect();
             println!(
-                "{}: displacement mean {mean:.4} {unit}, largest {largest:.4} {unit}{volumes}",
-                theta_in_words(&body, theta)
+                "{}: displacement {}{volumes}",
+                theta_in_words(&body, theta),
+                displacement_in_words(field, unit)
             );
         }
         let folder = self.case.folder(&case).join("solve");
