@@ -125,6 +125,11 @@ pub enum SceneError {
         "{law} is a law of triangles, but the mesh is made of cells with {nodes} nodes; take the law of the solid"
     )]
     PlaneLaw { law: &'static str, nodes: usize },
+    /// A plane body that is not flat, or a load across it.
+    #[error(
+        "{what} is {value}, but triangles are a slice of a body in the x-y plane that nothing moves out of; give 0, or cells of a solid"
+    )]
+    OutOfPlane { what: String, value: f64 },
     /// There are neither as many directions as cells, nor as quadrature points, nor as nodes.
     #[error(
         "the law reads {needed} directions, for each of the {cells} cells, {points} quadrature points or \

@@ -114,6 +114,9 @@ where
     }
 }
 
+/// Differences of height within a plane mesh that are rounding errors of single precision [relative to its coordinates].
+const FLAT: f64 = 1e-6;
+
 /// A scene without its law, so that all laws are lowered by the same code.
 struct Setup<'a, const N: usize> {
     name: &'a str,
@@ -147,6 +150,9 @@ where
             return Err(SceneError::Constant { name, value });
         }
         self.check_parameters()?;
+        if Mesh::<N>::ELEMENT.dimension == 2 {
+            self.check_plane()?;
+        }
         let (shape_gradients, volumes) = shape_functions(self.mesh, rule)?;
         check_overlaps(self.mesh)?;
         let material = material()?;
@@ -209,6 +215,32 @@ where
             if !ordered || (parameter.sampling == Sampling::Log && least <= 0.0) {
                 let name = parameter.name.clone();
                 return Err(SceneError::Range { name, range: parameter.range });
+            }
+        }
+        Ok(())
+    }
+
+    /// A plane body lies in one plane of constant z, and its dead loads in it.
+    fn check_plane(&self) -> Result<(), SceneError> {
+        let refuse = |what: String, value| Err(SceneError::OutOfPlane { what, value });
+        let points = &self.mesh.points;
+        let extent = points.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let height = |point: &[f64; 3]| point[2] - points[0][2];
+        if let Some(node) = points.iter().position(|x| height(x).abs() > FLAT * extent) {
+            return refuse(
+                format!("the height z of node {node} above node 0"),
+                height(&points[node]),
+            );
+        }
+        for load in self.loads {
+            match load {
+                Load::BodyForce([.., across]) if *across != 0.0 => {
+                    return refuse("a body force along z".into(), *across);
+                }
+                Load::Traction { facets, value: [.., across] } if *across != 0.0 => {
+                    return refuse(format!("the traction on `{facets}` along z"), *across);
+                }
+                _ => {}
             }
         }
         Ok(())

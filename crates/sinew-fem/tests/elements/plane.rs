@@ -91,6 +91,26 @@ fn a_solid_is_not_in_plane_stress() {
     assert!(matches!(solid.lower_mixed(), Err(SceneError::PlaneLaw { nodes: 10, .. })));
 }
 
+#[test]
+fn triangles_that_leave_their_plane_are_refused() {
+    let refused = |mesh: Mesh<3>, load: Load| {
+        let strip = scene(NeoHookean, mesh, vec![load], vec![Support::clamped("x_min")]);
+        strip.lower().expect_err("it is not plane").to_string()
+    };
+    let flat = || rectangle_triangles([2.0, 1.0], [2, 1]);
+    let mut tilted = flat();
+    tilted.points.iter_mut().for_each(|x| x[2] = 0.3 * x[0]);
+    let said = refused(tilted, Load::BodyForce([0.0, -0.01, 0.0]));
+    assert!(said.contains("node 1 above node 0 is 0.3"), "{said}");
+    let said = refused(flat(), Load::BodyForce([0.0, -0.01, 2.0]));
+    assert!(said.contains("body force along z is 2"), "{said}");
+    let said = refused(flat(), Load::Traction { facets: "x_max".into(), value: [0.0, 0.0, -3.0] });
+    assert!(said.contains("traction on `x_max` along z is -3"), "{said}");
+    // NaN in a load is told as such.
+    let said = refused(flat(), Load::BodyForce([0.0, 0.0, f64::NAN]));
+    assert!(said.contains("is NaN"), "{said}");
+}
+
 /// E = 1, ν = ⅓, a force of 1 over the free end: the middle of that end rises by 23.96
 /// (R. D. Cook, J. Struct. Div. ASCE 100, 1974, and later refinements).
 #[test]
