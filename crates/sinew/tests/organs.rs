@@ -1,7 +1,7 @@
 //! One organ written in different ways is one organ: units, signs of fibres, order of nodes, orientation.
 
 use sinew::{Case, Options, Solver};
-use sinew_mesh::{AnyMesh, Field, TetMesh};
+use sinew_mesh::{AnyMesh, Field, FieldValues, TetMesh};
 use std::path::Path;
 
 /// A coarse ideal ventricle with its fibres as a field.
@@ -152,4 +152,18 @@ fn nodal_fibres_of_mixed_signs_are_told_with_their_number() {
     let warnings = told(&mesh);
     assert!(around > 0 && warnings.len() == 1);
     assert!(warnings[0].contains(&format!("in {around} of {} cells", mesh.cells.len())));
+}
+
+/// Orthotropic law, springs, tractions and a pressure whose rim slides (`fixtures/chamber/PROVENANCE.md`).
+#[test]
+fn a_chamber_under_every_load_agrees_with_an_independent_program() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fixtures/chamber");
+    let body = Case::read(&folder.join("chamber.toml")).unwrap().body().unwrap();
+    let theta = [0.18, 2.6, 3.3, 2.7, 1.0, 2.0, 0.3, 2.5, 1.2];
+    let found = Solver::new(&body).unwrap().solve(&theta, &Options::default()).unwrap();
+    let expected = sinew_mesh::read_npy(folder.join("displacement.npy")).unwrap();
+    let FieldValues::Float(expected) = expected.values else { panic!("displacements are floats") };
+    let [found, expected] = [found.displacement, expected].map(|u| u.as_chunks::<3>().0.to_vec());
+    // Newton's method ends at rounding errors of the forces in both programs; the largest displacement is 4.7 mm.
+    assert!(largest_difference(&found, &expected) < 1e-12);
 }

@@ -38,7 +38,7 @@ impl Solve {
         for (theta, field) in found.thetas.iter().zip(&found.fields) {
             let volumes = body.cavities.iter().zip(body.cavity_volumes(field));
             let volumes: String =
-                volumes.map(|(c, v)| format!(", volume of {} {v:.1} {unit}3", c.name)).collect();
+                volumes.map(|(c, v)| format!(", volume of {} {} {unit}3", c.name)).collect();
             println!(
                 "{}: displacement {}{volumes}",
                 theta_in_words(&body, theta),
