@@ -5,6 +5,7 @@ use anyhow::Result;
 use clap::Args;
 use sinew::output::{Fields, displacement_in_words};
 use sinew::theta_in_words;
+use sinew_report::format::trimmed;
 
 /// Which equilibria.
 #[derive(Debug, Args)]
@@ -37,8 +38,9 @@ impl Solve {
         let unit = &body.units.length;
         for (theta, field) in found.thetas.iter().zip(&found.fields) {
             let volumes = body.cavities.iter().zip(body.cavity_volumes(field));
-            let volumes: String =
-                volumes.map(|(c, v)| format!(", volume of {} {} {unit}3", c.name)).collect();
+            let volumes: String = volumes
+                .map(|(cavity, v)| format!(", volume of {} {} {unit}3", cavity.name, trimmed(v, 6)))
+                .collect();
             println!(
                 "{}: displacement {}{volumes}",
                 theta_in_words(&body, theta),
