@@ -342,7 +342,7 @@ pub(crate) fn check_theta(
 ) -> Result<(), ThetaError> {
     let (given, names) = (theta.len(), material.parameters());
     if given != needed {
-        return Err(ThetaError::Length { given, needed, names });
+        return Err(ThetaError::Length { given, needed, names: names.to_vec() });
     }
     for (index, &value) in theta.iter().enumerate() {
         let load = (&"a load", f64::MIN..=f64::MAX);

@@ -125,7 +125,13 @@ pub enum SceneError {
         "{law} is a law of triangles, but the mesh is made of cells with {nodes} nodes; take the law of the solid"
     )]
     PlaneLaw { law: &'static str, nodes: usize },
-    /// A plane body that is not flat, or a load across it.
+    /// Triangles that are not in one plane.
+    #[error(
+        "node {node} lies {height:e} above node 0 along z, but triangles are a slice of a body in the x-y plane; flatten the mesh, \
+         or give cells of a solid"
+    )]
+    NotFlat { node: usize, height: f64 },
+    /// A load across a plane body.
     #[error(
         "{what} is {value}, but triangles are a slice of a body in the x-y plane that nothing moves out of; give 0, or cells of a solid"
     )]
@@ -170,6 +176,12 @@ pub enum SceneError {
         entries_of_loads(*first, *count)
     )]
     LoadParameter { index: usize, first: usize, count: usize },
+    /// A known value of a parameter that there is not.
+    #[error("there is no parameter `{name}`; law and loads read {}", listed(known))]
+    UnknownParameter { name: String, known: Vec<String> },
+    /// A known value that makes no sense.
+    #[error("the known value of `{name}` is {value:?}; it must lie between {least:?} and {most:?}")]
+    KnownValue { name: String, value: f64, least: f64, most: f64 },
     /// A range that is not one, or that has no logarithm.
     #[error(
         "parameter `{name}` ranges from {} to {}; give finite ends in ascending order, positive for log sampling",
@@ -202,7 +214,7 @@ pub enum ThetaError {
         "theta has {given} entries, but {needed} are read: {}, then those of the loads",
         listed(names)
     )]
-    Length { given: usize, needed: usize, names: &'static [&'static str] },
+    Length { given: usize, needed: usize, names: Vec<&'static str> },
     /// A parameter outside the values that make sense.
     #[error("theta[{index}] ({name}) is {value:?}; it must lie between {least:?} and {most:?}")]
     OutOfBounds { index: usize, name: &'static str, value: f64, least: f64, most: f64 },

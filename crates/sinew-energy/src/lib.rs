@@ -40,6 +40,7 @@ mod error;
 mod frames;
 mod guard;
 mod invariants;
+mod known;
 mod law;
 pub mod laws;
 mod lower;

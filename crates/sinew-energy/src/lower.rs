@@ -227,10 +227,7 @@ where
         let extent = points.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
         let height = |point: &[f64; 3]| point[2] - points[0][2];
         if let Some(node) = points.iter().position(|x| height(x).abs() > FLAT * extent) {
-            return refuse(
-                format!("the height z of node {node} above node 0"),
-                height(&points[node]),
-            );
+            return Err(SceneError::NotFlat { node, height: height(&points[node]) });
         }
         for load in self.loads {
             match load {

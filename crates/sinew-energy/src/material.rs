@@ -16,7 +16,7 @@ pub trait Material: Debug + Send + Sync {
     /// Name of the law, with its source.
     fn name(&self) -> &'static str;
     /// Names of the law's parameters, which come first in θ.
-    fn parameters(&self) -> &'static [&'static str];
+    fn parameters(&self) -> &[&'static str];
     /// Values of a parameter that make sense.
     fn bounds(&self, index: usize) -> RangeInclusive<f64>;
     /// Number of points; `None` for an isotropic law, which is the same everywhere.
@@ -103,7 +103,7 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
         L::NAME
     }
 
-    fn parameters(&self) -> &'static [&'static str] {
+    fn parameters(&self) -> &[&'static str] {
         L::PARAMETERS
     }
 

@@ -3,7 +3,7 @@
 mod support;
 
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Load, Magnitude, Sampling, Scene, Support, Units};
+use sinew_energy::{Body, Load, Magnitude, Sampling, Scene, SceneError, Support, Units};
 use sinew_fem::{Options, SolveError, Solver, sweep};
 use sinew_mesh::box_tetrahedra;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -64,8 +64,8 @@ fn a_failed_sample_is_named_and_the_others_stay() {
     assert!(matches!(error.source, SolveError::Theta(_)));
 }
 
-#[test]
-fn derivatives_in_theta_agree_with_central_differences() {
+/// A plate clamped all around that a pressure bulges; θ = (μ, λ, pressure).
+fn plate() -> Body {
     let mut scene = Scene {
         name: "inflated block".into(),
         units: Units::mm_kpa(),
@@ -77,7 +77,12 @@ fn derivatives_in_theta_agree_with_central_differences() {
         supports: ["x_min", "x_max", "y_min", "y_max"].map(Support::clamped).to_vec(),
     };
     scene.parameters[2].sampling = Sampling::Linear;
-    let potential = scene.lower().unwrap();
+    scene.lower().unwrap()
+}
+
+#[test]
+fn derivatives_in_theta_agree_with_central_differences() {
+    let potential = plate();
     let theta = [6.0, 9.0, 3.0];
     let mut solver = Solver::new(&potential).unwrap();
     let solution = solver.solve(&theta, &Options::default()).unwrap();
@@ -110,4 +115,33 @@ fn derivatives_in_theta_agree_with_central_differences() {
             difference(column, &quotient)
         );
     }
+}
+
+#[test]
+fn known_parameters_leave_the_solution_and_the_derivatives_in_the_others() {
+    let whole = plate();
+    let solved = |body: &Body, theta: &[f64]| {
+        let mut solver = Solver::new(body).unwrap();
+        let solution = solver.solve(theta, &Options::default()).unwrap();
+        let columns = solver.sensitivity(&solution).unwrap();
+        (solution.displacement, columns)
+    };
+    let (displacement, columns) = solved(&whole, &[6.0, 9.0, 3.0]);
+    let known: [(&[_], &[f64], &[usize]); 3] = [
+        (&[("mu", 6.0)], &[9.0, 3.0], &[1, 2]),
+        (&[("pressure", 3.0), ("lambda", 9.0)], &[6.0], &[0]),
+        (&[("pressure", 3.0), ("lambda", 9.0), ("mu", 6.0)], &[], &[]),
+    ];
+    for (known, theta, left) in known {
+        let body = whole.clone().with_known(known).unwrap();
+        assert_eq!(body.parameters.len(), theta.len());
+        let found = solved(&body, theta);
+        assert_eq!(found.0, displacement, "bit for bit");
+        let expected: Vec<_> = left.iter().map(|&index| columns[index].clone()).collect();
+        assert_eq!(found.1, expected);
+    }
+    let refused = |known| whole.clone().with_known(&[known]).unwrap_err();
+    assert!(matches!(refused(("nu", 0.4)), SceneError::UnknownParameter { .. }));
+    assert!(matches!(refused(("mu", -1.0)), SceneError::KnownValue { value: -1.0, .. }));
+    assert!(matches!(refused(("pressure", f64::NAN)), SceneError::KnownValue { .. }));
 }

@@ -190,7 +190,11 @@ impl Case {
         };
         let body = self.law.lower(law, mesh, parts).map_err(|error| self.place(error))?;
         self.check_bounds(&body)?;
-        Ok(body)
+        let ends = body.parameters.iter().map(|p| (p.name.clone(), p.range));
+        let known: Vec<_> = ends.filter(|(_, [low, high])| low == high).collect();
+        let known: Vec<_> =
+            known.iter().map(|(name, [value, _])| (name.as_str(), *value)).collect();
+        body.with_known(&known).map_err(|error| self.place(error))
     }
 
     /// What may be wrong with the case though it can be solved; `body` is the one that it was lowered to.
@@ -258,11 +262,12 @@ impl Case {
             | SceneError::InnerFacet { .. }
             | SceneError::NotFinite { .. }
             | SceneError::NegativeStiffness { .. }
+            | SceneError::OutOfPlane { .. }
             | SceneError::ThesisPressure { .. }
             | SceneError::LooseRim { .. }
             | SceneError::RimPlanes { .. } => &["loads"],
             SceneError::ParameterCount { .. } | SceneError::LoadParameter { .. } => &["parameters"],
-            SceneError::Constant { .. } => &["law"],
+            SceneError::Constant { .. } | SceneError::PlaneLaw { .. } => &["law"],
             _ => &["mesh"],
         };
         self.source.error(key, error.to_string())

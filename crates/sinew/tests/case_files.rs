@@ -113,7 +113,27 @@ fn a_range_of_one_number_is_refused_with_its_key() {
          parameters = { mu = [2.0, 2.0], lambda = [1.0, 2.0] }\n",
     );
     assert!(error.contains("line 4") && error.contains("parameters.mu"), "{error}");
-    assert!(error.contains("both ends are 2 kPa"), "{error}");
+    assert!(error.contains("both ends are 2 kPa") && error.contains("write mu = 2"), "{error}");
+}
+
+#[test]
+fn known_parameters_are_not_in_theta() {
+    let text = |a: &str, p: &str| {
+        edited("a = [0.1, 0.26]", a).replace("p = { range = [4.0, 10.0], unit = \"mmHg\" }", p)
+    };
+    let whole = Case::parse(&text("a = [0.1, 0.26]", "p = [0.5, 1.5]"), "whole.toml").unwrap();
+    let known = text("a = { value = 200, unit = \"Pa\" }", "p = 1");
+    let known = Case::parse(&known, "known.toml").unwrap().body().unwrap();
+    let names: Vec<_> = known.parameters.iter().map(|p| p.name.as_str()).collect();
+    assert_eq!(names, ["b", "a_f", "b_f"]);
+    let body = whole.body().unwrap();
+    let u: Vec<f64> = (0..3 * body.nodes).map(|i| 1e-3 * (i as f64).sin()).collect();
+    let whole = body.value(&u, &[0.2, 2.0, 3.0, 2.5, 1.0]);
+    assert_eq!(known.value(&u, &[2.0, 3.0, 2.5]), whole);
+    let both = refusal(&text("a = { value = 0.2, range = [0.1, 0.2] }", "p = 1"));
+    assert!(both.contains("one of `range` and `value`"), "{both}");
+    let negative = refusal(&text("a = -0.2", "p = 1"));
+    assert!(negative.contains("parameters.a"), "{negative}");
 }
 
 #[test]

@@ -228,7 +228,7 @@ fn theta_that_makes_no_sense_is_refused_by_the_balance_too() {
     scene.loads = vec![Load::Pressure { facets: "z_max".into(), magnitude: Magnitude::Theta(2) }];
     let body = scene.lower_follower().unwrap();
     let error = solved(&body, &THETA, &Options::default()).unwrap_err();
-    let expected = ThetaError::Length { given: 2, needed: 3, names: &["mu", "lambda"] };
+    let expected = ThetaError::Length { given: 2, needed: 3, names: vec!["mu", "lambda"] };
     assert_eq!(error, SolveError::Theta(expected));
     let error = solved(&body, &[1.0, 1.0, f64::NAN], &Options::default()).unwrap_err();
     assert!(matches!(error, SolveError::Theta(ThetaError::OutOfBounds { index: 2, .. })));

@@ -13,7 +13,7 @@ fn theta_of_the_wrong_length_is_refused_with_both_lengths() {
     let beam = once();
     for theta in [&[][..], &[75.0], &[75.0; 3]] {
         let given = theta.len();
-        let expected = ThetaError::Length { given, needed: 2, names: &["mu", "lambda"] };
+        let expected = ThetaError::Length { given, needed: 2, names: vec!["mu", "lambda"] };
         assert_eq!(solve(&beam, theta).unwrap_err(), SolveError::Theta(expected));
     }
 }

@@ -58,7 +58,7 @@ fn a_sweep_with_senseless_samples_names_the_first_and_solves_the_others() {
     }
     let error = swept.solutions().unwrap_err();
     assert_eq!((error.index, error.failed, error.count), (3, 3, 9));
-    let expected = ThetaError::Length { given: 1, needed: 2, names: &["mu", "lambda"] };
+    let expected = ThetaError::Length { given: 1, needed: 2, names: vec!["mu", "lambda"] };
     assert_eq!(error.source, SolveError::Theta(expected));
     assert!(error.to_string().contains("sample 3"), "{error}");
 }

@@ -1,7 +1,7 @@
 //! Ranges of θ.
 
 use super::laws::Row;
-use super::source::{advise, exactly};
+use super::source::{advise, exactly, exactly_if_any};
 use super::units::{STRESSES, names, stress_in_kpa};
 use super::{Case, CaseError};
 use serde::Deserialize;
@@ -10,11 +10,13 @@ use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
 use sinew_energy::{Body, Parameter, Sampling};
 use std::fmt;
 
-/// Range of a parameter.
+/// Range of a parameter, or its value where that is known, so that θ does not list it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Range {
-    /// Smallest and largest value, in `unit`.
+    /// Smallest and largest value, in `unit`; the same where it is known.
     pub range: [f64; 2],
+    /// Whether one value was given.
+    pub known: bool,
     /// Unit of them; the law's where there is none.
     pub unit: Option<String>,
     /// How samples are spread.
@@ -66,15 +68,15 @@ impl Case {
         let shown = range.unit.as_deref().unwrap_or(unit);
         let reason = if !(low.is_finite() && high.is_finite()) {
             "give two finite numbers".to_string()
-        } else if low == high {
+        } else if low == high && !range.known {
             format!(
-                "both ends are {low} {shown}, which leaves nothing to sample; give a smaller and a larger number"
+                "both ends are {low} {shown}, which leaves nothing to sample; write {name} = {low} if it is known"
             )
         } else if low > high {
             format!(
                 "it goes from {low} to {high} {shown}; write the smaller number first: [{high}, {low}]"
             )
-        } else if range.sampling == Sampling::Log && low <= 0.0 {
+        } else if range.sampling == Sampling::Log && low <= 0.0 && !range.known {
             format!(
                 "it begins at {low}, which has no logarithm; write {{ range = [{low}, {high}], sampling = \"linear\" }}"
             )
@@ -83,7 +85,7 @@ impl Case {
                 name: name.into(),
                 unit: unit.into(),
                 range: [factor * low, factor * high],
-                sampling: range.sampling,
+                sampling: if range.known { Sampling::Linear } else { range.sampling },
             });
         };
         error("range", reason)
@@ -112,7 +114,7 @@ fn spoken(unit: &str) -> &str {
     if unit == "1" { "a number without unit" } else { unit }
 }
 
-/// A range is `[smallest, largest]`, or a table.
+/// A range is `[smallest, largest]`, one number, or a table.
 impl<'de> Deserialize<'de> for Range {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]
@@ -124,8 +126,9 @@ impl<'de> Deserialize<'de> for Range {
         #[derive(Deserialize)]
         #[serde(deny_unknown_fields)]
         struct Table {
-            #[serde(deserialize_with = "exactly")]
-            range: [f64; 2],
+            #[serde(default, deserialize_with = "exactly_if_any")]
+            range: Option<[f64; 2]>,
+            value: Option<f64>,
             unit: Option<String>,
             sampling: Option<Spread>,
         }
@@ -134,21 +137,32 @@ impl<'de> Deserialize<'de> for Range {
             type Value = Range;
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str(
-                    "[smallest, largest], or a table { range = [smallest, largest], unit = \"…\" }",
+                    "[smallest, largest], a known value, or a table { range = [smallest, largest], unit = \"…\" }",
                 )
+            }
+            fn visit_f64<E>(self, value: f64) -> Result<Range, E> {
+                Ok(Range { range: [value; 2], known: true, unit: None, sampling: Sampling::Linear })
+            }
+            fn visit_i64<E: serde::de::Error>(self, value: i64) -> Result<Range, E> {
+                self.visit_f64(value as f64)
             }
             fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Range, A::Error> {
                 let range = exactly(SeqAccessDeserializer::new(seq))?;
-                Ok(Range { range, unit: None, sampling: Sampling::Log })
+                Ok(Range { range, known: false, unit: None, sampling: Sampling::Log })
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Range, A::Error> {
-                let Table { range, unit, sampling } =
+                let Table { range, value, unit, sampling } =
                     Table::deserialize(MapAccessDeserializer::new(map))?;
+                let (range, known) = match (range, value) {
+                    (Some(range), None) => (range, false),
+                    (None, Some(value)) => ([value; 2], true),
+                    _ => return Err(serde::de::Error::custom("give one of `range` and `value`")),
+                };
                 let sampling = match sampling {
                     Some(Spread::Linear) => Sampling::Linear,
                     Some(Spread::Log) | None => Sampling::Log,
                 };
-                Ok(Range { range, unit, sampling })
+                Ok(Range { range, known, unit, sampling })
             }
         }
         deserializer.deserialize_any(Either)

@@ -1,0 +1,162 @@
+//! Parameters whose values are known, so that θ does not list them.
+
+use crate::{Barriers, Body, Magnitude, Material, Response, SceneError};
+use sinew_num::Mat3;
+use std::ops::RangeInclusive;
+use std::sync::Arc;
+
+impl Body {
+    /// The same body with known values of some parameters, of its law or its loads: θ lists the others, and emulators learn in those
+    /// alone.
+    ///
+    /// ```
+    /// use sinew_energy::{Parameter, Scene, Support, laws::{ByYoungPoisson, NeoHookean}};
+    /// use sinew_mesh::box_tetrahedra;
+    ///
+    /// let body = Scene::new(box_tetrahedra([10.0, 1.0, 1.0], [10, 1, 1]), ByYoungPoisson(NeoHookean))
+    ///     .parameter(Parameter::log("E", "kPa", 8.0..=16.0))
+    ///     .parameter(Parameter::log("nu", "1", 0.3..=0.45))
+    ///     .support(Support::clamped("x_min"))
+    ///     .lower()?;
+    /// let stretched: Vec<f64> = body.positions.iter().flat_map(|x| [0.1 * x[0], 0.0, 0.0]).collect();
+    /// let energy = body.value(&stretched, &[10.0, 0.4]);
+    /// let body = body.with_known(&[("nu", 0.4)])?;
+    /// assert_eq!(body.parameters.len(), 1);
+    /// assert_eq!(body.value(&stretched, &[10.0]), energy);
+    /// # Ok::<(), sinew_energy::SceneError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A name that is not a parameter, or a value that makes no sense.
+    pub fn with_known(mut self, known: &[(&str, f64)]) -> Result<Self, SceneError> {
+        let mut held = vec![None; self.parameters.len()];
+        let of_law = self.material.parameters().len();
+        for &(name, value) in known {
+            let Some(index) = self.parameters.iter().position(|p| p.name == name) else {
+                let known = self.parameters.iter().map(|p| p.name.clone()).collect();
+                return Err(SceneError::UnknownParameter { name: name.into(), known });
+            };
+            let bounds =
+                if index < of_law { self.material.bounds(index) } else { f64::MIN..=f64::MAX };
+            if !bounds.contains(&value) {
+                let (least, most) = (*bounds.start(), *bounds.end());
+                return Err(SceneError::KnownValue { name: name.into(), value, least, most });
+            }
+            held[index] = Some(value);
+        }
+        if held[..of_law].iter().any(Option::is_some) {
+            self.material = Arc::new(Known::new(self.material, &held[..of_law]));
+        }
+        let followers = self.surfaces.iter_mut().map(|surface| &mut surface.magnitude);
+        for magnitude in self.pressures.iter_mut().map(|p| &mut p.magnitude).chain(followers) {
+            if let Magnitude::Theta(index) = *magnitude {
+                let before = held[..index].iter().flatten().count();
+                *magnitude = held[index].map_or(Magnitude::Theta(index - before), Magnitude::Fixed);
+            }
+        }
+        let mut held = held.into_iter();
+        self.parameters.retain(|_| held.next().flatten().is_none());
+        Ok(self)
+    }
+}
+
+/// A material some of whose parameters are known.
+#[derive(Debug)]
+struct Known {
+    material: Arc<dyn Material>,
+    /// Names of the parameters that are left, and their places among all.
+    names: Vec<&'static str>,
+    places: Vec<usize>,
+    /// Values of all parameters; those that are left are filled in.
+    values: Vec<f64>,
+}
+
+impl Known {
+    fn new(material: Arc<dyn Material>, held: &[Option<f64>]) -> Self {
+        let places: Vec<_> = (0..held.len()).filter(|&index| held[index].is_none()).collect();
+        let names = places.iter().map(|&index| material.parameters()[index]).collect();
+        let values = held.iter().map(|value| value.unwrap_or_default()).collect();
+        Self { material, names, places, values }
+    }
+
+    /// All entries from those that are left, beside these.
+    fn among(&self, mut all: Vec<f64>, left: &[f64]) -> Vec<f64> {
+        self.places.iter().zip(left).for_each(|(&place, &value)| all[place] = value);
+        all
+    }
+
+    fn whole(&self, parameters: &[f64]) -> Vec<f64> {
+        self.among(self.values.clone(), parameters)
+    }
+
+    fn with(&self, material: Arc<dyn Material>) -> Arc<dyn Material> {
+        let Self { names, places, values, .. } = self;
+        let (names, places, values) = (names.clone(), places.clone(), values.clone());
+        Arc::new(Self { material, names, places, values })
+    }
+}
+
+impl Material for Known {
+    fn name(&self) -> &'static str {
+        self.material.name()
+    }
+
+    fn parameters(&self) -> &[&'static str] {
+        &self.names
+    }
+
+    fn bounds(&self, index: usize) -> RangeInclusive<f64> {
+        self.material.bounds(self.places[index])
+    }
+
+    fn points(&self) -> Option<usize> {
+        self.material.points()
+    }
+
+    fn directions(&self, point: usize) -> &[[f64; 3]] {
+        self.material.directions(point)
+    }
+
+    fn energy(
+        &self,
+        point: usize,
+        parameters: &[f64],
+        h: &Mat3<f64>,
+        barriers: Option<&Barriers>,
+    ) -> f64 {
+        self.material.energy(point, &self.whole(parameters), h, barriers)
+    }
+
+    fn stress(
+        &self,
+        point: usize,
+        parameters: &[f64],
+        h: &Mat3<f64>,
+        barriers: Option<&Barriers>,
+    ) -> (f64, Mat3<f64>) {
+        self.material.stress(point, &self.whole(parameters), h, barriers)
+    }
+
+    fn response(&self, point: usize, parameters: &[f64], h: &Mat3<f64>) -> Response {
+        self.material.response(point, &self.whole(parameters), h)
+    }
+
+    fn with_softer_volume(&self, factor: f64) -> Option<Arc<dyn Material>> {
+        Some(self.with(self.material.with_softer_volume(factor)?))
+    }
+
+    fn stiffened(&self, factors: Vec<f64>) -> Arc<dyn Material> {
+        self.with(self.material.stiffened(factors))
+    }
+
+    fn stress_rate(
+        &self,
+        point: usize,
+        parameters: &[f64],
+        rates: &[f64],
+        h: &Mat3<f64>,
+    ) -> Mat3<f64> {
+        let rates = self.among(vec![0.0; self.values.len()], rates);
+        self.material.stress_rate(point, &self.whole(parameters), &rates, h)
+    }
+}
