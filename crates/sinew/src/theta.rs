@@ -15,6 +15,9 @@ pub struct ThetaText {
 
 /// θ by name, with units.
 pub fn theta_in_words(body: &Body, theta: &[f64]) -> String {
+    if theta.is_empty() {
+        return "all parameters known".into();
+    }
     let pair = |(p, value): (&Parameter, &f64)| {
         format!("{} = {}{}", p.name, trimmed(*value, 6), spoken(&p.unit))
     };
