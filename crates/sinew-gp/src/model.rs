@@ -7,7 +7,7 @@ use crate::domain::Domain;
 use crate::error::GpError;
 use crate::evidence::{Evaluation, Evidence};
 use crate::gram::PairPlan;
-use crate::kernel::{Hyperparameter, Measure, unusable};
+use crate::kernel::{Hyperparameter, Measure};
 use crate::operator::Parameter;
 use crate::parameter::{FreeParameter, Hyperprior};
 use crate::prior::Prior;
@@ -109,8 +109,7 @@ impl<const D: usize> Model<D> {
     ///
     /// # Errors
     /// If there are no data, or some are not finite, lie outside the domain, contradict the boundary conditions, lie where
-    /// a feature has no derivative; if a kernel's hyperparameter has no range, an equation's parameter has the
-    /// name of another one; if an operator's order is too high.
+    /// a feature has no derivative; if an equation's parameter has the name of another one; if an operator's order is too high.
     pub fn new(prior: Prior<D>, data: Data<D>, evidence: Evidence) -> Result<Self, GpError> {
         let Data { groups, everywhere } = data;
         if let Some(source) = everywhere {
@@ -122,7 +121,6 @@ impl<const D: usize> Model<D> {
         let mut groups = groups;
         groups.extend(prior.boundary.iter().cloned());
         check(&groups, &prior.domain)?;
-        check_kernels(&prior)?;
         // A stable sort keeps the order given within each role.
         let mut order: Vec<usize> = (0..groups.len()).collect();
         order.sort_by_key(|number| groups[*number].role);
@@ -335,22 +333,6 @@ const NOISE_START: [f64; 2] = [0.01, 0.1];
 /// all; without a belief these would be taken for next to nothing.
 const NOISE_MEDIAN: f64 = 0.05;
 const NOISE_DEVIATION: f64 = 1.5;
-
-/// Refuses kernels whose hyperparameters have no range to be adjusted in.
-fn check_kernels<const D: usize>(prior: &Prior<D>) -> Result<(), GpError> {
-    for kernel in prior.parts.iter().map(|part| &part.kernel) {
-        for hyperparameter in kernel.hyperparameters() {
-            if let Some(problem) = unusable::<D>(&hyperparameter) {
-                return Err(GpError::Kernel(format!(
-                    "hyperparameter {} of the {} kernel: {problem}",
-                    hyperparameter.name,
-                    kernel.name()
-                )));
-            }
-        }
-    }
-    Ok(())
-}
 
 /// A name that no other parameter has: in a sum of like kernels hyperparameters are numbered.
 fn distinct(name: String, taken: &[FreeParameter]) -> String {

@@ -5,7 +5,7 @@ use crate::data::{Group, Noise, Role};
 use crate::domain::{Domain, Side};
 use crate::error::GpError;
 use crate::field::Field;
-use crate::kernel::Kernel;
+use crate::kernel::{Kernel, unusable};
 use crate::operator::{Derivative, Operator};
 use crate::problem::Problem;
 use crate::structure::{AxisStructure, Functional};
@@ -53,7 +53,8 @@ impl<const D: usize> Prior<D> {
     /// §4.7). Traces on faces that the conditions leave free get `kernel` on the face's axes.
     ///
     /// # Errors
-    /// If conditions conflict at a corner, or the kernel is too rough for the equation.
+    /// If conditions conflict at a corner; if the kernel is too rough for the equation, is along an axis that there is not, or
+    /// has a hyperparameter without a range.
     pub fn constrained(problem: &Problem<D>, kernel: &dyn Kernel<D>) -> Result<Self, GpError> {
         Self::of(problem, constraints(problem)?, kernel)
     }
@@ -61,7 +62,7 @@ impl<const D: usize> Prior<D> {
     /// A prior that ignores the conditions (UCGP).
     ///
     /// # Errors
-    /// If the kernel is too rough for the equation.
+    /// If the kernel is too rough for the equation, is along an axis that there is not, or has a hyperparameter without a range.
     pub fn unconstrained(problem: &Problem<D>, kernel: &dyn Kernel<D>) -> Result<Self, GpError> {
         Self::of(problem, unconstrained(), kernel)
     }
@@ -71,6 +72,7 @@ impl<const D: usize> Prior<D> {
         Constraints { mean, features }: Constraints<D>,
         kernel: &dyn Kernel<D>,
     ) -> Result<Self, GpError> {
+        check_declarations(kernel)?;
         check_smoothness(kernel, problem.equation())?;
         check_mean(problem.domain(), &mean)?;
         let (domain, equation) = (problem.domain().clone(), problem.equation().clone());
@@ -113,6 +115,23 @@ fn check_mean<const D: usize>(domain: &Domain<D>, mean: &Field<D>) -> Result<(),
     }
 }
 
+/// Refuses kernels whose hyperparameters have no range to be adjusted in, and those along axes that there are not, of which a
+/// restriction to the domain's would leave a constant.
+fn check_declarations<const D: usize>(kernel: &dyn Kernel<D>) -> Result<(), GpError> {
+    let declared = kernel.hyperparameters();
+    let all: Vec<usize> = (0..D).collect();
+    let fault = match declared.iter().find_map(|h| Some((h.name, unusable::<D>(h)?))) {
+        Some((name, problem)) => {
+            format!("hyperparameter {name} of the {} kernel: {problem}", kernel.name())
+        }
+        None if kernel.on_axes(&all).hyperparameters().len() < declared.len() => {
+            format!("the {} kernel: its axis is not one of the domain's", kernel.name())
+        }
+        None => return Ok(()),
+    };
+    Err(GpError::Kernel(fault))
+}
+
 /// Refuses kernels whose functions lack the derivatives that an operator takes.
 pub(crate) fn check_smoothness<const D: usize>(
     kernel: &dyn Kernel<D>,
@@ -138,8 +157,7 @@ fn pseudo_observations<const D: usize>(
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut conditions: Vec<(usize, Functional<D>, Field<D>)> = Vec::new();
     for axis in 0..D {
-        let ends = [domain.lower()[axis], domain.upper()[axis]];
-        let structure = AxisStructure::new(ends, &problem.faces[axis], problem.periodic[axis]);
+        let structure = AxisStructure::new(problem, axis);
         conditions
             .extend(structure.lifts.into_iter().map(|lift| (axis, lift.functional, lift.data)));
     }

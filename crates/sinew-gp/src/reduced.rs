@@ -5,6 +5,7 @@
 //! posterior that follows from all values through them (Titsias 2009) lies within a known distance of the exact one, in the
 //! sense of Kullback and Leibler: the difference between an upper and a lower bound of the evidence (Titsias 2014).
 
+use crate::data::unplaced;
 use crate::error::GpError;
 use crate::fit::Fit;
 use crate::model::{Compiled, Model};
@@ -88,8 +89,11 @@ impl<const D: usize> Model<D> {
     /// ```
     ///
     /// # Errors
-    /// If the parameters are not those of this model, or its covariance has no factor.
+    /// If the parameters are not those of this model, its covariance has no factor, or an equation holds everywhere.
     pub fn reduced(self, fit: &Fit<D>, options: &ReducedOptions) -> Result<Reduced<D>, GpError> {
+        if self.everywhere.is_some() {
+            return Err(unplaced());
+        }
         let names = |model: &Self| -> Vec<String> {
             model.parameters.iter().map(|p| p.name.clone()).collect()
         };

@@ -1,8 +1,8 @@
 //! Kernels of this crate are symmetric, definite and differentiated correctly, and functions that are not covariances are found.
 
 use sinew_gp::{
-    Hyperparameter, Kernel, Linear, Matern, Measure, Periodic, Product, RationalQuadratic, Scaled,
-    Series, Smoothness, SquaredExponential, Sum, check_kernel,
+    Hyperparameter, Kernel, Linear, Matern, Measure, Orders, Periodic, Product, RationalQuadratic,
+    Request, Scaled, Series, Smoothness, SquaredExponential, Sum, check_kernel,
 };
 
 fn kernels() -> Vec<Box<dyn Kernel<2>>> {
@@ -116,6 +116,39 @@ impl Kernel<2> for Formula {
     fn formula(&self, _: &[Series], x: &[Series; 2], y: &[Series; 2]) -> Series {
         let square = (&x[0] - &y[0]).squared() + (&x[1] - &y[1]).squared();
         (self.0)(&square, &x[0], &y[0])
+    }
+}
+
+/// Of k(x, x) by first derivatives in both arguments, of the first axis.
+fn slope_variance(kernel: &dyn Kernel<1>, lengths: &[f64]) -> f64 {
+    let first = Orders { first: [1], second: [1] };
+    let stationary = Orders { first: [2], second: [0] };
+    let (sign, orders) = match kernel.is_stationary() {
+        true => (-1.0, [stationary]),
+        false => (1.0, [first]),
+    };
+    let request =
+        Request { hyperparameters: lengths, first: [&[0.4]], second: [0.4], orders: &orders };
+    let mut table = [0.0];
+    kernel.derivatives(&request, &mut table);
+    sign * table[0]
+}
+
+#[test]
+fn rough_kernels_keep_their_slopes_where_points_coincide() {
+    // −k″(0) = ν / (ν − 1) λ⁻² of the Matérn kernel, and the linear one has the slope 1 / λ².
+    for (smoothness, exact) in
+        [(Smoothness::Once, 3.0), (Smoothness::Twice, 5.0 / 3.0), (Smoothness::Thrice, 1.4)]
+    {
+        let matern = || Matern::new(smoothness);
+        let one = || SquaredExponential::along(&[]);
+        let close = |found: f64, exact: f64| {
+            assert!((found - exact).abs() < 1e-12 * exact, "{smoothness:?}: {found}, not {exact}");
+        };
+        close(slope_variance(&matern(), &[0.5]), 4.0 * exact);
+        close(slope_variance(&Product::new(matern(), one()), &[0.5]), 4.0 * exact);
+        let sum = Sum::new(matern(), Linear::new());
+        close(slope_variance(&sum, &[0.5, 2.0]), 4.0 * exact + 0.25);
     }
 }
 
