@@ -156,6 +156,11 @@ impl<const D: usize> Domain<D> {
         }
     }
 
+    /// Coordinates of both ends of an axis.
+    pub(crate) fn ends(&self, axis: usize) -> [f64; 2] {
+        [self.lower[axis], self.upper[axis]]
+    }
+
     /// A face in words, as `x = 0`.
     pub(crate) fn face(&self, axis: usize, side: Side) -> String {
         format!("{} = {}", self.names[axis], self.end(axis, side))

@@ -241,7 +241,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
             .iter()
             .map(|point| {
                 let x = Series::variables(*point, degrees);
-                let mean = x[0].constant(0.0) + prior.mean.at(x);
+                let mean = prior.mean.at(x);
                 self.arguments.map(|argument| mean.derivative(&argument.orders))
             })
             .collect())
@@ -312,8 +312,9 @@ fn collocation<const D: usize>(
     data: &Data<D>,
     domain: &Domain<D>,
 ) -> Result<Vec<[f64; D]>, GpError> {
-    check(&data.groups, domain)?;
-    let imposed = data.groups.iter().filter(|group| group.operator.is_none());
+    let groups = data.placed()?;
+    check(groups, domain)?;
+    let imposed = groups.iter().filter(|group| group.operator.is_none());
     let points: Vec<[f64; D]> = imposed.flat_map(|group| group.points.iter().copied()).collect();
     if points.is_empty() { Err(no_data()) } else { Ok(points) }
 }

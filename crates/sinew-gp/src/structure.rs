@@ -2,7 +2,8 @@
 
 use crate::condition::{Condition, Periodicity};
 use crate::domain::{Domain, Side};
-use crate::field::Field;
+use crate::field::{Field, field};
+use crate::problem::Problem;
 use crate::series::Series;
 
 /// A polynomial along one axis, in the coordinate s that runs from 0 to 1.
@@ -26,11 +27,9 @@ impl Shape {
         self
     }
 
-    fn plus(mut self, other: &Self, factor: f64) -> Self {
+    fn plus(mut self, other: &Self) -> Self {
         self.coefficients.resize(self.coefficients.len().max(other.coefficients.len()), 0.0);
-        for (c, o) in self.coefficients.iter_mut().zip(&other.coefficients) {
-            *c += factor * o;
-        }
+        self.coefficients.iter_mut().zip(&other.coefficients).for_each(|(c, o)| *c += o);
         self
     }
 
@@ -47,31 +46,23 @@ impl Shape {
 }
 
 /// sᵖ (1 − s)^q, scaled to largest value one: a feature that vanishes to order p and q at the ends.
-#[derive(Clone, Debug)]
-pub(crate) struct Bubble {
-    lower: f64,
-    upper: f64,
-    powers: [usize; 2],
-    scale: f64,
+fn bubble<const D: usize>(axis: usize, [lower, upper]: [f64; 2], powers: [usize; 2]) -> Factor<D> {
+    let whole = |n: usize| (n as f64).powi(n as i32);
+    let largest = whole(powers[0]) * whole(powers[1]) / whole(powers[0] + powers[1]);
+    let (length, scale) = (upper - lower, 1.0 / largest);
+    let bubble = field(move |x: [Series; D]| {
+        // Both factors are exact zeros at their ends.
+        let (s, rest) = ((&x[axis] - lower) / length, (upper - &x[axis]) / length);
+        s.powi(powers[0]) * rest.powi(powers[1]) * scale
+    });
+    let field = (powers != [0, 0]).then_some(bubble);
+    Factor { field, free: true, varies: false }
 }
 
-impl Bubble {
-    fn new([lower, upper]: [f64; 2], powers: [usize; 2]) -> Self {
-        let whole = |n: usize| (n as f64).powi(n as i32);
-        let largest = whole(powers[0]) * whole(powers[1]) / whole(powers[0] + powers[1]);
-        Self { lower, upper, powers, scale: 1.0 / largest }
-    }
-
-    pub(crate) fn at(&self, x: &Series) -> Series {
-        let length = self.upper - self.lower;
-        // Both factors are exact zeros at their ends.
-        let (s, rest) = ((x - self.lower) / length, (self.upper - x) / length);
-        s.powi(self.powers[0]) * rest.powi(self.powers[1]) * self.scale
-    }
-
-    pub(crate) fn is_constant(&self) -> bool {
-        self.powers == [0, 0]
-    }
+/// A shape along an axis times a free function on the face.
+fn trace<const D: usize>(axis: usize, shape: Shape) -> Factor<D> {
+    let field = field(move |x: [Series; D]| shape.at(&x[axis]));
+    Factor { field: Some(field), free: false, varies: false }
 }
 
 /// A linear functional of u across one axis.
@@ -160,10 +151,7 @@ fn on_face<const D: usize>(
     }
     let mut face = x.each_ref().map(|coordinate| coordinate.lifted(order));
     face[axis] = face[axis].shifted_last_variable(end);
-    let lifted = function.at(face);
-    // A function that ignores all coordinates may come back as a plain constant.
-    let lifted = x[axis].lifted(order).constant(0.0) + lifted;
-    lifted.last_derivative(order)
+    function.at(face).last_derivative(order)
 }
 
 /// A functional with prescribed value, and the shape that carries it: one under this functional,
@@ -175,43 +163,28 @@ pub(crate) struct Lift<const D: usize> {
     pub shape: Shape,
 }
 
-/// What multiplies a free function on a face: a shape along the axis, and where a Robin condition's factor varies, that
-/// function of the other coordinates times another shape.
+/// What a free function is multiplied by: of all coordinates, or of those on a face.
 #[derive(Clone, Debug)]
-pub(crate) struct Trace<const D: usize> {
-    shape: Shape,
-    varying: Option<(Field<D>, Shape)>,
-}
-
-impl<const D: usize> Trace<D> {
-    fn plain(shape: Shape) -> Self {
-        Self { shape, varying: None }
-    }
-
-    /// Whether its size is not one.
-    pub(crate) fn is_varying(&self) -> bool {
-        self.varying.is_some()
-    }
-
-    pub(crate) fn at(&self, axis: usize, x: &[Series; D]) -> Series {
-        let plain = self.shape.at(&x[axis]);
-        match &self.varying {
-            None => plain,
-            Some((factor, shape)) => plain + shape.at(&x[axis]) * factor.at(x.clone()),
-        }
-    }
+pub(crate) struct Factor<const D: usize> {
+    /// Nothing for one.
+    pub field: Option<Field<D>>,
+    /// Whether the function varies along the axis.
+    pub free: bool,
+    /// Whether the factor's size is not one.
+    pub varies: bool,
 }
 
 /// One axis: u(x) = known lifts + Σ trace shapes × free functions on the face + bubble × free function.
 #[derive(Clone, Debug)]
 pub(crate) struct AxisStructure<const D: usize> {
-    pub bubble: Bubble,
-    pub traces: Vec<Trace<D>>,
+    /// The bubble, then the traces.
+    pub factors: Vec<Factor<D>>,
     pub lifts: Vec<Lift<D>>,
 }
 
-/// Shapes with value or slope one at one end and none at the other.
+/// Shapes with value or slope one at one end of an axis and none at the other.
 struct Basis {
+    axis: usize,
     lower: f64,
     length: f64,
     contacts: [usize; 2],
@@ -267,23 +240,24 @@ fn mirrored(coefficients: &[f64]) -> Vec<f64> {
 }
 
 impl<const D: usize> AxisStructure<D> {
-    /// From the conditions at the two ends, or that they are joined.
-    pub(crate) fn new(
-        ends: [f64; 2],
-        conditions: &[Option<Condition<D>>; 2],
-        periodic: Option<Periodicity>,
-    ) -> Self {
-        if let Some(periodicity) = periodic {
-            return Self::periodic(ends, periodicity);
-        }
-        let contacts = conditions.each_ref().map(|c| c.as_ref().map_or(0, Condition::contact));
-        let basis = Basis { lower: ends[0], length: ends[1] - ends[0], contacts };
-        let mut structure =
-            Self { bubble: Bubble::new(ends, contacts), traces: Vec::new(), lifts: Vec::new() };
+    /// Of an axis, from the conditions at its two ends, or that they are joined.
+    pub(crate) fn new(problem: &Problem<D>, axis: usize) -> Self {
+        let ends = problem.domain().ends(axis);
+        let conditions = &problem.faces[axis];
+        let contacts = match problem.periodic[axis] {
+            None => conditions.each_ref().map(|c| c.as_ref().map_or(0, Condition::contact)),
+            Some(Periodicity::Value) => [1, 1],
+            Some(Periodicity::ValueAndSlope) => [2, 2],
+        };
+        let basis = Basis { axis, lower: ends[0], length: ends[1] - ends[0], contacts };
+        let mut structure = Self { factors: vec![bubble(axis, ends, contacts)], lifts: Vec::new() };
         for (side, condition) in Side::BOTH.into_iter().zip(conditions) {
             if let Some(condition) = condition {
                 structure.add(side, condition, &basis);
             }
+        }
+        if let Some(periodicity) = problem.periodic[axis] {
+            structure.join(&basis, periodicity);
         }
         structure
     }
@@ -307,60 +281,41 @@ impl<const D: usize> AxisStructure<D> {
         };
         // One under the derivative of this order along the outward normal.
         let shape = |order: usize| basis.shape_of(side, order).scaled(outwards(order));
-        let mut lift = |order: usize, data: &Field<D>| {
-            let functional = Functional::outwards(side, Field::zero(), order, 1.0);
-            self.lifts.push(Lift { functional, data: data.clone(), shape: shape(order) });
-        };
-        match condition {
-            Condition::Dirichlet(value) => lift(0, value),
-            Condition::Cauchy { value, slope } => {
-                lift(0, value);
-                lift(1, slope);
-            }
-            Condition::Derivatives(given) => {
-                given.iter().for_each(|(order, data)| lift(*order, data));
-                let free = |order: &usize| given.iter().all(|(known, _)| known != order);
-                let orders = (0..condition.contact()).filter(free);
-                self.traces.extend(orders.map(|order| Trace::plain(shape(order).normalised())));
-            }
-            Condition::Neumann(slope) => {
-                lift(1, slope);
-                self.traces.push(Trace::plain(shape(0).normalised()));
-            }
-            Condition::Robin { value_factor, slope_factor, data } => {
-                let functional = Functional::outwards(side, value_factor.clone(), 1, *slope_factor);
-                let slope = shape(1).scaled(1.0 / slope_factor);
-                self.traces.push(Trace {
-                    shape: shape(0),
-                    varying: Some((value_factor.clone(), slope.clone().scaled(-1.0))),
-                });
-                self.lifts.push(Lift { functional, data: data.clone(), shape: slope });
-            }
+        if let Condition::Robin { value_factor, slope_factor, data } = condition {
+            let functional = Functional::outwards(side, value_factor.clone(), 1, *slope_factor);
+            let slope = shape(1).scaled(1.0 / slope_factor);
+            let (plain, turned) = (shape(0), slope.clone().scaled(-1.0));
+            let (axis, factor) = (basis.axis, value_factor.clone());
+            let trace = field(move |x: [Series; D]| {
+                plain.at(&x[axis]) + turned.at(&x[axis]) * factor.at(x)
+            });
+            self.factors.push(Factor { field: Some(trace), free: false, varies: true });
+            self.lifts.push(Lift { functional, data: data.clone(), shape: slope });
+            return;
         }
+        let given = condition.derivatives();
+        for (order, data) in &given {
+            let functional = Functional::outwards(side, Field::zero(), *order, 1.0);
+            self.lifts.push(Lift { functional, data: (*data).clone(), shape: shape(*order) });
+        }
+        let free = |order: &usize| given.iter().all(|(known, _)| known != order);
+        let orders = (0..condition.contact()).filter(free);
+        self.factors.extend(orders.map(|order| trace(basis.axis, shape(order).normalised())));
     }
 
-    fn periodic(ends: [f64; 2], periodicity: Periodicity) -> Self {
-        let contact = match periodicity {
-            Periodicity::Value => 1,
-            Periodicity::ValueAndSlope => 2,
-        };
-        let basis =
-            Basis { lower: ends[0], length: ends[1] - ends[0], contacts: [contact, contact] };
+    /// Of a periodic axis.
+    fn join(&mut self, basis: &Basis, periodicity: Periodicity) {
         let lift = |order, shape| Lift {
             functional: Functional::Jump { order },
             data: Field::zero(),
             shape,
         };
-        let mut structure = Self {
-            bubble: Bubble::new(ends, [contact, contact]),
-            traces: vec![Trace::plain(basis.shape(&[1.0]))],
-            lifts: vec![lift(0, basis.shape_of(Side::Upper, 0))],
-        };
+        self.factors.push(trace(basis.axis, basis.shape(&[1.0])));
+        self.lifts.push(lift(0, basis.shape_of(Side::Upper, 0)));
         if periodicity == Periodicity::ValueAndSlope {
             let (lower, upper) = (basis.shape_of(Side::Lower, 1), basis.shape_of(Side::Upper, 1));
-            structure.traces.push(Trace::plain(lower.plus(&upper, 1.0).normalised()));
-            structure.lifts.push(lift(1, upper));
+            self.factors.push(trace(basis.axis, lower.plus(&upper).normalised()));
+            self.lifts.push(lift(1, upper));
         }
-        structure
     }
 }

@@ -1,7 +1,6 @@
 //! Whether the conditions of faces agree where these meet.
 
 use super::edges::Edges;
-use super::ends;
 use super::lift::along;
 use crate::domain::Domain;
 use crate::error::GpError;
@@ -78,7 +77,7 @@ fn check_edges<const D: usize>(
                     return Err(varies(&domain.face(axis, *side), &format!("edge {edge}")));
                 }
                 let data = &own.data;
-                let implied = lift.functional.apply(data, axis, ends(domain, axis), &x).value();
+                let implied = lift.functional.apply(data, axis, domain.ends(axis), &x).value();
                 let asked = own.apply(&lift.data, &x).value();
                 let size = magnitude(data, domain) + magnitude(&lift.data, domain);
                 if differ(implied, asked, size) {
@@ -114,7 +113,7 @@ fn check_corner<const D: usize>(
         {
             let Functional::End { value, side, .. } = &own.functional else { continue };
             let passes =
-                functional.lets_pass(value, other, ends(domain, other), &Series::plain(point));
+                functional.lets_pass(value, other, domain.ends(other), &Series::plain(point));
             if !value.is_zero() && !passes {
                 let along = domain.face(other, functional.side());
                 return Err(varies(&domain.face(axis, *side), &along));
@@ -122,8 +121,8 @@ fn check_corner<const D: usize>(
         }
         // ∂ along `second` of the first face's data, against ∂ along `first` of the second's.
         let x = Series::plain(point);
-        let implied = b.functional.apply(&a.data, second, ends(domain, second), &x).value();
-        let asked = a.functional.apply(&b.data, first, ends(domain, first), &x).value();
+        let implied = b.functional.apply(&a.data, second, domain.ends(second), &x).value();
+        let asked = a.functional.apply(&b.data, first, domain.ends(first), &x).value();
         let size = magnitude(&a.data, domain) + magnitude(&b.data, domain);
         if differ(implied, asked, size) {
             let corner = format!(
