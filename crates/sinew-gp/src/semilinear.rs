@@ -181,7 +181,8 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         let posterior = solution.fit.posterior()?;
         let mut sum = posterior.mean_of(self.problem.equation(), points)?;
         let arguments = self.evaluate(points, |operator| posterior.mean_of(operator, points))?;
-        let theta: Vec<Series> = self.theta(Some(&solution.fit)).into_iter().map(plain).collect();
+        let theta: Vec<Series> =
+            self.theta(Some(&solution.fit)).into_iter().map(Series::number).collect();
         for (index, (sum, v)) in sum.iter_mut().zip(arguments).enumerate() {
             let variables = Series::plain(v);
             *sum += (variables[0].constant(0.0) + (self.term)(variables, &theta)).value();
@@ -286,11 +287,6 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         let evidence = if measured { Evidence::UnitInformation } else { Evidence::Joint };
         Model::new(Prior::constrained(&problem, kernel)?, data, evidence)
     }
-}
-
-fn plain(value: f64) -> Series {
-    let [value] = Series::plain([value]);
-    value
 }
 
 /// Largest change of a parameter relative to its size.

@@ -91,23 +91,26 @@ impl<'a, const D: usize> State<'a, D> {
         Ok(Self { model, kernels, theta, coefficients, monomials, noise })
     }
 
-    pub(crate) fn side(&self, part: usize, group: usize, leg: usize) -> Side<'_, D> {
-        let group = &self.model.groups[group];
+    /// Number among all legs of a leg of a group.
+    pub(crate) fn leg(&self, [group, leg]: [usize; 2]) -> usize {
+        self.model.groups[group].first_leg + leg
+    }
+
+    pub(crate) fn side(&self, part: usize, [group, leg]: [usize; 2]) -> Side<'_, D> {
         Side {
-            axes: &group.legs[leg].parts[part].axes,
-            coefficients: &self.coefficients[part][group.first_leg + leg],
+            axes: &self.model.groups[group].legs[leg].parts[part].axes,
+            coefficients: &self.coefficients[part][self.leg([group, leg])],
         }
     }
 
     /// Of one part between a leg of one group and a leg of another, each by group and leg.
     pub(crate) fn block(&self, part: usize, first: [usize; 2], second: [usize; 2]) -> Block<'_, D> {
-        let number = |[group, leg]: [usize; 2]| self.model.groups[group].first_leg + leg;
         Block {
             kernel: &*self.model.prior.parts[part].kernel,
             hyperparameters: &self.kernels[part].1,
-            plan: &self.model.plans[part][number(first) * self.model.legs + number(second)],
-            first: self.side(part, first[0], first[1]),
-            second: self.side(part, second[0], second[1]),
+            plan: &self.model.plans[part][self.leg(first) * self.model.legs + self.leg(second)],
+            first: self.side(part, first),
+            second: self.side(part, second),
         }
     }
 

@@ -37,7 +37,7 @@ impl Shape {
     fn normalised(self) -> Self {
         const SAMPLES: usize = 100;
         let values = (0..=SAMPLES).map(|k| {
-            let [x] = Series::plain([self.lower + self.length * k as f64 / SAMPLES as f64]);
+            let x = Series::number(self.lower + self.length * k as f64 / SAMPLES as f64);
             self.at(&x).value().abs()
         });
         let most = values.fold(0.0, f64::max);

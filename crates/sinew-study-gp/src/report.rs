@@ -22,7 +22,7 @@ pub fn section(
             Column::new("‖θ − θ̂‖", "").about("Euclidean distance from the true values (4.50)"),
         ],
         [Column::new("seconds", "").about(
-            "one fit on one thread: prior, model, all restarts; with NUTS the sampling too",
+            "one fit on one thread: prior, model, all restarts",
         )],
         [
             Column::new("θ̂", "").about("the equation’s parameters at the fit, in the order of the problem"),

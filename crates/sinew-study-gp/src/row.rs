@@ -85,17 +85,18 @@ pub struct Run {
 }
 
 impl Run {
-    /// The same, with an error and a time that can be told.
+    /// The same, with numbers that can be told.
     ///
     /// # Errors
-    /// If one of the two is not finite or negative.
+    /// If error or time is not finite or negative, or a parameter not finite.
     pub(crate) fn checked(self) -> Result<Self, ReportError> {
-        for (field, value) in [("err_u", self.err_u), ("seconds", self.seconds)] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(ReportError::Number(field.into(), value));
-            }
+        let positive = [("err_u", self.err_u), ("seconds", self.seconds)];
+        let sizes = self.theta.iter().map(|value| ("θ", value.abs()));
+        let mut numbers = positive.into_iter().chain(sizes);
+        match numbers.find(|(_, value)| !(value.is_finite() && *value >= 0.0)) {
+            Some((field, value)) => Err(ReportError::Number(field.into(), value)),
+            None => Ok(self),
         }
-        Ok(self)
     }
 }
 
@@ -222,12 +223,17 @@ mod tests {
     }
 
     #[test]
-    fn a_run_needs_error_and_time() {
+    fn a_run_needs_numbers_that_can_be_told() {
         let run = |err_u, seconds| Run { err_u, seconds, ..Run::default() }.checked();
         assert!(run(1e-3, 0.5).is_ok());
         for (err_u, seconds) in [(f64::NAN, 0.5), (1e-3, f64::INFINITY), (1e-3, -1.0)] {
             assert!(run(err_u, seconds).is_err());
         }
+        let theta = vec![0.7, f64::NAN];
+        assert!(
+            Run { theta, ..Run::default() }.checked().is_err(),
+            "no median of it could be told"
+        );
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! What every kernel must satisfy, for those of this crate and of its users.
 
-use super::table::{from_formula, plain};
+use super::table::from_formula;
 use super::{Hyperparameter, Kernel, Measure, Orders, Request};
 use crate::error::{GpError, place};
 use crate::series::Series;
@@ -131,7 +131,8 @@ fn close(a: f64, b: f64, scale: f64, tolerance: f64) -> bool {
 
 impl<const D: usize> Checked<'_, D> {
     fn value(&self, x: [f64; D], y: [f64; D]) -> f64 {
-        let hyperparameters: Vec<Series> = self.hyperparameters.iter().map(|h| plain(*h)).collect();
+        let hyperparameters: Vec<Series> =
+            self.hyperparameters.iter().map(|h| Series::number(*h)).collect();
         self.kernel.formula(&hyperparameters, &Series::plain(x), &Series::plain(y)).value()
     }
 

@@ -64,7 +64,7 @@ fn process_case(setting: &Setting<1>, count: usize, scale: Scale) -> Case {
 
 /// Functions drawn from the constrained prior, each of which satisfies the conditions.
 fn prior_samples(setting: &Setting<1>, task: &Task) -> Result<Figure, GpError> {
-    let points = draw::line(setting.problem.domain(), 81);
+    let points = setting.problem.domain().grid(81);
     // One value known to be anything leaves the prior as it is.
     let data = Data::new().values(&points[..1], &[0.0], Noise::Known(1e6));
     let prior = Prior::constrained(&setting.problem, &SquaredExponential::new())?;
@@ -123,7 +123,7 @@ fn run_network(setting: &Setting<1>, count: usize, scale: Scale, task: &Task) ->
 
 /// Solution and right-hand side of two networks from two random starts.
 fn two_starts(setting: &Setting<1>, scale: Scale, seed: u64) -> Result<Figure, GpError> {
-    let points = draw::line(setting.problem.domain(), 101);
+    let points = setting.problem.domain().grid(101);
     let networks = [1, 2].map(|start| train(setting, SHOWN, 1, scale, derived(seed, start)));
     let [first, second] = networks;
     let networks = [first?, second?];
