@@ -99,12 +99,10 @@ fn mean<const D: usize>(
     let mut mean = start;
     // What misses a condition with a factor that varies is weighed by that factor: there last.
     let (even, uneven): (Vec<usize>, Vec<usize>) =
-        (0..D).partition(|axis| !structures[*axis].varies(problem.domain(), *axis));
+        (0..D).partition(|axis| !structures[*axis].varies(problem.domain()));
     for axis in even.into_iter().chain(uneven) {
-        let structure = &structures[axis];
-        let ends = problem.domain().ends(axis);
         // A zero mean misses nothing of a homogeneous condition.
-        let lifts: Vec<Lift<D>> = structure
+        let lifts: Vec<Lift<D>> = structures[axis]
             .lifts
             .iter()
             .filter(|lift| !(mean.is_zero() && lift.data.is_zero()))
@@ -117,8 +115,8 @@ fn mean<const D: usize>(
         mean = field(move |x: [Series; D]| {
             lifts.iter().fold(before.at(x.clone()), |sum, lift| {
                 let mut face = x.clone();
-                face[axis] = x[axis].constant(ends[lift.functional.side().index()]);
-                let missed = lift.data.at(face) - lift.functional.apply(&before, axis, ends, &x);
+                face[axis] = x[axis].constant(lift.end());
+                let missed = lift.data.at(face) - lift.apply(&before, &x);
                 sum + lift.shape.at(&x[axis]) * missed
             })
         });

@@ -18,28 +18,36 @@ fn about(median: f64) -> Hyperprior {
     Hyperprior::LogNormal { median, standard_deviation: DEVIATION }
 }
 
+/// A positive number, with bounds and starts in units of `unit`.
+fn positive(
+    name: String,
+    unit: f64,
+    [bounds, start]: [[f64; 2]; 2],
+    hyperprior: Hyperprior,
+) -> FreeParameter {
+    let [bounds, start] = [bounds, start].map(|ends| ends.map(|end| end * unit));
+    FreeParameter { name, logarithmic: true, bounds, start, hyperprior }
+}
+
 /// What a kernel of the part of this number leaves free.
 fn of_kernel<const D: usize>(
     hyperparameter: &Hyperparameter,
     number: usize,
     domain: &Domain<D>,
 ) -> FreeParameter {
-    let (name, bounds, start, hyperprior) = match hyperparameter.measure {
+    match hyperparameter.measure {
         Measure::Length { axis } => {
             let extent = domain.extents()[axis];
             let name = format!("{} {} {number}", hyperparameter.name, domain.names()[axis]);
-            let [bounds, start] =
-                [LENGTH_BOUNDS, LENGTH_START].map(|ends| ends.map(|l| l * extent));
-            (name, bounds, start, about(extent))
+            positive(name, extent, [LENGTH_BOUNDS, LENGTH_START], about(extent))
         }
         Measure::Number { lower, upper } => {
             let middle = (lower * upper).sqrt();
             let name = format!("{} {number}", hyperparameter.name);
             let start = [lower, upper].map(|end| (end * middle).sqrt());
-            (name, [lower, upper], start, Hyperprior::Flat)
+            positive(name, 1.0, [[lower, upper], start], Hyperprior::Flat)
         }
-    };
-    FreeParameter { name, logarithmic: true, bounds, start, hyperprior }
+    }
 }
 
 /// Noise of a compiled group.
@@ -238,13 +246,9 @@ impl<const D: usize> Model<D> {
         for (number, part) in self.prior.parts.iter().enumerate() {
             self.part_offsets.push(parameters.len());
             let number = number + 1;
-            parameters.push(FreeParameter {
-                name: format!("amplitude {number}"),
-                logarithmic: true,
-                bounds: AMPLITUDE_BOUNDS.map(|bound| bound * scale),
-                start: AMPLITUDE_START.map(|bound| bound * scale),
-                hyperprior: about(scale),
-            });
+            let name = format!("amplitude {number}");
+            let ends = [AMPLITUDE_BOUNDS, AMPLITUDE_START];
+            parameters.push(positive(name, scale, ends, about(scale)));
             for hyperparameter in part.kernel.hyperparameters() {
                 let free = of_kernel(&hyperparameter, number, &self.prior.domain);
                 parameters.push(FreeParameter { name: distinct(free.name, &parameters), ..free });
@@ -253,9 +257,8 @@ impl<const D: usize> Model<D> {
         self.theta_offset = parameters.len();
         for parameter in &self.theta {
             let bounds = parameter.bounds();
-            let name = parameter.name().to_string();
             parameters.push(FreeParameter {
-                name,
+                name: parameter.name().to_string(),
                 logarithmic: bounds[0] > 0.0,
                 bounds,
                 start: bounds,
@@ -268,19 +271,15 @@ impl<const D: usize> Model<D> {
                 // Of conditions that are all zero, what functions of the data's size would break them by.
                 let broken = || scale * group.operator_size(&middle);
                 let scale = spread(&group.values).unwrap_or_else(broken);
-                parameters.push(FreeParameter {
-                    name: format!("noise {}", group.number + 1),
-                    logarithmic: true,
-                    bounds: NOISE_BOUNDS.map(|bound| bound * scale),
-                    start: NOISE_START.map(|bound| bound * scale),
-                    hyperprior: match group.role {
-                        Role::Observed => Hyperprior::LogNormal {
-                            median: NOISE_MEDIAN * scale,
-                            standard_deviation: NOISE_DEVIATION,
-                        },
-                        _ => Hyperprior::Flat,
+                let hyperprior = match group.role {
+                    Role::Observed => Hyperprior::LogNormal {
+                        median: NOISE_MEDIAN * scale,
+                        standard_deviation: NOISE_DEVIATION,
                     },
-                });
+                    Role::Imposed => Hyperprior::Flat,
+                };
+                let name = format!("noise {}", group.number + 1);
+                parameters.push(positive(name, scale, [NOISE_BOUNDS, NOISE_START], hyperprior));
             }
         }
         self.parameters = parameters;

@@ -8,7 +8,7 @@ use crate::field::Field;
 use crate::kernel::{Kernel, unusable};
 use crate::operator::{Derivative, Operator};
 use crate::problem::Problem;
-use crate::structure::{AxisStructure, Functional};
+use crate::structure::{AxisStructure, Lift};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -155,20 +155,16 @@ fn pseudo_observations<const D: usize>(
 ) -> Result<Vec<Group<D>>, GpError> {
     let domain = problem.domain();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut conditions: Vec<(usize, Functional<D>, Field<D>)> = Vec::new();
-    for axis in 0..D {
-        let structure = AxisStructure::new(problem, axis);
-        conditions
-            .extend(structure.lifts.into_iter().map(|lift| (axis, lift.functional, lift.data)));
-    }
+    let structures = (0..D).map(|axis| AxisStructure::new(problem, axis));
+    let conditions: Vec<Lift<D>> = structures.flat_map(|structure| structure.lifts).collect();
     let edges = edge_lifts(problem);
     let share = |number: usize, of: usize| (points * (number + 1)) / of - (points * number) / of;
     let all = conditions.len() + edges.len() + usize::from(problem.boundary.is_some());
     let faces = conditions.len();
     let mut groups = Vec::new();
-    for (number, (axis, functional, data)) in conditions.into_iter().enumerate() {
+    for (number, lift) in conditions.iter().enumerate() {
         let places = domain.sample(share(number, all), random.random())?;
-        groups.push(pseudo_at_face(domain, axis, functional, &places, &data));
+        groups.push(pseudo_at_face(domain, lift, &places));
     }
     for (number, (edge, lift)) in edges.into_iter().enumerate() {
         let mut places = domain.sample(share(faces + number, all), random.random())?;
@@ -200,33 +196,18 @@ fn pseudo_observations<const D: usize>(
 /// A condition at an end of an axis, or between both, at the projections of `places`.
 fn pseudo_at_face<const D: usize>(
     domain: &Domain<D>,
-    axis: usize,
-    functional: Functional<D>,
+    lift: &Lift<D>,
     places: &[[f64; D]],
-    data: &Field<D>,
 ) -> Group<D> {
     let at = |side: Side| {
         let mut places = places.to_vec();
-        places.iter_mut().for_each(|point| point[axis] = domain.end(axis, side));
+        places.iter_mut().for_each(|point| point[lift.axis] = domain.end(lift.axis, side));
         places
     };
-    match functional {
-        Functional::End { side, value, order, factor } => {
-            let mut derivative = Derivative::identity();
-            derivative.orders[axis] = order;
-            let slope = factor * derivative;
-            let operator = match value.is_zero() {
-                true => slope,
-                false => value * Derivative::identity() + slope,
-            };
-            pseudo(operator, at(side), data)
-        }
-        Functional::Jump { order } => {
-            let mut derivative = Derivative::identity();
-            derivative.orders[axis] = order;
-            let jump = pseudo(derivative.into(), at(Side::Upper), data);
-            Group { further: vec![(-1.0, at(Side::Lower))], ..jump }
-        }
+    let group = pseudo(lift.operator(), at(lift.at.unwrap_or(Side::Upper)), &lift.data);
+    match lift.at {
+        Some(_) => group,
+        None => Group { further: vec![(-1.0, at(Side::Lower))], ..group },
     }
 }
 

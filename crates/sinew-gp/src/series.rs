@@ -2,8 +2,6 @@
 
 mod operators;
 
-use std::borrow::Cow;
-
 /// Most variables that a [`Series`] may have.
 pub(crate) const MOST_VARIABLES: usize = 11;
 
@@ -11,7 +9,7 @@ pub(crate) const MOST_VARIABLES: usize = 11;
 ///
 /// One evaluation of a formula over series gives all its partial derivatives up to those degrees:
 /// what a differential operator of any order needs. Series that meet in one formula have the same
-/// variables and degrees; only a constant may be of another shape.
+/// variables and degrees, or none ([`Series::plain`]).
 ///
 /// ```
 /// use sinew_gp::Series;
@@ -319,6 +317,13 @@ impl Series {
         })
     }
 
+    /// Plus a number.
+    fn plus(&self, number: f64) -> Self {
+        let mut sum = self.clone();
+        sum.coefficients[0] += number;
+        sum
+    }
+
     /// `op` coefficient by coefficient.
     fn zip(&self, right: &Self, op: impl Fn(f64, f64) -> f64) -> Self {
         if right.is_plain() {
@@ -331,29 +336,14 @@ impl Series {
             result.coefficients[0] = op(self.coefficients[0], right.coefficients[0]);
             return result;
         }
-        let (left, right) = self.common(right);
+        self.check_shape(right);
         let coefficients =
-            left.coefficients.iter().zip(&right.coefficients).map(|(l, r)| op(*l, *r)).collect();
-        Self::new(left.degrees, coefficients)
+            self.coefficients.iter().zip(&right.coefficients).map(|(l, r)| op(*l, *r)).collect();
+        Self::new(self.degrees, coefficients)
     }
 
-    /// Itself, or where it is the constant of two series of different shape, in that of `other`.
-    fn shaped_like<'a>(&'a self, other: &Self) -> Cow<'a, Self> {
-        let promoted = self.degrees != other.degrees
-            && self.is_constant()
-            && (!other.is_constant() || other.coefficients.len() > self.coefficients.len());
-        if promoted {
-            Cow::Owned(other.constant(self.coefficients[0]))
-        } else {
-            Cow::Borrowed(self)
-        }
-    }
-
-    /// Both in one shape.
-    fn common<'a>(&'a self, right: &'a Self) -> (Cow<'a, Self>, Cow<'a, Self>) {
-        let pair = (self.shaped_like(right), right.shaped_like(self));
-        assert_eq!(pair.0.degrees, pair.1.degrees, "series of different shapes that both vary");
-        pair
+    fn check_shape(&self, other: &Self) {
+        assert_eq!(self.degrees, other.degrees, "series of different shapes");
     }
 
     fn product(&self, right: &Self) -> Self {
@@ -363,15 +353,10 @@ impl Series {
         if self.is_plain() {
             return right.map(|r| self.coefficients[0] * r);
         }
-        let (left, right) = self.common(right);
-        let mut coefficients = vec![0.0; left.coefficients.len()];
-        let degrees = left.degrees;
-        multiply_into(
-            &mut coefficients,
-            &left.coefficients,
-            &right.coefficients,
-            degrees.as_slice(),
-        );
+        self.check_shape(right);
+        let (degrees, mut coefficients) = (self.degrees, vec![0.0; self.coefficients.len()]);
+        let (left, right) = (&self.coefficients, &right.coefficients);
+        multiply_into(&mut coefficients, left, right, degrees.as_slice());
         Self::new(degrees, coefficients)
     }
 

@@ -3,6 +3,7 @@
 use crate::condition::{Condition, Periodicity};
 use crate::domain::{Domain, Side};
 use crate::field::{Field, field};
+use crate::operator::{Derivative, Operator};
 use crate::problem::Problem;
 use crate::series::Series;
 
@@ -65,73 +66,79 @@ fn trace<const D: usize>(axis: usize, shape: Shape) -> Factor<D> {
     Factor { field: Some(field), free: false, varies: false }
 }
 
-/// A linear functional of u across one axis.
+/// What is held across one axis: `value` u + `factor` ∂u of some order along the axis at one end, or what that is more at the
+/// upper end than at the lower one.
 #[derive(Clone, Debug)]
-pub(crate) enum Functional<const D: usize> {
-    /// `value` u + `factor` ∂u of the given order along the axis, at one end.
-    End { side: Side, value: Field<D>, order: usize, factor: f64 },
-    /// Difference between the ends, upper minus lower, of the derivative of this order.
-    Jump { order: usize },
+pub(crate) struct Lift<const D: usize> {
+    pub axis: usize,
+    ends: [f64; 2],
+    /// Nothing for both ends.
+    pub at: Option<Side>,
+    value: Field<D>,
+    order: usize,
+    factor: f64,
+    pub data: Field<D>,
+    /// What carries the data: one under this functional, zero under the others of the axis.
+    pub shape: Shape,
 }
 
-impl<const D: usize> Functional<D> {
-    /// The derivative of some order along the outward normal.
-    fn outwards(side: Side, value: Field<D>, order: usize, factor: f64) -> Self {
-        let turned = side == Side::Lower && order % 2 == 1;
-        Self::End { side, value, order, factor: if turned { -factor } else { factor } }
+impl<const D: usize> Lift<D> {
+    /// A side where it looks, to name corners.
+    pub(crate) fn side(&self) -> Side {
+        self.at.unwrap_or(Side::Lower)
     }
 
-    /// Applied to `function` along `axis`, as a function of the other coordinates of `x`.
-    pub(crate) fn apply(
-        &self,
-        function: &Field<D>,
-        axis: usize,
-        ends: [f64; 2],
-        x: &[Series; D],
-    ) -> Series {
-        match self {
-            Self::End { side, value, order, factor } => {
-                let end = ends[side.index()];
-                let sum = on_face(function, axis, end, *order, x) * *factor;
-                match value.is_zero() {
-                    true => sum,
-                    false => {
-                        sum + on_face(function, axis, end, 0, x) * on_face(value, axis, end, 0, x)
-                    }
-                }
-            }
-            Self::Jump { order } => {
-                on_face(function, axis, ends[1], *order, x)
-                    - on_face(function, axis, ends[0], *order, x)
-            }
+    /// The coordinate of that side.
+    pub(crate) fn end(&self) -> f64 {
+        self.ends[self.side().index()]
+    }
+
+    /// That side in words.
+    pub(crate) fn face(&self, domain: &Domain<D>) -> String {
+        domain.face(self.axis, self.side())
+    }
+
+    /// What u is multiplied by, if that is not zero.
+    pub(crate) fn value_factor(&self) -> Option<&Field<D>> {
+        (!self.value.is_zero()).then_some(&self.value)
+    }
+
+    /// As an operator on u at the end, or at either.
+    pub(crate) fn operator(&self) -> Operator<D> {
+        let mut derivative = Derivative::identity();
+        derivative.orders[self.axis] = self.order;
+        let slope = self.factor * derivative;
+        match self.value_factor() {
+            None => slope,
+            Some(value) => value.clone() * Derivative::identity() + slope,
+        }
+    }
+
+    /// Applied to `function`, as a function of the other coordinates of `x`.
+    pub(crate) fn apply(&self, function: &Field<D>, x: &[Series; D]) -> Series {
+        let on =
+            |field: &Field<D>, end: f64, order: usize| on_face(field, self.axis, end, order, x);
+        if self.at.is_none() {
+            return on(function, self.ends[1], self.order) - on(function, self.ends[0], self.order);
+        }
+        let sum = on(function, self.end(), self.order) * self.factor;
+        match self.value_factor() {
+            None => sum,
+            Some(value) => sum + on(function, self.end(), 0) * on(value, self.end(), 0),
         }
     }
 
     /// Whether it commutes with multiplication by `factor`: a function whose derivatives, as many as it takes, vanish there.
-    pub(crate) fn lets_pass(
-        &self,
-        factor: &Field<D>,
-        axis: usize,
-        ends: [f64; 2],
-        x: &[Series; D],
-    ) -> bool {
+    pub(crate) fn lets_pass(&self, factor: &Field<D>, x: &[Series; D]) -> bool {
         let size = factor.at(x.clone()).value().abs();
         let none = |value: f64| value.abs() <= 1e-10 * size;
-        let at = |end: f64, order: usize| on_face(factor, axis, end, order, x).value();
-        match self {
-            Self::End { side, order, .. } => {
-                let scale = |k: usize| (ends[1] - ends[0]).powi(k as i32);
-                (1..=*order).all(|k| none(scale(k) * at(ends[side.index()], k)))
+        let at = |end: f64, order: usize| on_face(factor, self.axis, end, order, x).value();
+        let [lower, upper] = self.ends;
+        match self.at {
+            Some(_) => {
+                (1..=self.order).all(|k| none((upper - lower).powi(k as i32) * at(self.end(), k)))
             }
-            Self::Jump { order } => (0..=*order).all(|k| none(at(ends[1], k) - at(ends[0], k))),
-        }
-    }
-
-    /// A side where it looks, to name corners.
-    pub(crate) fn side(&self) -> Side {
-        match self {
-            Self::End { side, .. } => *side,
-            Self::Jump { .. } => Side::Lower,
+            None => (0..=self.order).all(|k| none(at(upper, k) - at(lower, k))),
         }
     }
 }
@@ -152,15 +159,6 @@ fn on_face<const D: usize>(
     let mut face = x.each_ref().map(|coordinate| coordinate.lifted(order));
     face[axis] = face[axis].shifted_last_variable(end);
     function.at(face).last_derivative(order)
-}
-
-/// A functional with prescribed value, and the shape that carries it: one under this functional,
-/// zero under the others of the axis.
-#[derive(Clone, Debug)]
-pub(crate) struct Lift<const D: usize> {
-    pub functional: Functional<D>,
-    pub data: Field<D>,
-    pub shape: Shape,
 }
 
 /// What a free function is multiplied by: of all coordinates, or of those on a face.
@@ -185,14 +183,20 @@ pub(crate) struct AxisStructure<const D: usize> {
 /// Shapes with value or slope one at one end of an axis and none at the other.
 struct Basis {
     axis: usize,
-    lower: f64,
-    length: f64,
+    ends: [f64; 2],
     contacts: [usize; 2],
 }
 
 impl Basis {
     fn shape(&self, coefficients: &[f64]) -> Shape {
-        Shape { lower: self.lower, length: self.length, coefficients: coefficients.to_vec() }
+        let [lower, upper] = self.ends;
+        Shape { lower, length: upper - lower, coefficients: coefficients.to_vec() }
+    }
+
+    /// Of a derivative alone.
+    fn lift<const D: usize>(&self, at: Option<Side>, order: usize, shape: Shape) -> Lift<D> {
+        let (axis, ends, data) = (self.axis, self.ends, Field::zero());
+        Lift { axis, ends, at, value: Field::zero(), order, factor: 1.0, data, shape }
     }
 
     /// The derivative of order j along the axis one at an end, other ones zero. Where the other end has conditions, Hermite's
@@ -216,7 +220,7 @@ impl Basis {
             own.push(0.0);
             (1..own.len()).rev().for_each(|k| own[k] -= own[k - 1]);
         }
-        let scale = self.length.powi(j as i32);
+        let scale = (self.ends[1] - self.ends[0]).powi(j as i32);
         match side {
             Side::Lower => self.shape(&own).scaled(scale),
             Side::Upper => {
@@ -249,7 +253,7 @@ impl<const D: usize> AxisStructure<D> {
             Some(Periodicity::Value) => [1, 1],
             Some(Periodicity::ValueAndSlope) => [2, 2],
         };
-        let basis = Basis { axis, lower: ends[0], length: ends[1] - ends[0], contacts };
+        let basis = Basis { axis, ends, contacts };
         let mut structure = Self { factors: vec![bubble(axis, ends, contacts)], lifts: Vec::new() };
         for (side, condition) in Side::BOTH.into_iter().zip(conditions) {
             if let Some(condition) = condition {
@@ -263,14 +267,14 @@ impl<const D: usize> AxisStructure<D> {
     }
 
     /// Whether a factor of the value changes along another axis.
-    pub(crate) fn varies(&self, domain: &Domain<D>, axis: usize) -> bool {
+    pub(crate) fn varies(&self, domain: &Domain<D>) -> bool {
         self.lifts.iter().any(|lift| {
-            let Functional::End { value, side, .. } = &lift.functional else { return false };
+            let Some(value) = lift.value_factor() else { return false };
             let mut face = domain.grid(5);
-            face.iter_mut().for_each(|point| point[axis] = domain.end(axis, *side));
+            face.iter_mut().for_each(|point| point[lift.axis] = lift.end());
             let values: Vec<f64> = face.into_iter().map(|point| value.value(point)).collect();
             let size = values.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
-            !value.is_zero() && values.iter().any(|a| (a - values[0]).abs() > 1e-12 * size)
+            values.iter().any(|a| (a - values[0]).abs() > 1e-12 * size)
         })
     }
 
@@ -282,7 +286,6 @@ impl<const D: usize> AxisStructure<D> {
         // One under the derivative of this order along the outward normal.
         let shape = |order: usize| basis.shape_of(side, order).scaled(outwards(order));
         if let Condition::Robin { value_factor, slope_factor, data } = condition {
-            let functional = Functional::outwards(side, value_factor.clone(), 1, *slope_factor);
             let slope = shape(1).scaled(1.0 / slope_factor);
             let (plain, turned) = (shape(0), slope.clone().scaled(-1.0));
             let (axis, factor) = (basis.axis, value_factor.clone());
@@ -290,13 +293,15 @@ impl<const D: usize> AxisStructure<D> {
                 plain.at(&x[axis]) + turned.at(&x[axis]) * factor.at(x)
             });
             self.factors.push(Factor { field: Some(trace), free: false, varies: true });
-            self.lifts.push(Lift { functional, data: data.clone(), shape: slope });
+            let (value, factor) = (value_factor.clone(), outwards(1) * slope_factor);
+            let lift = basis.lift(Some(side), 1, slope);
+            self.lifts.push(Lift { value, factor, data: data.clone(), ..lift });
             return;
         }
         let given = condition.derivatives();
         for (order, data) in &given {
-            let functional = Functional::outwards(side, Field::zero(), *order, 1.0);
-            self.lifts.push(Lift { functional, data: (*data).clone(), shape: shape(*order) });
+            let lift = basis.lift(Some(side), *order, shape(*order));
+            self.lifts.push(Lift { factor: outwards(*order), data: (*data).clone(), ..lift });
         }
         let free = |order: &usize| given.iter().all(|(known, _)| known != order);
         let orders = (0..condition.contact()).filter(free);
@@ -305,17 +310,12 @@ impl<const D: usize> AxisStructure<D> {
 
     /// Of a periodic axis.
     fn join(&mut self, basis: &Basis, periodicity: Periodicity) {
-        let lift = |order, shape| Lift {
-            functional: Functional::Jump { order },
-            data: Field::zero(),
-            shape,
-        };
         self.factors.push(trace(basis.axis, basis.shape(&[1.0])));
-        self.lifts.push(lift(0, basis.shape_of(Side::Upper, 0)));
+        self.lifts.push(basis.lift(None, 0, basis.shape_of(Side::Upper, 0)));
         if periodicity == Periodicity::ValueAndSlope {
             let (lower, upper) = (basis.shape_of(Side::Lower, 1), basis.shape_of(Side::Upper, 1));
             self.factors.push(trace(basis.axis, lower.plus(&upper).normalised()));
-            self.lifts.push(lift(1, upper));
+            self.lifts.push(basis.lift(None, 1, upper));
         }
     }
 }

@@ -76,12 +76,11 @@ fn row(row: &Row) -> Result<sinew_report::Row, ReportError> {
 
 /// The thesis' parameters with the digits it prints.
 fn printed(label: &Label) -> String {
-    let thesis = &label.thesis;
-    let text = |(value, digit): (&f64, &f64)| {
+    let text = |(value, digit): &(f64, f64)| {
         let decimals = (-digit.log10()).round().max(0.0) as usize;
         format!("{value:.decimals$}")
     };
-    thesis.theta.iter().zip(&thesis.digit).map(text).collect::<Vec<_>>().join(", ")
+    label.thesis.theta.iter().map(text).collect::<Vec<_>>().join(", ")
 }
 
 /// Every restart of the first data set: what the best one was chosen from.

@@ -107,19 +107,17 @@ pub struct Thesis {
     pub err_u: Option<f64>,
     /// Mean |f − f̂|.
     pub err_f: Option<f64>,
-    /// Inferred parameters; empty if not printed.
-    pub theta: Vec<f64>,
-    /// One unit of the last printed digit of each.
-    pub digit: Vec<f64>,
+    /// Inferred parameters, each with one unit of its last printed digit; empty if not printed.
+    pub theta: Vec<(f64, f64)>,
 }
 
 impl Thesis {
     /// ‖θ − θ̂‖ of the printed parameters, half a digit of rounding included; none if not printed.
     pub(crate) fn err_theta(&self, truth: &[Truth]) -> Option<f64> {
-        let squares: f64 = (self.theta.iter().zip(&self.digit))
-            .zip(truth)
-            .map(|((printed, digit), truth)| ((printed - truth.value).abs() + 0.5 * digit).powi(2))
-            .sum();
+        let off = |((printed, digit), truth): (&(f64, f64), &Truth)| {
+            ((printed - truth.value).abs() + 0.5 * digit).powi(2)
+        };
+        let squares: f64 = self.theta.iter().zip(truth).map(off).sum();
         (!self.theta.is_empty()).then(|| squares.sqrt())
     }
 }
@@ -213,12 +211,7 @@ mod tests {
             method: Method::Hcgp,
             abscissa: None,
             truth: vec![Truth { name: "theta".into(), value: 1.0 }],
-            thesis: Thesis {
-                err_u: Some(1e-3),
-                theta: vec![1.01],
-                digit: vec![0.01],
-                ..Thesis::default()
-            },
+            thesis: Thesis { err_u: Some(1e-3), err_f: None, theta: vec![(1.01, 0.01)] },
         }
     }
 

@@ -53,7 +53,7 @@ fn observed(setting: &Setting<1>, count: usize) -> Observed<1> {
 fn process_case(setting: &Setting<1>, count: usize, scale: Scale) -> Case {
     let observe = move |setting: &Setting<1>, _: &Task| Ok(observed(setting, count));
     let inference = Inference::new(setting, Approach::Constrained, scale, observe);
-    Case::new(setting, Method::Hcgp, 0.05, move |task| {
+    Case::new(setting.named(), Method::Hcgp, 0.05, move |task| {
         let mut run = inference.run(task)?;
         if task.draw && count == 4 {
             run.figures.insert(0, prior_samples(&inference.setting, task)?);
@@ -90,7 +90,7 @@ fn prior_samples(setting: &Setting<1>, task: &Task) -> Result<Figure, GpError> {
 fn network_case(setting: &Setting<1>, count: usize, scale: Scale) -> Case {
     let own = setting.clone();
     let run = move |task: &Task| run_network(&own, count, scale, task);
-    Case::new(setting, Method::Hcnn, 0.004 * count as f64, run)
+    Case::new(setting.named(), Method::Hcnn, 0.004 * count as f64, run)
 }
 
 fn train(
