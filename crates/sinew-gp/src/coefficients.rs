@@ -183,8 +183,7 @@ impl<const D: usize> Builder<'_, D> {
         let degrees = self.operator.orders();
         self.points.iter().enumerate().flat_map(move |(index, point)| {
             let x = Series::variables(*point, degrees);
-            // A formula that ignores the coordinates may return a constant of a shape of its own.
-            let value = Rc::new(x[0].constant(0.0) + field.at(x));
+            let value = Rc::new(field.at(x));
             self.operator.terms().iter().enumerate().map(move |(number, term)| {
                 let factor = term.function.as_ref().map_or(1.0, |function| function.value(*point));
                 let coefficient = term.scale * factor;

@@ -97,12 +97,22 @@ impl<const D: usize> Condition<D> {
         }
     }
 
+    /// The derivatives along n that are given, by their order; none where they are mixed.
+    pub(crate) fn derivatives(&self) -> Vec<(usize, &Field<D>)> {
+        match self {
+            Self::Dirichlet(value) => vec![(0, value)],
+            Self::Neumann(slope) => vec![(1, slope)],
+            Self::Cauchy { value, slope } => vec![(0, value), (1, slope)],
+            Self::Derivatives(given) => given.iter().map(|(order, data)| (*order, data)).collect(),
+            Self::Robin { .. } => Vec::new(),
+        }
+    }
+
     /// How many derivatives, counting the value, the features must have vanish on the face.
     pub(crate) fn contact(&self) -> usize {
         match self {
-            Self::Dirichlet(_) => 1,
-            Self::Neumann(_) | Self::Cauchy { .. } | Self::Robin { .. } => 2,
-            Self::Derivatives(given) => given.iter().map(|(order, _)| order + 1).max().unwrap_or(0),
+            Self::Robin { .. } => 2,
+            _ => self.derivatives().iter().map(|(order, _)| order + 1).max().unwrap_or(0),
         }
     }
 

@@ -9,15 +9,15 @@ mod meeting;
 mod tests;
 mod wedges;
 
-use crate::domain::{Domain, Side};
+use crate::domain::Domain;
 use crate::error::GpError;
-use crate::field::{Field, field};
+use crate::field::{Field, constant, field};
 use crate::kernel::Kernel;
 use crate::problem::Problem;
 use crate::series::Series;
-use crate::structure::{AxisStructure, Bubble, Lift, Trace};
+use crate::structure::{AxisStructure, Factor, Lift};
 use corners::check_corners;
-use edges::{Edges, Plane, Span};
+use edges::Edges;
 pub(crate) use lift::EdgeLift;
 
 /// A summand φ(x) φ(x′) k(x, x′) of a constrained kernel.
@@ -33,6 +33,26 @@ pub struct Feature<const D: usize> {
 }
 
 impl<const D: usize> Feature<D> {
+    /// With a kernel on all axes.
+    fn everywhere(factor: Field<D>) -> Self {
+        Self { factor, axes: (0..D).collect(), direction: None }
+    }
+
+    /// With a kernel on the axes behind the plane of a polygon.
+    fn beyond_plane(factor: Field<D>) -> Self {
+        Self { factor, axes: (2..D).collect(), direction: None }
+    }
+
+    /// With one more factor.
+    fn times(&self, axis: usize, own: &Factor<D>) -> Self {
+        let axes = self.axes.iter().copied().filter(|d| *d != axis || own.free).collect();
+        let factor = match (self.factor.clone(), own.field.clone()) {
+            (before, None) => before,
+            (before, Some(own)) => field(move |x: [Series; D]| before.at(x.clone()) * own.at(x)),
+        };
+        Self { factor, axes, direction: self.direction }
+    }
+
     /// `kernel` as a function of what k depends on.
     pub fn kernel(&self, kernel: &dyn Kernel<D>) -> Box<dyn Kernel<D>> {
         let across = |axis: &usize| *axis == 1 && self.direction.is_some();
@@ -50,18 +70,9 @@ pub struct Constraints<const D: usize> {
     pub features: Vec<Feature<D>>,
 }
 
-/// One factor of a feature.
-#[derive(Clone, Debug)]
-enum Factor<const D: usize> {
-    Bubble(usize, Bubble),
-    Trace(usize, Trace<D>),
-}
-
 /// No conditions at all: zero mean and one kernel on all axes.
 pub(crate) fn unconstrained<const D: usize>() -> Constraints<D> {
-    let feature =
-        Feature { factor: crate::field::constant(1.0), axes: (0..D).collect(), direction: None };
-    Constraints { mean: Field::zero(), features: vec![feature] }
+    Constraints { mean: Field::zero(), features: vec![Feature::everywhere(constant(1.0))] }
 }
 
 /// The constrained mean and features of a problem (§4.4, §4.7).
@@ -69,23 +80,14 @@ pub(crate) fn unconstrained<const D: usize>() -> Constraints<D> {
 /// # Errors
 /// If conditions of two faces conflict where these meet.
 pub fn constraints<const D: usize>(problem: &Problem<D>) -> Result<Constraints<D>, GpError> {
-    let structures: [AxisStructure<D>; D] = std::array::from_fn(|axis| {
-        AxisStructure::new(
-            ends(problem.domain(), axis),
-            &problem.faces[axis],
-            problem.periodic[axis],
-        )
-    });
+    let structures: [AxisStructure<D>; D] =
+        std::array::from_fn(|axis| AxisStructure::new(problem, axis));
     let edges = Edges::new(problem);
     check_corners(problem, &structures, &edges)?;
     Ok(Constraints {
         mean: mean(problem, &structures, edges.mean()),
         features: features(problem.domain(), &structures, edges.planes())?,
     })
-}
-
-fn ends<const D: usize>(domain: &Domain<D>, axis: usize) -> [f64; 2] {
-    Side::BOTH.map(|side| domain.end(axis, side))
 }
 
 /// Axis by axis, the part of the conditions that the mean so far misses is added (Algorithm 3).
@@ -97,12 +99,10 @@ fn mean<const D: usize>(
     let mut mean = start;
     // What misses a condition with a factor that varies is weighed by that factor: there last.
     let (even, uneven): (Vec<usize>, Vec<usize>) =
-        (0..D).partition(|axis| !structures[*axis].varies(problem.domain(), *axis));
+        (0..D).partition(|axis| !structures[*axis].varies(problem.domain()));
     for axis in even.into_iter().chain(uneven) {
-        let structure = &structures[axis];
-        let ends = ends(problem.domain(), axis);
         // A zero mean misses nothing of a homogeneous condition.
-        let lifts: Vec<Lift<D>> = structure
+        let lifts: Vec<Lift<D>> = structures[axis]
             .lifts
             .iter()
             .filter(|lift| !(mean.is_zero() && lift.data.is_zero()))
@@ -115,8 +115,8 @@ fn mean<const D: usize>(
         mean = field(move |x: [Series; D]| {
             lifts.iter().fold(before.at(x.clone()), |sum, lift| {
                 let mut face = x.clone();
-                face[axis] = x[axis].constant(ends[lift.functional.side().index()]);
-                let missed = lift.data.at(face) - lift.functional.apply(&before, axis, ends, &x);
+                face[axis] = x[axis].constant(lift.end());
+                let missed = lift.data.at(face) - lift.apply(&before, &x);
                 sum + lift.shape.at(&x[axis]) * missed
             })
         });
@@ -124,40 +124,27 @@ fn mean<const D: usize>(
     mean
 }
 
-/// All products of one factor per axis: its bubble, with the kernel acting along the axis, or one
-/// of its traces; with a polygon, the first two axes count as one.
+/// All products of a factor in the plane of a polygon and one factor for each axis: its bubble, with the kernel acting along
+/// the axis, or one of its traces.
 fn features<const D: usize>(
     domain: &Domain<D>,
     structures: &[AxisStructure<D>; D],
-    planes: Vec<Plane<D>>,
+    planes: Vec<Feature<D>>,
 ) -> Result<Vec<Feature<D>>, GpError> {
-    let mut products: Vec<Vec<Factor<D>>> = vec![Vec::new()];
+    let mut products: Vec<(Feature<D>, bool)> =
+        planes.into_iter().map(|plane| (plane, false)).collect();
     for (axis, structure) in structures.iter().enumerate() {
-        let bubble = Factor::Bubble(axis, structure.bubble.clone());
-        let traces = structure.traces.iter().map(|trace| Factor::Trace(axis, trace.clone()));
-        let choices: Vec<Factor<D>> = std::iter::once(bubble).chain(traces).collect();
-        products = products
-            .iter()
-            .flat_map(|product| {
-                choices
-                    .iter()
-                    .map(|choice| [product.as_slice(), std::slice::from_ref(choice)].concat())
-            })
-            .collect();
+        let times = |(product, varies): (Feature<D>, bool)| {
+            let each = structure.factors.iter();
+            each.map(move |factor| (product.times(axis, factor), varies || factor.varies))
+        };
+        products = products.into_iter().flat_map(times).collect();
     }
-    let mut features = Vec::new();
-    for plane in planes {
-        for factors in &products {
-            let varies =
-                |factor: &Factor<D>| matches!(factor, Factor::Trace(_, t) if t.is_varying());
-            let feature = product(plane.clone(), factors.clone());
-            features.push(match factors.iter().any(varies) {
-                true => normalised(domain, feature)?,
-                false => feature,
-            });
-        }
-    }
-    Ok(features)
+    let scaled = |(feature, varies)| match varies {
+        true => normalised(domain, feature),
+        false => Ok(feature),
+    };
+    products.into_iter().map(scaled).collect()
 }
 
 /// Scaled to size one, by sampling.
@@ -165,40 +152,12 @@ fn normalised<const D: usize>(
     domain: &Domain<D>,
     feature: Feature<D>,
 ) -> Result<Feature<D>, GpError> {
-    let Feature { factor, axes, direction } = feature;
+    let factor = feature.factor.clone();
     // Ends of the axes too, where traces are largest.
     let places = domain.sample(200, 0)?.into_iter().chain(domain.grid(5));
     let size = |at: [f64; D]| factor.value(at).abs();
     let most = places.map(size).filter(|size| size.is_finite()).fold(0.0, f64::max);
     let scale = if most > 0.0 { 1.0 / most } else { 1.0 };
     let factor = field(move |x: [Series; D]| factor.at(x) * scale);
-    Ok(Feature { factor, axes, direction })
-}
-
-fn product<const D: usize>(plane: Plane<D>, factors: Vec<Factor<D>>) -> Feature<D> {
-    let free = |axis: usize| axis >= 2 || plane.span != Span::Nothing;
-    let axes = factors
-        .iter()
-        .filter_map(|factor| match factor {
-            Factor::Bubble(axis, _) => Some(*axis),
-            Factor::Trace(..) => None,
-        })
-        .filter(|axis| free(*axis))
-        .collect();
-    let direction = match plane.span {
-        Span::Direction(direction) => Some(direction),
-        Span::Everything | Span::Nothing => None,
-    };
-    let factor = field(move |x: [Series; D]| {
-        let start = match &plane.factor {
-            Some(factor) => factor.at(x.clone()),
-            None => x[0].constant(1.0),
-        };
-        factors.iter().fold(start, |product, factor| match factor {
-            Factor::Bubble(_, bubble) if bubble.is_constant() => product,
-            Factor::Bubble(axis, bubble) => product * bubble.at(&x[*axis]),
-            Factor::Trace(axis, trace) => product * trace.at(*axis, &x),
-        })
-    });
-    Feature { factor, axes, direction }
+    Ok(Feature { factor, ..feature })
 }

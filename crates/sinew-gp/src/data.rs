@@ -77,7 +77,10 @@ impl<const D: usize> Data<D> {
     pub fn thinned(&self, count: usize, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut thinned = self.clone();
-        for group in thinned.groups.iter_mut().filter(|group| group.role == Role::Observed) {
+        // Values without a point are refused by whoever takes the data.
+        let whole = |g: &&mut Group<D>| g.points.len() == g.values.len();
+        let groups = thinned.groups.iter_mut().filter(whole);
+        for group in groups.filter(|group| group.role == Role::Observed) {
             let mut order: Vec<(u64, usize)> =
                 (0..group.values.len()).map(|k| (random.random(), k)).collect();
             order.sort_unstable();
@@ -178,6 +181,14 @@ impl<const D: usize> Data<D> {
         self.sum(functional, value, noise, Role::Imposed)
     }
 
+    /// All groups, where none is left to be placed.
+    pub(crate) fn placed(&self) -> Result<&[Group<D>], GpError> {
+        match self.everywhere {
+            None => Ok(&self.groups),
+            Some(_) => Err(unplaced()),
+        }
+    }
+
     fn sum(
         self,
         Functional { operator, points, weights }: &Functional<D>,
@@ -234,23 +245,20 @@ pub(crate) fn check<const D: usize>(
         let number = index + 1;
         check_lengths(group.points.len(), group.values.len())?;
         for (index, (point, value)) in group.points.iter().zip(&group.values).enumerate() {
-            let mut numbers = point.iter().map(|c| ("point", c)).chain([("value", value)]);
+            let further = || group.further.iter().filter_map(|(_, points)| points.get(index));
+            let points = || std::iter::once(point).chain(further());
+            let coordinates = points().flatten().map(|c| ("point", c));
+            let mut numbers = coordinates.chain([("value", value)]);
             if let Some((what, found)) = numbers.find(|(_, number)| !number.is_finite()) {
                 return Err(GpError::Data(format!(
                     "{what} number {index} of observation group {number} is {found}; remove it from the data"
                 )));
             }
-            let further = group.further.iter().flat_map(|(_, points)| points);
-            if let Some(odd) = further.flatten().find(|c| !c.is_finite()) {
-                return Err(GpError::Data(format!(
-                    "a point of observation group {number} has the coordinate {odd}; remove it from the data"
-                )));
-            }
             // Rounding leaves points of the boundary next to it.
-            if !domain.contains_within(*point, 1e-9) {
+            if let Some(outside) = points().find(|point| !domain.contains_within(**point, 1e-9)) {
                 return Err(GpError::Data(format!(
                     "point {index} of observation group {number} {} lies outside the domain; check its unit, or remove it",
-                    place(point)
+                    place(outside)
                 )));
             }
         }
@@ -275,6 +283,14 @@ pub(crate) fn check<const D: usize>(
         ))),
         None => Ok(()),
     }
+}
+
+/// An equation everywhere where nobody chooses its points.
+pub(crate) fn unplaced() -> GpError {
+    GpError::Data(
+        "only `Model::fit` chooses the points of an equation that holds everywhere; give it at points by `Data::equation`"
+            .into(),
+    )
 }
 
 /// Nothing to condition on.

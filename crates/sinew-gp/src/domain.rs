@@ -148,12 +148,27 @@ impl<const D: usize> Domain<D> {
         })
     }
 
+    /// Position of an axis that is no part of a polygon, for which an error says what to use.
+    pub(crate) fn free_axis(&self, name: &str, instead: &str) -> Result<usize, GpError> {
+        match self.axis(name)? {
+            axis if self.polygon.is_some() && axis < 2 => {
+                Err(GpError::Problem(format!("{name} is part of the polygon; use {instead}")))
+            }
+            axis => Ok(axis),
+        }
+    }
+
     /// Coordinate of one end of an axis.
     pub(crate) fn end(&self, axis: usize, side: Side) -> f64 {
         match side {
             Side::Lower => self.lower[axis],
             Side::Upper => self.upper[axis],
         }
+    }
+
+    /// Coordinates of both ends of an axis.
+    pub(crate) fn ends(&self, axis: usize) -> [f64; 2] {
+        [self.lower[axis], self.upper[axis]]
     }
 
     /// A face in words, as `x = 0`.
@@ -212,13 +227,7 @@ impl<const D: usize> Domain<D> {
         count: usize,
         seed: u64,
     ) -> Result<Vec<[f64; D]>, GpError> {
-        let axis = self.axis(axis)?;
-        if self.polygon.is_some() && axis < 2 {
-            return Err(GpError::Problem(format!(
-                "{} is part of the polygon; use `Polygon::on_edge` for points on its edges",
-                self.names[axis]
-            )));
-        }
+        let axis = self.free_axis(axis, "`Polygon::on_edge` for points on its edges")?;
         let mut points = self.sample(count, seed)?;
         points.iter_mut().for_each(|point| point[axis] = self.end(axis, side));
         Ok(points)

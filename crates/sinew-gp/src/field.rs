@@ -44,9 +44,11 @@ impl<const D: usize> Field<D> {
 
     /// The formula at `x`.
     pub fn at(&self, x: [Series; D]) -> Series {
+        let zero = x[0].constant(0.0);
         match &self.function {
-            Some(function) => function(x),
-            None => x[0].constant(0.0),
+            // A formula that ignores the coordinates may return a constant of a shape of its own.
+            Some(function) => zero + function(x),
+            None => zero,
         }
     }
 

@@ -87,7 +87,8 @@ impl<const D: usize> Model<D> {
         (0..options.restarts.max(1)).map(|_| self.random_start(&mut random)).collect()
     }
 
-    /// [`Model::fit`] from given starts, on the parameters' scales; they are moved into the bounds.
+    /// [`Model::fit`] from given starts, on the parameters' scales; they are moved into the bounds. An equation that holds
+    /// everywhere stays at the points that it begins with, of which [`Fit::warnings`] tells.
     ///
     /// # Errors
     /// As [`Model::fit`]; and if there are no starts, or one has another number of parameters.
@@ -116,8 +117,11 @@ impl<const D: usize> Model<D> {
                 let text = "no starts are given; give one at least, or let `Model::fit` draw some";
                 GpError::Request(text.into())
             })?;
+        // Until more points of an equation everywhere have left the answer as it is.
+        let places = || model.groups.iter().map(|group| group.places.len()).sum();
+        let unsettled = model.everywhere.as_ref().map(|_| places());
         match &restarts[best].outcome {
-            Ok(_) => Ok(Fit { model, restarts, best, unsettled: None }),
+            Ok(_) => Ok(Fit { model, restarts, best, unsettled }),
             Err(last) => Err(GpError::NoFit { restarts: count, last: Box::new(last.clone()) }),
         }
     }

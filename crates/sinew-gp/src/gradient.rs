@@ -200,19 +200,17 @@ impl<const D: usize> State<'_, D> {
                 for (first, second) in self.leg_pairs(first, second) {
                     let block = self.block(part, first, second);
                     let leg = &self.model.groups[second[0]].legs[second[1]];
-                    let number =
-                        |[group, leg]: [usize; 2]| self.model.groups[group].first_leg + leg;
                     // The cotangents of the column's own point come back apart, for it may lie in the same group as the rows.
                     pulled.own.clear();
                     pulled.own.resize(leg.parts[part].orders.len(), 0.0);
                     let mut cotangents = Cotangents {
-                        first: &mut pulled.coefficients[part][number(first)],
+                        first: &mut pulled.coefficients[part][self.leg(first)],
                         second: &mut pulled.own,
                         hyperparameters: &mut pulled.hyperparameters[part],
                     };
                     let weights = &weights[rows.clone()];
                     block.pull_column(start, own, weights, &mut cotangents, scratch);
-                    let slots = &mut pulled.coefficients[part][number(second)];
+                    let slots = &mut pulled.coefficients[part][self.leg(second)];
                     let slots = slots.iter_mut().skip(own).step_by(leg.count);
                     slots.zip(&pulled.own).for_each(|(slot, value)| *slot += value);
                 }

@@ -7,7 +7,7 @@ use crate::domain::Domain;
 use crate::error::GpError;
 use crate::evidence::{Evaluation, Evidence};
 use crate::gram::PairPlan;
-use crate::kernel::{Hyperparameter, Measure, unusable};
+use crate::kernel::{Hyperparameter, Measure};
 use crate::operator::Parameter;
 use crate::parameter::{FreeParameter, Hyperprior};
 use crate::prior::Prior;
@@ -18,28 +18,36 @@ fn about(median: f64) -> Hyperprior {
     Hyperprior::LogNormal { median, standard_deviation: DEVIATION }
 }
 
+/// A positive number, with bounds and starts in units of `unit`.
+fn positive(
+    name: String,
+    unit: f64,
+    [bounds, start]: [[f64; 2]; 2],
+    hyperprior: Hyperprior,
+) -> FreeParameter {
+    let [bounds, start] = [bounds, start].map(|ends| ends.map(|end| end * unit));
+    FreeParameter { name, logarithmic: true, bounds, start, hyperprior }
+}
+
 /// What a kernel of the part of this number leaves free.
 fn of_kernel<const D: usize>(
     hyperparameter: &Hyperparameter,
     number: usize,
     domain: &Domain<D>,
 ) -> FreeParameter {
-    let (name, bounds, start, hyperprior) = match hyperparameter.measure {
+    match hyperparameter.measure {
         Measure::Length { axis } => {
             let extent = domain.extents()[axis];
             let name = format!("{} {} {number}", hyperparameter.name, domain.names()[axis]);
-            let [bounds, start] =
-                [LENGTH_BOUNDS, LENGTH_START].map(|ends| ends.map(|l| l * extent));
-            (name, bounds, start, about(extent))
+            positive(name, extent, [LENGTH_BOUNDS, LENGTH_START], about(extent))
         }
         Measure::Number { lower, upper } => {
             let middle = (lower * upper).sqrt();
             let name = format!("{} {number}", hyperparameter.name);
             let start = [lower, upper].map(|end| (end * middle).sqrt());
-            (name, [lower, upper], start, Hyperprior::Flat)
+            positive(name, 1.0, [[lower, upper], start], Hyperprior::Flat)
         }
-    };
-    FreeParameter { name, logarithmic: true, bounds, start, hyperprior }
+    }
 }
 
 /// Noise of a compiled group.
@@ -109,8 +117,7 @@ impl<const D: usize> Model<D> {
     ///
     /// # Errors
     /// If there are no data, or some are not finite, lie outside the domain, contradict the boundary conditions, lie where
-    /// a feature has no derivative; if a kernel's hyperparameter has no range, an equation's parameter has the
-    /// name of another one; if an operator's order is too high.
+    /// a feature has no derivative; if an equation's parameter has the name of another one; if an operator's order is too high.
     pub fn new(prior: Prior<D>, data: Data<D>, evidence: Evidence) -> Result<Self, GpError> {
         let Data { groups, everywhere } = data;
         if let Some(source) = everywhere {
@@ -122,7 +129,6 @@ impl<const D: usize> Model<D> {
         let mut groups = groups;
         groups.extend(prior.boundary.iter().cloned());
         check(&groups, &prior.domain)?;
-        check_kernels(&prior)?;
         // A stable sort keeps the order given within each role.
         let mut order: Vec<usize> = (0..groups.len()).collect();
         order.sort_by_key(|number| groups[*number].role);
@@ -240,13 +246,9 @@ impl<const D: usize> Model<D> {
         for (number, part) in self.prior.parts.iter().enumerate() {
             self.part_offsets.push(parameters.len());
             let number = number + 1;
-            parameters.push(FreeParameter {
-                name: format!("amplitude {number}"),
-                logarithmic: true,
-                bounds: AMPLITUDE_BOUNDS.map(|bound| bound * scale),
-                start: AMPLITUDE_START.map(|bound| bound * scale),
-                hyperprior: about(scale),
-            });
+            let name = format!("amplitude {number}");
+            let ends = [AMPLITUDE_BOUNDS, AMPLITUDE_START];
+            parameters.push(positive(name, scale, ends, about(scale)));
             for hyperparameter in part.kernel.hyperparameters() {
                 let free = of_kernel(&hyperparameter, number, &self.prior.domain);
                 parameters.push(FreeParameter { name: distinct(free.name, &parameters), ..free });
@@ -255,9 +257,8 @@ impl<const D: usize> Model<D> {
         self.theta_offset = parameters.len();
         for parameter in &self.theta {
             let bounds = parameter.bounds();
-            let name = parameter.name().to_string();
             parameters.push(FreeParameter {
-                name,
+                name: parameter.name().to_string(),
                 logarithmic: bounds[0] > 0.0,
                 bounds,
                 start: bounds,
@@ -270,19 +271,15 @@ impl<const D: usize> Model<D> {
                 // Of conditions that are all zero, what functions of the data's size would break them by.
                 let broken = || scale * group.operator_size(&middle);
                 let scale = spread(&group.values).unwrap_or_else(broken);
-                parameters.push(FreeParameter {
-                    name: format!("noise {}", group.number + 1),
-                    logarithmic: true,
-                    bounds: NOISE_BOUNDS.map(|bound| bound * scale),
-                    start: NOISE_START.map(|bound| bound * scale),
-                    hyperprior: match group.role {
-                        Role::Observed => Hyperprior::LogNormal {
-                            median: NOISE_MEDIAN * scale,
-                            standard_deviation: NOISE_DEVIATION,
-                        },
-                        _ => Hyperprior::Flat,
+                let hyperprior = match group.role {
+                    Role::Observed => Hyperprior::LogNormal {
+                        median: NOISE_MEDIAN * scale,
+                        standard_deviation: NOISE_DEVIATION,
                     },
-                });
+                    Role::Imposed => Hyperprior::Flat,
+                };
+                let name = format!("noise {}", group.number + 1);
+                parameters.push(positive(name, scale, [NOISE_BOUNDS, NOISE_START], hyperprior));
             }
         }
         self.parameters = parameters;
@@ -335,22 +332,6 @@ const NOISE_START: [f64; 2] = [0.01, 0.1];
 /// all; without a belief these would be taken for next to nothing.
 const NOISE_MEDIAN: f64 = 0.05;
 const NOISE_DEVIATION: f64 = 1.5;
-
-/// Refuses kernels whose hyperparameters have no range to be adjusted in.
-fn check_kernels<const D: usize>(prior: &Prior<D>) -> Result<(), GpError> {
-    for kernel in prior.parts.iter().map(|part| &part.kernel) {
-        for hyperparameter in kernel.hyperparameters() {
-            if let Some(problem) = unusable::<D>(&hyperparameter) {
-                return Err(GpError::Kernel(format!(
-                    "hyperparameter {} of the {} kernel: {problem}",
-                    hyperparameter.name,
-                    kernel.name()
-                )));
-            }
-        }
-    }
-    Ok(())
-}
 
 /// A name that no other parameter has: in a sum of like kernels hyperparameters are numbered.
 fn distinct(name: String, taken: &[FreeParameter]) -> String {

@@ -167,7 +167,7 @@ impl<const D: usize> Network<D> {
         data: &Data<D>,
         options: &NetworkOptions,
     ) -> Result<Self, GpError> {
-        let mut groups = data.groups.clone();
+        let mut groups = data.placed()?.to_vec();
         groups.extend(prior.boundary.iter().cloned());
         check(&groups, &prior.domain)?;
         let layout = Layout::new(&prior, options.width);

@@ -223,8 +223,11 @@ impl Polygon {
         self.extents().map(|[low, high]| high - low).into_iter().fold(0.0, f64::max)
     }
 
-    /// The point at `fraction` of the way along edge `edge`.
-    pub(crate) fn on_edge(&self, edge: usize, fraction: f64) -> [f64; 2] {
+    /// The point at `fraction` of the way along edge `edge`, which runs from the corner of that number to the next.
+    ///
+    /// # Panics
+    /// If there is no such edge.
+    pub fn on_edge(&self, edge: usize, fraction: f64) -> [f64; 2] {
         let (a, b) = (self.corners[edge], self.corners[(edge + 1) % self.corners.len()]);
         std::array::from_fn(|d| a[d] + fraction * (b[d] - a[d]))
     }

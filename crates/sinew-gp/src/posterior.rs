@@ -312,7 +312,7 @@ impl<const D: usize> Posterior<D> {
                         hyperparameters: &state.kernels[*part].1,
                         plan,
                         first: query.side(*part),
-                        second: state.side(*part, number, *leg),
+                        second: state.side(*part, [number, *leg]),
                     };
                     block.add_column(0, own, &mut covariances, &mut scratch);
                 }

@@ -5,10 +5,10 @@ use crate::data::{Group, Noise, Role};
 use crate::domain::{Domain, Side};
 use crate::error::GpError;
 use crate::field::Field;
-use crate::kernel::Kernel;
+use crate::kernel::{Kernel, unusable};
 use crate::operator::{Derivative, Operator};
 use crate::problem::Problem;
-use crate::structure::{AxisStructure, Functional};
+use crate::structure::{AxisStructure, Lift};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -53,7 +53,8 @@ impl<const D: usize> Prior<D> {
     /// §4.7). Traces on faces that the conditions leave free get `kernel` on the face's axes.
     ///
     /// # Errors
-    /// If conditions conflict at a corner, or the kernel is too rough for the equation.
+    /// If conditions conflict at a corner; if the kernel is too rough for the equation, is along an axis that there is not, or
+    /// has a hyperparameter without a range.
     pub fn constrained(problem: &Problem<D>, kernel: &dyn Kernel<D>) -> Result<Self, GpError> {
         Self::of(problem, constraints(problem)?, kernel)
     }
@@ -61,7 +62,7 @@ impl<const D: usize> Prior<D> {
     /// A prior that ignores the conditions (UCGP).
     ///
     /// # Errors
-    /// If the kernel is too rough for the equation.
+    /// If the kernel is too rough for the equation, is along an axis that there is not, or has a hyperparameter without a range.
     pub fn unconstrained(problem: &Problem<D>, kernel: &dyn Kernel<D>) -> Result<Self, GpError> {
         Self::of(problem, unconstrained(), kernel)
     }
@@ -71,6 +72,7 @@ impl<const D: usize> Prior<D> {
         Constraints { mean, features }: Constraints<D>,
         kernel: &dyn Kernel<D>,
     ) -> Result<Self, GpError> {
+        check_declarations(kernel)?;
         check_smoothness(kernel, problem.equation())?;
         check_mean(problem.domain(), &mean)?;
         let (domain, equation) = (problem.domain().clone(), problem.equation().clone());
@@ -113,6 +115,23 @@ fn check_mean<const D: usize>(domain: &Domain<D>, mean: &Field<D>) -> Result<(),
     }
 }
 
+/// Refuses kernels whose hyperparameters have no range to be adjusted in, and those along axes that there are not, of which a
+/// restriction to the domain's would leave a constant.
+fn check_declarations<const D: usize>(kernel: &dyn Kernel<D>) -> Result<(), GpError> {
+    let declared = kernel.hyperparameters();
+    let all: Vec<usize> = (0..D).collect();
+    let fault = match declared.iter().find_map(|h| Some((h.name, unusable::<D>(h)?))) {
+        Some((name, problem)) => {
+            format!("hyperparameter {name} of the {} kernel: {problem}", kernel.name())
+        }
+        None if kernel.on_axes(&all).hyperparameters().len() < declared.len() => {
+            format!("the {} kernel: its axis is not one of the domain's", kernel.name())
+        }
+        None => return Ok(()),
+    };
+    Err(GpError::Kernel(fault))
+}
+
 /// Refuses kernels whose functions lack the derivatives that an operator takes.
 pub(crate) fn check_smoothness<const D: usize>(
     kernel: &dyn Kernel<D>,
@@ -136,21 +155,16 @@ fn pseudo_observations<const D: usize>(
 ) -> Result<Vec<Group<D>>, GpError> {
     let domain = problem.domain();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut conditions: Vec<(usize, Functional<D>, Field<D>)> = Vec::new();
-    for axis in 0..D {
-        let ends = [domain.lower()[axis], domain.upper()[axis]];
-        let structure = AxisStructure::new(ends, &problem.faces[axis], problem.periodic[axis]);
-        conditions
-            .extend(structure.lifts.into_iter().map(|lift| (axis, lift.functional, lift.data)));
-    }
+    let structures = (0..D).map(|axis| AxisStructure::new(problem, axis));
+    let conditions: Vec<Lift<D>> = structures.flat_map(|structure| structure.lifts).collect();
     let edges = edge_lifts(problem);
     let share = |number: usize, of: usize| (points * (number + 1)) / of - (points * number) / of;
     let all = conditions.len() + edges.len() + usize::from(problem.boundary.is_some());
     let faces = conditions.len();
     let mut groups = Vec::new();
-    for (number, (axis, functional, data)) in conditions.into_iter().enumerate() {
+    for (number, lift) in conditions.iter().enumerate() {
         let places = domain.sample(share(number, all), random.random())?;
-        groups.push(pseudo_at_face(domain, axis, functional, &places, &data));
+        groups.push(pseudo_at_face(domain, lift, &places));
     }
     for (number, (edge, lift)) in edges.into_iter().enumerate() {
         let mut places = domain.sample(share(faces + number, all), random.random())?;
@@ -182,33 +196,18 @@ fn pseudo_observations<const D: usize>(
 /// A condition at an end of an axis, or between both, at the projections of `places`.
 fn pseudo_at_face<const D: usize>(
     domain: &Domain<D>,
-    axis: usize,
-    functional: Functional<D>,
+    lift: &Lift<D>,
     places: &[[f64; D]],
-    data: &Field<D>,
 ) -> Group<D> {
     let at = |side: Side| {
         let mut places = places.to_vec();
-        places.iter_mut().for_each(|point| point[axis] = domain.end(axis, side));
+        places.iter_mut().for_each(|point| point[lift.axis] = domain.end(lift.axis, side));
         places
     };
-    match functional {
-        Functional::End { side, value, order, factor } => {
-            let mut derivative = Derivative::identity();
-            derivative.orders[axis] = order;
-            let slope = factor * derivative;
-            let operator = match value.is_zero() {
-                true => slope,
-                false => value * Derivative::identity() + slope,
-            };
-            pseudo(operator, at(side), data)
-        }
-        Functional::Jump { order } => {
-            let mut derivative = Derivative::identity();
-            derivative.orders[axis] = order;
-            let jump = pseudo(derivative.into(), at(Side::Upper), data);
-            Group { further: vec![(-1.0, at(Side::Lower))], ..jump }
-        }
+    let group = pseudo(lift.operator(), at(lift.at.unwrap_or(Side::Upper)), &lift.data);
+    match lift.at {
+        Some(_) => group,
+        None => Group { further: vec![(-1.0, at(Side::Lower))], ..group },
     }
 }
 

@@ -47,7 +47,7 @@ impl<const D: usize> Problem<D> {
         side: Side,
         condition: Condition<D>,
     ) -> Result<Self, GpError> {
-        let axis = self.free_axis(axis)?;
+        let axis = self.domain.free_axis(axis, ON_EDGES)?;
         let face = self.domain.face(axis, side);
         let place = &mut self.faces[axis][side.index()];
         if place.is_some() || self.periodic[axis].is_some() {
@@ -66,7 +66,7 @@ impl<const D: usize> Problem<D> {
     /// # Errors
     /// If there is no such axis, it belongs to a polygon, or one of its faces has a condition.
     pub fn periodic(mut self, axis: &str, periodicity: Periodicity) -> Result<Self, GpError> {
-        let axis = self.free_axis(axis)?;
+        let axis = self.domain.free_axis(axis, ON_EDGES)?;
         if self.faces[axis].iter().any(Option::is_some) || self.periodic[axis].is_some() {
             return Err(over_determined(&self.domain.face(axis, Side::Lower)));
         }
@@ -160,17 +160,10 @@ impl<const D: usize> Problem<D> {
             ))),
         }
     }
-
-    fn free_axis(&self, name: &str) -> Result<usize, GpError> {
-        let axis = self.domain.axis(name)?;
-        if self.domain.cross_section().is_some() && axis < 2 {
-            return Err(GpError::Problem(format!(
-                "{name} is part of the polygon; use `Problem::boundary` for all of its edges, `Problem::edge` for one"
-            )));
-        }
-        Ok(axis)
-    }
 }
+
+/// What takes the place of conditions on the axes of a polygon.
+const ON_EDGES: &str = "`Problem::boundary` for all of its edges, `Problem::edge` for one";
 
 /// Places on a face where conditions are looked at.
 const FACE_PLACES: usize = 20;

@@ -5,6 +5,7 @@
 //! posterior that follows from all values through them (Titsias 2009) lies within a known distance of the exact one, in the
 //! sense of Kullback and Leibler: the difference between an upper and a lower bound of the evidence (Titsias 2014).
 
+use crate::data::unplaced;
 use crate::error::GpError;
 use crate::fit::Fit;
 use crate::model::{Compiled, Model};
@@ -88,8 +89,11 @@ impl<const D: usize> Model<D> {
     /// ```
     ///
     /// # Errors
-    /// If the parameters are not those of this model, or its covariance has no factor.
+    /// If the parameters are not those of this model, its covariance has no factor, or an equation holds everywhere.
     pub fn reduced(self, fit: &Fit<D>, options: &ReducedOptions) -> Result<Reduced<D>, GpError> {
+        if self.everywhere.is_some() {
+            return Err(unplaced());
+        }
         let names = |model: &Self| -> Vec<String> {
             model.parameters.iter().map(|p| p.name.clone()).collect()
         };
@@ -105,12 +109,12 @@ impl<const D: usize> Model<D> {
         let residual = state.residual();
         let Incomplete { columns, pivots, left, noise } = state.incomplete(options);
         let scaled: Vec<f64> = residual.iter().zip(&noise).map(|(r, n)| r / n).collect();
-        let classes = state.classes();
+        let exact: Vec<bool> = state.sigmas().map(|sigma| sigma == 0.0).collect();
         drop(state);
         let count = pivots.len();
         let factor = Mat::from_fn(self.size, count, |i, j| columns[j][i]);
         drop(columns);
-        let divergence = divergence(&factor, &scaled, &left, &classes)?;
+        let divergence = divergence(&factor, &scaled, &left, &exact)?;
 
         // GᵀG = V Λ Vᵀ, so that the posterior of the chosen ones needs no difference of like matrices.
         let eigen = decomposed(&(factor.transpose() * &factor))?;
@@ -123,7 +127,8 @@ impl<const D: usize> Model<D> {
             Mat::from_fn(count, count, |i, j| if j <= i { factor[(pivots[i], j)] } else { 0.0 });
         solve_lower_triangular_in_place(lower.as_ref(), whitened.as_mut(), Par::Seq);
         let turned = vectors.transpose() * &whitened;
-        let order = ascending(&pivots);
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by_key(|position| pivots[*position]);
         let value = |k: usize| values[k].max(0.0);
         let weights = order.iter().map(|j| {
             (0..count).map(|k| turned[(k, *j)] * right[(k, 0)] / (1.0 + value(k))).sum::<f64>()
@@ -166,20 +171,18 @@ impl<const D: usize> Model<D> {
 }
 
 impl<const D: usize> State<'_, D> {
-    /// Whether each observation is exact but for the jitter.
-    fn classes(&self) -> Vec<bool> {
+    /// Standard deviation of each observation's noise.
+    fn sigmas(&self) -> impl Iterator<Item = f64> {
         let groups = self.model.groups.iter().zip(&self.noise);
-        groups.flat_map(|(group, sigma)| vec![*sigma == 0.0; group.values.len()]).collect()
+        groups.flat_map(|(group, sigma)| vec![*sigma; group.values.len()])
     }
 
     /// Pivot by pivot, the observation of which the others tell least.
     fn incomplete(&self, options: &ReducedOptions) -> Incomplete {
         let size = self.model.size;
         let diagonal = self.diagonal();
-        let sigmas = self.model.groups.iter().zip(&self.noise);
-        let sigma = sigmas.flat_map(|(group, sigma)| vec![*sigma; group.values.len()]);
-        let noise: Vec<f64> =
-            sigma.zip(&diagonal).map(|(s, d)| (s * s + FIRST_JITTER * d).sqrt()).collect();
+        let noisy = |(s, d): (f64, &f64)| (s * s + FIRST_JITTER * d).sqrt();
+        let noise: Vec<f64> = self.sigmas().zip(&diagonal).map(noisy).collect();
         let mut left: Vec<f64> = diagonal.iter().zip(&noise).map(|(d, n)| d / (n * n)).collect();
         let mut columns: Vec<Vec<f64>> = Vec::new();
         let mut pivots: Vec<usize> = Vec::new();
@@ -254,11 +257,4 @@ fn column(values: &[f64]) -> Mat<f64> {
 fn decomposed(matrix: &Mat<f64>) -> Result<SelfAdjointEigen<f64>, GpError> {
     SelfAdjointEigen::new(matrix.as_ref(), Triangle::Lower)
         .map_err(|_| GpError::NotPositiveDefinite { size: matrix.nrows(), jitter: FIRST_JITTER })
-}
-
-/// Positions of the pivots in ascending order of their rows.
-fn ascending(pivots: &[usize]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..pivots.len()).collect();
-    order.sort_by_key(|position| pivots[*position]);
-    order
 }

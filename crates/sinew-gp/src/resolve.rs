@@ -105,6 +105,7 @@ pub(crate) fn resolve<const D: usize>(
         fit = model.fit_from(starts, options.iterations)?;
         let now = Watched::of(&fit)?;
         if now.has_settled(&before) {
+            fit.unsettled = None;
             return Ok(fit);
         }
         before = now;

@@ -181,7 +181,8 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
         let posterior = solution.fit.posterior()?;
         let mut sum = posterior.mean_of(self.problem.equation(), points)?;
         let arguments = self.evaluate(points, |operator| posterior.mean_of(operator, points))?;
-        let theta: Vec<Series> = self.theta(Some(&solution.fit)).into_iter().map(plain).collect();
+        let theta: Vec<Series> =
+            self.theta(Some(&solution.fit)).into_iter().map(Series::number).collect();
         for (index, (sum, v)) in sum.iter_mut().zip(arguments).enumerate() {
             let variables = Series::plain(v);
             *sum += (variables[0].constant(0.0) + (self.term)(variables, &theta)).value();
@@ -241,7 +242,7 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
             .iter()
             .map(|point| {
                 let x = Series::variables(*point, degrees);
-                let mean = x[0].constant(0.0) + prior.mean.at(x);
+                let mean = prior.mean.at(x);
                 self.arguments.map(|argument| mean.derivative(&argument.orders))
             })
             .collect())
@@ -288,11 +289,6 @@ impl<const D: usize, const M: usize> SemiLinear<D, M> {
     }
 }
 
-fn plain(value: f64) -> Series {
-    let [value] = Series::plain([value]);
-    value
-}
-
 /// Largest change of a parameter relative to its size.
 fn largest_change(old: &[f64], new: &[f64]) -> f64 {
     let change = |(a, b): (&f64, &f64)| (a - b).abs() / b.abs().max(f64::MIN_POSITIVE);
@@ -312,8 +308,9 @@ fn collocation<const D: usize>(
     data: &Data<D>,
     domain: &Domain<D>,
 ) -> Result<Vec<[f64; D]>, GpError> {
-    check(&data.groups, domain)?;
-    let imposed = data.groups.iter().filter(|group| group.operator.is_none());
+    let groups = data.placed()?;
+    check(groups, domain)?;
+    let imposed = groups.iter().filter(|group| group.operator.is_none());
     let points: Vec<[f64; D]> = imposed.flat_map(|group| group.points.iter().copied()).collect();
     if points.is_empty() { Err(no_data()) } else { Ok(points) }
 }

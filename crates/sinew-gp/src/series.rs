@@ -2,8 +2,6 @@
 
 mod operators;
 
-use std::borrow::Cow;
-
 /// Most variables that a [`Series`] may have.
 pub(crate) const MOST_VARIABLES: usize = 11;
 
@@ -11,7 +9,7 @@ pub(crate) const MOST_VARIABLES: usize = 11;
 ///
 /// One evaluation of a formula over series gives all its partial derivatives up to those degrees:
 /// what a differential operator of any order needs. Series that meet in one formula have the same
-/// variables and degrees; only a constant may be of another shape.
+/// variables and degrees, or none ([`Series::plain`]).
 ///
 /// ```
 /// use sinew_gp::Series;
@@ -102,7 +100,12 @@ impl Series {
 
     /// The numbers `values` that depend on no variable.
     pub fn plain<const D: usize>(values: [f64; D]) -> [Self; D] {
-        values.map(|value| Self::new(Degrees::new(&[]), vec![value]))
+        values.map(Self::number)
+    }
+
+    /// One such number.
+    pub(crate) fn number(value: f64) -> Self {
+        Self::new(Degrees::new(&[]), vec![value])
     }
 
     /// The variables themselves at `values`, each kept up to the power in `degrees`.
@@ -194,8 +197,9 @@ impl Series {
         self.coefficients[1..].iter().all(|c| *c == 0.0)
     }
 
-    /// `f(self)` from the Taylor coefficients `f⁽ᵏ⁾/k!` of `f` at the value, up to [`Self::total_degree`].
-    fn compose(&self, taylor: &[f64]) -> Self {
+    /// `f(self)` from the Taylor coefficients `f⁽ᵏ⁾/k!` of `f` at the value, asked for one after the other.
+    fn compose(&self, taylor: impl FnMut(usize) -> f64) -> Self {
+        let taylor: Vec<f64> = (0..=self.degrees.total()).map(taylor).collect();
         let mut increment = self.clone();
         increment.coefficients[0] = 0.0;
         if increment.is_constant() {
@@ -209,65 +213,36 @@ impl Series {
         })
     }
 
-    /// Sum of the degrees: the order up to which an outer function is expanded.
-    fn total_degree(&self) -> usize {
-        self.degrees.total()
-    }
-
-    /// Taylor coefficients of (x + h)^power at the value.
-    fn power_coefficients(&self, power: f64) -> Vec<f64> {
-        let x = self.coefficients[0];
-        let mut binomial = 1.0;
-        (0..=self.total_degree())
-            .map(|k| {
-                let coefficient =
-                    if binomial == 0.0 { 0.0 } else { binomial * x.powf(power - k as f64) };
-                binomial *= (power - k as f64) / (k as f64 + 1.0);
-                coefficient
-            })
-            .collect()
-    }
-
     /// Exponential.
     pub fn exp(&self) -> Self {
         let e = self.coefficients[0].exp();
-        let taylor: Vec<f64> = (0..=self.total_degree()).map(|k| e / factorial(k)).collect();
-        self.compose(&taylor)
+        self.compose(|k| e / factorial(k))
     }
 
     /// Natural logarithm; −∞ at zero and below.
     pub fn ln(&self) -> Self {
         let x = self.coefficients[0];
         let mut power = -1.0;
-        let taylor: Vec<f64> = (0..=self.total_degree())
-            .map(|k| match k {
-                0 if x <= 0.0 => f64::NEG_INFINITY,
-                0 => x.ln(),
-                _ => {
-                    power /= -x;
-                    power / k as f64
-                }
-            })
-            .collect();
-        self.compose(&taylor)
+        self.compose(|k| match k {
+            0 if x <= 0.0 => f64::NEG_INFINITY,
+            0 => x.ln(),
+            _ => {
+                power /= -x;
+                power / k as f64
+            }
+        })
     }
 
     /// Sine.
     pub fn sin(&self) -> Self {
         let (sin, cos) = self.coefficients[0].sin_cos();
-        self.circular([sin, cos, -sin, -cos])
+        self.compose(|k| [sin, cos, -sin, -cos][k % 4] / factorial(k))
     }
 
     /// Cosine.
     pub fn cos(&self) -> Self {
         let (sin, cos) = self.coefficients[0].sin_cos();
-        self.circular([cos, -sin, -cos, sin])
-    }
-
-    fn circular(&self, cycle: [f64; 4]) -> Self {
-        let taylor: Vec<f64> =
-            (0..=self.total_degree()).map(|k| cycle[k % 4] / factorial(k)).collect();
-        self.compose(&taylor)
+        self.compose(|k| [cos, -sin, -cos, sin][k % 4] / factorial(k))
     }
 
     /// The angle of the point (`x`, `self`) from the first axis, between −π and π; at the origin it has no derivatives. About a
@@ -286,26 +261,23 @@ impl Series {
         let (y0, x0) = (self.value(), x.value());
         // In axes turned to the point the angle is atan t, with t = 0 there.
         let t = (self * x0 - x * y0) / (x * x0 + self * y0);
-        let taylor: Vec<f64> = (0..=t.total_degree())
-            .map(|k| match k % 4 {
-                _ if k == 0 => y0.atan2(x0),
-                1 => 1.0 / k as f64,
-                3 => -1.0 / k as f64,
-                _ => 0.0,
-            })
-            .collect();
-        t.compose(&taylor)
+        t.compose(|k| match k % 4 {
+            _ if k == 0 => y0.atan2(x0),
+            1 => 1.0 / k as f64,
+            3 => -1.0 / k as f64,
+            _ => 0.0,
+        })
     }
 
     /// Hyperbolic tangent.
     pub fn tanh(&self) -> Self {
         // t' = 1 − t² read as a recursion for the coefficients.
         let mut taylor = vec![self.coefficients[0].tanh()];
-        for k in 0..self.total_degree() {
+        for k in 0..self.degrees.total() {
             let square: f64 = (0..=k).map(|i| taylor[i] * taylor[k - i]).sum();
             taylor.push((f64::from(u8::from(k == 0)) - square) / (k as f64 + 1.0));
         }
-        self.compose(&taylor)
+        self.compose(|k| taylor[k])
     }
 
     /// Square root; its derivatives at zero are infinite.
@@ -315,7 +287,14 @@ impl Series {
 
     /// A real power of a positive number.
     pub fn powf(&self, power: f64) -> Self {
-        self.compose(&self.power_coefficients(power))
+        let x = self.coefficients[0];
+        let mut binomial = 1.0;
+        self.compose(|k| {
+            let coefficient =
+                if binomial == 0.0 { 0.0 } else { binomial * x.powf(power - k as f64) };
+            binomial *= (power - k as f64) / (k as f64 + 1.0);
+            coefficient
+        })
     }
 
     /// A whole power, of any number.
@@ -332,13 +311,17 @@ impl Series {
     pub fn recip(&self) -> Self {
         let x = self.coefficients[0];
         let mut power = -1.0;
-        let taylor: Vec<f64> = (0..=self.total_degree())
-            .map(|_| {
-                power /= -x;
-                power
-            })
-            .collect();
-        self.compose(&taylor)
+        self.compose(|_| {
+            power /= -x;
+            power
+        })
+    }
+
+    /// Plus a number.
+    fn plus(&self, number: f64) -> Self {
+        let mut sum = self.clone();
+        sum.coefficients[0] += number;
+        sum
     }
 
     /// `op` coefficient by coefficient.
@@ -353,29 +336,14 @@ impl Series {
             result.coefficients[0] = op(self.coefficients[0], right.coefficients[0]);
             return result;
         }
-        let (left, right) = self.common(right);
+        self.check_shape(right);
         let coefficients =
-            left.coefficients.iter().zip(&right.coefficients).map(|(l, r)| op(*l, *r)).collect();
-        Self::new(left.degrees, coefficients)
+            self.coefficients.iter().zip(&right.coefficients).map(|(l, r)| op(*l, *r)).collect();
+        Self::new(self.degrees, coefficients)
     }
 
-    /// Itself, or where it is the constant of two series of different shape, in that of `other`.
-    fn shaped_like<'a>(&'a self, other: &Self) -> Cow<'a, Self> {
-        let promoted = self.degrees != other.degrees
-            && self.is_constant()
-            && (!other.is_constant() || other.coefficients.len() > self.coefficients.len());
-        if promoted {
-            Cow::Owned(other.constant(self.coefficients[0]))
-        } else {
-            Cow::Borrowed(self)
-        }
-    }
-
-    /// Both in one shape.
-    fn common<'a>(&'a self, right: &'a Self) -> (Cow<'a, Self>, Cow<'a, Self>) {
-        let pair = (self.shaped_like(right), right.shaped_like(self));
-        assert_eq!(pair.0.degrees, pair.1.degrees, "series of different shapes that both vary");
-        pair
+    fn check_shape(&self, other: &Self) {
+        assert_eq!(self.degrees, other.degrees, "series of different shapes");
     }
 
     fn product(&self, right: &Self) -> Self {
@@ -385,15 +353,10 @@ impl Series {
         if self.is_plain() {
             return right.map(|r| self.coefficients[0] * r);
         }
-        let (left, right) = self.common(right);
-        let mut coefficients = vec![0.0; left.coefficients.len()];
-        let degrees = left.degrees;
-        multiply_into(
-            &mut coefficients,
-            &left.coefficients,
-            &right.coefficients,
-            degrees.as_slice(),
-        );
+        self.check_shape(right);
+        let (degrees, mut coefficients) = (self.degrees, vec![0.0; self.coefficients.len()]);
+        let (left, right) = (&self.coefficients, &right.coefficients);
+        multiply_into(&mut coefficients, left, right, degrees.as_slice());
         Self::new(degrees, coefficients)
     }
 

@@ -91,23 +91,26 @@ impl<'a, const D: usize> State<'a, D> {
         Ok(Self { model, kernels, theta, coefficients, monomials, noise })
     }
 
-    pub(crate) fn side(&self, part: usize, group: usize, leg: usize) -> Side<'_, D> {
-        let group = &self.model.groups[group];
+    /// Number among all legs of a leg of a group.
+    pub(crate) fn leg(&self, [group, leg]: [usize; 2]) -> usize {
+        self.model.groups[group].first_leg + leg
+    }
+
+    pub(crate) fn side(&self, part: usize, [group, leg]: [usize; 2]) -> Side<'_, D> {
         Side {
-            axes: &group.legs[leg].parts[part].axes,
-            coefficients: &self.coefficients[part][group.first_leg + leg],
+            axes: &self.model.groups[group].legs[leg].parts[part].axes,
+            coefficients: &self.coefficients[part][self.leg([group, leg])],
         }
     }
 
     /// Of one part between a leg of one group and a leg of another, each by group and leg.
     pub(crate) fn block(&self, part: usize, first: [usize; 2], second: [usize; 2]) -> Block<'_, D> {
-        let number = |[group, leg]: [usize; 2]| self.model.groups[group].first_leg + leg;
         Block {
             kernel: &*self.model.prior.parts[part].kernel,
             hyperparameters: &self.kernels[part].1,
-            plan: &self.model.plans[part][number(first) * self.model.legs + number(second)],
-            first: self.side(part, first[0], first[1]),
-            second: self.side(part, second[0], second[1]),
+            plan: &self.model.plans[part][self.leg(first) * self.model.legs + self.leg(second)],
+            first: self.side(part, first),
+            second: self.side(part, second),
         }
     }
 
@@ -135,21 +138,31 @@ impl<'a, const D: usize> State<'a, D> {
         residual
     }
 
+    /// Adds covariances without noise of the group `first` from its point `start` on, as many as there is room for, with one row.
+    fn add_covariances(
+        &self,
+        (first, start): (usize, usize),
+        row: usize,
+        out: &mut [f64],
+        scratch: &mut Scratch,
+    ) {
+        let second = self.group_of(row);
+        let own = row - self.model.groups[second].offset;
+        for part in 0..self.kernels.len() {
+            for (first, second) in self.leg_pairs(first, second) {
+                self.block(part, first, second).add_column(start, own, out, scratch);
+            }
+        }
+    }
+
     /// The lower triangle of the covariance of the functionals without noise, column by column.
     pub(crate) fn covariance(&self) -> Vec<f64> {
         let size = self.model.size;
         let mut matrix = vec![0.0; size * size];
         let column = |(number, column): (usize, &mut [f64]), scratch: &mut Scratch| {
-            let second = self.group_of(number);
-            for part in 0..self.kernels.len() {
-                for first in second..self.model.groups.len() {
-                    let (start, rows) = self.rows(first, number);
-                    let own = number - self.model.groups[second].offset;
-                    for (first, second) in self.leg_pairs(first, second) {
-                        let rows = &mut column[rows.clone()];
-                        self.block(part, first, second).add_column(start, own, rows, scratch);
-                    }
-                }
+            for first in self.group_of(number)..self.model.groups.len() {
+                let (start, rows) = self.rows(first, number);
+                self.add_covariances((first, start), number, &mut column[rows], scratch);
             }
         };
         if self.parallel() {
@@ -166,33 +179,20 @@ impl<'a, const D: usize> State<'a, D> {
 
     /// Covariances without noise of all observations with that of one row.
     pub(crate) fn column(&self, row: usize) -> Vec<f64> {
-        let (second, mut scratch) = (self.group_of(row), Scratch::default());
-        let own = row - self.model.groups[second].offset;
-        let mut column = vec![0.0; self.model.size];
-        for part in 0..self.kernels.len() {
-            for first in 0..self.model.groups.len() {
-                let rows = self.model.groups[first].rows();
-                for (first, second) in self.leg_pairs(first, second) {
-                    let block = self.block(part, first, second);
-                    block.add_column(0, own, &mut column[rows.clone()], &mut scratch);
-                }
-            }
+        let (mut column, mut scratch) = (vec![0.0; self.model.size], Scratch::default());
+        for (number, group) in self.model.groups.iter().enumerate() {
+            self.add_covariances((number, 0), row, &mut column[group.rows()], &mut scratch);
         }
         column
     }
 
     /// Variances without noise of all observations.
     pub(crate) fn diagonal(&self) -> Vec<f64> {
-        let mut scratch = Scratch::default();
-        let mut diagonal = vec![0.0; self.model.size];
+        let (mut diagonal, mut scratch) = (vec![0.0; self.model.size], Scratch::default());
         for (number, group) in self.model.groups.iter().enumerate() {
             for (own, row) in group.rows().enumerate() {
-                for part in 0..self.kernels.len() {
-                    for (first, second) in self.leg_pairs(number, number) {
-                        let entry = &mut diagonal[row..=row];
-                        self.block(part, first, second).add_column(own, own, entry, &mut scratch);
-                    }
-                }
+                let entry = &mut diagonal[row..=row];
+                self.add_covariances((number, own), row, entry, &mut scratch);
             }
         }
         diagonal

@@ -2,7 +2,9 @@
 
 use crate::condition::{Condition, Periodicity};
 use crate::domain::{Domain, Side};
-use crate::field::Field;
+use crate::field::{Field, field};
+use crate::operator::{Derivative, Operator};
+use crate::problem::Problem;
 use crate::series::Series;
 
 /// A polynomial along one axis, in the coordinate s that runs from 0 to 1.
@@ -26,11 +28,9 @@ impl Shape {
         self
     }
 
-    fn plus(mut self, other: &Self, factor: f64) -> Self {
+    fn plus(mut self, other: &Self) -> Self {
         self.coefficients.resize(self.coefficients.len().max(other.coefficients.len()), 0.0);
-        for (c, o) in self.coefficients.iter_mut().zip(&other.coefficients) {
-            *c += factor * o;
-        }
+        self.coefficients.iter_mut().zip(&other.coefficients).for_each(|(c, o)| *c += o);
         self
     }
 
@@ -38,7 +38,7 @@ impl Shape {
     fn normalised(self) -> Self {
         const SAMPLES: usize = 100;
         let values = (0..=SAMPLES).map(|k| {
-            let [x] = Series::plain([self.lower + self.length * k as f64 / SAMPLES as f64]);
+            let x = Series::number(self.lower + self.length * k as f64 / SAMPLES as f64);
             self.at(&x).value().abs()
         });
         let most = values.fold(0.0, f64::max);
@@ -47,100 +47,98 @@ impl Shape {
 }
 
 /// sᵖ (1 − s)^q, scaled to largest value one: a feature that vanishes to order p and q at the ends.
-#[derive(Clone, Debug)]
-pub(crate) struct Bubble {
-    lower: f64,
-    upper: f64,
-    powers: [usize; 2],
-    scale: f64,
-}
-
-impl Bubble {
-    fn new([lower, upper]: [f64; 2], powers: [usize; 2]) -> Self {
-        let whole = |n: usize| (n as f64).powi(n as i32);
-        let largest = whole(powers[0]) * whole(powers[1]) / whole(powers[0] + powers[1]);
-        Self { lower, upper, powers, scale: 1.0 / largest }
-    }
-
-    pub(crate) fn at(&self, x: &Series) -> Series {
-        let length = self.upper - self.lower;
+fn bubble<const D: usize>(axis: usize, [lower, upper]: [f64; 2], powers: [usize; 2]) -> Factor<D> {
+    let whole = |n: usize| (n as f64).powi(n as i32);
+    let largest = whole(powers[0]) * whole(powers[1]) / whole(powers[0] + powers[1]);
+    let (length, scale) = (upper - lower, 1.0 / largest);
+    let bubble = field(move |x: [Series; D]| {
         // Both factors are exact zeros at their ends.
-        let (s, rest) = ((x - self.lower) / length, (self.upper - x) / length);
-        s.powi(self.powers[0]) * rest.powi(self.powers[1]) * self.scale
-    }
-
-    pub(crate) fn is_constant(&self) -> bool {
-        self.powers == [0, 0]
-    }
+        let (s, rest) = ((&x[axis] - lower) / length, (upper - &x[axis]) / length);
+        s.powi(powers[0]) * rest.powi(powers[1]) * scale
+    });
+    let field = (powers != [0, 0]).then_some(bubble);
+    Factor { field, free: true, varies: false }
 }
 
-/// A linear functional of u across one axis.
+/// A shape along an axis times a free function on the face.
+fn trace<const D: usize>(axis: usize, shape: Shape) -> Factor<D> {
+    let field = field(move |x: [Series; D]| shape.at(&x[axis]));
+    Factor { field: Some(field), free: false, varies: false }
+}
+
+/// What is held across one axis: `value` u + `factor` ∂u of some order along the axis at one end, or what that is more at the
+/// upper end than at the lower one.
 #[derive(Clone, Debug)]
-pub(crate) enum Functional<const D: usize> {
-    /// `value` u + `factor` ∂u of the given order along the axis, at one end.
-    End { side: Side, value: Field<D>, order: usize, factor: f64 },
-    /// Difference between the ends, upper minus lower, of the derivative of this order.
-    Jump { order: usize },
+pub(crate) struct Lift<const D: usize> {
+    pub axis: usize,
+    ends: [f64; 2],
+    /// Nothing for both ends.
+    pub at: Option<Side>,
+    value: Field<D>,
+    order: usize,
+    factor: f64,
+    pub data: Field<D>,
+    /// What carries the data: one under this functional, zero under the others of the axis.
+    pub shape: Shape,
 }
 
-impl<const D: usize> Functional<D> {
-    /// The derivative of some order along the outward normal.
-    fn outwards(side: Side, value: Field<D>, order: usize, factor: f64) -> Self {
-        let turned = side == Side::Lower && order % 2 == 1;
-        Self::End { side, value, order, factor: if turned { -factor } else { factor } }
+impl<const D: usize> Lift<D> {
+    /// A side where it looks, to name corners.
+    pub(crate) fn side(&self) -> Side {
+        self.at.unwrap_or(Side::Lower)
     }
 
-    /// Applied to `function` along `axis`, as a function of the other coordinates of `x`.
-    pub(crate) fn apply(
-        &self,
-        function: &Field<D>,
-        axis: usize,
-        ends: [f64; 2],
-        x: &[Series; D],
-    ) -> Series {
-        match self {
-            Self::End { side, value, order, factor } => {
-                let end = ends[side.index()];
-                let sum = on_face(function, axis, end, *order, x) * *factor;
-                match value.is_zero() {
-                    true => sum,
-                    false => {
-                        sum + on_face(function, axis, end, 0, x) * on_face(value, axis, end, 0, x)
-                    }
-                }
-            }
-            Self::Jump { order } => {
-                on_face(function, axis, ends[1], *order, x)
-                    - on_face(function, axis, ends[0], *order, x)
-            }
+    /// The coordinate of that side.
+    pub(crate) fn end(&self) -> f64 {
+        self.ends[self.side().index()]
+    }
+
+    /// That side in words.
+    pub(crate) fn face(&self, domain: &Domain<D>) -> String {
+        domain.face(self.axis, self.side())
+    }
+
+    /// What u is multiplied by, if that is not zero.
+    pub(crate) fn value_factor(&self) -> Option<&Field<D>> {
+        (!self.value.is_zero()).then_some(&self.value)
+    }
+
+    /// As an operator on u at the end, or at either.
+    pub(crate) fn operator(&self) -> Operator<D> {
+        let mut derivative = Derivative::identity();
+        derivative.orders[self.axis] = self.order;
+        let slope = self.factor * derivative;
+        match self.value_factor() {
+            None => slope,
+            Some(value) => value.clone() * Derivative::identity() + slope,
+        }
+    }
+
+    /// Applied to `function`, as a function of the other coordinates of `x`.
+    pub(crate) fn apply(&self, function: &Field<D>, x: &[Series; D]) -> Series {
+        let on =
+            |field: &Field<D>, end: f64, order: usize| on_face(field, self.axis, end, order, x);
+        if self.at.is_none() {
+            return on(function, self.ends[1], self.order) - on(function, self.ends[0], self.order);
+        }
+        let sum = on(function, self.end(), self.order) * self.factor;
+        match self.value_factor() {
+            None => sum,
+            Some(value) => sum + on(function, self.end(), 0) * on(value, self.end(), 0),
         }
     }
 
     /// Whether it commutes with multiplication by `factor`: a function whose derivatives, as many as it takes, vanish there.
-    pub(crate) fn lets_pass(
-        &self,
-        factor: &Field<D>,
-        axis: usize,
-        ends: [f64; 2],
-        x: &[Series; D],
-    ) -> bool {
+    pub(crate) fn lets_pass(&self, factor: &Field<D>, x: &[Series; D]) -> bool {
         let size = factor.at(x.clone()).value().abs();
         let none = |value: f64| value.abs() <= 1e-10 * size;
-        let at = |end: f64, order: usize| on_face(factor, axis, end, order, x).value();
-        match self {
-            Self::End { side, order, .. } => {
-                let scale = |k: usize| (ends[1] - ends[0]).powi(k as i32);
-                (1..=*order).all(|k| none(scale(k) * at(ends[side.index()], k)))
+        let at = |end: f64, order: usize| on_face(factor, self.axis, end, order, x).value();
+        let [lower, upper] = self.ends;
+        match self.at {
+            Some(_) => {
+                (1..=self.order).all(|k| none((upper - lower).powi(k as i32) * at(self.end(), k)))
             }
-            Self::Jump { order } => (0..=*order).all(|k| none(at(ends[1], k) - at(ends[0], k))),
-        }
-    }
-
-    /// A side where it looks, to name corners.
-    pub(crate) fn side(&self) -> Side {
-        match self {
-            Self::End { side, .. } => *side,
-            Self::Jump { .. } => Side::Lower,
+            None => (0..=self.order).all(|k| none(at(upper, k) - at(lower, k))),
         }
     }
 }
@@ -160,66 +158,45 @@ fn on_face<const D: usize>(
     }
     let mut face = x.each_ref().map(|coordinate| coordinate.lifted(order));
     face[axis] = face[axis].shifted_last_variable(end);
-    let lifted = function.at(face);
-    // A function that ignores all coordinates may come back as a plain constant.
-    let lifted = x[axis].lifted(order).constant(0.0) + lifted;
-    lifted.last_derivative(order)
+    function.at(face).last_derivative(order)
 }
 
-/// A functional with prescribed value, and the shape that carries it: one under this functional,
-/// zero under the others of the axis.
+/// What a free function is multiplied by: of all coordinates, or of those on a face.
 #[derive(Clone, Debug)]
-pub(crate) struct Lift<const D: usize> {
-    pub functional: Functional<D>,
-    pub data: Field<D>,
-    pub shape: Shape,
-}
-
-/// What multiplies a free function on a face: a shape along the axis, and where a Robin condition's factor varies, that
-/// function of the other coordinates times another shape.
-#[derive(Clone, Debug)]
-pub(crate) struct Trace<const D: usize> {
-    shape: Shape,
-    varying: Option<(Field<D>, Shape)>,
-}
-
-impl<const D: usize> Trace<D> {
-    fn plain(shape: Shape) -> Self {
-        Self { shape, varying: None }
-    }
-
-    /// Whether its size is not one.
-    pub(crate) fn is_varying(&self) -> bool {
-        self.varying.is_some()
-    }
-
-    pub(crate) fn at(&self, axis: usize, x: &[Series; D]) -> Series {
-        let plain = self.shape.at(&x[axis]);
-        match &self.varying {
-            None => plain,
-            Some((factor, shape)) => plain + shape.at(&x[axis]) * factor.at(x.clone()),
-        }
-    }
+pub(crate) struct Factor<const D: usize> {
+    /// Nothing for one.
+    pub field: Option<Field<D>>,
+    /// Whether the function varies along the axis.
+    pub free: bool,
+    /// Whether the factor's size is not one.
+    pub varies: bool,
 }
 
 /// One axis: u(x) = known lifts + Σ trace shapes × free functions on the face + bubble × free function.
 #[derive(Clone, Debug)]
 pub(crate) struct AxisStructure<const D: usize> {
-    pub bubble: Bubble,
-    pub traces: Vec<Trace<D>>,
+    /// The bubble, then the traces.
+    pub factors: Vec<Factor<D>>,
     pub lifts: Vec<Lift<D>>,
 }
 
-/// Shapes with value or slope one at one end and none at the other.
+/// Shapes with value or slope one at one end of an axis and none at the other.
 struct Basis {
-    lower: f64,
-    length: f64,
+    axis: usize,
+    ends: [f64; 2],
     contacts: [usize; 2],
 }
 
 impl Basis {
     fn shape(&self, coefficients: &[f64]) -> Shape {
-        Shape { lower: self.lower, length: self.length, coefficients: coefficients.to_vec() }
+        let [lower, upper] = self.ends;
+        Shape { lower, length: upper - lower, coefficients: coefficients.to_vec() }
+    }
+
+    /// Of a derivative alone.
+    fn lift<const D: usize>(&self, at: Option<Side>, order: usize, shape: Shape) -> Lift<D> {
+        let (axis, ends, data) = (self.axis, self.ends, Field::zero());
+        Lift { axis, ends, at, value: Field::zero(), order, factor: 1.0, data, shape }
     }
 
     /// The derivative of order j along the axis one at an end, other ones zero. Where the other end has conditions, Hermite's
@@ -243,7 +220,7 @@ impl Basis {
             own.push(0.0);
             (1..own.len()).rev().for_each(|k| own[k] -= own[k - 1]);
         }
-        let scale = self.length.powi(j as i32);
+        let scale = (self.ends[1] - self.ends[0]).powi(j as i32);
         match side {
             Side::Lower => self.shape(&own).scaled(scale),
             Side::Upper => {
@@ -267,36 +244,37 @@ fn mirrored(coefficients: &[f64]) -> Vec<f64> {
 }
 
 impl<const D: usize> AxisStructure<D> {
-    /// From the conditions at the two ends, or that they are joined.
-    pub(crate) fn new(
-        ends: [f64; 2],
-        conditions: &[Option<Condition<D>>; 2],
-        periodic: Option<Periodicity>,
-    ) -> Self {
-        if let Some(periodicity) = periodic {
-            return Self::periodic(ends, periodicity);
-        }
-        let contacts = conditions.each_ref().map(|c| c.as_ref().map_or(0, Condition::contact));
-        let basis = Basis { lower: ends[0], length: ends[1] - ends[0], contacts };
-        let mut structure =
-            Self { bubble: Bubble::new(ends, contacts), traces: Vec::new(), lifts: Vec::new() };
+    /// Of an axis, from the conditions at its two ends, or that they are joined.
+    pub(crate) fn new(problem: &Problem<D>, axis: usize) -> Self {
+        let ends = problem.domain().ends(axis);
+        let conditions = &problem.faces[axis];
+        let contacts = match problem.periodic[axis] {
+            None => conditions.each_ref().map(|c| c.as_ref().map_or(0, Condition::contact)),
+            Some(Periodicity::Value) => [1, 1],
+            Some(Periodicity::ValueAndSlope) => [2, 2],
+        };
+        let basis = Basis { axis, ends, contacts };
+        let mut structure = Self { factors: vec![bubble(axis, ends, contacts)], lifts: Vec::new() };
         for (side, condition) in Side::BOTH.into_iter().zip(conditions) {
             if let Some(condition) = condition {
                 structure.add(side, condition, &basis);
             }
         }
+        if let Some(periodicity) = problem.periodic[axis] {
+            structure.join(&basis, periodicity);
+        }
         structure
     }
 
     /// Whether a factor of the value changes along another axis.
-    pub(crate) fn varies(&self, domain: &Domain<D>, axis: usize) -> bool {
+    pub(crate) fn varies(&self, domain: &Domain<D>) -> bool {
         self.lifts.iter().any(|lift| {
-            let Functional::End { value, side, .. } = &lift.functional else { return false };
+            let Some(value) = lift.value_factor() else { return false };
             let mut face = domain.grid(5);
-            face.iter_mut().for_each(|point| point[axis] = domain.end(axis, *side));
+            face.iter_mut().for_each(|point| point[lift.axis] = lift.end());
             let values: Vec<f64> = face.into_iter().map(|point| value.value(point)).collect();
             let size = values.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
-            !value.is_zero() && values.iter().any(|a| (a - values[0]).abs() > 1e-12 * size)
+            values.iter().any(|a| (a - values[0]).abs() > 1e-12 * size)
         })
     }
 
@@ -307,60 +285,37 @@ impl<const D: usize> AxisStructure<D> {
         };
         // One under the derivative of this order along the outward normal.
         let shape = |order: usize| basis.shape_of(side, order).scaled(outwards(order));
-        let mut lift = |order: usize, data: &Field<D>| {
-            let functional = Functional::outwards(side, Field::zero(), order, 1.0);
-            self.lifts.push(Lift { functional, data: data.clone(), shape: shape(order) });
-        };
-        match condition {
-            Condition::Dirichlet(value) => lift(0, value),
-            Condition::Cauchy { value, slope } => {
-                lift(0, value);
-                lift(1, slope);
-            }
-            Condition::Derivatives(given) => {
-                given.iter().for_each(|(order, data)| lift(*order, data));
-                let free = |order: &usize| given.iter().all(|(known, _)| known != order);
-                let orders = (0..condition.contact()).filter(free);
-                self.traces.extend(orders.map(|order| Trace::plain(shape(order).normalised())));
-            }
-            Condition::Neumann(slope) => {
-                lift(1, slope);
-                self.traces.push(Trace::plain(shape(0).normalised()));
-            }
-            Condition::Robin { value_factor, slope_factor, data } => {
-                let functional = Functional::outwards(side, value_factor.clone(), 1, *slope_factor);
-                let slope = shape(1).scaled(1.0 / slope_factor);
-                self.traces.push(Trace {
-                    shape: shape(0),
-                    varying: Some((value_factor.clone(), slope.clone().scaled(-1.0))),
-                });
-                self.lifts.push(Lift { functional, data: data.clone(), shape: slope });
-            }
+        if let Condition::Robin { value_factor, slope_factor, data } = condition {
+            let slope = shape(1).scaled(1.0 / slope_factor);
+            let (plain, turned) = (shape(0), slope.clone().scaled(-1.0));
+            let (axis, factor) = (basis.axis, value_factor.clone());
+            let trace = field(move |x: [Series; D]| {
+                plain.at(&x[axis]) + turned.at(&x[axis]) * factor.at(x)
+            });
+            self.factors.push(Factor { field: Some(trace), free: false, varies: true });
+            let (value, factor) = (value_factor.clone(), outwards(1) * slope_factor);
+            let lift = basis.lift(Some(side), 1, slope);
+            self.lifts.push(Lift { value, factor, data: data.clone(), ..lift });
+            return;
         }
+        let given = condition.derivatives();
+        for (order, data) in &given {
+            let lift = basis.lift(Some(side), *order, shape(*order));
+            self.lifts.push(Lift { factor: outwards(*order), data: (*data).clone(), ..lift });
+        }
+        let free = |order: &usize| given.iter().all(|(known, _)| known != order);
+        let orders = (0..condition.contact()).filter(free);
+        self.factors.extend(orders.map(|order| trace(basis.axis, shape(order).normalised())));
     }
 
-    fn periodic(ends: [f64; 2], periodicity: Periodicity) -> Self {
-        let contact = match periodicity {
-            Periodicity::Value => 1,
-            Periodicity::ValueAndSlope => 2,
-        };
-        let basis =
-            Basis { lower: ends[0], length: ends[1] - ends[0], contacts: [contact, contact] };
-        let lift = |order, shape| Lift {
-            functional: Functional::Jump { order },
-            data: Field::zero(),
-            shape,
-        };
-        let mut structure = Self {
-            bubble: Bubble::new(ends, [contact, contact]),
-            traces: vec![Trace::plain(basis.shape(&[1.0]))],
-            lifts: vec![lift(0, basis.shape_of(Side::Upper, 0))],
-        };
+    /// Of a periodic axis.
+    fn join(&mut self, basis: &Basis, periodicity: Periodicity) {
+        self.factors.push(trace(basis.axis, basis.shape(&[1.0])));
+        self.lifts.push(basis.lift(None, 0, basis.shape_of(Side::Upper, 0)));
         if periodicity == Periodicity::ValueAndSlope {
             let (lower, upper) = (basis.shape_of(Side::Lower, 1), basis.shape_of(Side::Upper, 1));
-            structure.traces.push(Trace::plain(lower.plus(&upper, 1.0).normalised()));
-            structure.lifts.push(lift(1, upper));
+            self.factors.push(trace(basis.axis, lower.plus(&upper).normalised()));
+            self.lifts.push(basis.lift(None, 1, upper));
         }
-        structure
     }
 }

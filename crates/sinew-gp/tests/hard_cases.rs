@@ -1,9 +1,10 @@
 //! Where inference is at its limits: the right answer, or an error that says what to do.
 
 use sinew_gp::{
-    Condition, Data, Domain, Evidence, Fit, FitOptions, Functional, GpError, Hyperparameter,
-    Kernel, Matern, Measure, Model, Network, Noise, Parameter, Periodic, Prior, Problem, Scaled,
-    Series, Side, Smoothness, SquaredExponential, Sum, constant,
+    Condition, Data, Derivative, Domain, Evidence, Fit, FitOptions, Functional, GpError,
+    Hyperparameter, Kernel, Linear, Matern, Measure, Model, Network, NetworkOptions, Noise,
+    Parameter, Periodic, Prior, Problem, ReducedOptions, Scaled, SemiLinear, Series, Side,
+    Smoothness, SquaredExponential, Sum, constant, field,
 };
 use std::f64::consts::PI;
 
@@ -347,9 +348,54 @@ fn starts_and_names_that_no_fit_can_use_are_refused() {
     let clash = Model::new(prior(&clash), loads(3), Evidence::Auto).unwrap_err();
     says(&clash, "parameter amplitude 1 has the name of an amplitude");
 
-    let backwards = must(Prior::constrained(&problem, &Backwards));
-    let backwards = Model::new(backwards, loads(3), Evidence::Auto).unwrap_err();
+    let backwards = Prior::constrained(&problem, &Backwards).unwrap_err();
     says(&backwards, "hyperparameter number of the backwards kernel");
+}
+
+#[test]
+fn kernels_along_axes_that_there_are_not_are_refused() {
+    let problem = string(1.0, None);
+    let elsewhere: [Box<dyn Kernel<1>>; 4] = [
+        Box::new(SquaredExponential::along(&[1])),
+        Box::new(must(Periodic::new(1, 2.0))),
+        Box::new(Sum::new(SquaredExponential::new(), Linear::along(&[0, 3]))),
+        Box::new(Matern::along(&[2], Smoothness::Thrice)),
+    ];
+    for kernel in &elsewhere {
+        let refused = Prior::constrained(&problem, &**kernel).unwrap_err();
+        says(&refused, "axis is not one of the domain's");
+    }
+    assert!(Prior::constrained(&problem, &SquaredExponential::along(&[0])).is_ok());
+}
+
+#[test]
+fn an_equation_everywhere_is_refused_where_its_points_are_not_chosen() {
+    let problem = string(1.0, None);
+    let everywhere = || Data::new().equation_everywhere(field(|[x]| (x * PI).sin()));
+    let measured = everywhere().values(&[[0.5]], &[0.05], Noise::Known(0.01));
+    let network = Network::train(prior(&problem), &measured, &NetworkOptions::default());
+    says(&network.unwrap_err(), "`Data::equation`");
+    let bent = SemiLinear::new(problem.clone(), [Derivative::identity()], |[u]| u.powi(3));
+    let both = measured.clone().equation(&[[0.3]], &[0.8], Noise::Exact);
+    let kernel = SquaredExponential::new();
+    let solved = bent.solve(&kernel, &both, &FitOptions::default(), 3);
+    says(&solved.unwrap_err(), "`Data::equation`");
+    let model = || must(Model::new(prior(&problem), measured.clone(), Evidence::Auto));
+    let fit = must(model().fit(&FitOptions { restarts: 1, ..FitOptions::default() }));
+    let reduced = model().reduced(&fit, &ReducedOptions::default());
+    says(&reduced.unwrap_err(), "`Data::equation`");
+}
+
+#[test]
+fn data_that_do_not_fit_together_are_refused_not_thinned() {
+    let uneven = Data::new().values(&[[0.2]], &[0.1, 0.2], Noise::Known(0.1)).thinned(1, 1);
+    let refused = Model::new(prior(&string(1.0, None)), uneven, Evidence::Auto).unwrap_err();
+    says(&refused, "1 points but 2 values");
+    let operator = sinew_gp::Operator::identity();
+    let beyond = Functional { operator, points: vec![[0.5], [1.7]], weights: vec![0.5; 2] };
+    let beyond = must(Data::new().integral(&beyond, 0.1, Noise::Known(0.1)));
+    let refused = Model::new(prior(&string(1.0, None)), beyond, Evidence::Auto).unwrap_err();
+    says(&refused, "(1.7) lies outside the domain");
 }
 
 /// A kernel whose hyperparameter has its bounds the wrong way round.

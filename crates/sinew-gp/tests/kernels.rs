@@ -22,6 +22,8 @@ fn kernels() -> Vec<Box<dyn Kernel<2>>> {
             Scaled::new(RationalQuadratic::new()),
         )),
         Box::new(Sum::new(Linear::new(), Periodic::new(1, 0.9).unwrap())),
+        Box::new(Sum::new(Linear::new(), Matern::new(Smoothness::Once))),
+        Box::new(Product::new(Matern::new(Smoothness::Twice), Periodic::new(0, 1.3).unwrap())),
     ]
 }
 
@@ -152,6 +154,12 @@ fn kernels_with_small_negative_eigenvalues_are_refused() {
         println!("{name}: {eigenvalue:.1e}");
         assert!(eigenvalue < -1e-7, "far beyond rounding: {name}, {eigenvalue}");
     }
+    // Definite, but constant for Taylor series where points coincide.
+    let constant = refused(|s, _, _| match s.value() {
+        0.0 => s.constant(1.0),
+        _ => (s.sqrt() * 3.0 + 1.0) * (s.sqrt() * -3.0).exp(),
+    });
+    assert!(constant.contains("0 in the table") && constant.contains("where x' = x"), "{constant}");
     let undefined = refused(|s, _, _| s.recip());
     assert!(undefined.contains("k(x, x') = inf"), "{undefined}");
 }

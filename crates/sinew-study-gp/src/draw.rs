@@ -54,7 +54,7 @@ fn curves<const D: usize>(
     let setting = &inference.setting;
     let domain = setting.problem.domain();
     let label = inference.approach.method().label();
-    let points = line(domain, inference.scale.pick(CURVE_POINTS, FEW_POINTS));
+    let points = domain.grid(inference.scale.pick(CURVE_POINTS, FEW_POINTS));
     let prediction = posterior.predict(&points)?;
     let exact: Vec<f64> = points.iter().map(|x| (setting.solution)(*x)).collect();
     let chart =
@@ -125,17 +125,6 @@ pub(crate) fn traces<const D: usize>(inference: &Inference<D>, fit: &Fit<D>) -> 
             )
         })],
     }
-}
-
-/// A regular row of points on an interval.
-pub(crate) fn line<const D: usize>(domain: &Domain<D>, count: usize) -> Vec<[f64; D]> {
-    let [from, to] = [domain.lower(), domain.upper()];
-    (0..count)
-        .map(|k| {
-            let share = k as f64 / (count.max(2) - 1) as f64;
-            std::array::from_fn(|d| from[d] + share * (to[d] - from[d]))
-        })
-        .collect()
 }
 
 /// A line through values at points of an interval.

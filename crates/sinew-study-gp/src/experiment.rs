@@ -1,7 +1,6 @@
 //! What an experiment is: cases, each run on several data sets.
 
-use crate::problems::Setting;
-use crate::row::{Label, Method, Row, Run, Thesis};
+use crate::row::{Label, Method, Row, Run, Thesis, Truth};
 use anyhow::Result;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -40,17 +39,15 @@ impl Task {
 /// What a seed is for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Purpose {
-    /// Where u is observed.
     Places,
     /// Errors of observed values.
     Noise,
-    /// Where the equation is imposed.
     Collocation,
     /// Pseudo-observations of the boundary.
     Boundary,
-    /// Starts of the optimiser.
+    /// Of the optimiser.
     Starts,
-    /// Draws of parameters or functions.
+    /// Of parameters or functions.
     Draws,
 }
 
@@ -75,19 +72,19 @@ pub struct Case {
 }
 
 impl Case {
-    /// Of a method on a problem: what one task does, and the seconds it takes.
-    pub(crate) fn new<const D: usize>(
-        of: &Setting<D>,
+    /// Of a method on a problem with parameters: what one task does, and the seconds it takes.
+    pub(crate) fn new(
+        (problem, truth): (&str, &[Truth]),
         method: Method,
         cost: f64,
         run: impl Fn(&Task) -> Result<Run> + Send + Sync + 'static,
     ) -> Self {
         let label = Label {
-            problem: of.name.into(),
+            problem: problem.into(),
             setting: String::new(),
             method,
             abscissa: None,
-            truth: of.truth.clone(),
+            truth: truth.to_vec(),
             thesis: Thesis::default(),
         };
         Self { label, cost, run: Box::new(run) }
@@ -107,8 +104,7 @@ impl Case {
 
     /// With the thesis' figures: err_u, and parameters each with one unit of its last digit.
     pub(crate) fn thesis(mut self, err_u: f64, theta: &[(f64, f64)]) -> Self {
-        let (theta, digit) = theta.iter().copied().unzip();
-        self.label.thesis = Thesis { err_u: Some(err_u), theta, digit, ..Thesis::default() };
+        self.label.thesis = Thesis { err_u: Some(err_u), err_f: None, theta: theta.to_vec() };
         self
     }
 

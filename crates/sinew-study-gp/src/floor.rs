@@ -36,7 +36,7 @@ pub(crate) fn case<const D: usize>(
         let mean: Vec<f64> = grid.iter().map(|x| solution(*x)).collect();
         Ok(Run { err_u: own.error(&grid, &mean), seconds, theta, ..Run::default() })
     };
-    Case::new(setting, Method::LeastSquares, 0.02, run)
+    Case::new(setting.named(), Method::LeastSquares, 0.02, run)
 }
 
 /// Relative step of differences, and of θ where the search ends.

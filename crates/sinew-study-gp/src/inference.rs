@@ -15,7 +15,6 @@ use std::time::Instant;
 pub(crate) struct Observed<const D: usize> {
     /// Where u is observed.
     pub places: Vec<[f64; D]>,
-    /// Observed values of u.
     pub values: Vec<f64>,
     /// Where the equation is imposed.
     pub collocation: Vec<[f64; D]>,
@@ -142,9 +141,7 @@ impl Approach {
 /// What is drawn of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Drawings {
-    /// Nothing.
     None,
-    /// What the fit says of u.
     Posterior,
     /// And how each restart moves.
     PosteriorAndTraces,
@@ -156,19 +153,14 @@ type Observe<const D: usize> =
 
 /// One approach to one problem.
 pub(crate) struct Inference<const D: usize> {
-    /// The problem.
     pub setting: Setting<D>,
-    /// The prior.
     pub approach: Approach,
-    /// Makes the observations.
     pub observe: Observe<D>,
     /// Random starts of a fit.
     pub restarts: usize,
-    /// What to draw for the first data set.
+    /// For the first data set.
     pub drawings: Drawings,
-    /// Which evidence is maximised.
     pub evidence: Evidence,
-    /// How much is done.
     pub scale: Scale,
 }
 
@@ -211,15 +203,10 @@ impl<const D: usize> Inference<D> {
         Self { drawings: Drawings::None, ..self }
     }
 
-    /// The same with another evidence.
-    pub(crate) fn with_evidence(self, evidence: Evidence) -> Self {
-        Self { evidence, ..self }
-    }
-
     /// The case of this inference.
     pub(crate) fn case(self, cost: f64) -> Case {
         let setting = self.setting.clone();
-        Case::new(&setting, self.approach.method(), cost, move |task| self.run(task))
+        Case::new(setting.named(), self.approach.method(), cost, move |task| self.run(task))
     }
 
     fn prior(&self, task: &Task) -> Result<Prior<D>, GpError> {
@@ -250,24 +237,34 @@ impl<const D: usize> Inference<D> {
         let start = Instant::now();
         let fit = self.fit(&observed, task)?;
         let seconds = start.elapsed().as_secs_f64();
-        let grid = self.setting.grid(self.scale);
+        let run = self.measured(&fit, &observed, &self.setting.grid(self.scale), task)?;
+        Ok(Run { seconds, restarts: self.ends(&fit)?, ..run })
+    }
+
+    /// What a fit came to, with errors over a grid.
+    pub(crate) fn measured(
+        &self,
+        fit: &Fit<D>,
+        observed: &Observed<D>,
+        grid: &[[f64; D]],
+        task: &Task,
+    ) -> Result<Run, GpError> {
         let posterior = fit.posterior()?;
-        let err_u = self.setting.error(&grid, &posterior.mean(&grid)?);
+        let err_u = self.setting.error(grid, &posterior.mean(grid)?);
         let mut figures = Vec::new();
         if task.draw && self.drawings != Drawings::None {
-            figures.push(draw::posterior(self, &posterior, &observed, &fit)?);
+            figures.push(draw::posterior(self, &posterior, observed, fit)?);
         }
         if task.draw && self.drawings == Drawings::PosteriorAndTraces {
-            figures.push(draw::traces(self, &fit));
+            figures.push(draw::traces(self, fit));
         }
+        let ends = fit.restarts.iter().filter_map(|restart| restart.outcome.as_ref().ok());
         Ok(Run {
             err_u,
-            seconds,
-            theta: self.theta(&fit, &fit.outcome().parameters)?,
-            evaluations: Some(evaluations(&fit)),
+            theta: self.theta(fit, &fit.outcome().parameters)?,
+            evaluations: Some(ends.map(|outcome| outcome.evaluations).sum()),
             jitter: Some(fit.outcome().jitter),
             collapsed: fit.outcome().collapsed,
-            restarts: self.ends(&fit)?,
             figures,
             ..Run::default()
         })
@@ -313,10 +310,4 @@ pub(crate) fn approaches<const D: usize>(
         case(Approach::Penalised(boundary), costs[1]).at(format!("N_b = {boundary}")),
         case(Approach::Unconstrained, costs[2]),
     ]
-}
-
-/// Evaluations of evidence and gradient over all restarts.
-pub(crate) fn evaluations<const D: usize>(fit: &Fit<D>) -> usize {
-    let restarts = fit.restarts.iter().filter_map(|restart| restart.outcome.as_ref().ok());
-    restarts.map(|outcome| outcome.evaluations).sum()
 }

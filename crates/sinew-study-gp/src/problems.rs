@@ -26,6 +26,13 @@ pub(crate) struct Setting<const D: usize> {
     pub truth: Vec<Truth>,
 }
 
+impl<const D: usize> Setting<D> {
+    /// Its name and parameters, of which cases are.
+    pub(crate) fn named(&self) -> (&str, &[Truth]) {
+        (self.name, &self.truth)
+    }
+}
+
 fn truth(values: &[(&str, f64)]) -> Vec<Truth> {
     values.iter().map(|(name, value)| Truth { name: (*name).into(), value: *value }).collect()
 }

@@ -22,7 +22,7 @@ pub fn section(
             Column::new("‖θ − θ̂‖", "").about("Euclidean distance from the true values (4.50)"),
         ],
         [Column::new("seconds", "").about(
-            "one fit on one thread: prior, model, all restarts; with NUTS the sampling too",
+            "one fit on one thread: prior, model, all restarts",
         )],
         [
             Column::new("θ̂", "").about("the equation’s parameters at the fit, in the order of the problem"),
@@ -76,12 +76,11 @@ fn row(row: &Row) -> Result<sinew_report::Row, ReportError> {
 
 /// The thesis' parameters with the digits it prints.
 fn printed(label: &Label) -> String {
-    let thesis = &label.thesis;
-    let text = |(value, digit): (&f64, &f64)| {
+    let text = |(value, digit): &(f64, f64)| {
         let decimals = (-digit.log10()).round().max(0.0) as usize;
         format!("{value:.decimals$}")
     };
-    thesis.theta.iter().zip(&thesis.digit).map(text).collect::<Vec<_>>().join(", ")
+    label.thesis.theta.iter().map(text).collect::<Vec<_>>().join(", ")
 }
 
 /// Every restart of the first data set: what the best one was chosen from.

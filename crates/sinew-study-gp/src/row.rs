@@ -85,17 +85,18 @@ pub struct Run {
 }
 
 impl Run {
-    /// The same, with an error and a time that can be told.
+    /// The same, with numbers that can be told.
     ///
     /// # Errors
-    /// If one of the two is not finite or negative.
+    /// If error or time is not finite or negative, or a parameter not finite.
     pub(crate) fn checked(self) -> Result<Self, ReportError> {
-        for (field, value) in [("err_u", self.err_u), ("seconds", self.seconds)] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(ReportError::Number(field.into(), value));
-            }
+        let positive = [("err_u", self.err_u), ("seconds", self.seconds)];
+        let sizes = self.theta.iter().map(|value| ("θ", value.abs()));
+        let mut numbers = positive.into_iter().chain(sizes);
+        match numbers.find(|(_, value)| !(value.is_finite() && *value >= 0.0)) {
+            Some((field, value)) => Err(ReportError::Number(field.into(), value)),
+            None => Ok(self),
         }
-        Ok(self)
     }
 }
 
@@ -106,19 +107,17 @@ pub struct Thesis {
     pub err_u: Option<f64>,
     /// Mean |f − f̂|.
     pub err_f: Option<f64>,
-    /// Inferred parameters; empty if not printed.
-    pub theta: Vec<f64>,
-    /// One unit of the last printed digit of each.
-    pub digit: Vec<f64>,
+    /// Inferred parameters, each with one unit of its last printed digit; empty if not printed.
+    pub theta: Vec<(f64, f64)>,
 }
 
 impl Thesis {
     /// ‖θ − θ̂‖ of the printed parameters, half a digit of rounding included; none if not printed.
     pub(crate) fn err_theta(&self, truth: &[Truth]) -> Option<f64> {
-        let squares: f64 = (self.theta.iter().zip(&self.digit))
-            .zip(truth)
-            .map(|((printed, digit), truth)| ((printed - truth.value).abs() + 0.5 * digit).powi(2))
-            .sum();
+        let off = |((printed, digit), truth): (&(f64, f64), &Truth)| {
+            ((printed - truth.value).abs() + 0.5 * digit).powi(2)
+        };
+        let squares: f64 = self.theta.iter().zip(truth).map(off).sum();
         (!self.theta.is_empty()).then(|| squares.sqrt())
     }
 }
@@ -212,22 +211,22 @@ mod tests {
             method: Method::Hcgp,
             abscissa: None,
             truth: vec![Truth { name: "theta".into(), value: 1.0 }],
-            thesis: Thesis {
-                err_u: Some(1e-3),
-                theta: vec![1.01],
-                digit: vec![0.01],
-                ..Thesis::default()
-            },
+            thesis: Thesis { err_u: Some(1e-3), err_f: None, theta: vec![(1.01, 0.01)] },
         }
     }
 
     #[test]
-    fn a_run_needs_error_and_time() {
+    fn a_run_needs_numbers_that_can_be_told() {
         let run = |err_u, seconds| Run { err_u, seconds, ..Run::default() }.checked();
         assert!(run(1e-3, 0.5).is_ok());
         for (err_u, seconds) in [(f64::NAN, 0.5), (1e-3, f64::INFINITY), (1e-3, -1.0)] {
             assert!(run(err_u, seconds).is_err());
         }
+        let theta = vec![0.7, f64::NAN];
+        assert!(
+            Run { theta, ..Run::default() }.checked().is_err(),
+            "no median of it could be told"
+        );
     }
 
     #[test]

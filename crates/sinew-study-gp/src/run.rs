@@ -132,14 +132,13 @@ struct Work<'a> {
     pieces: Vec<Piece>,
 }
 
-/// For each experiment, each case and each data set, what came of it.
-type Outcomes = Vec<Vec<Vec<Option<Outcome>>>>;
+/// For each experiment and each case, what came of its data sets.
+type Outcomes = Vec<Vec<Vec<Outcome>>>;
 
 /// What the threads that do it write to.
 struct Shared<'a> {
-    outcomes: Outcomes,
-    /// Pieces of each experiment that are to be done.
-    left: Vec<usize>,
+    /// One for each piece.
+    outcomes: Vec<Option<Outcome>>,
     counter: Counter<'a>,
 }
 
@@ -171,51 +170,44 @@ impl<'a> Work<'a> {
 
     /// Does what is not done yet.
     fn outcomes(&self, clock: &WallClock) -> Result<Outcomes> {
-        let empty = |(_, experiment): &(Name, Experiment)| {
-            vec![vec![None; self.options.seeds()]; experiment.cases.len()]
+        let stored = |piece: &Piece| match self.options.resume {
+            true => Ok(store::read_json(&self.file(*piece))?),
+            false => Ok(None),
         };
-        let mut outcomes: Outcomes = self.experiments.iter().map(empty).collect();
-        let mut open = Vec::new();
-        for &piece in &self.pieces {
-            let stored = match self.options.resume {
-                true => store::read_json(&self.file(piece))?,
-                false => None,
-            };
-            match stored {
-                None => open.push(piece),
-                found => outcomes[piece.experiment][piece.case][piece.set] = found,
-            }
-        }
+        let outcomes: Vec<Option<Outcome>> =
+            self.pieces.iter().map(stored).collect::<Result<_>>()?;
+        let open: Vec<usize> = (0..outcomes.len()).filter(|k| outcomes[*k].is_none()).collect();
         if open.len() < self.pieces.len() {
             eprintln!("{} of {} fits kept", self.pieces.len() - open.len(), self.pieces.len());
         }
-        let total = open.iter().map(|piece| self.cost(*piece)).sum();
+        let total = open.iter().map(|number| self.cost(self.pieces[*number])).sum();
         let mut terminal = Terminal::default();
-        let shared = Mutex::new(Shared {
-            outcomes,
-            left: self.left(&open),
-            counter: Counter::new(&mut terminal, "fits", 0, total),
-        });
+        let counter = Counter::new(&mut terminal, "fits", 0, total);
+        let shared = Mutex::new(Shared { outcomes, counter });
         workers::each(self.options.threads(), open.len(), |number| {
-            let piece = open[number];
+            let piece = self.pieces[open[number]];
             let outcome = self.done(piece);
             store::write_json(&self.file(piece), &outcome)?;
             let mut shared = shared.lock().unwrap_or_else(|e| e.into_inner());
-            shared.outcomes[piece.experiment][piece.case][piece.set] = Some(outcome);
+            shared.outcomes[open[number]] = Some(outcome);
             // Under the lock, since it is one file for all.
             clock.save()?;
             let name = self.experiments[piece.experiment].0.key();
             let _ = shared.counter.step(self.cost(piece), &name);
-            shared.left[piece.experiment] -= 1;
-            if shared.left[piece.experiment] == 0 {
+            let mut all = self.pieces.iter().zip(&shared.outcomes);
+            if !all.any(|(other, done)| other.experiment == piece.experiment && done.is_none()) {
                 shared.counter.finished(&name, "done");
             }
             Ok(())
         })?;
-        let Shared { outcomes, counter, .. } =
-            shared.into_inner().unwrap_or_else(|e| e.into_inner());
+        let Shared { outcomes, counter } = shared.into_inner().unwrap_or_else(|e| e.into_inner());
         counter.finish(&format!("{} fits", open.len()));
-        Ok(outcomes)
+        let mut sorted: Outcomes =
+            self.experiments.iter().map(|(_, all)| vec![Vec::new(); all.cases.len()]).collect();
+        for (piece, outcome) in self.pieces.iter().zip(outcomes) {
+            sorted[piece.experiment][piece.case].extend(outcome);
+        }
+        Ok(sorted)
     }
 
     fn done(&self, piece: Piece) -> Outcome {
@@ -226,25 +218,19 @@ impl<'a> Work<'a> {
             Err(error) => Outcome::Failed(format!("{error:#}")),
         }
     }
-
-    /// Pieces of each experiment that are to be done.
-    fn left(&self, open: &[Piece]) -> Vec<usize> {
-        let of = |number| open.iter().filter(|piece| piece.experiment == number).count();
-        (0..self.experiments.len()).map(of).collect()
-    }
 }
 
 /// Rows and drawings of one experiment; cases without any result go to the notes.
 fn gather(
     name: Name,
     experiment: Experiment,
-    outcomes: Vec<Vec<Option<Outcome>>>,
+    outcomes: Vec<Vec<Outcome>>,
     notes: &mut Vec<String>,
 ) -> Result<Option<Section>> {
     let (mut rows, mut figures) = (Vec::new(), Vec::new());
     for (case, outcomes) in experiment.cases.into_iter().zip(outcomes) {
         let (mut runs, mut failures) = (Vec::new(), Vec::new());
-        for outcome in outcomes.into_iter().flatten() {
+        for outcome in outcomes {
             match outcome {
                 Outcome::Done(run) => runs.push(*run),
                 Outcome::Failed(reason) => failures.push(reason),

@@ -134,12 +134,7 @@ mod section {
             method: Method::Hcgp,
             abscissa: None,
             truth: vec![Truth { name: "theta".into(), value: 1.0 }],
-            thesis: Thesis {
-                err_u: Some(4.9e-5),
-                theta: vec![1.0],
-                digit: vec![1e-3],
-                ..Thesis::default()
-            },
+            thesis: Thesis { err_u: Some(4.9e-5), err_f: None, theta: vec![(1.0, 1e-3)] },
         };
         let run = Run { err_u, seconds: 0.5, theta: vec![theta], ..Run::default() };
         Row::of(label, vec![run], Vec::new()).unwrap()

@@ -1,14 +1,13 @@
 //! Whether the conditions of faces agree where these meet.
 
 use super::edges::Edges;
-use super::ends;
 use super::lift::along;
 use crate::domain::Domain;
 use crate::error::GpError;
 use crate::field::Field;
 use crate::problem::Problem;
 use crate::series::Series;
-use crate::structure::{AxisStructure, Functional, Lift};
+use crate::structure::{AxisStructure, Lift};
 
 /// Relative difference above which two conditions conflict at a corner: data are given as formulas
 /// that agree to rounding where they agree at all.
@@ -24,7 +23,7 @@ pub(super) fn check_corners<const D: usize>(
     edges: &Edges<D>,
 ) -> Result<(), GpError> {
     let varying: Vec<usize> =
-        (0..D).filter(|axis| structures[*axis].varies(problem.domain(), *axis)).collect();
+        (0..D).filter(|axis| structures[*axis].varies(problem.domain())).collect();
     if let [first, second, ..] = varying[..] {
         let names = problem.domain().names();
         return Err(GpError::Problem(format!(
@@ -36,15 +35,13 @@ pub(super) fn check_corners<const D: usize>(
         for second in first + 1..D {
             for a in &structures[first].lifts {
                 for b in &structures[second].lifts {
-                    check_corner(problem, (first, a), (second, b))?;
+                    check_corner(problem.domain(), a, b)?;
                 }
             }
         }
     }
-    for axis in 2..D {
-        for lift in &structures[axis].lifts {
-            check_edges(problem, (axis, lift), edges)?;
-        }
+    for lift in structures.iter().skip(2).flat_map(|structure| &structure.lifts) {
+        check_edges(problem.domain(), lift, edges)?;
     }
     edges.check_corners(problem.domain())
 }
@@ -58,31 +55,31 @@ fn varies(face: &str, along: &str) -> GpError {
 
 /// The condition of a face against those on the edges of its polygon.
 fn check_edges<const D: usize>(
-    problem: &Problem<D>,
-    (axis, lift): (usize, &Lift<D>),
+    domain: &Domain<D>,
+    lift: &Lift<D>,
     edges: &Edges<D>,
 ) -> Result<(), GpError> {
-    let domain = problem.domain();
     let Some(polygon) = domain.cross_section() else { return Ok(()) };
     for edge in 0..polygon.corners().len() {
         for fraction in [0.0, 0.29, 0.71] {
-            let mut point = middle(domain);
+            let mut point: [f64; D] =
+                std::array::from_fn(|d| 0.5 * (domain.lower()[d] + domain.upper()[d]));
             (point[0], point[1]) = polygon.on_edge(edge, fraction).into();
-            point[axis] = domain.end(axis, lift.functional.side());
+            point[lift.axis] = lift.end();
             let x = Series::plain(point);
             for own in edges.lifts(edge) {
-                if let Functional::End { value, side, .. } = &lift.functional
+                if let Some(value) = lift.value_factor()
                     && own.slope != 0.0
                     && along(value, own.outwards(), &x).value().abs() > 1e-10
                 {
-                    return Err(varies(&domain.face(axis, *side), &format!("edge {edge}")));
+                    return Err(varies(&lift.face(domain), &format!("edge {edge}")));
                 }
                 let data = &own.data;
-                let implied = lift.functional.apply(data, axis, ends(domain, axis), &x).value();
+                let implied = lift.apply(data, &x).value();
                 let asked = own.apply(&lift.data, &x).value();
                 let size = magnitude(data, domain) + magnitude(&lift.data, domain);
                 if differ(implied, asked, size) {
-                    let face = domain.face(axis, lift.functional.side());
+                    let face = lift.face(domain);
                     let corner = format!("{face}, polygon edge at ({}, {})", point[0], point[1]);
                     return Err(conflict(&corner, implied, asked));
                 }
@@ -92,45 +89,28 @@ fn check_edges<const D: usize>(
     Ok(())
 }
 
-fn middle<const D: usize>(domain: &Domain<D>) -> [f64; D] {
-    std::array::from_fn(|d| 0.5 * (domain.lower()[d] + domain.upper()[d]))
-}
-
 /// Whether the functional of one face, applied to the data of the other, gives what the other's
 /// functional makes of the first's data.
 fn check_corner<const D: usize>(
-    problem: &Problem<D>,
-    (first, a): (usize, &Lift<D>),
-    (second, b): (usize, &Lift<D>),
+    domain: &Domain<D>,
+    a: &Lift<D>,
+    b: &Lift<D>,
 ) -> Result<(), GpError> {
-    let domain = problem.domain();
     for fraction in CORNER_SAMPLES {
         let mut point: [f64; D] =
             std::array::from_fn(|d| domain.lower()[d] + fraction * domain.extents()[d]);
-        point[first] = domain.end(first, a.functional.side());
-        point[second] = domain.end(second, b.functional.side());
-        for ((axis, own), (other, functional)) in
-            [((first, a), (second, &b.functional)), ((second, b), (first, &a.functional))]
-        {
-            let Functional::End { value, side, .. } = &own.functional else { continue };
-            let passes =
-                functional.lets_pass(value, other, ends(domain, other), &Series::plain(point));
-            if !value.is_zero() && !passes {
-                let along = domain.face(other, functional.side());
-                return Err(varies(&domain.face(axis, *side), &along));
+        (point[a.axis], point[b.axis]) = (a.end(), b.end());
+        let x = Series::plain(point);
+        for (own, other) in [(a, b), (b, a)] {
+            if own.value_factor().is_some_and(|value| !other.lets_pass(value, &x)) {
+                return Err(varies(&own.face(domain), &other.face(domain)));
             }
         }
-        // ∂ along `second` of the first face's data, against ∂ along `first` of the second's.
-        let x = Series::plain(point);
-        let implied = b.functional.apply(&a.data, second, ends(domain, second), &x).value();
-        let asked = a.functional.apply(&b.data, first, ends(domain, first), &x).value();
+        // ∂ along the second axis of the first face's data, against ∂ along the first of the second's.
+        let (implied, asked) = (b.apply(&a.data, &x).value(), a.apply(&b.data, &x).value());
         let size = magnitude(&a.data, domain) + magnitude(&b.data, domain);
         if differ(implied, asked, size) {
-            let corner = format!(
-                "{}, {}",
-                domain.face(first, a.functional.side()),
-                domain.face(second, b.functional.side())
-            );
+            let corner = format!("{}, {}", a.face(domain), b.face(domain));
             return Err(conflict(&corner, implied, asked));
         }
     }

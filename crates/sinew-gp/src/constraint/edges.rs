@@ -10,36 +10,21 @@
 //! At a corner all Pₑ share value and gradient, so that their blend is once differentiable there: what
 //! the two conditions leave free of these three numbers is a feature of its own.
 
+use super::Feature;
 use super::extension::{along_edge, extension};
 use super::lift::{EdgeLift, along};
 use super::meeting::{Corner, Jet};
-use super::wedges::{Held, adapted, singular};
+use super::wedges::{Held, adapted, normalised, singular};
 use crate::condition::Condition;
 use crate::domain::Domain;
 use crate::edge::Edge;
 use crate::error::GpError;
-use crate::field::{Field, field};
+use crate::field::{Field, constant, field};
 use crate::operator::Operator;
 use crate::polygon::{Polygon, products_of_others};
 use crate::problem::Problem;
 use crate::series::Series;
 use std::sync::Arc;
-
-/// What a latent function depends on in the plane of the polygon.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Span {
-    Everything,
-    Direction([f64; 2]),
-    Nothing,
-}
-
-/// A factor in the plane of the polygon.
-#[derive(Clone, Debug)]
-pub(super) struct Plane<const D: usize> {
-    /// Nothing for one.
-    pub factor: Option<Field<D>>,
-    pub span: Span,
-}
 
 /// An edge with its condition.
 #[derive(Clone, Debug)]
@@ -85,7 +70,7 @@ impl<const D: usize> Conditioned<D> {
         }
         match &self.condition {
             Condition::Dirichlet(value) => {
-                let start = if data { zero() + value.at(x.clone()) } else { zero() };
+                let start = if data { value.at(x.clone()) } else { zero() };
                 ends().fold(start, |sum, (end, jet, [at, _])| {
                     let mut missing = dot(jet, normal);
                     if data {
@@ -191,18 +176,17 @@ impl<const D: usize> Edges<D> {
         }
     }
 
-    /// The factors that features have in the plane.
-    pub(super) fn planes(&self) -> Vec<Plane<D>> {
-        let everything = |factor| Plane { factor, span: Span::Everything };
+    /// Features as far as the plane goes.
+    pub(super) fn planes(&self) -> Vec<Feature<D>> {
         match (&self.boundary, &self.inner, &self.polygon) {
             (Some(_), _, Some(polygon)) => {
                 let owned = polygon.clone();
                 let plain = || field(move |x: [Series; D]| owned.feature(&x[0], &x[1]));
                 let factors = adapted(polygon, &self.equation).unwrap_or_else(|| vec![plain()]);
-                factors.into_iter().map(|factor| everything(Some(factor))).collect()
+                factors.into_iter().map(Feature::everywhere).collect()
             }
             (None, Some(blend), _) => blend.clone().planes(&self.equation),
-            _ => vec![everything(None)],
+            _ => vec![Feature::everywhere(constant(1.0))],
         }
     }
 }
@@ -264,8 +248,7 @@ impl<const D: usize> Blend<D> {
         let near = extension(&self.polygon, &values)?;
         let rest = values.into_iter().zip(self.polygon.edges()).map(|(value, edge)| {
             let near = near.clone();
-            let rest =
-                field(move |x: [Series; D]| x[0].constant(0.0) + value.at(x.clone()) - near.at(x));
+            let rest = field(move |x: [Series; D]| value.at(x.clone()) - near.at(x));
             Some(Condition::Dirichlet(along_edge(edge, rest)))
         });
         let rest: Vec<_> = rest.collect();
@@ -317,37 +300,34 @@ impl<const D: usize> Blend<D> {
         held
     }
 
-    fn planes(self: Arc<Self>, equation: &Operator<D>) -> Vec<Plane<D>> {
-        let everything = |factor| Plane { factor: Some(factor), span: Span::Everything };
-        let held = self.held();
+    fn planes(self: Arc<Self>, equation: &Operator<D>) -> Vec<Feature<D>> {
         let smooth = self.values().and_then(|_| adapted(&self.polygon, equation));
-        let mut planes: Vec<Plane<D>> = match smooth {
-            Some(factors) => factors.into_iter().map(everything).collect(),
+        let mut planes: Vec<Feature<D>> = match smooth {
+            Some(factors) => factors.into_iter().map(Feature::everywhere).collect(),
             None => {
-                let bubble = self.clone().normalised(|blend, x| blend.bubble(&x[0], &x[1]));
-                let rough = singular(&self.polygon, equation, &held).into_iter();
-                let lone = |factor| Plane { factor: Some(factor), span: Span::Nothing };
-                std::iter::once(everything(bubble)).chain(rough.map(lone)).collect()
+                let bubble = self.normalised(|blend, x| blend.bubble(&x[0], &x[1]));
+                let rough = singular(&self.polygon, equation, &self.held()).into_iter();
+                let rough = rough.map(Feature::beyond_plane);
+                std::iter::once(Feature::everywhere(bubble)).chain(rough).collect()
             }
         };
-        for position in 0..self.edges.len() {
-            let own = &self.edges[position];
+        for (position, own) in self.edges.iter().enumerate() {
             if own.condition.spring().is_some() {
-                let factor = self.clone().normalised(move |blend, x| {
+                let factor = self.normalised(move |blend, x| {
                     let weight = blend.weights(&x[0], &x[1]).swap_remove(position);
                     let trace = blend.edges[position].free_trace(x);
                     trace.map_or_else(|| x[0].constant(0.0), |trace| weight * trace)
                 });
-                planes
-                    .push(Plane { factor: Some(factor), span: Span::Direction(own.edge.tangent) });
+                let direction = Some(own.edge.tangent);
+                planes.push(Feature { direction, ..Feature::everywhere(factor) });
             }
         }
         for number in 0..self.corners.len() {
             let free = self.corners[number].as_ref().map_or(0, |corner| corner.free.len());
-            for mode in 0..free {
-                let factor = self.clone().normalised(move |blend, x| blend.corner(number, mode, x));
-                planes.push(Plane { factor: Some(factor), span: Span::Nothing });
-            }
+            planes.extend((0..free).map(|mode| {
+                let corner = move |blend: &Self, x: &[Series; D]| blend.corner(number, mode, x);
+                Feature::beyond_plane(self.normalised(corner))
+            }));
         }
         planes
     }
@@ -382,14 +362,10 @@ impl<const D: usize> Blend<D> {
 
     /// Scaled to size one.
     fn normalised(
-        self: Arc<Self>,
+        self: &Arc<Self>,
         factor: impl Fn(&Self, &[Series; D]) -> Series + Send + Sync + 'static,
     ) -> Field<D> {
-        let most = self.polygon.largest(|x, y| {
-            let mut at: [Series; D] = std::array::from_fn(|_| x.constant(0.0));
-            (at[0], at[1]) = (x.clone(), y.clone());
-            factor(&self, &at).value().abs()
-        });
-        field(move |x: [Series; D]| factor(&self, &x) / most)
+        let own = self.clone();
+        normalised(&self.polygon, move |x: &[Series; D]| factor(&own, x))
     }
 }

@@ -121,7 +121,7 @@ pub(super) fn along_edge<const D: usize>(edge: &Edge, function: Field<D>) -> Fie
             for d in 0..2 {
                 at[d] = &s * (edge.length * edge.tangent[d]) + edge.start[d];
             }
-            x[0].constant(0.0) + function.at(at)
+            function.at(at)
         };
         let beyond = |past: Series, inwards: &dyn Fn(Series) -> Series| {
             if past.value() >= 1.0 {

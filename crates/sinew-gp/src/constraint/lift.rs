@@ -24,8 +24,7 @@ pub(super) fn along<const D: usize>(
     let step = lifted[0].shifted_last_variable(0.0);
     lifted[0] = &lifted[0] + &step * dx;
     lifted[1] = &lifted[1] + &step * dy;
-    // A function that ignores all coordinates may come back as a plain constant.
-    (step.constant(0.0) + function.at(lifted)).last_derivative(1)
+    function.at(lifted).last_derivative(1)
 }
 
 impl<const D: usize> EdgeLift<D> {
@@ -37,13 +36,16 @@ impl<const D: usize> EdgeLift<D> {
             data: data.clone(),
             edge: edge.clone(),
         };
-        match condition {
-            Condition::Dirichlet(value) => vec![lift(constant(1.0), 0.0, value)],
-            Condition::Cauchy { value, slope } => {
-                vec![lift(constant(1.0), 0.0, value), lift(Field::zero(), 1.0, slope)]
-            }
-            other => other.spring().map(|(a, b, data)| lift(a, b, data)).into_iter().collect(),
+        if let Condition::Robin { value_factor, slope_factor, data } = condition {
+            return vec![lift(value_factor.clone(), *slope_factor, data)];
         }
+        let given = condition.derivatives().into_iter();
+        given
+            .map(|(order, data)| match order {
+                0 => lift(constant(1.0), 0.0, data),
+                _ => lift(Field::zero(), 1.0, data),
+            })
+            .collect()
     }
 
     /// Outward normal.

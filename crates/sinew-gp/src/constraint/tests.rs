@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::condition::{Condition, Periodicity};
-use crate::field::constant;
+use crate::domain::Side;
 use crate::operator::Derivative;
 use std::f64::consts::PI;
 
@@ -39,14 +39,13 @@ fn miss<const D: usize>(problem: &Problem<D>) -> f64 {
     let drawn = draw(problem);
     let mut most = 0.0_f64;
     for axis in 0..D {
-        let ends = ends(problem.domain(), axis);
-        let structure = AxisStructure::new(ends, &problem.faces[axis], problem.periodic[axis]);
+        let structure = AxisStructure::new(problem, axis);
         for point in problem.domain().sample(20, 5).unwrap() {
             for lift in &structure.lifts {
                 let x = Series::plain(point);
-                let value = lift.functional.apply(&drawn, axis, ends, &x).value();
+                let value = lift.apply(&drawn, &x).value();
                 let mut point = point;
-                point[axis] = problem.domain().end(axis, lift.functional.side());
+                point[axis] = lift.end();
                 most = most.max((value - lift.data.value(point)).abs());
             }
         }

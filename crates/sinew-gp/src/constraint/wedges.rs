@@ -208,8 +208,8 @@ pub(super) fn singular<const D: usize>(
         let wedge = Wedge::new(polygon, own);
         for order in wedge.exponents(first != second) {
             let wedge = wedge.clone();
-            factors.push(normalised(polygon, move |x: &Series, y: &Series| {
-                wedge.singular(order, [first, second], x, y)
+            factors.push(normalised(polygon, move |x: &[Series; D]| {
+                wedge.singular(order, [first, second], &x[0], &x[1])
             }));
         }
     }
@@ -222,13 +222,17 @@ fn convex<const D: usize>(polygon: &Polygon, wedges: Vec<Wedge>) -> Vec<Field<D>
     let product = move |x: &Series, y: &Series| {
         edges.iter().fold(x.constant(1.0), |product, edge| product * edge.height(x, y) / size)
     };
-    let smooth = normalised(polygon, product.clone());
+    let smooth = {
+        let product = product.clone();
+        normalised(polygon, move |x: &[Series; D]| product(&x[0], &x[1]))
+    };
     if wedges.iter().all(|wedge| wedge.is_whole() && !wedge.is_right()) {
         return vec![smooth];
     }
-    let singular = move |x: &Series, y: &Series| {
-        let product = product(x, y);
-        let quotients: Option<Vec<Series>> = wedges.iter().map(|w| w.quotient(x, y)).collect();
+    let singular = move |x: &[Series; D]| {
+        let product = product(&x[0], &x[1]);
+        let quotients: Option<Vec<Series>> =
+            wedges.iter().map(|wedge| wedge.quotient(&x[0], &x[1])).collect();
         match quotients {
             Some(quotients) => quotients.iter().fold(product, |product, q| product * q),
             // At a corner: the value is zero, derivatives do not exist.
@@ -248,9 +252,9 @@ fn notched<const D: usize>(polygon: &Polygon, wedges: &[Wedge]) -> Vec<Field<D>>
         };
         let wedges: Vec<_> = wedges.iter().filter_map(of).collect();
         if !wedges.is_empty() {
-            let sum = move |x: &Series, y: &Series| {
-                wedges.iter().fold(x.constant(0.0), |sum, (wedge, order)| {
-                    sum + wedge.singular(*order, [Held::Value; 2], x, y)
+            let sum = move |x: &[Series; D]| {
+                wedges.iter().fold(x[0].constant(0.0), |sum, (wedge, order)| {
+                    sum + wedge.singular(*order, [Held::Value; 2], &x[0], &x[1])
                 })
             };
             factors.push(normalised(polygon, sum));
@@ -259,13 +263,17 @@ fn notched<const D: usize>(polygon: &Polygon, wedges: &[Wedge]) -> Vec<Field<D>>
     factors
 }
 
-/// Scaled to size one.
-fn normalised<const D: usize>(
+/// Scaled to size one in the plane, where further coordinates are zero.
+pub(super) fn normalised<const D: usize>(
     polygon: &Polygon,
-    factor: impl Fn(&Series, &Series) -> Series + Send + Sync + 'static,
+    factor: impl Fn(&[Series; D]) -> Series + Send + Sync + 'static,
 ) -> Field<D> {
-    let most = polygon.largest(|x, y| factor(x, y).value().abs());
-    field(move |x: [Series; D]| factor(&x[0], &x[1]) / most)
+    let most = polygon.largest(|x, y| {
+        let mut at: [Series; D] = std::array::from_fn(|_| x.constant(0.0));
+        (at[0], at[1]) = (x.clone(), y.clone());
+        factor(&at).value().abs()
+    });
+    field(move |x: [Series; D]| factor(&x) / most)
 }
 
 /// Whether the terms of highest order in the plane are multiples of ∂²/∂x² + ∂²/∂y².

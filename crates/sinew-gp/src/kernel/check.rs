@@ -1,6 +1,6 @@
 //! What every kernel must satisfy, for those of this crate and of its users.
 
-use super::table::{from_formula, plain};
+use super::table::from_formula;
 use super::{Hyperparameter, Kernel, Measure, Orders, Request};
 use crate::error::{GpError, place};
 use crate::series::Series;
@@ -11,7 +11,8 @@ use rand_chacha::ChaCha8Rng;
 /// Checks what is said of the hyperparameters, symmetry, positive definiteness, the table of derivatives against Taylor series of the
 /// formula and against finite differences, and the gradient in the hyperparameters against
 /// differences of the table, on random points between `lower` and `upper`; definiteness also on a
-/// regular grid, where kernels that are not definite show it at other lengths than at random.
+/// regular grid, where kernels that are not definite show it at other lengths than at random; and the
+/// variance of slopes, which formulas with a case of their own for x = x′ are apt to lose.
 ///
 /// Derivatives are taken up to order two in either argument, as far as the kernel is smooth.
 /// Covariances that are singular but for rounding, as those of very long lengthscales, pass.
@@ -37,6 +38,7 @@ pub fn check_kernel<const D: usize>(
     checked.definiteness(&points)?;
     checked.definiteness(&grid(lower, extents))?;
     checked.derivatives()?;
+    checked.slopes()?;
     checked.gradient()
 }
 
@@ -124,6 +126,10 @@ const TAYLOR_TOLERANCE: f64 = 1e-11;
 /// a hyperparameter.
 const DIFFERENCE_TOLERANCE: f64 = 1e-6;
 const STEP: f64 = 1e-5;
+/// Of second differences about x = x′, whose truncation is of first order for rough kernels: half a per cent where the
+/// lengthscale is a twentieth of the extent.
+const WIDE_STEP: f64 = 1e-4;
+const SLOPE_TOLERANCE: f64 = 0.02;
 
 fn close(a: f64, b: f64, scale: f64, tolerance: f64) -> bool {
     (a - b).abs() <= tolerance * scale.max(1.0)
@@ -131,7 +137,8 @@ fn close(a: f64, b: f64, scale: f64, tolerance: f64) -> bool {
 
 impl<const D: usize> Checked<'_, D> {
     fn value(&self, x: [f64; D], y: [f64; D]) -> f64 {
-        let hyperparameters: Vec<Series> = self.hyperparameters.iter().map(|h| plain(*h)).collect();
+        let hyperparameters: Vec<Series> =
+            self.hyperparameters.iter().map(|h| Series::number(*h)).collect();
         self.kernel.formula(&hyperparameters, &Series::plain(x), &Series::plain(y)).value()
     }
 
@@ -264,6 +271,32 @@ impl<const D: usize> Checked<'_, D> {
                     let [given, expected] = [given, expected].map(|slope| slope / self.extents[d]);
                     return wrong(&first_order, given, expected, "central differences");
                 }
+            }
+        }
+        Ok(())
+    }
+
+    /// ∂∂′k of a point with itself against differences of the formula.
+    fn slopes(&self) -> Result<(), GpError> {
+        let (point, steps) = (self.points[0], [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]);
+        for d in (0..D).filter(|_| self.kernel.smoothness() != Some(0)) {
+            let mut orders = Orders { first: [0; D], second: [0; D] };
+            (orders.first[d], orders.second[d]) = (1, 1);
+            let (asked, sign) = match self.kernel.is_stationary() {
+                true => (Orders { first: orders.sums(), second: [0; D] }, -1.0),
+                false => (orders, 1.0),
+            };
+            let given = sign * self.table(self.hyperparameters, point, &[asked])[0];
+            let moved = |steps: f64| {
+                let mut moved = point;
+                moved[d] += steps * WIDE_STEP * self.extents[d];
+                moved
+            };
+            let terms = steps.map(|(a, b)| a * b * self.value(moved(a), moved(b)));
+            let expected = terms.iter().sum::<f64>() / (2.0 * WIDE_STEP * self.extents[d]).powi(2);
+            let unit = self.extents[d].powi(2);
+            if !close(given * unit, expected * unit, expected.abs() * unit, SLOPE_TOLERANCE) {
+                return wrong(&orders, given, expected, "central differences where x' = x");
             }
         }
         Ok(())

@@ -1,7 +1,8 @@
 //! The linear kernel.
 
 use super::axes::Axes;
-use super::{Hyperparameter, Kernel, Measure};
+use super::radial::lengths;
+use super::{Hyperparameter, Kernel};
 use crate::series::Series;
 
 /// 1 + Σ xᵢ xᵢ′ / λᵢ²: affine functions (1.26).
@@ -28,11 +29,7 @@ impl<const D: usize> Kernel<D> for Linear {
     }
 
     fn hyperparameters(&self) -> Vec<Hyperparameter> {
-        self.axes
-            .of::<D>()
-            .iter()
-            .map(|axis| Hyperparameter { name: "length", measure: Measure::Length { axis: *axis } })
-            .collect()
+        lengths("length", self.axes.of::<D>())
     }
 
     fn on_axes(&self, axes: &[usize]) -> Box<dyn Kernel<D>> {

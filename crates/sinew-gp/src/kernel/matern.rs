@@ -64,10 +64,14 @@ impl Profile for Bessel {
         Vec::new()
     }
 
-    /// At x = x′ a Taylor series of it does not exist; derivatives come in closed form.
+    /// At x = x′, where the root has no Taylor series, by those derivatives that there are.
     fn formula(&self, s: Series, _: &[Series]) -> Series {
         if s.value() == 0.0 {
-            return s.constant(1.0);
+            let mut slopes = [0.0; 4];
+            self.slopes(0.0, &[], &mut slopes[..=self.p]);
+            let known = slopes[..=self.p].iter().enumerate().rev();
+            return known
+                .fold(s.constant(0.0), |sum, (m, slope)| sum * &s / (m as f64 + 1.0) + *slope);
         }
         let z = (s * (2.0 * (2 * self.p + 1) as f64)).sqrt();
         let polynomial = match self.p {

@@ -36,13 +36,10 @@ pub struct Radial<P> {
     pub(super) profile: P,
 }
 
-/// One lengthscale for each axis.
-pub(super) fn lengthscales(axes: &[usize]) -> Vec<Hyperparameter> {
-    let lengthscale = |axis: &usize| Hyperparameter {
-        name: "lengthscale",
-        measure: Measure::Length { axis: *axis },
-    };
-    axes.iter().map(lengthscale).collect()
+/// One length for each axis.
+pub(super) fn lengths(name: &'static str, axes: &[usize]) -> Vec<Hyperparameter> {
+    let length = |axis: &usize| Hyperparameter { name, measure: Measure::Length { axis: *axis } };
+    axes.iter().map(length).collect()
 }
 
 /// ½ Σ (xᵢ − yᵢ)² / λᵢ².
@@ -128,7 +125,7 @@ impl<const D: usize, P: Profile> Kernel<D> for Radial<P> {
     }
 
     fn hyperparameters(&self) -> Vec<Hyperparameter> {
-        [lengthscales(self.axes.of::<D>()), self.profile.own()].concat()
+        [lengths("lengthscale", self.axes.of::<D>()), self.profile.own()].concat()
     }
 
     fn on_axes(&self, axes: &[usize]) -> Box<dyn Kernel<D>> {
@@ -187,14 +184,5 @@ impl<const D: usize, P: Profile> Kernel<D> for Radial<P> {
                 }
             }
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn pairings_are_hermite_coefficients() {
-        // He₄ = x⁴ − 6x² + 3
-        assert_eq!([0, 1, 2].map(|j| super::pairings(4, j)), [1.0, 6.0, 3.0]);
     }
 }

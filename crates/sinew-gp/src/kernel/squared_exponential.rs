@@ -1,7 +1,7 @@
 //! The squared-exponential kernel, in Hermite polynomials.
 
 use super::axes::Axes;
-use super::radial::{beyond, half_square, lengthscales};
+use super::radial::{beyond, half_square, lengths};
 use super::{Hyperparameter, Kernel, MOST_PAIRS, Orders, Request};
 use crate::series::Series;
 use crate::simd::exp_of_negative;
@@ -36,7 +36,7 @@ impl<const D: usize> Kernel<D> for SquaredExponential {
     }
 
     fn hyperparameters(&self) -> Vec<Hyperparameter> {
-        lengthscales(self.axes.of::<D>())
+        lengths("lengthscale", self.axes.of::<D>())
     }
 
     fn on_axes(&self, axes: &[usize]) -> Box<dyn Kernel<D>> {

@@ -30,17 +30,11 @@ impl<'a, K: Kernel<D> + ?Sized, const D: usize> Expansion<'a, K, D> {
         let hyperparameters: Vec<Series> = numbered
             .map(|(number, value)| match varied == Some(number) {
                 true => variable(*value, 2 * D),
-                false => plain(*value),
+                false => Series::number(*value),
             })
             .collect();
         self.kernel.formula(&hyperparameters, &x, &y) + x[0].constant(0.0)
     }
-}
-
-/// A number that depends on no variable.
-pub(super) fn plain(value: f64) -> Series {
-    let [plain] = Series::plain([value]);
-    plain
 }
 
 /// [`Kernel::derivatives`] from the formula.

@@ -170,18 +170,6 @@ mod tests {
     use rand::SeedableRng;
 
     #[test]
-    fn derivatives_of_tanh_follow_their_recursion() {
-        let t = 0.4_f64.tanh();
-        let s = 1.0 - t * t;
-        let mut values = [0.0; 4];
-        tanh_derivatives(0.4, &mut values);
-        let exact = [t, s, -2.0 * t * s, s * (6.0 * t * t - 2.0)];
-        for (value, exact) in values.iter().zip(exact) {
-            assert!((value - exact).abs() < 1e-14);
-        }
-    }
-
-    #[test]
     fn gradients_equal_differences() {
         let axes = vec![Input::between([-1.7, 2.3], 0), Input::between([-0.6, 0.8], 1)];
         let layout = Layout { width: 3, parts: vec![axes, vec![Input::between([-0.4, 1.9], 1)]] };

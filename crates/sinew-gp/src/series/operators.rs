@@ -3,13 +3,19 @@
 use super::Series;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A binary operator on all combinations of values and references.
+/// A binary operator on all combinations of values and references, of two series or of one and a number on either side.
 macro_rules! operator {
     ($trait:ident, $method:ident, |$left:ident, $right:ident| $body:expr) => {
         operator!(@ $trait, $method, Series, Series, |$left, $right| $body);
         operator!(@ $trait, $method, Series, &Series, |$left, $right| $body);
         operator!(@ $trait, $method, &Series, Series, |$left, $right| $body);
         operator!(@ $trait, $method, &Series, &Series, |$left, $right| $body);
+    };
+    ($trait:ident, $method:ident, number |$a:ident, $b:ident| $after:expr, |$c:ident, $d:ident| $before:expr) => {
+        operator!(@ $trait, $method, Series, f64, |$a, $b| $after);
+        operator!(@ $trait, $method, &Series, f64, |$a, $b| $after);
+        operator!(@ $trait, $method, f64, Series, |$c, $d| $before);
+        operator!(@ $trait, $method, f64, &Series, |$c, $d| $before);
     };
     (@ $trait:ident, $method:ident, $Left:ty, $Right:ty, |$left:ident, $right:ident| $body:expr) => {
         impl $trait<$Right> for $Left {
@@ -26,67 +32,21 @@ operator!(Add, add, |l, r| l.zip(r, |a, b| a + b));
 operator!(Sub, sub, |l, r| l.zip(r, |a, b| a - b));
 operator!(Mul, mul, |l, r| l.product(r));
 operator!(Div, div, |l, r| l.product(&r.recip()));
+operator!(Add, add, number | l, r | l.plus(*r), |l, r| r.plus(*l));
+operator!(Sub, sub, number | l, r | l.plus(-r), |l, r| r.map(|c| -c).plus(*l));
+operator!(Mul, mul, number | l, r | l.map(|c| c * r), |l, r| r.map(|c| c * l));
+operator!(Div, div, number | l, r | l.map(|c| c / r), |l, r| r.recip().map(|c| c * l));
 
-/// An operator with a plain number on either side.
-macro_rules! operator_with_number {
-    ($Left:ty) => {
-        impl Add<f64> for $Left {
-            type Output = Series;
-            fn add(self, right: f64) -> Series {
-                let mut result = self.clone();
-                result.coefficients[0] += right;
-                result
-            }
-        }
-        impl Sub<f64> for $Left {
-            type Output = Series;
-            fn sub(self, right: f64) -> Series {
-                self + -right
-            }
-        }
-        impl Mul<f64> for $Left {
-            type Output = Series;
-            fn mul(self, right: f64) -> Series {
-                self.map(|c| c * right)
-            }
-        }
-        impl Div<f64> for $Left {
-            type Output = Series;
-            fn div(self, right: f64) -> Series {
-                self.map(|c| c / right)
-            }
-        }
-        impl Neg for $Left {
-            type Output = Series;
-            fn neg(self) -> Series {
-                self.map(|c| -c)
-            }
-        }
-        impl Add<$Left> for f64 {
-            type Output = Series;
-            fn add(self, right: $Left) -> Series {
-                right + self
-            }
-        }
-        impl Sub<$Left> for f64 {
-            type Output = Series;
-            fn sub(self, right: $Left) -> Series {
-                -right + self
-            }
-        }
-        impl Mul<$Left> for f64 {
-            type Output = Series;
-            fn mul(self, right: $Left) -> Series {
-                right * self
-            }
-        }
-        impl Div<$Left> for f64 {
-            type Output = Series;
-            fn div(self, right: $Left) -> Series {
-                Mul::mul(right.recip(), self)
-            }
-        }
-    };
+impl Neg for &Series {
+    type Output = Series;
+    fn neg(self) -> Series {
+        self.map(|c| -c)
+    }
 }
-operator_with_number!(Series);
-operator_with_number!(&Series);
+
+impl Neg for Series {
+    type Output = Self;
+    fn neg(self) -> Self {
+        -&self
+    }
+}

@@ -1,8 +1,8 @@
 //! A thin travelling front: a nonlinear equation, forward and inverse, beyond the thesis' linear ones.
 
-use crate::draw::{self, BAND};
+use crate::draw::BAND;
 use crate::experiment::{Case, Experiment, Purpose, Scale, Task, no_figures};
-use crate::inference::{Approach, Drawings, Inference, Observed, evaluations, standard_normal};
+use crate::inference::{Approach, Drawings, Inference, Observed, standard_normal};
 use crate::problems::{Setting, allen_cahn};
 use crate::row::{Covered, Run};
 use anyhow::Result;
@@ -12,7 +12,6 @@ use sinew_gp::{
     Derivative, Domain, FitOptions, Noise, Prediction, SemiLinear, Solution, SquaredExponential,
     laplace,
 };
-use sinew_report::Figure;
 use std::time::Instant;
 
 /// Steps of linearisation at most.
@@ -112,7 +111,7 @@ impl Front {
     fn case(self, name: String, cost: f64) -> Case {
         let (setting, method) = (self.inference.setting.clone(), self.inference.approach.method());
         let front = Self { name: name.clone(), ..self };
-        Case::new(&setting, method, cost, move |task| front.run(task)).at(name)
+        Case::new(setting.named(), method, cost, move |task| front.run(task)).at(name)
     }
 
     fn run(&self, task: &Task) -> Result<Run> {
@@ -127,25 +126,10 @@ impl Front {
         let start = Instant::now();
         let solution = self.equation.solve(&kernel, &data, &options, STEPS)?;
         let seconds = start.elapsed().as_secs_f64();
-        let posterior = solution.fit.posterior()?;
         let grid = self.grid(self.inference.scale.pick(60, 12))?;
-        let err_u = setting.error(&grid, &posterior.mean(&grid)?);
-        let mut figures = Vec::new();
-        if task.draw && self.inference.drawings != Drawings::None {
-            let drawn = draw::posterior(&self.inference, &posterior, &observed, &solution.fit)?;
-            figures.push(Figure { title: format!("{}, {}", drawn.title, self.name), ..drawn });
-        }
-        Ok(Run {
-            err_u,
-            seconds,
-            theta: self.inference.theta(&solution.fit, &solution.fit.outcome().parameters)?,
-            evaluations: Some(evaluations(&solution.fit)),
-            jitter: Some(solution.fit.outcome().jitter),
-            collapsed: solution.fit.outcome().collapsed,
-            covered: self.covered(&solution, task)?,
-            figures,
-            ..Run::default()
-        })
+        let mut run = self.inference.measured(&solution.fit, &observed, &grid, task)?;
+        run.figures.iter_mut().for_each(|figure| figure.title += &format!(", {}", self.name));
+        Ok(Run { seconds, covered: self.covered(&solution, task)?, ..run })
     }
 
     /// Points that are even in x and t.

@@ -5,7 +5,7 @@
 use crate::deep::{Jet, WEIGHTS, adam, backward, forward, random_weights};
 use crate::draw;
 use crate::experiment::{Case, Experiment, Purpose, Scale, Task, no_figures};
-use crate::row::{Label, Method, Run, Thesis};
+use crate::row::{Method, Run, Thesis};
 use anyhow::Result;
 use sinew_gp::{Domain, Functional, Operator};
 use sinew_report::{Chart, Figure, Panel};
@@ -78,20 +78,15 @@ impl Loss {
 /// Both forms.
 pub(super) fn experiment(scale: Scale) -> Experiment {
     let printed = [(Method::StrongForm, 0.003, 0.079), (Method::EnergyForm, 0.007, 7.440)];
-    let case = |(method, err_u, err_f)| Case {
-        label: Label {
-            problem: "Poisson in 1-D".into(),
-            setting: match method {
-                Method::EnergyForm => format!("{QUADRATURE} quadrature points"),
-                _ => format!("{COLLOCATION} collocation points"),
-            },
-            method,
-            abscissa: None,
-            truth: Vec::new(),
-            thesis: Thesis { err_u: Some(err_u), err_f: Some(err_f), ..Thesis::default() },
-        },
-        cost: if method == Method::EnergyForm { 0.8 } else { 2.5 },
-        run: Box::new(move |task| run(method, scale, task)),
+    let case = |(method, err_u, err_f)| {
+        let (setting, cost) = match method {
+            Method::EnergyForm => (format!("{QUADRATURE} quadrature points"), 0.8),
+            _ => (format!("{COLLOCATION} collocation points"), 2.5),
+        };
+        let run = move |task: &Task| run(method, scale, task);
+        let mut case = Case::new(("Poisson in 1-D", &[]), method, cost, run).at(setting);
+        case.label.thesis = Thesis { err_u: Some(err_u), err_f: Some(err_f), theta: Vec::new() };
+        case
     };
     Experiment {
         title: "A first PINN (§1.7.3, Fig. 1.4)",

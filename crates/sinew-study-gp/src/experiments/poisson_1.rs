@@ -53,7 +53,7 @@ fn observed(setting: &Setting<1>, count: usize) -> Observed<1> {
 fn process_case(setting: &Setting<1>, count: usize, scale: Scale) -> Case {
     let observe = move |setting: &Setting<1>, _: &Task| Ok(observed(setting, count));
     let inference = Inference::new(setting, Approach::Constrained, scale, observe);
-    Case::new(setting, Method::Hcgp, 0.05, move |task| {
+    Case::new(setting.named(), Method::Hcgp, 0.05, move |task| {
         let mut run = inference.run(task)?;
         if task.draw && count == 4 {
             run.figures.insert(0, prior_samples(&inference.setting, task)?);
@@ -64,7 +64,7 @@ fn process_case(setting: &Setting<1>, count: usize, scale: Scale) -> Case {
 
 /// Functions drawn from the constrained prior, each of which satisfies the conditions.
 fn prior_samples(setting: &Setting<1>, task: &Task) -> Result<Figure, GpError> {
-    let points = draw::line(setting.problem.domain(), 81);
+    let points = setting.problem.domain().grid(81);
     // One value known to be anything leaves the prior as it is.
     let data = Data::new().values(&points[..1], &[0.0], Noise::Known(1e6));
     let prior = Prior::constrained(&setting.problem, &SquaredExponential::new())?;
@@ -90,7 +90,7 @@ fn prior_samples(setting: &Setting<1>, task: &Task) -> Result<Figure, GpError> {
 fn network_case(setting: &Setting<1>, count: usize, scale: Scale) -> Case {
     let own = setting.clone();
     let run = move |task: &Task| run_network(&own, count, scale, task);
-    Case::new(setting, Method::Hcnn, 0.004 * count as f64, run)
+    Case::new(setting.named(), Method::Hcnn, 0.004 * count as f64, run)
 }
 
 fn train(
@@ -123,7 +123,7 @@ fn run_network(setting: &Setting<1>, count: usize, scale: Scale, task: &Task) ->
 
 /// Solution and right-hand side of two networks from two random starts.
 fn two_starts(setting: &Setting<1>, scale: Scale, seed: u64) -> Result<Figure, GpError> {
-    let points = draw::line(setting.problem.domain(), 101);
+    let points = setting.problem.domain().grid(101);
     let networks = [1, 2].map(|start| train(setting, SHOWN, 1, scale, derived(seed, start)));
     let [first, second] = networks;
     let networks = [first?, second?];

@@ -25,7 +25,8 @@ fn cases(
         });
     let penalised = traced(Approach::Penalised(100)).case(2.5).at("N_b = 100");
     let joint = approaches.map(|(approach, cost)| {
-        traced(approach).with_evidence(Evidence::Joint).case(cost).at("joint evidence")
+        let joint = Inference { evidence: Evidence::Joint, ..traced(approach) };
+        joint.case(cost).at("joint evidence")
     });
     automatic.chain([penalised]).chain(joint).collect()
 }
