@@ -2,8 +2,8 @@
 
 use crate::cavity::Cavity;
 use crate::{
-    Barriers, Frames, Magnitude, Material, Parameter, PressureLoad, PressureSurface, Sampling,
-    Spring, ThetaError, Units,
+    Barriers, Frames, Magnitude, Material, Parameter, PressureSurface, Sampling, Spring, ThetaError,
+    Units,
 };
 use sinew_mesh::{AnyMesh, Element};
 use sinew_num::Mat3;
@@ -51,10 +51,8 @@ pub struct Body {
     pub nodal_force: Vec<f64>,
     /// Elastic supports lumped to the nodes.
     pub springs: Vec<Spring>,
-    /// Pressures on flat triangles.
-    pub pressures: Vec<PressureLoad>,
-    /// Pressures on the facets of other elements.
-    pub surfaces: Vec<PressureSurface>,
+    /// Pressures that have a potential.
+    pub pressures: Vec<PressureSurface>,
     /// The cavities that pressures act in.
     pub cavities: Vec<Cavity>,
     /// Prescribed displacement of each degree of freedom \[length\], `None` where it is free; `3 × nodes`.
@@ -177,9 +175,6 @@ impl Body {
         for pressure in &self.pressures {
             total += pressure.value(displacement, theta);
         }
-        for surface in &self.surfaces {
-            total += surface.value(displacement, theta);
-        }
         total
     }
 
@@ -206,9 +201,6 @@ impl Body {
         }
         for pressure in &self.pressures {
             total += pressure.value_and_add_gradient(displacement, theta, gradient);
-        }
-        for surface in &self.surfaces {
-            total += surface.value_and_add_gradient(displacement, theta, gradient);
         }
         total
     }
@@ -276,9 +268,7 @@ impl Body {
 
     /// Number of entries of θ that law and loads read.
     pub fn theta_len(&self) -> usize {
-        let of_pressures = self.pressures.iter().map(|pressure| pressure.magnitude);
-        let of_surfaces = self.surfaces.iter().map(|surface| surface.magnitude);
-        theta_len(&*self.material, of_pressures.chain(of_surfaces))
+        theta_len(&*self.material, self.pressures.iter().map(|pressure| pressure.magnitude))
     }
 
     /// Checks that θ has the right length, is finite and gives every parameter a value that makes sense.

@@ -9,8 +9,8 @@ mod supports;
 use crate::balance::{ForceBalance, PressureField};
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint, TaylorHoodElement};
 use crate::{
-    Body, Law, Load, Magnitude, Material, Parameter, PressureSurface, Sampling, Scene, SceneError,
-    Support, Units, at_points,
+    Body, Law, Load, Magnitude, Material, Parameter, Sampling, Scene, SceneError, Support, Units,
+    at_points,
 };
 use geometry::shape_functions;
 use overlaps::check_overlaps;
@@ -31,9 +31,7 @@ where
     /// # Errors
     /// The first thing found wrong, with advice.
     pub fn lower(&self) -> Result<Body, SceneError> {
-        let (body, followers) = self.lower_by(Nodes::<N>::QUADRATURE, false)?;
-        debug_assert!(followers.is_empty());
-        Ok(body)
+        Ok(self.lower_by(Nodes::<N>::QUADRATURE, false)?.body)
     }
 
     /// As [`Scene::lower`], integrated by a rule of one's choice instead of [`FiniteElement::QUADRATURE`].
@@ -67,7 +65,7 @@ where
         if !(positive && exact) {
             return Err(SceneError::Quadrature { points: rule.len(), sum, needed });
         }
-        Ok(self.lower_by(rule, false)?.0)
+        Ok(self.lower_by(rule, false)?.body)
     }
 
     /// Lowers a scene whose pressures may act on surfaces with a loose rim, so that they have no potential.
@@ -75,8 +73,7 @@ where
     /// # Errors
     /// The first thing found wrong, with advice.
     pub fn lower_follower(&self) -> Result<ForceBalance, SceneError> {
-        let (body, followers) = self.lower_by(Nodes::<N>::QUADRATURE, true)?;
-        Ok(ForceBalance { body, followers, pressure_field: None })
+        self.lower_by(Nodes::<N>::QUADRATURE, true)
     }
 
     /// Lowers to the mixed formulation of Taylor and Hood: quadratic displacement, and a continuous linear
@@ -92,16 +89,15 @@ where
         Nodes<N>: TaylorHoodElement<N>,
     {
         let rule = Nodes::<N>::FINE_QUADRATURE;
-        let (body, followers) = self.lower_by(rule, true)?;
         let pressure_field = Some(PressureField::new::<N>(rule, &self.mesh));
-        Ok(ForceBalance { body, followers, pressure_field })
+        Ok(ForceBalance { pressure_field, ..self.lower_by(rule, true)? })
     }
 
     fn lower_by(
         &self,
         rule: &[QuadraturePoint],
         loose_rims: bool,
-    ) -> Result<(Body, Vec<PressureSurface>), SceneError> {
+    ) -> Result<ForceBalance, SceneError> {
         let Self { name, units, mesh, parameters, loads, supports, .. } = self;
         let law_parameters = L::PARAMETERS;
         let setup = Setup { name, units, mesh, parameters, loads, supports, law_parameters };
@@ -126,14 +122,14 @@ impl<const N: usize> Setup<'_, N>
 where
     Nodes<N>: FiniteElement<N>,
 {
-    /// The potential under one quadrature rule, and the pressures that have none.
+    /// The potential under one quadrature rule, with the pressures that have none.
     fn lower(
         &self,
         rule: &[QuadraturePoint],
         loose_rims: bool,
         constants: Vec<(&'static str, f64)>,
         material: &dyn Fn() -> Result<Arc<dyn Material>, SceneError>,
-    ) -> Result<(Body, Vec<PressureSurface>), SceneError> {
+    ) -> Result<ForceBalance, SceneError> {
         self.mesh.check()?;
         if self.mesh.cells.is_empty() {
             return Err(SceneError::EmptyMesh);
@@ -151,7 +147,7 @@ where
         self.check_loads_on_boundary()?;
         let nodal_force = self.nodal_force(rule, &volumes)?;
         let springs = self.springs()?;
-        let pressures = self.pressures(&held, loose_rims)?;
+        let (pressures, followers) = self.pressures(&held, loose_rims)?;
         let body = Body {
             name: self.name.into(),
             units: self.units.clone(),
@@ -169,13 +165,12 @@ where
             patches: Vec::new(),
             nodal_force,
             springs,
-            pressures: pressures.flat,
-            surfaces: pressures.surfaces,
+            pressures,
             cavities: self.cavities()?,
             prescribed: held.prescribed,
             frames: held.frames,
         };
-        Ok((body, pressures.followers))
+        Ok(ForceBalance { body, followers, pressure_field: None })
     }
 
     fn check_parameters(&self) -> Result<(), SceneError> {

@@ -114,5 +114,5 @@ pub use series::IterationSeries;
 pub use solution::{Options, Solution};
 pub use solver::Solver;
 pub use sweep::{Sweep, SweepError, sweep, sweep_balances};
-pub use volume::{VolumeStep, VolumeTrace};
+pub use volume::VolumeStep;
 pub use watch::{Progress, print_progress};

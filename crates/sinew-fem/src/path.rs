@@ -2,7 +2,7 @@
 //! length of the curve.
 
 use crate::assembly::PredictedStress;
-use crate::control::{Control, Plane, Surface};
+use crate::control::{Control, Plane};
 use crate::line::Line;
 use crate::newton::{Equilibrium, Goal, Start};
 use crate::supports::place as place_supports;
@@ -10,6 +10,7 @@ use crate::system::{System, Unknowns};
 use crate::vector::dot;
 use crate::watch::Log;
 use crate::{Options, SolveError};
+use sinew_energy::PressureSurface;
 use sinew_num::Mat3;
 
 /// The first load step changes no displacement gradient by more than this, by the linear model of the body at rest.
@@ -51,7 +52,7 @@ pub(crate) enum Along {
     /// The place on the line.
     Place,
     /// The volume that a surface sweeps.
-    Volume(Surface),
+    Volume(PressureSurface),
     /// The length of the curve, in which displacements count relative to this \[length\].
     Arc(f64),
 }

@@ -75,7 +75,7 @@ pub struct SolutionReport {
 /// displacement or θ.
 pub fn report(potential: &Body, solution: &Solution) -> Result<SolutionReport, SolveError> {
     let Solution { displacement, theta, load_factor, .. } = solution;
-    check_arrays(potential)?;
+    check_arrays(potential, None)?;
     potential.check_theta(theta)?;
     check_length(potential.prescribed.len(), displacement)?;
     let forces = Forces::of_potential(potential, displacement, theta, *load_factor);
@@ -99,7 +99,7 @@ pub fn report_balance(
 ) -> Result<SolutionReport, SolveError> {
     let BalanceSolution { displacement, pressure, theta, .. } = solution;
     let potential = &body.body;
-    check_arrays(potential)?;
+    check_arrays(potential, Some(body))?;
     body.check_theta(theta)?;
     check_length(potential.prescribed.len(), displacement)?;
     check_length(body.pressure_field.as_ref().map_or(0, |field| field.unknowns), pressure)?;

@@ -170,23 +170,14 @@ fn force_change(
         let h = potential.displacement_gradient(point, displacement);
         potential.add_forces(point, &stress_change(point, &h), &mut forces);
     }
-    for surface in &potential.surfaces {
-        if let Magnitude::Theta(_) = surface.magnitude {
-            surface.value_and_add_gradient(displacement, direction, &mut forces);
-        }
+    // A load is linear in its size, so its change is the load of the size's change.
+    let varies = |load: &&PressureSurface| matches!(load.magnitude, Magnitude::Theta(_));
+    for pressure in potential.pressures.iter().filter(varies) {
+        pressure.value_and_add_gradient(displacement, direction, &mut forces);
     }
-    for surface in followers.iter().filter(|s| matches!(s.magnitude, Magnitude::Theta(_))) {
-        Followers::new(std::slice::from_ref(surface)).add_forces(
-            displacement,
-            direction,
-            &mut forces,
-        );
-    }
-    for pressure in &potential.pressures {
-        if let Magnitude::Theta(_) = pressure.magnitude {
-            // The load is linear in its size, so its change is the load of the size's change.
-            pressure.value_and_add_gradient(displacement, direction, &mut forces);
-        }
+    for surface in followers.iter().filter(varies) {
+        let follower = Followers::new(std::slice::from_ref(surface));
+        follower.add_forces(displacement, direction, &mut forces);
     }
     forces
 }

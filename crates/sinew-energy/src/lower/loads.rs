@@ -5,19 +5,8 @@ use super::{Held, Setup, finite};
 use crate::cavity::Cavity;
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
 use crate::rim::rim_origin;
-use crate::{FacetPoint, Load, PressureForm, PressureLoad, PressureSurface, SceneError, Spring};
+use crate::{FacetPoint, Load, PressureForm, PressureSurface, SceneError, Spring};
 use std::collections::BTreeMap;
-
-/// The pressures of a scene by what they are.
-#[derive(Default)]
-pub(super) struct Pressures {
-    /// On flat triangles, with a potential.
-    pub flat: Vec<PressureLoad>,
-    /// On other facets, with a potential.
-    pub surfaces: Vec<PressureSurface>,
-    /// Without a potential.
-    pub followers: Vec<PressureSurface>,
-}
 
 impl<const N: usize> Setup<'_, N>
 where
@@ -139,8 +128,13 @@ where
         Ok(cavities)
     }
 
-    pub(super) fn pressures(&self, held: &Held, loose_rims: bool) -> Result<Pressures, SceneError> {
-        let mut pressures = Pressures::default();
+    /// The pressures that have a potential, and those that have none.
+    pub(super) fn pressures(
+        &self,
+        held: &Held,
+        loose_rims: bool,
+    ) -> Result<(Vec<PressureSurface>, Vec<PressureSurface>), SceneError> {
+        let (mut pressures, mut followers) = (Vec::new(), Vec::new());
         for load in self.loads {
             let (form, name, magnitude) = match load {
                 Load::Pressure { facets, magnitude } => {
@@ -165,24 +159,13 @@ where
                 }
                 Err(error) => return Err(error),
             };
-            let place = |node: usize| std::array::from_fn(|i| points[node][i] - origin[i]);
-            if N == 4 && has_potential {
-                let facets: Vec<[usize; 3]> =
-                    facets.iter().map(|nodes| [nodes[0], nodes[1], nodes[2]]).collect();
-                let positions = facets.iter().map(|nodes| nodes.map(place)).collect();
-                pressures.flat.push(PressureLoad { form, magnitude, facets, positions });
-                continue;
-            }
             let nodes: Vec<_> = facets.into_iter().flatten().collect();
-            let positions = nodes.iter().map(|&node| place(node)).collect();
-            let surface = PressureSurface { magnitude, rule, nodes, positions };
-            if has_potential {
-                pressures.surfaces.push(surface);
-            } else {
-                pressures.followers.push(surface);
-            }
+            let positions = nodes.iter().map(|&node| sub(&points[node], &origin)).collect();
+            let triangles = (N == 4 && has_potential).then_some(form);
+            let surface = PressureSurface { magnitude, triangles, rule, nodes, positions };
+            if has_potential { &mut pressures } else { &mut followers }.push(surface);
         }
-        Ok(pressures)
+        Ok((pressures, followers))
     }
 }
 
