@@ -2,8 +2,8 @@
 
 use crate::cavity::Cavity;
 use crate::{
-    Barriers, Frames, Magnitude, Material, Parameter, PressureSurface, Sampling, Spring, ThetaError,
-    Units,
+    Barriers, Frames, Magnitude, Material, Parameter, PressureSurface, Sampling, Spring,
+    ThetaError, Units,
 };
 use sinew_mesh::{AnyMesh, Element};
 use sinew_num::Mat3;

@@ -176,12 +176,8 @@ where
     fn check_parameters(&self) -> Result<(), SceneError> {
         let (first, count) = (self.law_parameters.len(), self.parameters.len());
         let mut loads = 0;
-        for load in self.loads {
-            let (Load::Pressure { magnitude, .. } | Load::ThesisPressure { magnitude, .. }) = load
-            else {
-                continue;
-            };
-            match *magnitude {
+        for (_, _, magnitude) in self.loads.iter().filter_map(Load::pressure) {
+            match magnitude {
                 Magnitude::Fixed(value) => finite(value, || "a pressure".into())?,
                 Magnitude::Theta(index) if (first..count).contains(&index) => {
                     loads = loads.max(index + 1 - first);

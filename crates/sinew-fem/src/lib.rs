@@ -3,26 +3,15 @@
 //! A beam that bends under its own weight:
 //!
 //! ```
-//! use sinew_energy::{Load, Parameter, Sampling, Scene, Support, Units, laws::NeoHookean};
+//! use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
 //! use sinew_fem::{Options, Solver, report};
 //! use sinew_mesh::box_tetrahedra;
 //!
-//! let stiffness = |name: &str| Parameter {
-//!     name: name.into(),
-//!     unit: "kPa".into(),
-//!     range: [50.0, 100.0],
-//!     sampling: Sampling::Log,
-//! };
-//! let scene = Scene {
-//!     name: "beam".into(),
-//!     units: Units::mm_kpa(),
-//!     mesh: box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]),
-//!     law: NeoHookean,
-//!     directions: vec![],
-//!     parameters: vec![stiffness("mu"), stiffness("lambda")],
-//!     loads: vec![Load::BodyForce([0.0, 0.0, -9.8e-3])], // 1 g/cm³ · 9.8 m/s² [kPa/mm]
-//!     supports: vec![Support::clamped("x_min")],
-//! };
+//! let scene = Scene::new(box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]), NeoHookean)
+//!     .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
+//!     .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
+//!     .load(Load::BodyForce([0.0, 0.0, -9.8e-3])) // 1 g/cm³ · 9.8 m/s² [kPa/mm]
+//!     .support(Support::clamped("x_min"));
 //! let potential = scene.lower()?;
 //! let mut solver = Solver::new(&potential)?;
 //! let solution = solver.solve(&[75.0, 75.0], &Options::default())?;

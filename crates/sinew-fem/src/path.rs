@@ -179,6 +179,8 @@ impl<'s, 'p> Path<'s, 'p> {
     pub(crate) fn push(&mut self, at: f64, found: &Equilibrium) {
         let stress = Some(self.system.assembly.stress());
         let Equilibrium { unknowns, place, .. } = found;
+        // One that was come to again takes the place of the first: curves go through points at different places.
+        self.points.retain(|point| point.at != at);
         self.points.push(Point { at, place: *place, unknowns: unknowns.clone(), stress });
         self.points.drain(..self.points.len().saturating_sub(self.most_points()));
     }

@@ -19,8 +19,7 @@ impl Solver<'_> {
     pub fn sensitivity(&mut self, solution: &Solution) -> Result<Vec<Vec<f64>>, SolveError> {
         let Solution { displacement, theta, load_factor, .. } = solution;
         self.check(displacement, theta)?;
-        let at = Unknowns { displacement: displacement.clone(), pressure: Vec::new() };
-        self.system.sensitivity(&at, theta, *load_factor)
+        self.system.sensitivity(&Unknowns::of(displacement), theta, *load_factor)
     }
 
     /// The same at a displacement \[length\] near to an equilibrium under the whole load, as if it were one.
@@ -33,8 +32,7 @@ impl Solver<'_> {
         theta: &[f64],
     ) -> Result<Vec<Vec<f64>>, SolveError> {
         self.check(displacement, theta)?;
-        let at = Unknowns { displacement: displacement.to_vec(), pressure: Vec::new() };
-        self.system.sensitivity(&at, theta, 1.0)
+        self.system.sensitivity(&Unknowns::of(displacement), theta, 1.0)
     }
 
     /// Derivative in each entry of θ of a quantity of interest whose derivative in the displacement is
@@ -51,8 +49,7 @@ impl Solver<'_> {
         let Solution { displacement, theta, load_factor, .. } = solution;
         check_displacement(self.body(), slope)?;
         self.check(displacement, theta)?;
-        let at = Unknowns { displacement: displacement.clone(), pressure: Vec::new() };
-        self.system.factorise_at(&at, theta, *load_factor)?;
+        self.system.factorise_at(&Unknowns::of(displacement), theta, *load_factor)?;
         let mut adjoint = vec![0.0; displacement.len()];
         self.system.add_newton_step(slope, &mut adjoint);
         let adjoint: Vec<f64> = self.system.sparsity.gather(&adjoint).collect();

@@ -23,6 +23,13 @@ pub(crate) struct Unknowns {
     pub pressure: Vec<f64>,
 }
 
+impl Unknowns {
+    /// Of a body without a field of pressure.
+    pub(crate) fn of(displacement: &[f64]) -> Self {
+        Self { displacement: displacement.to_vec(), pressure: Vec::new() }
+    }
+}
+
 /// What is left of forces and of changes of volume.
 #[derive(Clone, Debug)]
 pub(crate) struct Residual {

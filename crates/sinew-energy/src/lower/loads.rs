@@ -115,11 +115,8 @@ where
     pub(super) fn cavities(&self) -> Result<Vec<Cavity>, SceneError> {
         let element = sinew_mesh::Mesh::<N>::ELEMENT;
         let mut cavities: Vec<Cavity> = Vec::new();
-        for load in self.loads {
-            let (Load::Pressure { facets, .. } | Load::ThesisPressure { facets, .. }) = load else {
-                continue;
-            };
-            if element.dimension == 3 && cavities.iter().all(|cavity| cavity.name != *facets) {
+        for (_, facets, _) in self.loads.iter().filter_map(Load::pressure) {
+            if element.dimension == 3 && cavities.iter().all(|cavity| cavity.name != facets) {
                 let nodes = self.facet_nodes(facets)?;
                 let corners = element.facet_corners;
                 cavities.push(Cavity::new(facets, &nodes, corners, &self.mesh.points));
@@ -135,16 +132,7 @@ where
         loose_rims: bool,
     ) -> Result<(Vec<PressureSurface>, Vec<PressureSurface>), SceneError> {
         let (mut pressures, mut followers) = (Vec::new(), Vec::new());
-        for load in self.loads {
-            let (form, name, magnitude) = match load {
-                Load::Pressure { facets, magnitude } => {
-                    (PressureForm::Follower, facets, *magnitude)
-                }
-                Load::ThesisPressure { facets, magnitude } => {
-                    (PressureForm::Thesis, facets, *magnitude)
-                }
-                Load::BodyForce(_) | Load::Traction { .. } | Load::Foundation { .. } => continue,
-            };
+        for (form, name, magnitude) in self.loads.iter().filter_map(Load::pressure) {
             let (points, facets) = (&self.mesh.points, self.facet_nodes(name)?);
             let rule = Nodes::<N>::facet_rule();
             let potential_origin = match form {
