@@ -39,7 +39,6 @@ use std::time::Instant;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct BalanceSolver<'p> {
-    pub(crate) balance: &'p ForceBalance,
     pub(crate) system: System<'p>,
 }
 
@@ -115,7 +114,7 @@ impl<'p> BalanceSolver<'p> {
     /// # Errors
     /// A potential that is malformed or whose supports leave a part of the body free to move.
     pub fn new(balance: &'p ForceBalance) -> Result<Self, SolveError> {
-        System::balance(balance).map(|system| Self { balance, system })
+        System::balance(balance).map(|system| Self { system })
     }
 
     /// Another solver of the same balance, for another thread; it shares what is prepared.
@@ -123,7 +122,7 @@ impl<'p> BalanceSolver<'p> {
     /// # Errors
     /// [`SolveError::OutOfMemory`].
     pub fn fresh(&self) -> Result<Self, SolveError> {
-        self.system.fresh().map(|system| Self { balance: self.balance, system })
+        self.system.fresh().map(|system| Self { system })
     }
 
     /// Number of unknowns: free degrees of freedom, then pressures.

@@ -26,20 +26,11 @@ impl<'p> Coupling<'p> {
 
     /// Values at the quadrature points.
     pub(crate) fn at_points(&self, pressure: &[f64]) -> Vec<f64> {
-        let cells = self.field.cells.chunks(self.field.corners);
-        let at_points = cells.flat_map(|cell| {
-            self.field.shape.iter().map(move |shape| {
-                shape.iter().zip(cell).map(|(n, &corner)| n * pressure[corner]).sum()
-            })
-        });
-        at_points.collect()
-    }
-
-    /// Corners of the cell of a quadrature point, and their shape functions there.
-    fn of_point(&self, point: usize) -> (usize, &[usize], &[f64]) {
-        let (cell, local) = (point / self.field.shape.len(), point % self.field.shape.len());
-        let corners = &self.field.cells[cell * self.field.corners..][..self.field.corners];
-        (cell, corners, &self.field.shape[local])
+        let value = |point: usize| {
+            let (_, corners, shape) = self.field.of_point(point);
+            shape.iter().zip(corners).map(|(n, &corner)| n * pressure[corner]).sum()
+        };
+        (0..self.moduli.len()).map(value).collect()
     }
 
     /// Takes the derivatives at the assembled state; returns the changes of volume that the pressures should prevent,
@@ -56,7 +47,7 @@ impl<'p> Coupling<'p> {
         rows.fill(0.0);
         let width = 3 * body.nodes_per_cell;
         for (point, (h, response)) in assembly.responses().enumerate() {
-            let (cell, corners, shape) = self.of_point(point);
+            let (cell, corners, shape) = self.field.of_point(point);
             let volume = body.volumes[point];
             let change = h.volume_change() - self.field.compliance * at_points[point];
             for (&corner, n) in corners.iter().zip(shape) {
@@ -106,7 +97,7 @@ impl<'p> Coupling<'p> {
             return;
         }
         for point in 0..body.volumes.len() {
-            let (_, corners, shape) = self.of_point(point);
+            let (_, corners, shape) = self.field.of_point(point);
             let p: f64 = shape.iter().zip(corners).map(|(n, &c)| n * pressures[c]).sum();
             for (n, &c) in shape.iter().zip(corners) {
                 volumes[c] -= self.field.compliance * body.volumes[point] * n * p;
@@ -125,7 +116,7 @@ impl<'p> Coupling<'p> {
         let field = self.field;
         let mut triplets = Vec::with_capacity(field.cells.len() * field.corners);
         for point in 0..body.volumes.len() {
-            let (_, corners, shape) = self.of_point(point);
+            let (_, corners, shape) = self.field.of_point(point);
             let weight = body.volumes[point] * (1.0 / self.moduli[point] + field.compliance);
             for (&row, n) in corners.iter().zip(shape) {
                 for (&column, m) in corners.iter().zip(shape).filter(|(c, _)| **c <= row) {

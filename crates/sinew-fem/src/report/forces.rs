@@ -65,9 +65,8 @@ impl Forces {
 fn add_pressure_field(body: &ForceBalance, solution: &BalanceSolution, forces: &mut [f64]) {
     let Some(field) = &body.pressure_field else { return };
     for point in 0..body.body.volumes.len() {
-        let (cell, local) = (point / field.shape.len(), point % field.shape.len());
-        let corners = &field.cells[cell * field.corners..][..field.corners];
-        let terms = field.shape[local].iter().zip(corners).map(|(n, &c)| n * solution.pressure[c]);
+        let (_, corners, shape) = field.of_point(point);
+        let terms = shape.iter().zip(corners).map(|(n, &c)| n * solution.pressure[c]);
         let pressure: f64 = terms.sum();
         let h = body.body.displacement_gradient(point, &solution.displacement);
         let cofactor = h.plus_identity().cofactors();
