@@ -7,8 +7,8 @@ use sinew_energy::laws::{
     NeoHookean,
 };
 use sinew_energy::{
-    Barriers, Body, Exact, Law, Magnitude, PressureForm, PressureLoad, Response, Scene, Support,
-    Units, response_by_jets, stress_by_slopes,
+    Barriers, Body, Exact, FiniteElement, Law, Magnitude, Nodes, PressureForm, PressureSurface,
+    Response, Scene, Support, SurfaceResponse, Units, response_by_jets, stress_by_slopes,
 };
 use sinew_mesh::{TetMesh, box_tetrahedra};
 use std::hint::black_box;
@@ -99,24 +99,30 @@ fn compare<L: Law<D>, const D: usize>(criterion: &mut Criterion, label: &str, la
 
 fn pressure(criterion: &mut Criterion) {
     let mesh = beam();
-    let facets: Vec<_> = mesh.facet_sets["z_min"].iter().map(|&f| mesh.facet_nodes(f)).collect();
-    let positions = facets.iter().map(|nodes| nodes.map(|node| mesh.points[node])).collect();
+    let facets = mesh.facet_sets["z_min"].iter();
+    let nodes: Vec<_> = facets.flat_map(|&facet| mesh.facet_nodes(facet)).collect();
+    let positions = nodes.iter().map(|&node| mesh.points[node]).collect();
     let u = displacement(&mesh);
-    let load = PressureLoad {
-        form: PressureForm::Follower,
+    let load = PressureSurface {
         magnitude: Magnitude::Fixed(1.0),
-        facets,
+        triangles: Some(PressureForm::Follower),
+        rule: Nodes::<4>::facet_rule(),
+        nodes,
         positions,
     };
     let mut group = criterion.benchmark_group("pressure");
-    group.throughput(Throughput::Elements(load.facets.len() as u64)).sample_size(20);
+    group.throughput(Throughput::Elements(load.facets() as u64)).sample_size(20);
     let mut gradient = vec![0.0; u.len()];
     group.bench_function("energy and gradient", |bench| {
         bench.iter(|| load.value_and_add_gradient(black_box(&u), &[], &mut gradient))
     });
     group.bench_function("Hessian", |bench| {
-        let energy = |f| black_box(load.facet_response(f, black_box(&u))).energy;
-        bench.iter(|| (0..load.facets.len()).map(energy).sum::<f64>())
+        let mut response = SurfaceResponse::default();
+        let mut energy = |facet| {
+            load.facet_response(facet, black_box(&u), black_box(&mut response));
+            response.energy
+        };
+        bench.iter(|| (0..load.facets()).map(&mut energy).sum::<f64>())
     });
 }
 

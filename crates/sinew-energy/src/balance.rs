@@ -47,6 +47,12 @@ pub struct PressureField {
 }
 
 impl PressureField {
+    /// Cell of a quadrature point, unknowns of its corners, and their shape functions at the point.
+    pub fn of_point(&self, point: usize) -> (usize, &[usize], &[f64]) {
+        let (cell, local) = (point / self.shape.len(), point % self.shape.len());
+        (cell, &self.cells[cell * self.corners..][..self.corners], &self.shape[local])
+    }
+
     pub(crate) fn new<const N: usize>(rule: &[QuadraturePoint], mesh: &Mesh<N>) -> Self
     where
         Nodes<N>: FiniteElement<N>,

@@ -2,8 +2,8 @@
 
 use crate::cavity::Cavity;
 use crate::{
-    Barriers, Frames, Magnitude, Material, Parameter, PressureLoad, PressureSurface, Sampling,
-    Spring, ThetaError, Units,
+    Barriers, Frames, Magnitude, Material, Parameter, PressureSurface, Sampling, Spring,
+    ThetaError, Units,
 };
 use sinew_mesh::{AnyMesh, Element};
 use sinew_num::Mat3;
@@ -51,10 +51,8 @@ pub struct Body {
     pub nodal_force: Vec<f64>,
     /// Elastic supports lumped to the nodes.
     pub springs: Vec<Spring>,
-    /// Pressures on flat triangles.
-    pub pressures: Vec<PressureLoad>,
-    /// Pressures on the facets of other elements.
-    pub surfaces: Vec<PressureSurface>,
+    /// Pressures that have a potential.
+    pub pressures: Vec<PressureSurface>,
     /// The cavities that pressures act in.
     pub cavities: Vec<Cavity>,
     /// Prescribed displacement of each degree of freedom \[length\], `None` where it is free; `3 × nodes`.
@@ -107,11 +105,12 @@ impl Body {
     /// Nodes of the cell that a quadrature point belongs to.
     #[inline]
     pub fn nodes_of_point(&self, point: usize) -> &[usize] {
-        self.nodes_of_cell(if self.points_per_cell == 1 {
-            point
-        } else {
-            point / self.points_per_cell
-        })
+        self.nodes_of_cell(self.cell_of_point(point))
+    }
+
+    #[inline]
+    fn cell_of_point(&self, point: usize) -> usize {
+        if self.points_per_cell == 1 { point } else { point / self.points_per_cell }
     }
 
     /// Gradients of the shape functions at a quadrature point [1/length], one row per node of the cell.
@@ -129,8 +128,7 @@ impl Body {
     #[inline(always)]
     fn gradient_of<const N: usize>(&self, point: usize, displacement: &[f64]) -> Mat3<f64> {
         let (u, _) = displacement.as_chunks::<3>();
-        let cell = if self.points_per_cell == 1 { point } else { point / self.points_per_cell };
-        let nodes = &self.cells.as_chunks::<N>().0[cell];
+        let nodes = &self.cells.as_chunks::<N>().0[self.cell_of_point(point)];
         let shape = &self.shape_gradients.as_chunks::<N>().0[point];
         let origin = u[nodes[0]];
         // The shape functions' gradients sum to zero, so only differences of u enter.
@@ -177,9 +175,6 @@ impl Body {
         for pressure in &self.pressures {
             total += pressure.value(displacement, theta);
         }
-        for surface in &self.surfaces {
-            total += surface.value(displacement, theta);
-        }
         total
     }
 
@@ -206,9 +201,6 @@ impl Body {
         }
         for pressure in &self.pressures {
             total += pressure.value_and_add_gradient(displacement, theta, gradient);
-        }
-        for surface in &self.surfaces {
-            total += surface.value_and_add_gradient(displacement, theta, gradient);
         }
         total
     }
@@ -256,14 +248,21 @@ impl Body {
         /// Between two ways of rounding the same formula.
         const ROUNDING: f64 = 1e-9;
         let parameters = self.law_parameters(theta);
-        let within = |point: usize| {
-            let h = self.displacement_gradient(point, displacement);
-            let own = self.material.energy(point, parameters, &h, None);
-            let guarded = self.material.energy(point, parameters, &h, self.barriers.as_ref());
+        let within = |(&point, h): (&usize, &Mat3<f64>)| {
+            let own = self.material.energy(point, parameters, h, None);
+            let guarded = self.material.energy(point, parameters, h, self.barriers.as_ref());
             own.is_finite() && (own - guarded).abs() <= ROUNDING * own.abs()
         };
-        let guarded = self.barriers.is_some() && self.patches.is_empty();
-        self.admits(displacement) && (!guarded || (0..self.volumes.len()).all(within))
+        let alone = |point| within((&point, &self.displacement_gradient(point, displacement)));
+        let averaged = |patch: &Vec<usize>| {
+            let kinematics = self.patch_kinematics(patch, displacement);
+            kinematics.is_some_and(|kinematics| patch.iter().zip(&kinematics.scaled).all(within))
+        };
+        let guarded = || match self.patches.is_empty() {
+            true => (0..self.volumes.len()).all(alone),
+            false => self.patches.iter().all(averaged),
+        };
+        self.admits(displacement) && (self.barriers.is_none() || guarded())
     }
 
     /// The part of θ that the law reads.
@@ -276,9 +275,7 @@ impl Body {
 
     /// Number of entries of θ that law and loads read.
     pub fn theta_len(&self) -> usize {
-        let of_pressures = self.pressures.iter().map(|pressure| pressure.magnitude);
-        let of_surfaces = self.surfaces.iter().map(|surface| surface.magnitude);
-        theta_len(&*self.material, of_pressures.chain(of_surfaces))
+        theta_len(&*self.material, self.pressures.iter().map(|pressure| pressure.magnitude))
     }
 
     /// Checks that θ has the right length, is finite and gives every parameter a value that makes sense.

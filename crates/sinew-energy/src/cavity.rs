@@ -1,6 +1,7 @@
 //! Cavities: what a pressure fills.
 
 use crate::Body;
+use crate::metrics::deformed_volume;
 use sinew_mesh::{TriangleMesh, boundary_facets};
 
 /// The space behind a surface that a pressure acts on, such as the chamber of a ventricle, closed by the cone
@@ -34,16 +35,14 @@ impl Cavity {
             std::array::from_fn(|i| rim.iter().map(|&node| points[node][i]).sum::<f64>() / count);
         Self { name: name.into(), triangles, apex }
     }
-
-    /// Volume at a displacement \[length³\].
-    pub(crate) fn volume(&self, points: &[[f64; 3]], displacement: &[f64]) -> f64 {
-        crate::metrics::deformed_volume(points, displacement, &self.triangles, self.apex).abs()
-    }
 }
 
 impl Body {
     /// Volumes of the cavities at a displacement \[length³\].
     pub fn cavity_volumes(&self, displacement: &[f64]) -> Vec<f64> {
-        self.cavities.iter().map(|cavity| cavity.volume(&self.positions, displacement)).collect()
+        let volume = |Cavity { triangles, apex, .. }: &Cavity| {
+            deformed_volume(&self.positions, displacement, triangles, *apex).abs()
+        };
+        self.cavities.iter().map(volume).collect()
     }
 }

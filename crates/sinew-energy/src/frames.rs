@@ -34,7 +34,7 @@ impl Frames {
     pub fn axis(&self, degree_of_freedom: usize) -> [f64; 3] {
         let component = degree_of_freedom % 3;
         let own = self.get(degree_of_freedom / 3).map(|frame| frame[component]);
-        own.unwrap_or_else(|| std::array::from_fn(|i| f64::from(u8::from(i == component))))
+        own.unwrap_or(Mat3::IDENTITY[component])
     }
 
     /// A degree of freedom of a Cartesian vector over all nodes.
@@ -65,8 +65,7 @@ impl Frames {
 
     /// Gives a node a frame of its own, three orthonormal axes without units, one per row, which are not checked; the coordinate axes are not stored.
     pub fn insert(&mut self, node: usize, axes: Mat3<f64>) {
-        let identity = Mat3::from_fn(|i, j| f64::from(u8::from(i == j)));
-        if axes == identity {
+        if axes == Mat3::IDENTITY {
             self.of_node.remove(&node);
         } else {
             self.of_node.insert(node, axes);

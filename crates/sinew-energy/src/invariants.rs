@@ -5,6 +5,7 @@
 //! frame) instead of the nine entries of ∇u, times the arguments' own derivatives in closed form.
 
 use crate::law::finite_or_infinite;
+use crate::lower::geometry::dot3;
 use crate::{Guard, Law, Response};
 use sinew_num::{Jet, Mat3, Scalar, Slope};
 use std::fmt::Debug;
@@ -182,11 +183,10 @@ struct State<'a, const D: usize> {
 impl<'a, const D: usize> State<'a, D> {
     #[inline]
     fn new(h: &Mat3<f64>, directions: &'a [[f64; 3]; D]) -> Self {
-        let minors = Mat3::from_fn(|i, j| h.cofactor(i, j));
+        let minors = h.cofactors();
         let trace = h.trace();
         let determinant = (0..3).map(|j| h[0][j] * minors[0][j]).sum::<f64>();
         let moved = directions.map(|d| h.apply(&d));
-        let dot3 = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let strain = |p: usize, q: usize| {
             dot3(&directions[p], &moved[q])
                 + dot3(&moved[p], &directions[q])
@@ -199,7 +199,7 @@ impl<'a, const D: usize> State<'a, D> {
         };
         Self {
             invariants,
-            deformation: Mat3::from_fn(|i, j| h[i][j] + delta(i, j)),
+            deformation: h.plus_identity(),
             // cof(I + H) = (1 + tr H) I − Hᵀ + cof H.
             cofactor: Mat3::from_fn(|i, j| (1.0 + trace) * delta(i, j) - h[j][i] + minors[i][j]),
             directions,
@@ -300,21 +300,7 @@ fn add_geometric<const D: usize, const K: usize>(
     weights: &[f64; K],
     tangent: &mut [[f64; 9]; 9],
 ) {
-    // ∂²J/∂F_ij∂F_kl = ε_ikm ε_jln F_mn.
-    for i in 0..3 {
-        for j in 0..3 {
-            for (k, m, sign_i) in
-                [((i + 1) % 3, (i + 2) % 3, 1.0), ((i + 2) % 3, (i + 1) % 3, -1.0)]
-            {
-                for (l, n, sign_j) in
-                    [((j + 1) % 3, (j + 2) % 3, 1.0), ((j + 2) % 3, (j + 1) % 3, -1.0)]
-                {
-                    tangent[3 * i + j][3 * k + l] +=
-                        weights[0] * sign_i * sign_j * state.deformation[m][n];
-                }
-            }
-        }
-    }
+    state.deformation.add_second_of_determinant(weights[0], tangent);
     // The others are δ_ik times a symmetric matrix in j and l.
     let mut block = Mat3::from_fn(|j, l| 2.0 * weights[1] * delta(j, l));
     for p in 0..D {

@@ -16,7 +16,7 @@ mod plane_stress;
 use crate::{Guard, NearlyIncompressible, Solid};
 use sinew_num::Scalar;
 
-pub use active_tension::{ActiveTension, FixedTension};
+pub use active_tension::ActiveTension;
 pub use compressible::Compressible;
 use elastic_constants::lame_bounds;
 pub use elastic_constants::{ByYoungPoisson, lame_from_young_poisson};

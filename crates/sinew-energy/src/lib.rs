@@ -69,7 +69,7 @@ pub use invariants::{InvariantLaw, Invariants};
 pub use law::{Law, Response, response_by_jets, stress_by_slopes};
 pub use material::{Material, at_points};
 pub use patches::PatchKinematics;
-pub use pressure::{FacetResponse, Magnitude, PressureForm, PressureLoad};
+pub use pressure::{Magnitude, PressureForm};
 pub use scene::{Load, Parameter, Prescribed, Sampling, Scene, Support, Units};
 pub use solid::{
     ActiveStress, NearlyIncompressible, Passive, ShapeEnergy, Solid, Strain, VolumeEnergy,

@@ -9,8 +9,8 @@ mod supports;
 use crate::balance::{ForceBalance, PressureField};
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint, TaylorHoodElement};
 use crate::{
-    Body, Law, Load, Magnitude, Material, Parameter, PressureSurface, Sampling, Scene, SceneError,
-    Support, Units, at_points,
+    Body, Law, Load, Magnitude, Material, Parameter, Sampling, Scene, SceneError, Support, Units,
+    at_points,
 };
 use geometry::shape_functions;
 use overlaps::check_overlaps;
@@ -18,9 +18,6 @@ use sinew_mesh::{Facet, Mesh, boundary_facets};
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 pub(crate) use supports::Held;
-
-/// Weights of quadrature that add up to the measure of an element but for this part do: tables are printed to ten digits.
-const QUADRATURE_TOLERANCE: f64 = 1e-9;
 
 impl<L: Law<D>, const D: usize, const N: usize> Scene<L, D, N>
 where
@@ -31,43 +28,7 @@ where
     /// # Errors
     /// The first thing found wrong, with advice.
     pub fn lower(&self) -> Result<Body, SceneError> {
-        let (body, followers) = self.lower_by(Nodes::<N>::QUADRATURE, false)?;
-        debug_assert!(followers.is_empty());
-        Ok(body)
-    }
-
-    /// As [`Scene::lower`], integrated by a rule of one's choice instead of [`FiniteElement::QUADRATURE`].
-    ///
-    /// ```
-    /// # use sinew_energy::{Parameter, Scene, Support, laws::NeoHookean};
-    /// use sinew_energy::{FiniteElement, Nodes};
-    ///
-    /// let mesh = sinew_mesh::box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]).quadratic();
-    /// let cells = mesh.cells.len();
-    /// let block = Scene::new(mesh, NeoHookean)
-    ///     .parameter(Parameter::log("mu", "kPa", 1.0..=10.0))
-    ///     .parameter(Parameter::log("lambda", "kPa", 1.0..=10.0))
-    ///     .support(Support::clamped("x_min"));
-    /// // Degree five instead of two, for curved cells or laws with exponentials.
-    /// let rule = Nodes::<10>::FINE_QUADRATURE;
-    /// let (usual, fine) = (block.lower()?, block.lower_with(rule)?);
-    /// assert_eq!((usual.points_per_cell, fine.points_per_cell), (4, rule.len()));
-    /// assert!((fine.volumes.iter().sum::<f64>() - 2.0).abs() < 1e-12);
-    /// # Ok::<(), sinew_energy::SceneError>(())
-    /// ```
-    ///
-    /// # Errors
-    /// As for [`Scene::lower`], and [`SceneError::Quadrature`].
-    pub fn lower_with(&self, rule: &[QuadraturePoint]) -> Result<Body, SceneError> {
-        let measure = |rule: &[QuadraturePoint]| rule.iter().map(|p| p.weight).sum::<f64>();
-        let (sum, needed) = (measure(rule), measure(Nodes::<N>::QUADRATURE));
-        let positive = rule.iter().all(|p| p.weight > 0.0 && p.at.iter().all(|x| x.is_finite()));
-        // Written so that a NaN is an error as well.
-        let exact = (sum - needed).abs() <= QUADRATURE_TOLERANCE * needed;
-        if !(positive && exact) {
-            return Err(SceneError::Quadrature { points: rule.len(), sum, needed });
-        }
-        Ok(self.lower_by(rule, false)?.0)
+        Ok(self.lower_by(Nodes::<N>::QUADRATURE, false)?.body)
     }
 
     /// Lowers a scene whose pressures may act on surfaces with a loose rim, so that they have no potential.
@@ -75,8 +36,7 @@ where
     /// # Errors
     /// The first thing found wrong, with advice.
     pub fn lower_follower(&self) -> Result<ForceBalance, SceneError> {
-        let (body, followers) = self.lower_by(Nodes::<N>::QUADRATURE, true)?;
-        Ok(ForceBalance { body, followers, pressure_field: None })
+        self.lower_by(Nodes::<N>::QUADRATURE, true)
     }
 
     /// Lowers to the mixed formulation of Taylor and Hood: quadratic displacement, and a continuous linear
@@ -92,16 +52,15 @@ where
         Nodes<N>: TaylorHoodElement<N>,
     {
         let rule = Nodes::<N>::FINE_QUADRATURE;
-        let (body, followers) = self.lower_by(rule, true)?;
         let pressure_field = Some(PressureField::new::<N>(rule, &self.mesh));
-        Ok(ForceBalance { body, followers, pressure_field })
+        Ok(ForceBalance { pressure_field, ..self.lower_by(rule, true)? })
     }
 
     fn lower_by(
         &self,
         rule: &[QuadraturePoint],
         loose_rims: bool,
-    ) -> Result<(Body, Vec<PressureSurface>), SceneError> {
+    ) -> Result<ForceBalance, SceneError> {
         let Self { name, units, mesh, parameters, loads, supports, .. } = self;
         if L::PLANE && !matches!(N, 3 | 6) {
             return Err(SceneError::PlaneLaw { law: L::NAME, nodes: N });
@@ -132,14 +91,14 @@ impl<const N: usize> Setup<'_, N>
 where
     Nodes<N>: FiniteElement<N>,
 {
-    /// The potential under one quadrature rule, and the pressures that have none.
+    /// The potential under one quadrature rule, with the pressures that have none.
     fn lower(
         &self,
         rule: &[QuadraturePoint],
         loose_rims: bool,
         constants: Vec<(&'static str, f64)>,
         material: &dyn Fn() -> Result<Arc<dyn Material>, SceneError>,
-    ) -> Result<(Body, Vec<PressureSurface>), SceneError> {
+    ) -> Result<ForceBalance, SceneError> {
         self.mesh.check()?;
         if self.mesh.cells.is_empty() {
             return Err(SceneError::EmptyMesh);
@@ -160,7 +119,7 @@ where
         self.check_loads_on_boundary()?;
         let nodal_force = self.nodal_force(rule, &volumes)?;
         let springs = self.springs()?;
-        let pressures = self.pressures(&held, loose_rims)?;
+        let (pressures, followers) = self.pressures(&held, loose_rims)?;
         let body = Body {
             name: self.name.into(),
             units: self.units.clone(),
@@ -178,24 +137,19 @@ where
             patches: Vec::new(),
             nodal_force,
             springs,
-            pressures: pressures.flat,
-            surfaces: pressures.surfaces,
+            pressures,
             cavities: self.cavities()?,
             prescribed: held.prescribed,
             frames: held.frames,
         };
-        Ok((body, pressures.followers))
+        Ok(ForceBalance { body, followers, pressure_field: None })
     }
 
     fn check_parameters(&self) -> Result<(), SceneError> {
         let (first, count) = (self.law_parameters.len(), self.parameters.len());
         let mut loads = 0;
-        for load in self.loads {
-            let (Load::Pressure { magnitude, .. } | Load::ThesisPressure { magnitude, .. }) = load
-            else {
-                continue;
-            };
-            match *magnitude {
+        for (_, _, magnitude) in self.loads.iter().filter_map(Load::pressure) {
+            match magnitude {
                 Magnitude::Fixed(value) => finite(value, || "a pressure".into())?,
                 Magnitude::Theta(index) if (first..count).contains(&index) => {
                     loads = loads.max(index + 1 - first);

@@ -34,12 +34,8 @@ pub fn first_invariant_error(body: &Body, truth: &[f64], estimate: &[f64]) -> Ve
     })
 }
 
-/// `|Π − Π̂| / |Π|` [%]; +∞ where the estimate inverts a cell.
-pub fn potential_error(body: &Body, theta: &[f64], truth: &[f64], estimate: &[f64]) -> f64 {
-    relative_percent(body.value(truth, theta), body.value(estimate, theta))
-}
-
-/// `|V − V̂| / V` of a volume such as that of a ventricle's cavity, eq. (3.24) [%]; see [`deformed_volume`].
+/// `|V − V̂| / |V|` of a number such as the potential energy (+∞ where the estimate inverts a cell) or the volume of a ventricle's
+/// cavity, eq. (3.24) [%]; see [`Body::value`] and [`deformed_volume`].
 pub fn relative_percent(truth: f64, estimate: f64) -> f64 {
     100.0 * ((truth - estimate) / truth).abs()
 }

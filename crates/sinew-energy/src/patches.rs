@@ -218,24 +218,26 @@ impl Body {
 }
 
 impl PatchKinematics {
+    /// A third of `P : F̄` of the stresses at F̄, point by point, and their sum by volume over that of the patch as it is.
+    pub fn thirds(&self, volumes: &[f64], stresses: &[Mat3<f64>]) -> (Vec<f64>, f64) {
+        let third = |(stress, scaled): (&Mat3<f64>, &Mat3<f64>)| {
+            let product: f64 = (0..9).map(|k| stress[k / 3][k % 3] * scaled[k / 3][k % 3]).sum();
+            (product + stress.trace()) / 3.0
+        };
+        let thirds: Vec<_> = stresses.iter().zip(&self.scaled).map(third).collect();
+        let sum = volumes.iter().zip(&thirds).map(|(v, t)| v * t).sum::<f64>();
+        (thirds, sum / (self.volume * self.mean))
+    }
+
     /// Turns the stresses at F̄ into those that are conjugate to F, point by point.
     pub fn work_conjugate(&self, volumes: &[f64], stresses: &mut [Mat3<f64>]) {
-        let thirds: Vec<_> = stresses.iter().zip(&self.scaled).map(|(p, h)| third(p, h)).collect();
-        let mean = volumes.iter().zip(&thirds).map(|(v, t)| v * t).sum::<f64>()
-            / (self.volume * self.mean);
+        let (thirds, mean) = self.thirds(volumes, stresses);
         for (((stress, h), scale), own) in
             stresses.iter_mut().zip(&self.gradients).zip(&self.scales).zip(&thirds)
         {
-            let f = Mat3::from_fn(|i, j| h[i][j] + if i == j { 1.0 } else { 0.0 });
+            let cofactor = h.plus_identity().cofactors();
             let weight = mean - own / (1.0 + h.volume_change());
-            *stress = Mat3::from_fn(|i, j| scale * stress[i][j] + weight * f.cofactor(i, j));
+            *stress = Mat3::from_fn(|i, j| scale * stress[i][j] + weight * cofactor[i][j]);
         }
     }
-}
-
-/// A third of `P : F̄`.
-fn third(stress: &Mat3<f64>, scaled: &Mat3<f64>) -> f64 {
-    let product: f64 = (0..9).map(|k| stress[k / 3][k % 3] * scaled[k / 3][k % 3]).sum();
-    let trace: f64 = (0..3).map(|i| stress[i][i]).sum();
-    (product + trace) / 3.0
 }

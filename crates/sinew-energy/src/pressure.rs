@@ -1,5 +1,6 @@
-//! Pressure on a surface as an energy.
+//! The size of a pressure, and its energy on flat triangles in closed form.
 
+use crate::SurfaceResponse;
 use crate::lower::geometry::{add, cross, dot3};
 use sinew_num::{Jet, Scalar, Slope};
 
@@ -39,30 +40,6 @@ pub enum PressureForm {
     Thesis,
 }
 
-/// A pressure on facets, lowered to plain arrays. Positive pressure pushes against the solid.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PressureLoad {
-    /// The potential that stands for it.
-    pub form: PressureForm,
-    /// Pressure \[stress\].
-    pub magnitude: Magnitude,
-    /// Nodes of each facet, counterclockwise seen from outside the solid.
-    pub facets: Vec<[usize; 3]>,
-    /// Reference positions of these nodes \[length\], from an origin in the planes that the rim slides in.
-    pub positions: Vec<[[f64; 3]; 3]>,
-}
-
-/// Energy of one facet under unit pressure with its derivatives in the nine nodal displacements.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FacetResponse {
-    /// Energy per pressure \[length³\].
-    pub energy: f64,
-    /// First derivatives \[length²\]: component `i` of node `a` at `3a + i`.
-    pub gradient: [f64; 9],
-    /// Second derivatives \[length\], symmetric, in the same order.
-    pub hessian: [[f64; 9]; 9],
-}
-
 impl PressureForm {
     /// Energy of one facet per unit pressure \[length³\] from the reference positions and the
     /// displacements of its nodes.
@@ -91,79 +68,44 @@ impl PressureForm {
             }
         }
     }
-}
 
-impl PressureLoad {
-    /// Potential of the load [stress·length³].
-    pub fn value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
-        let volume: f64 = (0..self.facets.len())
-            .map(|f| self.form.facet_energy(&self.positions[f], &self.local(f, displacement)))
-            .sum();
-        self.magnitude.value(theta) * volume
-    }
-
-    /// Potential of the load [stress·length³]; its gradient is added to `gradient` [stress·length²].
-    pub fn value_and_add_gradient(
-        &self,
-        displacement: &[f64],
-        theta: &[f64],
-        gradient: &mut [f64],
-    ) -> f64 {
-        let pressure = self.magnitude.value(theta);
-        let mut volume = 0.0;
-        for (facet, nodes) in self.facets.iter().enumerate() {
-            let (energy, gradient_here) = self.facet_gradient(facet, displacement);
-            volume += energy;
-            for (slot, derivative) in gradient_here.iter().enumerate() {
-                gradient[3 * nodes[slot / 3] + slot % 3] += pressure * derivative;
-            }
-        }
-        pressure * volume
-    }
-
-    /// Energy, gradient and Hessian of one facet under unit pressure.
+    /// Energy, gradient and, if asked for, Hessian of one facet under unit pressure.
     ///
     /// The follower load's are in closed form, over thirty times faster than the jets.
-    pub fn facet_response(&self, facet: usize, displacement: &[f64]) -> FacetResponse {
-        match self.form {
-            PressureForm::Follower => {
-                let (energy, gradient) = self.facet_gradient(facet, displacement);
-                let hessian = triple_product_hessian(&self.current(facet, displacement));
-                FacetResponse { energy, gradient, hessian }
+    pub(crate) fn respond(
+        self,
+        positions: &[[f64; 3]; 3],
+        u: &[[f64; 3]; 3],
+        with_hessian: bool,
+        response: &mut SurfaceResponse,
+    ) {
+        match self {
+            Self::Follower => {
+                let corners = std::array::from_fn(|a| add(&positions[a], &u[a]));
+                let [a, b, c] = &corners;
+                let normals = [cross(b, c), cross(c, a), cross(a, b)];
+                response.energy = self.facet_energy(positions, u);
+                let areas = normals.as_flattened().iter().map(|n| n / 6.0);
+                response.gradient.iter_mut().zip(areas).for_each(|(g, area)| *g = area);
+                if with_hessian {
+                    let hessian = triple_product_hessian(&corners);
+                    response.hessian.copy_from_slice(hessian.as_flattened());
+                }
             }
-            PressureForm::Thesis => {
-                let u = seeded(&self.local(facet, displacement), Jet::<9>::variable);
-                let positions = self.positions[facet].map(|x| x.map(Jet::constant));
-                let Jet { value, gradient, hessian } = self.form.facet_energy(&positions, &u);
-                FacetResponse { energy: value, gradient, hessian }
+            Self::Thesis if with_hessian => {
+                let positions = positions.map(|x| x.map(Jet::constant));
+                let jet = self.facet_energy(&positions, &seeded(u, Jet::<9>::variable));
+                response.energy = jet.value;
+                response.gradient.copy_from_slice(&jet.gradient);
+                response.hessian.copy_from_slice(jet.hessian.as_flattened());
+            }
+            Self::Thesis => {
+                let positions = positions.map(|x| x.map(Slope::constant));
+                let slope = self.facet_energy(&positions, &seeded(u, Slope::<9>::variable));
+                response.energy = slope.value;
+                response.gradient.copy_from_slice(&slope.gradient);
             }
         }
-    }
-
-    fn facet_gradient(&self, facet: usize, displacement: &[f64]) -> (f64, [f64; 9]) {
-        let u = self.local(facet, displacement);
-        match self.form {
-            PressureForm::Follower => {
-                let [a, b, c] = self.current(facet, displacement);
-                let normals = [cross(&b, &c), cross(&c, &a), cross(&a, &b)];
-                let gradient = std::array::from_fn(|slot| normals[slot / 3][slot % 3] / 6.0);
-                (self.form.facet_energy(&self.positions[facet], &u), gradient)
-            }
-            PressureForm::Thesis => {
-                let positions = self.positions[facet].map(|x| x.map(Slope::constant));
-                let energy = self.form.facet_energy(&positions, &seeded(&u, Slope::<9>::variable));
-                (energy.value, energy.gradient)
-            }
-        }
-    }
-
-    fn current(&self, facet: usize, displacement: &[f64]) -> [[f64; 3]; 3] {
-        let u = self.local(facet, displacement);
-        std::array::from_fn(|a| add(&self.positions[facet][a], &u[a]))
-    }
-
-    fn local(&self, facet: usize, displacement: &[f64]) -> [[f64; 3]; 3] {
-        self.facets[facet].map(|node| std::array::from_fn(|i| displacement[3 * node + i]))
     }
 }
 

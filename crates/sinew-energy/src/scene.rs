@@ -1,6 +1,6 @@
 //! A scene: what is computed, by name.
 
-use crate::Magnitude;
+use crate::{Magnitude, PressureForm};
 use sinew_mesh::Mesh;
 use std::ops::RangeInclusive;
 
@@ -205,6 +205,19 @@ impl Load {
             | Self::Foundation { facets, .. }
             | Self::Pressure { facets, .. }
             | Self::ThesisPressure { facets, .. } => Some(facets),
+        }
+    }
+
+    /// Form, facet set and size of a pressure; `None` for other loads.
+    pub(crate) fn pressure(&self) -> Option<(PressureForm, &str, Magnitude)> {
+        match self {
+            Self::BodyForce(_) | Self::Traction { .. } | Self::Foundation { .. } => None,
+            Self::Pressure { facets, magnitude } => {
+                Some((PressureForm::Follower, facets, *magnitude))
+            }
+            Self::ThesisPressure { facets, magnitude } => {
+                Some((PressureForm::Thesis, facets, *magnitude))
+            }
         }
     }
 }

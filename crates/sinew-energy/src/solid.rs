@@ -52,11 +52,6 @@ pub trait ActiveStress<const D: usize>: Clone + Debug + Send + Sync + 'static {
     /// Whether the part does nothing, so that it need not be computed.
     const NONE: bool = false;
 
-    /// Name and value of a constant of its own that makes no sense, such as a NaN.
-    fn refused(&self) -> Option<(&'static str, f64)> {
-        None
-    }
-
     /// Energy density \[stress\], a function of the whole strain.
     fn density_of<S: Scalar>(&self, parameters: &[S], invariants: &Invariants<S, D>) -> S;
 }
@@ -164,7 +159,7 @@ impl<M: ShapeEnergy<D>, V: VolumeEnergy, A: ActiveStress<D>, const D: usize> Inv
     }
 
     fn constants(&self) -> Vec<(&'static str, f64)> {
-        self.volume.constants().into_iter().chain(self.active.refused()).collect()
+        self.volume.constants()
     }
 
     fn with_softer_volume(&self, factor: f64) -> Option<Self> {

@@ -1,10 +1,9 @@
-//! Pressure on surfaces of any element, curved ones included.
+//! Pressure on the surface of a body.
 
 use crate::lower::geometry::{add, cross, dot3};
-use crate::{FacetRule, Magnitude};
+use crate::{FacetRule, Magnitude, PressureForm};
 
-/// A true follower pressure on a surface, integrated by quadrature. Positive pressure pushes against the
-/// solid.
+/// A pressure on facets, lowered to plain arrays. Positive pressure pushes against the solid.
 ///
 /// As a potential it is `p (V(u) − V(0))` with the volume `V = 1/d ∫ x·n da` in `d` dimensions: the sum
 /// is that of a follower load where the rim is held, and its second derivative is symmetric. As a force
@@ -13,9 +12,11 @@ use crate::{FacetRule, Magnitude};
 pub struct PressureSurface {
     /// Pressure \[stress\].
     pub magnitude: Magnitude,
+    /// The potential in closed form, for facets that are flat triangles; `None` where the true one is integrated by quadrature.
+    pub triangles: Option<PressureForm>,
     /// Shape functions and quadrature of a facet.
     pub rule: FacetRule,
-    /// Nodes of the facets, one facet after the other.
+    /// Nodes of the facets, counterclockwise seen from outside the solid, one facet after the other.
     pub nodes: Vec<usize>,
     /// Their reference positions \[length\], from an origin in the planes that the rim slides in.
     pub positions: Vec<[f64; 3]>,
@@ -44,21 +45,13 @@ impl PressureSurface {
         &self.nodes[facet * self.rule.nodes..(facet + 1) * self.rule.nodes]
     }
 
-    /// Change of the enclosed volume `V(u) − V(0)` \[length³\], of unit thickness in two dimensions.
-    pub(crate) fn volume_change(&self, displacement: &[f64]) -> f64 {
-        (0..self.facets()).map(|facet| self.facet_volume(facet, displacement)).sum()
-    }
-
-    /// The enclosed volume at rest \[length³\], negative where the surface's outside is the solid's inside.
-    pub fn reference_volume(&self) -> f64 {
-        let rest = vec![0.0; 3 * self.nodes.iter().max().map_or(0, |&node| node + 1)];
-        let facets = 0..self.facets();
-        facets.map(|facet| self.sum(facet, &rest, |at| dot3(&at.x, &at.normal()))).sum()
-    }
-
     /// Potential of the load [stress·length³].
-    pub(crate) fn value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
-        self.magnitude.value(theta) * self.volume_change(displacement)
+    pub fn value(&self, displacement: &[f64], theta: &[f64]) -> f64 {
+        let volume = |facet| match self.triangles {
+            Some(form) => form.facet_energy(self.triangle(facet), &self.moved(facet, displacement)),
+            None => self.facet_volume(facet, displacement),
+        };
+        self.magnitude.value(theta) * (0..self.facets()).map(volume).sum::<f64>()
     }
 
     /// Potential of the load [stress·length³]; its gradient is added to `gradient` [stress·length²].
@@ -72,7 +65,7 @@ impl PressureSurface {
         let mut volume = 0.0;
         let mut response = SurfaceResponse::default();
         for facet in 0..self.facets() {
-            self.facet_response(facet, displacement, &mut response);
+            self.respond(facet, displacement, false, &mut response);
             volume += response.energy;
             for (slot, derivative) in response.gradient.iter().enumerate() {
                 gradient[3 * self.facet_nodes(facet)[slot / 3] + slot % 3] += pressure * derivative;
@@ -88,8 +81,22 @@ impl PressureSurface {
         displacement: &[f64],
         response: &mut SurfaceResponse,
     ) {
-        let scale = 1.0 / self.rule.dimension as f64;
+        self.respond(facet, displacement, true, response);
+    }
+
+    fn respond(
+        &self,
+        facet: usize,
+        displacement: &[f64],
+        with_hessian: bool,
+        response: &mut SurfaceResponse,
+    ) {
         response.clear(self.rule.nodes);
+        if let Some(form) = self.triangles {
+            let moved = self.moved(facet, displacement);
+            return form.respond(self.triangle(facet), &moved, with_hessian, response);
+        }
+        let scale = 1.0 / self.rule.dimension as f64;
         response.energy = self.facet_volume(facet, displacement);
         self.for_points(facet, displacement, |at, n, [ns, nt], weight| {
             let weight = weight * scale;
@@ -100,7 +107,7 @@ impl PressureSurface {
                     response.gradient[3 * a + i] +=
                         weight * (n[a] * normal[i] + ns[a] * across[i] + nt[a] * along[i]);
                 }
-                for b in 0..n.len() {
+                for b in (0..n.len()).take_while(|_| with_hessian) {
                     let t = ns[a] * n[b] - n[a] * ns[b];
                     let s = n[a] * nt[b] - nt[a] * n[b];
                     let x = nt[a] * ns[b] - ns[a] * nt[b];
@@ -109,6 +116,17 @@ impl PressureSurface {
                 }
             }
         });
+    }
+
+    /// Reference positions of a flat triangle.
+    fn triangle(&self, facet: usize) -> &[[f64; 3]; 3] {
+        &self.positions.as_chunks().0[facet]
+    }
+
+    /// Displacements of its corners.
+    fn moved(&self, facet: usize, displacement: &[f64]) -> [[f64; 3]; 3] {
+        let corner = |a: usize| 3 * self.nodes[3 * facet + a];
+        std::array::from_fn(|a| std::array::from_fn(|i| displacement[corner(a) + i]))
     }
 
     /// Nodal forces of one facet under unit pressure with their tangent, whatever the rim does.
@@ -152,12 +170,6 @@ impl PressureSurface {
                 point.weight * (dot3(&u, &cross(&current[0], &current[1])) + dot3(&x, &change));
         }
         volume / self.rule.dimension as f64
-    }
-
-    fn sum(&self, facet: usize, displacement: &[f64], term: impl Fn(&Place) -> f64) -> f64 {
-        let mut sum = 0.0;
-        self.for_points(facet, displacement, |at, _, _, weight| sum += weight * term(at));
-        sum / self.rule.dimension as f64
     }
 
     fn for_points(

@@ -2,8 +2,8 @@
 
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{
-    Body, Load, Magnitude, Parameter, PressureForm, PressureLoad, Sampling, Scene, SceneError,
-    Support, Units, metrics,
+    Body, Load, Magnitude, Parameter, PressureForm, PressureSurface, Sampling, Scene, SceneError,
+    Support, SurfaceResponse, Units, metrics,
 };
 use sinew_mesh::{boundary_facets, box_tetrahedra};
 
@@ -50,10 +50,20 @@ where
         .collect()
 }
 
-fn gradient(load: &PressureLoad, u: &[f64], theta: &[f64]) -> Vec<f64> {
+fn gradient(load: &PressureSurface, u: &[f64], theta: &[f64]) -> Vec<f64> {
     let mut gradient = vec![0.0; u.len()];
     load.value_and_add_gradient(u, theta, &mut gradient);
     gradient
+}
+
+fn triangles(load: &PressureSurface) -> &[[usize; 3]] {
+    load.nodes.as_chunks().0
+}
+
+fn response(load: &PressureSurface, facet: usize, u: &[f64]) -> SurfaceResponse {
+    let mut response = SurfaceResponse::default();
+    load.facet_response(facet, u, &mut response);
+    response
 }
 
 const THETA: [f64; 3] = [1.0, 1.0, 0.7];
@@ -66,7 +76,7 @@ fn follower_energy_is_pressure_times_change_of_volume() {
     for size in [1e-6, 0.05, 1.0] {
         let u = wobble(&potential, size);
         let volume = |u: &[f64]| {
-            metrics::deformed_volume(&scene.mesh.points, u, &load.facets, [1.0, 1.0, 0.5])
+            metrics::deformed_volume(&scene.mesh.points, u, triangles(load), [1.0, 1.0, 0.5])
         };
         let change = volume(&u) - volume(&vec![0.0; u.len()]);
         // The difference of two volumes of 6 mm³ has this rounding; the expanded form has less.
@@ -85,7 +95,7 @@ fn follower_gradient_is_pressure_along_the_deformed_normals() {
     };
     // Each node carries a third of p n da of its facets.
     let mut expected = vec![0.0; u.len()];
-    for nodes in &load.facets {
+    for nodes in triangles(load) {
         let [o, a, b] = nodes.map(place);
         let [a, b]: [[f64; 3]; 2] = [a, b].map(|x| std::array::from_fn(|i| x[i] - o[i]));
         for i in 0..3 {
@@ -118,15 +128,15 @@ fn derivatives_agree_with_differences_and_tangents_are_symmetric() {
             assert!((found[entry] - (up - down) / (2.0 * step)).abs() < tolerance);
         }
         let facet = 3;
-        let response = load.facet_response(facet, &u);
-        let degree = |slot: usize| 3 * load.facets[facet][slot / 3] + slot % 3;
+        let hessian = response(load, facet, &u).hessian;
+        let degree = |slot: usize| 3 * load.facet_nodes(facet)[slot / 3] + slot % 3;
         for column in 0..9 {
             let [up, down] = [step, -step]
-                .map(|by| load.facet_response(facet, &shifted(degree(column), by)).gradient);
+                .map(|by| response(load, facet, &shifted(degree(column), by)).gradient);
             for row in 0..9 {
                 let slope = (up[row] - down[row]) / (2.0 * step);
-                assert!((response.hessian[row][column] - slope).abs() < tolerance);
-                assert_eq!(response.hessian[row][column], response.hessian[column][row]);
+                assert!((hessian[9 * row + column] - slope).abs() < tolerance);
+                assert_eq!(hessian[9 * row + column], hessian[9 * column + row]);
             }
         }
     }
@@ -193,11 +203,11 @@ fn a_rim_must_be_held_or_slide_in_a_coordinate_plane() {
 /// The load on every free degree of freedom is the pressure on the deformed facets.
 fn check_sliding(potential: &Body) {
     let load = &potential.pressures[0];
-    assert_eq!(load.form, PressureForm::Follower);
+    assert_eq!(load.triangles, Some(PressureForm::Follower));
     let u = wobble(potential, 0.1);
     let found = gradient(load, &u, &THETA);
     let mut expected = vec![0.0; u.len()];
-    for (nodes, positions) in load.facets.iter().zip(&load.positions) {
+    for (nodes, positions) in triangles(load).iter().zip(load.positions.as_chunks::<3>().0) {
         let place = |a: usize, i: usize| positions[a][i] + u[3 * nodes[a] + i];
         let edge = |a: usize, i: usize| place(a, i) - place(0, i);
         for i in 0..3 {

@@ -106,7 +106,7 @@ fn row(
     let mut theta = body.centre();
     theta[4] = pressure;
     let solution = Solver::new(&body)?.solve(&theta, &Options::default())?;
-    let facets = &body.pressures[0].facets;
+    let facets = &body.cavities[0].triangles;
     let volume =
         |u: &[f64]| deformed_volume(&scene.mesh.points, u, facets, report.base[0]).abs() / 1e3;
     println!(

@@ -56,7 +56,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("the {name} ventricle");
     let scene = scene(mesh, arguments.bulk_modulus);
     let potential = scene.lower()?;
-    let facets = &potential.pressures[0].facets;
+    let facets = &potential.cavities[0].triangles;
     let volume = |u: &[f64]| deformed_volume(&scene.mesh.points, u, facets, [0.0; 3]).abs() / 1e3;
     println!(
         "{} tetrahedra, cavity {:.2} ml",

@@ -7,7 +7,7 @@ use crate::sparsity::Sparsity;
 use crate::state::State;
 use crate::vector::Norm;
 use sinew_energy::with_nodes;
-use sinew_energy::{Body, PressureLoad, PressureSurface, Response, SurfaceResponse};
+use sinew_energy::{Body, PressureSurface, Response, SurfaceResponse};
 use sinew_num::Mat3;
 
 /// Π with its derivatives at one displacement, and what the rounding errors in them are measured by.
@@ -85,11 +85,7 @@ impl Assembly {
         let mut facet = 0;
         for pressure in &potential.pressures {
             loads.add(self.add_pressure(pressure, sparsity, facet, state, &mut rounding));
-            facet += pressure.facets.len();
-        }
-        for surface in &potential.surfaces {
-            loads.add(self.add_surface(surface, sparsity, facet, state, &mut rounding));
-            facet += surface.facets();
+            facet += pressure.facets();
         }
         for (index, spring) in potential.springs.iter().enumerate() {
             let energy = spring.value_and_add_gradient(displacement, &mut self.gradient);
@@ -242,30 +238,8 @@ impl Assembly {
         }
     }
 
-    /// Adds a pressure; returns the norm of its nodal forces, facet by facet.
+    /// Adds a pressure; returns the norm of its nodal forces.
     fn add_pressure(
-        &mut self,
-        pressure: &PressureLoad,
-        sparsity: &Sparsity,
-        first_facet: usize,
-        state: State,
-        rounding: &mut Rounding,
-    ) -> f64 {
-        let magnitude = state.load_factor * pressure.magnitude.value(state.theta);
-        let mut norm = Norm::default();
-        for (facet, nodes) in pressure.facets.iter().enumerate() {
-            let response = pressure.facet_response(facet, state.displacement);
-            let energy = magnitude * response.energy;
-            self.energy += energy;
-            rounding.energy += energy.abs();
-            let derivatives = (&response.gradient[..], response.hessian.as_flattened());
-            norm.add(self.add_facet(nodes, sparsity, first_facet + facet, magnitude, derivatives));
-        }
-        norm.value()
-    }
-
-    /// Adds a pressure on a surface of any element; returns the norm of its nodal forces.
-    fn add_surface(
         &mut self,
         surface: &PressureSurface,
         sparsity: &Sparsity,
@@ -333,19 +307,12 @@ impl Assembly {
             spring.value_and_add_gradient(direction, forces);
         }
         let mut response = SurfaceResponse::default();
-        for surface in &potential.surfaces {
+        for surface in &potential.pressures {
             let magnitude = state.load_factor * surface.magnitude.value(state.theta);
             for facet in 0..surface.facets() {
                 surface.facet_response(facet, state.displacement, &mut response);
                 let nodes = surface.facet_nodes(facet);
                 add_product(nodes, magnitude, &response.hessian, direction, forces);
-            }
-        }
-        for pressure in &potential.pressures {
-            let magnitude = state.load_factor * pressure.magnitude.value(state.theta);
-            for (facet, nodes) in pressure.facets.iter().enumerate() {
-                let hessian = pressure.facet_response(facet, state.displacement).hessian;
-                add_product(nodes, magnitude, hessian.as_flattened(), direction, forces);
             }
         }
     }

@@ -16,32 +16,21 @@ use std::time::Instant;
 /// of the pressures over the local moduli their Schur complement, so that 5–30 iterations do.
 ///
 /// ```
-/// use sinew_energy::{Load, Magnitude, Parameter, Sampling, Scene, Support, Units, laws::Guccione};
+/// use sinew_energy::{Load, Magnitude, Parameter, Scene, Support, laws::Guccione};
 /// use sinew_fem::{BalanceSolver, Options};
 /// use sinew_mesh::box_tetrahedra;
 ///
 /// // Problem 1 of Land et al. (2015) on a coarse mesh: a beam under pressure from below.
-/// let parameter = |name: &str, unit: &str, value: f64| Parameter {
-///     name: name.into(),
-///     unit: unit.into(),
-///     range: [value, value],
-///     sampling: Sampling::Log,
-/// };
-/// let scene = Scene {
-///     name: "land 1".into(),
-///     units: Units::mm_kpa(),
-///     mesh: box_tetrahedra([10.0, 1.0, 1.0], [10, 1, 1]).quadratic(),
-///     law: Guccione.nearly_incompressible(3.0), // the field of pressure brings the rest
-///     directions: vec![Guccione::frame([1.0, 0.0, 0.0]); 60],
-///     parameters: vec![
-///         parameter("C", "kPa", 2.0),
-///         parameter("b_f", "1", 8.0),
-///         parameter("b_t", "1", 2.0),
-///         parameter("b_fs", "1", 4.0),
-///     ],
-///     loads: vec![Load::Pressure { facets: "z_min".into(), magnitude: Magnitude::Fixed(0.004) }],
-///     supports: vec![Support::clamped("x_min")],
-/// };
+/// let mesh = box_tetrahedra([10.0, 1.0, 1.0], [10, 1, 1]).quadratic();
+/// let law = Guccione.nearly_incompressible(3.0); // the field of pressure brings the rest
+/// let scene = Scene::new(mesh, law)
+///     .directions(vec![Guccione::frame([1.0, 0.0, 0.0]); 60])
+///     .parameter(Parameter::log("C", "kPa", 2.0..=2.0))
+///     .parameter(Parameter::log("b_f", "1", 8.0..=8.0))
+///     .parameter(Parameter::log("b_t", "1", 2.0..=2.0))
+///     .parameter(Parameter::log("b_fs", "1", 4.0..=4.0))
+///     .load(Load::Pressure { facets: "z_min".into(), magnitude: Magnitude::Fixed(0.004) })
+///     .support(Support::clamped("x_min"));
 /// let body = scene.lower_mixed()?;
 /// let solution = BalanceSolver::new(&body)?.solve(&[2.0, 8.0, 2.0, 4.0], &Options::default())?;
 /// let corner = scene.mesh.points.iter().position(|&x| x == [10.0, 0.0, 1.0]).unwrap();
@@ -50,7 +39,6 @@ use std::time::Instant;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct BalanceSolver<'p> {
-    pub(crate) balance: &'p ForceBalance,
     pub(crate) system: System<'p>,
 }
 
@@ -126,7 +114,7 @@ impl<'p> BalanceSolver<'p> {
     /// # Errors
     /// A potential that is malformed or whose supports leave a part of the body free to move.
     pub fn new(balance: &'p ForceBalance) -> Result<Self, SolveError> {
-        System::balance(balance).map(|system| Self { balance, system })
+        System::balance(balance).map(|system| Self { system })
     }
 
     /// Another solver of the same balance, for another thread; it shares what is prepared.
@@ -134,7 +122,7 @@ impl<'p> BalanceSolver<'p> {
     /// # Errors
     /// [`SolveError::OutOfMemory`].
     pub fn fresh(&self) -> Result<Self, SolveError> {
-        self.system.fresh().map(|system| Self { balance: self.balance, system })
+        self.system.fresh().map(|system| Self { system })
     }
 
     /// Number of unknowns: free degrees of freedom, then pressures.

@@ -5,7 +5,7 @@ use crate::{Solution, SolveError, Solver};
 
 /// Iterations of the inverse power method; about ten leave three digits where the two lowest eigenvalues are apart.
 const ITERATIONS: usize = 60;
-/// Change of the eigenvalue \[relative to the shift\] that ends them.
+/// Change of the eigenvalue \[relative to itself\] that ends them.
 const ENOUGH: f64 = 1e-6;
 
 /// The motion that a body resists least, such as the shape it buckles into.

@@ -60,7 +60,7 @@ pub(crate) fn complete<const N: usize>(blocks: &mut NodalBlocks<N>) {
 
 /// `(I + H)⁻¹`.
 pub(crate) fn inverse(h: &Mat3<f64>) -> Mat3<f64> {
-    let f = Mat3::from_fn(|i, j| h[i][j] + if i == j { 1.0 } else { 0.0 });
+    let f = h.plus_identity();
     let scale = (1.0 + h.volume_change()).recip();
     Mat3::from_fn(|i, j| f.cofactor(j, i) * scale)
 }
@@ -69,7 +69,7 @@ pub(crate) fn inverse(h: &Mat3<f64>) -> Mat3<f64> {
 pub(crate) fn is_short(h: &Mat3<f64>, step: &Mat3<f64>, length: f64) -> bool {
     /// Leaves a thousandth of the volume when all three stretches shrink by it.
     const SHORT: f64 = 0.9;
-    let f = Mat3::from_fn(|i, j| h[i][j] + if i == j { 1.0 } else { 0.0 });
+    let f = h.plus_identity();
     let least = 2.0 * f.determinant() / f.squared_norm();
     length * step.squared_norm().sqrt() <= SHORT * least
 }
@@ -78,7 +78,7 @@ pub(crate) fn is_short(h: &Mat3<f64>, step: &Mat3<f64>, length: f64) -> bool {
 ///
 /// J is a cubic in the part of the way, so it is least at an end or where its derivative vanishes.
 pub(crate) fn volume_ratios_along(h: &Mat3<f64>, step: &Mat3<f64>, length: f64) -> [f64; 3] {
-    let f = Mat3::from_fn(|i, j| h[i][j] + if i == j { 1.0 } else { 0.0 });
+    let f = h.plus_identity();
     let (mut linear, mut quadratic) = (0.0, 0.0);
     for i in 0..3 {
         for j in 0..3 {
@@ -99,22 +99,11 @@ pub(crate) fn volume_ratios_along(h: &Mat3<f64>, step: &Mat3<f64>, length: f64) 
 
 /// Adds the energy `p (J − 1)` of a pressure with its derivatives in F.
 pub(crate) fn add_pressure(response: &mut Response, h: &Mat3<f64>, pressure: f64) {
-    let f = Mat3::from_fn(|i, j| h[i][j] + if i == j { 1.0 } else { 0.0 });
+    let f = h.plus_identity();
     response.energy += pressure * h.volume_change();
-    for i in 0..3 {
-        for j in 0..3 {
-            response.stress.0[i][j] += pressure * f.cofactor(i, j);
-            // ∂²J/∂F_ij∂F_kl = ε_ikm ε_jln F_mn.
-            for (k, m, first) in [((i + 1) % 3, (i + 2) % 3, 1.0), ((i + 2) % 3, (i + 1) % 3, -1.0)]
-            {
-                for (l, n, second) in
-                    [((j + 1) % 3, (j + 2) % 3, 1.0), ((j + 2) % 3, (j + 1) % 3, -1.0)]
-                {
-                    response.tangent[3 * i + j][3 * k + l] += first * second * pressure * f[m][n];
-                }
-            }
-        }
-    }
+    let (stress, cofactor) = (response.stress, f.cofactors());
+    response.stress = Mat3::from_fn(|i, j| stress[i][j] + pressure * cofactor[i][j]);
+    f.add_second_of_determinant(pressure, &mut response.tangent);
 }
 
 /// `A B`.

@@ -1,5 +1,6 @@
 //! Volume ratios and shapes of cells, and the worst of them.
 
+use crate::SolveError;
 use nalgebra::{Matrix3, Vector3};
 use sinew_energy::Body;
 use std::fmt;
@@ -54,6 +55,12 @@ pub(crate) fn per_cell(
 pub(crate) fn volume_ratios(potential: &Body, displacement: &[f64]) -> Vec<f64> {
     let ratio = |p| 1.0 + potential.displacement_gradient(p, displacement).volume_change();
     (0..potential.volumes.len()).map(ratio).collect()
+}
+
+/// The error of a displacement that the energy is not finite at, with the cell of least J.
+pub(crate) fn inadmissible(body: &Body, displacement: &[f64]) -> SolveError {
+    let ratios = per_cell(&volume_ratios(body, displacement), body.points_per_cell, f64::min);
+    SolveError::Inadmissible { cell: least(&ratios, 1).first().map_or(0, |worst| worst.cell) }
 }
 
 /// Largest principal stretch, the root of the largest eigenvalue of C = FᵀF, at each quadrature point.

@@ -116,8 +116,8 @@ impl<'p> Solver<'p> {
         options: &Options,
     ) -> Result<Curve<'s, 'p, Solution>, SolveError> {
         self.check(initial, &line.thetas[0])?;
-        let from = Unknowns { displacement: initial.to_vec(), pressure: Vec::new() };
-        Curve::new(&mut self.system, Some(from), line, options, Solution::new)
+        let from = Some(Unknowns::of(initial));
+        Curve::new(&mut self.system, from, line, options, Solution::new)
     }
 }
 

@@ -3,12 +3,12 @@
 use crate::newton::Search;
 use crate::system::System;
 use crate::vector::dot;
-use sinew_energy::{PressureLoad, PressureSurface};
+use sinew_energy::PressureSurface;
 
 /// What is met.
 pub(crate) enum Control {
-    /// A surface has swept a volume \[length³\].
-    Volume(Surface, f64),
+    /// The surface of a unit pressure has swept a volume \[length³\].
+    Volume(PressureSurface, f64),
     /// Displacement and place are on a plane.
     Plane(Plane),
 }
@@ -31,33 +31,14 @@ pub(crate) struct Missing {
     pub by_place: f64,
 }
 
-/// The surface whose volume is prescribed.
-#[derive(Clone)]
-pub(crate) enum Surface {
-    Flat(PressureLoad),
-    Curved(PressureSurface),
-}
-
-impl Surface {
-    /// Swept volume; its gradient is written to `gradient`.
-    fn swept(&self, displacement: &[f64], gradient: &mut [f64]) -> f64 {
-        let against = match self {
-            Self::Flat(load) => load.value_and_add_gradient(displacement, &[], gradient),
-            Self::Curved(load) => load.value_and_add_gradient(displacement, &[], gradient),
-        };
-        gradient.iter_mut().for_each(|g| *g = -*g);
-        -against
-    }
-}
-
 impl Control {
     pub(crate) fn missing(&self, system: &System<'_>, search: &Search<'_>) -> Missing {
         let displacement = &search.at.displacement;
         match self {
             Self::Volume(surface, volume) => {
                 let mut slope = vec![0.0; displacement.len()];
-                let gap = volume - surface.swept(displacement, &mut slope);
-                let slope = system.sparsity.gather(&slope).collect();
+                let gap = volume + surface.value_and_add_gradient(displacement, &[], &mut slope);
+                let slope = system.sparsity.gather(&slope).map(|s| -s).collect();
                 Missing { gap, relative: gap.abs() / system.volume(), slope, by_place: 0.0 }
             }
             Self::Plane(Plane { normal: (slope, by_place), distance }) => {

@@ -4,7 +4,7 @@
 //! factorised once, near to where they are taken, scaled to what the last step found. A step costs a gradient and two
 //! back-substitutions, a tenth or less of a Newton step.
 
-use crate::cells::volume_ratios;
+use crate::cells::inadmissible;
 use crate::check::check_displacement;
 use crate::line_search::{flattens, minds_turned_cells};
 use crate::supports::place;
@@ -239,10 +239,7 @@ impl System<'_> {
         place(body, 1.0, &mut first);
         let mut at = self.at(first, potential);
         if !(at.energy.is_finite() && at.slope.iter().all(|g| g.is_finite())) {
-            let ratios = volume_ratios(body, &at.displacement).into_iter().enumerate();
-            let worst = ratios.min_by(|(_, a), (_, b)| a.total_cmp(b));
-            let cell = worst.map_or(0, |(point, _)| point / body.points_per_cell);
-            return Err(SolveError::Inadmissible { cell });
+            return Err(inadmissible(body, &at.displacement));
         }
         let residual_before = norm(&at.slope);
         let balanced = enough * self.assembly.force_scale;

@@ -3,26 +3,15 @@
 //! A beam that bends under its own weight:
 //!
 //! ```
-//! use sinew_energy::{Load, Parameter, Sampling, Scene, Support, Units, laws::NeoHookean};
+//! use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
 //! use sinew_fem::{Options, Solver, report};
 //! use sinew_mesh::box_tetrahedra;
 //!
-//! let stiffness = |name: &str| Parameter {
-//!     name: name.into(),
-//!     unit: "kPa".into(),
-//!     range: [50.0, 100.0],
-//!     sampling: Sampling::Log,
-//! };
-//! let scene = Scene {
-//!     name: "beam".into(),
-//!     units: Units::mm_kpa(),
-//!     mesh: box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]),
-//!     law: NeoHookean,
-//!     directions: vec![],
-//!     parameters: vec![stiffness("mu"), stiffness("lambda")],
-//!     loads: vec![Load::BodyForce([0.0, 0.0, -9.8e-3])], // 1 g/cm³ · 9.8 m/s² [kPa/mm]
-//!     supports: vec![Support::clamped("x_min")],
-//! };
+//! let scene = Scene::new(box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]), NeoHookean)
+//!     .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
+//!     .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
+//!     .load(Load::BodyForce([0.0, 0.0, -9.8e-3])) // 1 g/cm³ · 9.8 m/s² [kPa/mm]
+//!     .support(Support::clamped("x_min"));
 //! let potential = scene.lower()?;
 //! let mut solver = Solver::new(&potential)?;
 //! let solution = solver.solve(&[75.0, 75.0], &Options::default())?;
@@ -42,7 +31,7 @@
 //! - [`Solver::follow`] and [`BalanceSolver::follow`] trace the curve of equilibria along a [`Line`] in loads and parameters, through limit
 //!   points.
 //! - [`HeldStiffness`] descends at many θ with a stiffness that is factorised once.
-//! - [`Solver::sensitivity`] gives ∂u/∂θ, [`Solver::adjoint_sensitivity`] the derivative of one quantity.
+//! - [`Solver::sensitivity`] gives ∂u/∂θ.
 //! - [`BalanceSolver`] finds equilibria that are not minima: incompressible bodies by the mixed elements of
 //!   Taylor and Hood, pressures on surfaces with a loose rim, and paths through limit points by volume.
 //! - [`Solver::solve_watched`] hands out each iteration, [`print_progress`] prints it, [`IterationSeries`] keeps
@@ -114,5 +103,5 @@ pub use series::IterationSeries;
 pub use solution::{Options, Solution};
 pub use solver::Solver;
 pub use sweep::{Sweep, SweepError, sweep, sweep_balances};
-pub use volume::{VolumeStep, VolumeTrace};
+pub use volume::VolumeStep;
 pub use watch::{Progress, print_progress};

@@ -18,7 +18,7 @@ impl System<'_> {
     pub(crate) fn factorise(&mut self, definite: bool) -> Option<(f64, usize)> {
         let (sparsity, matrix) = (&*self.sparsity, &mut self.assembly.matrix);
         if let Some(coupling) = &mut self.coupling {
-            coupling.factorise(self.body).ok()?;
+            coupling.factorise(self.body)?;
         }
         if self.factor.positive_definite(sparsity, matrix) {
             return Some((0.0, 0));

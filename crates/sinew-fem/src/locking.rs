@@ -63,12 +63,11 @@ pub struct LockingWarning {
 ///   principal extent. A curved shell counts as twice as thick, so that coarse ones may pass.
 ///
 /// ```
-/// # use sinew_energy::{Load, Parameter, Sampling, Scene, Support, Units, laws::NeoHookean};
+/// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
 /// # use sinew_mesh::box_tetrahedra;
-/// # let parameter = |name: &str| Parameter { name: name.into(), unit: "kPa".into(), range: [1.0, 1e6], sampling: Sampling::Log };
-/// # let scene = Scene { name: "beam".into(), units: Units::mm_kpa(), mesh: box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]),
-/// #     law: NeoHookean, directions: vec![], parameters: vec![parameter("mu"), parameter("lambda")],
-/// #     loads: vec![Load::BodyForce([0.0, 0.0, -9.8e-3])], supports: vec![Support::clamped("x_min")] };
+/// # let parameter = |name: &str| Parameter::log(name, "kPa", 1.0..=1e6);
+/// # let scene = Scene::new(box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]), NeoHookean).parameter(parameter("mu"))
+/// #     .parameter(parameter("lambda")).load(Load::BodyForce([0.0, 0.0, -9.8e-3])).support(Support::clamped("x_min"));
 /// let warning = sinew_fem::locking(&scene.lower()?, &[75.0, 7500.0])?.expect("linear tetrahedra lock");
 /// assert!((warning.bulk_to_shear.unwrap() - (100.0 + 2.0 / 3.0)).abs() < 1e-9);
 /// eprintln!("{warning}"); // names Scene::lower_averaged() and others

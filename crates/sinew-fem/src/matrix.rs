@@ -23,13 +23,11 @@ impl Solver<'_> {
     /// Second derivative of the potential at a solution.
     ///
     /// # Errors
-    /// A solution of another body.
+    /// A solution of another body, or [`SolveError::Inadmissible`].
     pub fn stiffness(&mut self, solution: &Solution) -> Result<Stiffness, SolveError> {
         let Solution { displacement, theta, load_factor, .. } = solution;
-        self.check(displacement, theta)?;
-        let state = State { displacement, theta, load_factor: *load_factor, pressure: &[] };
-        let System { body, sparsity, assembly, .. } = &mut self.system;
-        assembly.assemble(body, sparsity, state, None);
+        self.visit(displacement, (theta, *load_factor), None)?;
+        let System { sparsity, assembly, .. } = &self.system;
         Ok(Stiffness {
             degree_of_freedom: sparsity.degree_of_freedom.clone(),
             rows: sparsity.pattern.row_idx().to_vec(),

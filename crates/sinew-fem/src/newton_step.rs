@@ -2,6 +2,7 @@
 //! a correction of it.
 
 use crate::assembly::PredictedStress;
+use crate::cells::inadmissible;
 use crate::supports::place;
 use crate::vector::dot;
 use crate::{SolveError, Solver};
@@ -107,7 +108,7 @@ impl Solver<'_> {
         let (mut moved, mut forces) = (displacement.to_vec(), vec![0.0; displacement.len()]);
         place(self.body(), 1.0, &mut moved);
         if !self.body().value_and_gradient(&moved, theta, &mut forces).is_finite() {
-            return Err(SolveError::Inadmissible { cell: self.system.assembly.worst_cell });
+            return Err(inadmissible(self.body(), &moved));
         }
         self.system.add_newton_step(&forces, &mut moved);
         // A factor that was never computed solves nothing.

@@ -43,6 +43,7 @@ impl PatchResponse {
             .collect();
         let energy = scaled.iter().zip(&volumes).map(|(r, v)| v * r.energy).sum();
         let mut stresses: Vec<_> = scaled.iter().map(|r| r.stress).collect();
+        let (thirds, common) = kinematics.thirds(&volumes, &stresses);
         kinematics.work_conjugate(&volumes, &mut stresses);
 
         let nodes = patch_nodes_of(potential, points);
@@ -55,10 +56,6 @@ impl PatchResponse {
             square: 0.0,
             rates: Vec::with_capacity(points.len()),
         };
-        let thirds = scaled.iter().zip(&kinematics.scaled).map(|(r, h)| third(&r.stress, h));
-        let thirds: Vec<_> = thirds.collect();
-        let common = thirds.iter().zip(&volumes).map(|(t, v)| t * v).sum::<f64>()
-            / (kinematics.volume * kinematics.mean);
         for (at, &point) in points.iter().enumerate() {
             let h = kinematics.gradients[at];
             let terms = Terms::new(&h, &kinematics.scaled[at], kinematics.scales[at], &scaled[at]);
@@ -142,13 +139,22 @@ impl PatchResponse {
         lower
     }
 
+    fn degree_of_freedom(&self, slot: usize) -> usize {
+        3 * self.nodes[slot / 3] + slot % 3
+    }
+
+    /// Products of `mean` and `mixed` with a change of all degrees of freedom.
+    fn along(&self, direction: &[f64]) -> (f64, f64) {
+        let product = |vector: &[f64]| -> f64 {
+            let terms = vector.iter().enumerate();
+            terms.map(|(slot, v)| v * direction[self.degree_of_freedom(slot)]).sum()
+        };
+        (product(&self.mean), product(&self.mixed))
+    }
+
     /// What a change of all degrees of freedom does to the stress at each point beyond M, to first order.
     pub(crate) fn common_stress(&self, direction: &[f64]) -> impl Iterator<Item = Mat3<f64>> {
-        let along = |vector: &[f64]| -> f64 {
-            let dof = |slot: usize| 3 * self.nodes[slot / 3] + slot % 3;
-            vector.iter().enumerate().map(|(slot, v)| v * direction[dof(slot)]).sum()
-        };
-        let (mean, mixed) = (along(&self.mean), along(&self.mixed));
+        let (mean, mixed) = self.along(direction);
         self.rates.iter().map(move |[own, common]| {
             Mat3::from_fn(|i, j| mean * own[i][j] + (mixed + self.square * mean) * common[i][j])
         })
@@ -156,13 +162,9 @@ impl PatchResponse {
 
     /// Adds what the points have in common of the second derivative times `direction` to `forces`.
     pub(crate) fn add_common_product(&self, direction: &[f64], forces: &mut [f64]) {
-        let dof = |slot: usize| 3 * self.nodes[slot / 3] + slot % 3;
-        let along = |vector: &[f64]| -> f64 {
-            vector.iter().enumerate().map(|(slot, v)| v * direction[dof(slot)]).sum()
-        };
-        let (mean, mixed) = (along(&self.mean), along(&self.mixed));
+        let (mean, mixed) = self.along(direction);
         for slot in 0..self.mean.len() {
-            forces[dof(slot)] +=
+            forces[self.degree_of_freedom(slot)] +=
                 self.mean[slot] * (mixed + self.square * mean) + self.mixed[slot] * mean;
         }
     }
@@ -187,16 +189,13 @@ struct Terms<'r> {
 
 impl<'r> Terms<'r> {
     fn new(h: &Mat3<f64>, scaled: &Mat3<f64>, scale: f64, response: &'r Response) -> Self {
-        let plus_identity =
-            |h: &Mat3<f64>| Mat3::from_fn(|i, j| h[i][j] + if i == j { 1.0 } else { 0.0 });
-        let (f, f_bar) = (plus_identity(h), plus_identity(scaled));
+        let (f, f_bar) = (h.plus_identity(), scaled.plus_identity());
         let flat = f_bar.0.as_flattened();
         let along = Mat3::from_fn(|i, j| {
             response.tangent[3 * i + j].iter().zip(flat).map(|(a, f)| a * f).sum()
         });
         let square = along.0.as_flattened().iter().zip(flat).map(|(a, f)| a * f).sum::<f64>() / 9.0;
-        let cofactor = Mat3::from_fn(|i, j| f.cofactor(i, j));
-        Self { scale, inverse: inverse(h), cofactor, f, response, along, square }
+        Self { scale, inverse: inverse(h), cofactor: f.cofactors(), f, response, along, square }
     }
 
     /// `∂ ln J/∂F`.
@@ -232,24 +231,7 @@ impl<'r> Terms<'r> {
                     + third * self.inverse[j][k] * self.inverse[l][i];
             }
         }
-        for i in 0..3 {
-            for j in 0..3 {
-                for (k, m, first) in
-                    [((i + 1) % 3, (i + 2) % 3, common), ((i + 2) % 3, (i + 1) % 3, -common)]
-                {
-                    let (l, n) = ((j + 1) % 3, (j + 2) % 3);
-                    tangent[3 * i + j][3 * k + l] += first * self.f[m][n];
-                    tangent[3 * i + j][3 * k + n] -= first * self.f[m][l];
-                }
-            }
-        }
+        self.f.add_second_of_determinant(common, &mut tangent);
         tangent
     }
-}
-
-/// A third of `P : F̄`.
-fn third(stress: &Mat3<f64>, scaled: &Mat3<f64>) -> f64 {
-    let product: f64 = (0..9).map(|k| stress[k / 3][k % 3] * scaled[k / 3][k % 3]).sum();
-    let trace: f64 = (0..3).map(|i| stress[i][i]).sum();
-    (product + trace) / 3.0
 }

@@ -2,7 +2,7 @@
 //! length of the curve.
 
 use crate::assembly::PredictedStress;
-use crate::control::{Control, Plane, Surface};
+use crate::control::{Control, Plane};
 use crate::line::Line;
 use crate::newton::{Equilibrium, Goal, Start};
 use crate::supports::place as place_supports;
@@ -10,6 +10,7 @@ use crate::system::{System, Unknowns};
 use crate::vector::dot;
 use crate::watch::Log;
 use crate::{Options, SolveError};
+use sinew_energy::PressureSurface;
 use sinew_num::Mat3;
 
 /// The first load step changes no displacement gradient by more than this, by the linear model of the body at rest.
@@ -51,7 +52,7 @@ pub(crate) enum Along {
     /// The place on the line.
     Place,
     /// The volume that a surface sweeps.
-    Volume(Surface),
+    Volume(PressureSurface),
     /// The length of the curve, in which displacements count relative to this \[length\].
     Arc(f64),
 }
@@ -178,6 +179,8 @@ impl<'s, 'p> Path<'s, 'p> {
     pub(crate) fn push(&mut self, at: f64, found: &Equilibrium) {
         let stress = Some(self.system.assembly.stress());
         let Equilibrium { unknowns, place, .. } = found;
+        // One that was come to again takes the place of the first: curves go through points at different places.
+        self.points.retain(|point| point.at != at);
         self.points.push(Point { at, place: *place, unknowns: unknowns.clone(), stress });
         self.points.drain(..self.points.len().saturating_sub(self.most_points()));
     }

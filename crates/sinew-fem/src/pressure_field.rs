@@ -1,11 +1,9 @@
 //! The field of pressure of mixed elements: how it acts on displacements, and displacements on it.
 
-use crate::SolveError;
 use crate::assembly::Assembly;
-use faer::linalg::solvers::Solve;
-use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
-use faer::sparse::{SparseColMat, Triplet};
-use faer::{MatMut, Side};
+use crate::factor::Factor;
+use faer::Side;
+use faer::sparse::Triplet;
 use sinew_energy::{Body, PressureField};
 use sinew_num::Mat3;
 
@@ -17,7 +15,7 @@ pub(crate) struct Coupling<'p> {
     /// Modulus of each quadrature point that the pressure works against \[stress\].
     moduli: Vec<f64>,
     /// Factor of the pressure's mass matrix over the local moduli: about the Schur complement.
-    schur: Option<Llt<usize, f64>>,
+    schur: Option<Factor>,
 }
 
 impl<'p> Coupling<'p> {
@@ -28,20 +26,11 @@ impl<'p> Coupling<'p> {
 
     /// Values at the quadrature points.
     pub(crate) fn at_points(&self, pressure: &[f64]) -> Vec<f64> {
-        let cells = self.field.cells.chunks(self.field.corners);
-        let at_points = cells.flat_map(|cell| {
-            self.field.shape.iter().map(move |shape| {
-                shape.iter().zip(cell).map(|(n, &corner)| n * pressure[corner]).sum()
-            })
-        });
-        at_points.collect()
-    }
-
-    /// Corners of the cell of a quadrature point, and their shape functions there.
-    fn of_point(&self, point: usize) -> (usize, &[usize], &[f64]) {
-        let (cell, local) = (point / self.field.shape.len(), point % self.field.shape.len());
-        let corners = &self.field.cells[cell * self.field.corners..][..self.field.corners];
-        (cell, corners, &self.field.shape[local])
+        let value = |point: usize| {
+            let (_, corners, shape) = self.field.of_point(point);
+            shape.iter().zip(corners).map(|(n, &corner)| n * pressure[corner]).sum()
+        };
+        (0..self.moduli.len()).map(value).collect()
     }
 
     /// Takes the derivatives at the assembled state; returns the changes of volume that the pressures should prevent,
@@ -58,15 +47,14 @@ impl<'p> Coupling<'p> {
         rows.fill(0.0);
         let width = 3 * body.nodes_per_cell;
         for (point, (h, response)) in assembly.responses().enumerate() {
-            let (cell, corners, shape) = self.of_point(point);
+            let (cell, corners, shape) = self.field.of_point(point);
             let volume = body.volumes[point];
             let change = h.volume_change() - self.field.compliance * at_points[point];
             for (&corner, n) in corners.iter().zip(shape) {
                 residual[corner] += volume * n * change;
             }
             let rows = &mut rows[cell * corners.len() * width..][..corners.len() * width];
-            let f = Mat3::from_fn(|i, j| h[i][j] + if i == j { 1.0 } else { 0.0 });
-            let cofactor = Mat3::from_fn(|i, j| f.cofactor(i, j));
+            let cofactor = h.plus_identity().cofactors();
             for (b, g) in body.shape_of_point(point).iter().enumerate() {
                 for i in 0..3 {
                     let slope = volume * (0..3).map(|j| cofactor[i][j] * g[j]).sum::<f64>();
@@ -109,7 +97,7 @@ impl<'p> Coupling<'p> {
             return;
         }
         for point in 0..body.volumes.len() {
-            let (_, corners, shape) = self.of_point(point);
+            let (_, corners, shape) = self.field.of_point(point);
             let p: f64 = shape.iter().zip(corners).map(|(n, &c)| n * pressures[c]).sum();
             for (n, &c) in shape.iter().zip(corners) {
                 volumes[c] -= self.field.compliance * body.volumes[point] * n * p;
@@ -124,11 +112,11 @@ impl<'p> Coupling<'p> {
     }
 
     /// Factorises the pressure's mass matrix over the local moduli.
-    pub(crate) fn factorise(&mut self, body: &Body) -> Result<(), SolveError> {
+    pub(crate) fn factorise(&mut self, body: &Body) -> Option<()> {
         let field = self.field;
         let mut triplets = Vec::with_capacity(field.cells.len() * field.corners);
         for point in 0..body.volumes.len() {
-            let (_, corners, shape) = self.of_point(point);
+            let (_, corners, shape) = self.field.of_point(point);
             let weight = body.volumes[point] * (1.0 / self.moduli[point] + field.compliance);
             for (&row, n) in corners.iter().zip(shape) {
                 for (&column, m) in corners.iter().zip(shape).filter(|(c, _)| **c <= row) {
@@ -136,22 +124,14 @@ impl<'p> Coupling<'p> {
                 }
             }
         }
-        let size = field.unknowns;
-        let memory = || SolveError::OutOfMemory { unknowns: size };
-        let matrix =
-            SparseColMat::try_new_from_triplets(size, size, &triplets).map_err(|_| memory())?;
-        let symbolic =
-            SymbolicLlt::try_new(matrix.symbolic(), Side::Lower).map_err(|_| memory())?;
-        let factor = Llt::try_new_with_symbolic(symbolic, matrix.as_ref(), Side::Lower);
-        self.schur = Some(factor.map_err(|_| SolveError::Singular)?);
-        Ok(())
+        self.schur = Some(Factor::alone(field.unknowns, &triplets, Side::Lower)?);
+        Some(())
     }
 
     /// Overwrites changes of volume with the pressures that prevent them, about.
     pub(crate) fn solve_schur(&self, pressures: &mut [f64]) {
         if let Some(schur) = &self.schur {
-            let size = pressures.len();
-            schur.solve_in_place(MatMut::from_column_major_slice_mut(pressures, size, 1));
+            schur.solve(pressures);
             pressures.iter_mut().for_each(|p| *p = -*p);
         }
     }

@@ -12,7 +12,7 @@ use crate::cells::{
     CellValue, MOST_WORST, largest, largest_stretches, least, mean_ratios, per_cell, volume_ratios,
 };
 use crate::check::{check_arrays, check_length};
-use crate::{BalanceSolution, Solution, SolveError};
+use crate::{BalanceSolution, LockingWarning, Solution, SolveError};
 use forces::Forces;
 use sinew_energy::{Body, ForceBalance};
 
@@ -54,13 +54,12 @@ pub struct SolutionReport {
 /// Looks at an equilibrium that a [`crate::Solver`] found for this potential.
 ///
 /// ```
-/// # use sinew_energy::{Load, Parameter, Sampling, Scene, Support, Units, laws::NeoHookean};
+/// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
 /// # use sinew_fem::{Options, Solver, report};
 /// # use sinew_mesh::box_tetrahedra;
-/// # let parameter = |name: &str| Parameter { name: name.into(), unit: "kPa".into(), range: [1.0, 1e6], sampling: Sampling::Log };
-/// # let scene = Scene { name: "beam".into(), units: Units::mm_kpa(), mesh: box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]),
-/// #     law: NeoHookean, directions: vec![], parameters: vec![parameter("mu"), parameter("lambda")],
-/// #     loads: vec![Load::BodyForce([0.0, 0.0, -9.8e-3])], supports: vec![Support::clamped("x_min")] };
+/// # let parameter = |name: &str| Parameter::log(name, "kPa", 1.0..=1e6);
+/// # let scene = Scene::new(box_tetrahedra([100.0, 10.0, 10.0], [12, 4, 5]), NeoHookean).parameter(parameter("mu"))
+/// #     .parameter(parameter("lambda")).load(Load::BodyForce([0.0, 0.0, -9.8e-3])).support(Support::clamped("x_min"));
 /// let potential = scene.lower()?;
 /// let solution = Solver::new(&potential)?.solve(&[75.0, 75.0], &Options::default())?;
 /// let report = report(&potential, &solution)?;
@@ -75,17 +74,14 @@ pub struct SolutionReport {
 /// displacement or θ.
 pub fn report(potential: &Body, solution: &Solution) -> Result<SolutionReport, SolveError> {
     let Solution { displacement, theta, load_factor, .. } = solution;
-    check_arrays(potential)?;
+    check_arrays(potential, None)?;
     potential.check_theta(theta)?;
     check_length(potential.prescribed.len(), displacement)?;
     let forces = Forces::of_potential(potential, displacement, theta, *load_factor);
-    let outcome = Outcome {
-        relative_residual: relative(solution.residual, solution.force_scale),
-        negative_pivots: solution.negative_pivots,
-    };
-    let mut report = assess(potential, displacement, &forces, outcome);
-    report.warnings.extend(solution.locking.map(Warning::Locking));
-    Ok(report)
+    let relative_residual = relative(solution.residual, solution.force_scale);
+    let &Solution { negative_pivots, locking, .. } = solution;
+    let outcome = Outcome { relative_residual, negative_pivots, locking };
+    Ok(assess(potential, displacement, &forces, outcome))
 }
 
 /// Looks at an equilibrium that a [`crate::BalanceSolver`] found for this body. Energy and work leave out
@@ -99,31 +95,29 @@ pub fn report_balance(
 ) -> Result<SolutionReport, SolveError> {
     let BalanceSolution { displacement, pressure, theta, .. } = solution;
     let potential = &body.body;
-    check_arrays(potential)?;
+    check_arrays(potential, Some(body))?;
     body.check_theta(theta)?;
     check_length(potential.prescribed.len(), displacement)?;
     check_length(body.pressure_field.as_ref().map_or(0, |field| field.unknowns), pressure)?;
     let forces = Forces::of_balance(body, solution);
-    let outcome = Outcome {
-        relative_residual: relative(solution.residual, solution.force_scale),
-        negative_pivots: solution.negative_pivots,
-    };
-    let mut report = assess(potential, displacement, &forces, outcome);
-    report.warnings.extend(solution.locking.map(Warning::Locking));
-    Ok(report)
+    let relative_residual = relative(solution.residual, solution.force_scale);
+    let &BalanceSolution { negative_pivots, locking, .. } = solution;
+    let outcome = Outcome { relative_residual, negative_pivots, locking };
+    Ok(assess(potential, displacement, &forces, outcome))
 }
 
 /// What the solver says of its solution.
 struct Outcome {
     relative_residual: f64,
     negative_pivots: usize,
+    locking: Option<LockingWarning>,
 }
 
 fn assess(
     potential: &Body,
     displacement: &[f64],
     forces: &Forces,
-    Outcome { relative_residual, negative_pivots }: Outcome,
+    Outcome { relative_residual, negative_pivots, locking }: Outcome,
 ) -> SolutionReport {
     let points = potential.points_per_cell;
     let ratios = volume_ratios(potential, displacement);
@@ -148,6 +142,7 @@ fn assess(
         warnings: Vec::new(),
     };
     report.warnings = warning::of(&report, negative_pivots);
+    report.warnings.extend(locking.map(Warning::Locking));
     report
 }
 

@@ -1,9 +1,7 @@
 //! How an equilibrium moves with θ.
 
-use crate::check::check_displacement;
 use crate::followers::Followers;
 use crate::system::{System, Unknowns};
-use crate::vector::dot;
 use crate::{BalanceSolution, BalanceSolver, Solution, SolveError, Solver};
 use sinew_energy::{Body, Magnitude, PressureSurface};
 use sinew_num::Mat3;
@@ -19,8 +17,7 @@ impl Solver<'_> {
     pub fn sensitivity(&mut self, solution: &Solution) -> Result<Vec<Vec<f64>>, SolveError> {
         let Solution { displacement, theta, load_factor, .. } = solution;
         self.check(displacement, theta)?;
-        let at = Unknowns { displacement: displacement.clone(), pressure: Vec::new() };
-        self.system.sensitivity(&at, theta, *load_factor)
+        self.system.sensitivity(&Unknowns::of(displacement), theta, *load_factor)
     }
 
     /// The same at a displacement \[length\] near to an equilibrium under the whole load, as if it were one.
@@ -33,34 +30,7 @@ impl Solver<'_> {
         theta: &[f64],
     ) -> Result<Vec<Vec<f64>>, SolveError> {
         self.check(displacement, theta)?;
-        let at = Unknowns { displacement: displacement.to_vec(), pressure: Vec::new() };
-        self.system.sensitivity(&at, theta, 1.0)
-    }
-
-    /// Derivative in each entry of θ of a quantity of interest whose derivative in the displacement is
-    /// `slope`: one linear system whatever the number of parameters (the adjoint method). What the quantity
-    /// depends on θ directly is to be added.
-    ///
-    /// # Errors
-    /// A solution of another body, a slope that does not fit it, or [`SolveError::Singular`].
-    pub fn adjoint_sensitivity(
-        &mut self,
-        solution: &Solution,
-        slope: &[f64],
-    ) -> Result<Vec<f64>, SolveError> {
-        let Solution { displacement, theta, load_factor, .. } = solution;
-        check_displacement(self.body(), slope)?;
-        self.check(displacement, theta)?;
-        let at = Unknowns { displacement: displacement.clone(), pressure: Vec::new() };
-        self.system.factorise_at(&at, theta, *load_factor)?;
-        let mut adjoint = vec![0.0; displacement.len()];
-        self.system.add_newton_step(slope, &mut adjoint);
-        let adjoint: Vec<f64> = self.system.sparsity.gather(&adjoint).collect();
-        let entry = |index: usize| {
-            let direction = unit(theta, index);
-            dot(&self.system.rate_by_theta(displacement, theta, *load_factor, &direction), &adjoint)
-        };
-        self.system.finite((0..theta.len()).map(entry).collect())
+        self.system.sensitivity(&Unknowns::of(displacement), theta, 1.0)
     }
 }
 
@@ -170,23 +140,14 @@ fn force_change(
         let h = potential.displacement_gradient(point, displacement);
         potential.add_forces(point, &stress_change(point, &h), &mut forces);
     }
-    for surface in &potential.surfaces {
-        if let Magnitude::Theta(_) = surface.magnitude {
-            surface.value_and_add_gradient(displacement, direction, &mut forces);
-        }
+    // A load is linear in its size, so its change is the load of the size's change.
+    let varies = |load: &&PressureSurface| matches!(load.magnitude, Magnitude::Theta(_));
+    for pressure in potential.pressures.iter().filter(varies) {
+        pressure.value_and_add_gradient(displacement, direction, &mut forces);
     }
-    for surface in followers.iter().filter(|s| matches!(s.magnitude, Magnitude::Theta(_))) {
-        Followers::new(std::slice::from_ref(surface)).add_forces(
-            displacement,
-            direction,
-            &mut forces,
-        );
-    }
-    for pressure in &potential.pressures {
-        if let Magnitude::Theta(_) = pressure.magnitude {
-            // The load is linear in its size, so its change is the load of the size's change.
-            pressure.value_and_add_gradient(displacement, direction, &mut forces);
-        }
+    for surface in followers.iter().filter(varies) {
+        let follower = Followers::new(std::slice::from_ref(surface));
+        follower.add_forces(displacement, direction, &mut forces);
     }
     forces
 }

@@ -111,21 +111,7 @@ impl<'p> Solver<'p> {
         watch: &mut impl FnMut(&Progress<'_>),
     ) -> Result<Solution, SolveError> {
         let rest = self.system.rest().displacement;
-        self.solve_from_watched(&rest, theta, options, watch)
-    }
-
-    /// As [`Solver::solve_from`]; `watch` is called with each state that the iteration comes to.
-    ///
-    /// # Errors
-    /// As for [`Solver::solve_from`].
-    pub fn solve_from_watched(
-        &mut self,
-        initial: &[f64],
-        theta: &[f64],
-        options: &Options,
-        watch: &mut impl FnMut(&Progress<'_>),
-    ) -> Result<Solution, SolveError> {
-        self.solve_logged(initial, theta, options, Log::watched(watch))
+        self.solve_logged(&rest, theta, options, Log::watched(watch))
     }
 
     fn solve_logged(
@@ -137,8 +123,8 @@ impl<'p> Solver<'p> {
     ) -> Result<Solution, SolveError> {
         let start = Instant::now();
         self.check(initial, theta)?;
-        let from = Unknowns { displacement: initial.to_vec(), pressure: Vec::new() };
-        let found = Path::to_load(&mut self.system, theta, options).run(from, &mut history)?;
+        let path = Path::to_load(&mut self.system, theta, options);
+        let found = path.run(Unknowns::of(initial), &mut history)?;
         Ok(Solution::new(&self.system, found, theta, history.take(), start))
     }
 }

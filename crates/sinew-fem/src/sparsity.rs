@@ -1,6 +1,5 @@
 //! Numbering of the unknowns and where element matrices go in the stiffness matrix.
 
-use crate::SolveError;
 use crate::ordering::fill_reducing_order;
 use faer::sparse::SymbolicSparseColMat;
 use sinew_energy::{Body, Frames, PressureSurface};
@@ -22,7 +21,7 @@ pub(crate) struct Sparsity {
     pub pattern: SymbolicSparseColMat<usize>,
     /// Where the matrices of the cells go, or of the patches if there are any.
     pub cells: Slots,
-    /// The same for the facets of all pressures, those on flat triangles first, one after the other.
+    /// The same for the facets of all pressures, one after the other, those without a potential last.
     pub facets: Slots,
     /// The same for the springs.
     pub springs: Slots,
@@ -48,7 +47,7 @@ impl Slots {
 
 impl Sparsity {
     /// The sparsity of a potential; `followers` are pressures beside it.
-    pub(crate) fn new(potential: &Body, followers: &[PressureSurface]) -> Result<Self, SolveError> {
+    pub(crate) fn new(potential: &Body, followers: &[PressureSurface]) -> Self {
         let patches = patch_nodes(potential);
         let neighbours = if patches.is_empty() {
             neighbours(potential.nodes, potential.cell_nodes())
@@ -77,11 +76,9 @@ impl Sparsity {
         } else {
             columns.slots(patches.iter().map(|nodes| &nodes[..]))
         };
-        let triangles = potential.pressures.iter().flat_map(|pressure| &pressure.facets);
-        let surfaces = potential.surfaces.iter().chain(followers);
-        let others = surfaces.flat_map(|s| (0..s.facets()).map(|facet| s.facet_nodes(facet)));
-        let facets: Vec<&[usize]> = triangles.map(|nodes| &nodes[..]).chain(others).collect();
-        let facets = columns.slots(facets.into_iter());
+        let surfaces = potential.pressures.iter().chain(followers);
+        let facets = surfaces.flat_map(|s| (0..s.facets()).map(|facet| s.facet_nodes(facet)));
+        let facets = columns.slots(facets);
         let springs = columns
             .slots(potential.springs.iter().map(|spring| std::slice::from_ref(&spring.node)));
 
@@ -89,7 +86,7 @@ impl Sparsity {
         let pattern =
             SymbolicSparseColMat::new_checked(size, size, columns.starts, None, columns.rows);
         let frames = potential.frames.clone();
-        Ok(Self { degree_of_freedom, frames, pattern, cells, facets, springs })
+        Self { degree_of_freedom, frames, pattern, cells, facets, springs }
     }
 
     /// Number of unknowns.

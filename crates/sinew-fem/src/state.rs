@@ -29,8 +29,5 @@ pub(crate) fn load_gradient(body: &Body, displacement: &[f64], theta: &[f64]) ->
     for pressure in &body.pressures {
         pressure.value_and_add_gradient(displacement, theta, &mut gradient);
     }
-    for surface in &body.surfaces {
-        surface.value_and_add_gradient(displacement, theta, &mut gradient);
-    }
     gradient
 }

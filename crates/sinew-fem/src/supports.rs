@@ -107,30 +107,16 @@ impl Assembly {
 mod tests {
     use super::*;
     use sinew_energy::laws::NeoHookean;
-    use sinew_energy::{Parameter, Sampling, Scene, Support, Units};
+    use sinew_energy::{Parameter, Scene, Support};
     use sinew_mesh::box_tetrahedra;
 
     #[test]
     fn held_nodes_are_placed_along_their_own_directions_only() {
-        let parameter = |name: &str| Parameter {
-            name: name.into(),
-            unit: "kPa".into(),
-            range: [1.0, 2.0],
-            sampling: Sampling::Log,
-        };
-        let scene = Scene {
-            name: "block".into(),
-            units: Units::mm_kpa(),
-            mesh: box_tetrahedra([1.0; 3], [1; 3]),
-            law: NeoHookean,
-            directions: Vec::new(),
-            parameters: vec![parameter("mu"), parameter("lambda")],
-            loads: Vec::new(),
-            supports: vec![
-                Support::clamped("x_min"),
-                Support::along("x_max", [3.0, 0.0, 4.0], 2.0),
-            ],
-        };
+        let scene = Scene::new(box_tetrahedra([1.0; 3], [1; 3]), NeoHookean)
+            .parameter(Parameter::log("mu", "kPa", 1.0..=2.0))
+            .parameter(Parameter::log("lambda", "kPa", 1.0..=2.0))
+            .support(Support::clamped("x_min"))
+            .support(Support::along("x_max", [3.0, 0.0, 4.0], 2.0));
         let potential = scene.lower().unwrap();
         let node = scene.mesh.node_sets["x_max"][0];
         let close = |a: [f64; 3], b: [f64; 3]| (0..3).all(|i| (a[i] - b[i]).abs() < 1e-14);

@@ -12,7 +12,7 @@ use crate::state::State;
 use crate::supports::place;
 use crate::vector::norm;
 use crate::{LockingWarning, Proportions, SolveError};
-use sinew_energy::{Body, ForceBalance, ThetaError};
+use sinew_energy::{Body, ForceBalance, PressureSurface, ThetaError};
 use sinew_num::Mat3;
 use std::sync::{Arc, OnceLock};
 
@@ -21,6 +21,13 @@ use std::sync::{Arc, OnceLock};
 pub(crate) struct Unknowns {
     pub displacement: Vec<f64>,
     pub pressure: Vec<f64>,
+}
+
+impl Unknowns {
+    /// Of a body without a field of pressure.
+    pub(crate) fn of(displacement: &[f64]) -> Self {
+        Self { displacement: displacement.to_vec(), pressure: Vec::new() }
+    }
 }
 
 /// What is left of forces and of changes of volume.
@@ -61,10 +68,10 @@ impl<'p> System<'p> {
     }
 
     fn prepare(body: &'p Body, balance: Option<&'p ForceBalance>) -> Result<Self, SolveError> {
-        check_arrays(body)?;
+        check_arrays(body, balance)?;
         check_supports(body)?;
         let surfaces = balance.map_or(&[][..], |balance| &balance.followers);
-        let sparsity = Arc::new(Sparsity::new(body, surfaces)?);
+        let sparsity = Arc::new(Sparsity::new(body, surfaces));
         let factor = Factor::new(&sparsity)?;
         let assembly = Assembly::new(&sparsity, body.volumes.len(), body.prescribed.len());
         let field = balance.and_then(|balance| balance.pressure_field.as_ref());
@@ -134,8 +141,7 @@ impl<'p> System<'p> {
         let pressure = pressure.unwrap_or_default();
         let state = State { displacement, theta, load_factor, pressure: &pressure };
         assembly.assemble(body, sparsity, state, predicted);
-        let triangles = body.pressures.iter().map(|pressure| pressure.facets.len());
-        let first = triangles.chain(body.surfaces.iter().map(|surface| surface.facets())).sum();
+        let first = body.pressures.iter().map(PressureSurface::facets).sum();
         self.followers.assemble(assembly, sparsity, first, state);
         let mut values: Vec<f64> = sparsity.gather(&assembly.gradient).collect();
         let force = norm(&values);

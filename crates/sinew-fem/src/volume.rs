@@ -1,10 +1,9 @@
 //! Following an equilibrium by the volume that its pressure sweeps, through limit points.
 
-use crate::control::Surface;
 use crate::path::{Along, Path};
 use crate::watch::Log;
 use crate::{BalanceSolution, BalanceSolver, Options, SolveError};
-use sinew_energy::{Magnitude, PressureLoad, PressureSurface};
+use sinew_energy::{Magnitude, PressureSurface};
 use std::time::Instant;
 
 /// An equilibrium on a path of growing volume.
@@ -15,9 +14,6 @@ pub struct VolumeStep {
     /// The equilibrium; its load factor is what the volume takes.
     pub solution: BalanceSolution,
 }
-
-/// Equilibria in the order of the volumes asked for.
-pub type VolumeTrace = Vec<VolumeStep>;
 
 impl BalanceSolver<'_> {
     /// Equilibria at which the first pressure's surface has swept the given volumes \[length³\] one after the
@@ -32,7 +28,7 @@ impl BalanceSolver<'_> {
         theta: &[f64],
         volumes: &[f64],
         options: &Options,
-    ) -> Result<VolumeTrace, SolveError> {
+    ) -> Result<Vec<VolumeStep>, SolveError> {
         self.system.check_theta(theta)?;
         let controlled = self.controlled()?;
         if volumes.iter().any(|volume| !volume.is_finite()) {
@@ -53,20 +49,15 @@ impl BalanceSolver<'_> {
         Ok(trace)
     }
 
-    fn controlled(&self) -> Result<Surface, SolveError> {
+    fn controlled(&self) -> Result<PressureSurface, SolveError> {
         let potential = self.system.body;
         if potential.prescribed.iter().flatten().any(|&u| u != 0.0) {
             return Err(SolveError::VolumeControl { problem: "supports prescribe a motion" });
         }
-        let magnitude = Magnitude::Fixed(1.0);
-        let flat = potential.pressures.first().cloned();
-        let curved = potential.surfaces.first().cloned();
-        match (flat, curved) {
-            (Some(load), _) => Ok(Surface::Flat(PressureLoad { magnitude, ..load })),
-            (_, Some(load)) => Ok(Surface::Curved(PressureSurface { magnitude, ..load })),
-            _ => Err(SolveError::VolumeControl {
-                problem: "no pressure acts on a surface whose rim is held",
-            }),
-        }
+        let Some(first) = potential.pressures.first() else {
+            let problem = "no pressure acts on a surface whose rim is held";
+            return Err(SolveError::VolumeControl { problem });
+        };
+        Ok(PressureSurface { magnitude: Magnitude::Fixed(1.0), ..first.clone() })
     }
 }

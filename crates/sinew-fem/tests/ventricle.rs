@@ -93,7 +93,7 @@ fn assert_works_on_the_cavity(mesh: TetMesh) {
         solver.solve_from(&solution.displacement, &theta, &Options::default()).unwrap().energy
     };
     let slope = (energy(p + step) - energy(p - step)) / (2.0 * step);
-    let facets = &potential.pressures[0].facets;
+    let facets = &potential.cavities[0].triangles;
     let cavity = |u: &[f64]| -deformed_volume(&scene.mesh.points, u, facets, [0.0; 3]);
     let rest = vec![0.0; solution.displacement.len()];
     let widened = cavity(&solution.displacement) - cavity(&rest);

@@ -85,6 +85,33 @@ impl<S: Scalar> Mat3<S> {
 impl Mat3<f64> {
     /// The zero matrix.
     pub const ZERO: Self = Self([[0.0; 3]; 3]);
+    /// The unit matrix.
+    pub const IDENTITY: Self = Self([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+
+    /// F = I + H.
+    #[inline]
+    pub fn plus_identity(&self) -> Self {
+        Self::from_fn(|i, j| self[i][j] + if i == j { 1.0 } else { 0.0 })
+    }
+
+    /// The cofactor matrix, `∂det/∂F` at F.
+    #[inline]
+    pub fn cofactors(&self) -> Self {
+        Self::from_fn(|i, j| self.cofactor(i, j))
+    }
+
+    /// Adds `weight ∂²det/∂F_ij∂F_kl = weight ε_ikm ε_jln F_mn` at F to row `3i + j` and column `3k + l` of a tangent.
+    #[inline]
+    pub fn add_second_of_determinant(&self, weight: f64, tangent: &mut [[f64; 9]; 9]) {
+        let others = |i: usize| [((i + 1) % 3, (i + 2) % 3, 1.0), ((i + 2) % 3, (i + 1) % 3, -1.0)];
+        for (i, j) in (0..9).map(|row| (row / 3, row % 3)) {
+            for (k, m, first) in others(i) {
+                for (l, n, second) in others(j) {
+                    tangent[3 * i + j][3 * k + l] += first * second * weight * self[m][n];
+                }
+            }
+        }
+    }
 
     /// The nine entries row by row as variables of a [`crate::Jet`] or any other number type.
     pub fn seeded<S: Scalar>(&self, variable: impl Fn(f64, usize) -> S) -> Mat3<S> {
@@ -100,7 +127,7 @@ mod tests {
 
     #[test]
     fn expanded_invariants_agree_with_the_plain_ones() {
-        let f = Mat3::from_fn(|i, j| H[i][j] + if i == j { 1.0 } else { 0.0 });
+        let f = H.plus_identity();
         assert!((H.volume_change() - (f.determinant() - 1.0)).abs() < 1e-15);
         assert!((H.first_invariant_minus_three() - (f.squared_norm() - 3.0)).abs() < 1e-15);
         let (a, b) = ([1.0, 2.0, -0.5], [0.3, 0.1, 0.7]);

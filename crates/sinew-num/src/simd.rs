@@ -1,78 +1,61 @@
 //! Vector instructions chosen at run time.
 
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::OnceLock;
 
-/// Sets of vector instructions that loops are compiled for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Sets of vector instructions that loops are compiled for, the widest last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Instructions {
-    /// AVX-512 and fused multiply-add.
-    #[cfg(target_arch = "x86_64")]
-    Avx512,
+    /// What every processor of the target has.
+    Baseline,
     /// AVX2 and fused multiply-add.
     #[cfg(target_arch = "x86_64")]
     Avx2,
-    /// What every processor of the target has.
-    Baseline,
+    /// AVX-512 and fused multiply-add.
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
 }
 
 /// The widest set that this processor has and the environment variable `SINEW_INSTRUCTIONS` (`avx2`, `baseline`) allows. Asked thousands
-/// of times on a few numbers each, so the answer is one number, kept.
+/// of times on a few numbers each, so the answer is kept.
 #[inline(always)]
 pub fn instructions() -> Instructions {
-    match WIDTH.load(Ordering::Relaxed) {
-        #[cfg(target_arch = "x86_64")]
-        AVX512 => Instructions::Avx512,
-        #[cfg(target_arch = "x86_64")]
-        AVX2 => Instructions::Avx2,
-        UNKNOWN => detect(),
-        _ => Instructions::Baseline,
-    }
+    static ALLOWED: OnceLock<Instructions> = OnceLock::new();
+    *ALLOWED.get_or_init(|| allowed(widest()))
 }
-
-const UNKNOWN: u8 = 0;
-const BASELINE: u8 = 1;
-#[cfg(target_arch = "x86_64")]
-const AVX2: u8 = 2;
-#[cfg(target_arch = "x86_64")]
-const AVX512: u8 = 3;
-
-static WIDTH: AtomicU8 = AtomicU8::new(UNKNOWN);
 
 /// Name of the environment variable that keeps wider sets from being used: `avx2` or `baseline`.
 const LIMIT: &str = "SINEW_INSTRUCTIONS";
 
 #[cold]
-fn detect() -> Instructions {
+fn allowed(widest: Instructions) -> Instructions {
     let limit = std::env::var(LIMIT).unwrap_or_default();
-    let widest = match limit.as_str() {
-        "" => u8::MAX,
-        "baseline" => BASELINE,
+    match limit.as_str() {
+        "" => widest,
+        "baseline" => Instructions::Baseline,
         #[cfg(target_arch = "x86_64")]
-        "avx2" => AVX2,
+        "avx2" => widest.min(Instructions::Avx2),
         other => {
             eprintln!("{LIMIT} = {other} is ignored: give avx2 or baseline");
-            u8::MAX
+            widest
         }
-    };
-    WIDTH.store(widest.min(width()), Ordering::Relaxed);
-    instructions()
+    }
 }
 
 /// The widest set that the processor has.
-fn width() -> u8 {
+fn widest() -> Instructions {
     #[cfg(target_arch = "x86_64")]
     {
         let wide = is_x86_feature_detected!("avx512f")
             && is_x86_feature_detected!("avx512dq")
             && is_x86_feature_detected!("avx512vl");
         match is_x86_feature_detected!("fma") && is_x86_feature_detected!("avx2") {
-            true if wide => AVX512,
-            true => AVX2,
-            false => BASELINE,
+            true if wide => Instructions::Avx512,
+            true => Instructions::Avx2,
+            false => Instructions::Baseline,
         }
     }
     #[cfg(not(target_arch = "x86_64"))]
-    BASELINE
+    Instructions::Baseline
 }
 
 /// Defines a function whose loops are compiled for each of [`Instructions`], of which the widest that

@@ -8,13 +8,6 @@ use sinew_num::Scalar;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ActiveTension;
 
-/// The same tension of a fixed size.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FixedTension {
-    /// `T_a` \[stress\].
-    pub tension: f64,
-}
-
 macro_rules! along_the_fibre {
     ($($directions:literal),*) => {
         $(impl ActiveStress<$directions> for ActiveTension {
@@ -23,19 +16,6 @@ macro_rules! along_the_fibre {
             #[inline]
             fn density_of<S: Scalar>(&self, parameters: &[S], i: &Invariants<S, $directions>) -> S {
                 parameters[0].clone() * i.strain[0][0].clone() * 0.5
-            }
-        }
-
-        impl ActiveStress<$directions> for FixedTension {
-            const PARAMETERS: &'static [&'static str] = &[];
-
-            fn refused(&self) -> Option<(&'static str, f64)> {
-                (!self.tension.is_finite()).then_some(("tension", self.tension))
-            }
-
-            #[inline]
-            fn density_of<S: Scalar>(&self, _: &[S], i: &Invariants<S, $directions>) -> S {
-                i.strain[0][0].clone() * (0.5 * self.tension)
             }
         })*
     };

@@ -5,19 +5,8 @@ use super::{Held, Setup, finite};
 use crate::cavity::Cavity;
 use crate::elements::{FiniteElement, Nodes, QuadraturePoint};
 use crate::rim::rim_origin;
-use crate::{FacetPoint, Load, PressureForm, PressureLoad, PressureSurface, SceneError, Spring};
+use crate::{FacetPoint, Load, PressureForm, PressureSurface, SceneError, Spring};
 use std::collections::BTreeMap;
-
-/// The pressures of a scene by what they are.
-#[derive(Default)]
-pub(super) struct Pressures {
-    /// On flat triangles, with a potential.
-    pub flat: Vec<PressureLoad>,
-    /// On other facets, with a potential.
-    pub surfaces: Vec<PressureSurface>,
-    /// Without a potential.
-    pub followers: Vec<PressureSurface>,
-}
 
 impl<const N: usize> Setup<'_, N>
 where
@@ -126,11 +115,8 @@ where
     pub(super) fn cavities(&self) -> Result<Vec<Cavity>, SceneError> {
         let element = sinew_mesh::Mesh::<N>::ELEMENT;
         let mut cavities: Vec<Cavity> = Vec::new();
-        for load in self.loads {
-            let (Load::Pressure { facets, .. } | Load::ThesisPressure { facets, .. }) = load else {
-                continue;
-            };
-            if element.dimension == 3 && cavities.iter().all(|cavity| cavity.name != *facets) {
+        for (_, facets, _) in self.loads.iter().filter_map(Load::pressure) {
+            if element.dimension == 3 && cavities.iter().all(|cavity| cavity.name != facets) {
                 let nodes = self.facet_nodes(facets)?;
                 let corners = element.facet_corners;
                 cavities.push(Cavity::new(facets, &nodes, corners, &self.mesh.points));
@@ -139,18 +125,14 @@ where
         Ok(cavities)
     }
 
-    pub(super) fn pressures(&self, held: &Held, loose_rims: bool) -> Result<Pressures, SceneError> {
-        let mut pressures = Pressures::default();
-        for load in self.loads {
-            let (form, name, magnitude) = match load {
-                Load::Pressure { facets, magnitude } => {
-                    (PressureForm::Follower, facets, *magnitude)
-                }
-                Load::ThesisPressure { facets, magnitude } => {
-                    (PressureForm::Thesis, facets, *magnitude)
-                }
-                Load::BodyForce(_) | Load::Traction { .. } | Load::Foundation { .. } => continue,
-            };
+    /// The pressures that have a potential, and those that have none.
+    pub(super) fn pressures(
+        &self,
+        held: &Held,
+        loose_rims: bool,
+    ) -> Result<(Vec<PressureSurface>, Vec<PressureSurface>), SceneError> {
+        let (mut pressures, mut followers) = (Vec::new(), Vec::new());
+        for (form, name, magnitude) in self.loads.iter().filter_map(Load::pressure) {
             let (points, facets) = (&self.mesh.points, self.facet_nodes(name)?);
             let rule = Nodes::<N>::facet_rule();
             let potential_origin = match form {
@@ -165,24 +147,13 @@ where
                 }
                 Err(error) => return Err(error),
             };
-            let place = |node: usize| std::array::from_fn(|i| points[node][i] - origin[i]);
-            if N == 4 && has_potential {
-                let facets: Vec<[usize; 3]> =
-                    facets.iter().map(|nodes| [nodes[0], nodes[1], nodes[2]]).collect();
-                let positions = facets.iter().map(|nodes| nodes.map(place)).collect();
-                pressures.flat.push(PressureLoad { form, magnitude, facets, positions });
-                continue;
-            }
             let nodes: Vec<_> = facets.into_iter().flatten().collect();
-            let positions = nodes.iter().map(|&node| place(node)).collect();
-            let surface = PressureSurface { magnitude, rule, nodes, positions };
-            if has_potential {
-                pressures.surfaces.push(surface);
-            } else {
-                pressures.followers.push(surface);
-            }
+            let positions = nodes.iter().map(|&node| sub(&points[node], &origin)).collect();
+            let triangles = (N == 4 && has_potential).then_some(form);
+            let surface = PressureSurface { magnitude, triangles, rule, nodes, positions };
+            if has_potential { &mut pressures } else { &mut followers }.push(surface);
         }
-        Ok(pressures)
+        Ok((pressures, followers))
     }
 }
 

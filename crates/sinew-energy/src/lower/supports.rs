@@ -36,8 +36,7 @@ impl Held {
     /// The displacement that follows from what holds it already, if it is another one.
     fn hold(&mut self, node: usize, direction: [f64; 3], displacement: f64) -> Result<(), f64> {
         let held = &mut self.prescribed[3 * node..3 * node + 3];
-        let identity = Mat3::from_fn(|i, j| f64::from(u8::from(i == j)));
-        let mut frame = self.frames.get(node).copied().unwrap_or(identity);
+        let mut frame = self.frames.get(node).copied().unwrap_or(Mat3::IDENTITY);
         let (mut axis, mut value) = (direction, displacement);
         // Once more: what is left of a direction close to those held is orthogonal to them only then.
         for _ in 0..2 {

@@ -1,11 +1,9 @@
 //! Potentials on a tetrahedral mesh: `−∇·(k ∇φ) = source` with prescribed values at some nodes.
 
 use super::FibreError;
-use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
-use faer::linalg::cholesky::llt::factor::LltRegularization;
-use faer::sparse::linalg::cholesky::{LltRef, SymmetricOrdering, factorize_symbolic_cholesky};
-use faer::sparse::{SparseColMat, Triplet};
-use faer::{Conj, MatMut, Par, Side};
+use crate::factor::Factor;
+use faer::Side;
+use faer::sparse::Triplet;
 use nalgebra::{Matrix3, Vector3};
 use sinew_mesh::TetMesh;
 
@@ -72,7 +70,10 @@ impl<'m> Laplacian<'m> {
                 }
             }
         }
-        solve_upper(&upper, &mut right)?;
+        if !free.is_empty() {
+            let factor = Factor::alone(free.len(), &upper, Side::Upper);
+            factor.ok_or(FibreError::Factor { unknowns: free.len() })?.solve(&mut right);
+        }
         let mut values: Vec<_> = prescribed.iter().map(|value| value.unwrap_or(0.0)).collect();
         free.iter().zip(right).for_each(|(&node, value)| values[node] = value);
         Ok(values)
@@ -97,45 +98,6 @@ impl<'m> Laplacian<'m> {
         }
         sums.into_iter().map(|(sum, volume)| sum / volume).collect()
     }
-}
-
-/// Overwrites `right` with the solution of a positive definite system given by its upper half.
-///
-/// On one thread, so that the digits do not depend on how many there are.
-fn solve_upper(upper: &[Triplet<usize, usize, f64>], right: &mut [f64]) -> Result<(), FibreError> {
-    let unknowns = right.len();
-    if unknowns == 0 {
-        return Ok(());
-    }
-    let failed = || FibreError::Factor { unknowns };
-    let matrix =
-        SparseColMat::try_new_from_triplets(unknowns, unknowns, upper).map_err(|_| failed())?;
-    let ordering = SymmetricOrdering::Amd;
-    let symbolic =
-        factorize_symbolic_cholesky(matrix.symbolic(), Side::Upper, ordering, Default::default())
-            .map_err(|_| failed())?;
-    let par = Par::Seq;
-    let needed = StackReq::any_of(&[
-        symbolic.factorize_numeric_llt_scratch::<f64>(par, Default::default()),
-        symbolic.solve_in_place_scratch::<f64>(1, par),
-    ]);
-    let mut memory = MemBuffer::try_new(needed).map_err(|_| failed())?;
-    let mut values = vec![0.0; symbolic.len_val()];
-    symbolic
-        .factorize_numeric_llt(
-            &mut values,
-            matrix.as_ref(),
-            Side::Upper,
-            LltRegularization::default(),
-            par,
-            MemStack::new(&mut memory),
-            Default::default(),
-        )
-        .map_err(|_| failed())?;
-    let right = MatMut::from_column_major_slice_mut(right, unknowns, 1);
-    let stack = MemStack::new(&mut memory);
-    LltRef::new(&symbolic, &values).solve_in_place_with_conj(Conj::No, right, par, stack);
-    Ok(())
 }
 
 #[cfg(test)]

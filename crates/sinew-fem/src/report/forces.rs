@@ -65,13 +65,12 @@ impl Forces {
 fn add_pressure_field(body: &ForceBalance, solution: &BalanceSolution, forces: &mut [f64]) {
     let Some(field) = &body.pressure_field else { return };
     for point in 0..body.body.volumes.len() {
-        let (cell, local) = (point / field.shape.len(), point % field.shape.len());
-        let corners = &field.cells[cell * field.corners..][..field.corners];
-        let terms = field.shape[local].iter().zip(corners).map(|(n, &c)| n * solution.pressure[c]);
+        let (_, corners, shape) = field.of_point(point);
+        let terms = shape.iter().zip(corners).map(|(n, &c)| n * solution.pressure[c]);
         let pressure: f64 = terms.sum();
         let h = body.body.displacement_gradient(point, &solution.displacement);
-        let f = Mat3::from_fn(|i, j| h[i][j] + if i == j { 1.0 } else { 0.0 });
-        let stress = Mat3::from_fn(|i, j| pressure * f.cofactor(i, j));
+        let cofactor = h.plus_identity().cofactors();
+        let stress = Mat3::from_fn(|i, j| pressure * cofactor[i][j]);
         body.body.add_forces(point, &stress, forces);
     }
 }

@@ -26,7 +26,7 @@ where
     let strip = scene(NeoHookean, mesh, loads, supports);
     let body = strip.lower_follower().unwrap();
     assert_eq!(
-        (body.body.surfaces.len(), body.followers.len()),
+        (body.body.pressures.len(), body.followers.len()),
         if solid { (0, 1) } else { (1, 0) }
     );
     let solution = BalanceSolver::new(&body).unwrap().solve(&THETA, &Options::default()).unwrap();

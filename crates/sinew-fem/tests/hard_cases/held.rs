@@ -43,6 +43,31 @@ fn stiffness_of_another_size_leads_to_equilibrium() {
     }
 }
 
+/// The cell that is turned over is the one that is named, not the worst of a state that was assembled before.
+#[test]
+fn steps_from_an_inverted_cell_name_it() {
+    let body = beam(-0.01);
+    let held = held_at(&body, &[2.0, 2.0]);
+    let mut solver = Solver::new(&body).unwrap();
+    let rest = vec![0.0; held.displacement.len()];
+    solver.newton_step(&rest, &[2.0, 2.0]).unwrap();
+    for cell in [17, 101] {
+        // A cell's last node goes to the other side of the three others.
+        let nodes = body.nodes_of_cell(cell);
+        let mut turned = rest.clone();
+        for i in 0..3 {
+            let middle = nodes[..3].iter().map(|&node| body.positions[node][i]).sum::<f64>() / 3.0;
+            turned[3 * nodes[3] + i] = 3.0 * (middle - body.positions[nodes[3]][i]);
+        }
+        let ratio = |cell: usize| body.displacement_gradient(cell, &turned).volume_change();
+        let worst = (0..body.cell_count()).min_by(|&a, &b| ratio(a).total_cmp(&ratio(b))).unwrap();
+        let expected = SolveError::Inadmissible { cell: worst };
+        let theta = [2.0, 2.0];
+        assert_eq!(solver.step_with_held_stiffness(&turned, &theta).unwrap_err(), expected);
+        assert_eq!(held.descend(&turned, &theta, 3).unwrap_err(), expected);
+    }
+}
+
 /// Energies never rise, and nothing that is balanced is moved.
 #[test]
 fn an_equilibrium_is_left_as_it_is() {

@@ -5,8 +5,8 @@ use crate::checks::*;
 use sinew_energy::ThetaError;
 use sinew_energy::at_points;
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
-use sinew_energy::{Scene, SceneError};
-use sinew_fem::{Advice, Options, SolveError, Solver};
+use sinew_energy::{ForceBalance, Load, Magnitude, Parameter, Scene, SceneError, Support};
+use sinew_fem::{Advice, BalanceSolver, Options, SolveError, Solver};
 
 #[test]
 fn theta_of_the_wrong_length_is_refused_with_both_lengths() {
@@ -85,6 +85,41 @@ fn a_potential_whose_arrays_do_not_fit_or_hold_no_numbers_is_refused() {
     }
 }
 
+/// A block under a pressure whose rim is loose, with a field of pressure.
+fn pressed_block() -> ForceBalance {
+    let mesh = cube(1).quadratic();
+    Scene::new(mesh, NeoHookean)
+        .parameter(Parameter::log("mu", "kPa", 1.0..=2.0))
+        .parameter(Parameter::log("lambda", "kPa", 1.0..=2.0))
+        .load(Load::Pressure { facets: "z_max".into(), magnitude: Magnitude::Fixed(0.1) })
+        .support(Support::clamped("z_min"))
+        .lower_mixed()
+        .unwrap()
+}
+
+#[test]
+fn a_balance_whose_arrays_do_not_fit_or_hold_no_numbers_is_refused() {
+    let sound = pressed_block();
+    assert!(BalanceSolver::new(&sound).is_ok());
+    type Change = fn(&mut ForceBalance);
+    let changes: [Change; 8] = [
+        |b| b.followers[0].nodes[0] = 1000,
+        |b| b.followers[0].positions.truncate(3),
+        |b| b.followers[0].nodes.truncate(7),
+        |b| b.body.patches = vec![vec![1 << 20]],
+        |b| b.pressure_field.as_mut().unwrap().cells[0] = 1000,
+        |b| b.pressure_field.as_mut().unwrap().shape.truncate(1),
+        |b| b.pressure_field.as_mut().unwrap().compliance = f64::NAN,
+        |b| b.pressure_field.as_mut().unwrap().compliance = -1.0,
+    ];
+    for (index, change) in changes.into_iter().enumerate() {
+        let mut broken = pressed_block();
+        change(&mut broken);
+        let refusal = BalanceSolver::new(&broken).err();
+        assert!(matches!(refusal, Some(SolveError::Malformed { .. })), "{index}: {refusal:?}");
+    }
+}
+
 #[test]
 fn the_solution_of_another_body_is_refused() {
     let (beam, other) = (once(), lower(NeoHookean, cube(1), vec![], pulled(0.1)));
@@ -113,8 +148,8 @@ fn limits_on_load_steps_are_kept() {
     // Needs load steps: a column that is pressed flat.
     let mesh = cube(2);
     let supports = vec![
-        sinew_energy::Support::clamped("x_min"),
-        sinew_energy::Support::uniform("x_max", [Some(-0.99), Some(0.0), Some(0.0)]),
+        Support::clamped("x_min"),
+        Support::uniform("x_max", [Some(-0.99), Some(0.0), Some(0.0)]),
     ];
     let body = lower(NeoHookean, mesh, vec![], supports);
     let mut solver = Solver::new(&body).unwrap();
@@ -134,8 +169,8 @@ fn limits_on_load_steps_are_kept() {
 #[test]
 fn least_load_steps_that_make_no_sense_end_in_a_solution_or_a_typed_failure() {
     let supports = vec![
-        sinew_energy::Support::clamped("x_min"),
-        sinew_energy::Support::uniform("x_max", [Some(-1.5), Some(0.0), Some(0.0)]),
+        Support::clamped("x_min"),
+        Support::uniform("x_max", [Some(-1.5), Some(0.0), Some(0.0)]),
     ];
     let body = lower(NeoHookean, cube(1), vec![], supports);
     for least_load_step in [0.0, -1.0, f64::NAN, f64::INFINITY] {

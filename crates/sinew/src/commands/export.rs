@@ -41,7 +41,7 @@ impl Export {
 /// What of a body the arrays do not hold.
 fn left_out(body: &Body) -> Vec<&'static str> {
     let parts = [
-        ("pressures", !body.pressures.is_empty() || !body.surfaces.is_empty()),
+        ("pressures", !body.pressures.is_empty()),
         ("elastic supports", !body.springs.is_empty()),
         ("averaged volume ratios", !body.patches.is_empty()),
         ("supports along other directions than the axes", !body.frames.is_empty()),
