@@ -76,7 +76,9 @@ fn training_on_simulations_reaches_the_solver_and_its_derivatives() {
     let beam = Beam::new();
     let thetas = grid(5);
     let fields: Vec<_> = beam.solve(&thetas).into_iter().map(|s| s.displacement).collect();
-    let output = OutputScale::standardising_every_node(fields.iter().map(Vec::as_slice)).unwrap();
+    // Per degree of freedom.
+    let fields_of = fields.iter().map(Vec::as_slice);
+    let output = OutputScale::standardising(fields[0].len(), fields_of).unwrap();
     let mean_field = output.mean.clone();
     let objective = DataFit::new(output.length()).unwrap();
     let mut trainer = beam.trainer(&thetas, &fields, output, Box::new(objective), settings(400));

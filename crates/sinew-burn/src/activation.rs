@@ -1,14 +1,16 @@
 //! Activation functions whose derivative is a function of their value.
 
 use crate::simd::{exp_m1, multiply_add, vectorised};
+use serde::{Deserialize, Serialize};
 
-/// Activation of the hidden layers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+/// Nonlinearity of the hidden layers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Activation {
-    /// `max(0, x) + min(0, eˣ − 1)` (Barron 2017 with α = 1).
+    /// Continuously differentiable exponential linear unit, `max(0, x) + min(0, eˣ − 1)` (Barron 2017 with α = 1; thesis, chapter 3).
     #[default]
     Celu,
-    /// Hyperbolic tangent.
+    /// Hyperbolic tangent (thesis, chapter 2).
     Tanh,
 }
 
@@ -61,19 +63,8 @@ macro_rules! for_activation {
 }
 
 vectorised! {
-    /// `output[i] = f(input[i])`.
-    pub(crate) fn activate<FUSED>(activation: Activation, input: &[f32], output: &mut [f32]) {
-        for_activation!(activation, FUSED, |value, slope| {
-            for (y, x) in output.iter_mut().zip(input) {
-                *y = value(*x);
-            }
-        })
-    }
-}
-
-vectorised! {
     /// `x = f(x)` for every number.
-    pub(crate) fn activate_slice<FUSED>(activation: Activation, x: &mut [f32]) {
+    pub(crate) fn activate<FUSED>(activation: Activation, x: &mut [f32]) {
         for_activation!(activation, FUSED, |value, slope| {
             for x in x {
                 *x = value(*x);
@@ -172,9 +163,10 @@ mod tests {
     #[test]
     fn values_and_slopes_match_double_precision() {
         let x: Vec<f32> = (-4000..4000).map(|i| i as f32 * 2.3e-3).collect();
-        let (mut y, mut d) = (vec![0.0; x.len()], vec![0.0; x.len()]);
+        let mut d = vec![0.0; x.len()];
         for activation in [Activation::Celu, Activation::Tanh] {
-            activate(activation, &x, &mut y);
+            let mut y = x.clone();
+            activate(activation, &mut y);
             pull_back(activation, &y, &vec![1.0; x.len()], &mut d);
             for i in 0..x.len() {
                 let (value, slope) = exact(activation, f64::from(x[i]));
@@ -191,11 +183,12 @@ mod tests {
     #[test]
     fn limits_and_not_a_number() {
         let x = [f32::NEG_INFINITY, -1e30, -0.0, 0.0, 1e30, f32::INFINITY, f32::NAN];
-        let mut y = [0.0; 7];
-        activate(Activation::Celu, &x, &mut y);
+        let mut y = x;
+        activate(Activation::Celu, &mut y);
         assert_eq!(y[..6], [-1.0, -1.0, 0.0, 0.0, 1e30, f32::INFINITY]);
         assert!(y[6].is_nan());
-        activate(Activation::Tanh, &x, &mut y);
+        let mut y = x;
+        activate(Activation::Tanh, &mut y);
         assert_eq!(y[..6], [-1.0, -1.0, 0.0, 0.0, 1.0, 1.0]);
         assert!(y[6].is_nan());
     }

@@ -4,12 +4,13 @@ use crate::error::IndexError;
 use crate::host::{HostOperation, HostTensor, apply};
 use crate::index::{Inverse, check};
 use crate::reference;
+use crate::rows::add_up;
 use burn::tensor::{DType, Tensor};
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Nodes treated by one task; small graphs are not worth more.
-const NODES_PER_TASK: usize = 64;
+/// Edges treated by one task; small graphs are not worth more.
+const EDGES_PER_TASK: usize = 64;
 
 /// Directed edges of a graph, with the lists of edges that each node receives and sends.
 ///
@@ -112,28 +113,19 @@ impl HostOperation for EdgeSum {
     fn forward(&self, inputs: &[HostTensor], _tracked: bool) -> (HostTensor, Option<usize>) {
         let (messages, width) = (inputs[0].values(), inputs[0].last_dimension());
         let mut sums = vec![0.0; self.topology.nodes * width];
-        sums.par_chunks_mut(NODES_PER_TASK * width).enumerate().for_each(|(task, sums)| {
-            for (offset, sum) in sums.chunks_exact_mut(width).enumerate() {
-                let node = task * NODES_PER_TASK + offset;
-                for &edge in self.topology.received.of(node) {
-                    add(sum, row(messages, edge, width));
-                }
-                if self.signed {
-                    for &edge in self.topology.sent.of(node) {
-                        subtract(sum, row(messages, edge, width));
-                    }
-                }
-            }
-        });
+        add_up(messages, &self.topology.received, 1.0, width, &mut sums);
+        if self.signed {
+            add_up(messages, &self.topology.sent, -1.0, width, &mut sums);
+        }
         (HostTensor::new(sums, [self.topology.nodes, width]), Some(width))
     }
 
     fn backward(&self, width: usize, cotangent: &[f32], _needed: &[bool]) -> Vec<Option<Vec<f32>>> {
         let mut gradient = vec![0.0; self.topology.edges() * width];
-        gradient.par_chunks_mut(NODES_PER_TASK * width).enumerate().for_each(
+        gradient.par_chunks_mut(EDGES_PER_TASK * width).enumerate().for_each(
             |(task, gradients)| {
                 for (offset, gradient) in gradients.chunks_exact_mut(width).enumerate() {
-                    let edge = task * NODES_PER_TASK + offset;
+                    let edge = task * EDGES_PER_TASK + offset;
                     gradient.copy_from_slice(row(cotangent, self.topology.receivers[edge], width));
                     if self.signed {
                         subtract(gradient, row(cotangent, self.topology.senders[edge], width));
@@ -147,12 +139,6 @@ impl HostOperation for EdgeSum {
 
 fn row(values: &[f32], index: u32, width: usize) -> &[f32] {
     &values[index as usize * width..][..width]
-}
-
-fn add(sum: &mut [f32], values: &[f32]) {
-    for (sum, value) in sum.iter_mut().zip(values) {
-        *sum += value;
-    }
 }
 
 fn subtract(sum: &mut [f32], values: &[f32]) {

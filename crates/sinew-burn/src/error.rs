@@ -12,9 +12,6 @@ pub enum IndexError {
     /// Senders and receivers of edges differ in number.
     #[error("{senders} senders but {receivers} receivers; give one of each per edge")]
     UnpairedEdges { senders: usize, receivers: usize },
-    /// More sources than a fused operation is compiled for.
-    #[error("{found} sources; a plan takes 1 to {most}")]
-    SourceCount { found: usize, most: usize },
     /// More entries than 32-bit indices can number.
     #[error("{0} entries do not fit 32-bit indices")]
     TooMany(usize),

@@ -63,14 +63,11 @@ pub(crate) enum Gather {
     Indexed { index: Vec<u32>, inverse: Inverse },
 }
 
-/// Sums over several sources that one row of the result reads; see [`GatherPlan`].
-const MOST_SOURCES: usize = 3;
-
 /// Says, for several sources, which of their rows meet in which row of a result.
 ///
 /// Row `r` of the result is the sum over the sources of the row that each assigns to `r`. Built
 /// once per graph (or per batch size) and shared.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct GatherPlan {
     rows: usize,
     sources: Vec<Gather>,
@@ -79,8 +76,9 @@ pub struct GatherPlan {
 
 impl GatherPlan {
     /// `sources` sources of `rows` rows each, read row by row.
-    pub fn identity(rows: usize, sources: usize) -> Result<Arc<Self>, IndexError> {
-        Self::assemble(rows, vec![Gather::Identity; sources])
+    pub fn identity(rows: usize, sources: usize) -> Arc<Self> {
+        let source_rows = vec![rows; sources];
+        Arc::new(Self { rows, sources: vec![Gather::Identity; sources], source_rows })
     }
 
     /// One row per edge, from three sources: a row per edge, and two sources of a row per node,
@@ -117,36 +115,20 @@ impl GatherPlan {
     }
 
     /// The same with one more source, of a single row that every row reads.
-    ///
-    /// # Errors
-    /// More sources than an operation takes.
-    pub fn and_shared(&self) -> Result<Arc<Self>, IndexError> {
-        let mut sources = self.sources.clone();
-        sources.push(Gather::Repeated { times: self.rows.max(1) });
-        let mut plan = Self::assemble(self.rows, sources)?;
-        let source_rows = self.source_rows.iter().copied().chain([1]).collect();
-        Arc::get_mut(&mut plan).expect("not shared yet").source_rows = source_rows;
-        Ok(plan)
+    pub fn and_shared(&self) -> Arc<Self> {
+        let Self { rows, mut sources, mut source_rows } = self.clone();
+        sources.push(Gather::Repeated { times: rows.max(1) });
+        source_rows.push(1);
+        Arc::new(Self { rows, sources, source_rows })
     }
 
     /// Row `r` reads row `index[r]` of a source of `count` rows.
     #[cfg(test)]
     pub(crate) fn indexed(index: &[usize], count: usize) -> Result<Arc<Self>, IndexError> {
         let index = check(index, count)?;
-        let inverse = Inverse::new(&index, count);
-        Self::assemble(index.len(), vec![Gather::Indexed { index, inverse }])
-    }
-
-    fn assemble(rows: usize, sources: Vec<Gather>) -> Result<Arc<Self>, IndexError> {
-        if sources.is_empty() || sources.len() > MOST_SOURCES {
-            return Err(IndexError::SourceCount { found: sources.len(), most: MOST_SOURCES });
-        }
-        let count = |gather: &Gather| match gather {
-            Gather::Indexed { inverse, .. } => inverse.targets(),
-            _ => rows,
-        };
-        let source_rows = sources.iter().map(count).collect();
-        Ok(Arc::new(Self { rows, sources, source_rows }))
+        let (rows, inverse) = (index.len(), Inverse::new(&index, count));
+        let sources = vec![Gather::Indexed { index, inverse }];
+        Ok(Arc::new(Self { rows, sources, source_rows: vec![count] }))
     }
 
     /// Rows of the result.
@@ -157,11 +139,6 @@ impl GatherPlan {
     /// Rows that each source must have.
     pub(crate) fn source_rows(&self) -> &[usize] {
         &self.source_rows
-    }
-
-    /// For every row of the result, the row of source `number` that it reads.
-    pub(crate) fn index_of(&self, number: usize) -> Vec<usize> {
-        (0..self.rows).map(|row| self.sources[number].source(row)).collect()
     }
 
     pub(crate) fn sources(&self) -> &[Gather] {
@@ -184,7 +161,7 @@ impl Gather {
 
 #[cfg(test)]
 mod tests {
-    use super::{GatherPlan, Inverse};
+    use super::{Gather, GatherPlan, Inverse};
     use crate::error::IndexError;
 
     #[test]
@@ -199,17 +176,14 @@ mod tests {
     #[test]
     fn outer_plan_pairs_every_row() {
         let plan = GatherPlan::outer(2, 3);
-        assert_eq!(plan.index_of(0), [0, 1, 2, 0, 1, 2]);
-        assert_eq!(plan.index_of(1), [0, 0, 0, 1, 1, 1]);
+        let read = |source: &Gather| (0..6).map(|row| source.source(row)).collect::<Vec<_>>();
+        assert_eq!(read(&plan.sources()[0]), [0, 1, 2, 0, 1, 2]);
+        assert_eq!(read(&plan.sources()[1]), [0, 0, 0, 1, 1, 1]);
         assert_eq!(plan.source_rows(), [3, 2]);
     }
 
     #[test]
-    fn plans_refuse_what_they_cannot_do() {
-        assert_eq!(
-            GatherPlan::identity(5, 0).unwrap_err(),
-            IndexError::SourceCount { found: 0, most: 3 }
-        );
+    fn rows_that_do_not_exist_are_refused() {
         let outside = GatherPlan::indexed(&[0, 2], 2).unwrap_err();
         assert_eq!(outside, IndexError::OutOfRange { position: 1, index: 2, count: 2 });
     }

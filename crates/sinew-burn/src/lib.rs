@@ -23,7 +23,7 @@
 //! - [`signed_edge_sum`], [`received_edge_sum`]: messages to nodes;
 //! - [`activate`]: activations of all numbers;
 //! - [`sum`], [`normalised`]: of two tensors, of rows;
-//! - [`orthogonalise`]: the Newton–Schulz iteration of the Muon optimiser;
+//! - [`orthogonalise`]: the Newton–Schulz iteration of the Muon optimiser, in place;
 //! - [`adam_direction`], [`momentum_direction`]: moments of gradients, in place;
 //! - [`Lanes`]: a tensor as the number type of a formula;
 //! - [`rigid_motions`]: motions of nested clusters, composed;
@@ -72,5 +72,5 @@ pub use mlp::{Input, LayerNormalisation, PerceptronWeights, gathered_mlp};
 pub use moments::{AdamRule, adam_direction, descend, momentum_direction};
 pub use motions::{MotionTree, rigid_motions, rigid_motions_tangent};
 pub use orthogonalise::orthogonalise;
-pub use potential::{BatchPotential, fused_potential};
+pub use potential::fused_potential;
 pub use sinew_num::on_ready_threads;

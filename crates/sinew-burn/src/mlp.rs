@@ -97,7 +97,7 @@ pub enum Input {
 /// ```
 ///
 /// # Panics
-/// When the shapes of inputs, plan and weights disagree.
+/// When the shapes of inputs, plan and weights disagree, or for more than three inputs.
 pub fn gathered_mlp(
     inputs: Vec<Input>,
     plan: &Arc<GatherPlan>,
@@ -126,7 +126,7 @@ fn evaluate(
         kept_bytes,
     };
     let mut tensors: Vec<_> =
-        inputs.into_iter().map(|input| input.into_tensor().into_dispatch()).collect();
+        inputs.iter().map(|input| input.tensor().clone().into_dispatch()).collect();
     tensors.extend([
         weights.first_weight.into_dispatch(),
         weights.first_bias.into_dispatch(),
@@ -148,12 +148,6 @@ impl Input {
     }
 
     fn tensor(&self) -> &Tensor<2> {
-        match self {
-            Self::Features { values, .. } | Self::Product(values) => values,
-        }
-    }
-
-    fn into_tensor(self) -> Tensor<2> {
         match self {
             Self::Features { values, .. } | Self::Product(values) => values,
         }

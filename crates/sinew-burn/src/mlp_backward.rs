@@ -392,7 +392,9 @@ impl<'a> Pass<'a> {
             }
             let product = match source.gather {
                 Gather::Indexed { inverse, .. } if self.has_gradient(source, needed) => {
-                    add_up(&first, inverse, hidden)
+                    let mut product = vec![0.0; inverse.targets() * hidden];
+                    add_up(&first, inverse, 1.0, hidden, &mut product);
+                    product
                 }
                 _ => sum,
             };

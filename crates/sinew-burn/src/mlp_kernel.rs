@@ -2,7 +2,7 @@
 //!
 //! A tile's activations stay in the second-level cache from the gather to the output.
 
-use crate::activation::{Activation, activate_slice, add_bias_and_activate};
+use crate::activation::{Activation, activate, add_bias_and_activate};
 use crate::index::{Gather, GatherPlan};
 use crate::normalise::{Normalisation, normalise};
 use crate::pool::Buffer;
@@ -147,7 +147,7 @@ impl<'a> FirstLayer<'a> {
                 multiply(values, weight, Start::Kept, first);
             }
         }
-        activate_slice(parameters.activation, first);
+        activate(parameters.activation, first);
     }
 }
 

@@ -77,10 +77,10 @@ vectorised! {
 }
 
 vectorised! {
-    /// `x = kept · x − step · direction`.
-    pub fn descend<FUSED>(kept: f32, step: f32, direction: &[f32], x: &mut [f32]) {
+    /// `x = x − step · direction`.
+    pub fn descend<FUSED>(step: f32, direction: &[f32], x: &mut [f32]) {
         for (x, d) in x.iter_mut().zip(direction) {
-            *x = multiply_add::<FUSED>(kept, *x, -step * *d);
+            *x -= step * *d;
         }
     }
 }

@@ -179,24 +179,6 @@ impl MotionTree {
         self.displacement(&self.cluster_motions(clusters), nodes)
     }
 
-    /// Displacements of small outputs of clusters, and then nodes: the linear part, a multilevel frame B.
-    pub fn spread(&self, outputs: &[f64]) -> Vec<f64> {
-        let along = |&change: &f64| Slope { value: 0.0, gradient: [change] };
-        let outputs: Vec<Slope<1>> = outputs.iter().map(along).collect();
-        let (clusters, nodes) = outputs.split_at(self.lengths().0);
-        let displacement = self.displacement(&self.cluster_motions(clusters), nodes);
-        displacement.into_iter().map(|u| u.gradient[0]).collect()
-    }
-
-    /// Its transpose: what forces on the nodes do on small outputs.
-    pub fn gather(&self, forces: &[f64]) -> Vec<f64> {
-        let (of_clusters, of_nodes) = self.lengths();
-        let rest = (vec![0.0; of_clusters], vec![0.0; of_nodes]);
-        let mut outputs = vec![0.0; of_clusters + of_nodes];
-        self.pull_back((&rest.0, &rest.1), forces, outputs.split_at_mut(of_clusters));
-        outputs
-    }
-
     /// Pulls the gradient of a displacement back to outputs of clusters and nodes.
     fn pull_back(
         &self,

@@ -3,59 +3,57 @@
 use crate::host::{HostOperation, HostTensor, apply};
 use burn::tensor::{DType, Tensor};
 use rayon::prelude::*;
-use std::fmt::Debug;
+use std::fmt;
 use std::sync::Arc;
-
-/// Potential energies of displacement fields, each with its gradient.
-pub trait BatchPotential: Debug + Send + Sync {
-    /// Energy of the field `displacement` of sample `sample`, whose gradient (the nodal residual)
-    /// is written over `gradient`. Both hold one row per node, and all rows follow one another.
-    ///
-    /// Outside its domain (an inverted element) the energy is +∞ and the gradient unspecified.
-    fn value_and_gradient(&self, displacement: &[f64], sample: usize, gradient: &mut [f64]) -> f64;
-}
 
 /// Energies `[samples]` of displacement fields `[samples, nodes, dimensions]`; the backward pass
 /// is the nodal residual, computed along with the energy.
+///
+/// `potential(displacement, sample, gradient)` is the energy of the field `displacement` of a sample, whose gradient (the nodal
+/// residual) it writes over `gradient`. Both hold one row per node, and all rows follow one another. Outside its domain (an
+/// inverted element) the energy is +∞ and the gradient unspecified.
 ///
 /// Inside everything is double precision; samples are spread over threads. An infinite or
 /// undefined energy is returned as such, and its gradient is not a number: check the energies
 /// before stepping.
 ///
 /// ```
-/// use std::sync::Arc;
 /// use burn::tensor::{Device, Tensor};
-/// use sinew_burn::{BatchPotential, fused_potential};
+/// use sinew_burn::fused_potential;
 ///
-/// /// Springs of a stiffness per sample between every node and its place of rest.
-/// #[derive(Debug)]
-/// struct Springs(Vec<f64>);
-///
-/// impl BatchPotential for Springs {
-///     fn value_and_gradient(&self, displacement: &[f64], sample: usize, gradient: &mut [f64]) -> f64 {
-///         let stiffness = self.0[sample];
-///         for (g, u) in gradient.iter_mut().zip(displacement) {
-///             *g = stiffness * u;
-///         }
-///         0.5 * stiffness * displacement.iter().map(|u| u * u).sum::<f64>()
-///     }
-/// }
-///
+/// // Springs of a stiffness per sample between every node and its place of rest.
+/// let springs = |displacement: &[f64], sample: usize, gradient: &mut [f64]| {
+///     let stiffness = [2.0, 4.0][sample];
+///     gradient.iter_mut().zip(displacement).for_each(|(g, u)| *g = stiffness * u);
+///     0.5 * stiffness * displacement.iter().map(|u| u * u).sum::<f64>()
+/// };
 /// let u = Tensor::<3>::ones([2, 1, 3], &Device::flex().autodiff()).require_grad();
-/// let energy = fused_potential(u.clone(), &(Arc::new(Springs(vec![2.0, 4.0])) as Arc<dyn BatchPotential>));
+/// let energy = fused_potential(u.clone(), springs);
 /// assert_eq!(energy.to_data().try_to_vec::<f32>().unwrap(), [3.0, 6.0]);
 /// let residual = u.grad(&energy.sum().backward()).unwrap();
 /// assert_eq!(residual.into_data().try_to_vec::<f32>().unwrap(), [2.0, 2.0, 2.0, 4.0, 4.0, 4.0]);
 /// ```
-pub fn fused_potential(displacement: Tensor<3>, potential: &Arc<dyn BatchPotential>) -> Tensor<1> {
+pub fn fused_potential(
+    displacement: Tensor<3>,
+    potential: impl Fn(&[f64], usize, &mut [f64]) -> f64 + Send + Sync + 'static,
+) -> Tensor<1> {
     let dtype = displacement.dtype();
     let single = if dtype == DType::F32 { displacement } else { displacement.cast(DType::F32) };
-    let energy = apply(Potential(potential.clone()), vec![single.into_dispatch()]);
+    let energy = apply(Potential(Arc::new(potential)), vec![single.into_dispatch()]);
     if dtype == DType::F32 { energy } else { energy.cast(dtype) }
 }
 
-#[derive(Clone, Debug)]
-struct Potential(Arc<dyn BatchPotential>);
+/// Energy of a sample's field, and its gradient.
+type Energy = dyn Fn(&[f64], usize, &mut [f64]) -> f64 + Send + Sync;
+
+#[derive(Clone)]
+struct Potential(Arc<Energy>);
+
+impl fmt::Debug for Potential {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Potential")
+    }
+}
 
 impl HostOperation for Potential {
     /// Gradients of all samples.
@@ -68,9 +66,7 @@ impl HostOperation for Potential {
         let mut gradient = vec![0.0; displacement.len()];
         // An empty field still has an energy, hence no chunks of size zero.
         let energy: Vec<f32> = if size == 0 {
-            (0..samples)
-                .map(|sample| self.0.value_and_gradient(&[], sample, &mut []) as f32)
-                .collect()
+            (0..samples).map(|sample| (self.0)(&[], sample, &mut []) as f32).collect()
         } else {
             gradient
                 .par_chunks_mut(size)
@@ -102,7 +98,7 @@ impl HostOperation for Potential {
 
 impl Potential {
     fn sample(&self, displacement: &[f64], sample: usize, gradient: &mut [f64]) -> f64 {
-        let energy = self.0.value_and_gradient(displacement, sample, gradient);
+        let energy = (self.0)(displacement, sample, gradient);
         if !energy.is_finite() {
             gradient.fill(f64::NAN);
         }
@@ -112,35 +108,20 @@ impl Potential {
 
 #[cfg(test)]
 mod tests {
-    use super::{BatchPotential, fused_potential};
+    use super::fused_potential;
     use crate::testing::{Comparison, device, random};
     use burn::tensor::Tensor;
-    use std::sync::Arc;
 
     /// `Σ k e^u − k u` with `k = 1 + sample`; infinite where some u exceeds 5.
-    #[derive(Debug)]
-    struct Exponential;
-
-    impl BatchPotential for Exponential {
-        fn value_and_gradient(
-            &self,
-            displacement: &[f64],
-            sample: usize,
-            gradient: &mut [f64],
-        ) -> f64 {
-            let k = 1.0 + sample as f64;
-            for (g, u) in gradient.iter_mut().zip(displacement) {
-                *g = k * u.exp_m1();
-            }
-            match displacement.iter().any(|u| *u > 5.0) {
-                true => f64::INFINITY,
-                false => displacement.iter().map(|u| k * (u.exp() - u)).sum(),
-            }
+    fn exponential(displacement: &[f64], sample: usize, gradient: &mut [f64]) -> f64 {
+        let k = 1.0 + sample as f64;
+        for (g, u) in gradient.iter_mut().zip(displacement) {
+            *g = k * u.exp_m1();
         }
-    }
-
-    fn potential() -> Arc<dyn BatchPotential> {
-        Arc::new(Exponential)
+        match displacement.iter().any(|u| *u > 5.0) {
+            true => f64::INFINITY,
+            false => displacement.iter().map(|u| k * (u.exp() - u)).sum(),
+        }
     }
 
     #[test]
@@ -151,8 +132,7 @@ mod tests {
                 Tensor::<1>::from_floats([1.0, 2.0, 3.0, 4.0], &device).narrow(0, 0, samples);
             Comparison::of([random([samples, 30], 5, &device)]).assert_close(
                 |x| {
-                    fused_potential(x[0].clone().reshape([samples, 10, 3]), &potential())
-                        .unsqueeze()
+                    fused_potential(x[0].clone().reshape([samples, 10, 3]), exponential).unsqueeze()
                 },
                 |x| {
                     let per_sample: Tensor<1> =
@@ -167,7 +147,7 @@ mod tests {
     #[test]
     fn energies_outside_the_domain_stay_visible() {
         let u = Tensor::<3>::from_floats([[[0.0]], [[6.0]]], &device()).require_grad();
-        let energy = fused_potential(u.clone(), &potential());
+        let energy = fused_potential(u.clone(), exponential);
         assert_eq!(energy.to_data().try_to_vec::<f32>().unwrap(), [1.0, f32::INFINITY]);
         let residual =
             u.grad(&energy.sum().backward()).unwrap().into_data().try_to_vec::<f32>().unwrap();
@@ -178,6 +158,6 @@ mod tests {
     #[test]
     fn no_samples_have_no_energy() {
         let u = Tensor::<3>::zeros([0, 4, 3], &device());
-        assert_eq!(fused_potential(u, &potential()).dims(), [0]);
+        assert_eq!(fused_potential(u, exponential).dims(), [0]);
     }
 }

@@ -1,6 +1,7 @@
 //! The fused operations in plain Burn operations: slower, for every backend and precision, and
 //! the oracle of the tests.
 
+use crate::index::Gather;
 use crate::{Activation, EdgeTopology, GatherPlan, Input, LayerNormalisation, PerceptronWeights};
 use burn::tensor::{Device, IndexingUpdateOp, Int, Tensor, TensorData};
 use std::sync::Arc;
@@ -48,7 +49,6 @@ pub fn gathered_mlp(
     plan: &Arc<GatherPlan>,
     weights: PerceptronWeights,
 ) -> Tensor<2> {
-    let device = weights.first_weight.device();
     let mut first = weights.first_bias.unsqueeze::<2>();
     for (number, input) in inputs.into_iter().enumerate() {
         let product = match input {
@@ -58,8 +58,7 @@ pub fn gathered_mlp(
                 values.matmul(weights.first_weight.clone().slice_dim(0, rows))
             }
         };
-        let index = indices(plan.index_of(number).into_iter().map(|index| index as i64), &device);
-        first = first + product.select(0, index);
+        first = first + gathered(product, plan, number);
     }
     let hidden = activate(first, weights.activation);
     let second = hidden.matmul(weights.second_weight) + weights.second_bias.unsqueeze();
@@ -68,6 +67,22 @@ pub fn gathered_mlp(
     match weights.normalisation {
         Some(normalisation) => normalised(output, normalisation),
         None => output,
+    }
+}
+
+/// The rows of source `number` that the rows of a plan's result read.
+fn gathered(source: Tensor<2>, plan: &GatherPlan, number: usize) -> Tensor<2> {
+    match plan.sources()[number] {
+        Gather::Identity => source,
+        Gather::Cyclic { period } => source.repeat_dim(0, plan.rows() / period.max(1)),
+        Gather::Repeated { times } => {
+            let [rows, width] = source.dims();
+            source.unsqueeze_dim::<3>(1).repeat_dim(1, times).reshape([rows * times, width])
+        }
+        Gather::Indexed { ref index, .. } => {
+            let index = indices(index.iter().map(|row| i64::from(*row)), &source.device());
+            source.select(0, index)
+        }
     }
 }
 

@@ -7,21 +7,26 @@ use rayon::prelude::*;
 /// Target rows that one task of the scatter adds up.
 const ROWS_PER_TASK: usize = 64;
 
-/// Sums of those `rows` that each target is referred to by.
-pub(crate) fn add_up(rows: &[f32], inverse: &Inverse, width: usize) -> Vec<f32> {
-    let mut sums = vec![0.0; inverse.targets() * width];
+/// Adds to each target's sum `sign` times those `rows` that it is referred to by.
+pub(crate) fn add_up(rows: &[f32], inverse: &Inverse, sign: f32, width: usize, sums: &mut [f32]) {
     sums.par_chunks_mut(ROWS_PER_TASK * width).enumerate().for_each(|(task, sums)| {
-        add_up_targets(rows, inverse, task * ROWS_PER_TASK, width, sums);
+        add_up_targets(rows, inverse, sign, task * ROWS_PER_TASK, width, sums);
     });
-    sums
 }
 
 vectorised! {
-    fn add_up_targets<FUSED>(rows: &[f32], inverse: &Inverse, start: usize, width: usize, sums: &mut [f32]) {
+    fn add_up_targets<FUSED>(
+        rows: &[f32],
+        inverse: &Inverse,
+        sign: f32,
+        start: usize,
+        width: usize,
+        sums: &mut [f32],
+    ) {
         for (offset, sum) in sums.chunks_exact_mut(width).enumerate() {
             for &row in inverse.of(start + offset) {
                 for (sum, value) in sum.iter_mut().zip(&rows[row as usize * width..][..width]) {
-                    *sum += value;
+                    *sum += sign * value;
                 }
             }
         }

@@ -1,9 +1,9 @@
 //! Simulations that outgrow one machine: solved in shards, merged into one set.
 
 use crate::progress::Observer;
-use crate::simulate::{Simulations, read_all, simulate, stored_files, write_all};
+use crate::simulate::{STORED, Simulations, simulate, store, stored};
 use crate::store::{read_json, write_json};
-use crate::{Body, Error, Result};
+use crate::{Body, Error, Result, identity};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -106,7 +106,7 @@ pub fn simulate_shard(
 /// # Errors
 /// Shards that are missing, not done or damaged, all of them by number; samples of other parameters or of another body.
 pub fn merge(body: &Body, thetas: &[Vec<f64>], of: usize, folder: &Path) -> Result<Simulations> {
-    let mut merged = Simulations::default();
+    let (mut merged, identity) = (Simulations::default(), identity::of(body));
     let (mut missing, mut tried) = (Vec::new(), 0);
     for shard in (1..=of).filter_map(|index| Shard::new(index, of)) {
         let own = shard.folder(folder);
@@ -123,7 +123,10 @@ pub fn merge(body: &Body, thetas: &[Vec<f64>], of: usize, folder: &Path) -> Resu
             continue;
         }
         if !samples.is_empty() {
-            merged.extend(read_all(body, samples, &own)?);
+            match stored(&own, &identity, samples)? {
+                (tried, found) if tried == samples.len() => merged.extend(found),
+                _ => return Err(Error::OtherSamples { folder: own }),
+            }
         }
         tried += samples.len();
     }
@@ -131,7 +134,7 @@ pub fn merge(body: &Body, thetas: &[Vec<f64>], of: usize, folder: &Path) -> Resu
         let missing = missing.join(", ");
         return Err(Error::MissingShards { folder: folder.into(), missing });
     }
-    write_all(body, tried, &merged, folder)?;
+    store(folder, &identity, tried, &merged)?;
     Ok(merged)
 }
 
@@ -143,7 +146,7 @@ fn damaged(seal: &Seal, folder: &Path) -> Option<String> {
 }
 
 fn checksums(folder: &Path) -> Result<Vec<(String, u32)>> {
-    let files = stored_files().into_iter().filter(|name| folder.join(name).exists());
+    let files = STORED.into_iter().filter(|name| folder.join(name).exists());
     files
         .map(|name| {
             let path = folder.join(name);

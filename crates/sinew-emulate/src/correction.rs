@@ -1,5 +1,6 @@
 //! How far a prediction is from the truth, and how to come nearer: steps of Newton's method, or with one stiffness for all.
 
+use crate::evaluate::share;
 use crate::parameters::{check_length, extrapolation};
 use crate::{Emulator, Error, Prediction, Result, Warning, coordinates};
 use rayon::prelude::*;
@@ -67,7 +68,7 @@ impl<'b> Emulator<'b> {
         Ok(Estimate {
             energy_norm,
             between: [energy_norm / calibration.spread, energy_norm * calibration.spread],
-            relative: energy_norm / (2.0 * step.energy_after.abs()).sqrt(),
+            relative: share(energy_norm, (2.0 * step.energy_after.abs()).sqrt()),
             mean_distance: mean(&moved) / whole,
             residual: step.residual_before,
             force_scale: step.force_scale,

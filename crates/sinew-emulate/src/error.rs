@@ -8,6 +8,7 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Why there is no emulator, or none of its answers.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 #[non_exhaustive]
 pub enum Error {
     /// A range that samples cannot be drawn from.
@@ -15,40 +16,19 @@ pub enum Error {
         "parameter {parameter} ranges from {low} to {high}: give a smaller and a larger finite value, both positive \
          where samples are uniform in the logarithm"
     )]
-    Range {
-        /// Name of the parameter.
-        parameter: String,
-        /// Smallest value.
-        low: f64,
-        /// Largest value.
-        high: f64,
-    },
+    Range { parameter: String, low: f64, high: f64 },
     /// More samples or parameters than Sobol's sequence is tabulated for.
     #[error(
         "Sobol's sequence is tabulated for {most} samples of {most_axes} parameters; {count} of {axes} are too many, use a \
          Latin hypercube"
     )]
-    Sobol {
-        /// Samples asked for.
-        count: usize,
-        /// Parameters.
-        axes: usize,
-        /// Most samples.
-        most: usize,
-        /// Most parameters.
-        most_axes: usize,
-    },
+    Sobol { count: usize, axes: usize, most: usize, most_axes: usize },
     /// The solver cannot solve the body at all, or not where it was asked to.
     #[error(transparent)]
     Solve(#[from] sinew_fem::SolveError),
     /// A body of a population that could not be drawn.
     #[error("body {index} of the population could not be made: {reason}")]
-    Draw {
-        /// Its number.
-        index: u64,
-        /// Why.
-        reason: String,
-    },
+    Draw { index: u64, reason: String },
     /// A network that cannot be made, trained or asked.
     #[error(transparent)]
     Network(#[from] sinew_gnn::Error),
@@ -60,174 +40,74 @@ pub enum Error {
     Regression(#[from] RegressionError),
     /// Too many simulations failed.
     #[error("{solved} of {tried} simulations succeeded, {least} are needed{first}")]
-    TooFewSimulations {
-        /// Solved.
-        solved: usize,
-        /// Tried.
-        tried: usize,
-        /// Needed.
-        least: usize,
-        /// The first failure, or nothing.
-        first: String,
-    },
+    TooFewSimulations { solved: usize, tried: usize, least: usize, first: String },
     /// Parameters outside the ranges of the body, in training.
     #[error(
         "sample {sample} has {parameter} = {value}, outside its range from {low} to {high}: widen the range of the body's \
          parameter, or leave the sample out"
     )]
-    OutsideRange {
-        /// Index of the sample.
-        sample: usize,
-        /// Name of the parameter.
-        parameter: String,
-        /// Its value.
-        value: f64,
-        /// Smallest value.
-        low: f64,
-        /// Largest value.
-        high: f64,
-    },
+    OutsideRange { sample: usize, parameter: String, value: f64, low: f64, high: f64 },
     /// θ of the wrong length.
     #[error("theta has {found} entries, the body has {expected} parameters: {names}")]
-    ThetaLength {
-        /// Entries given.
-        found: usize,
-        /// Entries needed.
-        expected: usize,
-        /// Names of the parameters.
-        names: String,
-    },
+    ThetaLength { found: usize, expected: usize, names: String },
     /// A count or budget that admits no training.
     #[error("{what} is {value}; {advice}")]
-    Setting {
-        /// The setting.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// What to give.
-        advice: &'static str,
-    },
+    Setting { what: &'static str, value: f64, advice: &'static str },
     /// A set in a prediction that there is not.
     #[error("there is no case {case} in a prediction of {cases}")]
-    NoSuchCase {
-        /// Case asked for.
-        case: usize,
-        /// Cases there are.
-        cases: usize,
-    },
+    NoSuchCase { case: usize, cases: usize },
     /// Fields that cannot be compared with the true ones.
     #[error(
         "{found} fields for {expected} test cases, or a field that is not {length} finite numbers long"
     )]
-    Fields {
-        /// Fields given.
-        found: usize,
-        /// Test cases.
-        expected: usize,
-        /// Length of a field.
-        length: usize,
-    },
+    Fields { found: usize, expected: usize, length: usize },
     /// The observer asked to stop.
     #[error("interrupted in the stage `{stage}`; resume to go on from what is stored")]
-    Interrupted {
-        /// The stage.
-        stage: String,
-    },
+    Interrupted { stage: String },
     /// A folder with simulations of other parameters or of another body.
     #[error("{} holds simulations of other parameters or of another body; choose another folder, or delete it", folder.display())]
-    OtherSamples {
-        /// The folder.
-        folder: PathBuf,
-    },
+    OtherSamples { folder: PathBuf },
     /// A folder without simulations.
     #[error("{} holds no simulations; name a folder that simulations were stored or merged in", folder.display())]
-    NoSimulations {
-        /// The folder.
-        folder: PathBuf,
-    },
+    NoSimulations { folder: PathBuf },
     /// Shards that were not solved to the end.
     #[error("{} lacks the shards {missing}; solve them, then merge", folder.display())]
-    MissingShards {
-        /// The folder.
-        folder: PathBuf,
-        /// The shards, by number.
-        missing: String,
-    },
+    MissingShards { folder: PathBuf, missing: String },
     /// A run to be resumed that was started otherwise.
     #[error(
         "the run in {} was started with another recipe, other options or for another body ({differs}); repeat them, or start \
          without resuming",
         folder.display()
     )]
-    OtherRun {
-        /// The folder.
-        folder: PathBuf,
-        /// What differs.
-        differs: &'static str,
-    },
+    OtherRun { folder: PathBuf, differs: &'static str },
     /// A folder in use for something else.
     #[error("{} exists but is not of an earlier training; choose another folder", folder.display())]
-    ForeignFolder {
-        /// The folder.
-        folder: PathBuf,
-    },
+    ForeignFolder { folder: PathBuf },
     /// A folder whose networks a training cannot start from.
     #[error(
         "{} is nothing to start from: {reason}; name the folder of a finished run of the same recipe and parameters",
         folder.display()
     )]
-    Start {
-        /// The folder.
-        folder: PathBuf,
-        /// Why not.
-        reason: String,
-    },
+    Start { folder: PathBuf, reason: String },
     /// A run that would be written over what it learns from.
     #[error(
         "{} lies in {}, which the new run replaces; give the new run another folder", from.display(), folder.display()
     )]
-    OwnSource {
-        /// Folder of the new run.
-        folder: PathBuf,
-        /// What it is to learn from.
-        from: PathBuf,
-    },
+    OwnSource { folder: PathBuf, from: PathBuf },
     /// A folder without an emulator.
     #[error("{} holds no emulator; train one first", folder.display())]
-    NoEmulator {
-        /// The folder.
-        folder: PathBuf,
-    },
+    NoEmulator { folder: PathBuf },
     /// An emulator of another body.
     #[error(
         "the emulator in {} was trained for another body: {what} was {stored} and is {found}; load it with the mesh, law, \
          loads and supports that it was trained for",
         folder.display()
     )]
-    OtherBody {
-        /// The folder.
-        folder: PathBuf,
-        /// What differs.
-        what: &'static str,
-        /// In the folder.
-        stored: String,
-        /// Of the body.
-        found: String,
-    },
+    OtherBody { folder: PathBuf, what: &'static str, stored: String, found: String },
     /// A file that cannot be read or written.
     #[error("{}: {source}", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
+    File { path: PathBuf, source: std::io::Error },
     /// A file that holds something else.
     #[error("{} is damaged or of another version ({reason}); delete it, or start without resuming", path.display())]
-    Content {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        reason: String,
-    },
+    Content { path: PathBuf, reason: String },
 }

@@ -123,7 +123,7 @@ pub struct Errors {
 impl<'b> TestSet<'b> {
     /// From simulations; those that failed are no cases.
     pub fn new(body: &'b Body, simulations: Simulations) -> Self {
-        let median_solve_s = simulations.median_solve_s();
+        let median_solve_s = crate::timing::median(&simulations.solve_seconds);
         Self { body, thetas: simulations.thetas, fields: simulations.fields, median_solve_s }
     }
 
@@ -176,7 +176,7 @@ impl<'b> TestSet<'b> {
 
 /// A difference over a size: 0 where there is no difference, and the largest number in place of infinity where only the
 /// size vanishes, so that it can be stored.
-fn share(difference: f64, size: f64) -> f64 {
+pub(crate) fn share(difference: f64, size: f64) -> f64 {
     if difference == 0.0 { 0.0 } else { (difference / size).clamp(f64::MIN, f64::MAX) }
 }
 

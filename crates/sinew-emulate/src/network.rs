@@ -47,6 +47,21 @@ impl Network {
     pub fn thesis() -> Self {
         Self { width: 128, ..Self::default() }
     }
+
+    /// A network of these sizes for a geometry and so many parameters.
+    pub(crate) fn on(&self, geometry: &Geometry, parameters: usize) -> EmulatorConfig {
+        let Geometry { features, topology, coordinates, .. } = geometry;
+        let Self { latent, width, cluster_width, message_passing_steps: steps } = *self;
+        let decoding = match coordinates {
+            Meaning::Motions(_) => {
+                Decoding::Motions { layers: topology.roots_per_layer.len(), width: cluster_width }
+            }
+            _ => Decoding::Components,
+        };
+        let (nodes, edges) = (features.nodes.columns, features.edges.columns);
+        let sizes = EmulatorConfig::new(3, nodes, edges, parameters);
+        EmulatorConfig { latent, width, steps, decoding, ..sizes }
+    }
 }
 
 /// A trained network on its geometry.
@@ -345,17 +360,7 @@ fn untrained(
     seed: u64,
 ) -> Result<Surrogate> {
     let device = session.options.backend.device()?;
-    let Geometry { features, topology, coordinates, .. } = &data.geometries[0];
-    let (nodes, edges) = (features.nodes.columns, features.edges.columns);
-    let Network { latent, width, cluster_width, message_passing_steps: steps } = plan.network;
-    let sizes = EmulatorConfig::new(3, nodes, edges, session.body.parameters.len());
-    let decoding = match coordinates {
-        Meaning::Motions(_) => {
-            Decoding::Motions { layers: topology.roots_per_layer.len(), width: cluster_width }
-        }
-        _ => Decoding::Components,
-    };
-    let sizes = EmulatorConfig { latent, width, steps, decoding, ..sizes };
+    let sizes = plan.network.on(&data.geometries[0], session.body.parameters.len());
     let inputs = parameters::scaling(session.body)?;
     let scales = Scales::over(&data.geometries, inputs, lesson.output_scale()?)?;
     Ok(Surrogate::new(&sizes, data, scales, seed, &device)?)

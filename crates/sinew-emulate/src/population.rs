@@ -11,10 +11,9 @@ use crate::network::Network;
 use crate::{Body, Result, parameters};
 use rayon::ThreadPoolBuilder;
 use serde::{Deserialize, Serialize};
-use sinew_gnn::Coordinates as Meaning;
 use sinew_gnn::{
-    Backend, Budget, DataSet, Decoding, EmulatorConfig, Geometry, Lesson, OutputScale, Scales,
-    StreamTrainer, Surrogate, TrainingConfig,
+    Backend, Budget, DataSet, Geometry, Lesson, OutputScale, Scales, StreamTrainer, Surrogate,
+    TrainingConfig,
 };
 use std::ops::ControlFlow;
 use std::sync::mpsc::{Receiver, sync_channel};
@@ -251,22 +250,8 @@ impl Population {
             refused?;
         }
         let body = &bodies[0];
-        let Geometry { features, topology, .. } = &geometries[0];
-        let Network { latent, width, cluster_width, message_passing_steps: steps } = self.network;
-        let sizes = EmulatorConfig::new(
-            3,
-            features.nodes.columns,
-            features.edges.columns,
-            body.parameters.len(),
-        );
-        let decoding =
-            Decoding::Motions { layers: topology.roots_per_layer.len(), width: cluster_width };
-        let sizes = EmulatorConfig { latent, width, steps, decoding, ..sizes };
-        let origins = geometries.iter().filter_map(|geometry| match &geometry.coordinates {
-            Meaning::Motions(motions) => Some(motions.origin()),
-            _ => None,
-        });
-        let output = OutputScale::root_mean_square(3, origins)?;
+        let sizes = self.network.on(&geometries[0], body.parameters.len());
+        let output = OutputScale::root_mean_square(3, geometries.iter().map(lesson::origin))?;
         let scales = Scales::over(&geometries, parameters::scaling(body)?, output)?;
         let data = DataSet {
             geometries: vec![geometries[0].clone()],

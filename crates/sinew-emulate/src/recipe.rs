@@ -59,12 +59,14 @@ impl Recipe {
         }
     }
 
-    /// Sizes of its network, where it is one.
-    pub(crate) fn network(&self) -> Option<Network> {
+    /// Outputs, sizes and training of its network, where it is one.
+    pub(crate) fn network(&self) -> Option<(&Coordinates, Network, &TrainingConfig)> {
         match self {
-            Self::DataDriven(recipe) => Some(recipe.network),
-            Self::PhysicsInformed(recipe) => Some(recipe.network),
-            Self::Hybrid(recipe) => Some(recipe.network),
+            Self::DataDriven(DataDriven { coordinates, network, training, .. })
+            | Self::PhysicsInformed(PhysicsInformed { coordinates, network, training, .. })
+            | Self::Hybrid(Hybrid { coordinates, network, training, .. }) => {
+                Some((coordinates, *network, training))
+            }
             Self::Series | Self::Regression(_) | Self::Auto(_) => None,
         }
     }
@@ -112,19 +114,13 @@ impl Recipe {
     /// Cost of the recipe's own training steps, in decoded parameter sets: what a budget is shared by between recipes. Zero
     /// for a regression.
     pub fn cost(&self) -> f64 {
-        let of = |coordinates: &Coordinates, training| {
-            let first = match coordinates {
-                Coordinates::MotionsAfter(first) => cost(first),
-                _ => 0.0,
-            };
-            first + cost(training)
-        };
-        match self {
-            Self::DataDriven(recipe) => of(&recipe.coordinates, &recipe.training),
-            Self::PhysicsInformed(recipe) => of(&recipe.coordinates, &recipe.training),
-            Self::Hybrid(recipe) => of(&recipe.coordinates, &recipe.training),
-            Self::Series | Self::Regression(_) => 0.0,
-            Self::Auto(recipe) => recipe.rivals.iter().map(Self::cost).sum(),
+        match (self, self.network()) {
+            (Self::Auto(recipe), _) => recipe.rivals.iter().map(Self::cost).sum(),
+            (_, Some((Coordinates::MotionsAfter(first), _, training))) => {
+                cost(first) + cost(training)
+            }
+            (_, Some((_, _, training))) => cost(training),
+            (_, None) => 0.0,
         }
     }
 

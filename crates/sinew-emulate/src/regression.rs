@@ -55,7 +55,7 @@ pub struct PodRegression {
     /// One orthonormal mode per column.
     modes: DMatrix<f64>,
     parameters: Vec<Parameter>,
-    fitted: Vec<Fitted>,
+    fitted: Fitted,
     leave_one_out: f64,
 }
 
@@ -84,7 +84,7 @@ impl PodRegression {
         let (error, size) = (fitted.leave_one_out, snapshots.norm_squared());
         let leave_one_out = if size > 0.0 { (error / size).sqrt() } else { 0.0 };
         let parameters = parameters.to_vec();
-        Ok(Self { mean, modes, parameters, fitted: vec![fitted], leave_one_out })
+        Ok(Self { mean, modes, parameters, fitted, leave_one_out })
     }
 
     /// The field at `theta`, flattened as the training fields were.
@@ -93,15 +93,9 @@ impl PodRegression {
     /// When `theta` has another length than in training, or a value that its scale has no place for.
     pub fn predict(&self, theta: &[f64]) -> Result<Vec<f64>, RegressionError> {
         check_theta(0, &self.parameters, theta)?;
-        let x = inputs(&self.parameters, theta);
+        let coefficients = self.fitted.at(&inputs(&self.parameters, theta));
         let mut field = self.mean.clone();
-        let mut first = 0;
-        for fitted in &self.fitted {
-            let coefficients = fitted.at(&x);
-            let modes = self.modes.columns(first, coefficients.len());
-            field.gemv(1.0, &modes, &coefficients.transpose(), 1.0);
-            first += coefficients.len();
-        }
+        field.gemv(1.0, &self.modes, &coefficients.transpose(), 1.0);
         Ok(field.as_slice().to_vec())
     }
 
@@ -112,7 +106,7 @@ impl PodRegression {
 
     /// Which interpolation won, with its hyperparameters.
     pub fn interpolation(&self) -> &Interpolation {
-        &self.fitted[0].interpolation
+        &self.fitted.interpolation
     }
 
     /// Leave-one-out error of the regression: root mean square norm of the field's error relative

@@ -149,12 +149,12 @@ impl<'a, 'b> Session<'a, 'b> {
 /// Requires a finished run of the same recipe, with networks of the same sizes, for parameters of the same names.
 fn check_start(start: &Path, body: &Body, recipe: &Recipe) -> Result<()> {
     let refuse = |reason: String| Err(Error::Start { folder: start.into(), reason });
-    if matches!(recipe, Recipe::Series | Recipe::Regression(_) | Recipe::Auto(_)) {
+    let Some((_, network, _)) = recipe.network() else {
         return refuse(format!(
             "`{}` trains no network of its own; choose pi, hybrid or dd",
             recipe.key()
         ));
-    }
+    };
     let Some(stored) = read_json::<Started>(&start.join(STARTED))? else {
         return refuse("it holds no run".into());
     };
@@ -168,7 +168,7 @@ fn check_start(start: &Path, body: &Body, recipe: &Recipe) -> Result<()> {
             recipe.key()
         ));
     }
-    if stored.recipe.network() != recipe.network() {
+    if stored.recipe.network().is_none_or(|(_, stored, _)| stored != network) {
         return refuse(
             "its network has other sizes; name the same under [training.network]".into(),
         );

@@ -53,11 +53,6 @@ struct Log {
 }
 
 impl Simulations {
-    /// Median wall time of a solve in the sweep \[s\].
-    pub(crate) fn median_solve_s(&self) -> f64 {
-        crate::timing::median(&self.solve_seconds)
-    }
-
     /// Keeps the first `count` at most.
     pub(crate) fn keep(&mut self, count: usize) {
         let share = count.min(self.fields.len()) as f64 / self.fields.len().max(1) as f64;
@@ -160,31 +155,22 @@ pub fn simulate(
 const THETAS: &str = "theta.npy";
 const FIELDS: &str = "displacement.npy";
 const LOG: &str = "simulations.json";
-
 /// Names of the files that simulations are stored in.
-pub(crate) fn stored_files() -> [&'static str; 3] {
-    [THETAS, FIELDS, LOG]
-}
+pub(crate) const STORED: [&str; 3] = [THETAS, FIELDS, LOG];
 
 /// Stores simulations of the first `tried` samples of a set.
-pub(crate) fn write_all(
-    body: &Body,
+pub(crate) fn store(
+    folder: &Path,
+    body: &Identity,
     tried: usize,
     simulations: &Simulations,
-    folder: &Path,
 ) -> Result<()> {
-    store(folder, &identity::of(body), tried, simulations)
-}
-
-/// What a folder holds of all samples `thetas` of a body.
-///
-/// # Errors
-/// Fewer samples, others, or those of another body.
-pub(crate) fn read_all(body: &Body, thetas: &[Vec<f64>], folder: &Path) -> Result<Simulations> {
-    match stored(folder, &identity::of(body), thetas)? {
-        (tried, simulations) if tried == thetas.len() => Ok(simulations),
-        _ => Err(Error::OtherSamples { folder: folder.into() }),
-    }
+    write_table(&folder.join(THETAS), &simulations.thetas)?;
+    write_table(&folder.join(FIELDS), &simulations.fields)?;
+    let Simulations { failures, seconds, solve_seconds, .. } = simulations.clone();
+    let body = body.clone();
+    let log = Log { body, tried, failures, seconds, solve_seconds };
+    write_json(&folder.join(LOG), &log)
 }
 
 /// Simulations of a body that [`simulate`] or [`crate::merge`] left in a folder, whatever their parameters.
@@ -192,11 +178,17 @@ pub(crate) fn read_all(body: &Body, thetas: &[Vec<f64>], folder: &Path) -> Resul
 /// # Errors
 /// No simulations there, or those of another body.
 pub fn read_simulations(body: &Body, folder: &Path) -> Result<Simulations> {
+    let found = read(folder, &identity::of(body))?.map(|(_, simulations)| simulations);
+    found.ok_or_else(|| Error::NoSimulations { folder: folder.into() })
+}
+
+/// What a folder holds of a body, and how many samples were tried; `None` where it holds no simulations.
+fn read(folder: &Path, body: &Identity) -> Result<Option<(usize, Simulations)>> {
     let log = read_json::<Log>(&folder.join(LOG))?;
-    let Some(Log { body: stored, failures, seconds, solve_seconds, .. }) = log else {
-        return Err(Error::NoSimulations { folder: folder.into() });
+    let Some(Log { body: stored, tried, failures, seconds, solve_seconds }) = log else {
+        return Ok(None);
     };
-    if identity::difference(&stored, &identity::of(body)).is_some() {
+    if identity::difference(&stored, body).is_some() {
         return Err(Error::OtherSamples { folder: folder.into() });
     }
     let solved = solve_seconds.len();
@@ -207,16 +199,7 @@ pub fn read_simulations(body: &Body, folder: &Path) -> Result<Simulations> {
     if thetas.len() != solved || fields.len() != solved {
         return Err(Error::OtherSamples { folder: folder.into() });
     }
-    Ok(Simulations { thetas, fields, failures, seconds, solve_seconds })
-}
-
-fn store(folder: &Path, body: &Identity, tried: usize, simulations: &Simulations) -> Result<()> {
-    write_table(&folder.join(THETAS), &simulations.thetas)?;
-    write_table(&folder.join(FIELDS), &simulations.fields)?;
-    let Simulations { failures, seconds, solve_seconds, .. } = simulations.clone();
-    let body = body.clone();
-    let log = Log { body, tried, failures, seconds, solve_seconds };
-    write_json(&folder.join(LOG), &log)
+    Ok(Some((tried, Simulations { thetas, fields, failures, seconds, solve_seconds })))
 }
 
 /// Whether two θ are the same but for the rounding of another machine's logarithms.
@@ -227,24 +210,23 @@ fn alike(a: &[f64], b: &[f64]) -> bool {
 }
 
 /// What a folder holds of the samples `thetas` of a body, and how many of them were tried.
-fn stored(folder: &Path, body: &Identity, thetas: &[Vec<f64>]) -> Result<(usize, Simulations)> {
-    let file = folder.join(LOG);
-    let Some(log) = read_json::<Log>(&file)? else { return Ok((0, Simulations::default())) };
-    if identity::difference(&log.body, body).is_some() {
+///
+/// # Errors
+/// Other samples, or those of another body.
+pub(crate) fn stored(
+    folder: &Path,
+    body: &Identity,
+    thetas: &[Vec<f64>],
+) -> Result<(usize, Simulations)> {
+    let Some((tried, found)) = read(folder, body)? else {
+        return Ok((0, Simulations::default()));
+    };
+    let failed = |theta: &[f64]| found.failures.iter().any(|failure| alike(&failure.theta, theta));
+    let expected = thetas.iter().take(tried).filter(|theta| !failed(theta));
+    let same = expected.clone().count() == found.thetas.len()
+        && expected.zip(&found.thetas).all(|(a, b)| alike(a, b));
+    if tried > thetas.len() || !same {
         return Err(Error::OtherSamples { folder: folder.into() });
     }
-    let solved = log.solve_seconds.len();
-    let mut rows = read_table(&folder.join(THETAS))?;
-    let mut fields = read_table(&folder.join(FIELDS))?;
-    rows.truncate(solved);
-    fields.truncate(solved);
-    let failed = |theta: &Vec<f64>| log.failures.iter().any(|failure| alike(&failure.theta, theta));
-    let expected = thetas.iter().take(log.tried).filter(|theta| !failed(theta));
-    let expected: Vec<&Vec<f64>> = expected.collect();
-    let same = expected.len() == rows.len() && expected.iter().zip(&rows).all(|(a, b)| alike(a, b));
-    if log.tried > thetas.len() || fields.len() != solved || !same {
-        return Err(Error::OtherSamples { folder: folder.into() });
-    }
-    let Log { tried, failures, seconds, solve_seconds, .. } = log;
-    Ok((tried, Simulations { thetas: rows, fields, failures, seconds, solve_seconds }))
+    Ok((tried, found))
 }

@@ -6,48 +6,33 @@ use sinew_gnn::Concern;
 
 /// A reason not to trust an emulator, a prediction or a correction. Printed it says what to do.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Warning {
     /// A training that went wrong though it did not diverge.
     #[error("training `{stage}`: {concern}")]
-    Training {
-        /// The stage.
-        stage: String,
-        /// What went wrong.
-        concern: Concern,
-    },
+    Training { stage: String, concern: Concern },
     /// The prediction for the centre of the parameter range is no equilibrium.
     #[error(
         "predictions are far from equilibrium: at the centre of the parameter range a Newton step would gain {:.1} % of \
          the loads' work; train for longer",
         100.0 * excess
     )]
-    FarFromEquilibrium {
-        /// Energy that the step would gain, relative to the work of the loads.
-        excess: f64,
-    },
+    FarFromEquilibrium { excess: f64 },
     /// A prediction that no body can have.
     #[error("the prediction {of} inverts a cell; train for longer")]
-    Inverted {
-        /// What was predicted.
-        of: String,
-    },
+    Inverted { of: String },
     /// Simulations without a solution.
     #[error(
         "{failed} of {tried} simulations of `{stage}` failed and were left out; the first at theta = ({}): {reason}",
         listed(theta)
     )]
     FailedSimulations {
-        /// The stage.
         stage: String,
-        /// How many failed.
         failed: usize,
-        /// How many were tried.
         tried: usize,
-        /// Parameters of the first one.
         theta: Vec<f64>,
-        /// What the solver says about it.
         reason: String,
     },
     /// Cross-validation promises less than was asked for.
@@ -56,73 +41,37 @@ pub enum Warning {
         error,
         target
     )]
-    TargetMissed {
-        /// Relative error by cross-validation or on held-out cases.
-        error: f64,
-        /// The one asked for.
-        target: f64,
-    },
+    TargetMissed { error: f64, target: f64 },
     /// Parameters outside the trained ranges.
     #[error(
         "{parameter} = {value} is outside the trained range from {low} to {high}: the prediction extrapolates"
     )]
-    OutsideRange {
-        /// Name of the parameter.
-        parameter: String,
-        /// Its value.
-        value: f64,
-        /// Smallest trained value.
-        low: f64,
-        /// Largest trained value.
-        high: f64,
-    },
+    OutsideRange { parameter: String, value: f64, low: f64, high: f64 },
     /// Error estimates of this emulator hold less often than they should.
     #[error(
         "error estimates were within a factor of two on {:.0} % of {cases} held-out cases only; the emulator is too far from \
          equilibrium for one Newton step, train for longer",
         100.0 * share
     )]
-    PoorEstimates {
-        /// Share of the held-out cases.
-        share: f64,
-        /// Held-out cases.
-        cases: usize,
-    },
+    PoorEstimates { share: f64, cases: usize },
     /// A correction from too far away.
     #[error(
         "the first Newton step moves the nodes by {:.1} % of their displacement: above {:.0} % a correction may hurt; check \
          the residual, or solve from rest",
         100.0 * relative, 100.0 * limit
     )]
-    FarForCorrection {
-        /// Mean nodal length of the step relative to the displacement.
-        relative: f64,
-        /// From where on corrections hurt.
-        limit: f64,
-    },
+    FarForCorrection { relative: f64, limit: f64 },
     /// A step that left the forces less balanced.
     #[error(
         "Newton step {step} raised the residual from {before:.2e} to {after:.2e} while it lowered the energy; correct more \
          often, or solve from rest"
     )]
-    ResidualRose {
-        /// Which step, from 1.
-        step: usize,
-        /// Residual before \[force\].
-        before: f64,
-        /// Residual after \[force\].
-        after: f64,
-    },
+    ResidualRose { step: usize, before: f64, after: f64 },
     /// A step that had to be shortened.
     #[error(
         "Newton step {step} was shortened to {length:.3} of its length, for the whole one inverts a cell or raises the energy"
     )]
-    ShortStep {
-        /// Which step, from 1.
-        step: usize,
-        /// Part of it that was taken; 0 when none lowers the energy.
-        length: f64,
-    },
+    ShortStep { step: usize, length: f64 },
     /// A stiffness that is no longer positive definite.
     #[error("the stiffness at the prediction is indefinite; the error estimate is a rough one")]
     Indefinite,

@@ -257,6 +257,10 @@ fn errors_relative_to_nothing_are_numbers() {
     let [case] = &moved[..] else { panic!("one case") };
     assert!(case.relative.is_finite() && case.err_pi.is_finite() && case.energy_excess.is_finite());
     assert!(case.relative > 1e9);
+    // Nor is an estimate at rest.
+    let emulator = Emulator::series(&body, 1).unwrap();
+    let estimate = emulator.estimate(&emulator.predict(&test.thetas).unwrap(), 0).unwrap();
+    assert_eq!((estimate.energy_norm, estimate.relative), (0.0, 0.0));
 }
 
 #[test]

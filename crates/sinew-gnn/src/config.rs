@@ -1,19 +1,9 @@
 //! Sizes of an emulator.
 
 use serde::{Deserialize, Serialize};
+use sinew_burn::Activation;
 
 use crate::error::{Error, Result};
-
-/// Nonlinearity of every hidden layer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Activation {
-    /// Continuously differentiable exponential linear unit, `max(0, x) + min(0, eˣ − 1)` (thesis, chapter 3).
-    #[default]
-    Celu,
-    /// Hyperbolic tangent (thesis, chapter 2).
-    Tanh,
-}
 
 /// What an emulator reads from the embeddings of nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -33,9 +23,9 @@ pub enum Decoding {
     },
 }
 
-/// Sizes of an [`Emulator`](crate::Emulator) (thesis, Algorithm 2, §2.2.4).
+/// Sizes of an [`Emulator`](crate::Emulator), whose perceptrons have two hidden layers (thesis, Algorithm 2, §2.2.4).
 ///
-/// The first six describe the network, the others its data. [`EmulatorConfig::new`] takes the
+/// The first four describe the network, the others its data. [`EmulatorConfig::new`] takes the
 /// latter and sets the former to the thesis' values.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct EmulatorConfig {
@@ -45,8 +35,6 @@ pub struct EmulatorConfig {
     pub steps: usize,
     /// Width of the hidden layers.
     pub width: usize,
-    /// Number of hidden layers of every perceptron.
-    pub hidden_layers: usize,
     /// Nonlinearity of the hidden layers.
     pub activation: Activation,
     /// Dimension D of the body: one decoder per displacement component.
@@ -76,7 +64,6 @@ impl EmulatorConfig {
             latent: 40,
             steps: 5,
             width: 128,
-            hidden_layers: 2,
             activation: Activation::Celu,
             dimensions,
             node_features,
@@ -95,7 +82,6 @@ impl EmulatorConfig {
         let positive = [
             ("latent", self.latent),
             ("width", self.width),
-            ("hidden_layers", self.hidden_layers),
             ("dimensions", self.dimensions),
             ("node_features", self.node_features),
             ("edge_features", self.edge_features),
@@ -111,13 +97,5 @@ impl EmulatorConfig {
             None => Ok(()),
             Some((what, value)) => Err(Error::Configuration { what, value, minimum: 1 }),
         }
-    }
-
-    /// Layer widths of a perceptron from `inputs` to `outputs`, with hidden layers of `width`.
-    pub(crate) fn layer_sizes(&self, [inputs, width, outputs]: [usize; 3]) -> Vec<usize> {
-        let mut sizes = vec![inputs];
-        sizes.extend(std::iter::repeat_n(width, self.hidden_layers));
-        sizes.push(outputs);
-        sizes
     }
 }

@@ -1,9 +1,7 @@
 //! What the numbers of a network mean: coordinates of a body's displacement.
 
-mod linear_response;
 mod map;
 mod motions;
-mod packed;
 mod polynomial;
 mod principal;
 mod split;

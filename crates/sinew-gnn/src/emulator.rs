@@ -2,12 +2,12 @@
 
 use burn::module::{Module, Param, ParamId};
 use burn::tensor::{Device, Tensor};
-use sinew_burn::Input;
+use sinew_burn::{GatherPlan, Input};
 
 use crate::config::{Decoding, EmulatorConfig};
 use crate::error::Result;
-use crate::graph::GraphTensors;
-use crate::kernels::{KernelChoice, Kernels, Rows};
+use crate::graph::Graph;
+use crate::kernels::{KernelChoice, Kernels};
 use crate::perceptron::{Normalisation, Perceptron};
 use crate::random::Initialiser;
 
@@ -67,8 +67,7 @@ impl Emulator {
         let parameter_encoder = normalised(config.parameters);
         let local_normalisation = Normalisation::new(source, 2 * latent);
         let inputs = 3 * latent + config.global_features;
-        let mut decoder =
-            |width, outputs| Perceptron::decoder(source, config, [inputs, width, outputs]);
+        let mut decoder = |width, outputs| Perceptron::decoder(source, [inputs, width, outputs]);
         let decoders = match config.decoding {
             Decoding::Components => {
                 (0..config.dimensions).map(|_| decoder(config.width, 1)).collect()
@@ -141,12 +140,8 @@ impl Emulator {
     ///
     /// `nodes` and `edges` hold standardised features, one row per node (virtual ones included)
     /// and per stored edge.
-    pub fn local_embedding(
-        &self,
-        graph: &GraphTensors,
-        nodes: Tensor<2>,
-        edges: Tensor<2>,
-    ) -> Embedding {
+    pub fn local_embedding(&self, graph: &Graph, nodes: Tensor<2>, edges: Tensor<2>) -> Embedding {
+        let aligned = GatherPlan::identity(nodes.dims()[0], 2);
         let mut nodes = self.node_encoder.forward(nodes, &self.kernels);
         let mut edges = self.edge_encoder.forward(edges, &self.kernels);
         let latent = self.config.latent;
@@ -154,7 +149,7 @@ impl Emulator {
             let messages = self.messages(edge_update, graph, nodes.clone(), edges.clone());
             let sums = self.kernels.signed_sum(graph, messages.clone());
             let inputs = vec![features(nodes.clone(), 0), features(sums, latent)];
-            let update = node_update.evaluate(inputs, &Rows::Aligned, &self.kernels);
+            let update = node_update.evaluate(inputs, &aligned, &self.kernels);
             nodes = self.kernels.sum(nodes, update);
             edges = self.kernels.sum(edges, messages);
         }
@@ -172,14 +167,14 @@ impl Emulator {
     fn messages(
         &self,
         update: &Perceptron,
-        graph: &GraphTensors,
+        graph: &Graph,
         nodes: Tensor<2>,
         edges: Tensor<2>,
     ) -> Tensor<2> {
         let latent = self.config.latent;
         let inputs =
             vec![features(edges, 0), features(nodes.clone(), latent), features(nodes, 2 * latent)];
-        update.evaluate(inputs, &Rows::Edges(graph), &self.kernels)
+        update.evaluate(inputs, &graph.plan, &self.kernels)
     }
 
     /// What is decoded, part by part: the index of a decoder, and the embeddings that it reads.
@@ -248,9 +243,14 @@ impl Emulator {
         let embedding = self.parameter_encoder.forward(parameters, &self.kernels);
         let parts = nodes.map(|(decoder, nodes)| {
             let (decoder, count) = (&self.decoders[decoder], nodes.rows());
-            let mut inputs = vec![nodes, features(embedding.clone(), 0)];
-            inputs.extend(global.clone().map(|global| features(global, latent)));
-            let rows = decoder.evaluate(inputs, &Rows::EveryPair, &self.kernels);
+            // Every node with every parameter set, and all with the one row of the global shape.
+            let (mut plan, mut inputs) =
+                (GatherPlan::outer(batch, count), vec![nodes, features(embedding.clone(), 0)]);
+            if let Some(global) = global.clone() {
+                plan = plan.and_shared();
+                inputs.push(features(global, latent));
+            }
+            let rows = decoder.evaluate(inputs, &plan, &self.kernels);
             let outputs = rows.dims()[1];
             rows.reshape([batch, count, outputs])
         });

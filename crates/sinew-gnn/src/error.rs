@@ -4,118 +4,52 @@ use std::path::PathBuf;
 
 /// Errors of emulators, data sets and training.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum Error {
     /// A configuration value admits no network.
     #[error("emulator configuration: {what} is {value}, but must be at least {minimum}")]
-    Configuration {
-        /// Name of the value.
-        what: &'static str,
-        /// The value given.
-        value: usize,
-        /// The smallest value allowed.
-        minimum: usize,
-    },
+    Configuration { what: &'static str, value: usize, minimum: usize },
     /// An array does not have the length its meaning asks for.
     #[error(
         "{what}: {found} given, {expected} expected; check that geometry, topology, configuration and data belong together"
     )]
-    Count {
-        /// What was counted.
-        what: &'static str,
-        /// Number given.
-        found: usize,
-        /// Number expected.
-        expected: usize,
-    },
+    Count { what: &'static str, found: usize, expected: usize },
     /// An input holds NaN or an infinity.
     #[error(
         "{what} holds {value} at index {index}; remove or repair this entry before training or predicting"
     )]
-    NotFinite {
-        /// Which array.
-        what: &'static str,
-        /// Position in the flattened array.
-        index: usize,
-        /// The offending value.
-        value: f64,
-    },
+    NotFinite { what: &'static str, index: usize, value: f64 },
     /// A parameter on the log scale is not positive.
     #[error(
         "parameter {parameter} is {value}, but its scale is logarithmic; give a positive value or choose the linear scale"
     )]
-    LogOfNonPositive {
-        /// Index of the parameter.
-        parameter: usize,
-        /// The offending value.
-        value: f64,
-    },
+    LogOfNonPositive { parameter: usize, value: f64 },
     /// A sample that training would extrapolate to.
     #[error(
         "parameter {parameter} of sample {sample} is {value}, outside its range [{lower}, {upper}]; check the units, or \
          widen the range"
     )]
-    OutsideRange {
-        /// Index of the sample, validation after training.
-        sample: usize,
-        /// Index of the parameter.
-        parameter: usize,
-        /// The offending value.
-        value: f64,
-        /// Lower bound.
-        lower: f64,
-        /// Upper bound.
-        upper: f64,
-    },
+    OutsideRange { sample: usize, parameter: usize, value: f64, lower: f64, upper: f64 },
     /// A parameter range is empty.
     #[error(
         "parameter {parameter} ranges from {lower} to {upper}; the upper bound must exceed the lower one"
     )]
-    EmptyRange {
-        /// Index of the parameter.
-        parameter: usize,
-        /// Lower bound.
-        lower: f64,
-        /// Upper bound.
-        upper: f64,
-    },
+    EmptyRange { parameter: usize, lower: f64, upper: f64 },
     /// A scale by which outputs or losses are divided is not positive.
     #[error(
         "{what} is {value}, but must be positive and finite; compute it from training displacements or from one linear solve"
     )]
-    Scale {
-        /// Which scale.
-        what: &'static str,
-        /// The value.
-        value: f64,
-    },
+    Scale { what: &'static str, value: f64 },
     /// The share of the budget that trains the node embeddings is none.
     #[error(
         "the share of the budget that trains the node embeddings is {0}; give a number from 0 to 1"
     )]
     EmbeddingShare(f64),
-    /// Conjugate gradients did not find the linear response of a body.
-    #[error(
-        "the linear response was not found: after {iterations} iterations {left:.1e} of it is missing; hold the body, so \
-         that no part of it moves without a force, and look for cells without volume"
-    )]
-    NoLinearResponse {
-        /// Iterations made.
-        iterations: usize,
-        /// Root of the energy that is missing, relative to the first step's.
-        left: f64,
-    },
     /// A sample names a geometry the set does not have.
     #[error(
         "sample {sample} belongs to geometry {geometry}, but there are only {geometries} geometries"
     )]
-    UnknownGeometry {
-        /// Index of the sample.
-        sample: usize,
-        /// Geometry it names.
-        geometry: usize,
-        /// Number of geometries.
-        geometries: usize,
-    },
+    UnknownGeometry { sample: usize, geometry: usize, geometries: usize },
     /// Training without samples, or on a device that records no gradients.
     #[error("nothing to train on: {0}")]
     NothingToTrain(&'static str),
@@ -125,38 +59,19 @@ pub enum Error {
          resume from the last checkpoint with a learning rate of {:.1e} or less, or a larger batch",
         learning_rate / 3.0
     )]
-    Diverged {
-        /// Step, counted from one.
-        step: usize,
-        /// Loss of the step.
-        loss: f64,
-        /// Norm of the gradient before clipping.
-        gradient_norm: f64,
-        /// Learning rate of the step.
-        learning_rate: f64,
-    },
+    Diverged { step: usize, loss: f64, gradient_norm: f64, learning_rate: f64 },
     /// A state to which the potential gives no energy.
     #[error(
         "at step {step} of the training {inadmissible} of {samples} predictions invert a cell, and their energy is not \
          finite; train on a potential with barriers (Body::with_barriers), begin from a displacement that \
          inverts no cell, or lower the learning rate"
     )]
-    InvertedCells {
-        /// Step, counted from one.
-        step: usize,
-        /// Predictions of the batch that invert a cell.
-        inadmissible: usize,
-        /// Size of the batch.
-        samples: usize,
-    },
+    InvertedCells { step: usize, inadmissible: usize, samples: usize },
     /// A prediction left the range of numbers.
     #[error(
         "the prediction for parameter set {sample} is not finite; the parameters are far outside the trained range or the weights are damaged"
     )]
-    PredictionNotFinite {
-        /// Index in the batch of parameters.
-        sample: usize,
-    },
+    PredictionNotFinite { sample: usize },
     /// A backend this build does not contain.
     #[error("this build has no `{0}` backend; build with the cargo feature of that name")]
     MissingBackend(&'static str),
@@ -167,12 +82,7 @@ pub enum Error {
     NoDevice(&'static str),
     /// A sample at which the potential cannot be evaluated.
     #[error("sample {sample} does not suit the potential: {reason}")]
-    Parameters {
-        /// Index of the sample, validation after training.
-        sample: usize,
-        /// What the potential objects to.
-        reason: String,
-    },
+    Parameters { sample: usize, reason: String },
     /// A body whose stiffness cannot be formed.
     #[error(
         "the stiffness of the body is not finite at the displacement given: it inverts a cell, or an energy overflows; give a smaller one"
@@ -183,36 +93,19 @@ pub enum Error {
     Theta(#[from] sinew_energy::ThetaError),
     /// Features do not fit the graph.
     #[error(transparent)]
-    Graph(sinew_graph::GraphError),
+    Graph(#[from] sinew_graph::GraphError),
     /// Edges the kernels cannot address.
     #[error("edges of the topology: {0}")]
     Edges(#[from] sinew_burn::IndexError),
     /// A file could not be read or written.
     #[error("{}: {source}", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// The cause.
-        source: std::io::Error,
-    },
+    File { path: PathBuf, source: std::io::Error },
     /// A file does not hold what was expected.
     #[error("{}: {reason}", path.display())]
-    Format {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        reason: String,
-    },
+    Format { path: PathBuf, reason: String },
     /// A directory was written by another format version.
     #[error("{}: format version {found}, this build reads version {expected}; train again or use the build that wrote it", path.display())]
-    Version {
-        /// The file.
-        path: PathBuf,
-        /// Version found.
-        found: u32,
-        /// Version read.
-        expected: u32,
-    },
+    Version { path: PathBuf, found: u32, expected: u32 },
 }
 
 /// Result with this crate's [`Error`].

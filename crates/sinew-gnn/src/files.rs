@@ -1,7 +1,7 @@
-//! Directories that appear whole or not at all, and arrays in files.
+//! Directories that appear whole or not at all, and JSON in them.
 
 use std::fs::{self, File};
-use std::io::{BufReader, BufWriter, Read, Write};
+use std::io::{BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -63,86 +63,9 @@ pub(crate) fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T> {
         .map_err(|error| Error::Format { path: path.into(), reason: error.to_string() })
 }
 
-/// First bytes of a file of arrays.
-const MAGIC: &[u8; 8] = b"SINEWGN1";
-
-/// Writes a count, identities and single-precision arrays, little-endian.
-pub(crate) fn write_arrays<'a>(
-    path: &Path,
-    count: u64,
-    ids: &[u64],
-    arrays: impl Iterator<Item = &'a [f32]>,
-) -> Result<()> {
-    let mut bytes = MAGIC.to_vec();
-    let put = |value: u64, bytes: &mut Vec<u8>| bytes.extend(value.to_le_bytes());
-    put(count, &mut bytes);
-    put(ids.len() as u64, &mut bytes);
-    ids.iter().for_each(|id| put(*id, &mut bytes));
-    for array in arrays {
-        put(array.len() as u64, &mut bytes);
-        array.iter().for_each(|value| bytes.extend(value.to_le_bytes()));
-    }
-    fs::write(path, bytes).map_err(file_error(path))
-}
-
-/// Count, identities and arrays of a file written by [`write_arrays`].
-pub(crate) fn read_arrays(path: &Path) -> Result<(u64, Vec<u64>, Vec<Vec<f32>>)> {
-    let mut bytes = Vec::new();
-    let mut file = File::open(path).map_err(file_error(path))?;
-    file.read_to_end(&mut bytes).map_err(file_error(path))?;
-    let truncated = || Error::Format {
-        path: path.into(),
-        reason: "not a file of arrays, or cut short; use another checkpoint".into(),
-    };
-    let rest = bytes.strip_prefix(MAGIC).ok_or_else(truncated)?;
-    parse_arrays(rest).ok_or_else(truncated)
-}
-
-fn parse_arrays(mut rest: &[u8]) -> Option<(u64, Vec<u64>, Vec<Vec<f32>>)> {
-    fn take<'a>(rest: &mut &'a [u8], bytes: usize) -> Option<&'a [u8]> {
-        let (head, tail) = rest.split_at_checked(bytes)?;
-        *rest = tail;
-        Some(head)
-    }
-    fn number(rest: &mut &[u8]) -> Option<u64> {
-        Some(u64::from_le_bytes(take(rest, 8)?.try_into().ok()?))
-    }
-    let count = number(&mut rest)?;
-    let ids = usize::try_from(number(&mut rest)?).ok()?;
-    let bytes = take(&mut rest, ids.checked_mul(8)?)?;
-    let ids = bytes.as_chunks().0.iter().map(|id| u64::from_le_bytes(*id)).collect();
-    let mut arrays = Vec::new();
-    while !rest.is_empty() {
-        let length = usize::try_from(number(&mut rest)?).ok()?;
-        let bytes = take(&mut rest, length.checked_mul(4)?)?;
-        arrays.push(bytes.as_chunks().0.iter().map(|value| f32::from_le_bytes(*value)).collect());
-    }
-    Some((count, ids, arrays))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn arrays_round_trip_and_a_cut_file_is_refused() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("arrays");
-        let arrays = [vec![1.0, -0.0, f32::MIN_POSITIVE], vec![]];
-        write_arrays(&path, 7, &[3, 4], arrays.iter().map(Vec::as_slice)).unwrap();
-        let read = read_arrays(&path).unwrap();
-        assert_eq!(read, (7, vec![3, 4], arrays.to_vec()));
-        let bytes = fs::read(&path).unwrap();
-        for length in 0..bytes.len() {
-            fs::write(&path, &bytes[..length]).unwrap();
-            // Cutting off a whole trailing array leaves a valid file of fewer arrays.
-            let fewer = read_arrays(&path).is_ok_and(|(_, _, arrays)| arrays.len() < 2);
-            assert!(
-                fewer || matches!(read_arrays(&path), Err(Error::Format { .. })),
-                "length {length}"
-            );
-        }
-    }
 
     #[test]
     fn a_failed_write_leaves_the_directory_as_it_was() {

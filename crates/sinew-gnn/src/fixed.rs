@@ -60,7 +60,7 @@ impl FixedGeometry {
         known: Option<usize>,
         geometry: &GeometryTensors,
     ) -> Self {
-        let emulator = surrogate.inference_emulator();
+        let emulator = surrogate.emulator.clone();
         let local = known.and_then(|index| emulator.embedding(index));
         let local = local.unwrap_or_else(|| geometry.embedding(&emulator));
         Self {
@@ -129,8 +129,7 @@ impl FixedGeometry {
     }
 
     fn inputs(&self, thetas: &[Vec<f64>]) -> Result<Tensor<2>> {
-        let thetas: Vec<&[f64]> = thetas.iter().map(Vec::as_slice).collect();
-        parameter_tensor(&self.parameters, &thetas, &self.device)
+        parameter_tensor(&self.parameters, thetas.iter().map(Vec::as_slice), &self.device)
     }
 
     fn prediction(&self, thetas: &[Vec<f64>], displacement: Vec<f64>) -> Result<Prediction> {

@@ -77,6 +77,7 @@ mod graph;
 mod kernels;
 mod objective;
 mod optimiser;
+mod packed;
 mod perceptron;
 mod random;
 mod scaling;
@@ -85,22 +86,23 @@ mod store;
 mod surrogate;
 mod training;
 
-pub use config::{Activation, Decoding, EmulatorConfig};
+pub use config::{Decoding, EmulatorConfig};
 pub use coordinates::{Coordinates, Motions, PrincipalDirections};
 pub use data::{DataSet, Dirichlet, Geometry, Sample};
 pub use device::Backend;
 pub use emulator::{Embedding, Emulator, Output};
 pub use error::{Error, Result};
 pub use fixed::{FixedGeometry, Prediction, Sensitivity};
-pub use graph::GraphTensors;
+pub use graph::Graph;
 pub use kernels::KernelChoice;
 pub use objective::{
     Batch, DataFit, DataFitWithGradient, EnergyNormFit, GradientOperator, MinimumPotential,
-    Objective, Potential, WeightedSum,
+    Objective, Potential,
 };
 pub use optimiser::{MuonConfig, OptimiserConfig};
-pub use scaling::{GlobalScaling, OutputScale, ParameterRange, ParameterScale, ParameterScaling};
+pub use scaling::{OutputScale, ParameterRange, ParameterScale, ParameterScaling};
 pub use schedule::Schedule;
+pub use sinew_burn::Activation;
 pub use surrogate::{Scales, Surrogate};
 pub use training::{
     Budget, Concern, HistoryPoint, Lesson, Observer, Progress, StopReason, StreamTrainer, Trainer,

@@ -4,13 +4,11 @@ mod data_fit;
 mod energy_norm_fit;
 mod gradient_fit;
 mod minimum_potential;
-mod sum;
 
 pub use data_fit::DataFit;
 pub use energy_norm_fit::EnergyNormFit;
 pub use gradient_fit::{DataFitWithGradient, GradientOperator};
 pub use minimum_potential::{MinimumPotential, Potential};
-pub use sum::WeightedSum;
 
 use burn::tensor::{Device, Tensor, TensorData};
 
@@ -26,7 +24,7 @@ pub struct Batch<'a> {
     pub samples: &'a [&'a Sample],
 }
 
-/// A loss on predicted displacements.
+/// A loss on predicted displacements of data that it was found to fit by [`Objective::check`].
 ///
 /// Losses are dimensionless, so that learning rates and gradient clipping mean the same in every
 /// system of units.

@@ -1,11 +1,13 @@
 //! Multilayer perceptrons with normalised outputs.
 
+use std::sync::Arc;
+
 use burn::module::{Module, Param};
 use burn::tensor::Tensor;
-use sinew_burn::{Input, LayerNormalisation, PerceptronWeights};
+use sinew_burn::{GatherPlan, Input, LayerNormalisation, PerceptronWeights, reference};
 
 use crate::config::EmulatorConfig;
-use crate::kernels::{KernelChoice, Kernels, Rows};
+use crate::kernels::{KernelChoice, Kernels};
 use crate::random::Initialiser;
 
 /// Added to the variance in every normalisation.
@@ -86,9 +88,10 @@ fn centre(x: Tensor<2>) -> (Tensor<2>, Tensor<2>) {
     (deviation, (variance + NORMALISATION_EPSILON).sqrt().recip())
 }
 
-/// A perceptron; its output is normalised where `normalisation` is present.
+/// A perceptron with two hidden layers; its output is normalised where `normalisation` is present.
 #[derive(Module, Debug)]
 pub(crate) struct Perceptron {
+    /// Three of them.
     pub layers: Vec<Affine>,
     pub normalisation: Option<Normalisation>,
 }
@@ -100,72 +103,56 @@ impl Perceptron {
         config: &EmulatorConfig,
         inputs: usize,
     ) -> Self {
-        let layers = layers(source, &config.layer_sizes([inputs, config.width, config.latent]));
+        let layers = layers(source, &[inputs, config.width, config.width, config.latent]);
         Self { layers, normalisation: Some(Normalisation::new(source, config.latent)) }
     }
 
     /// From inputs over hidden layers of a width to outputs, which are not normalised, and initially zero everywhere.
     pub(crate) fn decoder(
         source: &mut Initialiser<'_>,
-        config: &EmulatorConfig,
         [inputs, width, outputs]: [usize; 3],
     ) -> Self {
-        let sizes = config.layer_sizes([inputs, width, outputs]);
-        let mut layers = layers(source, &sizes[..sizes.len() - 1]);
-        let weight = source.constant(0.0, [sizes[sizes.len() - 2], outputs]);
+        let mut layers = layers(source, &[inputs, width, width]);
+        let weight = source.constant(0.0, [width, outputs]);
         layers.push(Affine { weight, bias: source.constant(0.0, [outputs]) });
         Self { layers, normalisation: None }
     }
 
     /// Of whole inputs.
     pub(crate) fn forward(&self, x: Tensor<2>, kernels: &Kernels) -> Tensor<2> {
+        let plan = GatherPlan::identity(x.dims()[0], 1);
         let input = Input::Features { values: x, first_row: 0 };
-        self.evaluate(vec![input], &Rows::Aligned, kernels)
+        self.evaluate(vec![input], &plan, kernels)
     }
 
-    /// Of inputs whose parts are rows of `inputs`, as `rows` tells.
+    /// Of inputs whose parts are rows of `inputs`, as the plan tells.
     pub(crate) fn evaluate(
         &self,
         inputs: Vec<Input>,
-        rows: &Rows<'_>,
+        plan: &Arc<GatherPlan>,
         kernels: &Kernels,
     ) -> Tensor<2> {
-        if let (KernelChoice::Fused, Some(weights), Some(plan)) =
-            (kernels.choice, self.fused_weights(kernels), rows.plan(&inputs))
-        {
-            return sinew_burn::gathered_mlp(inputs, &plan, weights);
-        }
-        let device = self.layers[0].bias.device();
-        let products = inputs.into_iter().map(|input| match input {
-            Input::Features { values, first_row } => self.layers[0].partial(values, first_row),
-            Input::Product(product) => product,
-        });
-        let sum = rows.sum(products.collect()).unwrap_or_else(|| Tensor::zeros([0, 0], &device));
-        let first = sum + self.layers[0].bias.val().unsqueeze();
-        let hidden =
-            self.layers[1..].iter().fold(first, |x, layer| layer.forward(kernels.activate(x)));
-        match &self.normalisation {
-            Some(normalisation) => normalisation.forward(hidden),
-            None => hidden,
+        let weights = self.weights(kernels);
+        match kernels.choice {
+            KernelChoice::Fused => sinew_burn::gathered_mlp(inputs, plan, weights),
+            KernelChoice::Reference => reference::gathered_mlp(inputs, plan, weights),
         }
     }
 
-    /// What the fused kernel computes, for two hidden layers.
-    fn fused_weights(&self, kernels: &Kernels) -> Option<PerceptronWeights> {
+    fn weights(&self, kernels: &Kernels) -> PerceptronWeights {
         let [first, second, third] = &self.layers[..] else {
-            return None;
+            unreachable!("a perceptron has three layers")
         };
-        let normalisation = self.normalisation.as_ref().map(Normalisation::fused);
-        Some(PerceptronWeights {
-            activation: kernels.activation.into(),
+        PerceptronWeights {
+            activation: kernels.activation,
             first_weight: first.weight.val(),
             first_bias: first.bias.val(),
             second_weight: second.weight.val(),
             second_bias: second.bias.val(),
             third_weight: third.weight.val(),
             third_bias: third.bias.val(),
-            normalisation,
-        })
+            normalisation: self.normalisation.as_ref().map(Normalisation::fused),
+        }
     }
 
     /// Value and derivative after the first affine map, whose own are `first` and `tangent`.

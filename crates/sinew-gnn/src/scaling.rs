@@ -1,4 +1,4 @@
-//! Normalisation of parameters, shape embeddings and displacements.
+//! Normalisation of parameters and displacements.
 
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Parameter, Sampling};
@@ -184,48 +184,6 @@ impl ParameterRange {
     }
 }
 
-/// Mean and standard deviation of every column of the shape embeddings `z_global`.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct GlobalScaling {
-    /// Mean per column.
-    pub mean: Vec<f64>,
-    /// Standard deviation per column; one where a column is constant.
-    pub deviation: Vec<f64>,
-}
-
-impl GlobalScaling {
-    /// Statistics over training geometries; every row is one `z_global`.
-    ///
-    /// # Errors
-    /// Rows of different lengths or values that are not finite.
-    pub(crate) fn over(rows: &[&[f64]]) -> Result<Self> {
-        let columns = rows.first().map_or(0, |row| row.len());
-        for row in rows {
-            require_count("global features", row.len(), columns)?;
-            require_finite("global features", row)?;
-        }
-        let statistics = |column: usize| mean_and_deviation(rows.iter().map(|row| row[column]));
-        let (mean, deviation): (Vec<_>, Vec<_>) = (0..columns).map(statistics).unzip();
-        let deviation = deviation.into_iter().map(|d| if d > 0.0 { d } else { 1.0 }).collect();
-        Ok(Self { mean, deviation })
-    }
-
-    /// Network inputs of one `z_global`.
-    ///
-    /// # Errors
-    /// A wrong length or a value that is not finite.
-    pub(crate) fn standardise(&self, global: &[f64]) -> Result<Vec<f64>> {
-        require_count("global features", global.len(), self.mean.len())?;
-        require_finite("global features", global)?;
-        let columns = self.mean.iter().zip(&self.deviation);
-        Ok(global
-            .iter()
-            .zip(columns)
-            .map(|(value, (mean, deviation))| (value - mean) / deviation)
-            .collect())
-    }
-}
-
 /// Maps network outputs to displacements, `u = mean + scale · output`: per component, or per
 /// degree of freedom.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -241,7 +199,8 @@ pub struct OutputScale {
 const SMALLEST_RELATIVE_SCALE: f64 = 1e-3;
 
 impl OutputScale {
-    /// Mean and standard deviation per component of training displacements, each flattened node by node.
+    /// Mean and standard deviation per component of training displacements, each flattened node by node; with as many `dimensions`
+    /// as a displacement has numbers per degree of freedom, so that a network learns only how each node departs from its mean.
     ///
     /// # Errors
     /// No displacement, a length that is no multiple of `dimensions`, or values that are not finite.
@@ -252,23 +211,6 @@ impl OutputScale {
         Self::from_statistics(dimensions, displacements, |values| {
             mean_and_deviation(values.iter().copied())
         })
-    }
-
-    /// Mean and standard deviation per degree of freedom, so that a network learns only how each
-    /// node departs from its mean. Measured on the OnceClampedBeam: a quarter of the error of
-    /// [`OutputScale::standardising`] after equally many steps.
-    ///
-    /// # Errors
-    /// As [`OutputScale::standardising`]; displacements of different lengths.
-    pub fn standardising_every_node<'a>(
-        displacements: impl IntoIterator<Item = &'a [f64], IntoIter: Clone>,
-    ) -> Result<Self> {
-        let displacements = displacements.into_iter();
-        let length = displacements.clone().next().map_or(0, <[f64]>::len);
-        for displacement in displacements.clone() {
-            require_count("displacement values", displacement.len(), length)?;
-        }
-        Self::standardising(length, displacements)
     }
 
     /// Zero mean and the root mean square per component, for instance of one linear solve: what is
@@ -399,17 +341,17 @@ mod tests {
         let scale = OutputScale::root_mean_square(2, [&displacement[..]]).unwrap();
         assert_eq!(scale.scale, [3e-3, 3.0]);
         assert!(matches!(OutputScale::standardising(2, []), Err(Error::Scale { .. })));
-        assert!(matches!(OutputScale::standardising_every_node([]), Err(Error::Scale { .. })));
+        assert!(matches!(OutputScale::standardising(0, []), Err(Error::Scale { .. })));
     }
 
     #[test]
     fn every_node_has_its_own_mean() {
         let (first, second) = ([0.0, 3.0, 0.0, 9.0], [0.0, 5.0, 0.0, 7.0]);
-        let scale = OutputScale::standardising_every_node([&first[..], &second[..]]).unwrap();
+        let scale = OutputScale::standardising(4, [&first[..], &second[..]]).unwrap();
         assert_eq!(scale.mean, [0.0, 4.0, 0.0, 8.0]);
         assert_eq!(scale.scale, [1e-3, 1.0, 1e-3, 1.0]);
         assert!(scale.check(2, 4).is_ok() && scale.check(2, 6).is_err());
-        let uneven = OutputScale::standardising_every_node([&first[..], &second[..2]]);
+        let uneven = OutputScale::standardising(4, [&first[..], &second[..2]]);
         assert!(matches!(uneven, Err(Error::Count { .. })));
     }
 }

@@ -3,17 +3,17 @@
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, TensorData};
 use serde::{Deserialize, Serialize};
-use sinew_graph::FeatureStatistics;
+use sinew_graph::{ColumnStatistics, FeatureMatrix, FeatureStatistics};
 
 use crate::config::{Decoding, EmulatorConfig};
 use crate::coordinates::{Coordinates, OutputMap, all_terms, check_terms};
-use crate::data::{DataSet, Geometry};
+use crate::data::{DataSet, Geometry, Sample};
 use crate::emulator::{Embedding, Emulator};
-use crate::error::{Error, Result, require_count, require_finite};
+use crate::error::{Result, require_count, require_finite};
 use crate::fixed::{FixedGeometry, Prediction, values};
-use crate::graph::GraphTensors;
+use crate::graph::Graph;
 use crate::kernels::KernelChoice;
-use crate::scaling::{GlobalScaling, OutputScale, ParameterScaling};
+use crate::scaling::{OutputScale, ParameterScaling};
 
 /// Everything that turns physical inputs into network inputs and network outputs into displacements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -21,7 +21,7 @@ pub struct Scales {
     /// Statistics of node and edge features over the training geometries.
     pub features: FeatureStatistics,
     /// Statistics of the shape embeddings over the training geometries.
-    pub global: GlobalScaling,
+    pub global: ColumnStatistics,
     /// Ranges of the parameters.
     pub parameters: ParameterScaling,
     /// Scale of the displacements.
@@ -40,10 +40,10 @@ impl Scales {
     ) -> Result<Self> {
         let features: Vec<_> =
             geometries.iter().map(|geometry| geometry.features.clone()).collect();
-        let global: Vec<&[f64]> = geometries.iter().map(|geometry| &geometry.global[..]).collect();
+        let global: Vec<_> = geometries.iter().map(shape).collect();
         Ok(Self {
             features: FeatureStatistics::over(&features)?,
-            global: GlobalScaling::over(&global)?,
+            global: ColumnStatistics::over("global features", global.iter())?,
             parameters,
             output,
         })
@@ -64,7 +64,7 @@ pub struct Surrogate {
 #[derive(Debug, Clone)]
 pub(crate) struct GeometryTensors {
     /// Its edges and layers.
-    pub graph: GraphTensors,
+    pub graph: Graph,
     /// `[nodes, features]`, standardised.
     pub nodes: Tensor<2>,
     /// `[edges, features]`, standardised.
@@ -130,7 +130,7 @@ impl Surrogate {
         if let Decoding::Motions { .. } = config.decoding {
             require_count("components of a motion's translation", config.dimensions, 3)?;
         }
-        let device = device.clone().without_autodiff();
+        let (emulator, device) = (emulator.valid(), device.clone().without_autodiff());
         let (prepared, none) = (Vec::new(), Vec::new());
         let mut surrogate = Self { emulator, scales, geometries: none, prepared, device };
         for geometry in geometries {
@@ -198,18 +198,24 @@ impl Surrogate {
     /// # Errors
     /// As [`Surrogate::fixed_geometry`].
     pub fn local_embedding(&self, geometry: &Geometry) -> Result<Vec<Vec<f64>>> {
-        let local = self.prepare(geometry)?.embedding(&self.inference_emulator());
+        let local = self.prepare(geometry)?.embedding(&self.emulator);
         let of_nodes = local[0].clone();
         let columns = of_nodes.dims()[1];
         Ok(values(of_nodes)?.chunks(columns).map(<[f64]>::to_vec).collect())
     }
 
-    /// Standardised parameters `[batch, parameters]`.
-    pub(crate) fn parameter_tensor(&self, thetas: &[&[f64]]) -> Result<Tensor<2>> {
+    /// Standardised parameters `[batch, parameters]` of some samples.
+    pub(crate) fn parameters_of(&self, samples: &[&Sample]) -> Result<Tensor<2>> {
+        let thetas = samples.iter().map(|sample| &sample.theta[..]);
         parameter_tensor(&self.scales.parameters, thetas, &self.device)
     }
 
-    /// Embeddings of the nodes of geometry `index`, through `emulator` (this surrogate's, or a copy of it).
+    /// Embeddings of the nodes of all geometries, through `emulator` (this surrogate's, or a copy of it).
+    pub(crate) fn embeddings(&self, emulator: &Emulator) -> Vec<Embedding> {
+        (0..self.prepared.len()).map(|index| self.embedding(emulator, index)).collect()
+    }
+
+    /// Those of geometry `index`.
     pub(crate) fn embedding(&self, emulator: &Emulator, index: usize) -> Embedding {
         let passed = || self.prepared[index].embedding(emulator);
         emulator.embedding(index).unwrap_or_else(passed)
@@ -232,22 +238,17 @@ impl Surrogate {
             require_finite("the rates of an amplitude", rates)?;
         }
         let features = self.scales.features.standardise(&geometry.features)?;
-        let global = self.scales.global.standardise(&geometry.global)?;
+        let global = self.scales.global.standardise("global features", &shape(geometry))?.values;
         let table = |values: &[f64], rows| matrix(values, rows, &self.device);
         let output =
             OutputMap::new(geometry, &self.scales.output, [nodes, dimensions], &self.device);
         Ok(GeometryTensors {
-            graph: GraphTensors::new(&geometry.topology, &self.device)?,
+            graph: Graph::new(&geometry.topology)?,
             nodes: table(&features.nodes.values, features.nodes.rows),
             edges: table(&features.edges.values, features.edges.rows),
             global: (!global.is_empty()).then(|| table(&global, 1)),
             output,
         })
-    }
-
-    /// The same surrogate on the device that records gradients, or off it.
-    pub(crate) fn inference_emulator(&self) -> Emulator {
-        self.emulator.valid()
     }
 }
 
@@ -255,6 +256,20 @@ impl GeometryTensors {
     /// Embeddings of its nodes by message passing.
     pub(crate) fn embedding(&self, emulator: &Emulator) -> Embedding {
         emulator.local_embedding(&self.graph, self.nodes.clone(), self.edges.clone())
+    }
+
+    /// Displacements at standardised parameters \[length\], from the embeddings of its nodes.
+    pub(crate) fn displacement(
+        &self,
+        emulator: &Emulator,
+        local: Embedding,
+        mut parameters: Tensor<2>,
+    ) -> Tensor<3> {
+        if self.nodes.is_autodiff() {
+            parameters = Tensor::from_inner(parameters);
+        }
+        let output = emulator.decode(local, self.global.clone(), parameters.clone());
+        self.output.displacement(self.output.complete(output, parameters))
     }
 
     /// The same tensors ready to meet those of an automatically differentiated network.
@@ -269,23 +284,22 @@ impl GeometryTensors {
     }
 }
 
-impl From<sinew_graph::GraphError> for Error {
-    fn from(error: sinew_graph::GraphError) -> Self {
-        Self::Graph(error)
-    }
+/// The embedding of a geometry's global shape, as a table of one row.
+fn shape(geometry: &Geometry) -> FeatureMatrix {
+    let values = geometry.global.clone();
+    FeatureMatrix { rows: 1, columns: values.len(), values }
 }
 
 /// Standardised parameters `[batch, parameters]`.
-pub(crate) fn parameter_tensor(
+pub(crate) fn parameter_tensor<'a>(
     scaling: &ParameterScaling,
-    thetas: &[&[f64]],
+    thetas: impl ExactSizeIterator<Item = &'a [f64]>,
     device: &Device,
 ) -> Result<Tensor<2>> {
-    let mut values = Vec::with_capacity(thetas.len() * scaling.ranges().len());
-    for theta in thetas {
-        values.extend(scaling.standardise(theta)?);
-    }
-    Ok(matrix(&values, thetas.len(), device))
+    let rows = thetas.len();
+    let values: Vec<Vec<f64>> =
+        thetas.map(|theta| scaling.standardise(theta)).collect::<Result<_>>()?;
+    Ok(matrix(&values.concat(), rows, device))
 }
 
 /// `[rows, columns]` in single precision.

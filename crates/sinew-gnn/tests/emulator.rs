@@ -87,7 +87,7 @@ fn the_order_of_the_stored_edges_does_not_matter() {
             order.iter().map(|&edge| data.geometries[0].topology.receivers[edge]).collect();
         let rows: Vec<f64> =
             order.iter().flat_map(|&edge| features.edges.row(edge).to_vec()).collect();
-        let graph = GraphTensors::new(&topology, device).unwrap();
+        let graph = Graph::new(&topology).unwrap();
         let local =
             surrogate.emulator().local_embedding(&graph, nodes.clone(), table(&rows, order.len()));
         local[0].to_data().iter::<f64>().collect::<Vec<f64>>()
@@ -222,4 +222,15 @@ fn misfits_are_refused() {
     let mut broken = body.geometry(vec![40.0, 10.0], |x| x);
     broken.features.nodes.values[3] = f64::NAN;
     assert!(matches!(surrogate.fixed_geometry(&broken), Err(Error::NotFinite { index: 3, .. })));
+}
+
+#[test]
+fn a_shape_number_that_is_always_the_same_is_no_input() {
+    // The mean of three tenths is off by its rounding, which is no spread to measure others by.
+    let body = plane_cantilever(40.0);
+    let geometries: Vec<Geometry> = (0..3).map(|_| body.geometry(vec![0.1], |x| x)).collect();
+    let parameters = ParameterScaling::logarithmic(&[0.5], &[2.0]).unwrap();
+    let output = OutputScale { mean: vec![0.0; 2], scale: vec![1.0; 2] };
+    let scales = Scales::over(&geometries, parameters, output).unwrap();
+    assert_eq!(scales.global.scale, [1.0]);
 }

@@ -82,20 +82,6 @@ fn the_energy_norm_is_the_root_of_what_an_error_costs() {
 }
 
 #[test]
-fn terms_of_a_sum_enter_with_their_weights() {
-    let (data, predicted) = prediction();
-    let energy_norm = || Box::new(EnergyNormFit::new(vec![stiffness([3, 1, 1])], &data).unwrap());
-    let fit = || Box::new(DataFit::new(3.0).unwrap());
-    let sum = WeightedSum::new(vec![(2.0, energy_norm()), (0.25, fit())]).unwrap();
-    let expected =
-        2.0 * loss(&*energy_norm(), &data, &predicted) + 0.25 * loss(&*fit(), &data, &predicted);
-    let found = loss(&sum, &data, &predicted);
-    assert!((found / expected - 1.0).abs() < ROUNDING, "{found} for {expected}");
-    assert!(matches!(WeightedSum::new(vec![]), Err(Error::NothingToTrain(_))));
-    assert!(matches!(WeightedSum::new(vec![(f64::NAN, fit())]), Err(Error::Scale { .. })));
-}
-
-#[test]
 fn an_energy_norm_needs_a_fitting_stiffness_and_simulations() {
     let (data, _) = prediction();
     let attempt =

@@ -10,6 +10,7 @@ pub struct ColumnStatistics {
     pub mean: Vec<f64>,
     /// Population standard deviation of each column; 1 for a constant column, which then
     /// standardises to zeros.
+    #[serde(alias = "deviation")]
     pub scale: Vec<f64>,
 }
 
@@ -52,7 +53,11 @@ impl FeatureStatistics {
 }
 
 impl ColumnStatistics {
-    fn over<'a>(
+    /// Over the rows of all tables; `what` they are goes into messages.
+    ///
+    /// # Errors
+    /// As [`FeatureStatistics::over`].
+    pub fn over<'a>(
         what: &'static str,
         tables: impl Iterator<Item = &'a FeatureMatrix> + Clone,
     ) -> Result<Self, GraphError> {
@@ -72,7 +77,11 @@ impl ColumnStatistics {
         Ok(Self { mean, scale })
     }
 
-    fn standardise(
+    /// `(value − mean) / scale` for every column.
+    ///
+    /// # Errors
+    /// As [`FeatureStatistics::standardise`].
+    pub fn standardise(
         &self,
         what: &'static str,
         table: &FeatureMatrix,

@@ -9,7 +9,6 @@ use crate::series::Series;
 use crate::{Body, Design, Emulator, Recipe, Record, Result};
 use sinew_fem::Solver;
 use sinew_gnn::Surrogate;
-use sinew_graph::Topology;
 use std::time::Instant;
 
 /// A network that has learned a population.
@@ -58,21 +57,10 @@ impl PopulationEmulator {
         let steps =
             solver.newton_steps(&coordinates::admissible(body, &state), &centre, newton_steps)?;
         let state = steps.into_iter().next_back().map_or(state, |step| step.displacement);
-        self.follow(&mut solver, &self.template.graph(body, self.seed)?, &state, thetas)
-    }
-
-    /// Displacements at `thetas`, followed from a state near to equilibrium at the centre of the ranges. The form is not chosen at
-    /// `thetas`, so that an answer does not depend on what else was asked.
-    fn follow(
-        &self,
-        solver: &mut Solver<'_>,
-        topology: &Topology,
-        state: &[f64],
-        thetas: &[Vec<f64>],
-    ) -> Result<Vec<Vec<f64>>> {
-        let body = solver.body();
+        let topology = self.template.graph(body, self.seed)?;
+        // The form is not chosen at `thetas`, so that an answer does not depend on what else was asked.
         let tried = Design::LatinHypercube.sample(&body.parameters, TRIED, self.seed)?;
-        let series = Series::about(solver, topology, state, &tried)?;
+        let series = Series::about(&mut solver, &topology, &state, &tried)?;
         thetas.iter().map(|theta| series.at(body, theta)).collect()
     }
 }

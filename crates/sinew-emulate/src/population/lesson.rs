@@ -153,7 +153,7 @@ impl Population {
 }
 
 /// The state that outputs are about \[length\].
-fn origin(geometry: &Geometry) -> &[f64] {
+pub(super) fn origin(geometry: &Geometry) -> &[f64] {
     match &geometry.coordinates {
         Meaning::Motions(motions) => motions.origin(),
         _ => &[],

@@ -11,7 +11,8 @@ use std::path::Path;
 
 #[derive(Serialize, Deserialize)]
 struct Description {
-    fitted: Vec<Fitted>,
+    /// One for all modes.
+    fitted: [Fitted; 1],
     leave_one_out: f64,
 }
 
@@ -25,7 +26,7 @@ impl PodRegression {
         let mean = std::iter::once(column(self.mean.as_slice()));
         let modes = self.modes.column_iter().map(|mode| column(mode.as_slice()));
         write_table(&folder.join("modes.npy"), &mean.chain(modes).collect::<Vec<_>>())?;
-        let (fitted, leave_one_out) = (self.fitted.clone(), self.leave_one_out);
+        let (fitted, leave_one_out) = ([self.fitted.clone()], self.leave_one_out);
         write_json(&folder.join("regression.json"), &Description { fitted, leave_one_out })
     }
 
@@ -35,12 +36,12 @@ impl PodRegression {
     /// A file that is missing or damaged.
     pub fn load(folder: &Path, parameters: &[Parameter]) -> Result<Self> {
         let (file, table) = (folder.join("regression.json"), folder.join("modes.npy"));
-        let Description { fitted, leave_one_out } =
+        let Description { fitted: [fitted], leave_one_out } =
             read_json(&file)?.ok_or_else(|| Error::NoEmulator { folder: folder.into() })?;
         let rows = read_table(&table)?;
         let length = rows.first().map_or(0, Vec::len);
         let modes = rows.len().saturating_sub(1);
-        if length == 0 || fitted.iter().map(|f| f.weights.ncols()).sum::<usize>() != modes {
+        if length == 0 || fitted.weights.ncols() != modes {
             return Err(content(&table, &"it does not hold one mode per column of weights"));
         }
         Ok(Self {

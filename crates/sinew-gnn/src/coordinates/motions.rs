@@ -8,10 +8,10 @@ use sinew_burn::MotionTree;
 use sinew_energy::{Body, Stiffness};
 use sinew_graph::{FeatureMatrix, Topology, pool_positions};
 
-use super::packed;
 use super::polynomial::{all_terms, check_terms, terms, with_amplitude};
 use crate::data::Dirichlet;
 use crate::error::{Error, Result, require_count, require_finite, require_positive};
+use crate::packed;
 
 /// Outputs at every scale: each virtual node moves the nodes below it as a rigid body, and each node adds its own
 /// displacement, `u = T_root ∘ … ∘ T_parent(X + d) − X`.
@@ -270,7 +270,7 @@ fn add(rows: &mut [Vec<f64>], to: usize, from: usize, part: f64) {
 }
 
 /// The stiffness of a body at a displacement.
-pub(super) fn stiffness(body: &Body, displacement: &[f64], theta: &[f64]) -> Result<Stiffness> {
+fn stiffness(body: &Body, displacement: &[f64], theta: &[f64]) -> Result<Stiffness> {
     require_count("displacement values", displacement.len(), 3 * body.nodes)?;
     require_finite("a displacement", displacement)?;
     body.check_theta(theta)?;
@@ -334,13 +334,7 @@ impl Costs<'_> {
         let mut costs: Vec<_> =
             sums.iter().map(|sum| (SMatrix::<f64, 6, 6>::zeros(), radius(sum))).collect();
         let rigid = |node: usize, radius: f64| {
-            let [x, y, z] = arm(node).map(|r| r / radius);
-            let motions = [
-                [1.0, 0.0, 0.0, 0.0, z, -y],
-                [0.0, 1.0, 0.0, -z, 0.0, x],
-                [0.0, 0.0, 1.0, y, -x, 0.0],
-            ];
-            matrix(&self.free[node]) * SMatrix::<f64, 3, 6>::from_fn(|i, j| motions[i][j])
+            matrix(&self.free[node]) * rigid_motions(arm(node).map(|r| r / radius))
         };
         for (node, &cluster) in ancestors.iter().enumerate() {
             let (cost, radius) = &mut costs[cluster - layer.start];
@@ -363,12 +357,29 @@ fn matrix(entries: &[[f64; 3]; 3]) -> SMatrix<f64, 3, 3> {
 /// `|A|^(−½)` on the directions that cost anything.
 fn inverse_root<const N: usize>(cost: SMatrix<f64, N, N>) -> [[f64; N]; N] {
     let symmetric = DMatrix::from_fn(N, N, |i, j| 0.5 * (cost[(i, j)] + cost[(j, i)]));
-    let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(symmetric);
-    let floor = SMALLEST_STIFFNESS * eigenvalues.amax();
-    let power = |value: f64| if value.abs() > floor { value.abs().powf(-0.5) } else { 0.0 };
-    let root =
-        &eigenvectors * DMatrix::from_diagonal(&eigenvalues.map(power)) * eigenvectors.transpose();
+    let root = of_eigenvalues(symmetric, SMALLEST_STIFFNESS, |value| value.abs().powf(-0.5));
     std::array::from_fn(|i| std::array::from_fn(|j| root[(i, j)]))
+}
+
+/// A function of a symmetric matrix by that of its eigenvalues, zero for those below a part of the largest.
+pub(super) fn of_eigenvalues(
+    symmetric: DMatrix<f64>,
+    smallest: f64,
+    function: impl Fn(f64) -> f64,
+) -> DMatrix<f64> {
+    let SymmetricEigen { eigenvectors, eigenvalues } = SymmetricEigen::new(symmetric);
+    let floor = smallest * eigenvalues.amax();
+    let function = |value: f64| if value.abs() > floor { function(value) } else { 0.0 };
+    &eigenvectors * DMatrix::from_diagonal(&eigenvalues.map(function)) * eigenvectors.transpose()
+}
+
+/// Displacement of a node by translations and small turns about a place so far from it.
+pub(super) fn rigid_motions([x, y, z]: [f64; 3]) -> SMatrix<f64, 3, 6> {
+    SMatrix::from_row_slice(&[
+        1.0, 0.0, 0.0, 0.0, z, -y, //
+        0.0, 1.0, 0.0, -z, 0.0, x, //
+        0.0, 0.0, 1.0, y, -x, 0.0,
+    ])
 }
 
 /// How motions are stored: numbers as bytes, so that they come back the same.

@@ -2,15 +2,13 @@
 
 use std::sync::Arc;
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
 use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::packed;
 use super::polynomial::Polynomial;
 use crate::error::{Error, Result, require_count, require_finite};
+use crate::packed;
 
 /// Displacements as `u = origin + U (s/s₁)^p s₁ Uᵀ · output` with the principal directions U and deviations s of simulations:
 /// simulated displacements vary in few directions, and nothing else is predicted, strains included.
@@ -176,9 +174,9 @@ struct PackedFactor {
 
 impl From<PrincipalDirections> for Packed {
     fn from(basis: PrincipalDirections) -> Self {
-        let pack = |factor: &Factor| {
-            let bytes: Vec<u8> = factor.entries.iter().flat_map(|v| v.to_le_bytes()).collect();
-            PackedFactor { columns: factor.columns, entries: STANDARD.encode(bytes) }
+        let pack = |factor: &Factor| PackedFactor {
+            columns: factor.columns,
+            entries: packed::singles(&factor.entries),
         };
         Self {
             origin: basis.origin.to_vec(),
@@ -193,8 +191,7 @@ impl TryFrom<Packed> for PrincipalDirections {
 
     fn try_from(packed: Packed) -> std::result::Result<Self, String> {
         let unpack = |factor: PackedFactor| {
-            let bytes = STANDARD.decode(factor.entries).map_err(|e| format!("output map: {e}"))?;
-            let entries = bytes.as_chunks().0.iter().map(|&b| f32::from_le_bytes(b)).collect();
+            let entries = packed::read_singles(&factor.entries)?.into();
             Ok::<_, String>(Factor { columns: factor.columns, entries })
         };
         let factors =

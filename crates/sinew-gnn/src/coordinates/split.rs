@@ -1,9 +1,10 @@
 //! What part of a change each cluster makes.
 
-use nalgebra::{DMatrix, SMatrix, SVector, SymmetricEigen};
+use nalgebra::{DMatrix, SMatrix, SVector};
 use sinew_burn::MotionTree;
 
 use super::Motions;
+use super::motions::{of_eigenvalues, rigid_motions};
 use crate::data::Dirichlet;
 use crate::error::{Result, require_count};
 
@@ -63,8 +64,9 @@ impl Layer {
     fn new(tree: &MotionTree, of: Vec<usize>, free: &[SMatrix<f64, 3, 3>]) -> Self {
         let motion = |(node, &cluster): (usize, &usize)| {
             let scales = &tree.cluster_scales[cluster];
+            let arm = |i| tree.positions[node][i] - tree.centres[cluster][i];
             free[node]
-                * rigid(tree, cluster, node)
+                * rigid_motions(std::array::from_fn(arm))
                 * SMatrix::<f64, 6, 6>::from_fn(|i, j| scales[i][j])
         };
         let motions: Vec<SMatrix<f64, 3, 6>> = of.iter().enumerate().map(motion).collect();
@@ -102,24 +104,8 @@ fn ancestors(tree: &MotionTree) -> Vec<Vec<usize>> {
     std::iter::successors(Some(tree.node_parents.clone()), above).collect()
 }
 
-/// Displacement of a node by translations and small turns of a cluster.
-fn rigid(tree: &MotionTree, cluster: usize, node: usize) -> SMatrix<f64, 3, 6> {
-    let [x, y, z]: [f64; 3] =
-        std::array::from_fn(|i| tree.positions[node][i] - tree.centres[cluster][i]);
-    SMatrix::from_row_slice(&[
-        1.0, 0.0, 0.0, 0.0, z, -y, //
-        0.0, 1.0, 0.0, -z, 0.0, x, //
-        0.0, 0.0, 1.0, y, -x, 0.0,
-    ])
-}
-
 fn pseudo_inverse<const N: usize>(square: SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
-    let SymmetricEigen { eigenvectors, eigenvalues } =
-        SymmetricEigen::new(DMatrix::from_column_slice(N, N, square.as_slice()));
-    let floor = SMALLEST * eigenvalues.amax();
-    let inverse = |value: f64| if value > floor { 1.0 / value } else { 0.0 };
-    let inverse = &eigenvectors
-        * DMatrix::from_diagonal(&eigenvalues.map(inverse))
-        * eigenvectors.transpose();
+    let square = DMatrix::from_column_slice(N, N, square.as_slice());
+    let inverse = of_eigenvalues(square, SMALLEST, |value| 1.0 / value);
     SMatrix::from_fn(|i, j| inverse[(i, j)])
 }

@@ -3,12 +3,11 @@
 use std::sync::Arc;
 
 use burn::tensor::Tensor;
-use sinew_burn::BatchPotential;
 use sinew_energy::Stiffness;
 
 use super::{Batch, Objective, SQUARED_NORM_FLOOR, require_displacements};
 use crate::data::DataSet;
-use crate::error::{Error, Result, require_count, require_positive};
+use crate::error::{Result, require_count, require_positive};
 
 /// Root of the energy that an error costs, `√((u − û)ᵀ K (u − û))`, in units of the simulations' own spread: where the
 /// plain [`DataFit`](super::DataFit) weighs all motions alike and so leaves the stiff ones, which make the strains, for last.
@@ -71,35 +70,17 @@ impl Objective for EnergyNormFit {
     }
 
     fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {
-        let stiffness = self.stiffnesses.get(batch.geometry).ok_or(Error::UnknownGeometry {
-            sample: 0,
-            geometry: batch.geometry,
-            geometries: self.stiffnesses.len(),
-        })?;
-        let norms: Arc<dyn BatchPotential> = Arc::new(Norms {
-            stiffness: stiffness.clone(),
-            simulated: batch.samples.iter().map(|sample| sample.displacement.clone()).collect(),
-            energy_root: self.energy_root,
-        });
-        Ok(sinew_burn::fused_potential(displacement, &norms).mean())
-    }
-}
-
-/// Distances from the simulations of a batch.
-#[derive(Debug)]
-struct Norms {
-    stiffness: Arc<Stiffness>,
-    simulated: Vec<Vec<f64>>,
-    energy_root: f64,
-}
-
-impl BatchPotential for Norms {
-    fn value_and_gradient(&self, displacement: &[f64], sample: usize, gradient: &mut [f64]) -> f64 {
-        let (square, forces) = squared_norm(&self.stiffness, displacement, &self.simulated[sample]);
-        let unit = self.energy_root * self.energy_root;
-        // Away from rest a stiffness may have a negative direction.
-        let norm = (square.max(0.0) / unit + SQUARED_NORM_FLOOR).sqrt();
-        gradient.iter_mut().zip(forces).for_each(|(g, force)| *g = force / (unit * norm));
-        norm
+        let stiffness = self.stiffnesses[batch.geometry].clone();
+        let simulated = batch.samples.iter().map(|sample| sample.displacement.clone());
+        let (simulated, unit) =
+            (simulated.collect::<Vec<_>>(), self.energy_root * self.energy_root);
+        let norm = move |displacement: &[f64], sample: usize, gradient: &mut [f64]| {
+            let (square, forces) = squared_norm(&stiffness, displacement, &simulated[sample]);
+            // Away from rest a stiffness may have a negative direction.
+            let norm = (square.max(0.0) / unit + SQUARED_NORM_FLOOR).sqrt();
+            gradient.iter_mut().zip(forces).for_each(|(g, force)| *g = force / (unit * norm));
+            norm
+        };
+        Ok(sinew_burn::fused_potential(displacement, norm).mean())
     }
 }

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use burn::tensor::Tensor;
-use sinew_burn::BatchPotential;
 use sinew_energy::Body;
 
 use super::{Batch, Objective};
@@ -125,15 +124,11 @@ impl Objective for MinimumPotential {
     }
 
     fn loss(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> Result<Tensor<1>> {
-        let potential = self.potentials.get(batch.geometry).ok_or(Error::UnknownGeometry {
-            sample: 0,
-            geometry: batch.geometry,
-            geometries: self.potentials.len(),
-        })?;
-        let thetas = batch.samples.iter().map(|sample| sample.theta.clone()).collect();
-        let at_parameters: Arc<dyn BatchPotential> =
-            Arc::new(AtParameters { potential: potential.clone(), thetas });
-        let energies = sinew_burn::fused_potential(displacement, &at_parameters);
+        let potential = self.potentials[batch.geometry].clone();
+        let thetas: Vec<_> = batch.samples.iter().map(|sample| sample.theta.clone()).collect();
+        let energies = sinew_burn::fused_potential(displacement, move |u, sample, gradient| {
+            potential.value_and_gradient(u, &thetas[sample], gradient)
+        });
         let energies = match &self.references {
             None => energies / self.energy,
             Some(references) => {
@@ -151,29 +146,11 @@ impl Objective for MinimumPotential {
     }
 
     fn inadmissible(&self, batch: &Batch<'_>, displacement: Tensor<3>) -> usize {
-        let Some(potential) = self.potentials.get(batch.geometry) else { return 0 };
+        let potential = &self.potentials[batch.geometry];
         let values: Vec<f64> = displacement.into_data().iter::<f64>().collect();
         let fields = values.chunks_exact(potential.degrees_of_freedom().max(1));
         let cases = fields.zip(batch.samples);
         cases.filter(|(field, sample)| !potential.admits(field, &sample.theta)).count()
-    }
-}
-
-/// The potential at the parameters of a batch.
-struct AtParameters {
-    potential: Arc<dyn Potential>,
-    thetas: Vec<Vec<f64>>,
-}
-
-impl std::fmt::Debug for AtParameters {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter.debug_struct("AtParameters").field("thetas", &self.thetas).finish_non_exhaustive()
-    }
-}
-
-impl BatchPotential for AtParameters {
-    fn value_and_gradient(&self, displacement: &[f64], sample: usize, gradient: &mut [f64]) -> f64 {
-        self.potential.value_and_gradient(displacement, &self.thetas[sample], gradient)
     }
 }
 

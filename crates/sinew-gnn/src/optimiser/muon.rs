@@ -1,15 +1,14 @@
 //! Muon: momentum orthogonalised by Newton–Schulz iteration.
 
-use burn::tensor::{Device, Tensor, TensorData};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use sinew_burn::{AdamRule, momentum_direction};
+use sinew_burn::{AdamRule, momentum_direction, orthogonalise};
 
 use super::ADAM_EPSILON;
-use super::update::{Place, Update, numbers};
+use super::update::Update;
 
 /// Muon (K. Jordan, 2024) with Nesterov momentum on matrices, Adam with Nesterov momentum on
-/// vectors and, if configured, on the decoders, both at the same learning rate: the arithmetic of
+/// vectors and on embeddings that are weights, both at the same learning rate: the arithmetic of
 /// `optax.contrib.muon`, which scales the orthogonal update of a matrix `[inputs, outputs]` by
 /// √max(1, outputs / inputs).
 /// (Burn's own Muon scales by the inverse ratio, has no bias correction and takes matrices only.)
@@ -22,68 +21,53 @@ pub struct MuonConfig {
     pub beta1: f32,
     /// Adam's decay of the second moment of vectors.
     pub beta2: f32,
-    /// Whether the decoders' matrices are updated by Adam too, as a stacked decoder is by optax.
-    pub adam_on_decoders: bool,
 }
 
 impl Default for MuonConfig {
     fn default() -> Self {
-        Self { momentum: 0.95, beta1: 0.9, beta2: 0.99, adam_on_decoders: false }
+        Self { momentum: 0.95, beta1: 0.9, beta2: 0.99 }
     }
 }
 
 /// Turns gradients into directions of change, after `steps` steps.
 pub(super) fn direct(config: &MuonConfig, steps: usize, updates: &mut [Update]) {
-    updates.par_iter_mut().for_each(|update| accumulate(config, steps, update));
-    orthogonalise(updates.iter_mut().filter(|update| is_orthogonal(config, update)).collect());
+    updates.par_iter_mut().for_each(|update| {
+        if is_orthogonal(update) {
+            of_matrix(config.momentum, steps, update);
+        } else {
+            of_vector(config, steps, update);
+        }
+    });
 }
 
-/// Turns gradients into momenta where they are orthogonalised, into directions of change elsewhere.
-fn accumulate(config: &MuonConfig, steps: usize, update: &mut Update) {
-    let MuonConfig { momentum, beta1, beta2, .. } = *config;
-    if is_orthogonal(config, update) {
-        let (of_momentum, of_gradient) = nesterov(momentum, steps);
-        let Update { gradient, moments, .. } = update;
-        moments.first.resize(gradient.len(), 0.0);
-        momentum_direction(momentum, of_momentum, of_gradient, &mut moments.first, gradient);
-    } else {
-        let (of_first, of_gradient) = nesterov(beta1, steps);
-        let of_second = 1.0 / (1.0 - beta2.powi(steps as i32));
-        let epsilon = ADAM_EPSILON;
-        update.by_adam(&AdamRule { beta1, beta2, of_first, of_gradient, of_second, epsilon });
-    }
+fn of_matrix(momentum: f32, steps: usize, update: &mut Update) {
+    let (of_momentum, of_gradient) = nesterov(momentum, steps);
+    let Update { gradient, moments, .. } = update;
+    moments.first.resize(gradient.len(), 0.0);
+    momentum_direction(momentum, of_momentum, of_gradient, &mut moments.first, gradient);
+    let (inputs, outputs) = (update.shape[0], update.shape[1]);
+    orthogonalise(gradient, outputs);
+    let scale = (outputs as f32 / inputs as f32).max(1.0).sqrt();
+    gradient.iter_mut().for_each(|value| *value *= scale);
+}
+
+fn of_vector(config: &MuonConfig, steps: usize, update: &mut Update) {
+    let MuonConfig { beta1, beta2, .. } = *config;
+    let (of_first, of_gradient) = nesterov(beta1, steps);
+    let of_second = 1.0 / (1.0 - beta2.powi(steps as i32));
+    let epsilon = ADAM_EPSILON;
+    update.by_adam(&AdamRule { beta1, beta2, of_first, of_gradient, of_second, epsilon });
 }
 
 /// Whether a parameter's direction of change is orthogonalised, as those of matrices are.
-fn is_orthogonal(config: &MuonConfig, update: &Update) -> bool {
-    let by_adam = match update.place {
-        Place::Network => false,
-        Place::Decoder => config.adam_on_decoders,
-        Place::Embeddings => true,
-    };
-    update.shape.len() == 2 && !by_adam
+fn is_orthogonal(update: &Update) -> bool {
+    update.shape.len() == 2 && !update.embeds
 }
 
 /// Factors of momentum and gradient in the bias-corrected Nesterov momentum after `steps` steps.
 fn nesterov(decay: f32, steps: usize) -> (f32, f32) {
     let ahead = decay / (1.0 - decay.powi(steps as i32 + 1));
     (ahead, (1.0 - decay) / (1.0 - decay.powi(steps as i32)))
-}
-
-/// Turns the momenta of matrices into directions of change.
-fn orthogonalise(mut matrices: Vec<&mut Update>) {
-    let device = Device::flex();
-    let momenta = matrices.iter_mut().map(|update| {
-        let data = TensorData::new(std::mem::take(&mut update.gradient), update.shape.clone());
-        Tensor::<2>::from_data(data, &device)
-    });
-    let directions = sinew_burn::orthogonalise(momenta.collect());
-    for (update, direction) in matrices.into_iter().zip(directions) {
-        let [inputs, outputs] = direction.dims();
-        let scale = (outputs as f32 / inputs as f32).max(1.0).sqrt();
-        update.gradient = numbers(direction);
-        update.gradient.iter_mut().for_each(|value| *value *= scale);
-    }
 }
 
 #[cfg(test)]
@@ -113,7 +97,7 @@ mod tests {
     fn directions_are_those_of_optax() {
         let update = |id: u64, shape: Vec<usize>| Update {
             id: ParamId::from(id),
-            place: Place::Network,
+            embeds: false,
             shape,
             gradient: vec![],
             moments: Moments::default(),

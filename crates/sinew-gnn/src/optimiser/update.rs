@@ -1,43 +1,44 @@
 //! Gradients and weights of a network as plain numbers, updated in place.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use burn::module::{Module, ModuleMapper, ModuleVisitor, Param, ParamId};
 use burn::optim::GradientsParams;
 use burn::tensor::{DType, Tensor, TensorData};
+use serde::{Deserialize, Serialize};
 use sinew_burn::{AdamRule, adam_direction, descend};
 
 use crate::emulator::Emulator;
-use crate::error::{Error, Result};
-use crate::files::{read_arrays, write_arrays};
+use crate::packed;
 
 /// First and second moment of one parameter's gradient; a rule that needs none leaves it empty.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[serde(try_from = "[String; 2]", into = "[String; 2]")]
 pub(super) struct Moments {
     pub first: Vec<f32>,
     pub second: Vec<f32>,
 }
 
-/// Moments by parameter.
-pub(super) type AllMoments = BTreeMap<u64, Moments>;
+impl From<Moments> for [String; 2] {
+    fn from(moments: Moments) -> Self {
+        [packed::singles(&moments.first), packed::singles(&moments.second)]
+    }
+}
 
-/// What a parameter belongs to.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Place {
-    /// A perceptron that is no decoder, or a normalisation.
-    Network,
-    /// A decoder.
-    Decoder,
-    /// The embeddings of a geometry, whose rows are no layer of a network.
-    Embeddings,
+impl TryFrom<[String; 2]> for Moments {
+    type Error = String;
+
+    fn try_from([first, second]: [String; 2]) -> Result<Self, String> {
+        Ok(Self { first: packed::read_singles(&first)?, second: packed::read_singles(&second)? })
+    }
 }
 
 /// One parameter on its way through a step.
 pub(super) struct Update {
     pub id: ParamId,
     pub shape: Vec<usize>,
-    pub place: Place,
+    /// Whether these are embeddings of a geometry, whose rows are no layer of a network.
+    pub embeds: bool,
     /// The gradient, then the direction of change.
     pub gradient: Vec<f32>,
     pub moments: Moments,
@@ -53,62 +54,32 @@ impl Update {
     }
 }
 
-/// How weights follow a direction: `kept · weight − step · direction`.
-#[derive(Clone, Copy)]
-pub(super) struct Descent {
-    pub kept: f32,
-    pub step: f32,
-}
-
-/// Takes gradients and moments of all parameters that have a gradient.
-pub(super) fn collect(
-    emulator: &Emulator,
-    gradients: GradientsParams,
-    moments: &mut AllMoments,
-) -> Vec<Update> {
-    let mut collector = Collector { gradients, moments, updates: Vec::new(), path: Vec::new() };
+/// Gradients of all parameters that have one.
+pub(super) fn collect(emulator: &Emulator, gradients: GradientsParams) -> Vec<Update> {
+    let mut collector = Collector { gradients, updates: Vec::new(), path: Vec::new() };
     emulator.visit(&mut collector);
     collector.updates
 }
 
-/// Moves the weights along the directions, and gives the moments back.
-pub(super) fn apply(
-    emulator: Emulator,
-    updates: Vec<Update>,
-    moments: &mut AllMoments,
-    descent: Descent,
-) -> Emulator {
-    let mut directions = BTreeMap::new();
-    for update in updates {
-        directions.insert(update.id, update.gradient);
-        moments.insert(update.id.val(), update.moments);
-    }
-    emulator.map(&mut Mapper { directions, descent })
+/// Moves the weights by so much along the directions.
+pub(super) fn apply(emulator: Emulator, updates: Vec<Update>, step: f32) -> Emulator {
+    let directions = updates.into_iter().map(|update| (update.id, update.gradient)).collect();
+    emulator.map(&mut Mapper { directions, step })
 }
 
-/// Writes moments and number of steps to a file.
-pub(super) fn write_moments(path: &Path, steps: usize, moments: &AllMoments) -> Result<()> {
-    let ids = moments.keys().copied().collect::<Vec<_>>();
-    let arrays = moments.values().flat_map(|m| [&m.first[..], &m.second[..]]);
-    write_arrays(path, steps as u64, &ids, arrays)
-}
-
-/// Reads what [`write_moments`] wrote.
-pub(super) fn read_moments(path: &Path) -> Result<(usize, AllMoments)> {
-    let (steps, ids, arrays) = read_arrays(path)?;
-    if arrays.len() != 2 * ids.len() {
-        let reason = format!("{} moments for {} parameters", arrays.len(), ids.len());
-        return Err(Error::Format { path: path.into(), reason });
+/// In interleaved partial sums, which the compiler turns into vectors.
+pub(super) fn squared_norm(values: &[f32]) -> f64 {
+    let mut lanes = [0.0; 8];
+    for chunk in values.chunks(lanes.len()) {
+        for (lane, value) in lanes.iter_mut().zip(chunk) {
+            *lane += f64::from(*value) * f64::from(*value);
+        }
     }
-    let mut arrays = arrays.into_iter();
-    let mut next = || arrays.next().unwrap_or_default();
-    let moments =
-        ids.into_iter().map(|id| (id, Moments { first: next(), second: next() })).collect();
-    Ok((steps as usize, moments))
+    lanes.iter().sum()
 }
 
 /// The numbers of a tensor in single precision.
-pub(super) fn numbers<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
+fn numbers<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
     match tensor.dtype() {
         DType::F32 => tensor,
         _ => tensor.cast(DType::F32),
@@ -118,26 +89,14 @@ pub(super) fn numbers<const D: usize>(tensor: Tensor<D>) -> Vec<f32> {
     .expect("the precision it was cast to")
 }
 
-struct Collector<'a> {
+struct Collector {
     gradients: GradientsParams,
-    moments: &'a mut AllMoments,
     updates: Vec<Update>,
     /// Names of the modules around the parameter that is visited.
     path: Vec<String>,
 }
 
-impl Collector<'_> {
-    fn place(&self) -> Place {
-        let place = |name: &String| match name.as_str() {
-            "decoders" => Some(Place::Decoder),
-            "embeddings" => Some(Place::Embeddings),
-            _ => None,
-        };
-        self.path.iter().find_map(place).unwrap_or(Place::Network)
-    }
-}
-
-impl ModuleVisitor for Collector<'_> {
+impl ModuleVisitor for Collector {
     fn enter_module(&mut self, name: &str, _container_type: &str) {
         self.path.push(name.to_string());
     }
@@ -151,9 +110,9 @@ impl ModuleVisitor for Collector<'_> {
             self.updates.push(Update {
                 id: param.id,
                 shape: gradient.dims().to_vec(),
-                place: self.place(),
+                embeds: self.path.iter().any(|name| name == "embeddings"),
                 gradient: numbers(gradient),
-                moments: self.moments.remove(&param.id.val()).unwrap_or_default(),
+                moments: Moments::default(),
             });
         }
     }
@@ -161,7 +120,7 @@ impl ModuleVisitor for Collector<'_> {
 
 struct Mapper {
     directions: BTreeMap<ParamId, Vec<f32>>,
-    descent: Descent,
+    step: f32,
 }
 
 impl ModuleMapper for Mapper {
@@ -173,7 +132,7 @@ impl ModuleMapper for Mapper {
             let requires_gradient = weights.is_require_grad();
             let (device, dims) = (weights.device().without_autodiff(), weights.dims());
             let mut values = numbers(weights.without_autodiff());
-            descend(self.descent.kept, self.descent.step, &direction, &mut values);
+            descend(self.step, &direction, &mut values);
             let weights = Tensor::from_data(TensorData::new(values, dims), &device);
             Tensor::from_inner(weights).set_require_grad(requires_gradient)
         })

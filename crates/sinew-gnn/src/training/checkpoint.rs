@@ -1,6 +1,6 @@
 //! Checkpoints: everything a run needs to go on.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use burn::tensor::Device;
 use serde::{Deserialize, Serialize};
@@ -10,77 +10,61 @@ use super::sampler::SamplerState;
 use super::trainer::{Best, RunState, Trainer};
 use crate::error::Result;
 use crate::files::{open_directory, read_json, replace_directory, write_json};
+use crate::optimiser::Optimiser;
 use crate::store::{check_version, load_weights, read_surrogate, save_weights, write_surrogate};
 use crate::surrogate::Surrogate;
 
 /// Version of the checkpoint format.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 const RUN: &str = "run.json";
-const OPTIMISER: &str = "optimiser.bin";
 const BEST: &str = "best.bpk";
 
+/// What a checkpoint keeps beside weights.
 #[derive(Serialize, Deserialize)]
-struct Run {
+pub(super) struct Run {
     version: u32,
-    config: TrainingConfig,
-    progress: RunState,
-    sampler: SamplerState,
-    samples: usize,
+    pub config: TrainingConfig,
+    pub progress: RunState,
+    pub sampler: SamplerState,
+    pub optimiser: Optimiser,
+    /// Number of training samples.
+    pub samples: usize,
     /// Validation loss and step of the best weights, and the rows of their embeddings.
     best: Option<(f64, usize, Vec<Vec<usize>>)>,
 }
 
-/// A checkpoint in memory.
-pub(super) struct Saved {
-    pub surrogate: Surrogate,
-    pub config: TrainingConfig,
-    pub progress: RunState,
-    pub sampler: SamplerState,
-    pub samples: usize,
-    pub best: Option<Best>,
-    /// File of the optimiser's state.
-    pub optimiser: PathBuf,
-}
-
-pub(super) fn write(trainer: &Trainer, samples: usize, directory: &Path) -> Result<()> {
+pub(super) fn write(trainer: &Trainer, directory: &Path) -> Result<()> {
+    let best = |best: &Best| (best.validation, best.step, best.emulator.embedded_nodes());
     let run = Run {
         version: VERSION,
         config: trainer.config.clone(),
         progress: trainer.progress.clone(),
         sampler: trainer.sampler.state().clone(),
-        samples,
-        best: trainer.best.as_ref().map(Best::description),
+        optimiser: trainer.optimiser.clone(),
+        samples: trainer.data.training.len(),
+        best: trainer.best.as_ref().map(best),
     };
     replace_directory(directory, |folder| {
         write_surrogate(&trainer.current_surrogate(), folder)?;
         if let Some(best) = &trainer.best {
             save_weights(&best.emulator, &folder.join(BEST))?;
         }
-        trainer.optimiser.save(&folder.join(OPTIMISER))?;
         write_json(&folder.join(RUN), &run)
     })
 }
 
-pub(super) fn read(directory: &Path, device: &Device) -> Result<Saved> {
+pub(super) fn read(directory: &Path, device: &Device) -> Result<(Surrogate, Run, Option<Best>)> {
     let folder = open_directory(directory);
     check_version(&folder.join(RUN), VERSION)?;
     let run: Run = read_json(&folder.join(RUN))?;
     let surrogate = read_surrogate(&folder, device)?;
-    let best = match run.best {
+    let best = match &run.best {
         None => None,
         Some((validation, step, rows)) => {
             let emulator = surrogate.emulator.clone();
-            let emulator = load_weights(emulator, &rows, &folder.join(BEST))?;
-            Some(Best { validation, step, emulator })
+            let emulator = load_weights(emulator, rows, &folder.join(BEST))?;
+            Some(Best { validation: *validation, step: *step, emulator })
         }
     };
-    Ok(Saved {
-        surrogate,
-        config: run.config,
-        progress: run.progress,
-        sampler: run.sampler,
-        samples: run.samples,
-        best,
-        optimiser: folder.join(OPTIMISER),
-    })
+    Ok((surrogate, run, best))
 }

@@ -4,13 +4,11 @@ use serde::{Deserialize, Serialize};
 
 use super::progress::HistoryPoint;
 use super::trainer::Trainer;
-use crate::data::Sample;
-use crate::emulator::Embedding;
 use crate::error::Result;
-use crate::objective::Batch;
 
 /// A reason not to trust the weights that a training leaves.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 #[serde(rename_all = "kebab-case")]
 pub enum Concern {
     /// The network is no better than none, whose outputs are one displacement for all parameters or follow them by themselves.
@@ -18,37 +16,20 @@ pub enum Concern {
         "nothing was learned: the mean loss is {loss:.3e}, that without the network's outputs {of_zero_output:.3e}; lower \
          the learning rate, or train for longer"
     )]
-    NothingLearned {
-        /// Mean loss, at the end of all training samples, before since the evaluation before the last.
-        loss: f64,
-        /// Mean loss of the training samples without the network's outputs.
-        of_zero_output: f64,
-    },
+    NothingLearned { loss: f64, of_zero_output: f64 },
     /// More than half of what had been learned is lost again.
     #[error(
         "the mean loss rose from {lowest:.3e} at step {step} to {loss:.3e} at the end; lower the learning rate, or \
          enlarge the batch"
     )]
-    LossRose {
-        /// Lowest mean loss between two evaluations.
-        lowest: f64,
-        /// Step of the evaluation that it was reported at.
-        step: usize,
-        /// Mean loss, at the end of all training samples, before since the evaluation before the last.
-        loss: f64,
-    },
+    LossRose { lowest: f64, step: usize, loss: f64 },
     /// Predictions that only a guard of the energy makes admissible.
     #[error(
         "{inadmissible} of {samples} predictions at the parameters of the training invert a cell, or stretch it so far \
          that only barriers bound its energy; lower the learning rate, train for longer, or begin from a smaller \
          displacement"
     )]
-    Inadmissible {
-        /// Parameter sets whose predictions are such.
-        inadmissible: usize,
-        /// Parameter sets.
-        samples: usize,
-    },
+    Inadmissible { inadmissible: usize, samples: usize },
 }
 
 /// Standard deviations of a mean loss that may be due to the samples which happened to be drawn: the lowest of twenty means of
@@ -97,62 +78,28 @@ impl Trainer {
 
     /// Mean loss over the training samples without the network's outputs.
     fn zero_output_loss(&self) -> Result<f64> {
-        let mut sum = 0.0;
-        for batch in self.training_batches() {
+        self.mean_loss(&self.batches(&self.data.training), |batch| {
             let output = &self.surrogate.prepared[batch.geometry].output;
-            let thetas: Vec<&[f64]> = batch.samples.iter().map(|s| &s.theta[..]).collect();
-            let nothing = output.without_network(self.surrogate.parameter_tensor(&thetas)?);
-            let loss = self.objective.loss(&batch.as_batch(), output.displacement(nothing))?;
-            sum += f64::from(loss.into_scalar::<f32>()) * batch.samples.len() as f64;
-        }
-        Ok(sum / self.data.training.len() as f64)
+            let nothing = output.without_network(self.surrogate.parameters_of(batch.samples)?);
+            Ok(output.displacement(nothing))
+        })
     }
 
     /// What is wrong with predictions, and their mean loss.
     fn of_states(&self, thoroughness: Thoroughness) -> Result<(Option<Concern>, f64)> {
-        let mut batches = self.training_batches();
+        let mut batches = self.batches(&self.data.training);
         if thoroughness == Thoroughness::OneBatch {
-            batches.dedup_by_key(|batch| batch.geometry);
+            batches.dedup_by_key(|(geometry, _)| *geometry);
         }
-        let emulator = &self.surrogate.emulator;
-        let indices = 0..self.surrogate.prepared.len();
-        let embeddings: Vec<Embedding> =
-            indices.map(|index| self.surrogate.embedding(emulator, index)).collect();
-        let (mut inadmissible, mut samples, mut loss) = (0, 0, 0.0);
-        for batch in &batches {
-            let local = embeddings[batch.geometry].clone();
-            let (batch, geometry) = (batch.as_batch(), &self.surrogate.prepared[batch.geometry]);
-            let displacement = self.displacement(emulator, geometry, local, &batch)?;
-            inadmissible += self.objective.inadmissible(&batch, displacement.clone());
-            let count = batch.samples.len();
-            samples += count;
-            let mean = self.objective.loss(&batch, displacement)?.into_scalar::<f32>();
-            loss += f64::from(mean) * count as f64;
-        }
+        let (predictions, mut inadmissible) = (self.predictions(), 0);
+        let loss = self.mean_loss(&batches, |batch| {
+            let displacement = predictions(batch)?;
+            inadmissible += self.objective.inadmissible(batch, displacement.clone());
+            Ok(displacement)
+        })?;
+        let samples = batches.iter().map(|(_, samples)| samples.len()).sum();
         let concern = (inadmissible > 0).then_some(Concern::Inadmissible { inadmissible, samples });
-        Ok((concern, loss / samples as f64))
-    }
-
-    /// All training samples, in batches of one geometry each.
-    fn training_batches(&self) -> Vec<OwnedBatch<'_>> {
-        let of = |geometry| {
-            let samples = self.data.training.iter().filter(move |s| s.geometry == geometry);
-            let samples: Vec<&Sample> = samples.collect();
-            let batches = samples.chunks(self.config.batch).map(<[_]>::to_vec);
-            batches.map(|samples| OwnedBatch { geometry, samples }).collect::<Vec<_>>()
-        };
-        (0..self.data.geometries.len()).flat_map(of).collect()
-    }
-}
-
-struct OwnedBatch<'a> {
-    geometry: usize,
-    samples: Vec<&'a Sample>,
-}
-
-impl OwnedBatch<'_> {
-    fn as_batch(&self) -> Batch<'_> {
-        Batch { geometry: self.geometry, samples: &self.samples }
+        Ok((concern, loss))
     }
 }
 
@@ -171,12 +118,9 @@ mod tests {
         values.iter().enumerate().map(point).collect()
     }
 
-    fn of_losses_of(history: &[HistoryPoint], of_zero_output: f64) -> Option<Concern> {
-        of_losses(history, of_zero_output, None)
-    }
-
     #[test]
     fn losses_are_judged_against_those_of_a_network_without_outputs() {
+        let of_losses_of = |history: &[HistoryPoint], zero| of_losses(history, zero, None);
         assert_eq!(of_losses_of(&losses(&[0.9, 0.3, 0.1], 0.01), 1.0), None);
         // Energies are negative; a rise within the noise of batches is none.
         assert_eq!(of_losses_of(&losses(&[-0.2, -0.8, -0.78], 0.01), 0.0), None);

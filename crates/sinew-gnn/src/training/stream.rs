@@ -1,7 +1,6 @@
 //! Training on a stream of geometries, none of which is kept.
 
 use burn::module::Module;
-use burn::optim::GradientsParams;
 use burn::tensor::Tensor;
 
 use super::config::{Budget, TrainingConfig};
@@ -9,8 +8,8 @@ use crate::data::{DataSet, Geometry, Sample};
 use crate::emulator::Emulator;
 use crate::error::{Error, Result};
 use crate::objective::{Batch, Objective};
-use crate::optimiser::{Optimiser, clip_global_norm};
-use crate::surrogate::{GeometryTensors, Surrogate};
+use crate::optimiser::Optimiser;
+use crate::surrogate::Surrogate;
 
 /// One geometry of a stream with what is learned there in one step.
 pub struct Lesson {
@@ -47,8 +46,7 @@ impl StreamTrainer {
     pub fn new(surrogate: Surrogate, config: TrainingConfig) -> Result<Self> {
         config.check()?;
         let emulator = surrogate.emulator.clone().train();
-        let optimiser = Optimiser::new(config.optimiser.clone());
-        Ok(Self { surrogate, emulator, optimiser, config, steps: 0, lost: 0 })
+        Ok(Self { surrogate, emulator, optimiser: Optimiser::default(), config, steps: 0, lost: 0 })
     }
 
     /// One update of the weights by the mean loss of some lessons, which is returned. `share` is the part of the budget
@@ -83,14 +81,12 @@ impl StreamTrainer {
         let learning_rate = self.config.learning_rate * factor;
         let mut gradient_norm = f64::NAN;
         if let Some(sum) = losses.into_iter().map(|(loss, _)| loss).reduce(|sum, loss| sum + loss) {
+            let (rule, pace) =
+                (&self.config.optimiser, (learning_rate, self.config.gradient_norm_limit));
             let loss = sum / kept as f64;
-            let gradients = GradientsParams::from_grads(loss.backward(), &self.emulator);
-            let (gradients, norm) =
-                clip_global_norm(&self.emulator, gradients, self.config.gradient_norm_limit);
-            if norm.is_finite() {
+            let [mean, norm] = self.optimiser.step(rule, pace, &mut self.emulator, loss);
+            if mean.is_finite() && norm.is_finite() {
                 self.lost = 0;
-                self.emulator =
-                    self.optimiser.step(learning_rate, self.emulator.clone(), gradients);
                 return Ok(value / kept as f64);
             }
             gradient_norm = norm;
@@ -115,15 +111,11 @@ impl StreamTrainer {
             return Err(Error::NothingToTrain("a lesson without parameter sets"));
         }
         objective.check(&data)?;
-        let prepared = self.surrogate.prepare(geometry)?;
-        let tensors = GeometryTensors::lifted(&prepared);
+        let tensors = self.surrogate.prepare(geometry)?.lifted();
         let samples: Vec<&Sample> = samples.iter().collect();
-        let thetas: Vec<&[f64]> = samples.iter().map(|sample| &sample.theta[..]).collect();
-        let parameters = Tensor::from_inner(self.surrogate.parameter_tensor(&thetas)?);
+        let parameters = self.surrogate.parameters_of(&samples)?;
         let local = tensors.embedding(&self.emulator);
-        let output = self.emulator.decode(local, tensors.global.clone(), parameters.clone());
-        let output = tensors.output.complete(output, parameters);
-        let displacement = tensors.output.displacement(output);
+        let displacement = tensors.displacement(&self.emulator, local, parameters);
         objective.loss(&Batch { geometry: 0, samples: &samples }, displacement)
     }
 

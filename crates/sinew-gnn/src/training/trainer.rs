@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use burn::module::Module;
-use burn::optim::GradientsParams;
 use burn::tensor::Tensor;
 
 use super::clock::Clock;
@@ -14,10 +13,10 @@ use super::progress::{HistoryPoint, Observer, Progress, StopReason, TrainingRepo
 use super::sampler::Sampler;
 use crate::data::{DataSet, Sample};
 use crate::emulator::{Embedding, Emulator};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, require_count};
 use crate::kernels::KernelChoice;
 use crate::objective::{Batch, Objective};
-use crate::optimiser::{Optimiser, clip_global_norm};
+use crate::optimiser::Optimiser;
 use crate::surrogate::{GeometryTensors, Surrogate};
 
 /// Share of the budget from which losses tell whether a training goes wrong: about a solution, zero outputs are good ones,
@@ -71,13 +70,6 @@ fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
     (mean, squares.sqrt() / count)
 }
 
-impl Best {
-    /// Validation loss, step, and the rows of embeddings that are weights.
-    pub(super) fn description(&self) -> (f64, usize, Vec<Vec<usize>>) {
-        (self.validation, self.step, self.emulator.embedded_nodes())
-    }
-}
-
 impl Trainer {
     /// Prepares training of a surrogate that was made for `data`.
     ///
@@ -92,17 +84,18 @@ impl Trainer {
         config.check()?;
         data.check(surrogate.emulator().config().dimensions)?;
         objective.check(&data)?;
-        crate::error::require_count(
-            "geometries of the data",
-            data.geometries.len(),
-            surrogate.geometries.len(),
-        )?;
+        let known = surrogate.geometries.len();
+        require_count("geometries of the data", data.geometries.len(), known)?;
+        for (own, known) in data.geometries.iter().zip(&surrogate.geometries) {
+            let nodes = known.topology.real_nodes;
+            require_count("nodes of a geometry", own.topology.real_nodes, nodes)?;
+        }
         for (index, sample) in data.training.iter().chain(&data.validation).enumerate() {
             surrogate.scales.parameters.require_inside(index, &sample.theta)?;
         }
         Ok(Self {
             emulator: surrogate.emulator.clone().train(),
-            optimiser: Optimiser::new(config.optimiser.clone()),
+            optimiser: Optimiser::default(),
             sampler: Sampler::new(&data.training, data.geometries.len(), config.batch, config.seed),
             lifted: surrogate.prepared.iter().map(GeometryTensors::lifted).collect(),
             progress: RunState::default(),
@@ -146,14 +139,14 @@ impl Trainer {
         objective: Box<dyn Objective>,
         device: &burn::tensor::Device,
     ) -> Result<Self> {
-        let saved = super::checkpoint::read(directory, device)?;
-        let mut trainer = Self::new(saved.surrogate, data, objective, saved.config)?;
+        let (surrogate, run, best) = super::checkpoint::read(directory, device)?;
+        let mut trainer = Self::new(surrogate, data, objective, run.config)?;
         let (samples, geometries) = (&trainer.data.training, trainer.data.geometries.len());
-        crate::error::require_count("training samples", samples.len(), saved.samples)?;
-        trainer.sampler = Sampler::resume(samples, geometries, trainer.config.batch, saved.sampler);
-        trainer.optimiser.load(&saved.optimiser)?;
-        trainer.progress = saved.progress;
-        trainer.best = saved.best;
+        require_count("training samples", samples.len(), run.samples)?;
+        trainer.sampler = Sampler::resume(samples, geometries, trainer.config.batch, run.sampler);
+        trainer.optimiser = run.optimiser;
+        trainer.progress = run.progress;
+        trainer.best = best;
         Ok(trainer.with_checkpoints(directory))
     }
 
@@ -240,42 +233,36 @@ impl Trainer {
         let local = constant.get(batch.geometry).cloned();
         let local = local.or_else(|| self.emulator.embedding(batch.geometry));
         let local = local.unwrap_or_else(|| geometry.embedding(&self.emulator));
-        let loss = self.batch_loss(&self.emulator, geometry, local, &batch)?;
-        let value: f64 = loss.clone().into_scalar::<f32>().into();
-        let gradients = GradientsParams::from_grads(loss.backward(), &self.emulator);
-        let (gradients, gradient_norm) =
-            clip_global_norm(&self.emulator, gradients, self.config.gradient_norm_limit);
+        let parameters = self.surrogate.parameters_of(&samples)?;
+        let displacement = geometry.displacement(&self.emulator, local, parameters.clone());
+        let loss = self.objective.loss(&batch, displacement)?;
+        let (rule, pace) =
+            (&self.config.optimiser, (learning_rate, self.config.gradient_norm_limit));
+        let [value, gradient_norm] = self.optimiser.step(rule, pace, &mut self.emulator, loss);
         if !value.is_finite() || !gradient_norm.is_finite() {
             let (step, samples) = (clock.step + 1, batch.samples.len());
             let emulator = self.emulator.valid();
             let local = self.surrogate.embedding(&emulator, batch.geometry);
             let geometry = &self.surrogate.prepared[batch.geometry];
-            let displacement = self.displacement(&emulator, geometry, local, &batch)?;
+            let displacement = geometry.displacement(&emulator, local, parameters);
             return Err(match self.objective.inadmissible(&batch, displacement) {
                 0 => Error::Diverged { step, loss: value, gradient_norm, learning_rate },
                 inadmissible => Error::InvertedCells { step, inadmissible, samples },
             });
         }
-        self.emulator = self.optimiser.step(learning_rate, self.emulator.clone(), gradients);
         let seconds = start.elapsed().as_secs_f64();
         if probing {
             self.progress.clock.probe = Some(seconds - prepared);
         }
-        self.count_step(value, seconds);
+        self.progress.clock.count(seconds);
+        self.progress.losses.push(value);
         Ok(self.report(value, gradient_norm, learning_rate))
     }
 
     /// Embeddings of the geometries' nodes as they are now, as data.
     fn embeddings(&self) -> Vec<Embedding> {
-        let emulator = self.emulator.valid();
-        let indices = 0..self.surrogate.prepared.len();
         let lift = |layers: Embedding| layers.into_iter().map(Tensor::from_inner).collect();
-        indices.map(|index| lift(self.surrogate.embedding(&emulator, index))).collect()
-    }
-
-    fn count_step(&mut self, loss: f64, seconds: f64) {
-        self.progress.clock.count(seconds);
-        self.progress.losses.push(loss);
+        self.surrogate.embeddings(&self.emulator.valid()).into_iter().map(lift).collect()
     }
 
     fn report(&self, loss: f64, gradient_norm: f64, learning_rate: f64) -> Progress {
@@ -293,57 +280,51 @@ impl Trainer {
         }
     }
 
-    fn batch_loss(
-        &self,
-        emulator: &Emulator,
-        geometry: &GeometryTensors,
-        local: Embedding,
-        batch: &Batch<'_>,
-    ) -> Result<Tensor<1>> {
-        self.objective.loss(batch, self.displacement(emulator, geometry, local, batch)?)
-    }
-
-    /// Predictions for a batch, from the embeddings of the geometry's nodes.
-    pub(super) fn displacement(
-        &self,
-        emulator: &Emulator,
-        geometry: &GeometryTensors,
-        local: Embedding,
-        batch: &Batch<'_>,
-    ) -> Result<Tensor<3>> {
-        let thetas: Vec<&[f64]> = batch.samples.iter().map(|sample| &sample.theta[..]).collect();
-        let mut parameters = self.surrogate.parameter_tensor(&thetas)?;
-        if geometry.nodes.is_autodiff() {
-            parameters = Tensor::from_inner(parameters);
-        }
-        let global = geometry.global.clone();
-        let output = emulator.decode(local, global, parameters.clone());
-        let output = geometry.output.complete(output, parameters);
-        Ok(geometry.output.displacement(output))
-    }
-
-    /// Mean loss of the validation samples, without gradients.
-    fn validation_loss(&self) -> Result<Option<f64>> {
+    /// What the weights of the latest evaluation predict for a batch, without gradients.
+    pub(super) fn predictions(&self) -> impl Fn(&Batch<'_>) -> Result<Tensor<3>> + '_ {
         let emulator = &self.surrogate.emulator;
-        let mut sum = 0.0;
-        for (geometry, tensors) in self.surrogate.prepared.iter().enumerate() {
-            let local = self.surrogate.embedding(emulator, geometry);
-            let samples: Vec<&Sample> =
-                self.data.validation.iter().filter(|sample| sample.geometry == geometry).collect();
-            for samples in samples.chunks(self.config.batch) {
-                let batch = Batch { geometry, samples };
-                let loss = self.batch_loss(emulator, tensors, local.clone(), &batch)?;
-                sum += f64::from(loss.into_scalar::<f32>()) * samples.len() as f64;
-            }
+        let embeddings = self.surrogate.embeddings(emulator);
+        move |batch| {
+            let geometry = &self.surrogate.prepared[batch.geometry];
+            let parameters = self.surrogate.parameters_of(batch.samples)?;
+            Ok(geometry.displacement(emulator, embeddings[batch.geometry].clone(), parameters))
         }
-        let count = self.data.validation.len();
-        Ok((count > 0).then(|| sum / count as f64))
+    }
+
+    /// Samples in batches of one geometry each, whose index comes first.
+    pub(super) fn batches<'a>(&self, samples: &'a [Sample]) -> Vec<(usize, Vec<&'a Sample>)> {
+        let of = |geometry| {
+            let samples = samples.iter().filter(move |sample| sample.geometry == geometry);
+            let samples: Vec<&Sample> = samples.collect();
+            let batches = samples.chunks(self.config.batch);
+            batches.map(|samples| (geometry, samples.to_vec())).collect::<Vec<_>>()
+        };
+        (0..self.data.geometries.len()).flat_map(of).collect()
+    }
+
+    /// Mean loss of the samples of some batches.
+    pub(super) fn mean_loss(
+        &self,
+        batches: &[(usize, Vec<&Sample>)],
+        mut displacement: impl FnMut(&Batch<'_>) -> Result<Tensor<3>>,
+    ) -> Result<f64> {
+        let (mut sum, mut count) = (0.0, 0);
+        for (geometry, samples) in batches {
+            let batch = Batch { geometry: *geometry, samples };
+            let loss = self.objective.loss(&batch, displacement(&batch)?)?;
+            sum += f64::from(loss.into_scalar::<f32>()) * samples.len() as f64;
+            count += samples.len();
+        }
+        Ok(sum / count as f64)
     }
 
     /// Validation, observer and checkpoint.
     fn evaluate(&mut self, observer: &mut dyn Observer) -> Result<()> {
         self.surrogate.emulator = self.emulator.valid();
-        let validation = self.validation_loss()?;
+        let batches = self.batches(&self.data.validation);
+        let validation = (!batches.is_empty())
+            .then(|| self.mean_loss(&batches, self.predictions()))
+            .transpose()?;
         let state = &mut self.progress;
         let (loss, deviation) = mean_and_deviation(&std::mem::take(&mut state.losses));
         let Clock { step, seconds, .. } = state.clock;
@@ -387,6 +368,6 @@ impl Trainer {
     /// # Errors
     /// A file that cannot be written.
     pub(crate) fn save_checkpoint(&self, directory: &Path) -> Result<()> {
-        super::checkpoint::write(self, self.data.training.len(), directory)
+        super::checkpoint::write(self, directory)
     }
 }

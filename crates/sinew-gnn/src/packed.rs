@@ -1,0 +1,40 @@
+//! Numbers as text that gives back the very same ones: little-endian bytes in base64.
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+
+pub(crate) fn doubles(values: &[f64]) -> String {
+    encoded(values.iter().map(|value| value.to_le_bytes()))
+}
+
+pub(crate) fn singles(values: &[f32]) -> String {
+    encoded(values.iter().map(|value| value.to_le_bytes()))
+}
+
+/// `count` finite numbers.
+pub(crate) fn read_doubles(text: &str, count: usize) -> Result<Vec<f64>, String> {
+    let values: Vec<f64> = decoded(text)?.into_iter().map(f64::from_le_bytes).collect();
+    if values.len() != count {
+        return Err(format!("{} packed numbers, {count} expected", values.len()));
+    }
+    match values.iter().find(|value| !value.is_finite()) {
+        Some(value) => Err(format!("{value} among the packed numbers")),
+        None => Ok(values),
+    }
+}
+
+pub(crate) fn read_singles(text: &str) -> Result<Vec<f32>, String> {
+    Ok(decoded(text)?.into_iter().map(f32::from_le_bytes).collect())
+}
+
+fn encoded<const N: usize>(values: impl Iterator<Item = [u8; N]>) -> String {
+    STANDARD.encode(values.flatten().collect::<Vec<u8>>())
+}
+
+fn decoded<const N: usize>(text: &str) -> Result<Vec<[u8; N]>, String> {
+    let bytes = STANDARD.decode(text).map_err(|error| format!("packed numbers: {error}"))?;
+    match bytes.as_chunks() {
+        (numbers, []) => Ok(numbers.to_vec()),
+        (_, rest) => Err(format!("packed numbers: {} bytes too many", rest.len())),
+    }
+}
