@@ -96,8 +96,8 @@ pub use error::{Defect, MeshError, Place, Problem};
 pub use generate::{
     BeamShape, Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, RingShape,
     ShapeError, ShapeModes, Size, Trim, TruncatedEllipsoid, VentricleShape, Wall, WallOptions,
-    box_hexahedra, box_tetrahedra, cook_membrane, cook_membrane_point, cylinder_quarter,
-    rectangle_crossed_triangles, rectangle_triangles, sphere_octant,
+    box_hexahedra, box_tetrahedra, cook_membrane, cylinder_quarter, rectangle_triangles,
+    sphere_octant,
 };
 pub use geometry::repair_orientation;
 pub use io::{

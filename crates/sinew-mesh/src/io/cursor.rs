@@ -242,7 +242,9 @@ impl<'a> Cursor<'a> {
 
     /// One integer in the cursor's encoding.
     pub(super) fn integer(&mut self, kind: NumberType, what: &'static str) -> Result<i64, Problem> {
-        self.skip_whitespace_in_text();
+        if self.encoding == Encoding::Text {
+            self.skip_whitespace();
+        }
         self.item = self.position;
         let value = self.integers(kind, 1, what)?;
         Ok(value[0])
@@ -253,12 +255,6 @@ impl<'a> Cursor<'a> {
         let value = self.integer(kind, what)?;
         let most = i64::MAX;
         usize::try_from(value).map_err(|_| Problem::Range { what, value, least: 0, most })
-    }
-
-    fn skip_whitespace_in_text(&mut self) {
-        if self.encoding == Encoding::Text {
-            self.skip_whitespace();
-        }
     }
 }
 

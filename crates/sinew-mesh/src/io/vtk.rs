@@ -17,7 +17,8 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
     let mut reader = Reader {
         cursor: Cursor::new(bytes),
         grid: UnstructuredGrid::default(),
-        surface: None,
+        is_surface: false,
+        surface: PolyData::default(),
         attributes_of: None,
         major: 0,
     };
@@ -35,8 +36,9 @@ enum Owner {
 struct Reader<'a> {
     cursor: Cursor<'a>,
     grid: UnstructuredGrid,
+    is_surface: bool,
     /// The cells of a surface.
-    surface: Option<PolyData>,
+    surface: PolyData,
     attributes_of: Option<Owner>,
     /// Major version of the format.
     major: u32,
@@ -46,8 +48,8 @@ impl Reader<'_> {
     fn read(&mut self) -> Result<(), Problem> {
         self.header()?;
         while self.section()? {}
-        if let Some(surface) = self.surface.take() {
-            surface.fill(&mut self.grid)?;
+        if self.is_surface {
+            std::mem::take(&mut self.surface).fill(&mut self.grid)?;
         }
         if self.grid.points.is_empty() {
             return Err(Problem::Missing { expected: "a POINTS section" });
@@ -75,7 +77,7 @@ impl Reader<'_> {
         let dataset = self.cursor.text("a dataset type")?;
         match dataset.to_ascii_uppercase().as_str() {
             "UNSTRUCTURED_GRID" => {}
-            "POLYDATA" => self.surface = Some(PolyData::default()),
+            "POLYDATA" => self.is_surface = true,
             _ => {
                 return Err(Problem::Unsupported {
                     what: "dataset type",
@@ -104,7 +106,7 @@ impl Reader<'_> {
         let Some(word) = self.cursor.word() else { return Ok(false) };
         match word.to_ascii_uppercase().as_slice() {
             b"POINTS" => self.points()?,
-            b"CELLS" if self.surface.is_none() => {
+            b"CELLS" if !self.is_surface => {
                 let list = self.cells()?;
                 self.grid.cells_at = list.at;
                 (self.grid.offsets, self.grid.connectivity) = (list.offsets, list.nodes);
@@ -116,22 +118,21 @@ impl Reader<'_> {
             }
             b"CELL_DATA" => {
                 let listed = self.grid.offsets.len() - 1;
-                let cells = self.surface.as_ref().map_or(listed, PolyData::cell_count);
+                let cells = if self.is_surface { self.surface.cell_count() } else { listed };
                 let declared = self.attributes("CELL_DATA", cells)?;
                 self.attributes_of = Some(Owner::Cells(declared));
             }
             b"METADATA" => self.metadata(),
             b"FIELD" => self.field_arrays()?,
             b"LOOKUP_TABLE" => self.lookup_table()?,
-            keyword if self.surface.is_some() && Kind::of_keyword(keyword).is_some() => {
-                let list = self.cells()?;
-                let kind = Kind::of_keyword(keyword);
-                if let (Some(surface), Some(kind)) = (&mut self.surface, kind) {
-                    surface.put(kind, list);
+            keyword => match (Kind::of_keyword(keyword), self.attributes_of) {
+                (Some(kind), _) if self.is_surface => {
+                    let list = self.cells()?;
+                    self.surface.put(kind, list);
                 }
-            }
-            keyword => match (self.attributes_of, attribute_components(keyword)) {
-                (Some(owner), Some(components)) => self.attribute(keyword, components, owner)?,
+                (_, Some(owner)) if let Some(components) = attribute_components(keyword) => {
+                    self.attribute(keyword, components, owner)?;
+                }
                 _ => return Err(Problem::expected("the keyword of a section", word)),
             },
         }

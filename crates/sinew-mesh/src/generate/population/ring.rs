@@ -1,7 +1,7 @@
 //! Rings of random radius, thickness and form: slices of a vessel or of a heart's wall.
 
 use super::{ShapeError, finite, within};
-use crate::{Field, FieldValues, TriangleMesh, repair_orientation};
+use crate::{Field, TriangleMesh, repair_orientation};
 use std::f64::consts::TAU;
 
 /// A plane ring about the origin between two curves: `ln r` of the inner one and `ln` of the thickness are Fourier series in the angle.
@@ -67,22 +67,21 @@ impl RingShape {
         super::cells(&cells, around > 2 && across > 0, "three around and one across, or more")?;
         let node = |i: usize, j: usize| (i % around) * (across + 1) + j;
         let mut mesh = TriangleMesh::default();
-        let mut fibre = Vec::with_capacity(3 * around * (across + 1));
+        let mut fibre = Vec::with_capacity(around * (across + 1));
         for i in 0..around {
             let angle = i as f64 / around as f64 * TAU;
             let ([radius, thickness], (sin, cos)) = (self.measures(angle), angle.sin_cos());
             for j in 0..=across {
                 let r = radius + thickness * j as f64 / across as f64;
                 mesh.points.push([r * cos, r * sin, 0.0]);
-                fibre.extend([-sin, cos, 0.0]);
+                fibre.push([-sin, cos, 0.0]);
             }
             for j in 0..across {
                 let [a, b, c, d] = [node(i, j), node(i, j + 1), node(i + 1, j + 1), node(i + 1, j)];
                 mesh.cells.extend([[a, b, c], [a, c, d]]);
             }
         }
-        let fibre = Field { components: 3, values: FieldValues::Float(fibre) };
-        mesh.point_fields.insert("fibre".into(), fibre);
+        mesh.point_fields.insert("fibre".into(), Field::vectors(&fibre));
         repair_orientation(&mut mesh);
         // Radii grow outwards at every angle, so that no cell is folded.
         let edges = |j: usize| -> Vec<[usize; 2]> {
