@@ -107,18 +107,6 @@ pub fn read_npy(path: impl AsRef<Path>) -> Result<NpyArray, MeshError> {
     parse_npy(&name, &bytes)
 }
 
-/// Writes a legacy VTK file; see [`to_vtk`].
-///
-/// # Errors
-/// As [`to_vtk`], and when the file cannot be written.
-pub fn write_vtk<const N: usize>(
-    path: impl AsRef<Path>,
-    mesh: &Mesh<N>,
-    encoding: VtkEncoding,
-) -> Result<(), MeshError> {
-    save(path.as_ref(), &to_vtk(mesh, encoding)?)
-}
-
 /// Writes a VTU file; see [`to_vtu`].
 ///
 /// # Errors

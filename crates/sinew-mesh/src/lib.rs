@@ -42,7 +42,7 @@
 //!
 //! | format | read | written |
 //! |---|---|---|
-//! | legacy VTK, text and binary | grids and surfaces (POLYDATA); 2.0 to 4.2, 5.1 | [`write_vtk`], [`to_vtk_surface`]: 5.1 |
+//! | legacy VTK, text and binary | grids and surfaces (POLYDATA); 2.0 to 4.2, 5.1 | [`to_vtk`], [`to_vtk_surface`]: 5.1 |
 //! | VTU, VTP | text, base64, appended raw or base64; plain or zlib | [`write_vtu`], [`to_vtp`]: base64 |
 //! | STL, text and binary | corners at the same place become one node | [`to_stl`] |
 //! | OBJ | faces, lines and groups | [`to_obj`] |
@@ -103,7 +103,7 @@ pub use geometry::repair_orientation;
 pub use io::{
     NpyArray, ReadReport, VtkEncoding, parse, parse_mesh, parse_npy, read, read_mesh, read_npy,
     to_npy, to_obj, to_pvd, to_stl, to_vtk, to_vtk_surface, to_vtp, to_vtu, write_pvd,
-    write_surface, write_vtk, write_vtu,
+    write_surface, write_vtu,
 };
 pub use mesh::{
     Facet, Field, FieldValues, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh,

@@ -1,6 +1,6 @@
 //! Rings of random radius, thickness and form: slices of a vessel or of a heart's wall.
 
-use super::{ShapeError, finite, within};
+use super::{ShapeError, padded, within};
 use crate::{Field, TriangleMesh, repair_orientation};
 use std::f64::consts::TAU;
 
@@ -46,9 +46,7 @@ impl RingShape {
     /// # Errors
     /// More numbers, one that is not finite, or a ring that is too small, large, thin or thick at one of 56 angles.
     pub fn new(numbers: &[f64]) -> Result<Self, ShapeError> {
-        finite(numbers, Self::NUMBERS)?;
-        let of = |i: usize| numbers.get(i).copied().unwrap_or(0.0);
-        let shape = Self { numbers: std::array::from_fn(of) };
+        let shape = Self { numbers: padded(numbers)? };
         for k in 0..8 * WAVES {
             let [radius, thickness] = shape.measures(k as f64 / (8 * WAVES) as f64 * TAU);
             within("inner radius", radius, RADIUS)?;
