@@ -95,7 +95,7 @@ fn with_fibres() {
 fn a_scene_that_went_through_a_file_has_the_same_equilibrium() {
     let mesh = box_tetrahedra([10.0, 2.0, 2.0], [5, 1, 2]);
     let bytes = sinew_mesh::to_vtu(&mesh).unwrap();
-    let (read, _) = sinew_mesh::parse_tet_mesh("beam.vtu", &bytes).unwrap();
+    let (read, _) = sinew_mesh::parse_mesh::<4>("beam.vtu", &bytes).unwrap();
     let solve = |mesh| {
         let potential: Body = hanging(mesh, 0.02).lower().unwrap();
         Solver::new(&potential).unwrap().solve(&[9.0, 15.0], &Options::default()).unwrap()

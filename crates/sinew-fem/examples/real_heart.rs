@@ -8,7 +8,7 @@ use sinew_fem::fibres::{Depth, FibreRule, Surfaces, VentricleCoordinates};
 use sinew_fem::{Options, Solver};
 use sinew_mesh::{
     Chamber, Field, Size, TriangleMesh, TruncatedEllipsoid, WallOptions, extract_surface,
-    read_triangle_mesh, write_surface,
+    read_mesh, write_surface,
 };
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -133,7 +133,7 @@ fn measured(folder: &Path) -> Result<Vec<(String, Surfaces3)>, Box<dyn Error>> {
             continue;
         }
         let read = |other: &str| {
-            read_triangle_mesh(file.with_file_name(name.replace("LV_ENDOCARDIAL", other)))
+            read_mesh::<3>(file.with_file_name(name.replace("LV_ENDOCARDIAL", other)))
         };
         let surfaces =
             (read("LV_ENDOCARDIAL")?.0, read("EPICARDIAL")?.0, Some(read("RV_ENDOCARDIAL")?.0));
@@ -152,7 +152,7 @@ fn ideal() -> Result<(String, Surfaces3), Box<dyn Error>> {
     let surface = |name: &str| -> Result<TriangleMesh, sinew_mesh::MeshError> {
         let file = folder.join(format!("sinew_ideal_{name}_{}.vtk", std::process::id()));
         write_surface(&file, &extract_surface(&mesh, &mesh.facet_sets[name]).mesh)?;
-        let read = read_triangle_mesh(&file);
+        let read = read_mesh::<3>(&file);
         let _ = std::fs::remove_file(&file);
         Ok(read?.0)
     };

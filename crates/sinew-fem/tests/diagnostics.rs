@@ -8,9 +8,7 @@ use sinew_fem::{
     Advice, BalanceSolver, IterationSeries, LARGEST_BULK_TO_SHEAR, Options, SolutionReport,
     SolveError, Solver, Warning, locking, report, report_balance,
 };
-use sinew_mesh::{
-    Mesh, TetMesh, box_hexahedra, box_tetrahedra, read_tet_mesh, rectangle_triangles,
-};
+use sinew_mesh::{Mesh, TetMesh, box_hexahedra, box_tetrahedra, read_mesh, rectangle_triangles};
 use support::{gravity, once, parameters, twice};
 
 const THETA: [f64; 2] = [75.0, 75.0];
@@ -92,7 +90,7 @@ fn iterations_become_files() {
     assert_eq!(pvd.matches("<DataSet").count(), count);
     let name = format!("beam_{:04}.vtu", count - 1);
     assert!(pvd.contains(&name), "{pvd}");
-    let (mesh, _) = read_tet_mesh(folder.path().join(name)).unwrap();
+    let (mesh, _) = read_mesh::<4>(folder.path().join(name)).unwrap();
     assert_eq!(*mesh.point_fields["displacement"].to_f64(), solution.displacement);
     let ratios = mesh.cell_fields["volume_ratio"].to_f64();
     let least = ratios.iter().copied().fold(f64::INFINITY, f64::min);

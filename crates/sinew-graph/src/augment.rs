@@ -168,13 +168,6 @@ mod tests {
     }
 
     #[test]
-    fn repeated_and_turned_edges_are_merged() {
-        let repeated = [[0, 1], [1, 0], [1, 2], [2, 3], [3, 2], [3, 0]];
-        let plain = config(&[], 0);
-        assert_eq!(augment(&SQUARE, &repeated, &plain), augment(&SQUARE, &SIDES, &plain));
-    }
-
-    #[test]
     fn meshes_that_are_no_graph() {
         let none = config(&[], 5);
         assert_eq!(augment(&[], &[], &none), Err(GraphError::TooFewNodes { nodes: 0 }));

@@ -142,13 +142,6 @@ mod tests {
     }
 
     #[test]
-    fn coincident_positions_still_fill_every_cluster() {
-        let mut random = ChaCha8Rng::seed_from_u64(2);
-        let clusters = cluster(&[[0.3; 3]; 9], 4, 2, &mut random).unwrap();
-        assert_eq!(clusters.iter().max(), Some(&3));
-    }
-
-    #[test]
     fn an_empty_cluster_takes_the_farthest_leaf() {
         let leaves = [[0.0; 3], [0.1, 0.0, 0.0], [0.9, 0.0, 0.0], [1.0, 1.0, 0.0]];
         let mut clusters = vec![0, 0, 0, 0];

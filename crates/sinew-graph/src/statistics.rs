@@ -108,9 +108,11 @@ fn mean_and_scale(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     let Some(origin) = values.clone().next() else { return (0.0, 1.0) };
     let count = values.clone().count() as f64;
     let mean = origin + values.clone().map(|v| v - origin).sum::<f64>() / count;
-    let variance = values.clone().map(|v| (v - mean).powi(2)).sum::<f64>() / count;
-    let largest = values.map(f64::abs).fold(0.0, f64::max);
-    let deviation = variance.sqrt();
+    let largest = values.clone().map(f64::abs).fold(0.0, f64::max);
+    // A power of two, which changes no digit: squares of the numbers themselves may overflow or vanish.
+    let unit = f64::from_bits(largest.to_bits() & f64::INFINITY.to_bits()).max(f64::MIN_POSITIVE);
+    let variance = values.map(|v| ((v - mean) / unit).powi(2)).sum::<f64>() / count;
+    let deviation = unit * variance.sqrt();
     let scale = if deviation <= FeatureStatistics::CONSTANT * largest { 1.0 } else { deviation };
     (mean, scale)
 }
@@ -145,6 +147,17 @@ mod tests {
         let statistics = FeatureStatistics::over(&[features(&jitter, &[])]).unwrap();
         assert_eq!(statistics.nodes.scale, [1.0]);
         assert_eq!(statistics.edges, ColumnStatistics { mean: vec![0.0], scale: vec![1.0] });
+    }
+
+    #[test]
+    fn the_unit_of_length_does_not_matter() {
+        for unit in [1.0, 2f64.powi(900), 2f64.powi(-900)] {
+            let lengths = features(&[0.0], &[1.0, 2.0, 6.0].map(|x| unit * x));
+            let statistics = FeatureStatistics::over(std::slice::from_ref(&lengths)).unwrap();
+            assert_eq!(statistics.edges.scale, [unit * (14f64 / 3.0).sqrt()]);
+            let standardised = statistics.standardise(&lengths).unwrap().edges.values;
+            assert_eq!(standardised, [-2.0, -1.0, 3.0].map(|x| x / (14f64 / 3.0).sqrt()));
+        }
     }
 
     #[test]

@@ -32,114 +32,47 @@ pub struct Topology {
 
 /// Why a [`Topology`] is not a valid augmented graph.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum TopologyError {
     /// Counts contradict each other.
     #[error("{what}: {expected} expected, {found} found; build the topology with `augment`")]
-    Count {
-        /// What was counted.
-        what: &'static str,
-        /// Count that follows from the rest.
-        expected: usize,
-        /// Count found.
-        found: usize,
-    },
+    Count { what: &'static str, expected: usize, found: usize },
     /// An edge whose sender is not the larger, existing index.
     #[error(
         "edge {edge} runs from {sender} to {receiver} in a graph of {nodes} nodes: senders must \
          exist and exceed their receivers, a pair is stored once"
     )]
-    Edge {
-        /// Index of the edge.
-        edge: usize,
-        /// Its sender.
-        sender: usize,
-        /// Its receiver.
-        receiver: usize,
-        /// Nodes of the graph.
-        nodes: usize,
-    },
+    Edge { edge: usize, sender: usize, receiver: usize, nodes: usize },
     /// Fewer edges than connecting the nodes takes.
     #[error("{edges} edges cannot connect {nodes} nodes: is the file complete?")]
-    TooFewEdges {
-        /// Nodes of the graph.
-        nodes: usize,
-        /// Edges of the graph.
-        edges: usize,
-    },
+    TooFewEdges { nodes: usize, edges: usize },
     /// Edges repeat or are not ascending.
     #[error("edge {edge} does not follow its predecessor in order: sort the edges, drop repeats")]
-    EdgeOrder {
-        /// Index of the later edge.
-        edge: usize,
-    },
+    EdgeOrder { edge: usize },
     /// A leaf's root is not in the next layer.
     #[error("leaf {leaf} of layer {layer} names root {root}, the layer above has {roots}")]
-    Root {
-        /// Layer of the leaf; 0 are the mesh nodes.
-        layer: usize,
-        /// Leaf within its layer.
-        leaf: usize,
-        /// Root within the next layer.
-        root: usize,
-        /// Roots of the next layer.
-        roots: usize,
-    },
+    Root { layer: usize, leaf: usize, root: usize, roots: usize },
     /// A root without leaves.
     #[error("root {root} of layer {layer} has no leaves: its features would be undefined")]
-    EmptyCluster {
-        /// Layer of the root, from 1.
-        layer: usize,
-        /// Root within its layer.
-        root: usize,
-    },
+    EmptyCluster { layer: usize, root: usize },
     /// A leaf is not joined to exactly its own root, or two layers are joined otherwise.
     #[error(
         "node {node} of layer {layer} is joined to {found} nodes of the layer above, of which \
          {own} is its root: it must be exactly its root"
     )]
-    RootEdges {
-        /// The node.
-        node: usize,
-        /// Its layer; 0 are the mesh nodes.
-        layer: usize,
-        /// Edges to the layer above.
-        found: usize,
-        /// How many of them lead to its root.
-        own: usize,
-    },
+    RootEdges { node: usize, layer: usize, found: usize, own: usize },
     /// An edge skips a layer.
     #[error("edge {edge} joins layer {from} to layer {to}, which do not follow each other")]
-    LayerSkipped {
-        /// Index of the edge.
-        edge: usize,
-        /// Layer of the sender.
-        from: usize,
-        /// Layer of the receiver.
-        to: usize,
-    },
+    LayerSkipped { edge: usize, from: usize, to: usize },
     /// The last layer is not fully connected.
     #[error("the {roots} roots of the last layer share {found} edges, all {expected} are needed")]
-    LastLayer {
-        /// Roots of the last layer.
-        roots: usize,
-        /// Edges needed.
-        expected: usize,
-        /// Edges found.
-        found: usize,
-    },
+    LastLayer { roots: usize, expected: usize, found: usize },
     /// Messages cannot reach every node.
     #[error(
         "the graph falls into {components} parts of {largest} down to {smallest} nodes: merge \
          coincident nodes, drop nodes no cell uses, or add a layer of virtual nodes to join them"
     )]
-    Disconnected {
-        /// Connected components.
-        components: usize,
-        /// Nodes of the largest.
-        largest: usize,
-        /// Nodes of the smallest.
-        smallest: usize,
-    },
+    Disconnected { components: usize, largest: usize, smallest: usize },
 }
 
 impl Topology {

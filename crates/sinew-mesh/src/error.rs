@@ -18,13 +18,26 @@ pub enum MeshError {
     Defect(#[from] Defect),
 }
 
+impl MeshError {
+    pub(crate) fn in_file(file: &str, (place, problem): (Place, Problem)) -> Self {
+        Self::Content { file: file.into(), place, problem: Box::new(problem) }
+    }
+}
+
 /// A place in a file: the line in text, the byte everywhere.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Place {
     /// Offset from the start of the file, in bytes.
     pub byte: usize,
     /// Line number from 1, in text.
     pub line: Option<usize>,
+}
+
+impl Place {
+    /// A place in a file that is not text.
+    pub(crate) fn at(byte: usize) -> Self {
+        Self { byte, line: None }
+    }
 }
 
 impl fmt::Display for Place {

@@ -40,15 +40,9 @@ impl Field {
 
     /// The rows with the given indices, in this order. Panics when one is out of range.
     pub(crate) fn select(&self, rows: &[usize]) -> Self {
-        fn pick<T: Copy>(values: &[T], rows: &[usize], width: usize) -> Vec<T> {
-            rows.iter().flat_map(|&r| &values[r * width..(r + 1) * width]).copied().collect()
-        }
         let width = self.components;
-        let values = match &self.values {
-            FieldValues::Float(values) => FieldValues::Float(pick(values, rows, width)),
-            FieldValues::Integer(values) => FieldValues::Integer(pick(values, rows, width)),
-        };
-        Field { components: width, values }
+        let numbers = rows.iter().flat_map(|row| row * width..(row + 1) * width);
+        Field { components: width, values: self.values.select(numbers) }
     }
 
     pub(crate) fn as_labels(&self) -> Option<&[i64]> {
@@ -71,6 +65,16 @@ impl FieldValues {
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// The numbers with the given indices, in this order. Panics when one is out of range.
+    pub(crate) fn select(&self, indices: impl Iterator<Item = usize>) -> Self {
+        match self {
+            FieldValues::Float(values) => FieldValues::Float(indices.map(|i| values[i]).collect()),
+            FieldValues::Integer(values) => {
+                FieldValues::Integer(indices.map(|i| values[i]).collect())
+            }
+        }
     }
 }
 

@@ -27,7 +27,8 @@ pub use surface_write::{to_obj, to_stl, to_vtk_surface, to_vtp};
 pub use vtk_write::{VtkEncoding, to_vtk};
 pub use vtu_write::{to_pvd, to_vtu};
 
-use crate::{AnyMesh, Element, Mesh, MeshError, Problem, TetMesh, TriangleMesh};
+use crate::{AnyMesh, Element, Mesh, MeshError, Place, Problem, TriangleMesh};
+use cursor::Fault;
 use grid::UnstructuredGrid;
 
 /// Reads a mesh from a legacy VTK, VTU, VTP, gmsh MSH, STL or OBJ file, which is told by its content, as is the kind of cell:
@@ -41,26 +42,8 @@ pub fn read(path: impl AsRef<Path>) -> Result<(AnyMesh, ReadReport), MeshError> 
     parse(&name, &bytes)
 }
 
-/// Reads a tetrahedral mesh; see [`read`].
-///
-/// # Errors
-/// As [`read`], and when the file has other cells than tetrahedra, triangles, lines and points.
-pub fn read_tet_mesh(path: impl AsRef<Path>) -> Result<(TetMesh, ReadReport), MeshError> {
-    let (name, bytes) = load(path.as_ref())?;
-    parse_tet_mesh(&name, &bytes)
-}
-
-/// Reads a triangle mesh; see [`read`].
-///
-/// # Errors
-/// As [`read`], and when the file has other cells than triangles, lines and points.
-pub fn read_triangle_mesh(path: impl AsRef<Path>) -> Result<(TriangleMesh, ReadReport), MeshError> {
-    let (name, bytes) = load(path.as_ref())?;
-    parse_triangle_mesh(&name, &bytes)
-}
-
-/// Reads a mesh of a known kind of cell, such as a [`crate::QuadraticTetMesh`] or a
-/// [`crate::HexMesh`]; see [`read`].
+/// Reads a mesh of cells with `N` nodes: 4 of tetrahedra, 3 of triangles, 10 and 6 of quadratic ones, 8 of hexahedra;
+/// see [`read`].
 ///
 /// # Errors
 /// As [`read`], and when the file has cells of that dimension or higher of another kind.
@@ -82,45 +65,24 @@ pub fn read_mesh<const N: usize>(
 /// # Errors
 /// [`MeshError::Content`] with the place and the reason.
 pub fn parse(file: &str, bytes: &[u8]) -> Result<(AnyMesh, ReadReport), MeshError> {
-    fn of<const N: usize>(
-        file: &str,
-        grid: UnstructuredGrid,
-    ) -> Result<(AnyMesh, ReadReport), MeshError>
+    fn of<const N: usize>(grid: UnstructuredGrid) -> Result<(AnyMesh, ReadReport), Fault>
     where
         AnyMesh: From<Mesh<N>>,
     {
-        let (mesh, report) = convert::to_mesh::<N>(file, grid)?;
-        Ok((mesh.into(), report))
+        convert::to_mesh::<N>(grid).map(|(mesh, report)| (mesh.into(), report))
     }
-    let grid = parse_grid(file, bytes)?;
-    let has = |nodes| grid.types.contains(&Element::with_nodes(nodes).vtk_type);
-    // A file without any of them is refused as one of tetrahedra.
-    match [10, 8, 4, 6, 3].into_iter().find(|&nodes| has(nodes)) {
-        Some(10) => of::<10>(file, grid),
-        Some(8) => of::<8>(file, grid),
-        Some(6) => of::<6>(file, grid),
-        Some(3) => of::<3>(file, grid),
-        _ => of::<4>(file, grid),
-    }
-}
-
-/// Reads the bytes of a tetrahedral mesh file; see [`read_tet_mesh`].
-///
-/// # Errors
-/// [`MeshError::Content`] with the place and the reason.
-pub fn parse_tet_mesh(file: &str, bytes: &[u8]) -> Result<(TetMesh, ReadReport), MeshError> {
-    convert::to_mesh(file, parse_grid(file, bytes)?)
-}
-
-/// Reads the bytes of a triangle mesh file; see [`read_triangle_mesh`].
-///
-/// # Errors
-/// [`MeshError::Content`] with the place and the reason.
-pub fn parse_triangle_mesh(
-    file: &str,
-    bytes: &[u8],
-) -> Result<(TriangleMesh, ReadReport), MeshError> {
-    convert::to_mesh(file, parse_grid(file, bytes)?)
+    let convert = |grid: UnstructuredGrid| {
+        let has = |nodes| grid.types.contains(&Element::with_nodes(nodes).vtk_type);
+        // A file without any of them is refused as one of tetrahedra.
+        match [10, 8, 4, 6, 3].into_iter().find(|&nodes| has(nodes)) {
+            Some(10) => of::<10>(grid),
+            Some(8) => of::<8>(grid),
+            Some(6) => of::<6>(grid),
+            Some(3) => of::<3>(grid),
+            _ => of::<4>(grid),
+        }
+    };
+    parse_grid(file, bytes).and_then(convert).map_err(|fault| MeshError::in_file(file, fault))
 }
 
 /// Reads the bytes of a mesh file with a known kind of cell; see [`read_mesh`].
@@ -131,7 +93,8 @@ pub fn parse_mesh<const N: usize>(
     file: &str,
     bytes: &[u8],
 ) -> Result<(Mesh<N>, ReadReport), MeshError> {
-    convert::to_mesh(file, parse_grid(file, bytes)?)
+    let mesh = parse_grid(file, bytes).and_then(convert::to_mesh);
+    mesh.map_err(|fault| MeshError::in_file(file, fault))
 }
 
 /// Reads an npy array; see [`parse_npy`].
@@ -142,18 +105,6 @@ pub fn parse_mesh<const N: usize>(
 pub fn read_npy(path: impl AsRef<Path>) -> Result<NpyArray, MeshError> {
     let (name, bytes) = load(path.as_ref())?;
     parse_npy(&name, &bytes)
-}
-
-/// Writes a legacy VTK file; see [`to_vtk`].
-///
-/// # Errors
-/// As [`to_vtk`], and when the file cannot be written.
-pub fn write_vtk<const N: usize>(
-    path: impl AsRef<Path>,
-    mesh: &Mesh<N>,
-    encoding: VtkEncoding,
-) -> Result<(), MeshError> {
-    save(path.as_ref(), &to_vtk(mesh, encoding)?)
 }
 
 /// Writes a VTU file; see [`to_vtu`].
@@ -181,7 +132,10 @@ pub fn write_surface(path: impl AsRef<Path>, mesh: &TriangleMesh) -> Result<(), 
             let value = ending.clone();
             let problem =
                 Problem::Unsupported { what: "the ending of a surface's file,", value, advice };
-            return Err(cursor::error_at(&path.display().to_string(), 0, problem));
+            return Err(MeshError::in_file(
+                &path.display().to_string(),
+                (Place::default(), problem),
+            ));
         }
     };
     save(path, &bytes)
@@ -195,29 +149,18 @@ pub fn write_pvd(path: impl AsRef<Path>, series: &[(f64, &Path)]) -> Result<(), 
     save(path.as_ref(), to_pvd(series)?.as_bytes())
 }
 
-/// Writes an npy array of 64-bit floats; see [`to_npy`].
-///
-/// # Errors
-/// When the file cannot be written.
-///
-/// # Panics
-/// When the number of values is not the product of the shape.
-pub fn write_npy(path: impl AsRef<Path>, shape: &[usize], values: &[f64]) -> Result<(), MeshError> {
-    save(path.as_ref(), &to_npy(shape, values))
-}
-
 /// Picks the reader by the first bytes, which are surer than the ending of a name.
-fn parse_grid(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshError> {
+fn parse_grid(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
     let content = cursor::without_mark(bytes).trim_ascii_start();
     match content {
-        [b'$', ..] => gmsh::parse(file, bytes),
-        [b'<', ..] => vtu::parse(file, bytes),
-        _ if content.starts_with(vtk::MAGIC) => vtk::parse(file, bytes),
-        _ if stl::is_binary(bytes) || stl::is_text(content) => stl::parse(file, bytes),
-        _ if obj::looks_like_it(content) => obj::parse(file, bytes),
+        [b'$', ..] => gmsh::parse(bytes),
+        [b'<', ..] => vtu::parse(bytes),
+        _ if content.starts_with(vtk::MAGIC) => vtk::parse(bytes),
+        _ if stl::is_binary(bytes) || stl::is_text(content) => stl::parse(bytes),
+        _ if obj::looks_like_it(content) => obj::parse(bytes),
         // Binary STL of another length than it declares is told by its name only.
-        _ if file.to_ascii_lowercase().ends_with(".stl") => stl::parse(file, bytes),
-        _ => Err(cursor::error_at(file, 0, Problem::UnknownFormat)),
+        _ if file.to_ascii_lowercase().ends_with(".stl") => stl::parse(bytes),
+        _ => Err((Place::default(), Problem::UnknownFormat)),
     }
 }
 

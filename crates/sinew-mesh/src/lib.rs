@@ -3,7 +3,7 @@
 //!
 //! ```
 //! use sinew_mesh::{box_tetrahedra, enclosed_volume, boundary_facets, Field, quality};
-//! use sinew_mesh::{parse_tet_mesh, to_vtu};
+//! use sinew_mesh::{parse_mesh, to_vtu};
 //!
 //! // A beam of 2 x 1 x 1 grid cells, six tetrahedra each, with a field on its nodes.
 //! let mut beam = box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]);
@@ -15,7 +15,7 @@
 //! assert!((enclosed_volume(&beam, &boundary_facets(&beam)) - 2.0).abs() < 1e-12);
 //!
 //! // Files keep everything bit for bit, named sets included.
-//! let (again, report) = parse_tet_mesh("beam.vtu", &to_vtu(&beam)?)?;
+//! let (again, report) = parse_mesh::<4>("beam.vtu", &to_vtu(&beam)?)?;
 //! assert_eq!(again, beam);
 //! assert_eq!(report.repaired_cells, 0);
 //! # Ok::<(), sinew_mesh::MeshError>(())
@@ -42,16 +42,16 @@
 //!
 //! | format | read | written |
 //! |---|---|---|
-//! | legacy VTK, text and binary | grids and surfaces (POLYDATA); 2.0 to 4.2, 5.1 | [`write_vtk`], [`to_vtk_surface`]: 5.1 |
+//! | legacy VTK, text and binary | grids and surfaces (POLYDATA); 2.0 to 4.2, 5.1 | [`to_vtk`], [`to_vtk_surface`]: 5.1 |
 //! | VTU, VTP | text, base64, appended raw or base64; plain or zlib | [`write_vtu`], [`to_vtp`]: base64 |
 //! | STL, text and binary | corners at the same place become one node | [`to_stl`] |
 //! | OBJ | faces, lines and groups | [`to_obj`] |
 //! | PVD | | [`write_pvd`] |
 //! | gmsh MSH, text and binary | 2.2, 4.1 | |
-//! | NumPy npy | floats, integers, booleans; both byte orders | [`write_npy`] |
+//! | NumPy npy | floats, integers, booleans; both byte orders | [`to_npy`] |
 //!
-//! [`read`] and [`read_tet_mesh`] tell the format by the content, as [`read_mesh`] does, which
-//! reads quadratic cells and hexahedra. Solid cells with negative volume are repaired and counted
+//! [`read`] and [`read_mesh`] tell the format by the content; both
+//! read quadratic cells and hexahedra too. Solid cells with negative volume are repaired and counted
 //! in the [`ReadReport`]. Triangles among tetrahedra (quadrilaterals among hexahedra) become facet
 //! sets: named by gmsh's physical groups, or by the values of integer cell fields
 //! (`region:1`), or `facets`. A field that marks nodes becomes a set with
@@ -96,15 +96,14 @@ pub use error::{Defect, MeshError, Place, Problem};
 pub use generate::{
     BeamShape, Biventricle, Chamber, ChamberError, ChamberReport, ChamberWall, RingShape,
     ShapeError, ShapeModes, Size, Trim, TruncatedEllipsoid, VentricleShape, Wall, WallOptions,
-    box_hexahedra, box_tetrahedra, cook_membrane, cook_membrane_point, cylinder_quarter,
-    rectangle_crossed_triangles, rectangle_triangles, sphere_octant,
+    box_hexahedra, box_tetrahedra, cook_membrane, cylinder_quarter, rectangle_triangles,
+    sphere_octant,
 };
 pub use geometry::repair_orientation;
 pub use io::{
-    NpyArray, ReadReport, VtkEncoding, parse, parse_mesh, parse_npy, parse_tet_mesh,
-    parse_triangle_mesh, read, read_mesh, read_npy, read_tet_mesh, read_triangle_mesh, to_npy,
-    to_obj, to_pvd, to_stl, to_vtk, to_vtk_surface, to_vtp, to_vtu, write_npy, write_pvd,
-    write_surface, write_vtk, write_vtu,
+    NpyArray, ReadReport, VtkEncoding, parse, parse_mesh, parse_npy, read, read_mesh, read_npy,
+    to_npy, to_obj, to_pvd, to_stl, to_vtk, to_vtk_surface, to_vtp, to_vtu, write_pvd,
+    write_surface, write_vtu,
 };
 pub use mesh::{
     Facet, Field, FieldValues, HexMesh, Mesh, QuadraticTetMesh, QuadraticTriangleMesh, TetMesh,

@@ -34,11 +34,31 @@ impl<const N: usize> Mesh<N> {
 
     /// Names the facets of the boundary with `chosen` at all their nodes, as [`Mesh::name_nodes`] does nodes.
     pub fn name_facets(&mut self, name: &str, chosen: impl Fn([f64; 3]) -> bool) -> usize {
-        let mut facets = boundary_facets(self);
-        facets.retain(|&facet| self.nodes_of_facet(facet).all(|node| chosen(self.points[node])));
+        self.name_some(&boundary_facets(self), name, chosen)
+    }
+
+    fn name_some(
+        &mut self,
+        boundary: &[Facet],
+        name: &str,
+        chosen: impl Fn([f64; 3]) -> bool,
+    ) -> usize {
+        let on = |facet: &Facet| self.nodes_of_facet(*facet).all(|node| chosen(self.points[node]));
+        let facets: Vec<_> = boundary.iter().copied().filter(on).collect();
         let count = facets.len();
         self.facet_sets.insert(name.into(), facets);
         count
+    }
+
+    /// Names the nodes of a side and the facets of the boundary on it.
+    pub(crate) fn name_side(
+        &mut self,
+        boundary: &[Facet],
+        name: &str,
+        on_side: impl Fn([f64; 3]) -> bool,
+    ) {
+        self.name_nodes(name, &on_side);
+        self.name_some(boundary, name, &on_side);
     }
 
     /// Names the facets of the boundary with the given corners, in any order: three of a tetrahedron, four of a

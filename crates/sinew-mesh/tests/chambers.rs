@@ -2,8 +2,8 @@
 
 use sinew_mesh::{
     Chamber, ChamberError, Size, TriangleMesh, Trim, TruncatedEllipsoid, VtkEncoding, WallOptions,
-    boundary_facets, enclosed_volume, extract_surface, parse_triangle_mesh, quality,
-    read_triangle_mesh, to_stl, to_vtk_surface,
+    boundary_facets, enclosed_volume, extract_surface, parse_mesh, quality, read_mesh, to_stl,
+    to_vtk_surface,
 };
 use std::f64::consts::PI;
 use std::io::Write;
@@ -20,7 +20,7 @@ fn ideal() -> [TriangleMesh; 2] {
     ["endo", "epi"].map(|name| {
         let surface = extract_surface(&mesh, &mesh.facet_sets[name]).mesh;
         let file = to_vtk_surface(&surface, VtkEncoding::Ascii).unwrap();
-        parse_triangle_mesh(name, &file).unwrap().0
+        parse_mesh::<3>(name, &file).unwrap().0
     })
 }
 
@@ -135,7 +135,7 @@ fn units_orientation_and_place_change_nothing() {
     // Triangles without a common list of points.
     let soup = surfaces.each_ref().map(|surface| {
         let file = to_stl(surface, VtkEncoding::Binary).unwrap();
-        parse_triangle_mesh("soup.stl", &file).unwrap().0
+        parse_mesh::<3>("soup.stl", &file).unwrap().0
     });
     let wall = chamber(&soup).wall(&nodes(1500)).unwrap();
     assert!((wall.report().quality.total_volume / a.total_volume - 1.0).abs() < 1e-4);
@@ -304,7 +304,7 @@ fn seven_frames_of_a_real_heart() {
     for frame in ["000", "004", "008", "012", "016", "020", "024"] {
         let [endocardium, epicardium, septum] = ["LV_ENDOCARDIAL", "EPICARDIAL", "RV_ENDOCARDIAL"]
             .map(|name| {
-                read_triangle_mesh(folder.join(format!("patient1_{name}_{frame}.vtk"))).unwrap().0
+                read_mesh::<3>(folder.join(format!("patient1_{name}_{frame}.vtk"))).unwrap().0
             });
         assert_eq!([&endocardium, &epicardium, &septum].map(|s| s.cells.len()), [3072, 4864, 3680]);
         let chamber =

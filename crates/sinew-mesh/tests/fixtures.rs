@@ -3,7 +3,7 @@
 
 use sinew_mesh::{
     AnyMesh, Field, FieldValues, MeshError, Problem, QuadraticTetMesh, ReadReport, TetMesh,
-    boundary_facets, box_tetrahedra, read, read_mesh, read_npy, read_tet_mesh, read_triangle_mesh,
+    boundary_facets, box_tetrahedra, read, read_mesh, read_npy,
 };
 use std::path::PathBuf;
 
@@ -69,7 +69,7 @@ fn vtk_and_vtu_files_of_meshio() {
     ];
     for file in files {
         let name = format!("meshio_{file}");
-        let (mesh, report) = read_tet_mesh(fixture(&name)).unwrap();
+        let (mesh, report) = read_mesh::<4>(fixture(&name)).unwrap();
         assert_is_the_box(&mesh, report, &name);
         let tolerance = if file == "ascii.vtu" { ELEVEN_DIGITS } else { EXACT };
         assert_has_the_fields(&mesh, &name, tolerance);
@@ -93,7 +93,7 @@ fn vtk_and_vtu_files_of_vtk() {
     ];
     for file in files {
         let name = format!("vtk_{file}");
-        let (mesh, report) = read_tet_mesh(fixture(&name)).unwrap();
+        let (mesh, report) = read_mesh::<4>(fixture(&name)).unwrap();
         assert_is_the_box(&mesh, report, &name);
         let tolerance = if name.contains("ascii") { ELEVEN_DIGITS } else { EXACT };
         assert_has_the_fields(&mesh, &name, tolerance);
@@ -107,7 +107,7 @@ fn vtk_and_vtu_files_of_vtk() {
 fn msh_files_of_meshio() {
     for file in ["22_ascii.msh", "22_binary.msh", "41_ascii.msh", "41_binary.msh"] {
         let name = format!("meshio_{file}");
-        let (mesh, report) = read_tet_mesh(fixture(&name)).unwrap();
+        let (mesh, report) = read_mesh::<4>(fixture(&name)).unwrap();
         assert_is_the_box(&mesh, report, &name);
         assert_close(&mesh.point_fields["displacement"], &ramp(12, 3, 7.0), EXACT, &name);
         assert_close(&mesh.cell_fields["fibre"], &ramp(12, 3, 11.0), EXACT, &name);
@@ -124,7 +124,7 @@ fn msh_files_of_gmsh() {
     let mut meshes = Vec::new();
     for file in ["22_ascii.msh", "22_binary.msh", "41_ascii.msh", "41_binary.msh"] {
         let name = format!("gmsh_{file}");
-        let (mesh, report) = read_tet_mesh(fixture(&name)).unwrap();
+        let (mesh, report) = read_mesh::<4>(fixture(&name)).unwrap();
         let volume: f64 = (0..mesh.cells.len()).map(|cell| mesh.cell_volume(cell)).sum();
         assert!((volume - 2.0).abs() < 1e-12, "{name}: {volume}");
         assert_eq!(report.unmatched_facets, 0, "{name}");
@@ -145,7 +145,7 @@ fn msh_files_of_gmsh() {
 
 #[test]
 fn a_plane_mesh_of_gmsh() {
-    let (mesh, _) = read_triangle_mesh(fixture("gmsh_plate.msh")).unwrap();
+    let (mesh, _) = read_mesh::<3>(fixture("gmsh_plate.msh")).unwrap();
     let area: f64 = (0..mesh.cells.len()).map(|cell| mesh.cell_volume(cell)).sum();
     assert!((area - 2.0).abs() < 1e-12);
     assert_eq!(mesh.cell_sets["plate"].len(), mesh.cells.len());
@@ -162,12 +162,12 @@ fn refused_files_say_what_to_do() {
         lz4.contains("vtkLZ4DataCompressor") && lz4.contains("save the file with zlib"),
         "{lz4}"
     );
-    let quadratic = read_tet_mesh(fixture("gmsh_quadratic.msh")).unwrap_err().to_string();
+    let quadratic = read_mesh::<4>(fixture("gmsh_quadratic.msh")).unwrap_err().to_string();
     assert!(quadratic.contains("quadratic") && quadratic.contains("linear"), "{quadratic}");
     let python = message("generate.py");
     assert!(python.contains("neither legacy VTK, VTU, VTP, gmsh MSH, STL nor OBJ"), "{python}");
     assert!(message("no_such_file.vtk").contains("check the path"));
-    let Err(MeshError::Content { problem, .. }) = read_tet_mesh(fixture("gmsh_plate.msh")) else {
+    let Err(MeshError::Content { problem, .. }) = read_mesh::<4>(fixture("gmsh_plate.msh")) else {
         panic!("a triangle mesh is not a tetrahedral mesh");
     };
     assert!(matches!(*problem, Problem::Defect(_)), "{problem}");

@@ -3,7 +3,7 @@
 #[path = "../../../fixtures/organ/ventricles.rs"]
 mod ventricles;
 
-use sinew_mesh::{ReadReport, TetMesh, boundary_facets, enclosed_volume, quality, read_tet_mesh};
+use sinew_mesh::{ReadReport, TetMesh, boundary_facets, enclosed_volume, quality, read_mesh};
 use ventricles::{fixture, published};
 
 /// Cells fill exactly what their boundary encloses.
@@ -36,7 +36,7 @@ fn assert_ventricle((mesh, report): (TetMesh, ReadReport), counts: [usize; 3]) {
 
 #[test]
 fn small_left_ventricle() {
-    let (mesh, report) = read_tet_mesh(fixture("ventricle.vtk")).unwrap();
+    let (mesh, report) = read_mesh::<4>(fixture("ventricle.vtk")).unwrap();
     // The half ellipsoids without the chords' share, which a coarse mesh cuts off.
     let half_ellipsoid =
         |short: f64, long: f64| 2.0 / 3.0 * std::f64::consts::PI * short.powi(2) * long;

@@ -2,10 +2,7 @@
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use flate2::{Compression, write::ZlibEncoder};
-use sinew_mesh::{
-    AnyMesh, Facet, ReadReport, TetMesh, parse, parse_mesh, parse_tet_mesh, parse_triangle_mesh,
-    remove_unused_nodes,
-};
+use sinew_mesh::{AnyMesh, Facet, ReadReport, TetMesh, parse, parse_mesh, remove_unused_nodes};
 use std::io::Write;
 
 const CORNERS: &str = "0 0 0  1 0 0  0 1 0  0 0 1  1 1 1";
@@ -20,12 +17,12 @@ fn vtk(cells: &str, types: &str, data: &str) -> String {
 }
 
 fn tets(text: &str) -> (TetMesh, ReadReport) {
-    parse_tet_mesh("test", text.as_bytes()).unwrap()
+    parse_mesh::<4>("test", text.as_bytes()).unwrap()
 }
 
 #[track_caller]
 fn assert_refused(text: &str, parts: &[&str]) {
-    let message = parse_tet_mesh("test", text.as_bytes()).unwrap_err().to_string();
+    let message = parse_mesh::<4>("test", text.as_bytes()).unwrap_err().to_string();
     for part in parts {
         assert!(message.contains(part), "{message:?} lacks {part:?}");
     }
@@ -72,14 +69,14 @@ fn other_cells_are_sorted_and_counted() {
 #[test]
 fn triangle_files() {
     let text = vtk("3 0 2 1\n2 0 1", "5 3", "");
-    let (mesh, report) = parse_triangle_mesh("test", text.as_bytes()).unwrap();
+    let (mesh, report) = parse_mesh::<3>("test", text.as_bytes()).unwrap();
     assert_eq!((mesh.cells.len(), report.matched_facets), (1, 1));
     // The points do not lie in a plane, so the triangle keeps its side.
     assert_eq!(mesh.cells, [[0, 2, 1]]);
     assert_eq!(mesh.facet_sets["facets"], [Facet { cell: 0, opposite: 1 }]);
     assert!(matches!(parse("test", text.as_bytes()).unwrap().0, AnyMesh::Triangles(_)));
     let solid = vtk("4 0 1 2 3", "10", "");
-    let message = parse_triangle_mesh("test", solid.as_bytes()).unwrap_err().to_string();
+    let message = parse_mesh::<3>("test", solid.as_bytes()).unwrap_err().to_string();
     assert!(message.contains("tetrahedron") && message.contains("extract"), "{message}");
 }
 
@@ -173,6 +170,9 @@ fn broken_vtu_files() {
     assert_refused(&good[..good.len() / 2], &["test, byte"]);
     let two = good.replace("</Piece>", "</Piece><Piece NumberOfPoints=\"0\" NumberOfCells=\"0\"/>");
     assert_refused(&two, &["pieces", "merge"]);
+    let cut = good.replace("</VTKFile>", "<AppendedData encoding=\"raw\">");
+    let place = format!("test, byte {}:", cut.find("<AppendedData").unwrap());
+    assert_refused(&cut, &[&place, "the underscore before appended data"]);
 }
 
 #[test]
@@ -223,7 +223,7 @@ fn hexahedra_of_legacy_vtk() {
     let mixed = cube("8 0 1 2 3 4 5 6 7", "4 0 1 2 4", "12 10");
     let message = parse_mesh::<8>("test", mixed.as_bytes()).unwrap_err().to_string();
     assert!(message.contains("cell 1 is a tetrahedron, but the mesh wants hexahedra"), "{message}");
-    let message = parse_tet_mesh("test", upright.as_bytes()).unwrap_err().to_string();
+    let message = parse_mesh::<4>("test", upright.as_bytes()).unwrap_err().to_string();
     assert!(message.contains("HexMesh"), "{message}");
 }
 

@@ -2,8 +2,7 @@
 
 use sinew_mesh::{
     Facet, Field, TriangleMesh, VtkEncoding, boundary_facets, box_tetrahedra, extract_surface,
-    parse, parse_triangle_mesh, read_triangle_mesh, to_obj, to_stl, to_vtk_surface, to_vtp,
-    write_surface,
+    parse, parse_mesh, read_mesh, to_obj, to_stl, to_vtk_surface, to_vtp, write_surface,
 };
 use std::path::PathBuf;
 
@@ -36,7 +35,7 @@ fn surfaces_of_vtk_with_fields() {
         "appended.vtp",
     ];
     for file in files.map(|file| format!("vtk_surface_{file}")) {
-        let (mesh, report) = read_triangle_mesh(fixture(&file)).unwrap();
+        let (mesh, report) = read_mesh::<3>(fixture(&file)).unwrap();
         assert_eq!(mesh.points, (0..6).map(point).collect::<Vec<_>>(), "{file}");
         let mut cells = mesh.cells.clone();
         // Strips turn every other triangle; where a triangle begins does not matter.
@@ -58,7 +57,7 @@ fn surfaces_of_vtk_with_fields() {
 #[test]
 fn surfaces_of_vtk_without_fields() {
     for file in ["vtk_surface_ascii.stl", "vtk_surface_binary.stl", "vtk_surface.obj"] {
-        let (mesh, report) = read_triangle_mesh(fixture(file)).unwrap();
+        let (mesh, report) = read_mesh::<3>(fixture(file)).unwrap();
         assert_eq!(
             (mesh.points.len(), mesh.cells.len(), report.dropped_cells),
             (6, 5, 0),
@@ -95,13 +94,12 @@ fn our_own_files_come_back() {
         to_vtp(&mesh).unwrap(),
     ];
     for file in whole {
-        assert_eq!(parse_triangle_mesh("surface", &file).unwrap().0, mesh);
+        assert_eq!(parse_mesh::<3>("surface", &file).unwrap().0, mesh);
     }
-    let (again, _) = parse_triangle_mesh("surface.obj", &to_obj(&mesh).unwrap()).unwrap();
+    let (again, _) = parse_mesh::<3>("surface.obj", &to_obj(&mesh).unwrap()).unwrap();
     assert_eq!((&again.points, &again.cells), (&mesh.points, &mesh.cells));
     for encoding in [VtkEncoding::Ascii, VtkEncoding::Binary] {
-        let (again, _) =
-            parse_triangle_mesh("surface.stl", &to_stl(&mesh, encoding).unwrap()).unwrap();
+        let (again, _) = parse_mesh::<3>("surface.stl", &to_stl(&mesh, encoding).unwrap()).unwrap();
         // These coordinates are exact in single precision too, and corners are one point again.
         assert_eq!((corners(&again), again.points.len()), (corners(&mesh), mesh.points.len()));
     }
@@ -109,7 +107,7 @@ fn our_own_files_come_back() {
     for ending in ["vtk", "vtp", "stl", "OBJ"] {
         let path = folder.path().join(format!("surface.{ending}"));
         write_surface(&path, &mesh).unwrap();
-        assert_eq!(read_triangle_mesh(&path).unwrap().0.cells.len(), mesh.cells.len());
+        assert_eq!(read_mesh::<3>(&path).unwrap().0.cells.len(), mesh.cells.len());
     }
     let error = write_surface(folder.path().join("surface.ply"), &mesh).unwrap_err().to_string();
     assert!(error.contains("\"ply\"") && error.contains(".vtp"), "{error}");
@@ -119,7 +117,7 @@ fn our_own_files_come_back() {
 fn obj_corners_may_count_back_and_name_more() {
     let text = "# a square\nmtllib some.mtl\no first part\nv 0 0 0 1.0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\n\
                 f -4/1/1 -3/1/1 -2/1/1 -1/1/1\ng second\nusemtl red\nf 1//1 2//1 3//1\n";
-    let (mesh, _) = parse_triangle_mesh("square.obj", text.as_bytes()).unwrap();
+    let (mesh, _) = parse_mesh::<3>("square.obj", text.as_bytes()).unwrap();
     assert_eq!(mesh.cells, [[0, 1, 2], [0, 2, 3], [0, 1, 2]]);
     assert_eq!(mesh.cell_sets["first part"], [0, 1]);
     assert_eq!(mesh.cell_sets["second"], [2]);
@@ -136,7 +134,7 @@ fn solids_of_stl_are_named_and_collapsed_triangles_left_out() {
     let (one, two) = (facet(["0 0 0", "1 0 0", "0 1 0"]), facet(["1 0 0", "1 1 0", "0 1 0"]));
     let text =
         format!("solid outer wall\n{one}{flat}endsolid outer wall\nsolid b\n{two}endsolid b\n");
-    let (mesh, report) = parse_triangle_mesh("two.stl", text.as_bytes()).unwrap();
+    let (mesh, report) = parse_mesh::<3>("two.stl", text.as_bytes()).unwrap();
     assert_eq!((mesh.points.len(), mesh.cells.len(), report.dropped_cells), (4, 2, 1));
     assert_eq!((&mesh.cell_sets["outer wall"], &mesh.cell_sets["b"]), (&vec![0], &vec![1]));
 }

@@ -9,7 +9,7 @@ use sinew::case::EllipsoidMesh;
 use sinew::recipe::PhysicsInformed;
 use sinew::{Body, Case, Comparison, Recipe};
 use sinew_emulate::{Budget, store};
-use sinew_mesh::{AnyMesh, Chamber, Field, Size, WallOptions, read_triangle_mesh};
+use sinew_mesh::{AnyMesh, Chamber, Field, Size, WallOptions, read_mesh};
 use sinew_report::{Block, Section};
 use std::path::{Path, PathBuf};
 
@@ -169,7 +169,7 @@ fn body(options: &Options, organ: &Organ, shape: &Shape, folder: &Path) -> Resul
 
 /// The left ventricle of a frame of a beat, its axis upright with the base at z = 0, as the network knows ventricles.
 pub(crate) fn heart(folder: &Path, frame: &str, nodes: usize) -> Result<AnyMesh> {
-    let read = |what: &str| read_triangle_mesh(surface(folder, what, frame)).map(|read| read.0);
+    let read = |what: &str| read_mesh::<3>(surface(folder, what, frame)).map(|read| read.0);
     let (endocardium, epicardium) = (read("LV_ENDOCARDIAL")?, read("EPICARDIAL")?);
     let septum = read("RV_ENDOCARDIAL")?;
     let chamber =

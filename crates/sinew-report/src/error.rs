@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 /// Why a report, one of its parts or one of its files was refused.
 #[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum ReportError {
     /// An error, a time or a position is NaN, infinite or, the first two, negative.
     #[error(
@@ -31,12 +32,7 @@ pub enum ReportError {
     Json(#[from] serde_json::Error),
     /// A file cannot be read or written.
     #[error("{}: {source}", path.display())]
-    Io {
-        /// The file or folder.
-        path: PathBuf,
-        /// What the operating system says.
-        source: std::io::Error,
-    },
+    Io { path: PathBuf, source: std::io::Error },
 }
 
 impl ReportError {

@@ -56,11 +56,11 @@ pub fn seconds(value: f64) -> String {
     let whole = |unit: f64| (value / unit).round() as u64;
     match value {
         v if v == 0.0 || !v.is_finite() => digits(v, 2),
-        v if v < 1e-6 => format!("{} ns", digits(v * 1e9, 2)),
-        v if v < 1e-3 => format!("{} µs", digits(v * 1e6, 2)),
+        v if v < 0.9995e-6 => format!("{} ns", digits(v * 1e9, 2)),
+        v if v < 0.9995e-3 => format!("{} µs", digits(v * 1e6, 2)),
         v if v < 0.9995 => format!("{} ms", digits(v * 1e3, 2)),
         v if v < 99.5 => format!("{} s", digits(v, 2)),
-        v if v < 3600.0 => format!("{} min {:02} s", whole(1.0) / 60, whole(1.0) % 60),
+        v if v < 3599.5 => format!("{} min {:02} s", whole(1.0) / 60, whole(1.0) % 60),
         _ => format!("{} h {:02} min", whole(60.0) / 60, whole(60.0) % 60),
     }
 }

@@ -200,6 +200,9 @@ fn numbers_and_durations_read_well() {
     let durations = [2.1e-10, 2.1e-4, 0.0123, 2.14, 200.0, 3900.0, f64::NAN];
     let texts = ["0.21 ns", "210 µs", "12 ms", "2.1 s", "3 min 20 s", "1 h 05 min", "–"];
     assert_eq!(durations.map(format::seconds), texts);
+    // What rounds to a whole of the next unit is written in that.
+    let durations = [0.9996e-6, 0.9996e-3, 0.9996, 3599.6];
+    assert_eq!(durations.map(format::seconds), ["1.0 µs", "1.0 ms", "1.0 s", "1 h 00 min"]);
     assert_eq!([1.09, 295.2, 4_123.0].map(format::factor), ["1.1×", "300×", "4\u{202f}100×"]);
     assert_eq!(format::count(1_234_567), "1\u{202f}234\u{202f}567");
 }
@@ -330,6 +333,10 @@ fn what_cannot_be_drawn_is_said() {
         vec![Block::Figure(Figure { panels: vec![Panel::Map(empty)], ..Figure::default() })];
     report.sections.push(Section { blocks, ..Section::default() });
     assert!(svgs(&report.to_html()).all(|svg| !svg.contains("NaN") && !svg.contains("inf")));
+    let mut nowhere = Surfaces::new(&[], &[]).unwrap();
+    nowhere.push("m", "a surface without triangles", &[], &[]).unwrap();
+    report.sections[0].blocks = vec![Block::Surfaces(nowhere)];
+    assert!(!report.to_html().contains("inf"));
 }
 
 /// Boxes of level labels as wide as the widest usual font makes them.

@@ -76,7 +76,7 @@ fn nothing_to_resume_is_said() {
 }
 
 mod fields {
-    use sinew_mesh::{box_tetrahedra, read_tet_mesh};
+    use sinew_mesh::{box_tetrahedra, read_mesh};
     use sinew_study::fields::{FieldCase, write};
 
     #[test]
@@ -88,7 +88,7 @@ mod fields {
         let case =
             FieldCase { name: "dd_worst".into(), truth: &truth, predictions: vec![("dd", &guess)] };
         write(folder.path(), &mesh, &[case]).unwrap();
-        let (read, _) = read_tet_mesh(folder.path().join("dd_worst.vtu")).unwrap();
+        let (read, _) = read_mesh::<4>(folder.path().join("dd_worst.vtu")).unwrap();
         assert!(read.point_fields["error_dd"].to_f64().iter().all(|&e| e == 3f64.sqrt()));
         let series = std::fs::read_to_string(folder.path().join("cases.pvd")).unwrap();
         assert!(series.contains("dd_worst.vtu"));

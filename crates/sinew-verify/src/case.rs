@@ -167,14 +167,11 @@ pub struct Row {
 #[error(
     "{quantity} ({setup}): the {what} is {value}; rows need finite numbers, and references other than 0 for relative errors"
 )]
+#[expect(missing_docs, reason = "the message says what the fields are")]
 pub struct RowError {
-    /// The quantity.
     pub quantity: String,
-    /// Mesh and parameters.
     pub setup: String,
-    /// The field.
     pub what: &'static str,
-    /// Its value.
     pub value: f64,
 }
 

@@ -3,8 +3,8 @@
 use crate::case::{Cost, Formulation};
 use anyhow::Result;
 use sinew_energy::{
-    Body, FiniteElement, ForceBalance, Law, Load, Nodes, Parameter, Sampling, Scene, SceneError,
-    Support, TaylorHoodElement, Units,
+    Body, FiniteElement, ForceBalance, Law, Load, Nodes, Parameter, Scene, SceneError, Support,
+    TaylorHoodElement,
 };
 use sinew_fem::{BalanceSolution, BalanceSolver, Options, Solution, Solver};
 use sinew_mesh::{Mesh, boundary_facets};
@@ -21,22 +21,9 @@ pub(crate) fn scene<L: Law<D>, const D: usize, const N: usize>(
     loads: Vec<Load>,
     supports: Vec<Support>,
 ) -> Scene<L, D, N> {
-    let parameter = |(name, &value): (&&str, &f64)| Parameter {
-        name: (*name).into(),
-        unit: "1".into(),
-        range: [value, value],
-        sampling: Sampling::Linear,
-    };
-    Scene {
-        name: "benchmark".into(),
-        units: Units::mm_kpa(),
-        mesh,
-        law,
-        directions: Vec::new(),
-        parameters: L::PARAMETERS.iter().zip(theta).map(parameter).collect(),
-        loads,
-        supports,
-    }
+    let parameter = |(name, &value): (&&str, &f64)| Parameter::linear(*name, "1", value..=value);
+    let parameters = L::PARAMETERS.iter().zip(theta).map(parameter).collect();
+    Scene { parameters, loads, supports, ..Scene::new(mesh, law) }
 }
 
 /// The same directions in every cell.
@@ -78,41 +65,50 @@ where
     }
 }
 
-/// A displacement and its cost.
-pub(crate) struct Found {
+/// The displacement of a mesh and its cost.
+pub(crate) struct Found<const N: usize> {
+    pub mesh: Mesh<N>,
     /// Displacement node by node.
     pub displacement: Vec<f64>,
     /// What it took.
     pub cost: Cost,
 }
 
+impl<const N: usize> Found<N> {
+    /// Displacement at a point: the mean over the nodes that are nearest to it, which on symmetric meshes is that of
+    /// the point between them.
+    pub(crate) fn at(&self, point: [f64; 3]) -> [f64; 3] {
+        displacement_at(&self.mesh, &self.displacement, point)
+    }
+}
+
 /// The equilibrium of displacements alone.
 pub(crate) fn displaced<L: Law<D>, const D: usize, const N: usize>(
-    scene: &Scene<L, D, N>,
+    scene: Scene<L, D, N>,
     formulation: Formulation,
     theta: &[f64],
-) -> Result<Found>
+) -> Result<Found<N>>
 where
     Nodes<N>: FiniteElement<N>,
 {
-    let (solution, cost) = minimum(&lower(scene, formulation)?, theta)?;
-    Ok(Found { displacement: solution.displacement, cost })
+    let (solution, cost) = minimum(&lower(&scene, formulation)?, theta)?;
+    Ok(Found { mesh: scene.mesh, displacement: solution.displacement, cost })
 }
 
 /// The equilibrium of quadratic displacements and linear pressures, incompressible for `compliance` 0, else
 /// with the further bulk modulus `1/compliance`.
 pub(crate) fn mixed<L: Law<D>, const D: usize, const N: usize>(
-    scene: &Scene<L, D, N>,
+    scene: Scene<L, D, N>,
     compliance: f64,
     theta: &[f64],
-) -> Result<Found>
+) -> Result<Found<N>>
 where
     Nodes<N>: TaylorHoodElement<N>,
 {
     let mut body = scene.lower_mixed()?;
     body.pressure_field.iter_mut().for_each(|field| field.compliance = compliance);
     let (solution, cost) = balance(&body, theta)?;
-    Ok(Found { displacement: solution.displacement, cost })
+    Ok(Found { mesh: scene.mesh, displacement: solution.displacement, cost })
 }
 
 /// The mesh with the node set [`BOUNDARY`].
@@ -122,8 +118,7 @@ pub(crate) fn with_boundary<const N: usize>(mut mesh: Mesh<N>) -> Mesh<N> {
     mesh
 }
 
-/// Displacement at a point: the mean over the nodes that are nearest to it, which on symmetric meshes is that of
-/// the point between them.
+/// As [`Found::at`].
 pub(crate) fn displacement_at<const N: usize>(
     mesh: &Mesh<N>,
     displacement: &[f64],

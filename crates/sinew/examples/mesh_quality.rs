@@ -8,7 +8,7 @@
 
 use sinew_mesh::{
     MeshError, boundary_facets, enclosed_volume, extract_surface, min_dihedral_angle, quality,
-    read_tet_mesh,
+    read_mesh,
 };
 use std::path::PathBuf;
 
@@ -16,7 +16,7 @@ fn main() -> Result<(), MeshError> {
     let bundled = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/mesh/gmsh_41_binary.msh");
     let path = std::env::args_os().nth(1).map_or_else(|| PathBuf::from(bundled), PathBuf::from);
 
-    let (mesh, report) = read_tet_mesh(&path)?;
+    let (mesh, report) = read_mesh::<4>(&path)?;
     println!("{}", path.display());
     println!("{} tetrahedra had negative volume and were repaired", report.repaired_cells);
 

@@ -69,7 +69,7 @@ fn from_a_case_to_a_report() {
     assert!(trained.contains("held-out cases"), "{trained}");
     let predicted = done(folder, "predict bar.toml --theta out/bar/sample/thetas.csv");
     assert_eq!(predicted.matches("estimated error").count(), 5, "{predicted}");
-    let (mesh, _) = sinew_mesh::read_tet_mesh(folder.join("out/bar/predict/0004.vtu")).unwrap();
+    let (mesh, _) = sinew_mesh::read_mesh::<4>(folder.join("out/bar/predict/0004.vtu")).unwrap();
     assert_eq!(mesh.point_fields["u_predicted"].components, 3);
 
     let error = |told: &str| -> f64 {
@@ -83,8 +83,8 @@ fn from_a_case_to_a_report() {
 
     let corrected = done(folder, "correct bar.toml --theta mu=10,lambda=12 --steps 2");
     assert!(corrected.contains("step 2: residual"), "{corrected}");
-    let (mesh, _) = sinew_mesh::read_tet_mesh(folder.join("out/bar/correct/0000.vtu")).unwrap();
-    let (solved, _) = sinew_mesh::read_tet_mesh(folder.join("out/bar/solve/0000.vtu")).unwrap();
+    let (mesh, _) = sinew_mesh::read_mesh::<4>(folder.join("out/bar/correct/0000.vtu")).unwrap();
+    let (solved, _) = sinew_mesh::read_mesh::<4>(folder.join("out/bar/solve/0000.vtu")).unwrap();
     let [found, truth] = [&mesh.point_fields["u_corrected"], &solved.point_fields["u_solved"]];
     let pairs = found.to_f64().into_owned().into_iter().zip(truth.to_f64().into_owned());
     let apart = pairs.fold(0.0f64, |most, (a, b)| most.max((a - b).abs()));

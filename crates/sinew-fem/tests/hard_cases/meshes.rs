@@ -6,7 +6,7 @@ use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Magnitude, Scene, SceneError, Support};
 use sinew_fem::{SolveError, Solver};
 use sinew_mesh::{
-    Defect, Facet, MeshError, Problem, TetMesh, box_tetrahedra, parse_tet_mesh, quality,
+    Defect, Facet, MeshError, Problem, TetMesh, box_tetrahedra, parse_mesh, quality,
     remove_unused_nodes, repair_orientation, to_vtu,
 };
 
@@ -345,7 +345,7 @@ fn vtk(points: &str, cells: &str, types: &str) -> String {
 
 #[track_caller]
 fn problem(bytes: &[u8]) -> Problem {
-    match parse_tet_mesh("hard.vtk", bytes) {
+    match parse_mesh::<4>("hard.vtk", bytes) {
         Err(MeshError::Content { file, problem, place }) => {
             println!("{file}, {place}: {problem}");
             *problem
@@ -370,7 +370,7 @@ fn a_file_of_hexahedra_is_refused_with_advice() {
 #[test]
 fn a_file_with_an_inverted_cell_is_repaired_and_solved() {
     let text = vtk("0 0 0  1 0 0  0 1 0  0 0 1", "4 0 2 1 3", "10");
-    let (mut mesh, report) = parse_tet_mesh("hard.vtk", text.as_bytes()).unwrap();
+    let (mut mesh, report) = parse_mesh::<4>("hard.vtk", text.as_bytes()).unwrap();
     assert_eq!(report.repaired_cells, 1);
     mesh.node_sets.insert("x_min".into(), vec![0, 2, 3]);
     let body = Scene { loads: vec![Load::BodyForce([0.3, 0.0, 0.0])], ..scene(NeoHookean, mesh) };
@@ -382,10 +382,10 @@ fn a_file_with_an_inverted_cell_is_repaired_and_solved() {
 fn a_file_cut_off_anywhere_is_refused_or_complete() {
     let bytes = to_vtu(&cube(1)).unwrap();
     for end in (0..bytes.len()).step_by(7) {
-        let _typed: Result<_, MeshError> = parse_tet_mesh("cut.vtu", &bytes[..end]);
+        let _typed: Result<_, MeshError> = parse_mesh::<4>("cut.vtu", &bytes[..end]);
     }
     assert!(matches!(
-        parse_tet_mesh("cut.vtu", &bytes[..bytes.len() / 2]),
+        parse_mesh::<4>("cut.vtu", &bytes[..bytes.len() / 2]),
         Err(MeshError::Content { .. })
     ));
 }

@@ -1,7 +1,6 @@
 //! Two chambers in one wall, the idealised heart.
 
 use super::implicit::implicit_tetrahedra;
-use super::name_side;
 use crate::{TetMesh, boundary_facets};
 
 /// Two equal ventricles side by side along x with a septum between them, their apexes at the bottom, cut off by the plane
@@ -113,15 +112,14 @@ impl Biventricle {
 
     fn name_sides(&self, mesh: &mut TetMesh, edge: f64) {
         let boundary = boundary_facets(mesh);
-        let points = mesh.points.clone();
         let near = 1e-6 * edge;
         let left = |x: [f64; 3]| self.cavity(-1.0, x).abs() < near;
         let right = |x: [f64; 3]| self.cavity(1.0, x).abs() < near;
-        name_side(mesh, &boundary, "base", |node| points[node][2] == 0.0);
-        name_side(mesh, &boundary, "endo_left", |node| left(points[node]));
-        name_side(mesh, &boundary, "endo_right", |node| right(points[node]));
-        name_side(mesh, &boundary, "endo", |node| left(points[node]) || right(points[node]));
-        name_side(mesh, &boundary, "epi", |node| self.outer(points[node]).abs() < near);
+        mesh.name_side(&boundary, "base", |x| x[2] == 0.0);
+        mesh.name_side(&boundary, "endo_left", left);
+        mesh.name_side(&boundary, "endo_right", right);
+        mesh.name_side(&boundary, "endo", |x| left(x) || right(x));
+        mesh.name_side(&boundary, "epi", |x| self.outer(x).abs() < near);
     }
 }
 

@@ -118,7 +118,7 @@ impl Chamber<'_> {
             return Err(ChamberError::Empty);
         }
         let trees = Trees::new(self);
-        let axis = Axis::new(self.endocardium)?;
+        let axis = Axis::new(self.endocardium);
         let base = axis.base(&trees, &options.trim)?;
         let fit = Fit::new(&trees, base, self.towards())?;
         let [layers, around, along] = fit.lengths().cells(options)?;
@@ -215,12 +215,10 @@ impl Trees {
     fn outside(&self, origin: Point, direction: Point) -> Option<(f64, bool)> {
         let first =
             |tree: &SurfaceTree| tree.hits(origin, direction).into_iter().find(|&way| way > LEAVES);
-        let (epicardium, septum) = (first(&self.epicardium), self.septum.as_ref().and_then(first));
-        match (epicardium, septum) {
-            (Some(a), Some(b)) => Some(if b < a { (b, true) } else { (a, false) }),
-            (Some(a), None) => Some((a, false)),
-            (None, b) => b.map(|b| (b, true)),
-        }
+        let epicardium = first(&self.epicardium).map(|way| (way, false));
+        let septum = self.septum.as_ref().and_then(first).map(|way| (way, true));
+        // At the same distance it is the epicardium.
+        epicardium.into_iter().chain(septum).min_by(|a, b| a.0.total_cmp(&b.0))
     }
 }
 

@@ -1,22 +1,14 @@
 //! Crossed triangles and Cook's membrane.
 
-use super::{grid, grid_points, name_side};
-use crate::{TriangleMesh, boundary_facets};
+use super::{grid, grid_points, name_sides};
+use crate::TriangleMesh;
 
 /// A rectangle `[0, extent]` in the plane `z = 0`, each grid cell split into four counterclockwise
 /// triangles around its centre: free of the preferred direction of [`crate::rectangle_triangles`].
 ///
 /// The nodes of the grid come first, x fastest, then the centres. The sides are node sets and facet
 /// sets named `x_min`, `x_max`, `y_min` and `y_max`.
-///
-/// # Panics
-/// When an extent is not positive and finite or a cell count is zero.
-///
-/// ```
-/// let plate = sinew_mesh::rectangle_crossed_triangles([2.0, 1.0], [4, 2]);
-/// assert_eq!((plate.points.len(), plate.cells.len()), (15 + 8, 32));
-/// ```
-pub fn rectangle_crossed_triangles(extent: [f64; 2], cells: [usize; 2]) -> TriangleMesh {
+fn rectangle_crossed_triangles(extent: [f64; 2], cells: [usize; 2]) -> TriangleMesh {
     let (mut mesh, [x, y]) = grid_points::<2, 3>(extent, cells);
     for [i, j] in grid(cells) {
         let lowest = i * x + j * y;
@@ -26,35 +18,13 @@ pub fn rectangle_crossed_triangles(extent: [f64; 2], cells: [usize; 2]) -> Trian
         mesh.points.push(std::array::from_fn(|axis| 0.5 * (low[axis] + high[axis])));
         mesh.cells.extend((0..4).map(|k| [corners[k], corners[(k + 1) % 4], centre]));
     }
-    let boundary = boundary_facets(&mesh);
-    let points = mesh.points.clone();
-    for (name, axis, level) in
-        [("x_min", 0, 0.0), ("x_max", 0, extent[0]), ("y_min", 1, 0.0), ("y_max", 1, extent[1])]
-    {
-        name_side(&mut mesh, &boundary, name, |node| points[node][axis] == level);
-    }
+    name_sides(&mut mesh, extent);
     mesh
 }
 
-/// Where a point of the unit square (and any z) lies in Cook's membrane, the panel with the corners
-/// (0, 0), (48, 44), (48, 60), (0, 44) (R. D. Cook, J. Struct. Div. ASCE 100, 1974).
-///
-/// ```
-/// use sinew_mesh::{box_tetrahedra, cook_membrane_point, rectangle_triangles};
-/// // The membrane with the plain triangles of a rectangle, and as a slab of quadratic tetrahedra.
-/// let mut plain = rectangle_triangles([1.0; 2], [8; 2]);
-/// plain.map_points(cook_membrane_point);
-/// let mut slab = box_tetrahedra([1.0; 3], [8, 8, 1]).quadratic();
-/// slab.map_points(cook_membrane_point);
-/// assert_eq!((plain.check(), slab.check()), (Ok(()), Ok(())));
-/// ```
-pub fn cook_membrane_point([x, y, z]: [f64; 3]) -> [f64; 3] {
-    let (bottom, height) = (44.0 * x, 44.0 - 28.0 * x);
-    [48.0 * x, bottom + height * y, z]
-}
-
 /// Cook's membrane of `boxes` × `boxes` quadrilaterals, each split into four triangles around its
-/// centre. The clamped side is the set `x_min`, the loaded one `x_max`; `y_min` and `y_max` are free.
+/// centre: the panel with the corners (0, 0), (48, 44), (48, 60), (0, 44) (R. D. Cook, J. Struct. Div.
+/// ASCE 100, 1974). The clamped side is the set `x_min`, the loaded one `x_max`; `y_min` and `y_max` are free.
 ///
 /// # Panics
 /// When there is no box.
@@ -69,13 +39,14 @@ pub fn cook_membrane_point([x, y, z]: [f64; 3]) -> [f64; 3] {
 /// ```
 pub fn cook_membrane(boxes: usize) -> TriangleMesh {
     let mut mesh = rectangle_crossed_triangles([1.0; 2], [boxes; 2]);
-    mesh.map_points(cook_membrane_point);
+    mesh.map_points(|[x, y, z]| [48.0 * x, 44.0 * x + (44.0 - 28.0 * x) * y, z]);
     mesh
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::boundary_facets;
 
     #[test]
     fn crossed_triangles_fill_the_rectangle() {

@@ -43,14 +43,19 @@ fn cells(found: &[usize], fit: bool, needed: &'static str) -> Result<(), ShapeEr
     fit.then_some(()).ok_or_else(|| ShapeError::Cells { found: found.to_vec(), needed })
 }
 
-fn finite(numbers: &[f64], most: usize) -> Result<(), ShapeError> {
-    let fits = numbers.len() <= most && numbers.iter().all(|x| x.is_finite());
-    fits.then_some(()).ok_or(ShapeError::Numbers { found: numbers.len(), most })
+/// At most `N` finite numbers, followed by zeros.
+fn padded<const N: usize>(numbers: &[f64]) -> Result<[f64; N], ShapeError> {
+    let fits = numbers.len() <= N && numbers.iter().all(|x| x.is_finite());
+    let all = std::array::from_fn(|i| numbers.get(i).copied().unwrap_or(0.0));
+    fits.then_some(all).ok_or(ShapeError::Numbers { found: numbers.len(), most: N })
 }
 
-/// Requires that every tetrahedron has the orientation it should.
-fn unfolded(mesh: &crate::TetMesh) -> Result<(), ShapeError> {
+/// The mesh, if every tetrahedron has the orientation it should.
+fn unfolded(mesh: crate::TetMesh) -> Result<crate::TetMesh, ShapeError> {
     let mut volumes = (0..mesh.cells.len()).map(|cell| mesh.cell_volume(cell)).enumerate();
     let folded = volumes.find(|(_, volume)| volume.is_nan() || *volume <= 0.0);
-    folded.map_or(Ok(()), |(cell, volume)| Err(ShapeError::Folded { cell, volume }))
+    match folded {
+        Some((cell, volume)) => Err(ShapeError::Folded { cell, volume }),
+        None => Ok(mesh),
+    }
 }

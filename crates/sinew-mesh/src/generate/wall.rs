@@ -1,6 +1,6 @@
 //! Walls: layers over a curved surface of quadrilaterals.
 
-use super::{grid_coordinate, name_side};
+use super::grid_coordinate;
 use crate::{Field, HexMesh, Mesh, QuadraticTetMesh, TetMesh, boundary_facets, repair_orientation};
 use nalgebra::Vector3;
 use std::collections::HashMap;
@@ -130,15 +130,13 @@ impl Wall {
         raise: impl FnOnce(Mesh<N>) -> Mesh<M>,
     ) -> Mesh<M> {
         let boundary = boundary_facets(&mesh);
-        let points = mesh.points.clone();
         for (name, in_set) in &self.sides {
-            name_side(&mut mesh, &boundary, name, |node| in_set(points[node]));
+            mesh.name_side(&boundary, name, in_set);
         }
         for (name, in_set) in &self.nodes {
-            let found = (0..points.len()).filter(|&node| in_set(points[node])).collect();
-            mesh.node_sets.insert((*name).into(), found);
+            mesh.name_nodes(name, in_set);
         }
-        let depth = points.iter().map(|&at| (self.depth)(at)).collect();
+        let depth = mesh.points.iter().map(|&at| (self.depth)(at)).collect();
         mesh.point_fields.insert("depth".into(), Field::scalars(depth));
         let mut mesh = raise(mesh);
         mesh.map_points(&self.place);

@@ -1,10 +1,11 @@
 //! From the cells of a file to a mesh.
 
+use super::cursor::Fault;
 use super::grid::{UnstructuredGrid, cell_type_name, vtk_type};
 use super::sets::sets_from_fields;
 use crate::check::{check_cell, check_field, check_points};
 use crate::topology::{FacetKey, facet_key, facets, sorted_key};
-use crate::{Defect, Facet, Field, Mesh, MeshError, Place, Problem, repair_orientation};
+use crate::{Defect, Facet, Field, Mesh, Problem, repair_orientation};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// An integer cell field with more values than this on the facets of a file is taken for
@@ -27,22 +28,10 @@ pub struct ReadReport {
     pub unused_nodes: usize,
 }
 
-/// Where and why a grid cannot become a mesh.
-type Fault = (Place, Problem);
-
 /// Makes a mesh of the cells with `N` nodes.
 pub(crate) fn to_mesh<const N: usize>(
-    file: &str,
     grid: UnstructuredGrid,
-) -> Result<(Mesh<N>, ReadReport), MeshError> {
-    convert(grid).map_err(|(place, problem)| MeshError::Content {
-        file: file.into(),
-        place,
-        problem: Box::new(problem),
-    })
-}
-
-fn convert<const N: usize>(grid: UnstructuredGrid) -> Result<(Mesh<N>, ReadReport), Fault> {
+) -> Result<(Mesh<N>, ReadReport), Fault> {
     let cells_at = grid.cells_at;
     check_grid(&grid)?;
     let sorted = sort_cells::<N>(&grid).map_err(|problem| (cells_at, problem))?;

@@ -1,8 +1,11 @@
 //! A position in the bytes of a file, shared by the readers of text and binary formats.
 
 use super::number::NumberType;
-use crate::{FieldValues, MeshError, Place, Problem};
+use crate::{FieldValues, Place, Problem};
 use std::str::FromStr;
+
+/// Where and why a file cannot be read.
+pub(crate) type Fault = (Place, Problem);
 
 /// Order of the bytes of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,7 +23,6 @@ pub(crate) enum Encoding {
 
 /// Reads a file from front to back; never past its end, never more than its bytes can hold.
 pub(crate) struct Cursor<'a> {
-    file: &'a str,
     bytes: &'a [u8],
     position: usize,
     /// Where the last item began, which is where errors point to.
@@ -45,23 +47,29 @@ pub(crate) fn excerpt(text: &[u8]) -> String {
     String::from_utf8_lossy(&text[..text.len().min(EXCERPT)]).into_owned()
 }
 
-/// The error at a byte of a file.
-pub(crate) fn error_at(file: &str, byte: usize, problem: impl Into<Problem>) -> MeshError {
-    let place = Place { byte, line: None };
-    MeshError::Content { file: file.into(), place, problem: Box::new(problem.into()) }
+impl Problem {
+    /// What was found in the place of something else.
+    pub(super) fn expected(expected: &'static str, found: impl AsRef<[u8]>) -> Self {
+        Problem::Expected { expected, found: excerpt(found.as_ref()) }
+    }
+}
+
+/// A word as a number.
+pub(super) fn number<T: FromStr>(word: &[u8], expected: &'static str) -> Result<T, Problem> {
+    let number = str::from_utf8(word).ok().and_then(|text| text.parse().ok());
+    number.ok_or_else(|| Problem::expected(expected, word))
 }
 
 impl<'a> Cursor<'a> {
     /// At the start of a file, behind its byte-order mark; places count that as well.
-    pub(super) fn new(file: &'a str, bytes: &'a [u8]) -> Self {
+    pub(super) fn new(bytes: &'a [u8]) -> Self {
         let start = bytes.len() - without_mark(bytes).len();
-        Cursor { file, bytes, position: start, item: start, encoding: Encoding::Text }
+        Cursor { bytes, position: start, item: start, encoding: Encoding::Text }
     }
 
-    /// The error at the last item read.
-    pub(super) fn error(&self, problem: impl Into<Problem>) -> MeshError {
-        let (file, place) = (self.file.into(), self.place(self.item));
-        MeshError::Content { file, place, problem: Box::new(problem.into()) }
+    /// A problem with the last item read.
+    pub(super) fn fault(&self, problem: Problem) -> Fault {
+        (self.place(self.item), problem)
     }
 
     /// Where the next item begins.
@@ -72,10 +80,6 @@ impl<'a> Cursor<'a> {
     fn place(&self, byte: usize) -> Place {
         let line = || 1 + self.bytes[..byte].iter().filter(|&&b| b == b'\n').count();
         Place { byte, line: (self.encoding == Encoding::Text).then(line) }
-    }
-
-    pub(super) fn expected(&self, expected: &'static str, found: &[u8]) -> MeshError {
-        self.error(Problem::Expected { expected, found: excerpt(found) })
     }
 
     fn rest(&self) -> &'a [u8] {
@@ -104,9 +108,9 @@ impl<'a> Cursor<'a> {
     }
 
     /// The rest of the line as text.
-    pub(super) fn text_line(&mut self, expected: &'static str) -> Result<&'a str, MeshError> {
-        let line = self.line().ok_or_else(|| self.error(Problem::Missing { expected }))?;
-        str::from_utf8(line).map_err(|_| self.expected(expected, line))
+    pub(super) fn text_line(&mut self, expected: &'static str) -> Result<&'a str, Problem> {
+        let line = self.line().ok_or(Problem::Missing { expected })?;
+        str::from_utf8(line).map_err(|_| Problem::expected(expected, line))
     }
 
     /// The next word, or `None` at the end of the file.
@@ -120,15 +124,14 @@ impl<'a> Cursor<'a> {
     }
 
     /// The next word as text.
-    pub(super) fn text(&mut self, expected: &'static str) -> Result<&'a str, MeshError> {
-        let word = self.word().ok_or_else(|| self.error(Problem::Missing { expected }))?;
-        str::from_utf8(word).map_err(|_| self.expected(expected, word))
+    pub(super) fn text(&mut self, expected: &'static str) -> Result<&'a str, Problem> {
+        let word = self.word().ok_or(Problem::Missing { expected })?;
+        str::from_utf8(word).map_err(|_| Problem::expected(expected, word))
     }
 
     /// The next word as a number, whatever the encoding.
-    pub(super) fn parse<T: FromStr>(&mut self, expected: &'static str) -> Result<T, MeshError> {
-        let text = self.text(expected)?;
-        text.parse().map_err(|_| self.expected(expected, text.as_bytes()))
+    pub(super) fn parse<T: FromStr>(&mut self, expected: &'static str) -> Result<T, Problem> {
+        number(self.word().ok_or(Problem::Missing { expected })?, expected)
     }
 
     /// Where the next item is read from.
@@ -146,21 +149,21 @@ impl<'a> Cursor<'a> {
         &mut self,
         end: &[u8],
         expected: &'static str,
-    ) -> Result<&'a [u8], MeshError> {
+    ) -> Result<&'a [u8], Problem> {
         self.item = self.position;
         let rest = self.rest();
         let found = rest.windows(end.len()).position(|window| window == end);
-        let length = found.ok_or_else(|| self.error(Problem::Missing { expected }))?;
+        let length = found.ok_or(Problem::Missing { expected })?;
         self.position += length + end.len();
         Ok(&rest[..length])
     }
 
     /// The next `count` bytes.
-    pub(super) fn take(&mut self, count: usize, what: &'static str) -> Result<&'a [u8], MeshError> {
+    pub(super) fn take(&mut self, count: usize, what: &'static str) -> Result<&'a [u8], Problem> {
         self.item = self.position;
         if count > self.remaining() {
             let available = self.remaining();
-            return Err(self.error(Problem::CutOff { what, needed: count as u128, available }));
+            return Err(Problem::CutOff { what, needed: count as u128, available });
         }
         let taken = &self.rest()[..count];
         self.position += count;
@@ -175,14 +178,14 @@ impl<'a> Cursor<'a> {
         count: usize,
         size: usize,
         what: &'static str,
-    ) -> Result<(), MeshError> {
+    ) -> Result<(), Problem> {
         let available = self.remaining();
         let needed = match self.encoding {
             Encoding::Text => (2 * count as u128).saturating_sub(1),
             Encoding::Binary(_) => count as u128 * size as u128,
         };
         if needed > available as u128 {
-            return Err(self.error(Problem::CutOff { what, needed, available }));
+            return Err(Problem::CutOff { what, needed, available });
         }
         Ok(())
     }
@@ -193,23 +196,20 @@ impl<'a> Cursor<'a> {
         kind: NumberType,
         count: usize,
         what: &'static str,
-    ) -> Result<FieldValues, MeshError> {
+    ) -> Result<FieldValues, Problem> {
         self.check_count(count, kind.size(), what)?;
         match self.encoding {
             Encoding::Binary(endian) => {
                 let bytes = self.take(count * kind.size(), what)?;
                 kind.decode(bytes, endian).map_err(|index| {
                     self.item += index * kind.size();
-                    self.expected("an integer below 2^63", b"a larger one")
+                    Problem::expected("an integer below 2^63", b"a larger one")
                 })
             }
-            Encoding::Text if kind.is_float() => {
-                let numbers: Result<_, _> = (0..count).map(|_| self.parse(what)).collect();
-                Ok(FieldValues::Float(numbers?))
-            }
             Encoding::Text => {
-                let numbers: Result<_, _> = (0..count).map(|_| self.parse(what)).collect();
-                Ok(FieldValues::Integer(numbers?))
+                let expected = what;
+                let word = |_| self.word().ok_or(Problem::Missing { expected });
+                kind.parse((0..count).map(word), expected)
             }
         }
     }
@@ -220,10 +220,10 @@ impl<'a> Cursor<'a> {
         kind: NumberType,
         count: usize,
         what: &'static str,
-    ) -> Result<Vec<i64>, MeshError> {
+    ) -> Result<Vec<i64>, Problem> {
         match self.numbers(kind, count, what)? {
             FieldValues::Integer(values) => Ok(values),
-            FieldValues::Float(_) => Err(self.expected("integers", b"real numbers")),
+            FieldValues::Float(_) => Err(Problem::expected("integers", b"real numbers")),
         }
     }
 
@@ -233,7 +233,7 @@ impl<'a> Cursor<'a> {
         kind: NumberType,
         count: usize,
         what: &'static str,
-    ) -> Result<Vec<f64>, MeshError> {
+    ) -> Result<Vec<f64>, Problem> {
         Ok(match self.numbers(kind, count, what)? {
             FieldValues::Float(values) => values,
             FieldValues::Integer(values) => values.into_iter().map(|v| v as f64).collect(),
@@ -241,33 +241,20 @@ impl<'a> Cursor<'a> {
     }
 
     /// One integer in the cursor's encoding.
-    pub(super) fn integer(
-        &mut self,
-        kind: NumberType,
-        what: &'static str,
-    ) -> Result<i64, MeshError> {
-        self.skip_whitespace_in_text();
+    pub(super) fn integer(&mut self, kind: NumberType, what: &'static str) -> Result<i64, Problem> {
+        if self.encoding == Encoding::Text {
+            self.skip_whitespace();
+        }
         self.item = self.position;
         let value = self.integers(kind, 1, what)?;
         Ok(value[0])
     }
 
     /// One integer that counts something.
-    pub(super) fn count(
-        &mut self,
-        kind: NumberType,
-        what: &'static str,
-    ) -> Result<usize, MeshError> {
+    pub(super) fn count(&mut self, kind: NumberType, what: &'static str) -> Result<usize, Problem> {
         let value = self.integer(kind, what)?;
         let most = i64::MAX;
-        usize::try_from(value)
-            .map_err(|_| self.error(Problem::Range { what, value, least: 0, most }))
-    }
-
-    fn skip_whitespace_in_text(&mut self) {
-        if self.encoding == Encoding::Text {
-            self.skip_whitespace();
-        }
+        usize::try_from(value).map_err(|_| Problem::Range { what, value, least: 0, most })
     }
 }
 
@@ -277,25 +264,24 @@ mod tests {
 
     #[test]
     fn words_lines_and_places() {
-        let mut cursor = Cursor::new("mesh.vtk", b"one two\n  three \nfour");
+        let mut cursor = Cursor::new(b"one two\n  three \nfour");
         assert_eq!(cursor.word(), Some(b"one".as_slice()));
         assert_eq!(cursor.line(), Some(b"two".as_slice()));
         assert_eq!(cursor.line(), Some(b"three".as_slice()));
-        let error = cursor.parse::<u8>("a small number").unwrap_err().to_string();
-        assert!(
-            error.starts_with("mesh.vtk, line 3 (byte 17): expected a small number"),
-            "{error}"
-        );
+        let problem = cursor.parse::<u8>("a small number").unwrap_err();
+        let (place, problem) = cursor.fault(problem);
+        assert_eq!(place.to_string(), "line 3 (byte 17)");
+        assert!(problem.to_string().starts_with("expected a small number"), "{problem}");
         assert_eq!(cursor.word(), None);
         assert_eq!(cursor.line(), None);
     }
 
     #[test]
     fn declared_counts_are_checked_before_allocation() {
-        let mut cursor = Cursor::new("f", b"1 2 3");
+        let mut cursor = Cursor::new(b"1 2 3");
         assert!(cursor.numbers(NumberType::F64, usize::MAX, "numbers").is_err());
         assert_eq!(cursor.integers(NumberType::I64, 3, "numbers").unwrap(), [1, 2, 3]);
-        cursor = Cursor::new("f", &[0; 16]);
+        cursor = Cursor::new(&[0; 16]);
         cursor.encoding = Encoding::Binary(Endian::Big);
         assert!(cursor.numbers(NumberType::F64, usize::MAX / 4, "numbers").is_err());
         assert!(cursor.numbers(NumberType::F64, 3, "numbers").is_err());

@@ -1,33 +1,25 @@
 //! gmsh MSH files: the sections that versions 2.2 and 4.1 share (Gmsh reference manual,
 //! "MSH file format").
 
-use super::cursor::{Cursor, Encoding, Endian};
+use super::cursor::{Cursor, Encoding, Endian, Fault};
 use super::grid::{UnstructuredGrid, vtk_type};
 use super::number::NumberType;
-use crate::{Field, FieldValues, MeshError, Problem};
+use crate::{Field, FieldValues, Problem};
 use std::collections::HashMap;
 
 /// Reads the nodes, elements, physical groups and data of a file.
-pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshError> {
+pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
     let mut gmsh = Gmsh {
-        cursor: Cursor::new(file, bytes),
+        cursor: Cursor::new(bytes),
         version: Version::None,
         binary: Encoding::Text,
-        grid: UnstructuredGrid::new(),
+        grid: UnstructuredGrid::default(),
         names: HashMap::new(),
         physicals: HashMap::new(),
         node_index: HashMap::new(),
         element_index: HashMap::new(),
     };
-    while gmsh.section()? {}
-    for (present, expected) in [
-        (!gmsh.grid.points.is_empty(), "a $Nodes section"),
-        (!gmsh.grid.types.is_empty(), "an $Elements section"),
-    ] {
-        if !present {
-            return Err(gmsh.cursor.error(Problem::Missing { expected }));
-        }
-    }
+    gmsh.read().map_err(|problem| gmsh.cursor.fault(problem))?;
     Ok(gmsh.grid)
 }
 
@@ -56,14 +48,25 @@ pub(super) struct Gmsh<'a> {
 }
 
 impl Gmsh<'_> {
+    fn read(&mut self) -> Result<(), Problem> {
+        while self.section()? {}
+        if self.grid.points.is_empty() {
+            return Err(Problem::Missing { expected: "a $Nodes section" });
+        }
+        if self.grid.types.is_empty() {
+            return Err(Problem::Missing { expected: "an $Elements section" });
+        }
+        Ok(())
+    }
+
     /// Reads one section; false at the end of the file.
-    fn section(&mut self) -> Result<bool, MeshError> {
+    fn section(&mut self) -> Result<bool, Problem> {
         let Some(name) = self.cursor.word() else { return Ok(false) };
         let Some(bare) = name.strip_prefix(b"$") else {
-            return Err(self.cursor.expected("the $Name of a section", name));
+            return Err(Problem::expected("the $Name of a section", name));
         };
         if self.version == Version::None && !matches!(bare, b"MeshFormat" | b"Comments") {
-            return Err(self.cursor.expected("$MeshFormat", name));
+            return Err(Problem::expected("$MeshFormat", name));
         }
         self.cursor.line();
         self.cursor.encoding = self.binary;
@@ -84,23 +87,23 @@ impl Gmsh<'_> {
         }
         let end = self.cursor.text("the $End of a section")?;
         if end.strip_prefix("$End").map(str::as_bytes) != Some(bare) {
-            return Err(self.cursor.expected("the $End of the section", end.as_bytes()));
+            return Err(Problem::expected("the $End of the section", end));
         }
         Ok(true)
     }
 
     /// `version file-type data-size`, and in binary a 1 that shows the order of bytes.
-    fn format(&mut self) -> Result<(), MeshError> {
+    fn format(&mut self) -> Result<(), Problem> {
         let version = self.cursor.text("the version of the format")?;
         self.version = match version {
             "2.2" | "2.1" | "2" => Version::Two,
             "4.1" => Version::Four,
             _ => {
-                return Err(self.cursor.error(Problem::Unsupported {
+                return Err(Problem::Unsupported {
                     what: "MSH version",
                     value: version.into(),
                     advice: "convert it with `gmsh -save -format msh41`",
-                }));
+                });
             }
         };
         let binary: u8 = self.cursor.parse("the file type 0 or 1")?;
@@ -108,21 +111,21 @@ impl Gmsh<'_> {
         if size != 8 {
             let (what, value) = ("data size", size.to_string());
             let advice = "save the mesh with a 64-bit gmsh";
-            return Err(self.cursor.error(Problem::Unsupported { what, value, advice }));
+            return Err(Problem::Unsupported { what, value, advice });
         }
         self.cursor.line();
         if binary == 1 {
             self.binary = match self.cursor.take(4, "the number that shows the order of bytes")? {
                 [1, 0, 0, 0] => Encoding::Binary(Endian::Little),
                 [0, 0, 0, 1] => Encoding::Binary(Endian::Big),
-                other => return Err(self.cursor.expected("the number 1 in binary", other)),
+                other => return Err(Problem::expected("the number 1 in binary", other)),
             };
         }
         Ok(())
     }
 
     /// Lines of `dimension tag "name"`.
-    fn physical_names(&mut self) -> Result<(), MeshError> {
+    fn physical_names(&mut self) -> Result<(), Problem> {
         let count: usize = self.cursor.parse("the number of physical names")?;
         for _ in 0..count {
             let dimension = self.cursor.parse("the dimension of a physical group")?;
@@ -134,21 +137,19 @@ impl Gmsh<'_> {
     }
 
     /// Adds a node.
-    pub(super) fn node(&mut self, tag: i64, point: [f64; 3]) -> Result<(), MeshError> {
+    pub(super) fn node(&mut self, tag: i64, point: [f64; 3]) -> Result<(), Problem> {
         if self.node_index.insert(tag, self.grid.points.len()).is_some() {
-            let found = tag.to_string();
-            return Err(self.cursor.expected("a node tag that is not used yet", found.as_bytes()));
+            return Err(Problem::expected("a node tag that is not used yet", tag.to_string()));
         }
         self.grid.points.push(point);
         Ok(())
     }
 
     /// Adds an element with the tags of its nodes and returns its index.
-    pub(super) fn element(&mut self, kind: u8, nodes: &[i64]) -> Result<usize, MeshError> {
+    pub(super) fn element(&mut self, kind: u8, nodes: &[i64]) -> Result<usize, Problem> {
         for tag in nodes {
             let Some(&index) = self.node_index.get(tag) else {
-                let found = tag.to_string();
-                return Err(self.cursor.expected("the tag of a node in $Nodes", found.as_bytes()));
+                return Err(Problem::expected("the tag of a node in $Nodes", tag.to_string()));
             };
             self.grid.connectivity.push(index as i64);
         }
@@ -173,7 +174,7 @@ impl Gmsh<'_> {
     }
 
     /// A post-processing view: name, three lists of tags, then a tag and numbers per row.
-    fn data(&mut self, of_nodes: bool) -> Result<(), MeshError> {
+    fn data(&mut self, of_nodes: bool) -> Result<(), Problem> {
         let strings: usize = self.cursor.parse("the number of string tags")?;
         self.cursor.line();
         let mut name = None;
@@ -204,16 +205,15 @@ impl Gmsh<'_> {
         name: String,
         components: usize,
         rows: usize,
-    ) -> Result<(), MeshError> {
+    ) -> Result<(), Problem> {
         let total = if of_nodes { self.grid.points.len() } else { self.grid.types.len() };
-        let mut values = vec![f64::NAN; total.saturating_mul(self.checked_width(components)?)];
+        let mut values = vec![f64::NAN; total.saturating_mul(checked_width(components)?)];
         let mut seen = vec![false; total];
         for _ in 0..rows {
             let tag = self.cursor.integer(NumberType::I32, "the tag of a data row")?;
             let index = if of_nodes { &self.node_index } else { &self.element_index };
             let Some(&index) = index.get(&tag) else {
-                let found = tag.to_string();
-                return Err(self.cursor.expected("the tag of a node or element", found.as_bytes()));
+                return Err(Problem::expected("the tag of a node or element", tag.to_string()));
             };
             let row = self.cursor.reals(NumberType::F64, components, "numbers of a data row")?;
             values[index * components..][..components].copy_from_slice(&row);
@@ -222,7 +222,7 @@ impl Gmsh<'_> {
         let found = seen.iter().filter(|&&row| row).count();
         if found != total {
             let what = format!("rows of {name:?}");
-            return Err(self.cursor.error(Problem::Count { what, expected: total, found }));
+            return Err(Problem::Count { what, expected: total, found });
         }
         let field = Field { components, values: FieldValues::Float(values) };
         let fields =
@@ -230,43 +230,43 @@ impl Gmsh<'_> {
         fields.insert(name, field);
         Ok(())
     }
+}
 
-    /// gmsh knows scalars, vectors and tensors only, which bounds the memory of a view.
-    fn checked_width(&self, components: usize) -> Result<usize, MeshError> {
-        let (what, value) = ("the number of components", components as i64);
-        match components {
-            1..=9 => Ok(components),
-            _ => Err(self.cursor.error(Problem::Range { what, value, least: 1, most: 9 })),
+/// gmsh knows scalars, vectors and tensors only, which bounds the memory of a view.
+fn checked_width(components: usize) -> Result<usize, Problem> {
+    let (what, value) = ("the number of components", components as i64);
+    match components {
+        1..=9 => Ok(components),
+        _ => Err(Problem::Range { what, value, least: 1, most: 9 }),
+    }
+}
+
+/// VTK type and number of nodes of a gmsh element type.
+pub(super) fn element_type(gmsh_type: i64) -> Result<(u8, usize), Problem> {
+    Ok(match gmsh_type {
+        1 => (3, 2),
+        2 => (5, 3),
+        3 => (9, 4),
+        4 => (10, 4),
+        5 => (12, 8),
+        6 => (13, 6),
+        7 => (14, 5),
+        8 => (21, 3),
+        9 => (22, 6),
+        10 => (28, 9),
+        11 => (24, 10),
+        12 => (29, 27),
+        15 => (1, 1),
+        16 => (23, 8),
+        17 => (25, 20),
+        18 => (26, 15),
+        19 => (27, 13),
+        _ => {
+            return Err(Problem::Unsupported {
+                what: "gmsh element type",
+                value: gmsh_type.to_string(),
+                advice: "save the mesh with first-order elements (Mesh.ElementOrder = 1)",
+            });
         }
-    }
-
-    /// VTK type and number of nodes of a gmsh element type.
-    pub(super) fn element_type(&self, gmsh_type: i64) -> Result<(u8, usize), MeshError> {
-        Ok(match gmsh_type {
-            1 => (3, 2),
-            2 => (5, 3),
-            3 => (9, 4),
-            4 => (10, 4),
-            5 => (12, 8),
-            6 => (13, 6),
-            7 => (14, 5),
-            8 => (21, 3),
-            9 => (22, 6),
-            10 => (28, 9),
-            11 => (24, 10),
-            12 => (29, 27),
-            15 => (1, 1),
-            16 => (23, 8),
-            17 => (25, 20),
-            18 => (26, 15),
-            19 => (27, 13),
-            _ => {
-                return Err(self.cursor.error(Problem::Unsupported {
-                    what: "gmsh element type",
-                    value: gmsh_type.to_string(),
-                    advice: "save the mesh with first-order elements (Mesh.ElementOrder = 1)",
-                }));
-            }
-        })
-    }
+    })
 }

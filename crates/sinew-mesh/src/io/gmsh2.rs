@@ -1,13 +1,13 @@
 //! Nodes and elements of MSH 2.2.
 
 use super::cursor::Encoding;
-use super::gmsh::Gmsh;
+use super::gmsh::{Gmsh, element_type};
 use super::number::NumberType::{F64, I32};
-use crate::MeshError;
+use crate::Problem;
 use std::collections::HashMap;
 
 /// Rows of a tag and three coordinates.
-pub(super) fn nodes(gmsh: &mut Gmsh<'_>) -> Result<(), MeshError> {
+pub(super) fn nodes(gmsh: &mut Gmsh<'_>) -> Result<(), Problem> {
     let count: usize = gmsh.cursor.parse("the number of nodes")?;
     gmsh.cursor.line();
     gmsh.grid.points_at = gmsh.cursor.here();
@@ -21,7 +21,7 @@ pub(super) fn nodes(gmsh: &mut Gmsh<'_>) -> Result<(), MeshError> {
 
 /// Elements with their tags, of which the first is the physical group. An element in several
 /// groups is listed once for each.
-pub(super) fn elements(gmsh: &mut Gmsh<'_>) -> Result<(), MeshError> {
+pub(super) fn elements(gmsh: &mut Gmsh<'_>) -> Result<(), Problem> {
     let count: usize = gmsh.cursor.parse("the number of elements")?;
     gmsh.cursor.line();
     gmsh.grid.cells_at = gmsh.cursor.here();
@@ -53,8 +53,8 @@ fn row(
     tag: Option<i64>,
     kind: i64,
     tags: usize,
-) -> Result<(), MeshError> {
-    let (vtk_type, length) = gmsh.element_type(kind)?;
+) -> Result<(), Problem> {
+    let (vtk_type, length) = element_type(kind)?;
     let tag = match tag {
         Some(tag) => tag,
         None => gmsh.cursor.integer(I32, "the tag of an element")?,

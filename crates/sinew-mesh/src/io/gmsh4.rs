@@ -1,16 +1,16 @@
 //! Entities, nodes and elements of MSH 4.1. Text and binary files have the same numbers in
 //! the same order.
 
-use super::gmsh::Gmsh;
+use super::gmsh::{Gmsh, element_type};
 use super::number::NumberType::{F64, I32, U64};
-use crate::{MeshError, Problem};
+use crate::Problem;
 
 /// Physical groups of one entity beyond which the file is taken for damaged: each element of
 /// the entity joins them all, so this bounds memory by a multiple of the file's size.
 const MOST_GROUPS: usize = 64;
 
 /// The points, curves, surfaces and volumes of the model with their physical groups.
-pub(super) fn entities(gmsh: &mut Gmsh<'_>) -> Result<(), MeshError> {
+pub(super) fn entities(gmsh: &mut Gmsh<'_>) -> Result<(), Problem> {
     let mut counts = [0; 4];
     for count in &mut counts {
         *count = gmsh.cursor.count(U64, "the number of entities")?;
@@ -25,7 +25,7 @@ pub(super) fn entities(gmsh: &mut Gmsh<'_>) -> Result<(), MeshError> {
             if groups > MOST_GROUPS {
                 let (what, value) = ("the number of physical groups of an entity", groups as i64);
                 let most = MOST_GROUPS as i64;
-                return Err(gmsh.cursor.error(Problem::Range { what, value, least: 0, most }));
+                return Err(Problem::Range { what, value, least: 0, most });
             }
             let groups = gmsh.cursor.integers(I32, groups, "tags of physical groups")?;
             if dimension > 0 {
@@ -39,7 +39,7 @@ pub(super) fn entities(gmsh: &mut Gmsh<'_>) -> Result<(), MeshError> {
 }
 
 /// Blocks of nodes: tags first, then coordinates.
-pub(super) fn nodes(gmsh: &mut Gmsh<'_>) -> Result<(), MeshError> {
+pub(super) fn nodes(gmsh: &mut Gmsh<'_>) -> Result<(), Problem> {
     let blocks = block_count(gmsh)?;
     gmsh.grid.points_at = gmsh.cursor.here();
     for _ in 0..blocks {
@@ -58,14 +58,14 @@ pub(super) fn nodes(gmsh: &mut Gmsh<'_>) -> Result<(), MeshError> {
 }
 
 /// Blocks of elements of one type on one entity.
-pub(super) fn elements(gmsh: &mut Gmsh<'_>) -> Result<(), MeshError> {
+pub(super) fn elements(gmsh: &mut Gmsh<'_>) -> Result<(), Problem> {
     let blocks = block_count(gmsh)?;
     gmsh.grid.cells_at = gmsh.cursor.here();
     for _ in 0..blocks {
         let dimension = gmsh.cursor.integer(I32, "the dimension of an entity")?;
         let entity = gmsh.cursor.integer(I32, "the tag of an entity")?;
         let kind = gmsh.cursor.integer(I32, "the type of elements")?;
-        let (vtk_type, length) = gmsh.element_type(kind)?;
+        let (vtk_type, length) = element_type(kind)?;
         let count = gmsh.cursor.count(U64, "the number of elements in a block")?;
         let numbers = count.saturating_mul(1 + length);
         let rows = gmsh.cursor.integers(U64, numbers, "elements")?;
@@ -82,7 +82,7 @@ pub(super) fn elements(gmsh: &mut Gmsh<'_>) -> Result<(), MeshError> {
 }
 
 /// The number of blocks; the totals behind it follow from the blocks.
-fn block_count(gmsh: &mut Gmsh<'_>) -> Result<usize, MeshError> {
+fn block_count(gmsh: &mut Gmsh<'_>) -> Result<usize, Problem> {
     let blocks = gmsh.cursor.count(U64, "the number of blocks")?;
     for what in ["the total count", "the smallest tag", "the largest tag"] {
         gmsh.cursor.count(U64, what)?;

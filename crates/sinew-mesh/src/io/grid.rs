@@ -22,9 +22,8 @@ pub(crate) struct UnstructuredGrid {
     pub cells_at: Place,
 }
 
-impl UnstructuredGrid {
-    pub(super) fn new() -> Self {
-        let start = Place { byte: 0, line: None };
+impl Default for UnstructuredGrid {
+    fn default() -> Self {
         UnstructuredGrid {
             points: Vec::new(),
             types: Vec::new(),
@@ -33,11 +32,13 @@ impl UnstructuredGrid {
             point_fields: BTreeMap::new(),
             cell_fields: BTreeMap::new(),
             groups: BTreeMap::new(),
-            points_at: start,
-            cells_at: start,
+            points_at: Place::default(),
+            cells_at: Place::default(),
         }
     }
+}
 
+impl UnstructuredGrid {
     pub(super) fn cell(&self, index: usize) -> &[i64] {
         &self.connectivity[self.offsets[index]..self.offsets[index + 1]]
     }

@@ -30,33 +30,36 @@ pub struct NpyArray {
 /// # Ok::<(), sinew_mesh::MeshError>(())
 /// ```
 pub fn parse_npy(file: &str, bytes: &[u8]) -> Result<NpyArray, MeshError> {
-    let mut cursor = Cursor::new(file, bytes);
+    let mut cursor = Cursor::new(bytes);
     cursor.encoding = Encoding::Binary(Endian::Little);
+    let array = read(&mut cursor).map_err(|problem| cursor.fault(problem));
+    array.map_err(|fault| MeshError::in_file(file, fault))
+}
+
+fn read(cursor: &mut Cursor<'_>) -> Result<NpyArray, Problem> {
     let magic = cursor.take(MAGIC.len(), "npy magic bytes")?;
     if magic != MAGIC {
-        return Err(cursor.expected("the bytes \\x93NUMPY", magic));
+        return Err(Problem::expected("the bytes \\x93NUMPY", magic));
     }
     let version = cursor.take(2, "npy version")?[0];
     let length_type = if version == 1 { NumberType::U16 } else { NumberType::U32 };
     let length = cursor.count(length_type, "the length of the npy header")?;
     let header = cursor.take(length, "the npy header")?;
-    let header = str::from_utf8(header).map_err(|_| cursor.expected("an npy header", header))?;
+    let header = str::from_utf8(header).map_err(|_| Problem::expected("an npy header", header))?;
 
-    let (kind, endian) = number_type(&cursor, header)?;
-    let shape = shape(&cursor, header)?;
-    let fortran = match entry(&cursor, header, "'fortran_order':")? {
+    let (kind, endian) = number_type(header)?;
+    let shape = shape(header)?;
+    let fortran = match entry(header, "'fortran_order':")? {
         text if text.starts_with("True") => true,
         text if text.starts_with("False") => false,
-        text => return Err(cursor.expected("True or False", text.as_bytes())),
+        text => return Err(Problem::expected("True or False", text)),
     };
     cursor.encoding = Encoding::Binary(endian);
     let count = shape.iter().fold(1usize, |product, &length| product.saturating_mul(length));
-    let values = cursor.numbers(kind, count, "numbers of the array")?;
-    let values = match values {
-        values if !fortran || shape.len() < 2 => values,
-        FieldValues::Float(values) => FieldValues::Float(c_order(&values, &shape)),
-        FieldValues::Integer(values) => FieldValues::Integer(c_order(&values, &shape)),
-    };
+    let mut values = cursor.numbers(kind, count, "numbers of the array")?;
+    if fortran && shape.len() > 1 {
+        values = values.select(c_order(count, &shape));
+    }
     Ok(NpyArray { shape, values })
 }
 
@@ -83,17 +86,13 @@ pub fn to_npy(shape: &[usize], values: &[f64]) -> Vec<u8> {
 }
 
 /// What follows a key of the header.
-fn entry<'h>(
-    cursor: &Cursor<'_>,
-    header: &'h str,
-    key: &'static str,
-) -> Result<&'h str, MeshError> {
+fn entry<'h>(header: &'h str, key: &'static str) -> Result<&'h str, Problem> {
     let value = header.split_once(key).map(|(_, value)| value.trim_start());
-    value.ok_or_else(|| cursor.error(Problem::Missing { expected: key }))
+    value.ok_or(Problem::Missing { expected: key })
 }
 
-fn number_type(cursor: &Cursor<'_>, header: &str) -> Result<(NumberType, Endian), MeshError> {
-    let text = entry(cursor, header, "'descr':")?;
+fn number_type(header: &str) -> Result<(NumberType, Endian), Problem> {
+    let text = entry(header, "'descr':")?;
     let descr = text.strip_prefix('\'').and_then(|t| t.split_once('\'')).map_or(text, |(d, _)| d);
     let kind = match descr.get(1..).unwrap_or_default() {
         "f4" => NumberType::F32,
@@ -107,46 +106,42 @@ fn number_type(cursor: &Cursor<'_>, header: &str) -> Result<(NumberType, Endian)
         "i8" => NumberType::I64,
         "u8" => NumberType::U64,
         _ => {
-            return Err(cursor.error(Problem::Unsupported {
+            return Err(Problem::Unsupported {
                 what: "npy number type",
                 value: super::cursor::excerpt(descr.as_bytes()),
                 advice: "save the array as float64 or int64",
-            }));
+            });
         }
     };
     let endian = if descr.starts_with('>') { Endian::Big } else { Endian::Little };
     Ok((kind, endian))
 }
 
-fn shape(cursor: &Cursor<'_>, header: &str) -> Result<Vec<usize>, MeshError> {
-    let text = entry(cursor, header, "'shape':")?;
+fn shape(header: &str) -> Result<Vec<usize>, Problem> {
+    let text = entry(header, "'shape':")?;
     let expected = "a shape such as (3, 4)";
     let inner = text.strip_prefix('(').and_then(|text| text.split_once(')'));
-    let (inner, _) = inner.ok_or_else(|| cursor.expected(expected, text.as_bytes()))?;
+    let (inner, _) = inner.ok_or_else(|| Problem::expected(expected, text))?;
     let words = inner.split(',').map(str::trim).filter(|word| !word.is_empty());
     let lengths: Result<Vec<usize>, _> = words.map(str::parse).collect();
     match lengths {
         Ok(lengths) if lengths.len() <= MOST_DIMENSIONS => Ok(lengths),
-        _ => Err(cursor.expected(expected, inner.as_bytes())),
+        _ => Err(Problem::expected(expected, inner)),
     }
 }
 
-/// Reorders an array whose first index is fastest.
-fn c_order<T: Copy>(values: &[T], shape: &[usize]) -> Vec<T> {
-    let mut index = vec![0; shape.len()];
-    let mut reordered = Vec::with_capacity(values.len());
-    for _ in 0..values.len() {
-        let fortran = index.iter().zip(shape).rev().fold(0, |sum, (&i, &n)| sum * n + i);
-        reordered.push(values[fortran]);
-        for axis in (0..shape.len()).rev() {
-            index[axis] += 1;
-            if index[axis] < shape[axis] {
-                break;
-            }
-            index[axis] = 0;
+/// Where the numbers are, last index fastest, in an array whose first index is fastest.
+fn c_order(count: usize, shape: &[usize]) -> impl Iterator<Item = usize> {
+    let place = move |mut at: usize| {
+        let (mut place, mut stride) = (0, count);
+        for &length in shape.iter().rev() {
+            stride /= length;
+            place += at % length * stride;
+            at /= length;
         }
-    }
-    reordered
+        place
+    };
+    (0..count).map(place)
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The number types of file formats.
 
-use super::cursor::Endian;
-use crate::FieldValues;
+use super::cursor::{Endian, number};
+use crate::{FieldValues, Problem};
 
 /// A number type as it is stored in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,8 +30,22 @@ impl NumberType {
         }
     }
 
-    pub(super) fn is_float(self) -> bool {
-        matches!(self, NumberType::F32 | NumberType::F64)
+    /// Words as numbers.
+    pub(super) fn parse<'w>(
+        self,
+        words: impl Iterator<Item = Result<&'w [u8], Problem>>,
+        expected: &'static str,
+    ) -> Result<FieldValues, Problem> {
+        Ok(match self {
+            NumberType::F32 | NumberType::F64 => {
+                let numbers = words.map(|word| number(word?, expected));
+                FieldValues::Float(numbers.collect::<Result<_, _>>()?)
+            }
+            _ => {
+                let numbers = words.map(|word| number(word?, expected));
+                FieldValues::Integer(numbers.collect::<Result<_, _>>()?)
+            }
+        })
     }
 
     /// Decodes whole numbers; a trailing rest of bytes is left out. `Err` holds the index of

@@ -1,10 +1,10 @@
 //! Wavefront OBJ files: `v` points and `f` faces, whose corners may name texture and normal as well (Wavefront
 //! Technologies, "Object Files (.obj)", Appendix B1 of the Advanced Visualizer Manual).
 
-use super::cursor::Cursor;
+use super::cursor::{Cursor, Fault, number};
 use super::grid::UnstructuredGrid;
 use super::polydata::{Kind, add};
-use crate::{MeshError, Problem};
+use crate::Problem;
 
 /// First words of lines that an OBJ file may begin with, and no other format does.
 const FIRST: [&[u8]; 11] =
@@ -19,9 +19,13 @@ pub(crate) fn looks_like_it(content: &[u8]) -> bool {
 }
 
 /// Reads points, faces (as fans of triangles), lines and the names of groups.
-pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshError> {
-    let mut cursor = Cursor::new(file, bytes);
-    let mut grid = UnstructuredGrid::new();
+pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
+    let mut cursor = Cursor::new(bytes);
+    read(&mut cursor).map_err(|problem| cursor.fault(problem))
+}
+
+fn read(cursor: &mut Cursor<'_>) -> Result<UnstructuredGrid, Problem> {
+    let mut grid = UnstructuredGrid::default();
     let mut group = String::new();
     (grid.points_at, grid.cells_at) = (cursor.here(), cursor.here());
     while let Some(line) = cursor.line() {
@@ -30,7 +34,8 @@ pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshEr
             Some(b"v") => {
                 let mut point = [0.0; 3];
                 for x in &mut point {
-                    *x = number(&cursor, words.next(), "a coordinate")?;
+                    let expected = "a coordinate";
+                    *x = number(words.next().ok_or(Problem::Missing { expected })?, expected)?;
                 }
                 grid.points.push(point);
                 continue;
@@ -46,7 +51,7 @@ pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshEr
             // Normals, textures, materials and curved surfaces, which have no part in a mesh of triangles.
             _ => continue,
         };
-        let nodes = words.map(|word| corner(&cursor, word, grid.points.len()));
+        let nodes = words.map(|word| corner(word, grid.points.len()));
         let nodes = nodes.collect::<Result<Vec<i64>, _>>()?;
         let first = grid.types.len();
         add(&mut grid, kind, &nodes);
@@ -59,26 +64,16 @@ pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshEr
 }
 
 /// The point that a corner such as `7`, `7/1`, `7//2` or `-1/-1/-1` names, from 0; negative ones count from the last.
-fn corner(cursor: &Cursor<'_>, word: &[u8], points: usize) -> Result<i64, MeshError> {
-    let point = word.split(|&byte| byte == b'/').next();
-    let value: i64 = number(cursor, point, "the number of a point")?;
+fn corner(word: &[u8], points: usize) -> Result<i64, Problem> {
+    let point = word.split(|&byte| byte == b'/').next().unwrap_or_default();
+    let value: i64 = number(point, "the number of a point")?;
     let count = points as i64;
     match value {
         1.. => Ok(value - 1),
         _ if value < 0 && value >= -count => Ok(count + value),
         _ => {
             let what = "the number of a point (they count from 1, or back from -1)";
-            Err(cursor.error(Problem::Range { what, value, least: -count, most: count }))
+            Err(Problem::Range { what, value, least: -count, most: count })
         }
     }
-}
-
-fn number<T: std::str::FromStr>(
-    cursor: &Cursor<'_>,
-    word: Option<&[u8]>,
-    expected: &'static str,
-) -> Result<T, MeshError> {
-    let word = word.ok_or_else(|| cursor.error(Problem::Missing { expected }))?;
-    let number = str::from_utf8(word).ok().and_then(|text| text.parse().ok());
-    number.ok_or_else(|| cursor.expected(expected, word))
 }

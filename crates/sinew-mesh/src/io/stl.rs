@@ -1,18 +1,19 @@
 //! STL files: triangles without a common list of points, as text or binary (3D Systems, "StereoLithography Interface
 //! Specification", 1989; binary files are little endian).
 
-use super::cursor::{Cursor, error_at, without_mark};
+use super::cursor::{Cursor, Fault, without_mark};
 use super::grid::UnstructuredGrid;
-use crate::{MeshError, Problem};
+use crate::{Place, Problem};
 use std::collections::HashMap;
 
-/// Bytes before the triangles of a binary file, and of one triangle there.
+/// Where a binary file has the number of its triangles, where these begin, and the bytes of each.
+const COUNT: usize = 80;
 const HEAD: usize = 84;
 const TRIANGLE: usize = 50;
 
 /// The number of triangles that a file declares if it is binary.
 fn declared(bytes: &[u8]) -> Option<usize> {
-    let count = bytes.get(80..HEAD)?.first_chunk()?;
+    let count = bytes.get(COUNT..HEAD)?.first_chunk()?;
     usize::try_from(u32::from_le_bytes(*count)).ok()
 }
 
@@ -30,23 +31,24 @@ pub(crate) fn is_text(content: &[u8]) -> bool {
 
 /// Reads the triangles; corners at the same place become one point, and triangles that have two such corners are left
 /// out and counted.
-pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshError> {
+pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
     let mut triangles = Triangles::default();
     if is_text(without_mark(bytes).trim_ascii_start()) && !is_binary(bytes) {
-        text(Cursor::new(file, bytes), &mut triangles)?;
+        let mut cursor = Cursor::new(bytes);
+        text(&mut cursor, &mut triangles).map_err(|problem| cursor.fault(problem))?;
     } else {
-        binary(file, bytes, &mut triangles)?;
+        binary(bytes, &mut triangles).map_err(|problem| (Place::at(COUNT), problem))?;
     }
     Ok(triangles.grid)
 }
 
-fn binary(file: &str, bytes: &[u8], triangles: &mut Triangles) -> Result<(), MeshError> {
+fn binary(bytes: &[u8], triangles: &mut Triangles) -> Result<(), Problem> {
     let count = declared(bytes).unwrap_or(0);
     let body = bytes.get(HEAD..).unwrap_or_default();
     if body.len() < count.saturating_mul(TRIANGLE) {
         let (what, needed) = ("triangles", count as u128 * TRIANGLE as u128);
         let available = body.len();
-        return Err(error_at(file, 80, Problem::CutOff { what, needed, available }));
+        return Err(Problem::CutOff { what, needed, available });
     }
     triangles.grid.points_at.byte = HEAD;
     triangles.grid.cells_at.byte = HEAD;
@@ -61,7 +63,7 @@ fn binary(file: &str, bytes: &[u8], triangles: &mut Triangles) -> Result<(), Mes
     Ok(())
 }
 
-fn text(mut cursor: Cursor<'_>, triangles: &mut Triangles) -> Result<(), MeshError> {
+fn text(cursor: &mut Cursor<'_>, triangles: &mut Triangles) -> Result<(), Problem> {
     let mut solids = Vec::new();
     triangles.grid.points_at = cursor.here();
     triangles.grid.cells_at = cursor.here();
@@ -75,19 +77,19 @@ fn text(mut cursor: Cursor<'_>, triangles: &mut Triangles) -> Result<(), MeshErr
             b"facet" => {
                 // Normals are written as they come, not always as numbers.
                 cursor.line();
-                keywords(&mut cursor, &["outer", "loop"])?;
+                keywords(cursor, &["outer", "loop"])?;
                 let mut corners = [[0.0; 3]; 3];
                 for corner in &mut corners {
-                    keywords(&mut cursor, &["vertex"])?;
+                    keywords(cursor, &["vertex"])?;
                     for x in corner {
                         *x = cursor.parse("a coordinate")?;
                     }
                 }
-                keywords(&mut cursor, &["endloop", "endfacet"])?;
+                keywords(cursor, &["endloop", "endfacet"])?;
                 triangles.push(corners);
             }
             b"endsolid" => drop(cursor.line()),
-            _ => return Err(cursor.expected("facet or endsolid", word)),
+            _ => return Err(Problem::expected("facet or endsolid", word)),
         }
     }
     if solids.len() > 1 {
@@ -96,25 +98,20 @@ fn text(mut cursor: Cursor<'_>, triangles: &mut Triangles) -> Result<(), MeshErr
     Ok(())
 }
 
-fn keywords(cursor: &mut Cursor<'_>, keywords: &[&'static str]) -> Result<(), MeshError> {
+fn keywords(cursor: &mut Cursor<'_>, keywords: &[&'static str]) -> Result<(), Problem> {
     for &keyword in keywords {
         let word = cursor.text(keyword)?;
         if !word.eq_ignore_ascii_case(keyword) {
-            return Err(cursor.expected(keyword, word.as_bytes()));
+            return Err(Problem::expected(keyword, word));
         }
     }
     Ok(())
 }
 
+#[derive(Default)]
 struct Triangles {
     grid: UnstructuredGrid,
     by_place: HashMap<[u64; 3], i64>,
-}
-
-impl Default for Triangles {
-    fn default() -> Self {
-        Self { grid: UnstructuredGrid::new(), by_place: HashMap::new() }
-    }
 }
 
 impl Triangles {

@@ -2,40 +2,28 @@
 //! their number, 5.1 has OFFSETS and CONNECTIVITY (VTK User's Guide, "VTK File Formats", and
 //! "VTK XML/legacy file formats 5.1" of the VTK documentation).
 
-use super::cursor::{Cursor, Encoding, Endian};
+use super::cursor::{Cursor, Encoding, Endian, Fault, number};
 use super::grid::UnstructuredGrid;
 use super::number::NumberType;
 use super::polydata::{CellList, Kind, PolyData};
-use crate::{Field, MeshError, Problem};
+use crate::{Field, Problem};
 use std::collections::BTreeMap;
 
 /// First bytes of every legacy VTK file.
 pub(crate) const MAGIC: &[u8] = b"# vtk DataFile Version";
 
 /// Reads an unstructured grid or a surface (POLYDATA).
-pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshError> {
+pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
     let mut reader = Reader {
-        cursor: Cursor::new(file, bytes),
-        grid: UnstructuredGrid::new(),
-        surface: None,
+        cursor: Cursor::new(bytes),
+        grid: UnstructuredGrid::default(),
+        is_surface: false,
+        surface: PolyData::default(),
         attributes_of: None,
         major: 0,
     };
-    reader.header()?;
-    while reader.section()? {}
-    let Reader { cursor, mut grid, surface, .. } = reader;
-    if let Some(surface) = surface {
-        surface.fill(&mut grid).map_err(|problem| cursor.error(problem))?;
-    }
-    if grid.points.is_empty() {
-        return Err(cursor.error(Problem::Missing { expected: "a POINTS section" }));
-    }
-    if grid.types.len() + 1 != grid.offsets.len() {
-        let what = "CELL_TYPES".to_string();
-        let (expected, found) = (grid.offsets.len() - 1, grid.types.len());
-        return Err(cursor.error(Problem::Count { what, expected, found }));
-    }
-    Ok(grid)
+    reader.read().map_err(|problem| reader.cursor.fault(problem))?;
+    Ok(reader.grid)
 }
 
 /// What the attributes that follow belong to.
@@ -48,38 +36,54 @@ enum Owner {
 struct Reader<'a> {
     cursor: Cursor<'a>,
     grid: UnstructuredGrid,
+    is_surface: bool,
     /// The cells of a surface.
-    surface: Option<PolyData>,
+    surface: PolyData,
     attributes_of: Option<Owner>,
     /// Major version of the format.
     major: u32,
 }
 
 impl Reader<'_> {
-    fn header(&mut self) -> Result<(), MeshError> {
+    fn read(&mut self) -> Result<(), Problem> {
+        self.header()?;
+        while self.section()? {}
+        if self.is_surface {
+            std::mem::take(&mut self.surface).fill(&mut self.grid)?;
+        }
+        if self.grid.points.is_empty() {
+            return Err(Problem::Missing { expected: "a POINTS section" });
+        }
+        let (expected, found) = (self.grid.offsets.len() - 1, self.grid.types.len());
+        if expected != found {
+            return Err(Problem::Count { what: "CELL_TYPES".into(), expected, found });
+        }
+        Ok(())
+    }
+
+    fn header(&mut self) -> Result<(), Problem> {
         let version = self.cursor.text_line("# vtk DataFile Version x.y")?;
         let number = version.rsplit(' ').next().and_then(|v| v.split('.').next()?.parse().ok());
-        self.major = number.ok_or_else(|| {
-            self.cursor.expected("# vtk DataFile Version x.y", version.as_bytes())
-        })?;
+        let wrong = || Problem::expected("# vtk DataFile Version x.y", version);
+        self.major = number.ok_or_else(wrong)?;
         self.cursor.line();
         let encoding = self.cursor.text("ASCII or BINARY")?;
         let binary = match encoding.to_ascii_uppercase().as_str() {
             "ASCII" => false,
             "BINARY" => true,
-            _ => return Err(self.cursor.expected("ASCII or BINARY", encoding.as_bytes())),
+            _ => return Err(Problem::expected("ASCII or BINARY", encoding)),
         };
         self.keyword("DATASET")?;
         let dataset = self.cursor.text("a dataset type")?;
         match dataset.to_ascii_uppercase().as_str() {
             "UNSTRUCTURED_GRID" => {}
-            "POLYDATA" => self.surface = Some(PolyData::default()),
+            "POLYDATA" => self.is_surface = true,
             _ => {
-                return Err(self.cursor.error(Problem::Unsupported {
+                return Err(Problem::Unsupported {
                     what: "dataset type",
                     value: dataset.into(),
                     advice: "save it as an unstructured grid, or a surface as poly data",
-                }));
+                });
             }
         }
         if binary {
@@ -89,20 +93,20 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn keyword(&mut self, keyword: &'static str) -> Result<(), MeshError> {
+    fn keyword(&mut self, keyword: &'static str) -> Result<(), Problem> {
         let word = self.cursor.text(keyword)?;
         if word.eq_ignore_ascii_case(keyword) {
             return Ok(());
         }
-        Err(self.cursor.expected(keyword, word.as_bytes()))
+        Err(Problem::expected(keyword, word))
     }
 
     /// Reads one section; false at the end of the file.
-    fn section(&mut self) -> Result<bool, MeshError> {
+    fn section(&mut self) -> Result<bool, Problem> {
         let Some(word) = self.cursor.word() else { return Ok(false) };
         match word.to_ascii_uppercase().as_slice() {
             b"POINTS" => self.points()?,
-            b"CELLS" if self.surface.is_none() => {
+            b"CELLS" if !self.is_surface => {
                 let list = self.cells()?;
                 self.grid.cells_at = list.at;
                 (self.grid.offsets, self.grid.connectivity) = (list.offsets, list.nodes);
@@ -114,39 +118,38 @@ impl Reader<'_> {
             }
             b"CELL_DATA" => {
                 let listed = self.grid.offsets.len() - 1;
-                let cells = self.surface.as_ref().map_or(listed, PolyData::cell_count);
+                let cells = if self.is_surface { self.surface.cell_count() } else { listed };
                 let declared = self.attributes("CELL_DATA", cells)?;
                 self.attributes_of = Some(Owner::Cells(declared));
             }
             b"METADATA" => self.metadata(),
             b"FIELD" => self.field_arrays()?,
             b"LOOKUP_TABLE" => self.lookup_table()?,
-            keyword if self.surface.is_some() && Kind::of_keyword(keyword).is_some() => {
-                let list = self.cells()?;
-                let kind = Kind::of_keyword(keyword);
-                if let (Some(surface), Some(kind)) = (&mut self.surface, kind) {
-                    surface.put(kind, list);
+            keyword => match (Kind::of_keyword(keyword), self.attributes_of) {
+                (Some(kind), _) if self.is_surface => {
+                    let list = self.cells()?;
+                    self.surface.put(kind, list);
                 }
-            }
-            keyword => match (self.attributes_of, attribute_components(keyword)) {
-                (Some(owner), Some(components)) => self.attribute(keyword, components, owner)?,
-                _ => return Err(self.cursor.expected("the keyword of a section", word)),
+                (_, Some(owner)) if let Some(components) = attribute_components(keyword) => {
+                    self.attribute(keyword, components, owner)?;
+                }
+                _ => return Err(Problem::expected("the keyword of a section", word)),
             },
         }
         Ok(true)
     }
 
     /// The declared number of rows of POINT_DATA or CELL_DATA, which must be the true one.
-    fn attributes(&mut self, what: &'static str, expected: usize) -> Result<usize, MeshError> {
+    fn attributes(&mut self, what: &'static str, expected: usize) -> Result<usize, Problem> {
         let found = self.cursor.parse("the number of rows")?;
         if found != expected {
             let what = format!("rows of {what}");
-            return Err(self.cursor.error(Problem::Count { what, expected, found }));
+            return Err(Problem::Count { what, expected, found });
         }
         Ok(found)
     }
 
-    fn points(&mut self) -> Result<(), MeshError> {
+    fn points(&mut self) -> Result<(), Problem> {
         let count: usize = self.cursor.parse("the number of points")?;
         let kind = self.number_type()?;
         self.end_of_header();
@@ -156,12 +159,12 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn cells(&mut self) -> Result<CellList, MeshError> {
+    fn cells(&mut self) -> Result<CellList, Problem> {
         if self.major >= 5 { self.cells_with_offsets() } else { self.cells_with_counts() }
     }
 
     /// `CELLS n size`, then each cell as its number of nodes and the nodes.
-    fn cells_with_counts(&mut self) -> Result<CellList, MeshError> {
+    fn cells_with_counts(&mut self) -> Result<CellList, Problem> {
         let count: usize = self.cursor.parse("the number of cells")?;
         let size: usize = self.cursor.parse("the size of the cell list")?;
         self.end_of_header();
@@ -174,7 +177,7 @@ impl Reader<'_> {
             let Some(nodes) = nodes else {
                 let most = tail.len() as i64;
                 let (what, value) = ("the number of nodes of a cell", *length);
-                return Err(self.cursor.error(Problem::Range { what, value, least: 0, most }));
+                return Err(Problem::Range { what, value, least: 0, most });
             };
             connectivity.extend_from_slice(nodes);
             offsets.push(connectivity.len());
@@ -183,21 +186,20 @@ impl Reader<'_> {
         let found = offsets.len() - 1;
         if found != count {
             let what = "cells in the cell list".into();
-            return Err(self.cursor.error(Problem::Count { what, expected: count, found }));
+            return Err(Problem::Count { what, expected: count, found });
         }
         Ok(CellList { offsets, nodes: connectivity, at })
     }
 
     /// `CELLS n m`, then arrays of `n` offsets and `m` nodes.
-    fn cells_with_offsets(&mut self) -> Result<CellList, MeshError> {
+    fn cells_with_offsets(&mut self) -> Result<CellList, Problem> {
         let offsets: usize = self.cursor.parse("the number of offsets")?;
         let nodes: usize = self.cursor.parse("the length of the connectivity")?;
         self.keyword("OFFSETS")?;
         let kind = self.number_type()?;
         self.end_of_header();
         let offsets = self.cursor.integers(kind, offsets, "offsets of cells")?;
-        let offsets =
-            checked_offsets(&offsets, nodes).map_err(|problem| self.cursor.error(problem))?;
+        let offsets = checked_offsets(&offsets, nodes)?;
         self.keyword("CONNECTIVITY")?;
         let kind = self.number_type()?;
         self.end_of_header();
@@ -206,7 +208,7 @@ impl Reader<'_> {
         Ok(CellList { offsets, nodes, at })
     }
 
-    fn cell_types(&mut self) -> Result<(), MeshError> {
+    fn cell_types(&mut self) -> Result<(), Problem> {
         let count: usize = self.cursor.parse("the number of cell types")?;
         self.end_of_header();
         let types = self.cursor.integers(NumberType::I32, count, "cell types")?;
@@ -221,7 +223,7 @@ impl Reader<'_> {
         keyword: &[u8],
         components: usize,
         owner: Owner,
-    ) -> Result<(), MeshError> {
+    ) -> Result<(), Problem> {
         let name = percent_decoded(self.cursor.text("the name of the attribute")?);
         let mut components = components;
         let mut kind = None;
@@ -236,17 +238,11 @@ impl Reader<'_> {
         let on_line = self.cursor.line().unwrap_or_default();
         if keyword == b"SCALARS" {
             if !on_line.is_empty() {
-                let number = str::from_utf8(on_line).ok().and_then(|text| text.parse().ok());
-                components = number
-                    .ok_or_else(|| self.cursor.expected("the number of components", on_line))?;
+                components = number(on_line, "the number of components")?;
             }
             self.lookup_table_name();
         }
-        let color_kind = match self.cursor.encoding {
-            Encoding::Text => NumberType::F64,
-            Encoding::Binary(_) => NumberType::U8,
-        };
-        self.array(name, components, kind.unwrap_or(color_kind), owner)
+        self.array(name, components, kind.unwrap_or(self.kind_of_colours()), owner)
     }
 
     /// The line `LOOKUP_TABLE name` behind SCALARS, which some programs leave out.
@@ -264,7 +260,7 @@ impl Reader<'_> {
         components: usize,
         kind: NumberType,
         owner: Owner,
-    ) -> Result<(), MeshError> {
+    ) -> Result<(), Problem> {
         let (rows, fields): (_, &mut BTreeMap<_, _>) = match owner {
             Owner::Points(rows) => (rows, &mut self.grid.point_fields),
             Owner::Cells(rows) => (rows, &mut self.grid.cell_fields),
@@ -277,7 +273,7 @@ impl Reader<'_> {
 
     /// `FIELD name n`, then `n` arrays. Those outside POINT_DATA and CELL_DATA, such as a
     /// time, describe the whole data set and are left out.
-    fn field_arrays(&mut self) -> Result<(), MeshError> {
+    fn field_arrays(&mut self) -> Result<(), Problem> {
         self.cursor.text("the name of the field data")?;
         let arrays: usize = self.cursor.parse("the number of arrays")?;
         for _ in 0..arrays {
@@ -299,7 +295,7 @@ impl Reader<'_> {
             let (Owner::Points(expected) | Owner::Cells(expected)) = owner;
             if rows != expected {
                 let what = format!("rows of array {name:?}");
-                return Err(self.cursor.error(Problem::Count { what, expected, found: rows }));
+                return Err(Problem::Count { what, expected, found: rows });
             }
             self.array(name, components, kind, owner)?;
         }
@@ -307,16 +303,19 @@ impl Reader<'_> {
     }
 
     /// `LOOKUP_TABLE name size`, then `size` colours, which are not part of a mesh.
-    fn lookup_table(&mut self) -> Result<(), MeshError> {
+    fn lookup_table(&mut self) -> Result<(), Problem> {
         self.cursor.text("the name of the lookup table")?;
         let size: usize = self.cursor.parse("the size of the lookup table")?;
         self.end_of_header();
-        let kind = match self.cursor.encoding {
+        self.cursor.numbers(self.kind_of_colours(), size.saturating_mul(4), "colours")?;
+        Ok(())
+    }
+
+    fn kind_of_colours(&self) -> NumberType {
+        match self.cursor.encoding {
             Encoding::Text => NumberType::F64,
             Encoding::Binary(_) => NumberType::U8,
-        };
-        self.cursor.numbers(kind, size.saturating_mul(4), "colours")?;
-        Ok(())
+        }
     }
 
     /// METADATA describes the array before it and ends with an empty line.
@@ -325,7 +324,7 @@ impl Reader<'_> {
         while self.cursor.line().is_some_and(|line| !line.is_empty()) {}
     }
 
-    fn number_type(&mut self) -> Result<NumberType, MeshError> {
+    fn number_type(&mut self) -> Result<NumberType, Problem> {
         let name = self.cursor.text("a number type")?;
         Ok(match name.to_ascii_lowercase().as_str() {
             "char" | "signed_char" | "vtktypeint8" => NumberType::I8,
@@ -340,11 +339,11 @@ impl Reader<'_> {
             "float" | "vtktypefloat32" => NumberType::F32,
             "double" | "vtktypefloat64" => NumberType::F64,
             _ => {
-                return Err(self.cursor.error(Problem::Unsupported {
+                return Err(Problem::Unsupported {
                     what: "number type",
                     value: name.into(),
                     advice: "save the array with a type from char to double, or without this array",
-                }));
+                });
             }
         })
     }

@@ -1,40 +1,40 @@
 //! VTU and VTP files: VTK's XML format for unstructured grids and surfaces with text, inline base64 and appended
 //! (raw or base64) arrays, plain or compressed with zlib (VTK documentation, "VTK XML formats").
 
-use super::cursor::{Cursor, Endian, error_at, excerpt};
+use super::cursor::{Cursor, Endian, Fault, number};
 use super::grid::UnstructuredGrid;
 use super::number::NumberType;
 use super::polydata::{CellList, Kind, PolyData};
 use super::vtk::checked_offsets;
 use super::vtu_data::{Layout, Source, ascii, read_array};
-use crate::{Field, FieldValues, MeshError, Place, Problem};
+use crate::{Field, FieldValues, Place, Problem};
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
-use std::borrow::Cow;
 
 /// Reads an unstructured grid or a surface of one piece.
-pub(crate) fn parse(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, MeshError> {
+pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
     // Appended raw data is no XML, so the XML reader sees only what stands before it.
     let tag = b"<AppendedData";
     let start = bytes.windows(tag.len()).position(|window| window == tag);
     let (head, appended) = bytes.split_at(start.unwrap_or(bytes.len()));
     let mut parser = Parser {
-        file,
         xml: Reader::from_reader(head),
+        item: head.len(),
         layout: Layout { endian: Endian::Little, wide_header: false, zlib: false },
-        appended: Appended::find(file, head.len(), appended)?,
+        appended: None,
         section: Section::Other,
         piece: None,
-        grid: UnstructuredGrid::new(),
+        grid: UnstructuredGrid::default(),
         is_surface: false,
         lists: Default::default(),
     };
     parser.xml.config_mut().check_end_names = false;
-    while parser.element()? {}
-    parser.finish()
+    parser.read(appended).map_err(|problem| (Place::at(parser.item), problem))?;
+    Ok(parser.grid)
 }
 
 /// The section of appended data.
+#[derive(Clone, Copy)]
 struct Appended<'a> {
     raw: bool,
     /// What follows the underscore.
@@ -44,16 +44,25 @@ struct Appended<'a> {
 }
 
 impl<'a> Appended<'a> {
-    fn find(file: &str, at: usize, element: &'a [u8]) -> Result<Option<Self>, MeshError> {
+    fn find(at: usize, element: &'a [u8]) -> Result<Option<Self>, Problem> {
         if element.is_empty() {
             return Ok(None);
         }
-        let mut cursor = Cursor::new(file, element);
+        let mut cursor = Cursor::new(element);
         let tag = cursor.skip_past(b">", "the end of the AppendedData tag")?;
         cursor.skip_past(b"_", "the underscore before appended data")?;
         let start = cursor.position();
         let raw = !tag.windows(6).any(|window| window == b"base64");
         Ok(Some(Appended { raw, data: &element[start..], start: at + start }))
+    }
+
+    fn source(self, offset: usize) -> Result<Source<'a>, Problem> {
+        let data = self.data.get(offset..).ok_or_else(|| {
+            let (what, most) = ("the offset of an appended array", self.data.len() as i64);
+            let value = i64::try_from(offset).unwrap_or(i64::MAX);
+            Problem::Range { what, value, least: 0, most }
+        })?;
+        Ok(Source::new(self.start + offset, data, !self.raw))
     }
 }
 
@@ -75,13 +84,12 @@ struct Header {
     kind_name: String,
     format: String,
     offset: Option<usize>,
-    /// Where the element is in the file.
-    at: usize,
 }
 
 struct Parser<'a> {
-    file: &'a str,
     xml: Reader<&'a [u8]>,
+    /// Where the last item began, which is where errors point to.
+    item: usize,
     layout: Layout,
     appended: Option<Appended<'a>>,
     section: Section,
@@ -107,21 +115,24 @@ impl<'a> Parser<'a> {
         self.xml.buffer_position() as usize
     }
 
-    fn error(&self, problem: impl Into<Problem>) -> MeshError {
-        error_at(self.file, self.at(), problem)
+    fn read(&mut self, appended: &'a [u8]) -> Result<(), Problem> {
+        self.appended = Appended::find(self.item, appended)?;
+        while self.element()? {}
+        self.item = self.at();
+        self.finish()
     }
 
-    fn event(&mut self) -> Result<Event<'a>, MeshError> {
+    fn event(&mut self) -> Result<Event<'a>, Problem> {
         let event = self.xml.read_event();
-        event.map_err(|e| error_at(self.file, self.xml.error_position() as usize, e))
+        Ok(event.inspect_err(|_| self.item = self.xml.error_position() as usize)?)
     }
 
     /// Reads up to the next tag; false at the end.
-    fn element(&mut self) -> Result<bool, MeshError> {
-        let at = self.at();
+    fn element(&mut self) -> Result<bool, Problem> {
+        self.item = self.at();
         match self.event()? {
-            Event::Start(tag) => self.start(&tag, at, false)?,
-            Event::Empty(tag) => self.start(&tag, at, true)?,
+            Event::Start(tag) => self.start(&tag, false)?,
+            Event::Empty(tag) => self.start(&tag, true)?,
             Event::End(tag) if section_named(tag.name().as_ref()).is_some() => {
                 self.section = Section::Other;
             }
@@ -131,14 +142,14 @@ impl<'a> Parser<'a> {
         Ok(true)
     }
 
-    fn start(&mut self, tag: &BytesStart<'a>, at: usize, empty: bool) -> Result<(), MeshError> {
+    fn start(&mut self, tag: &BytesStart<'a>, empty: bool) -> Result<(), Problem> {
         match tag.name().as_ref() {
             b"VTKFile" => self.file_header(tag)?,
             b"Piece" => self.piece(tag)?,
             b"DataArray" => {
                 let text = if empty { Vec::new() } else { self.array_text()? };
                 if self.section != Section::Other {
-                    let header = self.array_header(tag, at)?;
+                    let header = self.array_header(tag)?;
                     self.array(header, &text)?;
                 }
             }
@@ -149,32 +160,27 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    fn attribute(&self, tag: &BytesStart<'a>, name: &str) -> Result<Option<String>, MeshError> {
-        let found =
-            tag.try_get_attribute(name).map_err(|e| self.error(quick_xml::Error::from(e)))?;
+    fn attribute(&self, tag: &BytesStart<'a>, name: &str) -> Result<Option<String>, Problem> {
+        let found = tag.try_get_attribute(name).map_err(quick_xml::Error::from)?;
         let Some(attribute) = found else { return Ok(None) };
-        let value =
-            attribute.decoded_and_normalized_value(XmlVersion::Implicit1_0, self.xml.decoder());
-        value.map(|text: Cow<'_, str>| Some(text.into_owned())).map_err(|e| self.error(e))
+        let decoder = self.xml.decoder();
+        let value = attribute.decoded_and_normalized_value(XmlVersion::Implicit1_0, decoder)?;
+        Ok(Some(value.into_owned()))
     }
 
-    fn number(&self, tag: &BytesStart<'a>, name: &'static str) -> Result<Option<usize>, MeshError> {
-        let Some(text) = self.attribute(tag, name)? else { return Ok(None) };
-        let found = || excerpt(text.as_bytes());
-        let number = text.trim().parse();
-        number
-            .map(Some)
-            .map_err(|_| self.error(Problem::Expected { expected: name, found: found() }))
+    fn number(&self, tag: &BytesStart<'a>, name: &'static str) -> Result<Option<usize>, Problem> {
+        let text = self.attribute(tag, name)?;
+        text.map(|text| number(text.trim().as_bytes(), name)).transpose()
     }
 
-    fn file_header(&mut self, tag: &BytesStart<'a>) -> Result<(), MeshError> {
+    fn file_header(&mut self, tag: &BytesStart<'a>) -> Result<(), Problem> {
         let unsupported = |what, value, advice| Problem::Unsupported { what, value, advice };
         match self.attribute(tag, "type")?.unwrap_or_default() {
             kind if kind == "UnstructuredGrid" => {}
             kind if kind == "PolyData" => self.is_surface = true,
             kind => {
                 let advice = "save it as an unstructured grid (.vtu) or a surface (.vtp)";
-                return Err(self.error(unsupported("VTK XML file type", kind, advice)));
+                return Err(unsupported("VTK XML file type", kind, advice));
             }
         }
         let big = self.attribute(tag, "byte_order")?.is_some_and(|order| order == "BigEndian");
@@ -186,19 +192,19 @@ impl<'a> Parser<'a> {
             zlib if zlib == "vtkZLibDataCompressor" => self.layout.zlib = true,
             other => {
                 let advice = "save the file with zlib compression or none";
-                return Err(self.error(unsupported("compressor", other, advice)));
+                return Err(unsupported("compressor", other, advice));
             }
         }
         Ok(())
     }
 
-    fn piece(&mut self, tag: &BytesStart<'a>) -> Result<(), MeshError> {
+    fn piece(&mut self, tag: &BytesStart<'a>) -> Result<(), Problem> {
         if self.piece.is_some() {
-            return Err(self.error(Problem::Unsupported {
+            return Err(Problem::Unsupported {
                 what: "number of pieces",
                 value: "2 or more".into(),
                 advice: "merge the pieces into one, for example with \"Merge Blocks\"",
-            }));
+            });
         }
         let points = self.number(tag, "NumberOfPoints")?;
         let (counts, expected) = if self.is_surface {
@@ -212,12 +218,12 @@ impl<'a> Parser<'a> {
             let count = self.number(tag, "NumberOfCells")?;
             (count.map(|n| [n, 0, 0, 0]), "NumberOfPoints and NumberOfCells of the piece")
         };
-        let piece = points.zip(counts).ok_or_else(|| self.error(Problem::Missing { expected }))?;
+        let piece = points.zip(counts).ok_or(Problem::Missing { expected })?;
         self.piece = Some(piece);
         Ok(())
     }
 
-    fn array_header(&self, tag: &BytesStart<'a>, at: usize) -> Result<Header, MeshError> {
+    fn array_header(&self, tag: &BytesStart<'a>) -> Result<Header, Problem> {
         let kind_name = self.attribute(tag, "type")?.unwrap_or_default();
         Ok(Header {
             name: self.attribute(tag, "Name")?.unwrap_or_default(),
@@ -226,12 +232,11 @@ impl<'a> Parser<'a> {
             kind_name,
             format: self.attribute(tag, "format")?.unwrap_or_else(|| "ascii".into()),
             offset: self.number(tag, "offset")?,
-            at,
         })
     }
 
     /// The text of a DataArray without that of the information keys inside it.
-    fn array_text(&mut self) -> Result<Vec<u8>, MeshError> {
+    fn array_text(&mut self) -> Result<Vec<u8>, Problem> {
         let mut text = Vec::new();
         let mut depth = 0usize;
         loop {
@@ -241,17 +246,15 @@ impl<'a> Parser<'a> {
                 Event::End(_) if depth == 0 => return Ok(text),
                 Event::End(_) => depth -= 1,
                 Event::Eof => {
-                    return Err(self.error(Problem::Missing { expected: "the end of a DataArray" }));
+                    return Err(Problem::Missing { expected: "the end of a DataArray" });
                 }
                 _ => {}
             }
         }
     }
 
-    fn array(&mut self, header: Header, text: &[u8]) -> Result<(), MeshError> {
-        let (points, cells) = self
-            .piece
-            .ok_or_else(|| self.error(Problem::Missing { expected: "a Piece element" }))?;
+    fn array(&mut self, header: Header, text: &[u8]) -> Result<(), Problem> {
+        let (points, cells) = self.piece.ok_or(Problem::Missing { expected: "a Piece element" })?;
         let all = cells.iter().fold(0, |all: usize, &count| all.saturating_add(count));
         // The length of the connectivity is known only from the offsets.
         let rows = match (self.section, header.name.as_str()) {
@@ -264,86 +267,80 @@ impl<'a> Parser<'a> {
             _ => Some(all),
         };
         let values = self.values(&header, rows, text)?;
-        if self.section == Section::Points {
-            self.grid.points_at = Place { byte: header.at, line: None };
-            return self.points(&header, values);
-        }
-        let Header { name, components, at, .. } = header;
+        let Header { name, components, .. } = header;
         let field = Field { components, values };
         match self.section {
+            Section::Points => self.points(&field)?,
             Section::PointData => drop(self.grid.point_fields.insert(name, field)),
             Section::CellData => drop(self.grid.cell_fields.insert(name, field)),
-            Section::Cells(kind) => self.cells(kind, &name, field, at)?,
-            Section::Points | Section::Other => {}
+            Section::Cells(kind) => self.cells(kind, &name, &field)?,
+            Section::Other => {}
         }
         Ok(())
     }
 
     fn values(
-        &self,
+        &mut self,
         header: &Header,
         rows: Option<usize>,
         text: &[u8],
-    ) -> Result<FieldValues, MeshError> {
-        let kind = header.kind.ok_or_else(|| {
-            let advice = "save the array as numbers, or without this array";
-            let value = header.kind_name.clone();
-            error_at(
-                self.file,
-                header.at,
-                Problem::Unsupported { what: "array type", value, advice },
-            )
+    ) -> Result<FieldValues, Problem> {
+        let kind = header.kind.ok_or_else(|| Problem::Unsupported {
+            what: "array type",
+            value: header.kind_name.clone(),
+            advice: "save the array as numbers, or without this array",
         })?;
         let expected = rows.map(|rows| rows.saturating_mul(header.components));
-        let (file, at) = (self.file, header.at);
-        let values = match (header.format.as_str(), header.offset, &self.appended) {
-            ("ascii", ..) => ascii(file, at, kind, text)?,
-            ("binary", ..) => {
-                let source = Source::base64(file, at, text);
-                read_array(source, self.layout, kind, expected)?
-            }
+        let values = match (header.format.as_str(), header.offset, self.appended) {
+            ("ascii", ..) => ascii(kind, text)?,
+            ("binary", ..) => self.decoded(Source::new(self.item, text, true), kind, expected)?,
             ("appended", Some(offset), Some(appended)) => {
-                let source = appended_source(file, appended, offset)?;
-                read_array(source, self.layout, kind, expected)?
+                self.decoded(appended.source(offset)?, kind, expected)?
             }
             ("appended", ..) => {
                 let expected = "an offset and an AppendedData element";
-                return Err(error_at(file, at, Problem::Missing { expected }));
+                return Err(Problem::Missing { expected });
             }
-            (other, ..) => {
-                let (expected, found) = ("ascii, binary or appended", excerpt(other.as_bytes()));
-                return Err(error_at(file, at, Problem::Expected { expected, found }));
-            }
+            (other, ..) => return Err(Problem::expected("ascii, binary or appended", other)),
         };
         match expected {
             Some(expected) if expected != values.len() => {
                 let what = format!("numbers of array {:?}", header.name);
-                Err(error_at(file, at, Problem::Count { what, expected, found: values.len() }))
+                Err(Problem::Count { what, expected, found: values.len() })
             }
             _ => Ok(values),
         }
     }
 
-    fn points(&mut self, header: &Header, values: FieldValues) -> Result<(), MeshError> {
-        if header.components != 3 {
-            let (what, expected, found) = ("components of points".into(), 3, header.components);
-            return Err(error_at(self.file, header.at, Problem::Count { what, expected, found }));
-        }
-        let field = Field { components: 3, values };
-        self.grid.points = field.to_vectors().unwrap_or_default();
+    fn decoded(
+        &mut self,
+        mut source: Source<'_>,
+        kind: NumberType,
+        expected: Option<usize>,
+    ) -> Result<FieldValues, Problem> {
+        let values = read_array(&mut source, self.layout, kind, expected);
+        values.inspect_err(|_| self.item = source.place())
+    }
+
+    fn points(&mut self, field: &Field) -> Result<(), Problem> {
+        let (expected, found) = (3, field.components);
+        let points = field.to_vectors().ok_or_else(|| Problem::Count {
+            what: "components of points".into(),
+            expected,
+            found,
+        })?;
+        (self.grid.points, self.grid.points_at) = (points, Place::at(self.item));
         Ok(())
     }
 
-    fn cells(&mut self, kind: Kind, name: &str, field: Field, at: usize) -> Result<(), MeshError> {
-        let labels = field.as_labels().ok_or_else(|| {
-            let (expected, found) = ("integers with one component", excerpt(name.as_bytes()));
-            error_at(self.file, at, Problem::Expected { expected, found })
-        })?;
+    fn cells(&mut self, kind: Kind, name: &str, field: &Field) -> Result<(), Problem> {
+        let expected = "integers with one component";
+        let labels = field.as_labels().ok_or_else(|| Problem::expected(expected, name))?;
         let list = &mut self.lists[kind as usize];
         match name {
-            "connectivity" => (list.nodes_at, list.nodes) = (at, labels.to_vec()),
+            "connectivity" => (list.nodes_at, list.nodes) = (self.item, labels.to_vec()),
             "offsets" => {
-                list.offsets_at = at;
+                list.offsets_at = self.item;
                 list.offsets = Some(std::iter::once(0).chain(labels.iter().copied()).collect());
             }
             // Unknown types are refused with their cell's index later.
@@ -356,26 +353,23 @@ impl<'a> Parser<'a> {
     }
 
     /// A list of cells; `None` when it has none and no arrays.
-    fn list(&mut self, kind: Kind, count: usize) -> Result<Option<CellList>, MeshError> {
-        let end = self.at();
+    fn list(&mut self, kind: Kind, count: usize) -> Result<Option<CellList>, Problem> {
         let Arrays { nodes, nodes_at, offsets, offsets_at } =
             std::mem::take(&mut self.lists[kind as usize]);
-        let expected = "an array named offsets";
         match offsets {
             None if count == 0 && self.is_surface => Ok(None),
-            None => Err(error_at(self.file, end, Problem::Missing { expected })),
+            None => Err(Problem::Missing { expected: "an array named offsets" }),
             Some(offsets) => {
                 let offsets = checked_offsets(&offsets, nodes.len());
-                let offsets = offsets.map_err(|p| error_at(self.file, offsets_at, p))?;
-                Ok(Some(CellList { offsets, nodes, at: Place { byte: nodes_at, line: None } }))
+                let offsets = offsets.inspect_err(|_| self.item = offsets_at)?;
+                Ok(Some(CellList { offsets, nodes, at: Place::at(nodes_at) }))
             }
         }
     }
 
-    fn finish(mut self) -> Result<UnstructuredGrid, MeshError> {
-        let (file, end) = (self.file, self.at());
-        let missing = |expected| error_at(file, end, Problem::Missing { expected });
-        let (points, counts) = self.piece.ok_or_else(|| missing("a Piece element"))?;
+    fn finish(&mut self) -> Result<(), Problem> {
+        let missing = |expected| Problem::Missing { expected };
+        let (points, counts) = self.piece.ok_or(missing("a Piece element"))?;
         if self.grid.points.len() != points {
             return Err(missing("a Points element with an array"));
         }
@@ -386,7 +380,7 @@ impl<'a> Parser<'a> {
                     surface.put(kind, list);
                 }
             }
-            surface.fill(&mut self.grid).map_err(|problem| error_at(file, end, problem))?;
+            surface.fill(&mut self.grid)?;
         } else if let Some(list) = self.list(Kind::Vertices, counts[0])? {
             if self.grid.types.len() != counts[0] {
                 return Err(missing("an array named types"));
@@ -394,7 +388,7 @@ impl<'a> Parser<'a> {
             self.grid.cells_at = list.at;
             (self.grid.offsets, self.grid.connectivity) = (list.offsets, list.nodes);
         }
-        Ok(self.grid)
+        Ok(())
     }
 }
 
@@ -426,18 +420,4 @@ fn number_type(name: &str) -> Option<NumberType> {
         "Float64" => NumberType::F64,
         _ => return None,
     })
-}
-
-fn appended_source<'a>(
-    file: &'a str,
-    appended: &Appended<'a>,
-    offset: usize,
-) -> Result<Source<'a>, MeshError> {
-    let data = appended.data.get(offset..).ok_or_else(|| {
-        let (what, most) = ("the offset of an appended array", appended.data.len() as i64);
-        let value = i64::try_from(offset).unwrap_or(i64::MAX);
-        error_at(file, appended.start, Problem::Range { what, value, least: 0, most })
-    })?;
-    let at = appended.start + offset;
-    Ok(if appended.raw { Source::raw(file, at, data) } else { Source::base64(file, at, data) })
 }

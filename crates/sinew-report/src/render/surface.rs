@@ -25,7 +25,7 @@ pub(super) fn surfaces(surfaces: &Surfaces, palette: &Palette) -> Markup {
     let largest = f64::from(values.copied().fold(0.0, f32::max));
     let view = View::around(surfaces);
     let outline = outline(surfaces);
-    html! { @if !surfaces.cases.is_empty() {
+    html! { @if !surfaces.cases.is_empty() && !surfaces.reference.is_empty() {
         h3 { (surfaces.quantity) }
         p.note { "Deformed shapes to scale, coloured on one logarithmic scale for all; dashed: the undeformed body; grey: no value." }
         svg.bar viewBox="0 0 470 32" role="img" aria-label="Scale of colours" fill="var(--text)" font-size="11" {

@@ -2,7 +2,7 @@
 
 use crate::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::reference::published;
-use crate::solve::{displaced, displacement_at, mixed, scene};
+use crate::solve::{displaced, mixed, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookeanShape;
 use sinew_energy::{FiniteElement, Law, Load, Nodes, Scene, Support};
@@ -51,18 +51,22 @@ pub(super) const CASE: Case = Case {
 fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     for &(squares, band) in effort.levels(3, MIXED) {
         let law = NeoHookeanShape.nearly_incompressible(OWN_BULK);
-        let scene = membrane(cook_membrane(squares).quadratic(), law, &THETA);
-        let found = mixed(&scene, 1.0 / (BULK - OWN_BULK), &THETA)?;
-        let at = |point| displacement_at(&scene.mesh, &found.displacement, point)[1];
+        let membrane = membrane(cook_membrane(squares).quadratic(), law, &THETA);
+        let found = mixed(membrane, 1.0 / (BULK - OWN_BULK), &THETA)?;
         let label = label(Formulation::Mixed, squares);
-        rows.relative(label.clone(), [at(UPPER), published::COOK_LIMIT], band, found.cost)?;
+        rows.relative(
+            label.clone(),
+            [found.at(UPPER)[1], published::COOK_LIMIT],
+            band,
+            found.cost,
+        )?;
         let same = published::COOK_BY_MESH.iter().find(|(published, _)| *published == squares);
         if let Some((_, [upper, middle])) = same {
             for (point, name, reference) in
                 [(UPPER, "u_y(48, 60)", upper), (MIDDLE, "u_y(48, 52)", middle)]
             {
                 let label = Label { quantity: format!("{name} of FEniCS [mm]"), ..label.clone() };
-                rows.relative(label, [at(point), *reference], SAME_MESH, found.cost)?;
+                rows.relative(label, [found.at(point)[1], *reference], SAME_MESH, found.cost)?;
             }
         }
     }
@@ -88,10 +92,9 @@ where
     Nodes<N>: FiniteElement<N>,
 {
     for &(squares, band) in ladder {
-        let scene = membrane(mesh(squares), law.clone(), theta);
-        let found = displaced(&scene, formulation, theta)?;
-        let value = displacement_at(&scene.mesh, &found.displacement, UPPER)[1];
-        rows.relative(label(formulation, squares), [value, limit], band, found.cost)?;
+        let found = displaced(membrane(mesh(squares), law.clone(), theta), formulation, theta)?;
+        let pair = [found.at(UPPER)[1], limit];
+        rows.relative(label(formulation, squares), pair, band, found.cost)?;
     }
     Ok(())
 }

@@ -1,8 +1,8 @@
 //! Thick incompressible cylinder under internal pressure.
 
 use super::boxes;
-use super::radial::{RADII, inflation, outward, rollers};
-use crate::case::{Band, Case, Effort, Formulation, Label, Rows};
+use super::radial::{RADII, inflation, rollers, surfaces};
+use crate::case::{Band, Case, Effort, Rows};
 use crate::reference::ThickCylinder;
 use crate::solve::{mixed, scene};
 use anyhow::Result;
@@ -30,13 +30,13 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     let planes = [("x_min", 0), ("y_min", 1)];
     for &(cells, band) in effort.levels(2, PLANE) {
         let setup = format!("{}×{} quads in plane strain", cells[0], cells[1]);
-        compare(rows, ring(cells), rollers(&planes), setup, band)?;
+        compare(rows, ring(cells), rollers(&planes), (setup, band))?;
     }
     let slides = [("x_min", 0), ("y_min", 1), ("z_min", 2), ("z_max", 2)];
     for &([layers, around], band) in effort.levels(1, SOLID) {
         let wall = cylinder_quarter(RADII, 0.5, [layers, around, 1]);
         let setup = boxes([layers, around, 1]);
-        compare(rows, wall.quadratic_tetrahedra(), rollers(&slides), setup, band)?;
+        compare(rows, wall.quadratic_tetrahedra(), rollers(&slides), (setup, band))?;
     }
     Ok(())
 }
@@ -62,8 +62,7 @@ fn compare<const N: usize>(
     rows: &mut Rows<'_>,
     mesh: Mesh<N>,
     supports: Vec<Support>,
-    setup: String,
-    band: Band,
+    meshed: (String, Band),
 ) -> Result<()>
 where
     Nodes<N>: TaylorHoodElement<N>,
@@ -71,15 +70,7 @@ where
     let closed = ThickCylinder { shear: THETA[0], inner: RADII[0], outer: RADII[1] };
     let loads = inflation(closed.pressure(INFLATED));
     let tube = scene(mesh, NeoHookean, &THETA, loads, supports);
-    let found = mixed(&tube, 0.0, &THETA)?;
-    let kind = if N == 6 { "triangles" } else { "tetrahedra" };
-    let exact =
-        [("inner", INFLATED - RADII[0]), ("outer", closed.outer_radius(INFLATED) - RADII[1])];
-    for (side, exact) in exact {
-        let value = outward(&tube.mesh, side, &found.displacement, 2);
-        let quantity = format!("displacement of the {side} surface, {kind}");
-        let label = Label::new(Formulation::Mixed, setup.clone(), quantity);
-        rows.relative(label, [value, exact], band, found.cost)?;
-    }
-    Ok(())
+    let found = mixed(tube, 0.0, &THETA)?;
+    let kind = if N == 6 { ", triangles" } else { ", tetrahedra" };
+    surfaces(rows, meshed, &found, (2, kind), [INFLATED, closed.outer_radius(INFLATED)])
 }

@@ -3,7 +3,7 @@
 use super::{Boxes, boxes};
 use crate::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::reference::{Elastica, Tip};
-use crate::solve::{displaced, displacement_at, scene};
+use crate::solve::{displaced, scene};
 use anyhow::Result;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{FiniteElement, Load, Nodes, Support};
@@ -75,8 +75,8 @@ where
     for &(cells, band) in ladder {
         let supports = vec![Support::clamped("x_min")];
         let bar = scene(mesh(cells), NeoHookean, &THETA, vec![force.clone()], supports);
-        let found = displaced(&bar, formulation, &THETA)?;
-        let tip = displacement_at(&bar.mesh, &found.displacement, [LENGTH, 0.5, 0.5]);
+        let found = displaced(bar, formulation, &THETA)?;
+        let tip = found.at([LENGTH, 0.5, 0.5]);
         let setup = boxes(cells);
         let label = |what: &str| Label::new(formulation, setup.clone(), format!("{what}, {name}"));
         let deflection = [-tip[2] / LENGTH, across];

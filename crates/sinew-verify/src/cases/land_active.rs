@@ -37,28 +37,16 @@ pub(super) const CASE: Case = Case {
 };
 
 fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
-    for &(cells, band) in effort.levels(1, MIXED) {
-        let ventricle = ventricle(cells, MIXED_BULK, Nodes::<10>::FINE_QUADRATURE)?;
-        let found = mixed(&ventricle, 0.0, &THETA)?;
-        apexes(
-            rows,
-            Formulation::Mixed,
-            (cells, band),
-            (&ventricle.mesh, &found),
-            published::LAND_ACTIVE,
-        )?;
+    let exact = published::LAND_ACTIVE;
+    for &meshed in effort.levels(1, MIXED) {
+        let ventricle = ventricle(meshed.0, MIXED_BULK, Nodes::<10>::FINE_QUADRATURE)?;
+        apexes(rows, Formulation::Mixed, meshed, &mixed(ventricle, 0.0, &THETA)?, exact)?;
     }
-    for &(cells, band) in effort.levels(0, QUADRATIC) {
-        let ventricle = ventricle(cells, BULK, Nodes::<10>::QUADRATURE)?;
+    for &meshed in effort.levels(0, QUADRATIC) {
+        let ventricle = ventricle(meshed.0, BULK, Nodes::<10>::QUADRATURE)?;
         let (solution, cost) = balance(&ventricle.lower_follower()?, &THETA)?;
-        let found = Found { displacement: solution.displacement, cost };
-        apexes(
-            rows,
-            Formulation::P2,
-            (cells, band),
-            (&ventricle.mesh, &found),
-            published::LAND_ACTIVE,
-        )?;
+        let (mesh, displacement) = (ventricle.mesh, solution.displacement);
+        apexes(rows, Formulation::P2, meshed, &Found { mesh, displacement, cost }, exact)?;
     }
     Ok(())
 }

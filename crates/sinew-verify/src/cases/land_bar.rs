@@ -4,7 +4,7 @@ use super::homogeneous::FRAME;
 use super::{Boxes, boxes};
 use crate::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::reference::published;
-use crate::solve::{Found, balance, displacement_at, lower, mixed, scene, with_directions};
+use crate::solve::{Found, balance, lower, mixed, scene, with_directions};
 use anyhow::Result;
 use sinew_energy::laws::Guccione;
 use sinew_energy::{FiniteElement, Load, Magnitude, Nodes, Scene, Support};
@@ -54,10 +54,9 @@ pub(super) const CASE: Case = Case {
 
 fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     let mesh = |cells| box_tetrahedra([10.0, 1.0, 1.0], cells);
-    for &(cells, band) in effort.levels(2, MIXED) {
-        let bar = bar(mesh(cells).quadratic(), MIXED_BULK);
-        let found = mixed(&bar, 0.0, &THETA)?;
-        push(rows, Formulation::Mixed, (cells, band), &bar.mesh, &found)?;
+    for &meshed in effort.levels(2, MIXED) {
+        let bar = bar(mesh(meshed.0).quadratic(), MIXED_BULK);
+        push(rows, Formulation::Mixed, meshed, &mixed(bar, 0.0, &THETA)?)?;
     }
     let quadratic = |cells| mesh(cells).quadratic();
     climb(rows, Formulation::P1, effort.levels(2, LINEAR), mesh)?;
@@ -72,16 +71,8 @@ fn bar<const N: usize>(
     let magnitude = Magnitude::Fixed(PRESSURE);
     let loads = vec![Load::Pressure { facets: "z_min".into(), magnitude }];
     let supports = vec![Support::clamped("x_min")];
-    with_directions(
-        scene(
-            mesh,
-            Guccione.nearly_incompressible(bulk_modulus).of_whole_strain(),
-            &THETA,
-            loads,
-            supports,
-        ),
-        FRAME,
-    )
+    let law = Guccione.nearly_incompressible(bulk_modulus).of_whole_strain();
+    with_directions(scene(mesh, law, &THETA, loads, supports), FRAME)
 }
 
 /// Displacements alone, with ½κ(J − 1)². The rim of the loaded side is loose, so the patches of a bar without load
@@ -95,14 +86,14 @@ fn climb<const N: usize>(
 where
     Nodes<N>: FiniteElement<N>,
 {
-    for &(cells, band) in ladder {
-        let bar = bar(mesh(cells), BULK);
+    for &meshed in ladder {
+        let bar = bar(mesh(meshed.0), BULK);
         let mut body = bar.lower_follower()?;
         let unloaded = Scene { loads: Vec::new(), ..bar.clone() };
         body.body.patches = lower(&unloaded, formulation)?.patches;
         let (solution, cost) = balance(&body, &THETA)?;
-        let found = Found { displacement: solution.displacement, cost };
-        push(rows, formulation, (cells, band), &bar.mesh, &found)?;
+        let (mesh, displacement) = (bar.mesh, solution.displacement);
+        push(rows, formulation, meshed, &Found { mesh, displacement, cost })?;
     }
     Ok(())
 }
@@ -112,10 +103,9 @@ fn push<const N: usize>(
     rows: &mut Rows<'_>,
     formulation: Formulation,
     (cells, band): ([usize; 3], Band),
-    mesh: &Mesh<N>,
-    found: &Found,
+    found: &Found<N>,
 ) -> Result<()> {
-    let height = POINT[2] + displacement_at(mesh, &found.displacement, POINT)[2];
+    let height = POINT[2] + found.at(POINT)[2];
     let label = Label::new(formulation, boxes(cells), "z of (10, ½, 1) [mm]");
     rows.relative(label, [height, published::LAND_BAR], band, found.cost)?;
     let runs = published::LAND_BAR_BY_MESH.iter();

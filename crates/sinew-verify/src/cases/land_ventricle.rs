@@ -4,11 +4,11 @@ use super::homogeneous::FRAME;
 use super::radial::rollers;
 use crate::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::reference::published;
-use crate::solve::{Found, displacement_at, mixed, scene, with_directions};
+use crate::solve::{Found, mixed, scene, with_directions};
 use anyhow::Result;
 use sinew_energy::laws::Guccione;
 use sinew_energy::{Load, Magnitude, Support};
-use sinew_mesh::{Mesh, TruncatedEllipsoid};
+use sinew_mesh::TruncatedEllipsoid;
 
 /// C \[kPa\], b_f, b_t, b_fs: isotropic.
 const THETA: [f64; 4] = [10.0, 1.0, 1.0, 1.0];
@@ -34,17 +34,16 @@ pub(super) const CASE: Case = Case {
 };
 
 fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
-    for &(cells, band) in effort.levels(1, LADDER) {
-        let mesh = TruncatedEllipsoid::LAND.quarter_wall(cells).quadratic_tetrahedra();
+    for &meshed in effort.levels(1, LADDER) {
+        let mesh = TruncatedEllipsoid::LAND.quarter_wall(meshed.0).quadratic_tetrahedra();
         let magnitude = Magnitude::Fixed(PRESSURE);
         let loads = vec![Load::Pressure { facets: "endo".into(), magnitude }];
         let mut supports = rollers(&[("x_min", 0), ("y_min", 1)]);
         supports.push(Support::clamped("base"));
         let law = Guccione.nearly_incompressible(BULK).of_whole_strain();
         let ventricle = with_directions(scene(mesh, law, &THETA, loads, supports), FRAME);
-        let found = mixed(&ventricle, 0.0, &THETA)?;
-        let exact = published::LAND_VENTRICLE;
-        apexes(rows, Formulation::Mixed, (cells, band), (&ventricle.mesh, &found), exact)?;
+        let found = mixed(ventricle, 0.0, &THETA)?;
+        apexes(rows, Formulation::Mixed, meshed, &found, published::LAND_VENTRICLE)?;
     }
     Ok(())
 }
@@ -54,11 +53,11 @@ pub(super) fn apexes(
     rows: &mut Rows<'_>,
     formulation: Formulation,
     (cells, band): ([usize; 3], Band),
-    (mesh, found): (&Mesh<10>, &Found),
+    found: &Found<10>,
     exact: [f64; 2],
 ) -> Result<()> {
     for (apex, height, exact) in [("inside", -17.0, exact[0]), ("outside", -20.0, exact[1])] {
-        let value = height + displacement_at(mesh, &found.displacement, [0.0, 0.0, height])[2];
+        let value = height + found.at([0.0, 0.0, height])[2];
         let setup = format!("{} layers, {} around, {} along", cells[0], cells[1], cells[2]);
         let label = Label::new(formulation, setup, format!("z of the apex {apex} [mm]"));
         rows.relative(label, [value, exact], band, found.cost)?;

@@ -82,7 +82,7 @@ where
 /// A field of pressure with a finite bulk modulus, so that the boundary may change the volume.
 fn compare_mixed(rows: &mut Rows<'_>, mesh: Mesh<10>, theta: [f64; 2]) -> Result<()> {
     let (scene, exact) = moved(mesh, &SPACE, theta);
-    let found = mixed(&scene, 1.0 / theta[1], &theta)?;
+    let found = mixed(scene, 1.0 / theta[1], &theta)?;
     let label = Label::new(Formulation::Mixed, setup::<10>(theta), "displacement off x = FX");
     let error = largest_difference(&found.displacement, &exact);
     rows.absolute(label, [error, 0.0], DISPLACEMENT, found.cost)

@@ -1,10 +1,30 @@
 //! What the thick spheres and cylinders share.
 
+use crate::case::{Band, Formulation, Label, Rows};
+use crate::solve::Found;
+use anyhow::Result;
 use sinew_energy::{Load, Magnitude, Support};
 use sinew_mesh::Mesh;
 
 /// Inner and outer radius of spheres and cylinders.
 pub(super) const RADII: [f64; 2] = [1.0, 2.0];
+
+/// Displacements of both surfaces of an incompressible wall beside the exact radii.
+pub(super) fn surfaces<const N: usize>(
+    rows: &mut Rows<'_>,
+    (setup, band): (String, Band),
+    found: &Found<N>,
+    (dimension, kind): (usize, &str),
+    exact: [f64; 2],
+) -> Result<()> {
+    for ((side, exact), rest) in ["inner", "outer"].into_iter().zip(exact).zip(RADII) {
+        let value = outward(&found.mesh, side, &found.displacement, dimension);
+        let quantity = format!("displacement of the {side} surface{kind}");
+        let label = Label::new(Formulation::Mixed, setup.clone(), quantity);
+        rows.relative(label, [value, exact - rest], band, found.cost)?;
+    }
+    Ok(())
+}
 
 /// A follower pressure on the inner surface.
 pub(super) fn inflation(pressure: f64) -> Vec<Load> {

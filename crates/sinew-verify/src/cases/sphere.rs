@@ -1,7 +1,7 @@
 //! Thick incompressible sphere under internal pressure.
 
-use super::radial::{RADII, inflation, outward, rollers};
-use crate::case::{Band, Case, Effort, Formulation, Label, Rows};
+use super::radial::{RADII, inflation, rollers, surfaces};
+use crate::case::{Band, Case, Effort, Rows};
 use crate::reference::ThickSphere;
 use crate::solve::{mixed, scene};
 use anyhow::Result;
@@ -36,19 +36,10 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
         let mesh = sphere_octant(RADII, cells).quadratic_tetrahedra();
         let supports = rollers(&[("x_min", 0), ("y_min", 1), ("z_min", 2)]);
         let sphere = scene(mesh, NeoHookean, &THETA, inflation(pressure), supports);
-        let found = mixed(&sphere, 0.0, &THETA)?;
-        let exact =
-            [("inner", INFLATED - RADII[0]), ("outer", closed.outer_radius(INFLATED) - RADII[1])];
-        for (side, exact) in exact {
-            let value = outward(&sphere.mesh, side, &found.displacement, 3);
-            let setup = format!("{} layers, {}² × 3 cells", cells[0], cells[1]);
-            let label = Label::new(
-                Formulation::Mixed,
-                setup,
-                format!("displacement of the {side} surface"),
-            );
-            rows.relative(label, [value, exact], band, found.cost)?;
-        }
+        let found = mixed(sphere, 0.0, &THETA)?;
+        let setup = format!("{} layers, {}² × 3 cells", cells[0], cells[1]);
+        let exact = [INFLATED, closed.outer_radius(INFLATED)];
+        surfaces(rows, (setup, band), &found, (3, ""), exact)?;
     }
     Ok(())
 }

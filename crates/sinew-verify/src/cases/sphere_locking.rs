@@ -72,8 +72,8 @@ where
         for (&cells, &error) in meshes.iter().zip(errors) {
             let supports = rollers(&[("x_min", 0), ("y_min", 1), ("z_min", 2)]);
             let sphere = scene(mesh(cells), NeoHookean, &theta, inflation(PRESSURE), supports);
-            let found = displaced(&sphere, formulation, &theta)?;
-            let value = outward(&sphere.mesh, "inner", &found.displacement, 3);
+            let found = displaced(sphere, formulation, &theta)?;
+            let value = outward(&found.mesh, "inner", &found.displacement, 3);
             let setup = format!("{} layers, {}² × 3 cells", cells[0], cells[1]);
             let quantity = format!("displacement of the inner surface, λ/μ = {lame}");
             let label = Label::new(formulation, setup, quantity);

@@ -2,7 +2,7 @@
 
 use super::{NoSignChange, root};
 
-type Matrix = [[f64; 3]; 3];
+type Matrix = nalgebra::Matrix3<f64>;
 
 /// Exponential laws by their isochoric part.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,33 +43,32 @@ const WIDEST: [f64; 2] = [0.5, 2.0];
 impl Fung {
     /// `F (2∂W/∂C) Fᵀ` without regard to changes of volume.
     fn extra_stress(&self, f: &Matrix) -> Matrix {
-        let c = product(&transposed(f), f);
-        product(&product(f, &self.second_piola(&c)), &transposed(f))
+        f * self.second_piola(&(f.transpose() * f)) * f.transpose()
     }
 
     /// `2∂W/∂C`.
     fn second_piola(&self, c: &Matrix) -> Matrix {
-        let excess = c[0][0] + c[1][1] + c[2][2] - 3.0;
+        let excess = c[(0, 0)] + c[(1, 1)] + c[(2, 2)] - 3.0;
         let fibre = |a: f64, b: f64, strain: f64| 2.0 * a * strain * (b * strain * strain).exp();
-        let mut s = [[0.0; 3]; 3];
+        let mut s = Matrix::zeros();
         match *self {
-            Self::NeoHookean([shear]) => (0..3).for_each(|i| s[i][i] = shear),
+            Self::NeoHookean([shear]) => (0..3).for_each(|i| s[(i, i)] = shear),
             Self::HolzapfelOgden([a, b, a_f, b_f]) => {
-                (0..3).for_each(|i| s[i][i] = a * (b * excess).exp());
-                s[0][0] += fibre(a_f, b_f, (c[0][0] - 1.0).max(0.0));
+                (0..3).for_each(|i| s[(i, i)] = a * (b * excess).exp());
+                s[(0, 0)] += fibre(a_f, b_f, (c[(0, 0)] - 1.0).max(0.0));
             }
             Self::ThesisCode([a, b, a_f, b_f]) => {
-                (0..3).for_each(|i| s[i][i] = 2.0 * a * (b * excess).exp());
-                s[0][0] += 2.0 * fibre(a_f, b_f, c[0][0] - 1.0);
+                (0..3).for_each(|i| s[(i, i)] = 2.0 * a * (b * excess).exp());
+                s[(0, 0)] += 2.0 * fibre(a_f, b_f, c[(0, 0)] - 1.0);
             }
             Self::HolzapfelOgden2009([a, b, a_f, b_f, a_s, b_s, a_fs, b_fs]) => {
-                (0..3).for_each(|i| s[i][i] = a * (b * excess).exp());
-                s[0][0] += fibre(a_f, b_f, (c[0][0] - 1.0).max(0.0));
-                s[1][1] += fibre(a_s, b_s, (c[1][1] - 1.0).max(0.0));
+                (0..3).for_each(|i| s[(i, i)] = a * (b * excess).exp());
+                s[(0, 0)] += fibre(a_f, b_f, (c[(0, 0)] - 1.0).max(0.0));
+                s[(1, 1)] += fibre(a_s, b_s, (c[(1, 1)] - 1.0).max(0.0));
                 // ∂I₈/∂C = ½(f⊗s + s⊗f): half of it on each side.
-                let across = 0.5 * fibre(a_fs, b_fs, c[0][1]);
-                s[0][1] += across;
-                s[1][0] += across;
+                let across = 0.5 * fibre(a_fs, b_fs, c[(0, 1)]);
+                s[(0, 1)] += across;
+                s[(1, 0)] += across;
             }
             Self::Guccione([scale, b_f, b_t, b_fs]) => {
                 let weight = |i: usize, j: usize| match (i, j) {
@@ -77,10 +76,11 @@ impl Fung {
                     (0, _) | (_, 0) => b_fs,
                     _ => b_t,
                 };
-                let strain = |i: usize, j: usize| 0.5 * (c[i][j] - if i == j { 1.0 } else { 0.0 });
+                let strain =
+                    |i: usize, j: usize| 0.5 * (c[(i, j)] - if i == j { 1.0 } else { 0.0 });
                 let each = (0..9).map(|k| weight(k / 3, k % 3) * strain(k / 3, k % 3).powi(2));
                 let factor = scale * each.sum::<f64>().exp();
-                s = from_fn(|i, j| factor * weight(i, j) * strain(i, j));
+                s = Matrix::from_fn(|i, j| factor * weight(i, j) * strain(i, j));
             }
         }
         s
@@ -89,26 +89,22 @@ impl Fung {
     /// Cauchy stress of the nearly incompressible law: the deviator of the isochoric part over J, and the
     /// volumetric part `bulk (J − 1)`, or `2 bulk (J − 1/J)` in the variant of the thesis' code.
     fn stress(&self, f: &Matrix, bulk: f64) -> Matrix {
-        let volume = determinant(f);
-        let isochoric = from_fn(|i, j| f[i][j] / volume.cbrt());
-        let extra = self.extra_stress(&isochoric);
-        let mean = (extra[0][0] + extra[1][1] + extra[2][2]) / 3.0;
+        let volume = f.determinant();
+        let extra = self.extra_stress(&(f / volume.cbrt()));
+        let mean = extra.trace() / 3.0;
         let volumetric = match self {
             Self::ThesisCode(_) => 2.0 * bulk * (volume - 1.0 / volume),
             _ => bulk * (volume - 1.0),
         };
-        from_fn(|i, j| {
-            let spherical = if i == j { volumetric - mean / volume } else { 0.0 };
-            extra[i][j] / volume + spherical
-        })
+        extra / volume + Matrix::from_diagonal_element(volumetric - mean / volume)
     }
 
     /// Shear stress \[stress\] when planes with normal `normal` slide along `along` by `amount`:
     /// `F = I + γ e_along ⊗ e_normal`. Volume is kept, so no bulk modulus enters.
     pub fn shear_stress(&self, normal: usize, along: usize, amount: f64) -> f64 {
-        let mut f = IDENTITY;
-        f[along][normal] = amount;
-        self.extra_stress(&f)[normal][along]
+        let mut f = Matrix::identity();
+        f[(along, normal)] = amount;
+        self.extra_stress(&f)[(normal, along)]
     }
 
     /// A stretched block of the incompressible solid.
@@ -117,8 +113,8 @@ impl Fung {
     /// [`NoSignChange`] when no lateral stretch between ½ and 2 frees the faces.
     pub fn incompressible(&self, load: Biaxial, stretch: f64) -> Result<Stretched, NoSignChange> {
         let extra = |stretches: [f64; 3]| {
-            let stress = self.extra_stress(&diagonal(stretches));
-            [stress[0][0], stress[1][1], stress[2][2]]
+            let block = Matrix::from_diagonal(&stretches.into());
+            <[f64; 3]>::from(self.extra_stress(&block).diagonal())
         };
         let (stretches, free) = match load {
             Biaxial::InPlane => ([stretch, stretch, stretch.powi(-2)], 2),
@@ -151,8 +147,8 @@ impl Fung {
         stretch: f64,
     ) -> Result<Stretched, NoSignChange> {
         let stress = |stretches: [f64; 3]| {
-            let stress = self.stress(&diagonal(stretches), bulk);
-            [stress[0][0], stress[1][1], stress[2][2]]
+            let block = Matrix::from_diagonal(&stretches.into());
+            <[f64; 3]>::from(self.stress(&block, bulk).diagonal())
         };
         let stretches = match load {
             Biaxial::InPlane => {
@@ -176,27 +172,4 @@ impl Fung {
         };
         Ok(Stretched { stretches, stress: stress(stretches) })
     }
-}
-
-const IDENTITY: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-
-fn from_fn(entry: impl Fn(usize, usize) -> f64) -> Matrix {
-    std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
-}
-
-fn diagonal(entries: [f64; 3]) -> Matrix {
-    from_fn(|i, j| if i == j { entries[i] } else { 0.0 })
-}
-
-fn transposed(m: &Matrix) -> Matrix {
-    from_fn(|i, j| m[j][i])
-}
-
-fn product(a: &Matrix, b: &Matrix) -> Matrix {
-    from_fn(|i, j| (0..3).map(|k| a[i][k] * b[k][j]).sum())
-}
-
-fn determinant(m: &Matrix) -> f64 {
-    let minor = |i: usize, j: usize, k: usize, l: usize| m[i][k] * m[j][l] - m[i][l] * m[j][k];
-    m[0][0] * minor(1, 2, 1, 2) - m[0][1] * minor(1, 2, 0, 2) + m[0][2] * minor(1, 2, 0, 1)
 }

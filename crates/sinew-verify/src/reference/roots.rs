@@ -3,14 +3,11 @@
 /// A bracket over which a function does not change sign.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("no change of sign between {low} ({at_low:e}) and {high} ({at_high:e}); widen the bracket")]
+#[expect(missing_docs, reason = "the message says what the fields are")]
 pub struct NoSignChange {
-    /// Lower end.
     pub low: f64,
-    /// Upper end.
     pub high: f64,
-    /// Value there.
     pub at_low: f64,
-    /// Value there.
     pub at_high: f64,
 }
 

@@ -4,7 +4,7 @@ use super::Usage;
 use anyhow::Result;
 use clap::{Args, Subcommand, ValueEnum};
 use sinew::ventricle;
-use sinew_mesh::{Chamber, Size, TriangleMesh, Trim, WallOptions, read_triangle_mesh};
+use sinew_mesh::{Chamber, Size, TriangleMesh, Trim, WallOptions, read_mesh};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -140,7 +140,7 @@ impl Ventricle {
 }
 
 fn surface(path: &Path) -> Result<TriangleMesh> {
-    let (surface, report) = read_triangle_mesh(path).map_err(|error| Usage(error.to_string()))?;
+    let (surface, report) = read_mesh::<3>(path).map_err(|error| Usage(error.to_string()))?;
     if report.dropped_cells > 0 {
         eprintln!(
             "{}: {} points, lines and collapsed triangles left out",

@@ -3,6 +3,7 @@
 use super::{ChamberError, Point, Trees, Trim};
 use crate::TriangleMesh;
 use crate::crossings::merged;
+use crate::quality::Spread;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
@@ -20,7 +21,8 @@ const THIN: f64 = 0.5;
 /// Two points on a ray nearer than this, relative to their distance from its start, are one: an edge of two triangles.
 const SAME: f64 = 1e-6;
 
-/// From the apex to the middle of the valves.
+/// From the apex to the middle of the valves; of no length where the endocardium is closed.
+#[derive(Default)]
 pub(super) struct Axis {
     apex: Point,
     /// Unit direction from the apex to the base.
@@ -45,7 +47,7 @@ pub(super) struct Base {
 }
 
 impl Axis {
-    pub(super) fn new(endocardium: &TriangleMesh) -> Result<Self, ChamberError> {
+    pub(super) fn new(endocardium: &TriangleMesh) -> Self {
         let points: Vec<Point> = endocardium.points.iter().map(|&x| x.into()).collect();
         let edges = rims(endocardium);
         let ends: Vec<[Point; 2]> =
@@ -53,15 +55,7 @@ impl Axis {
         let lengths = ends.iter().map(|[a, b]| (b - a).norm());
         let total: f64 = lengths.clone().sum();
         if total == 0.0 {
-            let nowhere = Point::zeros();
-            return Ok(Self {
-                apex: nowhere,
-                up: nowhere,
-                length: 0.0,
-                rim: vec![],
-                rim_normal: None,
-                points,
-            });
+            return Self { points, ..Self::default() };
         }
         let middle =
             ends.iter().zip(lengths).map(|([a, b], l)| (a + b) * (l / 2.0)).sum::<Point>() / total;
@@ -74,7 +68,7 @@ impl Axis {
         let normal = area.try_normalize(0.0).map(|n| if n.dot(&up) < 0.0 { -n } else { n });
         let is_plane = |n: &Point| rim.iter().all(|x| (x - middle).dot(n).abs() < PLANE * length);
         let rim_normal = normal.filter(is_plane);
-        Ok(Self { apex, up, length, rim, rim_normal, points })
+        Self { apex, up, length, rim, rim_normal, points }
     }
 
     /// Finds the base.
@@ -174,10 +168,7 @@ impl Section {
         let outward = self.ends.iter().map(|end| (*end, (end - self.centre).normalize()));
         let ways: Option<Vec<f64>> =
             outward.map(|(end, way)| Some(trees.outside(end, way)?.0)).collect();
-        ways.is_some_and(|mut ways| {
-            ways.sort_by(f64::total_cmp);
-            ways[0] > THIN * ways[RAYS / 2]
-        })
+        ways.and_then(Spread::of).is_some_and(|ways| ways.min > THIN * ways.median)
     }
 
     fn base(&self, axis: &Axis) -> Base {

@@ -1,8 +1,10 @@
 //! The grid on the endocardium.
 
 use super::axis::{Base, Section, frame, wall};
+use super::outside::is_rim;
 use super::size::Lengths;
 use super::{ChamberError, Disk, Point, Sheet, Trees};
+use crate::quality::Spread;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Where the rays' origins begin to follow the axis, as a fraction of the way from the apex to the base; below, all rays
@@ -102,24 +104,22 @@ impl<'a> Fit<'a> {
     /// Median thickness across the axis in the upper half.
     fn thickness(&self) -> f64 {
         let rows = self.table[ROWS / 2..].iter();
-        let mut ways: Vec<f64> = rows
+        let ways = rows
             .flat_map(|row| {
                 let middle = row.iter().sum::<Point>() / COLUMNS as f64;
                 row.iter()
                     .filter_map(move |x| Some(self.trees.outside(*x, (x - middle).normalize())?.0))
             })
             .collect();
-        ways.sort_by(f64::total_cmp);
-        ways.get(ways.len() / 2).copied().unwrap_or(self.meridian / 10.0)
+        Spread::of(ways).map_or(self.meridian / 10.0, |ways| ways.median)
     }
 
     /// The points of the endocardium under the nodes of the sheet.
     pub(super) fn inner(&self, sheet: &Sheet, disk: &Disk) -> Result<Vec<Point>, ChamberError> {
-        let point = |&[a, b, _]: &[f64; 3]| {
-            let [x, y] = disk.place([a, b]);
+        let point = |at: &[f64; 3]| {
+            let [x, y] = disk.place([at[0], at[1]]);
             let angle = y.atan2(x).rem_euclid(TAU);
-            let is_rim = a.abs().max(b.abs()) == 1.0;
-            let q = if is_rim { 1.0 } else { self.row(x.hypot(y), angle) };
+            let q = if is_rim(at) { 1.0 } else { self.row(x.hypot(y), angle) };
             self.point(q, angle)
         };
         sheet.points.iter().map(point).collect()

@@ -2,6 +2,7 @@
 
 use super::axis::Base;
 use super::{ChamberError, Point, Sheet, Trees};
+use crate::quality::Spread;
 
 /// Most of the nodes whose ray may miss every outer surface, as a fraction: they take the thickness around them.
 const MISSED: f64 = 0.1;
@@ -33,7 +34,8 @@ pub(super) fn carry(
 ) -> Result<Outside, ChamberError> {
     let neighbours = neighbours(sheet);
     let mut directions = directions(sheet, inner, base, &neighbours, sweeps);
-    let middle = median(inner.iter().zip(&directions).map(|(x, d)| trees.outside(*x, *d)));
+    let ways = inner.iter().zip(&directions).filter_map(|(x, d)| Some(trees.outside(*x, *d)?.0));
+    let middle = Spread::of(ways.collect()).map_or(1.0, |ways| ways.median);
     for ((direction, x), at) in directions.iter_mut().zip(inner).zip(&sheet.points) {
         let below = if is_rim(at) { 0.0 } else { (base.centre - x).dot(&base.normal) };
         let free = (below / (TURNS * middle)).clamp(0.0, 1.0);
@@ -65,12 +67,6 @@ pub(super) fn carry(
 
 pub(super) fn is_rim(at: &[f64; 3]) -> bool {
     at[0].abs().max(at[1].abs()) == 1.0
-}
-
-fn median(hits: impl Iterator<Item = Option<(f64, bool)>>) -> f64 {
-    let mut ways: Vec<f64> = hits.flatten().map(|hit| hit.0).collect();
-    ways.sort_by(f64::total_cmp);
-    ways.get(ways.len() / 2).copied().unwrap_or(1.0)
 }
 
 fn neighbours(sheet: &Sheet) -> Vec<Vec<usize>> {

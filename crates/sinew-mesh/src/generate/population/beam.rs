@@ -1,6 +1,6 @@
 //! Beams of random length, thickness, taper, waves, bend and twist.
 
-use super::{ShapeError, finite, unfolded};
+use super::{ShapeError, padded, unfolded};
 use crate::{TetMesh, box_tetrahedra};
 
 /// A beam along x, about 100 long and 10 × 10 across, that its numbers make longer, thicker, tapered, wavy, bent and twisted.
@@ -38,9 +38,8 @@ impl BeamShape {
     /// # Errors
     /// More numbers, or one that is not finite.
     pub fn new(numbers: &[f64]) -> Result<Self, ShapeError> {
-        finite(numbers, Self::NUMBERS)?;
-        let of = |i: usize| numbers.get(i).copied().unwrap_or(0.0);
-        Ok(Self { numbers: std::array::from_fn(|i| DEVIATIONS[i] * of(i)) })
+        let numbers: [f64; Self::NUMBERS] = padded(numbers)?;
+        Ok(Self { numbers: std::array::from_fn(|i| DEVIATIONS[i] * numbers[i]) })
     }
 
     /// The mesh of [`box_tetrahedra`] with `cells` along each axis, in its place.
@@ -51,8 +50,7 @@ impl BeamShape {
         super::cells(&cells, cells.iter().all(|&n| n > 0), "one along each axis, or more")?;
         let mut mesh = box_tetrahedra([1.0; 3], cells);
         mesh.map_points(|x| self.place(x));
-        unfolded(&mesh)?;
-        Ok(mesh)
+        unfolded(mesh)
     }
 
     /// The place of a point of the unit cube.

@@ -1,7 +1,7 @@
 //! Rings of random radius, thickness and form: slices of a vessel or of a heart's wall.
 
-use super::{ShapeError, finite, within};
-use crate::{Field, FieldValues, TriangleMesh, repair_orientation};
+use super::{ShapeError, padded, within};
+use crate::{Field, TriangleMesh, repair_orientation};
 use std::f64::consts::TAU;
 
 /// A plane ring about the origin between two curves: `ln r` of the inner one and `ln` of the thickness are Fourier series in the angle.
@@ -46,9 +46,7 @@ impl RingShape {
     /// # Errors
     /// More numbers, one that is not finite, or a ring that is too small, large, thin or thick at one of 56 angles.
     pub fn new(numbers: &[f64]) -> Result<Self, ShapeError> {
-        finite(numbers, Self::NUMBERS)?;
-        let of = |i: usize| numbers.get(i).copied().unwrap_or(0.0);
-        let shape = Self { numbers: std::array::from_fn(of) };
+        let shape = Self { numbers: padded(numbers)? };
         for k in 0..8 * WAVES {
             let [radius, thickness] = shape.measures(k as f64 / (8 * WAVES) as f64 * TAU);
             within("inner radius", radius, RADIUS)?;
@@ -67,22 +65,21 @@ impl RingShape {
         super::cells(&cells, around > 2 && across > 0, "three around and one across, or more")?;
         let node = |i: usize, j: usize| (i % around) * (across + 1) + j;
         let mut mesh = TriangleMesh::default();
-        let mut fibre = Vec::with_capacity(3 * around * (across + 1));
+        let mut fibre = Vec::with_capacity(around * (across + 1));
         for i in 0..around {
             let angle = i as f64 / around as f64 * TAU;
             let ([radius, thickness], (sin, cos)) = (self.measures(angle), angle.sin_cos());
             for j in 0..=across {
                 let r = radius + thickness * j as f64 / across as f64;
                 mesh.points.push([r * cos, r * sin, 0.0]);
-                fibre.extend([-sin, cos, 0.0]);
+                fibre.push([-sin, cos, 0.0]);
             }
             for j in 0..across {
                 let [a, b, c, d] = [node(i, j), node(i, j + 1), node(i + 1, j + 1), node(i + 1, j)];
                 mesh.cells.extend([[a, b, c], [a, c, d]]);
             }
         }
-        let fibre = Field { components: 3, values: FieldValues::Float(fibre) };
-        mesh.point_fields.insert("fibre".into(), fibre);
+        mesh.point_fields.insert("fibre".into(), Field::vectors(&fibre));
         repair_orientation(&mut mesh);
         // Radii grow outwards at every angle, so that no cell is folded.
         let edges = |j: usize| -> Vec<[usize; 2]> {

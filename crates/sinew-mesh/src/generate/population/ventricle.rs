@@ -1,6 +1,6 @@
 //! Left ventricles of random size, thickness and form.
 
-use super::{ShapeError, finite, unfolded, within};
+use super::{ShapeError, padded, unfolded, within};
 use crate::{HexMesh, Mesh, TetMesh, TruncatedEllipsoid};
 use nalgebra::{Cholesky, SMatrix, SVector};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -123,9 +123,7 @@ impl VentricleShape {
     /// # Errors
     /// More numbers, one that is not finite, or a wall that is too thin or thick, a cavity too short, long, narrow or wide.
     pub fn new(numbers: &[f64]) -> Result<Self, ShapeError> {
-        finite(numbers, Self::NUMBERS)?;
-        let numbers = SVector::from_fn(|k, _| numbers.get(k).copied().unwrap_or(0.0));
-        let shape = Self { amounts: ORTHOGONAL.tr_mul(&numbers) };
+        let shape = Self { amounts: ORTHOGONAL.tr_mul(&SVector::from(padded(numbers)?)) };
         let distance = |a: [f64; 3], b: [f64; 3]| {
             a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
         };
@@ -151,9 +149,7 @@ impl VentricleShape {
         let needed =
             "one through the wall or more, and around a multiple of 8 below 8 times those along";
         super::cells(&cells, fit, needed)?;
-        let mesh = self.placed(MEAN.wall(cells).tetrahedra());
-        unfolded(&mesh)?;
-        Ok(mesh)
+        unfolded(self.placed(MEAN.wall(cells).tetrahedra()))
     }
 
     /// The wall as hexahedra.
