@@ -27,8 +27,6 @@ pub struct Organ {
     pub note: &'static str,
 }
 
-const NOTHING: Published = Published { source: "thesis", errors: [None; 5], displacement: None };
-
 const BASE: Organ = Organ {
     key: "",
     scene: "",
@@ -37,7 +35,7 @@ const BASE: Organ = Organ {
     test: 100,
     simulations: 100,
     minutes: 10.0,
-    thesis: NOTHING,
+    thesis: Published { source: "thesis", errors: &[], displacement: None },
     map: false,
     note: "",
 };
@@ -51,9 +49,9 @@ pub(crate) const ORGANS: &[Organ] = &[
         simulations: 50,
         minutes: 2.0,
         thesis: Published {
-            errors: [Some(8.5e-4), None, Some(1.2e-2), None, None],
+            errors: &[("", [Some(8.5e-4), None, Some(1.2e-2), None, None])],
             displacement: Some([1.1, 3.5]),
-            ..NOTHING
+            ..BASE.thesis
         },
         ..BASE
     },
@@ -64,9 +62,9 @@ pub(crate) const ORGANS: &[Organ] = &[
         map: true,
         minutes: 3.0,
         thesis: Published {
-            errors: [Some(8.8e-3), None, Some(1.9e-2), None, None],
+            errors: &[("", [Some(8.8e-3), None, Some(1.9e-2), None, None])],
             displacement: Some([7.9, 58.5]),
-            ..NOTHING
+            ..BASE.thesis
         },
         ..BASE
     },
@@ -125,6 +123,6 @@ pub(crate) const ORGANS: &[Organ] = &[
 
 const VENTRICLE: Published = Published {
     source: "thesis",
-    errors: [Some(2.8e-2), Some(0.19), Some(4.7e-2), None, Some(3.7e-2)],
+    errors: &[("", [Some(2.8e-2), Some(0.19), Some(4.7e-2), None, Some(3.7e-2)])],
     displacement: Some([6.8, 26.3]),
 };

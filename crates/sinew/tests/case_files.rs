@@ -330,6 +330,20 @@ mod arrays {
         }
         assert_eq!(archive.len(), 2);
     }
+
+    #[test]
+    fn a_case_is_read_back_with_its_difference() {
+        let folder = tempfile::tempdir().unwrap();
+        let body = sinew::Case::read("OnceClampedBeam".as_ref()).unwrap().body().unwrap();
+        let truth = vec![0.0; 3 * body.nodes];
+        let found = vec![("fem", vec![truth]), ("dd", vec![vec![1.0; 3 * body.nodes]])];
+        let thetas = &[body.centre()][..];
+        sinew::output::Fields { body: &body, thetas, found }.write(folder.path(), 1).unwrap();
+        let (read, _) = sinew_mesh::read_tet_mesh(folder.path().join("0000.vtu")).unwrap();
+        assert!(read.point_fields["difference_dd"].to_f64().iter().all(|&e| e == 3f64.sqrt()));
+        let series = std::fs::read_to_string(folder.path().join("cases.pvd")).unwrap();
+        assert!(series.contains("0000.vtu"));
+    }
 }
 
 mod scenes {
