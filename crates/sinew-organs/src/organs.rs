@@ -1,6 +1,10 @@
 //! The scenes, and what the thesis prints about them.
 
+use crate::options::Options;
+use crate::{cubes, newcomers, rates};
+use anyhow::Result;
 use sinew::Published;
+use sinew_report::Section;
 
 /// A scene of the thesis.
 #[derive(Clone, Copy, Debug)]
@@ -119,6 +123,23 @@ pub(crate) const ORGANS: &[Organ] = &[
         note: "A traction that keeps its direction: a pressure that follows a surface with a loose rim has no potential.",
         ..BASE
     },
+];
+
+/// A study beyond one scene.
+pub(crate) struct Part {
+    /// Name on the command line and of its folder.
+    pub key: &'static str,
+    /// Training time by default \[min\].
+    pub minutes: fn() -> f64,
+    /// Does what is not done yet.
+    pub section: fn(&Options) -> Result<Section>,
+}
+
+/// All of them, after the scenes: one starts from the network of another.
+pub(crate) const PARTS: [Part; 3] = [
+    Part { key: cubes::KEY, minutes: cubes::minutes, section: cubes::section },
+    Part { key: newcomers::KEY, minutes: || newcomers::MINUTES, section: newcomers::section },
+    Part { key: rates::KEY, minutes: || rates::MINUTES, section: rates::section },
 ];
 
 const VENTRICLE: Published = Published {

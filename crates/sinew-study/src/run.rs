@@ -21,7 +21,8 @@ const CORRECTIONS: usize = 2;
 /// Whatever keeps the report from being made: options that contradict an interrupted run, a solver or a
 /// training that fails, files that cannot be written.
 pub fn reproduce_beam(options: &BeamOptions) -> Result<PathBuf> {
-    let provenance = manifest::of_this_run(options.seed, rayon::current_num_threads(), options)?;
+    let threads = rayon::current_num_threads();
+    let provenance = manifest::of_this_run("sinew-study", options.seed, threads, options)?;
     let clock = begin(options)?;
     store::write_json(&options.out.join("manifest.json"), &provenance)?;
     options.backend.device()?;

@@ -131,8 +131,9 @@ mod manifest {
 
     #[test]
     fn the_pinned_tensor_library_is_named() {
-        let provenance =
-            of_this_run(1, 2, &std::collections::BTreeMap::from([("steps", 1)])).unwrap();
+        let config = std::collections::BTreeMap::from([("steps", 1)]);
+        let provenance = of_this_run("some-study", 1, 2, &config).unwrap();
+        assert!(provenance.command.starts_with("some-study"), "{}", provenance.command);
         assert_eq!(provenance.versions["burn"], "0.22.1");
         assert!(provenance.versions.contains_key("faer"));
         assert!(!provenance.revision.is_empty());

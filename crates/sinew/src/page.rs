@@ -65,11 +65,11 @@ impl Comparison {
         title: &str,
         published: &Published,
     ) -> Result<Section, ReportError> {
-        let table = self.table(published)?;
+        let table = self.table(published, true)?;
         let speed = Chart::speed_against_error(&table, 0);
         let mut blocks = vec![
             Block::Facts(self.facts(published)),
-            Block::List(table.summary()),
+            Block::List(self.table(published, false)?.summary()),
             Block::Table(table),
             Block::charts(
                 "Speed against error",
@@ -107,11 +107,14 @@ impl Comparison {
         METRICS.iter().map(column).chain(volumes.then_some(volume)).collect()
     }
 
-    fn table(&self, published: &Published) -> Result<Table, ReportError> {
+    /// Errors beside times, of corrected predictions too or of raw ones only.
+    fn table(&self, published: &Published, corrected: bool) -> Result<Table, ReportError> {
         let times = [
+            Column::new("in full", "s").about(
+                "one parameter set, with the message passing of a network; the solver from rest",
+            ),
             Column::new("predict", "s")
-                .about("one parameter set on the known geometry, with its Newton steps"),
-            Column::new("in full", "s").about("the same with the message passing of a network"),
+                .about("the same on the known geometry; the solver from a neighbour's solution"),
             Column::new("in a batch", "s").about("one of 200 parameter sets"),
             Column::new("simulate + train", "s").once(),
         ];
@@ -126,13 +129,13 @@ impl Comparison {
         for method in &self.methods {
             let (own, times) = (&method.evaluation, &method.evaluation.times);
             let times =
-                [times.predict_decoder_s, times.predict_full_s, times.predict_batch_per_theta_s];
+                [times.predict_full_s, times.predict_decoder_s, times.predict_batch_per_theta_s];
             let mut raw = row(method, method.name.clone(), &own.raw, times, count)?;
             for (cell, printed) in raw.errors.iter_mut().zip(published.of(&method.name)) {
                 *cell = std::mem::take(cell).against(published.source, printed);
             }
             table.push(raw.described(&method.about, ""))?;
-            for after in &own.corrected {
+            for after in own.corrected.iter().filter(|_| corrected) {
                 let name = format!("{} + {} Newton", method.name, after.steps);
                 let steps = after.steps as f64 * own.times.correction_s;
                 table.push(row(method, name, &after.errors, times.map(|t| t + steps), count)?)?;
@@ -246,11 +249,11 @@ fn row(
     method: &Method,
     name: String,
     errors: &Errors,
-    [decoder, full, batch]: [f64; 3],
+    [full, decoder, batch]: [f64; 3],
     count: usize,
 ) -> Result<Row, ReportError> {
     let quantiles = quantiles(errors);
-    let mut row = Row::new(name, cell(&quantiles[0]), decoder)?.time(full).time(batch);
+    let mut row = Row::new(name, cell(&quantiles[0]), full)?.time(decoder).time(batch);
     row.errors.extend(quantiles[1..].iter().map(cell));
     row.errors.resize(count, Cell::default());
     let Evaluation { within_two, times, .. } = &method.evaluation;
@@ -268,8 +271,7 @@ const SOLVER: &str = "Newton solver";
 fn solver(cold: f64, warm: f64, count: usize) -> Result<Row, ReportError> {
     let mut row = Row::new(SOLVER, 0.0, cold)?.described("", "the truth of this table");
     row.errors.resize(count, Cell::default());
-    let of_sweep = Cell { note: "in a sweep".into(), ..Cell::from(warm) };
-    row.times.extend([Cell::default(), of_sweep, Cell::default()]);
+    row.times.extend([warm.into(), Cell::default(), Cell::default()]);
     row.others.resize(3, Cell::default());
     Ok(row)
 }

@@ -8,7 +8,8 @@ use super::stage::{Individual, Stage};
 use super::{inflated, rectangles};
 use anyhow::{Context, Result};
 use sinew_emulate::{Axes, Emulator, Loss, OneStiffness, Population, PopulationEmulator, Start};
-use sinew_report::{Provenance, Report, Section};
+use sinew_report::{Report, Section};
+use sinew_study::program::Growing;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
@@ -36,20 +37,9 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
     if let Some(shard) = options.shard {
         return inflated::simulate(options, shard);
     }
-    let clock = std::time::Instant::now();
-    let provenance = Provenance {
-        seed: Some(options.seed),
-        threads: rayon::current_num_threads(),
-        config: toml::to_string_pretty(options)?,
-        ..Provenance::of_this_run("sinew-organs", env!("CARGO_MANIFEST_DIR"))
-    };
-    let about = match options.quick {
-        true => "A quick check of the code path on small meshes: its errors mean nothing.",
-        false => {
-            "Errors on shapes that no method has seen, beside CPU time; the truth is our finite-element solution."
-        }
-    };
-    let mut report = Report::new("Populations of shapes", about, provenance.clone());
+    let about = "Errors on shapes that no method has seen, beside CPU time; the truth is our finite-element solution.";
+    let names = ["sinew-populations", "Populations of shapes", about];
+    let mut growing = Growing::new(names, (options.seed, options.quick), options, headline)?;
     let mut page = options.out.join("report.html");
     for key in keys().into_iter().filter(|key| options.wants(key)) {
         let section = match key {
@@ -60,10 +50,8 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
                 studies.and_then(|studies| section(key, &studies))
             }
         };
-        report.sections.push(section.with_context(|| format!("population {key}"))?);
-        report.headline = headline(&report);
-        report.provenance = provenance.clone().finished(clock.elapsed().as_secs_f64());
-        page = report.write(&options.out)?;
+        let section = section.with_context(|| format!("population {key}"))?;
+        page = growing.add(section, &options.out)?;
     }
     Ok(page)
 }
