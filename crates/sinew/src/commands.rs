@@ -33,17 +33,26 @@ pub(crate) struct CaseArguments {
 }
 
 impl CaseArguments {
-    /// The case.
-    pub(crate) fn read(&self) -> Result<Case> {
+    /// The case and the folder for its results.
+    pub(crate) fn read(&self) -> Result<(Case, PathBuf)> {
         let case = Case::read(&self.case)?;
-        Ok(match &self.mesh {
+        let case = match &self.mesh {
             Some(mesh) => case.with_mesh(mesh.clone()),
             None => case,
-        })
+        };
+        let folder = self.folder(&case);
+        Ok((case, folder))
     }
 
-    /// Folder for its results.
-    pub(crate) fn folder(&self, case: &Case) -> PathBuf {
+    /// The same with the body, of which warnings are told on standard error.
+    pub(crate) fn open(&self) -> Result<(Case, Body, PathBuf)> {
+        let (case, folder) = self.read()?;
+        let body = case.body()?;
+        case.warnings(&body).iter().for_each(|warning| eprintln!("warning: {warning}"));
+        Ok((case, body, folder))
+    }
+
+    fn folder(&self, case: &Case) -> PathBuf {
         // A name may hold what paths read as folders.
         let kept = |c: char| if c.is_alphanumeric() || "-_ ".contains(c) { c } else { '_' };
         let name: String = case.name.chars().map(kept).collect();

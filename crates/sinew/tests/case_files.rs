@@ -209,6 +209,8 @@ fn values_that_make_no_sense_are_told_with_key_unit_and_range() {
         &["supports.0.nodes", "did you mean `base`?"],
     );
     told("z = 0.0\n", "", &["supports.0", "x, y, z"]);
+    told("z = 0.0\n", "z = nan\n", &[", supports: ", "NaN"]);
+    told("z = 0.0\n", "z = 0.0\npoint = [0.0, 0.0, 1.0]\n", &["supports.0", "axis and point"]);
     told("bulk_modulus = 25.0", "bulk_modulus = -25.0", &["law", "-25"]);
     told(", bulk_modulus = 25.0", "", &["law", "bulk_modulus"]);
     told("\"holzapfel-ogden\"", "\"holzapfel-odgen\"", &["did you mean `holzapfel-ogden`?"]);
@@ -299,6 +301,7 @@ mod theta {
         assert!(error.contains("line 2") && error.contains("`x`"), "{error}");
         assert!(read("a,b,pp\n").unwrap_err().contains("did you mean `p`?"));
         assert!(read("\n").unwrap_err().contains("a,b,p"));
+        assert!(read("a,b,p\n# 1,2,3\n").unwrap_err().contains("line 1: only names"));
     }
 
     #[test]

@@ -109,6 +109,18 @@ fn parameters_outside_their_ranges_are_solved_with_a_warning() {
 }
 
 #[test]
+fn what_cannot_be_stored_is_not_trained_and_damage_can_be_replaced() {
+    let folder = bar();
+    let (_, told) = refused(folder.path(), "train bar.toml --target nan");
+    assert!(told.contains("target of a regression is NaN"), "{told}");
+    done(folder.path(), "train bar.toml");
+    std::fs::write(folder.path().join("out/bar/regression/run.json"), "{").unwrap();
+    let (_, told) = refused(folder.path(), "train bar.toml --resume");
+    assert!(told.contains("start without resuming"), "{told}");
+    done(folder.path(), "train bar.toml");
+}
+
+#[test]
 fn a_bad_row_is_named() {
     let folder = bar();
     std::fs::write(folder.path().join("thetas.csv"), "lambda,mu\n9,9\n10,ten\n").unwrap();

@@ -11,14 +11,31 @@ use sinew_energy::{Body, Parameter, Sampling};
 use std::fmt;
 
 /// Range of a parameter.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(remote = "Self", deny_unknown_fields)]
 pub struct Range {
     /// Smallest and largest value, in `unit`.
+    #[serde(deserialize_with = "exactly")]
     pub range: [f64; 2],
     /// Unit of them; the law's where there is none.
     pub unit: Option<String>,
     /// How samples are spread.
+    #[serde(with = "Spread", default = "Spread::usual")]
     pub sampling: Sampling,
+}
+
+/// [`Sampling`] as files name it.
+#[derive(Deserialize)]
+#[serde(remote = "Sampling", rename_all = "kebab-case")]
+enum Spread {
+    Log,
+    Linear,
+}
+
+impl Spread {
+    fn usual() -> Sampling {
+        Sampling::Log
+    }
 }
 
 impl Case {
@@ -115,20 +132,6 @@ fn spoken(unit: &str) -> &str {
 /// A range is `[smallest, largest]`, or a table.
 impl<'de> Deserialize<'de> for Range {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        #[derive(Deserialize)]
-        #[serde(rename_all = "kebab-case")]
-        enum Spread {
-            Log,
-            Linear,
-        }
-        #[derive(Deserialize)]
-        #[serde(deny_unknown_fields)]
-        struct Table {
-            #[serde(deserialize_with = "exactly")]
-            range: [f64; 2],
-            unit: Option<String>,
-            sampling: Option<Spread>,
-        }
         struct Either;
         impl<'de> Visitor<'de> for Either {
             type Value = Range;
@@ -139,16 +142,11 @@ impl<'de> Deserialize<'de> for Range {
             }
             fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Range, A::Error> {
                 let range = exactly(SeqAccessDeserializer::new(seq))?;
-                Ok(Range { range, unit: None, sampling: Sampling::Log })
+                Ok(Range { range, unit: None, sampling: Spread::usual() })
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Range, A::Error> {
-                let Table { range, unit, sampling } =
-                    Table::deserialize(MapAccessDeserializer::new(map))?;
-                let sampling = match sampling {
-                    Some(Spread::Linear) => Sampling::Linear,
-                    Some(Spread::Log) | None => Sampling::Log,
-                };
-                Ok(Range { range, unit, sampling })
+                // The derived one.
+                Range::deserialize(MapAccessDeserializer::new(map))
             }
         }
         deserializer.deserialize_any(Either)

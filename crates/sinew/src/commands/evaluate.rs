@@ -34,9 +34,7 @@ const SEED: u64 = 0x7e57;
 
 impl Evaluate {
     pub(crate) fn run(&self) -> Result<()> {
-        let case = self.case.read()?;
-        let body = case.body()?;
-        let folder = self.case.folder(&case);
+        let (_, body, folder) = self.case.open()?;
         let mut found = trained(&folder)?;
         let unknown = |name: &&String| found.iter().all(|(known, _)| known != *name);
         if let Some(missing) = self.emulator.iter().find(unknown) {

@@ -56,10 +56,8 @@ pub(crate) struct Train {
 
 impl Train {
     pub(crate) fn run(&self) -> Result<()> {
-        let case = self.case.read()?;
-        let body = case.body()?;
-        case.warnings(&body).iter().for_each(|warning| eprintln!("warning: {warning}"));
-        let own = case.training.clone();
+        let (case, body, folder) = self.case.open()?;
+        let own = case.training;
         // A budget on the command line replaces the case's, whichever kind it is.
         let (minutes, steps) = match (self.minutes, self.steps) {
             (None, None) => (own.minutes, own.steps),
@@ -77,7 +75,7 @@ impl Train {
         };
         let recipe = training.recipe();
         let name = self.name.as_deref().unwrap_or(recipe.key());
-        let folder = self.case.folder(&case).join(name);
+        let folder = folder.join(name);
         let options = sinew::TrainingOptions {
             folder: Some(folder.clone()),
             simulations: self.simulations.clone(),
