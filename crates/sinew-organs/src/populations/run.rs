@@ -2,7 +2,7 @@
 
 use super::measure::{Group, Outcome, cpu_seconds};
 use super::options::{Options, keys};
-use super::rivals::{Fit, Rivals, coarse};
+use super::rivals::{Rival, coarse, rivals};
 use super::section::{Study, section};
 use super::stage::{Individual, Stage};
 use super::{inflated, rectangles};
@@ -100,7 +100,7 @@ fn study(options: &Options, key: &str) -> Result<Study> {
     let (stage, size) = (Stage::new(key, options.quick)?, options.size(key));
     eprintln!("\n{}", stage.about);
     let groups = groups(options, &stage, size.tests)?;
-    let mut study = Study { facts: Vec::new(), outcomes: Vec::new(), curves: Vec::new() };
+    let mut study = Study::default();
     for group in &groups {
         let nodes: Vec<usize> = group.individuals.iter().map(|i| i.body.nodes).collect();
         let least = nodes.iter().min().copied().unwrap_or_default();
@@ -116,7 +116,11 @@ fn study(options: &Options, key: &str) -> Result<Study> {
         study.facts.push((group.name.clone(), fact));
     }
     for &count in size.simulations.iter().filter(|_| !options.no_rivals) {
-        rivals(options, &stage, &groups[0], count, &mut study)?;
+        for Rival { names: [name, about], cpu_s, predict } in
+            rivals(&stage, options.stream(1), count)?
+        {
+            study.outcomes.push(groups[0].measure([&name, &about], cpu_s, predict)?);
+        }
     }
     followed(options, &stage, &groups, &mut study)?;
     for &loss in size.losses.iter().filter(|_| !options.no_networks) {
@@ -148,32 +152,6 @@ fn groups(options: &Options, stage: &Stage, tests: u64) -> Result<Vec<Group>> {
         groups.push(Group::new("a person's heart", hearts.into_iter().map(Ok))?);
     }
     Ok(groups)
-}
-
-fn rivals(
-    options: &Options,
-    stage: &Stage,
-    group: &Group,
-    count: usize,
-    study: &mut Study,
-) -> Result<()> {
-    let rivals = Rivals::new(stage, options.stream(1), count)?;
-    let (simulated, [plain, about_coarse]) = (rivals.simulated_s, rivals.fits());
-    let of = format!("{count} simulations");
-    let mut add = |method: &str,
-                   about: &str,
-                   cpu: f64,
-                   predict: &mut dyn FnMut(&Individual) -> Result<Vec<f64>>| {
-        study.outcomes.push(group.measure([method, about], cpu, predict)?);
-        anyhow::Ok(())
-    };
-    add("mean", &of, simulated, &mut |_| Ok(rivals.mean()))?;
-    add("nearest", &of, simulated, &mut |individual| Ok(rivals.nearest(individual)))?;
-    add("POD + GP", &plain.about, plain.cpu_s, &mut |individual| rivals.predict(individual))?;
-    let Fit { about, cpu_s, .. } = about_coarse;
-    add("POD + GP about the coarse solution", about, *cpu_s, &mut |individual| {
-        rivals.predict_about_coarse(stage, individual)
-    })
 }
 
 /// What bodies tell without a network.

@@ -2,6 +2,7 @@
 
 use super::measure::cpu_seconds;
 use super::options::Options;
+use super::rivals::in_short;
 use anyhow::{Context, Result};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -103,9 +104,7 @@ impl<B: Simulated> Compared<'_, B> {
         let fit = PodRegression::fit(&seen[0].parameters(told), &inputs, &fields)?;
         let cost = (cpu_seconds() - start, count);
         let method = format!("POD + GP, {count} simulations{}", told.name());
-        let about = fit.interpolation().to_string();
-        let about = about.split(", lengths").next().unwrap_or_default();
-        self.measured([&method, about], cost, told, |body| {
+        self.measured([&method, &in_short(&fit)], cost, told, |body| {
             Ok(body.displaced(fit.predict(&body.inputs(told))?, told))
         })
     }
@@ -120,31 +119,28 @@ impl<B: Simulated> Compared<'_, B> {
         variant: Variant,
         topology: &Topology,
     ) -> Result<(Measured, Surrogate)> {
-        let start = cpu_seconds();
-        let data = self.data_set(topology, variant.told)?;
-        let surrogate = self.untrained(variant, &data)?;
-        let surrogate = train(surrogate, data, self.pace, self.options)?;
-        let cost = (cpu_seconds() - start, self.training.len() + self.validation.len());
-        let found = predicting(&surrogate, topology, variant.told);
-        let measured = self.measured(names, cost, variant.told, found)?;
+        let start = |data: &DataSet| self.untrained(variant, data);
+        let (measured, surrogate) = self.trained(names, start, variant.told, topology)?;
         Ok((Measured { printed: variant.printed, ..measured }, surrogate))
     }
 
-    /// A network that goes on from another's weights.
+    /// A network that is trained on all simulations from the weights of another, be they drawn or those of another training.
     ///
     /// # Errors
     /// As [`Compared::network`].
-    pub(super) fn further(
+    pub(super) fn trained(
         &self,
         names: [&str; 2],
-        (surrogate, told): (&Surrogate, Seen),
+        from: impl FnOnce(&DataSet) -> Result<Surrogate>,
+        told: Seen,
         topology: &Topology,
-    ) -> Result<Measured> {
+    ) -> Result<(Measured, Surrogate)> {
         let start = cpu_seconds();
         let data = self.data_set(topology, told)?;
-        let surrogate = train(surrogate.carried_to(&data)?, data, self.pace, self.options)?;
+        let surrogate = train(from(&data)?, data, self.pace, self.options)?;
         let cost = (cpu_seconds() - start, self.training.len() + self.validation.len());
-        self.measured(names, cost, told, predicting(&surrogate, topology, told))
+        let found = predicting(&surrogate, topology, told);
+        Ok((self.measured(names, cost, told, found)?, surrogate))
     }
 
     /// A method on what it has not seen, after so many CPU-seconds and simulations.
@@ -215,8 +211,8 @@ impl<B: Simulated> Compared<'_, B> {
         Ok(Surrogate::new(&sizes, data, scales, self.options.seed, &device)?)
     }
 
-    /// What the nodes of the first body tested are to a network, by their place along an axis, and the share of the variance of the embeddings
-    /// that two principal components hold.
+    /// What the nodes of the first body tested are to a network: the first two principal components of their embeddings, in as many
+    /// colours as the body has thirds of its length along an axis, and the share of the variance that these hold.
     ///
     /// # Errors
     /// A geometry of another mesh.
@@ -226,10 +222,28 @@ impl<B: Simulated> Compared<'_, B> {
         topology: &Topology,
         axis: usize,
     ) -> Result<(Chart, (String, String))> {
+        const THIRDS: [&str; 3] = ["first third", "second third", "last third"];
         let body = &self.unseen[0];
-        let geometry = body.geometry(topology, variant.told)?;
-        let along: Vec<f64> = body.body().positions.iter().map(|x| x[axis]).collect();
-        let (chart, share) = embedding(surrogate, &geometry, &along)?;
+        let rows = surrogate.local_embedding(&body.geometry(topology, variant.told)?)?;
+        let columns = rows.first().map_or(0, Vec::len);
+        let mut table = DMatrix::from_fn(rows.len(), columns, |i, j| rows[i][j]);
+        let mean = table.row_mean();
+        table.row_iter_mut().for_each(|mut row| row -= &mean);
+        let svd = table.svd(true, false);
+        let left = svd.u.context("no principal components")?;
+        let values = &svd.singular_values;
+        let share = values.iter().take(2).map(|s| s * s).sum::<f64>() / values.norm_squared();
+        let along = || body.body().positions.iter().map(|x| x[axis]);
+        let (low, high) =
+            (along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max));
+        let third = |x: f64| ((3.0 * (x - low) / (high - low)) as usize).min(2);
+        let axes = ["first component", "second component"];
+        let chart = Chart::new("Embeddings of nodes", axes, [false; 2]);
+        let chart = THIRDS.iter().enumerate().fold(chart, |chart, (part, name)| {
+            let nodes = along().enumerate().filter(|(_, x)| third(*x) == part);
+            let points = nodes.map(|(node, _)| [0, 1].map(|k| left[(node, k)] * values[k]));
+            chart.with(Series::new(*name, Style::Points, points))
+        });
         let what = format!("{:.0} % of the variance, {}", 100.0 * share, variant.name());
         Ok((chart, ("two principal components of the embeddings".into(), what)))
     }
@@ -318,37 +332,6 @@ fn train(surrogate: Surrogate, data: DataSet, pace: Pace, options: &Options) -> 
     let mut trainer = Trainer::new(surrogate, data, Box::new(objective), config)?;
     trainer.run(&mut ())?;
     Ok(trainer.into_surrogate())
-}
-
-/// The first two principal components of the embeddings of a body's nodes, in as many colours as it has thirds of its length along
-/// an axis, and the share of their variance that these hold.
-///
-/// # Errors
-/// A geometry of another mesh.
-fn embedding(surrogate: &Surrogate, geometry: &Geometry, along: &[f64]) -> Result<(Chart, f64)> {
-    const THIRDS: [&str; 3] = ["first third", "second third", "last third"];
-    let rows = surrogate.local_embedding(geometry)?;
-    let columns = rows.first().map_or(0, Vec::len);
-    let mut table = DMatrix::from_fn(rows.len(), columns, |i, j| rows[i][j]);
-    let mean = table.row_mean();
-    table.row_iter_mut().for_each(|mut row| row -= &mean);
-    let svd = table.svd(true, false);
-    let left = svd.u.context("no principal components")?;
-    let values = &svd.singular_values;
-    let share = values.iter().take(2).map(|s| s * s).sum::<f64>() / values.norm_squared();
-    let (low, high) = along
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)));
-    let third = |node: usize| ((3.0 * (along[node] - low) / (high - low)) as usize).min(2);
-    let axes = ["first component", "second component"];
-    let chart = Chart::new("Embeddings of nodes", axes, [false; 2]);
-    let chart = THIRDS.iter().enumerate().fold(chart, |chart, (part, name)| {
-        let nodes = (0..rows.len()).filter(|&node| third(node) == part);
-        let points: Vec<[f64; 2]> =
-            nodes.map(|node| [0, 1].map(|k| left[(node, k)] * values[k])).collect();
-        chart.with(Series::new(*name, Style::Points, points))
-    });
-    Ok((chart, share))
 }
 
 impl Variant {

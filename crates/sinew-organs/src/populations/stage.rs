@@ -257,11 +257,8 @@ impl Stage {
             let mut body = self.case.body_on(mesh)?;
             let scars: Vec<Scar> =
                 (0..self.scars).map(|_| Scar::draw(&body, &mut random)).collect();
-            for scar in &scars {
-                let factors = scar.factors(&body);
-                body = body.stiffened(&factors)?;
-                numbers.extend(scar.numbers());
-            }
+            body = scarred(body, &scars)?;
+            numbers.extend(scars.iter().flat_map(Scar::numbers));
             let theta = Design::Uniform.sample(&body.parameters, 1, random.random())?.remove(0);
             return Ok(Individual { numbers, body, theta, scars, coarse: None });
         }
@@ -277,12 +274,7 @@ impl Stage {
         }
         let numbers = &individual.numbers[..self.numbers()];
         let Ok(mesh) = self.on_coarse_cells().mesh(numbers) else { return Ok(None) };
-        let mut body = self.case.body_on(mesh)?;
-        for scar in &individual.scars {
-            let factors = scar.factors(&body);
-            body = body.stiffened(&factors)?;
-        }
-        Ok(Some(body))
+        Ok(Some(scarred(self.case.body_on(mesh)?, &individual.scars)?))
     }
 
     /// The body of the population whose shape numbers are zero, on the mesh of another; `None` where that is none of the population's.
@@ -327,6 +319,14 @@ struct Scar {
     /// \[mm\].
     radius: f64,
     factor: f64,
+}
+
+/// A body with scars.
+fn scarred(body: Body, scars: &[Scar]) -> Result<Body> {
+    Ok(scars.iter().try_fold(body, |body, scar| {
+        let factors = scar.factors(&body);
+        body.stiffened(&factors)
+    })?)
 }
 
 impl Scar {
