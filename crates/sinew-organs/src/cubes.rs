@@ -57,9 +57,6 @@ struct Outcome {
 }
 
 /// Trains on the coarsest mesh, goes on to each finer one, and compares with networks that start from nothing there.
-///
-/// # Errors
-/// Whatever keeps a mesh from being solved or learned.
 pub(crate) fn section(options: &Options) -> Result<Section> {
     let meshes = if options.quick { &MESHES[..2] } else { &MESHES };
     let mut table = Table::new(

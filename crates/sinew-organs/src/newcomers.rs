@@ -51,9 +51,6 @@ const fn shape(name: &'static str, short: [f64; 2], long: [f64; 2], cells: [usiz
 }
 
 /// Trains the emulator of the ventricle unless it is there, and takes it to every shape.
-///
-/// # Errors
-/// Whatever keeps a shape from being solved or learned.
 pub(crate) fn section(options: &Options) -> Result<Section> {
     let organ = ORGANS.iter().find(|organ| organ.key == "ventricle").context("no ventricle")?;
     let start = options.out.join(organ.key).join("pi");

@@ -36,9 +36,6 @@ struct Outcome {
 }
 
 /// Trains every beam at every rate.
-///
-/// # Errors
-/// Whatever keeps a beam from being solved; trainings that diverge are results.
 pub(crate) fn section(options: &Options) -> Result<Section> {
     crate::run::begin(options, KEY)?;
     let mut blocks = vec![Block::Text(

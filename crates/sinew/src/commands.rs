@@ -101,7 +101,7 @@ impl ThetaArguments {
 /// Warnings of one kind that are printed; the others are counted.
 pub(crate) const MOST_WARNINGS: usize = 5;
 
-/// Emulators in a folder of results by the names of their folders, short ones first.
+/// Emulators in a folder of results by the names of their folders, short ones first; one at least.
 pub(crate) fn trained(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     let mut found = Vec::new();
     if folder.exists() {
@@ -112,6 +112,10 @@ pub(crate) fn trained(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
                 found.push((name, path.join("emulator")));
             }
         }
+    }
+    if found.is_empty() {
+        let folder = folder.display();
+        return refuse(format!("there is no emulator in {folder}; make one: sinew train"));
     }
     // regression-25 before regression-100.
     found.sort_by(|(a, _), (b, _)| (a.len(), a).cmp(&(b.len(), b)));

@@ -68,9 +68,6 @@ impl Outcome {
 
 impl Group {
     /// Solves individuals; those without an equilibrium are left out.
-    ///
-    /// # Errors
-    /// A body that no solver can be prepared for.
     pub(super) fn new(name: &str, all: impl Iterator<Item = Result<Individual>>) -> Result<Self> {
         let mut group = Self { name: name.into(), ..Self::default() };
         let mut iterations = Vec::new();
@@ -96,9 +93,6 @@ impl Group {
     }
 
     /// Measures a method that predicts the displacement of an individual.
-    ///
-    /// # Errors
-    /// A prediction that fails.
     pub(super) fn measure(
         &self,
         [method, about]: [&str; 2],

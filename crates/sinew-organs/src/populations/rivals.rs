@@ -20,9 +20,6 @@ pub(super) struct Rival<'a> {
 /// Simulates `count` individuals: their mean, the nearest of them on the scales of their numbers, and regressions over shape numbers
 /// and parameters of their fields, and of what solutions on a coarse mesh leave of these; without equilibrium on the coarse mesh an
 /// individual is left out.
-///
-/// # Errors
-/// Individuals that cannot be drawn; a regression that cannot be fitted.
 pub(super) fn rivals(stage: &Stage, stream: u64, count: usize) -> Result<Vec<Rival<'_>>> {
     let start = cpu_seconds();
     let (mut inputs, mut fields, mut parameters) = (Vec::new(), Vec::new(), Vec::new());
@@ -93,9 +90,6 @@ fn nearest(individual: &Individual, inputs: &[Vec<f64>], fields: &[Vec<f64>]) ->
 }
 
 /// The solution on a coarse mesh, at the nodes of the individual's own \[length\]; `None` where there is none.
-///
-/// # Errors
-/// A body that cannot be lowered.
 pub(super) fn coarse(stage: &Stage, individual: &Individual) -> Result<Option<Vec<f64>>> {
     let Some(body) = stage.coarse(individual)? else { return Ok(None) };
     let Individual { body: fine, theta, .. } = individual;

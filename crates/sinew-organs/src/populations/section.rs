@@ -17,9 +17,6 @@ pub(super) struct Study {
 }
 
 /// The section of a population, with every seed.
-///
-/// # Errors
-/// A method without errors, or with numbers that are none.
 pub(super) fn section(key: &str, studies: &[Study]) -> Result<Section> {
     let study = studies.first().context("no seed")?;
     let entries = |study: &Study| study.outcomes.iter().filter_map(Entry::of_outcome).collect();

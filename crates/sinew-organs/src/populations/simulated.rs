@@ -26,9 +26,6 @@ pub(super) trait Simulated {
     fn displacement(&self) -> &[f64];
 
     /// What networks see of it on the graph that all share.
-    ///
-    /// # Errors
-    /// A graph of another mesh.
     fn geometry(&self, topology: &Topology, told: Seen) -> Result<Geometry>;
 
     /// Inputs of a regression.
@@ -94,9 +91,6 @@ pub(super) struct Compared<'a, B> {
 
 impl<B: Simulated> Compared<'_, B> {
     /// Regression on the first `count` simulations, over numbers of the shape and parameters.
-    ///
-    /// # Errors
-    /// Fields that nothing can be fitted to.
     pub(super) fn regression(&self, count: usize, told: Seen) -> Result<Measured> {
         let (start, seen) = (cpu_seconds(), &self.training[..count]);
         let inputs: Vec<Vec<f64>> = seen.iter().map(|body| body.inputs(told)).collect();
@@ -110,9 +104,6 @@ impl<B: Simulated> Compared<'_, B> {
     }
 
     /// A network that is trained on all simulations.
-    ///
-    /// # Errors
-    /// Data that do not fit each other, a training that diverges.
     pub(super) fn network(
         &self,
         names: [&str; 2],
@@ -125,9 +116,6 @@ impl<B: Simulated> Compared<'_, B> {
     }
 
     /// A network that is trained on all simulations from the weights of another, be they drawn or those of another training.
-    ///
-    /// # Errors
-    /// As [`Compared::network`].
     pub(super) fn trained(
         &self,
         names: [&str; 2],
@@ -144,9 +132,6 @@ impl<B: Simulated> Compared<'_, B> {
     }
 
     /// A method on what it has not seen, after so many CPU-seconds and simulations.
-    ///
-    /// # Errors
-    /// A prediction that fails.
     pub(super) fn measured(
         &self,
         [method, about]: [&str; 2],
@@ -213,9 +198,6 @@ impl<B: Simulated> Compared<'_, B> {
 
     /// What the nodes of the first body tested are to a network: the first two principal components of their embeddings, in as many
     /// colours as the body has thirds of its length along an axis, and the share of the variance that these hold.
-    ///
-    /// # Errors
-    /// A geometry of another mesh.
     pub(super) fn embedding(
         &self,
         (variant, surrogate): (&Variant, &Surrogate),
@@ -315,9 +297,6 @@ pub(super) struct Pace {
 }
 
 /// Trains a network on simulations, by the mean nodal distance to them; the best weights on those to validate with are kept.
-///
-/// # Errors
-/// Data that do not fit each other, a training that diverges.
 fn train(surrogate: Surrogate, data: DataSet, pace: Pace, options: &Options) -> Result<Surrogate> {
     let objective = DataFit::new(surrogate.scales().output.length())?;
     let config = TrainingConfig {
@@ -347,17 +326,11 @@ impl Variant {
 
 impl Measured {
     /// Median error of the nodes \[mm\].
-    ///
-    /// # Errors
-    /// No node was tested.
     fn median(&self) -> Result<f64> {
         Ok(Distribution::of(self.errors.clone()).context("no node was tested")?.q50)
     }
 
     /// Tells the terminal.
-    ///
-    /// # Errors
-    /// As [`Measured::median`].
     fn tell(&self) -> Result<()> {
         let volume = Distribution::of(self.volumes.clone());
         let volume = volume.map_or(String::new(), |v| format!(", volume {:.2} %", 100.0 * v.q50));
@@ -368,9 +341,6 @@ impl Measured {
 }
 
 /// The table of what was measured: errors of nodes, of volumes, or both.
-///
-/// # Errors
-/// A method without errors.
 pub(super) fn table(measured: &[Measured]) -> Result<Table> {
     let columns = [
         Column::new("err_u", "mm").about("‖u − û‖ at every node of every body tested"),

@@ -119,9 +119,6 @@ impl Stage {
     }
 
     /// The ventricles of the thesis' chapter 2, on fine and on coarse cells.
-    ///
-    /// # Errors
-    /// A case file that is none.
     pub(super) fn inflated(cells: [[usize; 3]; 2]) -> Result<Self> {
         /// Variances are a tenth above those of the hearts, as in the thesis.
         const SPREAD: f64 = 1.048808848170152;
@@ -159,9 +156,6 @@ impl Stage {
     }
 
     /// The frames of a person's beat, each with parameters of its own; none for other populations or where there is no surface in the folder.
-    ///
-    /// # Errors
-    /// Surfaces that cannot be read or meshed.
     pub(super) fn hearts(&self, folder: &Path) -> Result<Vec<Individual>> {
         const FRAMES: [&str; 7] = ["000", "004", "008", "012", "016", "020", "024"];
         const NODES: [usize; 2] = [1500, 400];
@@ -204,9 +198,6 @@ impl Stage {
     }
 
     /// The bodies of a shape on the fine and on the coarse cells; numbers left out are zero.
-    ///
-    /// # Errors
-    /// Numbers of no shape.
     pub(super) fn bodies(&self, numbers: &[f64]) -> Result<[Body; 2]> {
         let body = |stage: &Self| -> Result<Body> {
             let mut mesh = stage.mesh(numbers)?;
@@ -245,9 +236,6 @@ impl Stage {
     }
 
     /// The individual of a stream and its number, the same for the same; shapes that the population does not have are drawn again.
-    ///
-    /// # Errors
-    /// A body that cannot be lowered.
     pub(super) fn draw(&self, stream: u64, index: u64) -> Result<Individual> {
         let seed = stream.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(index);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -265,9 +253,6 @@ impl Stage {
     }
 
     /// An individual on a mesh so coarse that it is solved in milliseconds; `None` where that does not unfold.
-    ///
-    /// # Errors
-    /// A body that cannot be lowered.
     pub(super) fn coarse(&self, individual: &Individual) -> Result<Option<Body>> {
         if let Some(coarse) = &individual.coarse {
             return Ok(Some(coarse.clone()));
@@ -278,9 +263,6 @@ impl Stage {
     }
 
     /// The body of the population whose shape numbers are zero, on the mesh of another; `None` where that is none of the population's.
-    ///
-    /// # Errors
-    /// A body that cannot be lowered.
     pub(super) fn mean_like(&self, body: &Body) -> Result<Option<Body>> {
         let on_finer = [false, true].map(|finer| self.clone().with_finer_cells(finer));
         for stage in std::iter::once(self.clone()).chain(on_finer) {
@@ -293,9 +275,6 @@ impl Stage {
     }
 
     /// Bodies for a training, from a stream of their own.
-    ///
-    /// # Errors
-    /// As [`Stage::draw`].
     pub(super) fn body_of_stream(&self, stream: u64, index: u64) -> Result<Body, Error> {
         let cells = self.training_cells[index as usize % self.training_cells.len()];
         let draw = Self { cells, ..self.clone() }.draw(stream, index);

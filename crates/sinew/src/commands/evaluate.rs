@@ -45,10 +45,6 @@ impl Evaluate {
             ));
         }
         found.retain(|(name, _)| self.emulator.is_empty() || self.emulator.contains(name));
-        if found.is_empty() {
-            let folder = folder.display();
-            return refuse(format!("there is no emulator in {folder}; make one: sinew train"));
-        }
         let thetas = Design::Uniform.sample(&body.parameters, self.cases, SEED)?;
         let kept = folder.join(format!("test/{}", self.cases));
         let simulations = solved(&body, &thetas, "solve test cases", Some(&kept))?;

@@ -59,22 +59,18 @@ pub(crate) struct Correct {
 impl Asked {
     fn emulator<'b>(&self, case: &Case, body: &'b Body, folder: &Path) -> Result<Emulator<'b>> {
         let found = trained(folder)?;
-        let names = || found.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
         let own = case.training.recipe();
-        let wanted = self.emulator.as_deref();
-        let by_name = |wanted: &str| found.iter().find(|(name, _)| name == wanted);
-        let chosen: Option<&(String, PathBuf)> = match (wanted, &found[..]) {
-            (Some(wanted), _) => by_name(wanted),
-            (None, [only]) => Some(only),
-            (None, _) => by_name(own.key()),
+        let wanted = match (&self.emulator, &found[..]) {
+            (Some(wanted), _) => wanted,
+            (None, [(only, _)]) => only,
+            (None, _) => own.key(),
         };
-        match chosen {
+        match found.iter().find(|(name, _)| name == wanted) {
             Some((_, folder)) => Ok(Emulator::load(folder, body)?),
-            None if found.is_empty() => {
-                let folder = folder.display();
-                refuse(format!("there is no emulator in {folder}; make one: sinew train"))
+            None => {
+                let names: Vec<_> = found.iter().map(|(name, _)| name.as_str()).collect();
+                refuse(format!("choose one with --emulator NAME: {}", names.join(", ")))
             }
-            None => refuse(format!("choose one with --emulator NAME: {}", names())),
         }
     }
 
