@@ -256,6 +256,11 @@ fn trainings_begin_from_what_there_is() {
     done(folder, &train("--recipe dd --from out/bar/dd --name again"));
     let (_, told) = refused(folder, &train("--recipe regression --from out/bar/dd --name none"));
     assert!(told.contains("trains no network"), "{told}");
+    // What would not be learned from, and where nobody would look for it.
+    let (code, told) = refused(folder, &train("--recipe pi"));
+    assert!(code == 2 && told.contains("`pi` learns from no simulations"), "{told}");
+    let (code, told) = refused(folder, &train("--recipe dd --name ../elsewhere"));
+    assert!(code == 2 && told.contains("../elsewhere"), "{told}");
 }
 
 /// Surfaces of a ventricle of a few millimetres, as tools of the field write them.

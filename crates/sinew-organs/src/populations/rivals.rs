@@ -13,9 +13,11 @@ pub(super) struct Rival<'a> {
     pub names: [String; 2],
     /// CPU time of its simulations and its fit \[s\].
     pub cpu_s: f64,
-    /// Displacement of an individual \[length\].
-    pub predict: Box<dyn Fn(&Individual) -> Result<Vec<f64>> + 'a>,
+    pub predict: Predict<'a>,
 }
+
+/// Displacement of an individual \[length\].
+pub(super) type Predict<'a> = Box<dyn Fn(&Individual) -> Result<Vec<f64>> + 'a>;
 
 /// Simulates `count` individuals: their mean, the nearest of them on the scales of their numbers, and regressions over shape numbers
 /// and parameters of their fields, and of what solutions on a coarse mesh leave of these; without equilibrium on the coarse mesh an

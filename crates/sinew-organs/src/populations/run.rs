@@ -138,18 +138,19 @@ fn groups(options: &Options, stage: &Stage, tests: u64) -> Result<Vec<Group>> {
     let mut groups = vec![Group::new(POPULATION, draw(stage, tests))?];
     if !options.quick {
         let fewer = tests / 4;
-        for (name, finer) in [("coarser meshes", false), ("finer meshes", true)] {
-            groups.push(Group::new(name, draw(&stage.clone().with_finer_cells(finer), fewer))?);
+        for (name, cells) in ["coarser meshes", "finer meshes"].into_iter().zip(stage.other_cells) {
+            groups.push(Group::new(name, draw(&Stage { cells, ..stage.clone() }, fewer))?);
         }
-        if stage.has_scars() {
-            groups.push(Group::new("two infarcts", draw(&stage.clone().with_scars(2), fewer))?);
+        if stage.scars > 0 {
+            let two = Stage { scars: 2, ..stage.clone() };
+            groups.push(Group::new("two infarcts", draw(&two, fewer))?);
         }
-        let beyond = stage.clone().with_spread(1.5);
+        let beyond = Stage { spread: 1.5, ..stage.clone() };
         groups.push(Group::new("1.5 times the spread", draw(&beyond, fewer))?);
-    }
-    let hearts = stage.hearts(&options.hearts)?;
-    if !hearts.is_empty() && !options.quick {
-        groups.push(Group::new("a person's heart", hearts.into_iter().map(Ok))?);
+        let hearts = stage.hearts(&options.hearts)?;
+        if !hearts.is_empty() {
+            groups.push(Group::new("a person's heart", hearts.into_iter().map(Ok))?);
+        }
     }
     Ok(groups)
 }
@@ -173,10 +174,7 @@ const FROM_ANOTHER: [usize; 2] = [16, 32];
 
 /// The answer after quasi-Newton steps.
 fn after(emulator: &Emulator<'_>, theta: &[f64], steps: usize) -> Result<Vec<f64>> {
-    let theta = [theta.to_vec()];
-    let prediction =
-        if steps == 0 { emulator.predict(&theta) } else { emulator.refine(&theta, steps) };
-    Ok(prediction?.displacement)
+    Ok(emulator.refine(&[theta.to_vec()], steps)?.displacement)
 }
 
 fn refined(method: &str) -> String {
@@ -283,10 +281,7 @@ fn answers(group: &Group, (start, met): (std::time::Instant, &Emulator<'_>)) -> 
     let time = |count: usize, steps: usize| -> Result<f64> {
         let thetas = vec![theta.clone(); count];
         let start = std::time::Instant::now();
-        match steps {
-            0 => met.predict(&thetas)?,
-            steps => met.refine(&thetas, steps)?,
-        };
+        met.refine(&thetas, steps)?;
         Ok(1e3 * start.elapsed().as_secs_f64() / count as f64)
     };
     let (next, many) = (time(1, 0)?, time(MANY, 0)?);

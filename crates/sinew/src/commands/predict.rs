@@ -86,10 +86,7 @@ impl Predict {
         let (case, body, folder) = self.asked.case.open()?;
         let thetas = self.asked.theta.read(&body)?;
         let emulator = self.asked.emulator(&case, &body, &folder)?;
-        let prediction = match self.refine {
-            0 => emulator.predict(&thetas)?,
-            steps => emulator.refine(&thetas, steps)?,
-        };
+        let prediction = emulator.refine(&thetas, self.refine)?;
         let unit = &body.units.length;
         for (index, theta) in thetas.iter().enumerate() {
             let [mean, largest] = mean_and_largest(prediction.field(index));
