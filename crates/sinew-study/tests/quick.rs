@@ -17,9 +17,10 @@ fn read(out: &Path) -> Report {
     Report::read(&out.join("report.json")).unwrap()
 }
 
-fn medians(report: &Report) -> Vec<f64> {
+/// With gaps where the solver has no error: it is the truth.
+fn medians(report: &Report) -> Vec<Option<f64>> {
     let rows = report.tables().flat_map(|table| &table.rows);
-    rows.flat_map(|row| row.errors.iter().map(|cell| cell.value.median().unwrap())).collect()
+    rows.flat_map(|row| row.errors.iter().map(|cell| cell.value.median())).collect()
 }
 
 #[test]
