@@ -1,9 +1,9 @@
 //! Fields of an independent program (`fixtures/beam/PROVENANCE.md`) read by our energy alone: no solver between.
 
-use sinew_energy::{Barriers, Body};
+use sinew::Case;
+use sinew_energy::Barriers;
 use sinew_mesh::{FieldValues, TetMesh, read_npy};
-use sinew_study::scenes::{Beam, once_clamped, twice_clamped};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Relative: rounding in the sum over 1440 cells; the fields themselves are good to 1.4e-13 in Π.
 const ENERGY: f64 = 1e-12;
@@ -33,12 +33,11 @@ fn stored_mesh(scene: &str) -> TetMesh {
     TetMesh::new(floats(scene, "points.npy").as_chunks().0.to_vec(), cells).unwrap()
 }
 
-fn check(beam: Beam) {
-    let name = beam.name;
-    let potential: Body = beam.scene.lower().unwrap();
+fn check(name: &str, scene: &str) {
+    let potential = Case::read(Path::new(scene)).unwrap().body().unwrap();
     let stored = stored_mesh(name);
     assert_eq!(potential.cells, stored.cells.as_flattened());
-    let farthest = (beam.scene.mesh.points.iter().flatten())
+    let farthest = (potential.positions.iter().flatten())
         .zip(stored.points.iter().flatten())
         .fold(0.0f64, |most, (a, b)| most.max((a - b).abs()));
     assert!(farthest < 1e-12, "nodes differ by {farthest} mm");
@@ -65,10 +64,10 @@ fn check(beam: Beam) {
 
 #[test]
 fn once_clamped_beam() {
-    check(once_clamped());
+    check("once", "OnceClampedBeam");
 }
 
 #[test]
 fn twice_clamped_beam() {
-    check(twice_clamped());
+    check("twice", "TwiceClampedBeam");
 }

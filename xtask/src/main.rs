@@ -10,7 +10,7 @@ mod miri;
 mod page;
 
 use anyhow::Result;
-use clap::{Parser, Subcommand};
+use clap::{Args, Parser, Subcommand};
 
 #[derive(Parser)]
 #[command(name = "cargo xtask", about = "Tasks of the Sinew workspace")]
@@ -19,54 +19,34 @@ struct Arguments {
     task: Task,
 }
 
+/// What a program is handed as it is, `--help` included.
+#[derive(Args)]
+#[command(disable_help_flag = true)]
+struct Options {
+    /// Options of the program; `--help` lists them
+    #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+    options: Vec<String>,
+}
+
 #[derive(Subcommand)]
 enum Task {
     /// Compare data-driven and physics-informed emulators of the thesis' two gravity beams with
     /// the finite-element solver, from the mesh to the report
-    #[command(disable_help_flag = true)]
-    ReproduceBeam {
-        /// Options of the study; `cargo xtask reproduce-beam --help` lists them
-        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-        options: Vec<String>,
-    },
+    ReproduceBeam(Options),
     /// Train emulators of the thesis' organs and measure them against the finite-element solver, on their own meshes and on
     /// meshes and shapes they were not trained on
-    #[command(disable_help_flag = true)]
-    ReproduceOrgans {
-        /// Options of the study; `cargo xtask reproduce-organs --help` lists them
-        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-        options: Vec<String>,
-    },
+    ReproduceOrgans(Options),
     /// Train one emulator for a population of shapes by energy alone and measure it on shapes that it has never seen, beside
     /// regression and the solver
-    #[command(disable_help_flag = true)]
-    ReproducePopulations {
-        /// Options of the study; `cargo xtask reproduce-populations --help` lists them
-        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-        options: Vec<String>,
-    },
+    ReproducePopulations(Options),
     /// Repeat the thesis' experiments with Gaussian processes and networks that satisfy boundary
     /// conditions exactly, beside the figures it prints
-    #[command(disable_help_flag = true)]
-    ReproduceGp {
-        /// Options of the study; `cargo xtask reproduce-gp --help` lists them
-        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-        options: Vec<String>,
-    },
-    /// How often 95 % intervals of Gaussian processes hold the truth, on eighteen problems that are not the thesis'
-    #[command(disable_help_flag = true)]
-    Coverage {
-        /// Sets of data, `--only NAME,…`, `--evidence joint|unit`, `--points N`, `--laplace`
-        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-        options: Vec<String>,
-    },
+    ReproduceGp(Options),
+    /// How often 95 % intervals of Gaussian processes hold the truth, on eighteen problems that are not the thesis': sets of
+    /// data, `--only NAME,…`, `--evidence joint|unit`, `--points N`, `--laplace`
+    Coverage(Options),
     /// Run the benchmarks of the solver against references it shares no code with
-    #[command(disable_help_flag = true)]
-    Verify {
-        /// Options of the benchmarks; `cargo xtask verify --help` lists them
-        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
-        options: Vec<String>,
-    },
+    Verify(Options),
     /// Format, lints, documentation, dependency arrows and tests: what continuous integration runs
     Ci,
     /// Hold the crates' dependencies against the table in docs/architecture.md
@@ -87,19 +67,16 @@ enum Task {
 }
 
 fn main() -> Result<()> {
+    let study = |program: &str, task: &str, of: Options| command::study(program, task, &of.options);
     match Arguments::parse().task {
-        Task::ReproduceBeam { options } => {
-            command::study("sinew-study", "reproduce-beam", &options)
+        Task::ReproduceBeam(options) => study("sinew-study", "reproduce-beam", options),
+        Task::ReproduceOrgans(options) => study("sinew-organs", "reproduce-organs", options),
+        Task::ReproducePopulations(options) => {
+            study("sinew-populations", "reproduce-populations", options)
         }
-        Task::ReproduceOrgans { options } => {
-            command::study("sinew-organs", "reproduce-organs", &options)
-        }
-        Task::ReproducePopulations { options } => {
-            command::study("sinew-populations", "reproduce-populations", &options)
-        }
-        Task::ReproduceGp { options } => command::study("sinew-study-gp", "reproduce-gp", &options),
-        Task::Coverage { options } => command::coverage(&options),
-        Task::Verify { options } => command::verify(&options),
+        Task::ReproduceGp(options) => study("sinew-study-gp", "reproduce-gp", options),
+        Task::Coverage(Options { options }) => command::coverage(&options),
+        Task::Verify(Options { options }) => command::verify(&options),
         Task::Ci => ci::run(),
         Task::Arrows => arrows::check(),
         Task::Miri => miri::run(),

@@ -99,11 +99,15 @@ impl<'b> Emulator<'b> {
 
     /// The predictions for `thetas` after at most `steps` quasi-Newton steps towards lower energy each, all with the stiffness that the body
     /// has at the centre of the parameters' ranges: between a prediction and Newton steps in error and in time, a gradient and a
-    /// back-substitution a step. A prediction that turns cells over begins at the state of that stiffness instead.
+    /// back-substitution a step. A prediction that turns cells over begins at the state of that stiffness instead. Without steps the
+    /// predictions themselves.
     ///
     /// # Errors
     /// As [`Emulator::predict`], and a body without stiffness at that centre.
     pub fn refine(&self, thetas: &[Vec<f64>], steps: usize) -> Result<Prediction> {
+        if steps == 0 {
+            return self.predict(thetas);
+        }
         let held = self.held()?;
         let mut prediction = self.predict(thetas)?;
         let refine = |(case, theta): (usize, &Vec<f64>)| -> Result<Vec<f64>> {

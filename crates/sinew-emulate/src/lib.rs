@@ -93,5 +93,4 @@ pub use sinew_energy::Body;
 pub use sinew_gnn::Backend;
 #[cfg(feature = "terminal")]
 pub use terminal::Terminal;
-pub use timing::median_seconds;
 pub use warning::Warning;

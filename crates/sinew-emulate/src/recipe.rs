@@ -18,7 +18,8 @@ use crate::evaluate::TestSet;
 use crate::options::cost;
 use crate::session::Session;
 use crate::{
-    Body, Calibration, Coordinates, Emulator, Network, Observer, Record, Result, TrainingOptions,
+    Body, Calibration, Coordinates, Emulator, Error, Network, Observer, Record, Result,
+    TrainingOptions,
 };
 use serde::{Deserialize, Serialize};
 
@@ -57,6 +58,17 @@ impl Recipe {
             Self::Regression(_) => "regression",
             Self::Auto(_) => "auto",
         }
+    }
+
+    /// Refuses what could be trained, but neither stored nor meant.
+    pub(crate) fn check(&self) -> Result<()> {
+        let (Self::Regression(regression) | Self::Auto(Auto { regression, .. })) = self else {
+            return Ok(());
+        };
+        let (what, value) = ("the target of a regression", regression.target);
+        let advice = "give a finite number that is not negative";
+        let makes_sense = value >= 0.0 && value.is_finite();
+        if makes_sense { Ok(()) } else { Err(Error::Setting { what, value, advice }) }
     }
 
     /// Outputs, sizes and training of its network, where it is one.

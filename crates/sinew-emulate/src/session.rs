@@ -50,6 +50,7 @@ impl<'a, 'b> Session<'a, 'b> {
         observer: &'a mut dyn Observer,
     ) -> Result<Self> {
         options.check()?;
+        recipe.check()?;
         if let Some(start) = &options.start {
             check_start(start, body, recipe)?;
         }
@@ -194,10 +195,10 @@ fn inside(path: &Path, folder: &Path) -> bool {
 
 fn prepare(folder: &Path, body: &Body, recipe: &Recipe, options: &TrainingOptions) -> Result<()> {
     let file = folder.join(STARTED);
-    let stored = read_json::<Started>(&file)?;
     let (recipe, body) = (recipe.clone(), identity::of(body));
+    // What a run replaces may be damaged or of an earlier form.
     if options.resume
-        && let Some(stored) = stored
+        && let Some(stored) = read_json::<Started>(&file)?
     {
         let others = TrainingOptions { folder: None, resume: false, ..options.clone() };
         let differs = if stored.recipe != recipe {
@@ -215,7 +216,7 @@ fn prepare(folder: &Path, body: &Body, recipe: &Recipe, options: &TrainingOption
     let file_error = |source| Error::File { path: folder.into(), source };
     if folder.exists() {
         let mut entries = std::fs::read_dir(folder).map_err(file_error)?;
-        if stored.is_some() {
+        if file.exists() {
             std::fs::remove_dir_all(folder).map_err(file_error)?;
         } else if entries.next().is_some() {
             return Err(Error::ForeignFolder { folder: folder.into() });

@@ -6,7 +6,7 @@ use std::time::Instant;
 ///
 /// # Errors
 /// The first error of a call.
-pub fn median_seconds<T, E>(
+pub(crate) fn median_seconds<T, E>(
     repeats: usize,
     mut call: impl FnMut() -> Result<T, E>,
 ) -> Result<f64, E> {

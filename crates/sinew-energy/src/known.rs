@@ -47,11 +47,10 @@ impl Body {
         if held[..of_law].iter().any(Option::is_some) {
             self.material = Arc::new(Known::new(self.material, &held[..of_law]));
         }
-        let followers = self.surfaces.iter_mut().map(|surface| &mut surface.magnitude);
-        for magnitude in self.pressures.iter_mut().map(|p| &mut p.magnitude).chain(followers) {
-            if let Magnitude::Theta(index) = *magnitude {
-                let before = held[..index].iter().flatten().count();
-                *magnitude = held[index].map_or(Magnitude::Theta(index - before), Magnitude::Fixed);
+        for pressure in &mut self.pressures {
+            if let Magnitude::Theta(index) = pressure.magnitude {
+                let left = Magnitude::Theta(index - held[..index].iter().flatten().count());
+                pressure.magnitude = held[index].map_or(left, Magnitude::Fixed);
             }
         }
         let mut held = held.into_iter();

@@ -6,9 +6,10 @@ use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
 use sinew::recipe::PhysicsInformed;
 use sinew::{Body, Case, Emulator, Recipe, TestSet};
-use sinew_emulate::{Budget, Evaluation, store};
+use sinew_emulate::{Budget, Evaluation};
 use sinew_report::format::count;
 use sinew_report::{Block, Cell, Chart, Column, Row, Section, Series, Style, Table};
+use sinew_study::program;
 use std::path::{Path, PathBuf};
 
 /// Name on the command line.
@@ -56,9 +57,6 @@ struct Outcome {
 }
 
 /// Trains on the coarsest mesh, goes on to each finer one, and compares with networks that start from nothing there.
-///
-/// # Errors
-/// Whatever keeps a mesh from being solved or learned.
 pub(crate) fn section(options: &Options) -> Result<Section> {
     let meshes = if options.quick { &MESHES[..2] } else { &MESHES };
     let mut table = Table::new(
@@ -80,13 +78,17 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
     let mut before: Option<PathBuf> = None;
     let [mut full, mut decoder] = [Vec::new(), Vec::new()];
     for mesh in meshes {
-        for outcome in outcomes(options, mesh, before.clone())? {
+        let folder = options.out.join(KEY).join(mesh.cells.to_string());
+        let found = program::kept(&folder.join("outcomes.json"), options.resume, || {
+            outcomes(options, mesh, before.clone(), &folder)
+        })?;
+        for outcome in found {
             let times = &outcome.evaluation.times;
             full.push([outcome.nodes as f64, times.predict_full_s]);
             decoder.push([outcome.nodes as f64, times.predict_decoder_s]);
             table.push(row(&outcome, mesh.thesis)?)?;
         }
-        before = Some(folder(options, mesh).join(if before.is_none() { "own" } else { "carried" }));
+        before = Some(folder.join(if before.is_none() { "own" } else { "carried" }));
     }
     for (name, points) in [("in full", full), ("decoder", decoder)] {
         chart = chart.with(Series::new(name, Style::Marked, points));
@@ -102,27 +104,20 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
     Ok(Section { name: KEY.into(), title: "TwistingCube on five meshes".into(), blocks })
 }
 
-fn folder(options: &Options, mesh: &Mesh) -> PathBuf {
-    options.out.join(KEY).join(mesh.cells.to_string())
-}
-
-fn outcomes(options: &Options, mesh: &Mesh, before: Option<PathBuf>) -> Result<Vec<Outcome>> {
-    let folder = folder(options, mesh);
-    let file = folder.join("outcomes.json");
-    if let Some(done) = store::read_json(&file)?.filter(|_| options.resume) {
-        return Ok(done);
-    }
+fn outcomes(
+    options: &Options,
+    mesh: &Mesh,
+    before: Option<PathBuf>,
+    folder: &Path,
+) -> Result<Vec<Outcome>> {
     let mut case = Case::read(Path::new("TwistingCube"))?;
     let cells = if options.quick { mesh.cells / 3 } else { mesh.cells };
     case.mesh.cuboid.as_mut().context("a cube")?.cells = [cells; 3];
     case.name = format!("TwistingCube-{cells}");
     let body = case.body()?;
     eprintln!("\nTwistingCube, {} nodes", count(body.nodes as u64));
-    let test = test_set(options, &body, mesh.cases, &folder)?;
-    let budget = match options.quick {
-        true => Budget::Steps(20),
-        false => Budget::Seconds(options.seconds(mesh.minutes)),
-    };
+    let test = test_set(options, &body, mesh.cases, folder)?;
+    let budget = options.training(mesh.minutes, 20);
     let mut runs = Vec::new();
     if before.is_some() {
         runs.push(("as it is", "as-it-is", Budget::Steps(0), before.clone()));
@@ -137,7 +132,6 @@ fn outcomes(options: &Options, mesh: &Mesh, before: Option<PathBuf>) -> Result<V
         let emulator = train(options, &body, &recipe, budget, start, &folder.join(name))?;
         outcomes.push(outcome(network, &body, &emulator, &test)?);
     }
-    store::write_json(&file, &outcomes)?;
     Ok(outcomes)
 }
 

@@ -1,5 +1,6 @@
 //! Errors over the plane of two parameters, within the trained ranges and beyond (thesis Fig. 3.9).
 
+use crate::regions::median;
 use anyhow::Result;
 use serde::{Deserialize, Serialize};
 use sinew::{Body, Emulator, Parameter, Sampling, TestSet};
@@ -58,9 +59,7 @@ pub fn map(
         let cases = test.cases(&emulator.predict(&test.thetas)?.fields())?;
         let median = |theta: &Vec<f64>| {
             let case = test.thetas.iter().position(|solved| solved == theta)?;
-            let mut errors = cases[case].err_u.clone();
-            errors.sort_by(f64::total_cmp);
-            Some(errors[errors.len() / 2].max(f64::MIN_POSITIVE).log10())
+            median(cases[case].err_u.clone()).map(f64::log10)
         };
         let rows = thetas.chunks(points).map(|row| row.iter().map(median).collect()).collect();
         maps.push((name.to_string(), rows));

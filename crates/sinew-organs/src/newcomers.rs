@@ -8,9 +8,10 @@ use nalgebra::{Rotation3, Vector3};
 use sinew::case::EllipsoidMesh;
 use sinew::recipe::PhysicsInformed;
 use sinew::{Body, Case, Comparison, Recipe};
-use sinew_emulate::{Budget, store};
+use sinew_emulate::Budget;
 use sinew_mesh::{AnyMesh, Chamber, Field, Size, WallOptions, read_mesh};
 use sinew_report::{Block, Section};
+use sinew_study::program;
 use std::path::{Path, PathBuf};
 
 /// Name on the command line.
@@ -50,9 +51,6 @@ const fn shape(name: &'static str, short: [f64; 2], long: [f64; 2], cells: [usiz
 }
 
 /// Trains the emulator of the ventricle unless it is there, and takes it to every shape.
-///
-/// # Errors
-/// Whatever keeps a shape from being solved or learned.
 pub(crate) fn section(options: &Options) -> Result<Section> {
     let organ = ORGANS.iter().find(|organ| organ.key == "ventricle").context("no ventricle")?;
     let start = options.out.join(organ.key).join("pi");
@@ -79,7 +77,10 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
             blocks.push(Block::Text(reason));
             continue;
         }
-        let comparison = meet(options, organ, shape, &start)?;
+        let folder = options.out.join(KEY).join(shape.name);
+        let comparison = program::kept(&folder.join("comparison.json"), options.resume, || {
+            meet(options, organ, shape, &start, &folder)
+        })?;
         println!("{comparison}");
         let own = comparison.section(shape.name, shape.name, &Default::default())?;
         blocks.push(Block::Text(format!("{}, {} nodes.", shape.name, comparison.nodes)));
@@ -93,21 +94,19 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
 }
 
 fn budget(options: &Options) -> Budget {
-    match options.quick {
-        true => Budget::Steps(20),
-        false => Budget::Seconds(options.seconds(SECONDS / 60.0)),
-    }
+    options.training(SECONDS / 60.0, 20)
 }
 
-fn meet(options: &Options, organ: &Organ, shape: &Shape, start: &Path) -> Result<Comparison> {
-    let folder = options.out.join(KEY).join(shape.name);
-    let file = folder.join("comparison.json");
-    if let Some(done) = store::read_json(&file)?.filter(|_| options.resume) {
-        return Ok(done);
-    }
+fn meet(
+    options: &Options,
+    organ: &Organ,
+    shape: &Shape,
+    start: &Path,
+    folder: &Path,
+) -> Result<Comparison> {
     eprintln!("\nnew ventricle, {}", shape.name);
-    let body = body(options, organ, shape, &folder)?;
-    let test = test_set(options, &body, CASES, &folder)?;
+    let body = body(options, organ, shape, folder)?;
+    let test = test_set(options, &body, CASES, folder)?;
     let mut comparison = Comparison::new(&test)?;
     let recipe = Recipe::from(PhysicsInformed::default());
     let budget = budget(options);
@@ -121,7 +120,6 @@ fn meet(options: &Options, organ: &Organ, shape: &Shape, start: &Path) -> Result
         let emulator = train(options, &body, &recipe, budget, start, &folder)?;
         comparison.add(name, &emulator, &test, CORRECTIONS)?;
     }
-    store::write_json(&file, &comparison)?;
     Ok(comparison)
 }
 

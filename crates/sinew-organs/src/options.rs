@@ -1,9 +1,10 @@
 //! Command line.
 
-use crate::organs::ORGANS;
+use crate::organs::{ORGANS, PARTS};
 use clap::Parser;
 use serde::{Deserialize, Serialize};
 use sinew::case::RecipeName;
+use sinew_emulate::Budget;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -17,7 +18,7 @@ use std::time::Duration;
 #[command(name = "cargo xtask reproduce-organs", version, max_term_width = 110)]
 pub struct Options {
     /// Scenes to run, separated by commas [default: all]
-    #[arg(long, value_delimiter = ',', value_parser = key)]
+    #[arg(long, value_delimiter = ',', value_parser = keys().collect::<Vec<_>>())]
     pub only: Vec<String>,
     /// Wall time of all trainings together, such as 20m or 2h; each scene gets its share
     #[arg(long, value_parser = humantime::parse_duration, conflicts_with = "quick")]
@@ -46,21 +47,9 @@ pub struct Options {
     pub resume: bool,
 }
 
-fn key(text: &str) -> Result<String, String> {
-    let keys: Vec<&str> = keys().collect();
-    match keys.contains(&text) {
-        true => Ok(text.to_string()),
-        false => Err(format!("`{text}` is no scene; there are: {}", keys.join(", "))),
-    }
-}
-
 /// Names of everything that can be run.
 pub fn keys() -> impl Iterator<Item = &'static str> {
-    ORGANS.iter().map(|organ| organ.key).chain([
-        crate::cubes::KEY,
-        crate::newcomers::KEY,
-        crate::rates::KEY,
-    ])
+    ORGANS.iter().map(|organ| organ.key).chain(PARTS.iter().map(|part| part.key))
 }
 
 impl Options {
@@ -69,8 +58,17 @@ impl Options {
         self.only.is_empty() || self.only.iter().any(|only| only == key)
     }
 
-    /// Training time of something that takes `minutes` by default \[s\]: its share of the budget, if there is one.
-    pub fn seconds(&self, minutes: f64) -> f64 {
+    /// How long something is trained that takes `minutes` by default: its share of the budget, if there is one; a quick check so
+    /// many steps.
+    pub(crate) fn training(&self, minutes: f64, quick_steps: usize) -> Budget {
+        match self.quick {
+            true => Budget::Steps(quick_steps),
+            false => Budget::Seconds(self.seconds(minutes)),
+        }
+    }
+
+    /// The same \[s\].
+    fn seconds(&self, minutes: f64) -> f64 {
         let share =
             self.budget.map_or(1.0, |budget| budget.as_secs_f64() / (60.0 * self.minutes()));
         60.0 * minutes * share
@@ -81,11 +79,8 @@ impl Options {
         let networks = self.recipe.iter().filter(|recipe| recipe.is_network()).count();
         let organs = ORGANS.iter().filter(|organ| self.wants(organ.key));
         let organs: f64 = organs.map(|organ| organ.minutes * networks as f64).sum();
-        let cubes = if self.wants(crate::cubes::KEY) { crate::cubes::minutes() } else { 0.0 };
-        let shapes =
-            if self.wants(crate::newcomers::KEY) { crate::newcomers::MINUTES } else { 0.0 };
-        let rates = if self.wants(crate::rates::KEY) { crate::rates::MINUTES } else { 0.0 };
-        organs + cubes + shapes + rates
+        let parts = PARTS.iter().filter(|part| self.wants(part.key));
+        organs + parts.map(|part| (part.minutes)()).sum::<f64>()
     }
 }
 

@@ -1,6 +1,10 @@
 //! The scenes, and what the thesis prints about them.
 
+use crate::options::Options;
+use crate::{cubes, newcomers, rates};
+use anyhow::Result;
 use sinew::Published;
+use sinew_report::Section;
 
 /// A scene of the thesis.
 #[derive(Clone, Copy, Debug)]
@@ -27,8 +31,6 @@ pub struct Organ {
     pub note: &'static str,
 }
 
-const NOTHING: Published = Published { source: "thesis", errors: [None; 5], displacement: None };
-
 const BASE: Organ = Organ {
     key: "",
     scene: "",
@@ -37,7 +39,7 @@ const BASE: Organ = Organ {
     test: 100,
     simulations: 100,
     minutes: 10.0,
-    thesis: NOTHING,
+    thesis: Published { source: "thesis", errors: &[], displacement: None },
     map: false,
     note: "",
 };
@@ -51,9 +53,9 @@ pub(crate) const ORGANS: &[Organ] = &[
         simulations: 50,
         minutes: 2.0,
         thesis: Published {
-            errors: [Some(8.5e-4), None, Some(1.2e-2), None, None],
+            errors: &[("", [Some(8.5e-4), None, Some(1.2e-2), None, None])],
             displacement: Some([1.1, 3.5]),
-            ..NOTHING
+            ..BASE.thesis
         },
         ..BASE
     },
@@ -64,9 +66,9 @@ pub(crate) const ORGANS: &[Organ] = &[
         map: true,
         minutes: 3.0,
         thesis: Published {
-            errors: [Some(8.8e-3), None, Some(1.9e-2), None, None],
+            errors: &[("", [Some(8.8e-3), None, Some(1.9e-2), None, None])],
             displacement: Some([7.9, 58.5]),
-            ..NOTHING
+            ..BASE.thesis
         },
         ..BASE
     },
@@ -123,8 +125,25 @@ pub(crate) const ORGANS: &[Organ] = &[
     },
 ];
 
+/// A study beyond one scene.
+pub(crate) struct Part {
+    /// Name on the command line and of its folder.
+    pub key: &'static str,
+    /// Training time by default \[min\].
+    pub minutes: fn() -> f64,
+    /// Does what is not done yet.
+    pub section: fn(&Options) -> Result<Section>,
+}
+
+/// All of them, after the scenes: one starts from the network of another.
+pub(crate) const PARTS: [Part; 3] = [
+    Part { key: cubes::KEY, minutes: cubes::minutes, section: cubes::section },
+    Part { key: newcomers::KEY, minutes: || newcomers::MINUTES, section: newcomers::section },
+    Part { key: rates::KEY, minutes: || rates::MINUTES, section: rates::section },
+];
+
 const VENTRICLE: Published = Published {
     source: "thesis",
-    errors: [Some(2.8e-2), Some(0.19), Some(4.7e-2), None, Some(3.7e-2)],
+    errors: &[("", [Some(2.8e-2), Some(0.19), Some(4.7e-2), None, Some(3.7e-2)])],
     displacement: Some([6.8, 26.3]),
 };

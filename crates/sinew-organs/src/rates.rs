@@ -6,8 +6,9 @@ use anyhow::Result;
 use serde::{Deserialize, Serialize};
 use sinew::recipe::{PhysicsInformed, TrainingConfig};
 use sinew::{Body, Case};
-use sinew_emulate::{Budget, Coordinates, CurvePoint, Network, store};
+use sinew_emulate::{Coordinates, CurvePoint, Network, store};
 use sinew_report::{Block, Cell, Chart, Column, Row, Section, Series, Style, Table};
+use sinew_study::program;
 use std::path::Path;
 
 /// Name on the command line.
@@ -35,9 +36,6 @@ struct Outcome {
 }
 
 /// Trains every beam at every rate.
-///
-/// # Errors
-/// Whatever keeps a beam from being solved; trainings that diverge are results.
 pub(crate) fn section(options: &Options) -> Result<Section> {
     crate::run::begin(options, KEY)?;
     let mut blocks = vec![Block::Text(
@@ -54,7 +52,10 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
         eprintln!("\nlearning rates, {scene}");
         let mut outcomes = Vec::new();
         for (rule, recipe) in rules() {
-            outcomes.push(outcome(options, &body, scene, &rule, recipe)?);
+            let folder = options.out.join(KEY).join(scene).join(rule.replace(", ", "-"));
+            outcomes.push(program::kept(&folder.join("outcome.json"), options.resume, || {
+                outcome(options, &body, &rule, recipe, &folder)
+            })?);
         }
         blocks.extend(report(scene, &outcomes)?);
     }
@@ -84,20 +85,12 @@ fn rules() -> impl Iterator<Item = (String, PhysicsInformed)> {
 fn outcome(
     options: &Options,
     body: &Body,
-    scene: &str,
     rule: &str,
     recipe: PhysicsInformed,
+    folder: &Path,
 ) -> Result<Outcome> {
-    let folder = options.out.join(KEY).join(scene).join(rule.replace(", ", "-"));
-    let file = folder.join("outcome.json");
-    if let Some(done) = store::read_json(&file)?.filter(|_| options.resume) {
-        return Ok(done);
-    }
-    let budget = match options.quick {
-        true => Budget::Steps(20),
-        false => Budget::Seconds(options.seconds(SECONDS / 60.0)),
-    };
-    let trained = train(options, body, &recipe.into(), budget, None, &folder);
+    let budget = options.training(SECONDS / 60.0, 20);
+    let trained = train(options, body, &recipe.into(), budget, None, folder);
     let (curve, train_s, failure) = match trained {
         Ok(emulator) => {
             let record = &emulator.record;
@@ -110,9 +103,7 @@ fn outcome(
             (curve, train_s, Some(format!("{error:#}")))
         }
     };
-    let outcome = Outcome { rule: rule.into(), curve, train_s, failure };
-    store::write_json(&file, &outcome)?;
-    Ok(outcome)
+    Ok(Outcome { rule: rule.into(), curve, train_s, failure })
 }
 
 fn report(scene: &str, outcomes: &[Outcome]) -> Result<Vec<Block>> {

@@ -132,7 +132,8 @@ fn field(share: f64, count: usize) -> usize {
     ((share * count as f64) as usize).min(count - 1)
 }
 
-fn median(mut errors: Vec<f64>) -> Option<f64> {
+/// The upper median, above zero for its logarithm's sake; none of nothing.
+pub(crate) fn median(mut errors: Vec<f64>) -> Option<f64> {
     errors.sort_by(f64::total_cmp);
     errors.get(errors.len() / 2).map(|error| error.max(f64::MIN_POSITIVE))
 }

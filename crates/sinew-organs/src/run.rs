@@ -2,15 +2,15 @@
 
 use crate::map::{self, ErrorMap};
 use crate::options::Options;
-use crate::organs::{ORGANS, Organ};
+use crate::organs::{ORGANS, Organ, PARTS};
 use crate::regions::{self, Regions};
-use crate::{cubes, newcomers, rates};
 use anyhow::{Context, Result, ensure};
 use sinew::case::{RecipeName, Training};
 use sinew::{Body, Case, Comparison, Emulator, Recipe, TestSet, TrainingOptions};
 use sinew_emulate::{Budget, Terminal, store};
-use sinew_report::{Block, Provenance, Report, Section};
-use sinew_study::program;
+use sinew_report::{Block, Section};
+use sinew_study::program::{self, Growing};
+use sinew_study::timing;
 use std::path::{Path, PathBuf};
 
 /// Newton steps that predictions are corrected by.
@@ -30,51 +30,26 @@ const QUICK_CELLS: [usize; 3] = [1, 16, 6];
 /// # Errors
 /// Whatever keeps a scene from being run, and files that cannot be written. Scenes that are done are kept.
 pub fn reproduce(options: &Options) -> Result<PathBuf> {
-    let clock = std::time::Instant::now();
-    let provenance = Provenance {
-        seed: Some(options.seed),
-        threads: rayon::current_num_threads(),
-        config: toml::to_string_pretty(options)?,
-        ..Provenance::of_this_run("sinew-organs", env!("CARGO_MANIFEST_DIR"))
-    };
-    let mut report = Report::new("The thesis’ organs", about(options), provenance.clone());
-    let mut page = options.out.join("report.html");
-    let mut add = |section: Section, report: &mut Report| -> Result<()> {
-        report.sections.push(section);
-        report.provenance = provenance.clone().finished(clock.elapsed().as_secs_f64());
+    let about = "Error and time on the same meshes, parameters and machine; the truth is our finite-element solution.";
+    let names = ["sinew-organs", "The thesis’ organs", about];
+    let mut growing = Growing::new(names, (options.seed, options.quick), options, |report| {
         let [all, met] = report.verdicts();
-        report.headline = format!(
+        format!(
             "{met} of {all} comparisons with medians that the thesis prints are met, each emulator counted for itself."
-        );
-        page = report.write(&options.out)?;
-        Ok(())
-    };
+        )
+    })?;
+    let mut page = None;
     for organ in ORGANS.iter().filter(|organ| options.wants(organ.key)) {
         match section(options, organ).with_context(|| format!("scene {}", organ.key))? {
-            Some(section) => add(section, &mut report)?,
-            None => report.notes.push(absent(options, organ)),
+            Some(section) => page = Some(growing.add(section, &options.out)?),
+            None => growing.report.notes.push(absent(options, organ)),
         }
     }
-    if options.wants(cubes::KEY) {
-        add(cubes::section(options).context("the meshes of the cube")?, &mut report)?;
+    for part in PARTS.iter().filter(|part| options.wants(part.key)) {
+        let section = (part.section)(options).with_context(|| format!("scene {}", part.key))?;
+        page = Some(growing.add(section, &options.out)?);
     }
-    if options.wants(newcomers::KEY) {
-        add(newcomers::section(options).context("new ventricles")?, &mut report)?;
-    }
-    if options.wants(rates::KEY) {
-        add(rates::section(options).context("learning rates")?, &mut report)?;
-    }
-    ensure!(!report.sections.is_empty(), "nothing was run: {}", report.notes.join("; "));
-    Ok(page)
-}
-
-fn about(options: &Options) -> &'static str {
-    match options.quick {
-        true => "A quick check of the code path on small meshes: its errors mean nothing.",
-        false => {
-            "Error and time on the same meshes, parameters and machine; the truth is our finite-element solution."
-        }
-    }
+    page.with_context(|| format!("nothing was run: {}", growing.report.notes.join("; ")))
 }
 
 fn absent(options: &Options, organ: &Organ) -> String {
@@ -96,18 +71,10 @@ fn absent(options: &Options, organ: &Organ) -> String {
 /// A folder of something else, or of a run with other options that is to be resumed.
 pub fn begin(options: &Options, key: &str) -> Result<PathBuf> {
     let folder = options.out.join(key);
-    let file = folder.join(OPTIONS);
-    match store::read_json::<Options>(&file)? {
-        Some(_) if options.resume => same(options, key)?,
-        Some(_) => std::fs::remove_dir_all(&folder)
-            .with_context(|| format!("{} could not be emptied", folder.display()))?,
-        None => ensure!(
-            !folder.exists(),
-            "{} exists but is not of an earlier run; choose another --out",
-            folder.display()
-        ),
+    let folders = std::slice::from_ref(&folder);
+    if timing::begin(&folder.join(OPTIONS), folders, options.resume, options)?.is_some() {
+        same(options, key)?;
     }
-    store::write_json(&file, options)?;
     Ok(folder)
 }
 
@@ -159,15 +126,9 @@ fn section(options: &Options, organ: &Organ) -> Result<Option<Section>> {
         true => organ.scene.to_string(),
         false => format!("{} (in the place of {})", case.name, organ.scene),
     };
-    let file = folder.join("comparison.json");
-    let comparison = match store::read_json(&file)?.filter(|_| options.resume) {
-        Some(done) => done,
-        None => {
-            let done = compare(options, organ, &case.body()?, &folder)?;
-            store::write_json(&file, &done)?;
-            done
-        }
-    };
+    let comparison = program::kept(&folder.join("comparison.json"), options.resume, || {
+        compare(options, organ, &case.body()?, &folder)
+    })?;
     println!("{comparison}");
     let thesis = if own { organ.thesis } else { Default::default() };
     let mut section = comparison.section(organ.key, &title, &thesis)?;
@@ -187,10 +148,9 @@ fn compare(options: &Options, organ: &Organ, body: &Body, folder: &Path) -> Resu
     let mut emulators = Vec::new();
     for &name in &options.recipe {
         let recipe = recipe(options, organ, name);
-        let budget = match (options.quick, name) {
-            _ if !name.is_network() => Budget::default(),
-            (true, _) => Budget::Steps(QUICK[2]),
-            (false, _) => Budget::Seconds(options.seconds(organ.minutes)),
+        let budget = match name.is_network() {
+            true => options.training(organ.minutes, QUICK[2]),
+            false => Budget::default(),
         };
         let emulator = train(options, body, &recipe, budget, None, &folder.join(recipe.key()))?;
         comparison.add(recipe.key(), &emulator, &test, CORRECTIONS)?;

@@ -38,7 +38,8 @@ struct Beginning {
 /// Whatever keeps the report from being made: options that contradict an interrupted run, problems that cannot
 /// be set up, files that cannot be written. A fit that fails is told in the report.
 pub fn reproduce_gp(options: &Options) -> Result<PathBuf> {
-    let provenance = manifest::of_this_run(options.seed, options.threads(), options)?;
+    let provenance =
+        manifest::of_this_run("sinew-study-gp", options.seed, options.threads(), options)?;
     let (clock, earlier_revision) = begin(options, &provenance.revision)?;
     store::write_json(&options.out.join("manifest.json"), &provenance)?;
     let scale = Scale { quick: options.quick };

@@ -1,18 +1,14 @@
-//! The thesis' beams: the comparison of emulators with the solver, and the report.
+//! The thesis' beams: the comparison of emulators with the solver, and the report; and what the programs of all studies share.
 //!
-//! The program `sinew-study` runs them (`cargo xtask reproduce-beam`). The story of a run:
-//! [`scenes`] are lowered to bodies, `recipes` says how `sinew-emulate` makes emulators of them, `simulate` solves what
-//! they are judged by, [`report`] tells.
+//! The program `sinew-study` runs them (`cargo xtask reproduce-beam`): [`scenes`] are lowered to bodies, `recipes` says how
+//! `sinew-emulate` makes emulators of them, `sinew` compares them, `fenics` says how good the solver is that they are judged by.
 
-pub mod fields;
+mod fenics;
 pub mod manifest;
 pub mod options;
-mod outcome;
-mod present;
 pub mod program;
 mod recipes;
-pub mod report;
 pub mod run;
+pub mod samples;
 pub mod scenes;
-mod simulate;
 pub mod timing;

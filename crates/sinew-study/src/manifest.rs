@@ -17,11 +17,12 @@ const NUMERIC: &[&str] = &[
 
 /// Of the running program, with the versions in the lock file it was built with.
 pub fn of_this_run(
+    program: &str,
     seed: u64,
     threads: usize,
     config: &impl serde::Serialize,
 ) -> anyhow::Result<Provenance> {
-    let mut provenance = Provenance::of_this_run("sinew-study", env!("CARGO_MANIFEST_DIR"));
+    let mut provenance = Provenance::of_this_run(program, env!("CARGO_MANIFEST_DIR"));
     let mut name = "";
     for line in include_str!("../../../Cargo.lock").lines() {
         let quoted = |key: &str| line.strip_prefix(key)?.strip_prefix(" = \"")?.strip_suffix('"');

@@ -1,6 +1,6 @@
 //! Command line.
 
-use crate::report::Method;
+use crate::scenes::{BEAMS, Beam};
 use clap::{Parser, ValueEnum};
 use serde::{Deserialize, Serialize};
 use sinew_gnn::Backend;
@@ -62,13 +62,34 @@ pub(crate) enum SceneChoice {
 }
 
 impl SceneChoice {
-    /// Names of the chosen scenes, in the order of the run.
-    pub(crate) fn names(self) -> &'static [&'static str] {
+    /// The chosen beams, in the order of the run.
+    pub(crate) fn beams(self) -> &'static [Beam] {
         match self {
-            SceneChoice::Once => &["once"],
-            SceneChoice::Twice => &["twice"],
-            SceneChoice::Both => &["once", "twice"],
+            SceneChoice::Once => &BEAMS[..1],
+            SceneChoice::Twice => &BEAMS[1..],
+            SceneChoice::Both => &BEAMS,
         }
+    }
+}
+
+/// An emulator that can be chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// On simulated displacements, thesis (3.11)
+    Dd,
+    /// By minimum potential energy, without any simulation, thesis (3.12)
+    Pi,
+    /// On simulated displacements, errors weighed by the body's stiffness
+    Hybrid,
+    /// On simulated displacements and deformation gradients, thesis (B.1)
+    Fdd,
+}
+
+impl Method {
+    /// Name in reports and files.
+    pub(crate) fn key(self) -> &'static str {
+        ["dd", "pi", "hybrid", "fdd"][self as usize]
     }
 }
 

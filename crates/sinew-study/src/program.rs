@@ -1,12 +1,16 @@
-//! What the programs of all studies share: their end, their test cases, how they train.
+//! What the programs of all studies share: reports, what they keep, their test cases, how they train, their end.
 
+use crate::manifest;
 use anyhow::{Result, ensure};
+use serde::{Serialize, de::DeserializeOwned};
 use sinew_emulate::{
-    Body, Design, Simulations, Terminal, TestSet, TrainingOptions, simulate, split_seed,
+    Body, Design, Simulations, Terminal, TestSet, TrainingOptions, simulate, split_seed, store,
 };
 use sinew_energy::{Parameter, Sampling};
+use sinew_report::{Provenance, Report, Section};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Instant;
 
 /// Says where the report is, or the folder of what was only simulated, or what went wrong.
 pub fn end(report: Result<PathBuf>) -> ExitCode {
@@ -20,6 +24,67 @@ pub fn end(report: Result<PathBuf>) -> ExitCode {
             eprintln!("\nerror: {error:#}");
             ExitCode::FAILURE
         }
+    }
+}
+
+/// What an earlier run left in a file, where this one goes on; or what is made now, and left there.
+///
+/// # Errors
+/// Those of making it; a file that cannot be read or written.
+pub fn kept<T: Serialize + DeserializeOwned>(
+    file: &Path,
+    resume: bool,
+    make: impl FnOnce() -> Result<T>,
+) -> Result<T> {
+    // A file that is replaced may be of an earlier form.
+    if resume && let Some(done) = store::read_json(file)? {
+        return Ok(done);
+    }
+    let made = make()?;
+    store::write_json(file, &made)?;
+    Ok(made)
+}
+
+/// A report that is written anew after every section.
+pub struct Growing {
+    /// What there is of it.
+    pub report: Report,
+    provenance: Provenance,
+    start: Instant,
+    headline: fn(&Report) -> String,
+}
+
+impl Growing {
+    /// Of a study, by its program and options; what it holds is said by its sections. A quick check means nothing.
+    ///
+    /// # Errors
+    /// Options that cannot be written down.
+    pub fn new(
+        [program, title, about]: [&str; 3],
+        (seed, quick): (u64, bool),
+        options: &impl Serialize,
+        headline: fn(&Report) -> String,
+    ) -> Result<Self> {
+        let threads = rayon::current_num_threads();
+        let provenance = manifest::of_this_run(program, seed, threads, options)?;
+        let about = match quick {
+            true => "A quick check of the code path on small meshes: its errors mean nothing.",
+            false => about,
+        };
+        let report = Report::new(title, about, provenance.clone());
+        Ok(Self { report, provenance, start: Instant::now(), headline })
+    }
+
+    /// Adds a section and writes all there is into a folder; the path of `report.html`.
+    ///
+    /// # Errors
+    /// Files that cannot be written.
+    pub fn add(&mut self, section: Section, out: &Path) -> Result<PathBuf> {
+        self.report.sections.push(section);
+        self.report.headline = (self.headline)(&self.report);
+        let seconds = self.start.elapsed().as_secs_f64();
+        self.report.provenance = self.provenance.clone().finished(seconds);
+        Ok(self.report.write(out)?)
     }
 }
 

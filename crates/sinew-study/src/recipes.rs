@@ -1,16 +1,13 @@
 //! What the options of the beams mean: recipes, budgets, numbers of simulations.
 
-use crate::options::BeamOptions;
+use crate::options::{BeamOptions, Method};
 use crate::program;
-use crate::report::Method;
-use serde::{Deserialize, Serialize};
 use sinew_emulate::recipe::{DataDriven, Hybrid, PhysicsInformed, Regression};
 use sinew_emulate::{Budget, Coordinates, Network, Recipe, TrainingOptions};
 use sinew_gnn::TrainingConfig;
 use std::path::Path;
 
 /// Numbers of simulations.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Samples {
     /// Latin hypercube for training.
     pub training: usize,
@@ -31,8 +28,15 @@ impl Samples {
     }
 }
 
-/// The recipe of an emulator; anything but a network is a regression.
-pub(crate) fn recipe(options: &BeamOptions, method: Method) -> Recipe {
+/// Recipes by the names of their emulators: the chosen ones, and the regression that they are rivals of.
+pub(crate) fn recipes(options: &BeamOptions) -> Vec<(&'static str, Recipe)> {
+    let simulations = Samples::of(options).regression;
+    let regression = Regression { simulations, most: simulations, ..Regression::default() };
+    let chosen = options.method.iter().map(|&method| (method.key(), recipe(options, method)));
+    chosen.chain([("pod", regression.into())]).collect()
+}
+
+fn recipe(options: &BeamOptions, method: Method) -> Recipe {
     let simulations = Samples::of(options).training;
     let thesis = options.full.then(|| (Coordinates::Components, TrainingConfig::thesis()));
     let network = if options.full { Network::thesis() } else { Network::default() };
@@ -54,10 +58,6 @@ pub(crate) fn recipe(options: &BeamOptions, method: Method) -> Recipe {
             let base = Hybrid::default();
             let (coordinates, training) = thesis.unwrap_or((base.coordinates, base.training));
             Hybrid { simulations, coordinates, network, training }.into()
-        }
-        Method::Pod | Method::FemCold | Method::FemWarm => {
-            let simulations = Samples::of(options).regression;
-            Regression { simulations, most: simulations, ..Regression::default() }.into()
         }
     }
 }
@@ -86,7 +86,7 @@ fn budget(options: &BeamOptions, recipe: &Recipe) -> Budget {
         let quick = options.quick && recipe.cost() > 0.0;
         return if quick { Budget::Steps(QUICK_STEPS) } else { Budget::Effort(options.effort) };
     };
-    let scenes = options.scene.names().len() as f64;
+    let scenes = options.scene.beams().len() as f64;
     let total: f64 =
         options.method.iter().map(|&method| self::recipe(options, method).cost()).sum();
     let left = (budget - FIXED_SECONDS * scenes).max(LEAST_SHARE * budget);

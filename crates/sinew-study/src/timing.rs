@@ -26,26 +26,16 @@ impl WallClock {
         beginning: T,
     ) -> Result<(Self, T)> {
         let (config, file) = (out.join("config.json"), out.join("elapsed.json"));
-        let begin = |earlier| Self { earlier, start: Instant::now(), file: file.clone() };
-        if resume {
-            let stored = store::read_json(&config)?.with_context(|| {
-                let out = out.display();
-                format!("there is no run to resume in {out}; start it without --resume")
-            })?;
-            return Ok((begin(store::read_json(&file)?.unwrap_or_default()), stored));
-        }
-        for old in folders.iter().map(|name| out.join(name)).filter(|old| old.exists()) {
-            let old = old.as_path();
-            ensure!(
-                config.exists(),
-                "{} exists but is not of an earlier run; choose another --out",
-                old.display()
-            );
-            std::fs::remove_dir_all(old)
-                .with_context(|| format!("{} could not be emptied", old.display()))?;
-        }
-        store::write_json(&config, &beginning)?;
-        Ok((begin(Duration::ZERO), beginning))
+        ensure!(
+            !resume || config.exists(),
+            "there is no run to resume in {}; start it without --resume",
+            out.display()
+        );
+        let folders: Vec<_> = folders.iter().map(|name| out.join(name)).collect();
+        let stored = begin(&config, &folders, resume, &beginning)?;
+        let earlier = stored.is_some().then(|| store::read_json(&file)).transpose()?.flatten();
+        let clock = Self { earlier: earlier.unwrap_or_default(), start: Instant::now(), file };
+        Ok((clock, stored.unwrap_or(beginning)))
     }
 
     /// Wall time so far, kept for a run that resumes this one.
@@ -54,4 +44,32 @@ impl WallClock {
         store::write_json(&self.file, &wall)?;
         Ok(wall)
     }
+}
+
+/// Begins a run anew, in `folders` emptied of an earlier one, and keeps in `file` what it was begun with; or returns what the run
+/// that goes on was begun with.
+///
+/// # Errors
+/// Folders that are not of an earlier run, files that cannot be read or written.
+pub fn begin<T: Serialize + DeserializeOwned>(
+    file: &Path,
+    folders: &[PathBuf],
+    resume: bool,
+    beginning: &T,
+) -> Result<Option<T>> {
+    // What a run replaces may be of an earlier form.
+    if resume && let Some(stored) = store::read_json(file)? {
+        return Ok(Some(stored));
+    }
+    for old in folders.iter().map(PathBuf::as_path).filter(|old| old.exists()) {
+        ensure!(
+            file.exists(),
+            "{} exists but is not of an earlier run; choose another --out",
+            old.display()
+        );
+        std::fs::remove_dir_all(old)
+            .with_context(|| format!("{} could not be emptied", old.display()))?;
+    }
+    store::write_json(file, beginning)?;
+    Ok(None)
 }

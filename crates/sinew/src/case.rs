@@ -248,6 +248,7 @@ impl Case {
             SceneError::NotUnit { .. }
             | SceneError::NotPerpendicular { .. }
             | SceneError::DirectionCount { .. } => &["fibres"],
+            SceneError::NotFinite { what, .. } if what.contains("prescribed") => &["supports"],
             SceneError::FreeToMove { .. }
             | SceneError::LooseNodes { .. }
             | SceneError::Contradiction { .. }

@@ -33,17 +33,26 @@ pub(crate) struct CaseArguments {
 }
 
 impl CaseArguments {
-    /// The case.
-    pub(crate) fn read(&self) -> Result<Case> {
+    /// The case and the folder for its results.
+    pub(crate) fn read(&self) -> Result<(Case, PathBuf)> {
         let case = Case::read(&self.case)?;
-        Ok(match &self.mesh {
+        let case = match &self.mesh {
             Some(mesh) => case.with_mesh(mesh.clone()),
             None => case,
-        })
+        };
+        let folder = self.folder(&case);
+        Ok((case, folder))
     }
 
-    /// Folder for its results.
-    pub(crate) fn folder(&self, case: &Case) -> PathBuf {
+    /// The same with the body, of which warnings are told on standard error.
+    pub(crate) fn open(&self) -> Result<(Case, Body, PathBuf)> {
+        let (case, folder) = self.read()?;
+        let body = case.body()?;
+        case.warnings(&body).iter().for_each(|warning| eprintln!("warning: {warning}"));
+        Ok((case, body, folder))
+    }
+
+    fn folder(&self, case: &Case) -> PathBuf {
         // A name may hold what paths read as folders.
         let kept = |c: char| if c.is_alphanumeric() || "-_ ".contains(c) { c } else { '_' };
         let name: String = case.name.chars().map(kept).collect();
@@ -92,7 +101,7 @@ impl ThetaArguments {
 /// Warnings of one kind that are printed; the others are counted.
 pub(crate) const MOST_WARNINGS: usize = 5;
 
-/// Emulators in a folder of results by the names of their folders, short ones first.
+/// Emulators in a folder of results by the names of their folders, short ones first; one at least.
 pub(crate) fn trained(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     let mut found = Vec::new();
     if folder.exists() {
@@ -103,6 +112,10 @@ pub(crate) fn trained(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
                 found.push((name, path.join("emulator")));
             }
         }
+    }
+    if found.is_empty() {
+        let folder = folder.display();
+        return refuse(format!("there is no emulator in {folder}; make one: sinew train"));
     }
     // regression-25 before regression-100.
     found.sort_by(|(a, _), (b, _)| (a.len(), a).cmp(&(b.len(), b)));

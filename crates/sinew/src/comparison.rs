@@ -3,7 +3,8 @@
 use crate::theta::{spoken, theta_in_words};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::{
-    CurvePoint, Emulator, Errors, Evaluation, Quantiles, TestSet, Warning, median_and_worst,
+    CaseErrors, CurvePoint, Emulator, Errors, Evaluation, METRICS, Quantiles, Recipe, Record,
+    TestSet, Warning, median_and_worst,
 };
 use sinew_report::format::seconds as duration;
 use sinew_report::{ReportError, Surfaces, density};
@@ -37,6 +38,9 @@ pub struct Comparison {
 pub struct Method {
     /// Its name, such as that of its recipe.
     pub name: String,
+    /// What it is, in a line.
+    #[serde(default)]
+    pub about: String,
     /// Simulations that it learned from.
     pub simulations: usize,
     /// Optimiser steps.
@@ -91,7 +95,7 @@ impl Comparison {
         })
     }
 
-    /// Adds an emulator, raw and after one to `corrections` Newton steps.
+    /// Adds an emulator, raw and after one to `corrections` Newton steps; its errors, case by case.
     ///
     /// # Errors
     /// As [`Emulator::evaluate`].
@@ -101,20 +105,14 @@ impl Comparison {
         emulator: &Emulator<'_>,
         test: &TestSet<'_>,
         corrections: usize,
-    ) -> Result<(), ComparisonError> {
+    ) -> Result<Vec<CaseErrors>, ComparisonError> {
         let record = &emulator.record;
         let fields = emulator.predict(&test.thetas)?.fields();
         let cases = test.cases(&fields)?;
-        let pooled = |of: fn(&sinew_emulate::CaseErrors) -> &[f64]| {
-            density(&cases.iter().flat_map(|case| of(case).iter().copied()).collect::<Vec<_>>())
-        };
-        let densities = vec![
-            pooled(|case| &case.err_u),
-            pooled(|case| &case.err_f),
-            pooled(|case| &case.err_i1),
-            pooled(|case| std::slice::from_ref(&case.err_pi)),
-            pooled(|case| &case.err_volume),
-        ];
+        let pooled = METRICS.map(|metric| metric.pooled(&cases).collect());
+        let volumes = cases.iter().flat_map(|case| case.err_volume.iter().copied()).collect();
+        let densities = pooled.iter().chain([&volumes]).map(|errors: &Vec<_>| density(errors));
+        let densities = densities.collect();
         for (kind, case) in ["median", "worst"].into_iter().zip(median_and_worst(&cases)) {
             let moved = fields[case].as_chunks::<3>().0.iter().zip(&test.body.positions);
             let deformed: Vec<[f64; 3]> =
@@ -126,6 +124,7 @@ impl Comparison {
         }
         self.methods.push(Method {
             name: name.into(),
+            about: about(record),
             simulations: record.simulations,
             steps: record.steps,
             evaluation: emulator.evaluate(test, corrections)?,
@@ -133,7 +132,34 @@ impl Comparison {
             history: record.history.clone(),
             warnings: record.warnings.clone(),
         });
-        Ok(())
+        Ok(cases)
+    }
+}
+
+/// What an emulator is, in one line.
+fn about(record: &Record) -> String {
+    match &record.recipe {
+        Recipe::DataDriven(recipe) => {
+            let and = if recipe.gradient_weight > 0.0 { " and their gradients" } else { "" };
+            format!("network on {} simulations{and}", record.simulations)
+        }
+        Recipe::Hybrid(_) => format!(
+            "network on {} simulations, errors weighed by the stiffness about one of them",
+            record.simulations
+        ),
+        Recipe::PhysicsInformed(_) => {
+            "network by minimum potential energy, without simulations; a few linear solves set its scale and what it follows by \
+             itself"
+                .into()
+        }
+        Recipe::Series => "one solution, followed to second order in the parameters".into(),
+        Recipe::Regression(_) | Recipe::Auto(_) => {
+            let choice = record.choice.as_ref();
+            let taken = choice.and_then(|choice| choice.candidates.get(choice.taken));
+            taken.map_or_else(String::new, |taken| {
+                format!("{} on {} simulations, {}", taken.recipe, taken.simulations, taken.detail)
+            })
+        }
     }
 }
 

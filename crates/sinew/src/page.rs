@@ -1,7 +1,7 @@
 //! A comparison as a report.
 
 use crate::comparison::{Comparison, Method};
-use sinew_emulate::{Errors, Evaluation, METRICS, Metric, Quantiles};
+use sinew_emulate::{CurvePoint, Errors, Evaluation, METRICS, Metric, Quantiles};
 use sinew_report::{
     Block, Cell, Chart, Column, Level, Provenance, Report, ReportError, Row, Section, Series,
     Style, Table,
@@ -12,10 +12,27 @@ use sinew_report::{
 pub struct Published {
     /// Who prints them, such as `"thesis"`.
     pub source: &'static str,
-    /// In the order of [`METRICS`], then err_V; `None` where nothing is printed.
-    pub errors: [Option<f64>; 5],
+    /// By the name of the method that they are held against, which is empty for all, in the order of [`METRICS`], then err_V;
+    /// `None` where nothing is printed.
+    pub errors: &'static [(&'static str, [Option<f64>; 5])],
     /// Mean and largest nodal displacement \[length\], as a check that the scene is the same.
     pub displacement: Option<[f64; 2]>,
+}
+
+impl Published {
+    /// What a method is held against.
+    fn of(&self, method: &str) -> [Option<f64>; 5] {
+        let found = self.errors.iter().find(|(name, _)| name.is_empty() || *name == method);
+        found.map_or([None; 5], |(_, errors)| *errors)
+    }
+
+    /// One of the errors as lines.
+    fn levels(&self, error: usize, upright: bool) -> impl Iterator<Item = Level> {
+        self.errors.iter().filter_map(move |(method, errors)| {
+            let name = if method.is_empty() { self.source } else { method };
+            Some(Level { name: name.into(), value: errors[error]?, upright, published: true })
+        })
+    }
 }
 
 impl Comparison {
@@ -48,10 +65,11 @@ impl Comparison {
         title: &str,
         published: &Published,
     ) -> Result<Section, ReportError> {
-        let table = self.table(published)?;
+        let table = self.table(published, true)?;
         let speed = Chart::speed_against_error(&table, 0);
         let mut blocks = vec![
             Block::Facts(self.facts(published)),
+            Block::List(self.table(published, false)?.summary()),
             Block::Table(table),
             Block::charts(
                 "Speed against error",
@@ -67,8 +85,10 @@ impl Comparison {
         if self.methods.iter().any(|method| !method.history.is_empty()) {
             blocks.push(Block::charts(
                 "Error over training time",
-                "Medians over the held-out cases. Dotted lines are published figures.",
-                [self.curves(published)],
+                "Medians over the held-out cases. Time is that of training, without simulations and evaluations. Dotted lines are \
+                 published figures, single markers methods without training steps. The energy is above that of the solution, which \
+                 is a minimum.",
+                self.curves(published),
             ));
         }
         blocks.push(self.sensitivities());
@@ -87,11 +107,14 @@ impl Comparison {
         METRICS.iter().map(column).chain(volumes.then_some(volume)).collect()
     }
 
-    fn table(&self, published: &Published) -> Result<Table, ReportError> {
+    /// Errors beside times, of corrected predictions too or of raw ones only.
+    fn table(&self, published: &Published, corrected: bool) -> Result<Table, ReportError> {
         let times = [
+            Column::new("in full", "s").about(
+                "one parameter set, with the message passing of a network; the solver from rest",
+            ),
             Column::new("predict", "s")
-                .about("one parameter set on the known geometry, with its Newton steps"),
-            Column::new("in full", "s").about("the same with the message passing of a network"),
+                .about("the same on the known geometry; the solver from a neighbour's solution"),
             Column::new("in a batch", "s").about("one of 200 parameter sets"),
             Column::new("simulate + train", "s").once(),
         ];
@@ -105,20 +128,22 @@ impl Comparison {
         let mut table = Table::new(errors, times, others);
         for method in &self.methods {
             let (own, times) = (&method.evaluation, &method.evaluation.times);
-            let [decoder, full, batch] =
-                [times.predict_decoder_s, times.predict_full_s, times.predict_batch_per_theta_s];
-            let raw = row(method, method.name.clone(), &own.raw, [decoder, full, batch])?;
-            table.push(judged(raw, count, published))?;
-            for after in &own.corrected {
+            let times =
+                [times.predict_full_s, times.predict_decoder_s, times.predict_batch_per_theta_s];
+            let mut raw = row(method, method.name.clone(), &own.raw, times, count)?;
+            for (cell, printed) in raw.errors.iter_mut().zip(published.of(&method.name)) {
+                *cell = std::mem::take(cell).against(published.source, printed);
+            }
+            table.push(raw.described(&method.about, ""))?;
+            for after in own.corrected.iter().filter(|_| corrected) {
                 let name = format!("{} + {} Newton", method.name, after.steps);
-                let steps = after.steps as f64 * times.correction_s;
-                let times = [decoder, full, batch].map(|seconds| seconds + steps);
-                let nothing = Published::default();
-                table.push(judged(row(method, name, &after.errors, times)?, count, &nothing))?;
+                let steps = after.steps as f64 * own.times.correction_s;
+                table.push(row(method, name, &after.errors, times.map(|t| t + steps), count)?)?;
             }
         }
         if let Some(times) = self.methods.first().map(|method| method.evaluation.times) {
             table.push(solver(times.solver_cold_s, times.solver_warm_s, count)?)?;
+            table.baseline = Some(SOLVER.into());
         }
         Ok(table)
     }
@@ -135,6 +160,7 @@ impl Comparison {
             fact("mesh", format!("{nodes} nodes, {cells} elements, {unknowns} unknowns")),
             fact("parameters", self.parameters.join(", ")),
             fact("displacement", size + &printed.unwrap_or_default()),
+            fact("test cases", self.methods.first().map_or(0, |m| m.evaluation.cases).to_string()),
         ]
     }
 
@@ -171,29 +197,40 @@ impl Comparison {
                 published: false,
             }));
         }
-        chart.levels.extend(level(published, error, true));
+        chart.levels.extend(published.levels(error, true));
         chart
     }
 
-    fn curves(&self, published: &Published) -> Chart {
-        let name = format!("median err_u [{}]", self.length_unit);
-        let mut chart =
-            Chart::new("Error in displacement", ["training time [s]", &name], [true; 2]);
-        for method in self.methods.iter().filter(|method| !method.history.is_empty()) {
-            let points = method.history.iter();
-            let points =
-                points.map(|p| [p.train_s, p.medians.map_or(f64::NAN, |medians| medians[0])]);
-            chart.series.push(Series::new(&method.name, Style::Line, points));
-        }
-        chart.levels.extend(level(published, 0, false));
-        chart
+    /// Errors, and the energy above that of the solution, over training time.
+    fn curves(&self, published: &Published) -> Vec<Chart> {
+        let time = "training time [s]";
+        let lines = |chart: Chart, value: &dyn Fn(&CurvePoint) -> Option<f64>| {
+            let trained = self.methods.iter().filter(|method| !method.history.is_empty());
+            trained.fold(chart, |chart, method| {
+                let point = |p: &CurvePoint| [p.train_s, value(p).unwrap_or(f64::NAN)];
+                let points = method.history.iter().map(point);
+                chart.with(Series::new(&method.name, Style::Line, points))
+            })
+        };
+        let chart = |(number, (metric, column)): (usize, (&Metric, Column))| {
+            let (title, name) =
+                (format!("Error in {}", metric.quantity), format!("median {}", column.head()));
+            let mut chart = lines(Chart::new(title, [time, &name], [true; 2]), &|p| {
+                p.medians.map(|medians| medians[number])
+            });
+            for method in self.methods.iter().filter(|method| method.history.is_empty()) {
+                let Evaluation { raw, times, .. } = &method.evaluation;
+                let point = [times.prepare_s + times.train_s, medians(raw)[number]];
+                chart.series.push(Series::new(&method.name, Style::Points, [point]));
+            }
+            chart.levels.extend(published.levels(number, false));
+            chart
+        };
+        let axes = [time, "mean energy above the solution's [%]"];
+        let energy = Chart::new("Energy above the minimum", axes, [true; 2]);
+        let energy = lines(energy, &|p| p.energy_excess_pct);
+        METRICS.iter().zip(self.errors()).enumerate().map(chart).chain([energy]).collect()
     }
-}
-
-/// A published figure as a line.
-fn level(published: &Published, error: usize, upright: bool) -> Option<Level> {
-    let value = published.errors[error]?;
-    Some(Level { name: published.source.into(), value, upright, published: true })
 }
 
 /// Medians in the order of [`METRICS`], then err_V.
@@ -207,17 +244,18 @@ fn quantiles(errors: &Errors) -> Vec<Quantiles> {
     all.into_iter().flatten().collect()
 }
 
+/// A method raw or corrected; nothing where one of the `count` errors is not of its body.
 fn row(
     method: &Method,
     name: String,
     errors: &Errors,
-    [decoder, full, batch]: [f64; 3],
+    [full, decoder, batch]: [f64; 3],
+    count: usize,
 ) -> Result<Row, ReportError> {
     let quantiles = quantiles(errors);
-    let mut row = Row::new(name, cell(&quantiles[0]), decoder)?.time(full).time(batch);
-    for of in &quantiles[1..] {
-        row = row.error(cell(of));
-    }
+    let mut row = Row::new(name, cell(&quantiles[0]), full)?.time(decoder).time(batch);
+    row.errors.extend(quantiles[1..].iter().map(cell));
+    row.errors.resize(count, Cell::default());
     let Evaluation { within_two, times, .. } = &method.evaluation;
     Ok(row
         .time(times.simulate_s + times.prepare_s + times.train_s)
@@ -226,23 +264,16 @@ fn row(
         .other(100.0 * within_two))
 }
 
-/// With its errors held against published ones, and nothing where an error is not of this method.
-fn judged(mut row: Row, count: usize, published: &Published) -> Row {
-    row.errors.resize(count, Cell::default());
-    let errors = std::mem::take(&mut row.errors).into_iter().zip(published.errors);
-    row.errors = errors.map(|(cell, printed)| cell.against(published.source, printed)).collect();
-    row
-}
+/// Name of the row that times are compared with.
+const SOLVER: &str = "Newton solver";
 
-/// The solver, whose solutions are the truth of the table.
+/// The solver, whose solutions are the truth of the table, which keeps it out of the ranking.
 fn solver(cold: f64, warm: f64, count: usize) -> Result<Row, ReportError> {
-    let note = "the truth of this table".into();
-    let mut row = Row::new("Newton solver", Cell { note, ..Cell::from(0.0) }, cold)?;
+    let mut row = Row::new(SOLVER, 0.0, cold)?.described("", "the truth of this table");
     row.errors.resize(count, Cell::default());
-    let [nothing, of_sweep] =
-        [Cell::default(), Cell { note: "in a sweep".into(), ..Cell::from(warm) }];
-    let row = row.time(nothing.clone()).time(of_sweep).time(nothing.clone());
-    Ok(row.other(nothing.clone()).other(nothing.clone()).other(nothing))
+    row.times.extend([warm.into(), Cell::default(), Cell::default()]);
+    row.others.resize(3, Cell::default());
+    Ok(row)
 }
 
 /// The median, with the largest below it.

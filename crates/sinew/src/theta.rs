@@ -64,8 +64,8 @@ pub fn parse_theta(text: &str, parameters: &[Parameter]) -> Result<Vec<f64>, The
 /// and those that begin with `#` are left out.
 ///
 /// # Errors
-/// A file that cannot be read; a column that is not a parameter or missing; a row with a number too few, too many or that is
-/// none, with its line.
+/// A file that cannot be read; a column that is not a parameter or missing; no row, or one with a number too few, too many or
+/// that is none, with its line.
 pub fn read_thetas(path: &Path, parameters: &[Parameter]) -> Result<Vec<Vec<f64>>, ThetaText> {
     let file = path.display();
     let text = std::fs::read_to_string(path)
@@ -102,7 +102,11 @@ pub fn read_thetas(path: &Path, parameters: &[Parameter]) -> Result<Vec<Vec<f64>
         let theta: Result<Vec<f64>, String> = parameters.iter().zip(&columns).map(read).collect();
         theta.map_err(|reason| error(line, reason))
     };
-    lines.map(row).collect()
+    let thetas: Vec<_> = lines.map(row).collect::<Result<_, _>>()?;
+    match thetas.is_empty() {
+        true => Err(error(first, "only names; add a row of numbers below them".into())),
+        false => Ok(thetas),
+    }
 }
 
 /// What to say about parameters outside their ranges.

@@ -229,6 +229,8 @@ fn values_that_make_no_sense_are_told_with_key_unit_and_range() {
         &["supports.0.nodes", "did you mean `base`?"],
     );
     told("z = 0.0\n", "", &["supports.0", "x, y, z"]);
+    told("z = 0.0\n", "z = nan\n", &[", supports: ", "NaN"]);
+    told("z = 0.0\n", "z = 0.0\npoint = [0.0, 0.0, 1.0]\n", &["supports.0", "axis and point"]);
     told("bulk_modulus = 25.0", "bulk_modulus = -25.0", &["law", "-25"]);
     told(", bulk_modulus = 25.0", "", &["law", "bulk_modulus"]);
     told("\"holzapfel-ogden\"", "\"holzapfel-odgen\"", &["did you mean `holzapfel-ogden`?"]);
@@ -328,6 +330,7 @@ mod theta {
         assert!(error.contains("line 2") && error.contains("`x`"), "{error}");
         assert!(read("a,b,pp\n").unwrap_err().contains("did you mean `p`?"));
         assert!(read("\n").unwrap_err().contains("a,b,p"));
+        assert!(read("a,b,p\n# 1,2,3\n").unwrap_err().contains("line 1: only names"));
     }
 
     #[test]
@@ -358,6 +361,20 @@ mod arrays {
             assert_eq!(found, content);
         }
         assert_eq!(archive.len(), 2);
+    }
+
+    #[test]
+    fn a_case_is_read_back_with_its_difference() {
+        let folder = tempfile::tempdir().unwrap();
+        let body = sinew::Case::read("OnceClampedBeam".as_ref()).unwrap().body().unwrap();
+        let truth = vec![0.0; 3 * body.nodes];
+        let found = vec![("fem", vec![truth]), ("dd", vec![vec![1.0; 3 * body.nodes]])];
+        let thetas = &[body.centre()][..];
+        sinew::output::Fields { body: &body, thetas, found }.write(folder.path(), 1).unwrap();
+        let (read, _) = sinew_mesh::read_mesh::<4>(folder.path().join("0000.vtu")).unwrap();
+        assert!(read.point_fields["difference_dd"].to_f64().iter().all(|&e| e == 3f64.sqrt()));
+        let series = std::fs::read_to_string(folder.path().join("cases.pvd")).unwrap();
+        assert!(series.contains("0000.vtu"));
     }
 }
 

@@ -109,6 +109,18 @@ fn parameters_outside_their_ranges_are_solved_with_a_warning() {
 }
 
 #[test]
+fn what_cannot_be_stored_is_not_trained_and_damage_can_be_replaced() {
+    let folder = bar();
+    let (_, told) = refused(folder.path(), "train bar.toml --target nan");
+    assert!(told.contains("target of a regression is NaN"), "{told}");
+    done(folder.path(), "train bar.toml");
+    std::fs::write(folder.path().join("out/bar/regression/run.json"), "{").unwrap();
+    let (_, told) = refused(folder.path(), "train bar.toml --resume");
+    assert!(told.contains("start without resuming"), "{told}");
+    done(folder.path(), "train bar.toml");
+}
+
+#[test]
 fn a_bad_row_is_named() {
     let folder = bar();
     std::fs::write(folder.path().join("thetas.csv"), "lambda,mu\n9,9\n10,ten\n").unwrap();
@@ -244,6 +256,11 @@ fn trainings_begin_from_what_there_is() {
     done(folder, &train("--recipe dd --from out/bar/dd --name again"));
     let (_, told) = refused(folder, &train("--recipe regression --from out/bar/dd --name none"));
     assert!(told.contains("trains no network"), "{told}");
+    // What would not be learned from, and where nobody would look for it.
+    let (code, told) = refused(folder, &train("--recipe pi"));
+    assert!(code == 2 && told.contains("`pi` learns from no simulations"), "{told}");
+    let (code, told) = refused(folder, &train("--recipe dd --name ../elsewhere"));
+    assert!(code == 2 && told.contains("../elsewhere"), "{told}");
 }
 
 /// Surfaces of a ventricle of a few millimetres, as tools of the field write them.

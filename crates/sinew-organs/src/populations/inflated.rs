@@ -43,9 +43,6 @@ struct Study {
 }
 
 /// The section of the report.
-///
-/// # Errors
-/// A ventricle that cannot be meshed, a training that diverges, files that cannot be written.
 pub(super) fn section(options: &Options) -> Result<Section> {
     let mut studies = options.study(KEY, study)?;
     let measured = studies.iter().map(|study| study.population.iter().chain(&study.one_shape));
@@ -96,9 +93,6 @@ fn figure(rows: Vec<Vec<Option<f64>>>) -> Figure {
 }
 
 /// Simulates one part of the ventricles of every seed.
-///
-/// # Errors
-/// Files that cannot be written.
 pub(super) fn simulate(options: &Options, shard: Shard) -> Result<PathBuf> {
     let count = counts(options).iter().sum();
     for options in options.of_each_seed() {

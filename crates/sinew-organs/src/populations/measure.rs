@@ -13,7 +13,7 @@ pub(super) const CORRECTIONS: usize = 2;
 const ANOTHER: f64 = 1e-3;
 
 /// Individuals with their true displacements.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Group {
     /// What they are.
     pub name: String,
@@ -28,7 +28,7 @@ pub(super) struct Group {
 }
 
 /// What a method does on a group; an entry for each individual.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Outcome {
     /// The method.
     pub method: String,
@@ -68,17 +68,8 @@ impl Outcome {
 
 impl Group {
     /// Solves individuals; those without an equilibrium are left out.
-    ///
-    /// # Errors
-    /// A body that no solver can be prepared for.
     pub(super) fn new(name: &str, all: impl Iterator<Item = Result<Individual>>) -> Result<Self> {
-        let mut group = Self {
-            name: name.into(),
-            individuals: Vec::new(),
-            truths: Vec::new(),
-            solve: [0.0; 2],
-            unsolved: 0,
-        };
+        let mut group = Self { name: name.into(), ..Self::default() };
         let mut iterations = Vec::new();
         for individual in all {
             let individual = individual?;
@@ -102,29 +93,19 @@ impl Group {
     }
 
     /// Measures a method that predicts the displacement of an individual.
-    ///
-    /// # Errors
-    /// A prediction that fails.
     pub(super) fn measure(
         &self,
         [method, about]: [&str; 2],
         cpu_s: f64,
-        mut predict: impl FnMut(&Individual) -> Result<Vec<f64>>,
+        predict: impl Fn(&Individual) -> Result<Vec<f64>>,
     ) -> Result<Outcome> {
         let mut outcome = Outcome {
             method: method.into(),
             about: about.into(),
             group: self.name.clone(),
             cpu_s,
-            answer_s: Vec::new(),
             errors: vec![Vec::new(); CORRECTIONS + 1],
-            volumes: Vec::new(),
-            estimates: Vec::new(),
-            iterations: Vec::new(),
-            unfinished: 0,
-            inverted: 0,
-            elsewhere: 0,
-            lower: 0,
+            ..Outcome::default()
         };
         for (individual, truth) in self.individuals.iter().zip(&self.truths) {
             let start = Instant::now();
@@ -147,13 +128,9 @@ impl Group {
                 }
                 Err(_) => outcome.unfinished += 1,
             }
-            let steps = match solver.newton_steps(&predicted, theta, CORRECTIONS) {
-                Ok(steps) => steps,
-                Err(_) => {
-                    outcome.inverted += 1;
-                    Vec::new()
-                }
-            };
+            let steps = solver.newton_steps(&predicted, theta, CORRECTIONS);
+            outcome.inverted += usize::from(steps.is_err());
+            let steps = steps.unwrap_or_default();
             if let Some(step) = steps.first() {
                 let [estimate, error] = [&step.displacement, truth].map(|u| length(&predicted, u));
                 // A step that gets nowhere estimates nothing.

@@ -4,7 +4,8 @@ use super::{inflated, rectangles, stage};
 use clap::Parser;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use sinew_emulate::{Shard, store};
+use sinew_emulate::Shard;
+use sinew_study::program;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -104,15 +105,10 @@ impl Options {
                 false => format!("study-seed-{}.json", options.seed),
             };
             let file = self.out.join(key).join(name);
-            // A file that this run replaces may be of an earlier form.
-            if self.resume
-                && let Some(done) = store::read_json::<Kept<S>>(&file)?
-            {
-                options.require_same(&done.options, &file)?;
-                return Ok(done.study);
-            }
-            let kept = Kept { study: study(&options)?, options };
-            store::write_json(&file, &kept)?;
+            let kept: Kept<S> = program::kept(&file, self.resume, || {
+                Ok(Kept { study: study(&options)?, options: options.clone() })
+            })?;
+            options.require_same(&kept.options, &file)?;
             Ok(kept.study)
         };
         self.of_each_seed().map(one).collect()

@@ -47,9 +47,6 @@ struct Study {
 }
 
 /// The section of the report.
-///
-/// # Errors
-/// A beam that cannot be solved, a training that diverges, files that cannot be written.
 pub(super) fn section(options: &Options) -> Result<Section> {
     let mut studies = options.study(KEY, study)?;
     let who_wins = verdict::of_measured(studies.iter().map(|study| study.trained.iter()))?;

@@ -2,13 +2,14 @@
 
 use super::measure::{Group, Outcome, cpu_seconds};
 use super::options::{Options, keys};
-use super::rivals::{Fit, Rivals, coarse};
+use super::rivals::{Rival, coarse, rivals};
 use super::section::{Study, section};
 use super::stage::{Individual, Stage};
 use super::{inflated, rectangles};
 use anyhow::{Context, Result};
 use sinew_emulate::{Axes, Emulator, Loss, OneStiffness, Population, PopulationEmulator, Start};
-use sinew_report::{Provenance, Report, Section};
+use sinew_report::{Report, Section};
+use sinew_study::program::Growing;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
@@ -36,20 +37,9 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
     if let Some(shard) = options.shard {
         return inflated::simulate(options, shard);
     }
-    let clock = std::time::Instant::now();
-    let provenance = Provenance {
-        seed: Some(options.seed),
-        threads: rayon::current_num_threads(),
-        config: toml::to_string_pretty(options)?,
-        ..Provenance::of_this_run("sinew-organs", env!("CARGO_MANIFEST_DIR"))
-    };
-    let about = match options.quick {
-        true => "A quick check of the code path on small meshes: its errors mean nothing.",
-        false => {
-            "Errors on shapes that no method has seen, beside CPU time; the truth is our finite-element solution."
-        }
-    };
-    let mut report = Report::new("Populations of shapes", about, provenance.clone());
+    let about = "Errors on shapes that no method has seen, beside CPU time; the truth is our finite-element solution.";
+    let names = ["sinew-populations", "Populations of shapes", about];
+    let mut growing = Growing::new(names, (options.seed, options.quick), options, headline)?;
     let mut page = options.out.join("report.html");
     for key in keys().into_iter().filter(|key| options.wants(key)) {
         let section = match key {
@@ -60,10 +50,8 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
                 studies.and_then(|studies| section(key, &studies))
             }
         };
-        report.sections.push(section.with_context(|| format!("population {key}"))?);
-        report.headline = headline(&report);
-        report.provenance = provenance.clone().finished(clock.elapsed().as_secs_f64());
-        page = report.write(&options.out)?;
+        let section = section.with_context(|| format!("population {key}"))?;
+        page = growing.add(section, &options.out)?;
     }
     Ok(page)
 }
@@ -112,7 +100,7 @@ fn study(options: &Options, key: &str) -> Result<Study> {
     let (stage, size) = (Stage::new(key, options.quick)?, options.size(key));
     eprintln!("\n{}", stage.about);
     let groups = groups(options, &stage, size.tests)?;
-    let mut study = Study { facts: Vec::new(), outcomes: Vec::new(), curves: Vec::new() };
+    let mut study = Study::default();
     for group in &groups {
         let nodes: Vec<usize> = group.individuals.iter().map(|i| i.body.nodes).collect();
         let least = nodes.iter().min().copied().unwrap_or_default();
@@ -128,7 +116,11 @@ fn study(options: &Options, key: &str) -> Result<Study> {
         study.facts.push((group.name.clone(), fact));
     }
     for &count in size.simulations.iter().filter(|_| !options.no_rivals) {
-        rivals(options, &stage, &groups[0], count, &mut study)?;
+        for Rival { names: [name, about], cpu_s, predict } in
+            rivals(&stage, options.stream(1), count)?
+        {
+            study.outcomes.push(groups[0].measure([&name, &about], cpu_s, predict)?);
+        }
     }
     followed(options, &stage, &groups, &mut study)?;
     for &loss in size.losses.iter().filter(|_| !options.no_networks) {
@@ -146,46 +138,21 @@ fn groups(options: &Options, stage: &Stage, tests: u64) -> Result<Vec<Group>> {
     let mut groups = vec![Group::new(POPULATION, draw(stage, tests))?];
     if !options.quick {
         let fewer = tests / 4;
-        for (name, finer) in [("coarser meshes", false), ("finer meshes", true)] {
-            groups.push(Group::new(name, draw(&stage.clone().with_finer_cells(finer), fewer))?);
+        for (name, cells) in ["coarser meshes", "finer meshes"].into_iter().zip(stage.other_cells) {
+            groups.push(Group::new(name, draw(&Stage { cells, ..stage.clone() }, fewer))?);
         }
-        if stage.has_scars() {
-            groups.push(Group::new("two infarcts", draw(&stage.clone().with_scars(2), fewer))?);
+        if stage.scars > 0 {
+            let two = Stage { scars: 2, ..stage.clone() };
+            groups.push(Group::new("two infarcts", draw(&two, fewer))?);
         }
-        let beyond = stage.clone().with_spread(1.5);
+        let beyond = Stage { spread: 1.5, ..stage.clone() };
         groups.push(Group::new("1.5 times the spread", draw(&beyond, fewer))?);
-    }
-    let hearts = stage.hearts(&options.hearts)?;
-    if !hearts.is_empty() && !options.quick {
-        groups.push(Group::new("a person's heart", hearts.into_iter().map(Ok))?);
+        let hearts = stage.hearts(&options.hearts)?;
+        if !hearts.is_empty() {
+            groups.push(Group::new("a person's heart", hearts.into_iter().map(Ok))?);
+        }
     }
     Ok(groups)
-}
-
-fn rivals(
-    options: &Options,
-    stage: &Stage,
-    group: &Group,
-    count: usize,
-    study: &mut Study,
-) -> Result<()> {
-    let rivals = Rivals::new(stage, options.stream(1), count)?;
-    let (simulated, [plain, about_coarse]) = (rivals.simulated_s, rivals.fits());
-    let of = format!("{count} simulations");
-    let mut add = |method: &str,
-                   about: &str,
-                   cpu: f64,
-                   predict: &mut dyn FnMut(&Individual) -> Result<Vec<f64>>| {
-        study.outcomes.push(group.measure([method, about], cpu, predict)?);
-        anyhow::Ok(())
-    };
-    add("mean", &of, simulated, &mut |_| Ok(rivals.mean()))?;
-    add("nearest", &of, simulated, &mut |individual| Ok(rivals.nearest(individual)))?;
-    add("POD + GP", &plain.about, plain.cpu_s, &mut |individual| rivals.predict(individual))?;
-    let Fit { about, cpu_s, .. } = about_coarse;
-    add("POD + GP about the coarse solution", about, *cpu_s, &mut |individual| {
-        rivals.predict_about_coarse(stage, individual)
-    })
 }
 
 /// What bodies tell without a network.
@@ -207,10 +174,7 @@ const FROM_ANOTHER: [usize; 2] = [16, 32];
 
 /// The answer after quasi-Newton steps.
 fn after(emulator: &Emulator<'_>, theta: &[f64], steps: usize) -> Result<Vec<f64>> {
-    let theta = [theta.to_vec()];
-    let prediction =
-        if steps == 0 { emulator.predict(&theta) } else { emulator.refine(&theta, steps) };
-    Ok(prediction?.displacement)
+    Ok(emulator.refine(&[theta.to_vec()], steps)?.displacement)
 }
 
 fn refined(method: &str) -> String {
@@ -317,10 +281,7 @@ fn answers(group: &Group, (start, met): (std::time::Instant, &Emulator<'_>)) -> 
     let time = |count: usize, steps: usize| -> Result<f64> {
         let thetas = vec![theta.clone(); count];
         let start = std::time::Instant::now();
-        match steps {
-            0 => met.predict(&thetas)?,
-            steps => met.refine(&thetas, steps)?,
-        };
+        met.refine(&thetas, steps)?;
         Ok(1e3 * start.elapsed().as_secs_f64() / count as f64)
     };
     let (next, many) = (time(1, 0)?, time(MANY, 0)?);

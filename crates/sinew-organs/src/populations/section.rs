@@ -5,10 +5,10 @@ use super::stage::Stage;
 use super::verdict::{self, Entry};
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
-use sinew_report::{Block, Chart, Column, Distribution, Row, Section, Series, Style, Table};
+use sinew_report::{Block, Cell, Chart, Column, Distribution, Row, Section, Series, Style, Table};
 
 /// Everything measured on a population.
-#[derive(Serialize, Deserialize)]
+#[derive(Default, Serialize, Deserialize)]
 pub(super) struct Study {
     pub facts: Vec<(String, String)>,
     pub outcomes: Vec<Outcome>,
@@ -17,9 +17,6 @@ pub(super) struct Study {
 }
 
 /// The section of a population, with every seed.
-///
-/// # Errors
-/// A method without errors, or with numbers that are none.
 pub(super) fn section(key: &str, studies: &[Study]) -> Result<Section> {
     let study = studies.first().context("no seed")?;
     let entries = |study: &Study| study.outcomes.iter().filter_map(Entry::of_outcome).collect();
@@ -59,19 +56,7 @@ fn table(study: &Study) -> Result<Table> {
             Column::new("answer", "s").about("the first for a shape, all that it needs included"),
             Column::new("CPU", "s").once().about("simulations and training, on all threads"),
         ],
-        [
-            Column::new("estimates", "%").about(
-                "of error estimates within a factor two: the length of a Newton step from the prediction over that of its error",
-            ),
-            Column::new("iterations", "")
-                .about("median, of a solve from the prediction to its end"),
-            Column::new("no end", "").about("predictions that such a solve does not end from"),
-            Column::new("inverted", "").about("predictions that no Newton step corrects"),
-            Column::new("elsewhere", "").about(
-                "predictions from which a solve ends at another equilibrium than from rest",
-            ),
-            Column::new("lower", "").about("of these, such with less energy"),
-        ],
+        OTHERS.map(|(name, unit, about, _)| Column::new(name, unit).about(about)),
     );
     for outcome in &study.outcomes {
         let many = |values: &[f64], factor: f64| {
@@ -88,16 +73,36 @@ fn table(study: &Study) -> Result<Table> {
         if cavities {
             row = row.error(many(&outcome.volumes, 100.0));
         }
-        row = row.time(outcome.cpu_s);
-        let iterations = many(&outcome.iterations, 1.0).map(|found| found.q50);
-        row = row
-            .other(Some(outcome.estimates_within_two().round()))
-            .other(iterations)
-            .other(Some(outcome.unfinished as f64))
-            .other(Some(outcome.inverted as f64))
-            .other(Some(outcome.elsewhere as f64))
-            .other(Some(outcome.lower as f64));
-        table.push(row)?;
+        let others = OTHERS.map(|(.., value)| Cell::from(value(outcome)));
+        table.push(Row { others: others.into(), ..row.time(outcome.cpu_s) })?;
     }
     Ok(table)
 }
+
+/// A column by name, unit and what it says, and its value.
+type Other = (&'static str, &'static str, &'static str, fn(&Outcome) -> Option<f64>);
+
+const OTHERS: [Other; 6] = [
+    (
+        "estimates",
+        "%",
+        "of error estimates within a factor two: the length of a Newton step from the prediction over that of its error",
+        |outcome| Some(outcome.estimates_within_two().round()),
+    ),
+    ("iterations", "", "median, of a solve from the prediction to its end", |outcome| {
+        Distribution::of(outcome.iterations.clone()).map(|found| found.q50)
+    }),
+    ("no end", "", "predictions that such a solve does not end from", |outcome| {
+        Some(outcome.unfinished as f64)
+    }),
+    ("inverted", "", "predictions that no Newton step corrects", |outcome| {
+        Some(outcome.inverted as f64)
+    }),
+    (
+        "elsewhere",
+        "",
+        "predictions from which a solve ends at another equilibrium than from rest",
+        |outcome| Some(outcome.elsewhere as f64),
+    ),
+    ("lower", "", "of these, such with less energy", |outcome| Some(outcome.lower as f64)),
+];

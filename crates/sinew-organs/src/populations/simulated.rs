@@ -2,6 +2,7 @@
 
 use super::measure::cpu_seconds;
 use super::options::Options;
+use super::rivals::in_short;
 use anyhow::{Context, Result};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -25,9 +26,6 @@ pub(super) trait Simulated {
     fn displacement(&self) -> &[f64];
 
     /// What networks see of it on the graph that all share.
-    ///
-    /// # Errors
-    /// A graph of another mesh.
     fn geometry(&self, topology: &Topology, told: Seen) -> Result<Geometry>;
 
     /// Inputs of a regression.
@@ -93,9 +91,6 @@ pub(super) struct Compared<'a, B> {
 
 impl<B: Simulated> Compared<'_, B> {
     /// Regression on the first `count` simulations, over numbers of the shape and parameters.
-    ///
-    /// # Errors
-    /// Fields that nothing can be fitted to.
     pub(super) fn regression(&self, count: usize, told: Seen) -> Result<Measured> {
         let (start, seen) = (cpu_seconds(), &self.training[..count]);
         let inputs: Vec<Vec<f64>> = seen.iter().map(|body| body.inputs(told)).collect();
@@ -103,54 +98,40 @@ impl<B: Simulated> Compared<'_, B> {
         let fit = PodRegression::fit(&seen[0].parameters(told), &inputs, &fields)?;
         let cost = (cpu_seconds() - start, count);
         let method = format!("POD + GP, {count} simulations{}", told.name());
-        let about = fit.interpolation().to_string();
-        let about = about.split(", lengths").next().unwrap_or_default();
-        self.measured([&method, about], cost, told, |body| {
+        self.measured([&method, &in_short(&fit)], cost, told, |body| {
             Ok(body.displaced(fit.predict(&body.inputs(told))?, told))
         })
     }
 
     /// A network that is trained on all simulations.
-    ///
-    /// # Errors
-    /// Data that do not fit each other, a training that diverges.
     pub(super) fn network(
         &self,
         names: [&str; 2],
         variant: Variant,
         topology: &Topology,
     ) -> Result<(Measured, Surrogate)> {
-        let start = cpu_seconds();
-        let data = self.data_set(topology, variant.told)?;
-        let surrogate = self.untrained(variant, &data)?;
-        let surrogate = train(surrogate, data, self.pace, self.options)?;
-        let cost = (cpu_seconds() - start, self.training.len() + self.validation.len());
-        let found = predicting(&surrogate, topology, variant.told);
-        let measured = self.measured(names, cost, variant.told, found)?;
+        let start = |data: &DataSet| self.untrained(variant, data);
+        let (measured, surrogate) = self.trained(names, start, variant.told, topology)?;
         Ok((Measured { printed: variant.printed, ..measured }, surrogate))
     }
 
-    /// A network that goes on from another's weights.
-    ///
-    /// # Errors
-    /// As [`Compared::network`].
-    pub(super) fn further(
+    /// A network that is trained on all simulations from the weights of another, be they drawn or those of another training.
+    pub(super) fn trained(
         &self,
         names: [&str; 2],
-        (surrogate, told): (&Surrogate, Seen),
+        from: impl FnOnce(&DataSet) -> Result<Surrogate>,
+        told: Seen,
         topology: &Topology,
-    ) -> Result<Measured> {
+    ) -> Result<(Measured, Surrogate)> {
         let start = cpu_seconds();
         let data = self.data_set(topology, told)?;
-        let surrogate = train(surrogate.carried_to(&data)?, data, self.pace, self.options)?;
+        let surrogate = train(from(&data)?, data, self.pace, self.options)?;
         let cost = (cpu_seconds() - start, self.training.len() + self.validation.len());
-        self.measured(names, cost, told, predicting(&surrogate, topology, told))
+        let found = predicting(&surrogate, topology, told);
+        Ok((self.measured(names, cost, told, found)?, surrogate))
     }
 
     /// A method on what it has not seen, after so many CPU-seconds and simulations.
-    ///
-    /// # Errors
-    /// A prediction that fails.
     pub(super) fn measured(
         &self,
         [method, about]: [&str; 2],
@@ -215,21 +196,36 @@ impl<B: Simulated> Compared<'_, B> {
         Ok(Surrogate::new(&sizes, data, scales, self.options.seed, &device)?)
     }
 
-    /// What the nodes of the first body tested are to a network, by their place along an axis, and the share of the variance of the embeddings
-    /// that two principal components hold.
-    ///
-    /// # Errors
-    /// A geometry of another mesh.
+    /// What the nodes of the first body tested are to a network: the first two principal components of their embeddings, in as many
+    /// colours as the body has thirds of its length along an axis, and the share of the variance that these hold.
     pub(super) fn embedding(
         &self,
         (variant, surrogate): (&Variant, &Surrogate),
         topology: &Topology,
         axis: usize,
     ) -> Result<(Chart, (String, String))> {
+        const THIRDS: [&str; 3] = ["first third", "second third", "last third"];
         let body = &self.unseen[0];
-        let geometry = body.geometry(topology, variant.told)?;
-        let along: Vec<f64> = body.body().positions.iter().map(|x| x[axis]).collect();
-        let (chart, share) = embedding(surrogate, &geometry, &along)?;
+        let rows = surrogate.local_embedding(&body.geometry(topology, variant.told)?)?;
+        let columns = rows.first().map_or(0, Vec::len);
+        let mut table = DMatrix::from_fn(rows.len(), columns, |i, j| rows[i][j]);
+        let mean = table.row_mean();
+        table.row_iter_mut().for_each(|mut row| row -= &mean);
+        let svd = table.svd(true, false);
+        let left = svd.u.context("no principal components")?;
+        let values = &svd.singular_values;
+        let share = values.iter().take(2).map(|s| s * s).sum::<f64>() / values.norm_squared();
+        let along = || body.body().positions.iter().map(|x| x[axis]);
+        let (low, high) =
+            (along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max));
+        let third = |x: f64| ((3.0 * (x - low) / (high - low)) as usize).min(2);
+        let axes = ["first component", "second component"];
+        let chart = Chart::new("Embeddings of nodes", axes, [false; 2]);
+        let chart = THIRDS.iter().enumerate().fold(chart, |chart, (part, name)| {
+            let nodes = along().enumerate().filter(|(_, x)| third(*x) == part);
+            let points = nodes.map(|(node, _)| [0, 1].map(|k| left[(node, k)] * values[k]));
+            chart.with(Series::new(*name, Style::Points, points))
+        });
         let what = format!("{:.0} % of the variance, {}", 100.0 * share, variant.name());
         Ok((chart, ("two principal components of the embeddings".into(), what)))
     }
@@ -301,9 +297,6 @@ pub(super) struct Pace {
 }
 
 /// Trains a network on simulations, by the mean nodal distance to them; the best weights on those to validate with are kept.
-///
-/// # Errors
-/// Data that do not fit each other, a training that diverges.
 fn train(surrogate: Surrogate, data: DataSet, pace: Pace, options: &Options) -> Result<Surrogate> {
     let objective = DataFit::new(surrogate.scales().output.length())?;
     let config = TrainingConfig {
@@ -320,37 +313,6 @@ fn train(surrogate: Surrogate, data: DataSet, pace: Pace, options: &Options) -> 
     Ok(trainer.into_surrogate())
 }
 
-/// The first two principal components of the embeddings of a body's nodes, in as many colours as it has thirds of its length along
-/// an axis, and the share of their variance that these hold.
-///
-/// # Errors
-/// A geometry of another mesh.
-fn embedding(surrogate: &Surrogate, geometry: &Geometry, along: &[f64]) -> Result<(Chart, f64)> {
-    const THIRDS: [&str; 3] = ["first third", "second third", "last third"];
-    let rows = surrogate.local_embedding(geometry)?;
-    let columns = rows.first().map_or(0, Vec::len);
-    let mut table = DMatrix::from_fn(rows.len(), columns, |i, j| rows[i][j]);
-    let mean = table.row_mean();
-    table.row_iter_mut().for_each(|mut row| row -= &mean);
-    let svd = table.svd(true, false);
-    let left = svd.u.context("no principal components")?;
-    let values = &svd.singular_values;
-    let share = values.iter().take(2).map(|s| s * s).sum::<f64>() / values.norm_squared();
-    let (low, high) = along
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)));
-    let third = |node: usize| ((3.0 * (along[node] - low) / (high - low)) as usize).min(2);
-    let axes = ["first component", "second component"];
-    let chart = Chart::new("Embeddings of nodes", axes, [false; 2]);
-    let chart = THIRDS.iter().enumerate().fold(chart, |chart, (part, name)| {
-        let nodes = (0..rows.len()).filter(|&node| third(node) == part);
-        let points: Vec<[f64; 2]> =
-            nodes.map(|node| [0, 1].map(|k| left[(node, k)] * values[k])).collect();
-        chart.with(Series::new(*name, Style::Points, points))
-    });
-    Ok((chart, share))
-}
-
 impl Variant {
     /// What it is, for a table.
     pub(super) fn name(&self) -> String {
@@ -364,17 +326,11 @@ impl Variant {
 
 impl Measured {
     /// Median error of the nodes \[mm\].
-    ///
-    /// # Errors
-    /// No node was tested.
     fn median(&self) -> Result<f64> {
         Ok(Distribution::of(self.errors.clone()).context("no node was tested")?.q50)
     }
 
     /// Tells the terminal.
-    ///
-    /// # Errors
-    /// As [`Measured::median`].
     fn tell(&self) -> Result<()> {
         let volume = Distribution::of(self.volumes.clone());
         let volume = volume.map_or(String::new(), |v| format!(", volume {:.2} %", 100.0 * v.q50));
@@ -385,9 +341,6 @@ impl Measured {
 }
 
 /// The table of what was measured: errors of nodes, of volumes, or both.
-///
-/// # Errors
-/// A method without errors.
 pub(super) fn table(measured: &[Measured]) -> Result<Table> {
     let columns = [
         Column::new("err_u", "mm").about("‖u − û‖ at every node of every body tested"),

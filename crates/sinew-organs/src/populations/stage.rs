@@ -16,23 +16,25 @@ pub(super) struct Stage {
     /// What it is.
     pub about: &'static str,
     /// Law, loads, supports and parameters.
-    case: Case,
-    kind: Kind,
+    pub case: Case,
+    pub kind: Kind,
     pub cells: [usize; 3],
     /// Of a mesh that is solved in milliseconds.
-    coarse_cells: [usize; 3],
+    pub coarse_cells: [usize; 3],
+    /// Of meshes coarser and finer than those of the population.
+    pub other_cells: [[usize; 3]; 2],
     /// Meshes of the bodies trained on, one after the other.
-    training_cells: Vec<[usize; 3]>,
+    pub training_cells: Vec<[usize; 3]>,
     /// What is known of a body before the network.
     pub start: Start,
     /// Deviation of the shape numbers, in those of the population.
-    spread: f64,
+    pub spread: f64,
     /// Infarcts of every body.
-    scars: usize,
+    pub scars: usize,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+pub(super) enum Kind {
     Rings,
     Beams,
     Ventricles,
@@ -70,10 +72,22 @@ impl Stage {
         about: &'static str,
         (kind, case): (Kind, Case),
         [cells, coarse_cells]: [[usize; 3]; 2],
+        other_cells: [[usize; 3]; 2],
         start: Start,
     ) -> Self {
         let (training_cells, spread, scars) = (vec![cells], 1.0, 0);
-        Self { about, case, kind, cells, coarse_cells, training_cells, start, spread, scars }
+        Self {
+            about,
+            case,
+            kind,
+            cells,
+            coarse_cells,
+            other_cells,
+            training_cells,
+            start,
+            spread,
+            scars,
+        }
     }
 
     /// The stage of a name, on small meshes for a quick check.
@@ -88,12 +102,14 @@ impl Stage {
                 "Plane rings of 30 shape numbers under a pressure inside and springs outside, the four parameters of Holzapfel and Ogden each over two decades",
                 (Kind::Rings, Case::parse(include_str!("ring.toml"), "ring.toml")?),
                 [sized([12, 2, 0], [32, 4, 0]), [16, 2, 0]],
+                [[24, 3, 0], [44, 6, 0]],
                 Start::Equilibrium,
             ),
             "beams" => Self::of(
                 "Beams of random length, thickness, taper, waves, bend and twist under their own weight",
                 (Kind::Beams, read("OnceClampedBeam")?),
                 [sized([6, 2, 2], [10, 3, 3]), [5, 2, 2]],
+                [[8, 2, 3], [13, 4, 4]],
                 Start::Near { newton_steps: 0 },
             ),
             "ventricles" => Self {
@@ -106,6 +122,7 @@ impl Stage {
                     "Left ventricles of 32 smooth modes with the spread of 1093 hearts, fibres by rule, under the pressure of their cavity",
                     (Kind::Ventricles, read("IdealVentricle")?),
                     [sized([1, 16, 6], [2, 32, 16]), [2, 16, 6]],
+                    [[2, 24, 12], [2, 40, 20]],
                     Start::Equilibrium,
                 )
             },
@@ -119,49 +136,16 @@ impl Stage {
     }
 
     /// The ventricles of the thesis' chapter 2, on fine and on coarse cells.
-    ///
-    /// # Errors
-    /// A case file that is none.
     pub(super) fn inflated(cells: [[usize; 3]; 2]) -> Result<Self> {
         /// Variances are a tenth above those of the hearts, as in the thesis.
         const SPREAD: f64 = 1.048808848170152;
         let about = "Ventricles of random shape, inflated";
         let case = Case::parse(include_str!("inflated/inflated.toml"), "inflated.toml")?;
-        Ok(Self::of(about, (Kind::Inflated, case), cells, Start::Equilibrium).with_spread(SPREAD))
-    }
-
-    /// The same on meshes of finer or coarser cells.
-    pub(super) fn with_finer_cells(mut self, finer: bool) -> Self {
-        self.cells = match (self.kind, finer) {
-            (Kind::Rings, false) => [24, 3, 0],
-            (Kind::Rings, true) => [44, 6, 0],
-            (Kind::Beams, false) => [8, 2, 3],
-            (Kind::Beams, true) => [13, 4, 4],
-            (_, false) => [2, 24, 12],
-            (_, true) => [2, 40, 20],
-        };
-        self
-    }
-
-    /// The same with shape numbers so many times as far from zero.
-    pub(super) fn with_spread(self, spread: f64) -> Self {
-        Self { spread, ..self }
-    }
-
-    /// The same with another number of infarcts in every body that has any.
-    pub(super) fn with_scars(self, scars: usize) -> Self {
-        Self { scars, ..self }
-    }
-
-    /// Whether its bodies have infarcts.
-    pub(super) fn has_scars(&self) -> bool {
-        self.scars > 0
+        let stage = Self::of(about, (Kind::Inflated, case), cells, cells, Start::Equilibrium);
+        Ok(Self { spread: SPREAD, ..stage })
     }
 
     /// The frames of a person's beat, each with parameters of its own; none for other populations or where there is no surface in the folder.
-    ///
-    /// # Errors
-    /// Surfaces that cannot be read or meshed.
     pub(super) fn hearts(&self, folder: &Path) -> Result<Vec<Individual>> {
         const FRAMES: [&str; 7] = ["000", "004", "008", "012", "016", "020", "024"];
         const NODES: [usize; 2] = [1500, 400];
@@ -204,9 +188,6 @@ impl Stage {
     }
 
     /// The bodies of a shape on the fine and on the coarse cells; numbers left out are zero.
-    ///
-    /// # Errors
-    /// Numbers of no shape.
     pub(super) fn bodies(&self, numbers: &[f64]) -> Result<[Body; 2]> {
         let body = |stage: &Self| -> Result<Body> {
             let mut mesh = stage.mesh(numbers)?;
@@ -245,9 +226,6 @@ impl Stage {
     }
 
     /// The individual of a stream and its number, the same for the same; shapes that the population does not have are drawn again.
-    ///
-    /// # Errors
-    /// A body that cannot be lowered.
     pub(super) fn draw(&self, stream: u64, index: u64) -> Result<Individual> {
         let seed = stream.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(index);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -257,42 +235,27 @@ impl Stage {
             let mut body = self.case.body_on(mesh)?;
             let scars: Vec<Scar> =
                 (0..self.scars).map(|_| Scar::draw(&body, &mut random)).collect();
-            for scar in &scars {
-                let factors = scar.factors(&body);
-                body = body.stiffened(&factors)?;
-                numbers.extend(scar.numbers());
-            }
+            body = scarred(body, &scars)?;
+            numbers.extend(scars.iter().flat_map(Scar::numbers));
             let theta = Design::Uniform.sample(&body.parameters, 1, random.random())?.remove(0);
             return Ok(Individual { numbers, body, theta, scars, coarse: None });
         }
     }
 
     /// An individual on a mesh so coarse that it is solved in milliseconds; `None` where that does not unfold.
-    ///
-    /// # Errors
-    /// A body that cannot be lowered.
     pub(super) fn coarse(&self, individual: &Individual) -> Result<Option<Body>> {
         if let Some(coarse) = &individual.coarse {
             return Ok(Some(coarse.clone()));
         }
         let numbers = &individual.numbers[..self.numbers()];
         let Ok(mesh) = self.on_coarse_cells().mesh(numbers) else { return Ok(None) };
-        let mut body = self.case.body_on(mesh)?;
-        for scar in &individual.scars {
-            let factors = scar.factors(&body);
-            body = body.stiffened(&factors)?;
-        }
-        Ok(Some(body))
+        Ok(Some(scarred(self.case.body_on(mesh)?, &individual.scars)?))
     }
 
     /// The body of the population whose shape numbers are zero, on the mesh of another; `None` where that is none of the population's.
-    ///
-    /// # Errors
-    /// A body that cannot be lowered.
     pub(super) fn mean_like(&self, body: &Body) -> Result<Option<Body>> {
-        let on_finer = [false, true].map(|finer| self.clone().with_finer_cells(finer));
-        for stage in std::iter::once(self.clone()).chain(on_finer) {
-            let mean = self.case.body_on(stage.mesh(&[])?)?;
+        for cells in std::iter::once(self.cells).chain(self.other_cells) {
+            let mean = self.case.body_on(Self { cells, ..self.clone() }.mesh(&[])?)?;
             if mean.cells == body.cells {
                 return Ok(Some(mean));
             }
@@ -301,9 +264,6 @@ impl Stage {
     }
 
     /// Bodies for a training, from a stream of their own.
-    ///
-    /// # Errors
-    /// As [`Stage::draw`].
     pub(super) fn body_of_stream(&self, stream: u64, index: u64) -> Result<Body, Error> {
         let cells = self.training_cells[index as usize % self.training_cells.len()];
         let draw = Self { cells, ..self.clone() }.draw(stream, index);
@@ -327,6 +287,14 @@ struct Scar {
     /// \[mm\].
     radius: f64,
     factor: f64,
+}
+
+/// A body with scars.
+fn scarred(body: Body, scars: &[Scar]) -> Result<Body> {
+    Ok(scars.iter().try_fold(body, |body, scar| {
+        let factors = scar.factors(&body);
+        body.stiffened(&factors)
+    })?)
 }
 
 impl Scar {

@@ -169,9 +169,6 @@ fn tally(seeds: &[Vec<Entry>], group: &str, unit: &str) -> String {
 }
 
 /// Who wins every group; and, where there are several seeds, the medians with each.
-///
-/// # Errors
-/// An error or a time that is not a number.
 pub(super) fn blocks(seeds: &[Vec<Entry>], unit: &str) -> Result<Vec<Block>> {
     let first = seeds.first().context("no seed")?;
     let corrected = first.iter().any(|e| e.corrected.is_some());
@@ -196,9 +193,6 @@ pub(super) fn blocks(seeds: &[Vec<Entry>], unit: &str) -> Result<Vec<Block>> {
 }
 
 /// The same for methods whose errors are in mm: those of each seed.
-///
-/// # Errors
-/// As [`blocks`].
 pub(super) fn of_measured<'a, S: Iterator<Item = &'a Measured>>(
     seeds: impl Iterator<Item = S>,
 ) -> Result<Vec<Block>> {

@@ -3,6 +3,7 @@
 use super::CaseError;
 use super::laws::Row;
 use super::source::{Source, advise, exactly, exactly_if_any};
+use nalgebra::Vector3;
 use serde::Deserialize;
 use sinew_energy::Body;
 use sinew_fem::fibres::{
@@ -204,35 +205,24 @@ pub(super) fn directions(
 
 /// Unit vectors along the given directions, made perpendicular in their order, and others that complete the frame.
 fn completed(given: &[[f64; 3]]) -> Result<[[f64; 3]; 3], &'static str> {
-    let mut frame: Vec<[f64; 3]> = Vec::with_capacity(3);
-    for direction in given {
-        let length = dot3(direction, direction).sqrt();
+    let mut frame: Vec<Vector3<f64>> = Vec::with_capacity(3);
+    for direction in given.iter().map(|direction| Vector3::from(*direction)) {
+        let length = direction.norm();
         let unit = across(direction, &frame).filter(|_| length > 0.0 && length.is_finite());
         frame.push(unit.ok_or("a direction without length, or along the one before")?);
     }
-    let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     while frame.len() < 3 {
-        let lengths = |axis: &&[f64; 3]| frame.iter().map(|d| dot3(d, axis).powi(2)).sum::<f64>();
-        let axis = axes.iter().min_by(|a, b| lengths(a).total_cmp(&lengths(b)));
-        frame.push(
-            axis.and_then(|axis| across(axis, &frame))
-                .ok_or("directions from which no frame can be made")?,
-        );
+        let along = |axis: &Vector3<f64>| frame.iter().map(|d| d.dot(axis).powi(2)).sum::<f64>();
+        let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+        let axis = axes.into_iter().min_by(|a, b| along(a).total_cmp(&along(b)));
+        let unit = axis.and_then(|axis| across(axis, &frame));
+        frame.push(unit.ok_or("directions from which no frame can be made")?);
     }
-    Ok([frame[0], frame[1], frame[2]])
+    Ok([frame[0], frame[1], frame[2]].map(Into::into))
 }
 
 /// The unit vector along what of a direction is perpendicular to others; `None` where hardly anything is.
-fn across(direction: &[f64; 3], others: &[[f64; 3]]) -> Option<[f64; 3]> {
-    let mut rest = *direction;
-    for other in others {
-        let along = dot3(&rest, other);
-        (0..3).for_each(|i| rest[i] -= along * other[i]);
-    }
-    let (length, whole) = (dot3(&rest, &rest).sqrt(), dot3(direction, direction).sqrt());
-    (length > 1e-3 * whole).then(|| rest.map(|x| x / length))
-}
-
-fn dot3(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    (0..3).map(|i| a[i] * b[i]).sum()
+fn across(direction: Vector3<f64>, others: &[Vector3<f64>]) -> Option<Vector3<f64>> {
+    let rest = others.iter().fold(direction, |rest, other| rest - other * rest.dot(other));
+    (rest.norm() > 1e-3 * direction.norm()).then(|| rest / rest.norm())
 }

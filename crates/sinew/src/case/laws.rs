@@ -15,7 +15,8 @@ use sinew_mesh::{AnyMesh, Mesh};
 use std::fmt;
 
 /// A law by name, with its constants.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(remote = "Self", deny_unknown_fields)]
 pub struct Law {
     /// Name, one of [`LAWS`].
     pub name: String,
@@ -195,12 +196,6 @@ impl Parts {
 /// A law is its name, or a table with name and constants.
 impl<'de> Deserialize<'de> for Law {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        #[derive(Deserialize)]
-        #[serde(deny_unknown_fields)]
-        struct Table {
-            name: String,
-            bulk_modulus: Option<f64>,
-        }
         struct Either;
         impl<'de> Visitor<'de> for Either {
             type Value = Law;
@@ -211,9 +206,8 @@ impl<'de> Deserialize<'de> for Law {
                 Ok(Law { name: name.into(), bulk_modulus: None })
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Law, A::Error> {
-                let Table { name, bulk_modulus } =
-                    Table::deserialize(MapAccessDeserializer::new(map))?;
-                Ok(Law { name, bulk_modulus })
+                // The derived one.
+                Law::deserialize(MapAccessDeserializer::new(map))
             }
         }
         deserializer.deserialize_any(Either)

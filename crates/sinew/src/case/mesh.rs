@@ -73,7 +73,7 @@ pub struct BiventricleMesh {
 }
 
 /// Cells of a mesh that is made.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Element {
     /// Linear tetrahedra.

@@ -11,16 +11,33 @@ use sinew_energy::{Body, Parameter, Sampling};
 use std::fmt;
 
 /// Range of a parameter, or its value where that is known, so that θ does not list it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(remote = "Self", deny_unknown_fields)]
 pub struct Range {
-    /// Smallest and largest value, in `unit`; the same where it is known.
-    pub range: [f64; 2],
-    /// Whether one value was given.
-    pub known: bool,
+    /// Smallest and largest value, in `unit`.
+    #[serde(default, deserialize_with = "exactly_if_any")]
+    pub range: Option<[f64; 2]>,
+    /// Instead, the known value, in `unit`.
+    pub value: Option<f64>,
     /// Unit of them; the law's where there is none.
     pub unit: Option<String>,
     /// How samples are spread.
+    #[serde(with = "Spread", default = "Spread::usual")]
     pub sampling: Sampling,
+}
+
+/// [`Sampling`] as files name it.
+#[derive(Deserialize)]
+#[serde(remote = "Sampling", rename_all = "kebab-case")]
+enum Spread {
+    Log,
+    Linear,
+}
+
+impl Spread {
+    fn usual() -> Sampling {
+        Sampling::Log
+    }
 }
 
 impl Case {
@@ -64,11 +81,15 @@ impl Case {
                 return error("unit", format!("{name} is {}, not in {given}", spoken(own)));
             }
         };
-        let [low, high] = range.range;
+        let ([low, high], sampling) = match (range.range, range.value) {
+            (Some(ends), None) => (ends, range.sampling),
+            (None, Some(value)) => ([value; 2], Sampling::Linear),
+            _ => return error("range", "give one of `range` and `value`".into()),
+        };
         let shown = range.unit.as_deref().unwrap_or(unit);
         let reason = if !(low.is_finite() && high.is_finite()) {
             "give two finite numbers".to_string()
-        } else if low == high && !range.known {
+        } else if low == high && range.value.is_none() {
             format!(
                 "both ends are {low} {shown}, which leaves nothing to sample; write {name} = {low} if it is known"
             )
@@ -76,7 +97,7 @@ impl Case {
             format!(
                 "it goes from {low} to {high} {shown}; write the smaller number first: [{high}, {low}]"
             )
-        } else if range.sampling == Sampling::Log && low <= 0.0 && !range.known {
+        } else if sampling == Sampling::Log && low <= 0.0 {
             format!(
                 "it begins at {low}, which has no logarithm; write {{ range = [{low}, {high}], sampling = \"linear\" }}"
             )
@@ -85,7 +106,7 @@ impl Case {
                 name: name.into(),
                 unit: unit.into(),
                 range: [factor * low, factor * high],
-                sampling: if range.known { Sampling::Linear } else { range.sampling },
+                sampling,
             });
         };
         error("range", reason)
@@ -117,21 +138,6 @@ fn spoken(unit: &str) -> &str {
 /// A range is `[smallest, largest]`, one number, or a table.
 impl<'de> Deserialize<'de> for Range {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        #[derive(Deserialize)]
-        #[serde(rename_all = "kebab-case")]
-        enum Spread {
-            Log,
-            Linear,
-        }
-        #[derive(Deserialize)]
-        #[serde(deny_unknown_fields)]
-        struct Table {
-            #[serde(default, deserialize_with = "exactly_if_any")]
-            range: Option<[f64; 2]>,
-            value: Option<f64>,
-            unit: Option<String>,
-            sampling: Option<Spread>,
-        }
         struct Either;
         impl<'de> Visitor<'de> for Either {
             type Value = Range;
@@ -141,28 +147,19 @@ impl<'de> Deserialize<'de> for Range {
                 )
             }
             fn visit_f64<E>(self, value: f64) -> Result<Range, E> {
-                Ok(Range { range: [value; 2], known: true, unit: None, sampling: Sampling::Linear })
+                let value = Some(value);
+                Ok(Range { range: None, value, unit: None, sampling: Spread::usual() })
             }
             fn visit_i64<E: serde::de::Error>(self, value: i64) -> Result<Range, E> {
                 self.visit_f64(value as f64)
             }
             fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Range, A::Error> {
-                let range = exactly(SeqAccessDeserializer::new(seq))?;
-                Ok(Range { range, known: false, unit: None, sampling: Sampling::Log })
+                let range = Some(exactly(SeqAccessDeserializer::new(seq))?);
+                Ok(Range { range, value: None, unit: None, sampling: Spread::usual() })
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Range, A::Error> {
-                let Table { range, value, unit, sampling } =
-                    Table::deserialize(MapAccessDeserializer::new(map))?;
-                let (range, known) = match (range, value) {
-                    (Some(range), None) => (range, false),
-                    (None, Some(value)) => ([value; 2], true),
-                    _ => return Err(serde::de::Error::custom("give one of `range` and `value`")),
-                };
-                let sampling = match sampling {
-                    Some(Spread::Linear) => Sampling::Linear,
-                    Some(Spread::Log) | None => Sampling::Log,
-                };
-                Ok(Range { range, known, unit, sampling })
+                // The derived one.
+                Range::deserialize(MapAccessDeserializer::new(map))
             }
         }
         deserializer.deserialize_any(Either)

@@ -101,6 +101,8 @@ impl Support {
             }
             _ => None,
         };
+        // A point is one of an axis.
+        let held = held.filter(|_| point.is_none() || axis.is_some());
         let Some((key, name, mut displacement)) = held else {
             let reason = "write clamped = \"SET\", or nodes = \"SET\" with one of: x, y, z (prescribed displacement, mm); \
                           normal (of the plane that they stay in); axis and point (they move radially from it); axis, \

@@ -63,15 +63,15 @@ impl Training {
             RecipeName::Series => Recipe::Series,
             RecipeName::Regression => self.regression().into(),
             RecipeName::Hybrid => {
-                let own = Hybrid { network, ..Hybrid::default() };
+                let own = Hybrid::default();
                 let simulations = self.samples.unwrap_or(own.simulations);
-                Hybrid { simulations, ..own }.into()
+                Hybrid { simulations, network, ..own }.into()
             }
             RecipeName::Pi => PhysicsInformed { network, ..PhysicsInformed::default() }.into(),
             RecipeName::Dd => {
-                let own = DataDriven { network, ..DataDriven::default() };
+                let own = DataDriven::default();
                 let simulations = self.samples.unwrap_or(own.simulations);
-                DataDriven { simulations, ..own }.into()
+                DataDriven { simulations, network, ..own }.into()
             }
         }
     }

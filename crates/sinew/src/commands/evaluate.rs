@@ -34,9 +34,7 @@ const SEED: u64 = 0x7e57;
 
 impl Evaluate {
     pub(crate) fn run(&self) -> Result<()> {
-        let case = self.case.read()?;
-        let body = case.body()?;
-        let folder = self.case.folder(&case);
+        let (_, body, folder) = self.case.open()?;
         let mut found = trained(&folder)?;
         let unknown = |name: &&String| found.iter().all(|(known, _)| known != *name);
         if let Some(missing) = self.emulator.iter().find(unknown) {
@@ -47,10 +45,6 @@ impl Evaluate {
             ));
         }
         found.retain(|(name, _)| self.emulator.is_empty() || self.emulator.contains(name));
-        if found.is_empty() {
-            let folder = folder.display();
-            return refuse(format!("there is no emulator in {folder}; make one: sinew train"));
-        }
         let thetas = Design::Uniform.sample(&body.parameters, self.cases, SEED)?;
         let kept = folder.join(format!("test/{}", self.cases));
         let simulations = solved(&body, &thetas, "solve test cases", Some(&kept))?;

@@ -20,9 +20,8 @@ pub(crate) struct Export {
 
 impl Export {
     pub(crate) fn run(&self) -> Result<()> {
-        let case = self.case.read()?;
-        let body = case.body()?;
-        let folder = self.case.folder(&case).join("export");
+        let (_, body, folder) = self.case.open()?;
+        let folder = folder.join("export");
         std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
         body.mesh.write_vtu(folder.join("body.vtu"))?;
         arrays(&body, &folder.join("body.npz")).context("body.npz cannot be written")?;

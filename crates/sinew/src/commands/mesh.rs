@@ -2,7 +2,8 @@
 
 use super::Usage;
 use anyhow::Result;
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{Args, Subcommand};
+use sinew::case::Element;
 use sinew::ventricle;
 use sinew_mesh::{Chamber, Size, TriangleMesh, Trim, WallOptions, read_mesh};
 use std::path::{Path, PathBuf};
@@ -57,20 +58,14 @@ struct Ventricle {
     #[arg(long, value_name = "PLANE", default_value = "auto", allow_hyphen_values = true)]
     trim: String,
     /// Kind of cells
-    #[arg(long, value_enum, default_value_t = Cells::Tetrahedra)]
-    element: Cells,
+    #[arg(long, value_enum, default_value_t)]
+    element: Element,
     /// Angles of the fibres to the circumference at the inner and outer surface [degrees]
     #[arg(long, value_name = "INNER,OUTER", default_value = "60,-60", allow_hyphen_values = true)]
     angles: String,
     /// Where the mesh goes: a VTU file
     #[arg(short, long, value_name = "FILE", default_value = "wall.vtu")]
     out: PathBuf,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
-enum Cells {
-    Tetrahedra,
-    Hexahedra,
 }
 
 impl Mesh {
@@ -101,9 +96,9 @@ impl Ventricle {
             ))
         })?;
         let seconds = start.elapsed().as_secs_f64();
-        let mesh = ventricle(&wall, self.element == Cells::Hexahedra, angles)
+        let mesh = ventricle(&wall, self.element == Element::Hexahedra, angles)
             .map_err(|error| anyhow::anyhow!("the wall cannot be meshed: {error}"))?;
-        if self.element == Cells::Hexahedra {
+        if self.element == Element::Hexahedra {
             println!(
                 "{} hexahedra; the quality below is that of the same wall as tetrahedra",
                 mesh.cell_count()

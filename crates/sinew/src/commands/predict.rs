@@ -5,7 +5,7 @@ use anyhow::Result;
 use clap::Args;
 use sinew::output::{Fields, displacement_in_words};
 use sinew::{Body, Case, Emulator, theta_in_words};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What both commands read.
 #[derive(Debug, Args)]
@@ -57,30 +57,24 @@ pub(crate) struct Correct {
 }
 
 impl Asked {
-    fn emulator<'b>(&self, case: &Case, body: &'b Body) -> Result<Emulator<'b>> {
-        let found = trained(&self.case.folder(case))?;
-        let names = || found.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
+    fn emulator<'b>(&self, case: &Case, body: &'b Body, folder: &Path) -> Result<Emulator<'b>> {
+        let found = trained(folder)?;
         let own = case.training.recipe();
-        let wanted = self.emulator.as_deref();
-        let by_name = |wanted: &str| found.iter().find(|(name, _)| name == wanted);
-        let chosen: Option<&(String, PathBuf)> = match (wanted, &found[..]) {
-            (Some(wanted), _) => by_name(wanted),
-            (None, [only]) => Some(only),
-            (None, _) => by_name(own.key()),
+        let wanted = match (&self.emulator, &found[..]) {
+            (Some(wanted), _) => wanted,
+            (None, [(only, _)]) => only,
+            (None, _) => own.key(),
         };
-        match chosen {
+        match found.iter().find(|(name, _)| name == wanted) {
             Some((_, folder)) => Ok(Emulator::load(folder, body)?),
-            None if found.is_empty() => {
-                let folder = self.case.folder(case);
-                let folder = folder.display();
-                refuse(format!("there is no emulator in {folder}; make one: sinew train"))
+            None => {
+                let names: Vec<_> = found.iter().map(|(name, _)| name.as_str()).collect();
+                refuse(format!("choose one with --emulator NAME: {}", names.join(", ")))
             }
-            None => refuse(format!("choose one with --emulator NAME: {}", names())),
         }
     }
 
-    fn write(&self, case: &Case, fields: &Fields<'_>, command: &str) -> Result<()> {
-        let folder = self.case.folder(case).join(command);
+    fn write(&self, fields: &Fields<'_>, folder: PathBuf) -> Result<()> {
         fields.write(&folder, self.pictures)?;
         println!("written: {}", folder.display());
         Ok(())
@@ -89,14 +83,10 @@ impl Asked {
 
 impl Predict {
     pub(crate) fn run(&self) -> Result<()> {
-        let case = self.asked.case.read()?;
-        let body = case.body()?;
+        let (case, body, folder) = self.asked.case.open()?;
         let thetas = self.asked.theta.read(&body)?;
-        let emulator = self.asked.emulator(&case, &body)?;
-        let prediction = match self.refine {
-            0 => emulator.predict(&thetas)?,
-            steps => emulator.refine(&thetas, steps)?,
-        };
+        let emulator = self.asked.emulator(&case, &body, &folder)?;
+        let prediction = emulator.refine(&thetas, self.refine)?;
         let unit = &body.units.length;
         for (index, theta) in thetas.iter().enumerate() {
             let moved = displacement_in_words(prediction.field(index), unit);
@@ -115,16 +105,15 @@ impl Predict {
             }
         }
         let found = vec![("predicted", prediction.fields())];
-        self.asked.write(&case, &Fields { body: &body, thetas: &thetas, found }, "predict")
+        self.asked.write(&Fields { body: &body, thetas: &thetas, found }, folder.join("predict"))
     }
 }
 
 impl Correct {
     pub(crate) fn run(&self) -> Result<()> {
-        let case = self.asked.case.read()?;
-        let body = case.body()?;
+        let (case, body, folder) = self.asked.case.open()?;
         let thetas = self.asked.theta.read(&body)?;
-        let emulator = self.asked.emulator(&case, &body)?;
+        let emulator = self.asked.emulator(&case, &body, &folder)?;
         let predicted = emulator.predict(&thetas)?.fields();
         let mut corrected = Vec::with_capacity(thetas.len());
         for theta in &thetas {
@@ -146,6 +135,6 @@ impl Correct {
             corrected.push(correction.displacement);
         }
         let found = vec![("corrected", corrected), ("predicted", predicted)];
-        self.asked.write(&case, &Fields { body: &body, thetas: &thetas, found }, "correct")
+        self.asked.write(&Fields { body: &body, thetas: &thetas, found }, folder.join("correct"))
     }
 }

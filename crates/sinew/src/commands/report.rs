@@ -17,8 +17,8 @@ pub(crate) struct Report {
 
 impl Report {
     pub(crate) fn run(&self) -> Result<()> {
-        let case = self.case.read()?;
-        let path = self.case.folder(&case).join("evaluation.json");
+        let (_, folder) = self.case.read()?;
+        let path = folder.join("evaluation.json");
         let text = std::fs::read_to_string(&path).map_err(|error| {
             Usage(format!("{}: {error}; run sinew evaluate first", path.display()))
         })?;
@@ -26,7 +26,7 @@ impl Report {
             format!("{} is damaged or of another version; run sinew evaluate again", path.display())
         })?;
         println!("{comparison}");
-        let page = comparison.report()?.write(&self.case.folder(&case))?;
+        let page = comparison.report()?.write(&folder)?;
         println!("written: {}", page.display());
         Ok(())
     }

@@ -56,12 +56,10 @@ const CAMPAIGN: &str = "campaign.json";
 
 impl Sample {
     pub(crate) fn run(&self) -> Result<()> {
-        let case = self.case.read()?;
-        let body = case.body()?;
-        case.warnings(&body).iter().for_each(|warning| eprintln!("warning: {warning}"));
+        let (_, body, folder) = self.case.open()?;
+        let folder = folder.join("sample");
         let design: Design = serde_json::from_value(self.design.as_str().into())?;
         let thetas = design.sample(&body.parameters, self.count, self.seed)?;
-        let folder = self.case.folder(&case).join("sample");
         self.check_campaign(design, &folder)?;
         let path = folder.join("thetas.csv");
         store::write_bytes(&path, table(&body, &thetas).as_bytes())?;
@@ -135,9 +133,8 @@ pub(crate) struct Merge {
 
 impl Merge {
     pub(crate) fn run(&self) -> Result<()> {
-        let case = self.case.read()?;
-        let body = case.body()?;
-        let folder = self.case.folder(&case).join("sample");
+        let (_, body, folder) = self.case.open()?;
+        let folder = folder.join("sample");
         let Some(campaign) = store::read_json::<Campaign>(&folder.join(CAMPAIGN))? else {
             return refuse(format!(
                 "there is no campaign in {}; begin one: sinew sample CASE --solve --shard 1/16",

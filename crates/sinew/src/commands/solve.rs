@@ -26,9 +26,7 @@ pub(crate) struct Solve {
 
 impl Solve {
     pub(crate) fn run(&self) -> Result<()> {
-        let case = self.case.read()?;
-        let body = case.body()?;
-        case.warnings(&body).iter().for_each(|warning| eprintln!("warning: {warning}"));
+        let (_, body, folder) = self.case.open()?;
         let thetas = self.theta.read(&body)?;
         for theta in &thetas {
             body.check_theta(theta)
@@ -47,7 +45,7 @@ impl Solve {
                 displacement_in_words(field, unit)
             );
         }
-        let folder = self.case.folder(&case).join("solve");
+        let folder = folder.join("solve");
         if !found.fields.is_empty() {
             let (thetas, found) = (&found.thetas[..], vec![("solved", found.fields)]);
             Fields { body: &body, thetas, found }.write(&folder, self.pictures)?;

@@ -1,9 +1,10 @@
 //! Training.
 
-use super::CaseArguments;
+use super::{CaseArguments, refuse};
 use anyhow::Result;
 use clap::Args;
 use sinew::case::{RecipeName, Training};
+use std::path::{Path, PathBuf};
 
 /// By which recipe, and how long.
 #[derive(Debug, Args)]
@@ -39,10 +40,10 @@ pub(crate) struct Train {
     seed: Option<u64>,
     /// Folder of simulations to learn from, such as OUT/sample of sinew merge
     #[arg(long, value_name = "FOLDER")]
-    simulations: Option<std::path::PathBuf>,
+    simulations: Option<PathBuf>,
     /// Folder of another run to start from, of the same recipe and parameters on any mesh; with --steps 0 its network is taken as it is
     #[arg(long, value_name = "FOLDER")]
-    from: Option<std::path::PathBuf>,
+    from: Option<PathBuf>,
     /// Where a network is trained: flex (this processor), ndarray (deprecated), wgpu or cuda (graphics processors)
     #[arg(long, default_value_t)]
     backend: sinew::Backend,
@@ -56,10 +57,8 @@ pub(crate) struct Train {
 
 impl Train {
     pub(crate) fn run(&self) -> Result<()> {
-        let case = self.case.read()?;
-        let body = case.body()?;
-        case.warnings(&body).iter().for_each(|warning| eprintln!("warning: {warning}"));
-        let own = case.training.clone();
+        let (case, body, folder) = self.case.open()?;
+        let own = case.training;
         // A budget on the command line replaces the case's, whichever kind it is.
         let (minutes, steps) = match (self.minutes, self.steps) {
             (None, None) => (own.minutes, own.steps),
@@ -76,8 +75,19 @@ impl Train {
             ..own
         };
         let recipe = training.recipe();
+        if self.simulations.is_some()
+            && matches!(training.recipe, RecipeName::Pi | RecipeName::Series)
+        {
+            return refuse(format!(
+                "`{}` learns from no simulations; leave --simulations out, or choose regression, hybrid, dd or auto",
+                recipe.key()
+            ));
+        }
         let name = self.name.as_deref().unwrap_or(recipe.key());
-        let folder = self.case.folder(&case).join(name);
+        if Path::new(name).file_name() != Some(name.as_ref()) {
+            return refuse(format!("--name {name}: give the name of a folder within OUT"));
+        }
+        let folder = folder.join(name);
         let options = sinew::TrainingOptions {
             folder: Some(folder.clone()),
             simulations: self.simulations.clone(),

@@ -7,7 +7,7 @@ use crate::populations::simulated::{
 };
 use anyhow::{Context, Result, ensure};
 use sinew_emulate::{Design, OneStiffness};
-use sinew_gnn::Surrogate;
+use sinew_gnn::{DataSet, Surrogate};
 use sinew_report::Distribution;
 use std::time::Instant;
 
@@ -106,7 +106,8 @@ impl Data<'_> {
             let about = format!("the same on {} simulations of this shape", training.len());
             // Every sample has features of its own about a coarse solution, so that message passing has to learn too.
             let compared = of_pace(Pace { decoders_only: !told.coarse, ..TRANSFER });
-            let row = compared.further([&names[1], &about], (surrogate, told), &topology)?;
+            let from = |data: &DataSet| Ok(surrogate.carried_to(data)?);
+            let (row, _) = compared.trained([&names[1], &about], from, told, &topology)?;
             rows.push(Measured { printed: [Some(0.113), Some(0.34)], ..row });
         }
         rows.iter_mut().for_each(|row| row.group = "one shape".into());

@@ -62,9 +62,6 @@ pub(super) struct Coarse {
 
 impl Ventricles {
     /// The population of a run.
-    ///
-    /// # Errors
-    /// A case file that is none.
     pub(super) fn new(options: &Options) -> Result<Self> {
         let cells = if options.quick { QUICK } else { CELLS[usize::from(options.full)] };
         Ok(Self { stage: Stage::inflated(cells)?, seed: options.seed })
@@ -78,9 +75,6 @@ impl Ventricles {
 
     /// Those of the first `count` of the population that are wanted, by number, with their solutions, from files within `folder` where these are;
     /// those without equilibrium are left out. With a shard only its part.
-    ///
-    /// # Errors
-    /// Files that cannot be written.
     pub(super) fn simulated(
         &self,
         count: usize,
@@ -129,27 +123,18 @@ impl Ventricles {
     }
 
     /// The ventricle whose shape numbers are zero.
-    ///
-    /// # Errors
-    /// A case file that is none.
     pub(super) fn mean(&self) -> Result<Body> {
         let [body, _] = self.stage.bodies(&[])?;
         Ok(body)
     }
 
     /// Parameter sets, spread evenly.
-    ///
-    /// # Errors
-    /// More than Sobol's sequence is tabulated for.
     pub(super) fn thetas(&self, count: usize) -> Result<Vec<Vec<f64>>> {
         let body = self.mean()?;
         Ok(Design::Sobol.sample(&body.parameters, count, self.seed)?)
     }
 
     /// One shape at some parameters, with the solutions; those without equilibrium are left out.
-    ///
-    /// # Errors
-    /// A shape that cannot be meshed.
     pub(super) fn at(&self, numbers: &[f64], thetas: &[Vec<f64>]) -> Result<Vec<Ventricle>> {
         let one = |theta: &Vec<f64>| self.ventricle(numbers, theta, self.solve(numbers, theta)?);
         let all: Vec<_> = thetas.par_iter().map(one).collect::<Result<_>>()?;
@@ -196,9 +181,6 @@ impl Ventricles {
 
     /// Mean wall times of ventricles on the coarse mesh, at the nodes of the fine one, and of the solver by way of it \[s\]; the bodies are
     /// there.
-    ///
-    /// # Errors
-    /// No equilibrium any more.
     pub(super) fn times(&self, ventricles: &[Ventricle]) -> Result<[f64; 2]> {
         let (options, mut seconds) = (SolverOptions::default(), [0.0; 2]);
         for Ventricle { numbers, theta, .. } in ventricles {
@@ -213,9 +195,6 @@ impl Ventricles {
     }
 
     /// How far every number of a shape moves the nodes \[mm\], root mean square.
-    ///
-    /// # Errors
-    /// No mean shape.
     pub(super) fn sizes(&self) -> Result<Vec<f64>> {
         /// Of a deviation: small, for the mean shape to stay a ventricle.
         const PART: f64 = 0.1;
@@ -235,9 +214,6 @@ impl Ventricles {
     }
 
     /// The graph of the mean ventricle, which all share.
-    ///
-    /// # Errors
-    /// More virtual nodes than nodes.
     pub(super) fn graph(&self, virtual_nodes: &[usize]) -> Result<Topology> {
         let [body, _] = self.stage.bodies(&[])?;
         let config = AugmentationConfig {

@@ -1,6 +1,5 @@
 //! `samples.csv`: one line per test case and method.
 
-use super::Method;
 use anyhow::{Context, Result};
 use sinew_emulate::{CaseErrors, METRICS};
 use sinew_energy::Parameter;
@@ -17,13 +16,13 @@ pub fn head(parameters: &[Parameter]) -> String {
 /// The lines of one method on one scene.
 pub fn lines(
     scene: &str,
-    method: Method,
+    method: &str,
     thetas: &[Vec<f64>],
     cases: &[CaseErrors],
 ) -> Result<String> {
     let mut text = String::new();
     for (sample, (theta, case)) in thetas.iter().zip(cases).enumerate() {
-        text += &format!("{scene},{sample},{}", method.key());
+        text += &format!("{scene},{sample},{method}");
         theta.iter().for_each(|value| text += &format!(",{value}"));
         for metric in &METRICS[..3] {
             let found = Distribution::of(metric.of(case).to_vec());
