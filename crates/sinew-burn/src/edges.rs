@@ -2,7 +2,7 @@
 
 use crate::error::IndexError;
 use crate::host::{HostOperation, HostTensor, apply};
-use crate::index::{Inverse, check};
+use crate::index::{Gather, GatherPlan, Inverse, check};
 use crate::reference;
 use crate::rows::add_up;
 use burn::tensor::{DType, Tensor};
@@ -68,6 +68,27 @@ impl EdgeTopology {
 
     pub(crate) fn sent(&self) -> &Inverse {
         &self.sent
+    }
+}
+
+impl GatherPlan {
+    /// One row per edge, from three sources: a row per edge, and two sources of a row per node,
+    /// read at the receiving and at the sending node.
+    pub fn edges(topology: &EdgeTopology) -> Arc<Self> {
+        let receiver = Gather::Indexed {
+            index: topology.receivers().to_vec(),
+            inverse: topology.received().clone(),
+        };
+        let sender = Gather::Indexed {
+            index: topology.senders().to_vec(),
+            inverse: topology.sent().clone(),
+        };
+        let (edges, nodes) = (topology.edges(), topology.nodes());
+        Arc::new(Self {
+            rows: edges,
+            sources: vec![Gather::Identity, receiver, sender],
+            source_rows: vec![edges, nodes, nodes],
+        })
     }
 }
 

@@ -1,6 +1,5 @@
 //! Row indices, their inverses, and plans that say which source rows meet in which row.
 
-use crate::edges::EdgeTopology;
 use crate::error::IndexError;
 use std::sync::Arc;
 
@@ -69,9 +68,9 @@ pub(crate) enum Gather {
 /// once per graph (or per batch size) and shared.
 #[derive(Clone, Debug)]
 pub struct GatherPlan {
-    rows: usize,
-    sources: Vec<Gather>,
-    source_rows: Vec<usize>,
+    pub(crate) rows: usize,
+    pub(crate) sources: Vec<Gather>,
+    pub(crate) source_rows: Vec<usize>,
 }
 
 impl GatherPlan {
@@ -79,25 +78,6 @@ impl GatherPlan {
     pub fn identity(rows: usize, sources: usize) -> Arc<Self> {
         let source_rows = vec![rows; sources];
         Arc::new(Self { rows, sources: vec![Gather::Identity; sources], source_rows })
-    }
-
-    /// One row per edge, from three sources: a row per edge, and two sources of a row per node,
-    /// read at the receiving and at the sending node.
-    pub fn edges(topology: &EdgeTopology) -> Arc<Self> {
-        let receiver = Gather::Indexed {
-            index: topology.receivers().to_vec(),
-            inverse: topology.received().clone(),
-        };
-        let sender = Gather::Indexed {
-            index: topology.senders().to_vec(),
-            inverse: topology.sent().clone(),
-        };
-        let (edges, nodes) = (topology.edges(), topology.nodes());
-        Arc::new(Self {
-            rows: edges,
-            sources: vec![Gather::Identity, receiver, sender],
-            source_rows: vec![edges, nodes, nodes],
-        })
     }
 
     /// Every pair of an outer and an inner row, the outer slower: row `b · inner + i` reads row

@@ -4,6 +4,7 @@ mod checkpoint;
 mod clock;
 mod concern;
 mod config;
+mod diagnosis;
 mod progress;
 mod sampler;
 mod stream;

@@ -6,7 +6,6 @@
 
 use crate::error::{GpError, place};
 use crate::field::Field;
-use crate::model::monomial_value;
 use crate::operator::{Operator, Parameter, Term};
 use crate::prior::{Part, Prior};
 use crate::problem::check_orders;
@@ -15,6 +14,20 @@ use std::rc::Rc;
 
 /// A product of powers of parameters; empty for 1.
 pub(crate) type Monomial = Vec<(usize, i32)>;
+
+/// Π θ^power.
+fn monomial_value(monomial: &Monomial, theta: &[f64]) -> f64 {
+    monomial.iter().map(|(position, power)| theta[*position].powi(*power)).product()
+}
+
+/// ∂/∂θ of a monomial, for the parameter at `position`.
+pub(crate) fn monomial_slope(monomial: &Monomial, theta: &[f64], position: usize) -> f64 {
+    let factor = |(other, power): &(usize, i32)| match *other == position {
+        true => f64::from(*power) * theta[*other].powi(power - 1),
+        false => theta[*other].powi(*power),
+    };
+    monomial.iter().map(factor).product()
+}
 
 /// The constant arrays A of one part of the prior.
 #[derive(Clone, Debug)]

@@ -3,14 +3,46 @@
 use crate::coefficients::PointCoefficients;
 use crate::data::{Group, Noise, Role};
 use crate::error::GpError;
-use crate::model::{Compiled, Variance};
 use crate::operator::{Operator, Parameter};
 use crate::prior::{Prior, check_smoothness};
 
 /// Relative size of a residual that counts as agreement of an exact value with the boundary.
 const AGREEMENT: f64 = 1e-8;
 
+/// Noise of a compiled group.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Variance {
+    /// A standard deviation, zero for exact values.
+    Known(f64),
+    /// Position of its logarithm among the parameters.
+    Learned(usize),
+}
+
+/// Observations compiled for one operator.
+#[derive(Debug)]
+pub(crate) struct Compiled<const D: usize> {
+    /// Its position among the groups as they were given.
+    pub number: usize,
+    /// Points of the problem's equation; empty for other operators.
+    pub places: Vec<[f64; D]>,
+    /// What is observed is the sum of the operator's values over these: one set of points, or the
+    /// two ends of a jump, the second with the opposite sign.
+    pub legs: Vec<PointCoefficients<D>>,
+    /// Number of the first among the legs of all groups.
+    pub first_leg: usize,
+    pub values: Vec<f64>,
+    pub variance: Variance,
+    /// Position of the first observation in the covariance matrix.
+    pub offset: usize,
+    pub role: Role,
+}
+
 impl<const D: usize> Compiled<D> {
+    /// Rows of the covariance matrix.
+    pub(crate) fn rows(&self) -> std::ops::Range<usize> {
+        self.offset..self.offset + self.values.len()
+    }
+
     /// Whether imposed values without a known noise are met by the prior mean alone, once the
     /// terms with parameters in front are left out.
     pub(crate) fn is_trivially_satisfied(&self) -> bool {

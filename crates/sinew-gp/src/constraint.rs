@@ -1,5 +1,6 @@
 //! From boundary conditions to the mean and the features of a prior that satisfies them.
 
+mod agreement;
 mod corners;
 mod edges;
 mod extension;

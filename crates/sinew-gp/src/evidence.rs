@@ -1,10 +1,7 @@
 //! The evidence of a model: which one, and its value.
 
+use crate::compile::{Compiled, Variance};
 use crate::data::Role;
-use crate::error::GpError;
-use crate::model::{Compiled, Model, Variance};
-use crate::state::State;
-use sinew_num::on_ready_threads;
 
 /// The density of the data of which a fit takes the maximum and ensembles draw: one for both.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -63,44 +60,4 @@ pub struct Evaluation {
     pub gradient: Vec<f64>,
     /// Relative jitter that the factorisation needed.
     pub jitter: f64,
-}
-
-impl<const D: usize> Model<D> {
-    /// The prior covariance of all observed functionals, without noise, row by row: imposed
-    /// groups (equation, pseudo-observations) first, then the measured ones in their order.
-    ///
-    /// # Errors
-    /// If the number of parameters is wrong.
-    pub fn prior_covariance(&self, parameters: &[f64]) -> Result<Vec<Vec<f64>>, GpError> {
-        let lower = State::new(self, parameters)?.covariance();
-        let entry =
-            |row: usize, column: usize| lower[row.min(column) * self.size + row.max(column)];
-        Ok((0..self.size).map(|row| (0..self.size).map(|c| entry(row, c)).collect()).collect())
-    }
-
-    /// Logarithm of the evidence at parameters on their scales (see [`crate::FreeParameter`]).
-    ///
-    /// # Errors
-    /// If their number is wrong, or the covariance is not positive definite with any jitter.
-    pub fn log_evidence(&self, parameters: &[f64]) -> Result<f64, GpError> {
-        let state = State::new(self, parameters)?;
-        Ok(state.value(&state.factored()?))
-    }
-
-    /// [`Model::log_evidence`] with its gradient.
-    ///
-    /// # Errors
-    /// As [`Model::log_evidence`].
-    pub fn evaluate(&self, parameters: &[f64]) -> Result<Evaluation, GpError> {
-        let state = State::new(self, parameters)?;
-        let evaluate = || {
-            let factored = state.factored()?;
-            Ok(Evaluation {
-                value: state.value(&factored),
-                gradient: state.gradient(&factored),
-                jitter: factored.jitter,
-            })
-        };
-        if state.parallel() { on_ready_threads(evaluate) } else { evaluate() }
-    }
 }

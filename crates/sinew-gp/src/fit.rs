@@ -4,7 +4,6 @@ use crate::error::GpError;
 use crate::model::Model;
 use crate::optimise::minimise;
 use crate::posterior::Posterior;
-use crate::resolve::resolve;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -70,17 +69,6 @@ pub struct Fit<const D: usize> {
 }
 
 impl<const D: usize> Model<D> {
-    /// Maximises evidence times [`crate::Hyperprior`]s from random starts, in parallel.
-    ///
-    /// The best restart that did not collapse is taken, or the best if all did.
-    ///
-    /// # Errors
-    /// If no restart has a finite evidence.
-    pub fn fit(self, options: &FitOptions) -> Result<Fit<D>, GpError> {
-        let starts = self.random_starts(options);
-        resolve(self.fit_from(starts, options.iterations)?, options)
-    }
-
     /// The starts of [`Model::fit`].
     pub(crate) fn random_starts(&self, options: &FitOptions) -> Vec<Vec<f64>> {
         let mut random = ChaCha8Rng::seed_from_u64(options.seed);

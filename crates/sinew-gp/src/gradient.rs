@@ -1,8 +1,9 @@
 //! The gradient of the evidence, from the cotangents of covariance and residual.
 
+use crate::coefficients::monomial_slope;
+use crate::compile::Variance;
 use crate::gram::{Cotangents, Scratch};
 use crate::inverse::invert_lower;
-use crate::model::{Variance, monomial_slope};
 use crate::optimise::dot;
 use crate::state::{Factored, State};
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};

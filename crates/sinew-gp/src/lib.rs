@@ -68,6 +68,7 @@ mod domain;
 mod edge;
 mod ensemble;
 mod error;
+mod everywhere;
 mod evidence;
 mod factor;
 mod field;

@@ -1,17 +1,17 @@
 //! A prior with data: parameters, and everything that does not change with them.
 
-use crate::coefficients::{Monomial, PointCoefficients, register};
-use crate::compile::compile;
+use crate::coefficients::register;
+use crate::compile::{Compiled, Variance, compile};
 use crate::data::{Data, Role, check, no_data};
 use crate::domain::Domain;
 use crate::error::GpError;
+use crate::everywhere::Everywhere;
 use crate::evidence::{Evaluation, Evidence};
 use crate::gram::PairPlan;
 use crate::kernel::{Hyperparameter, Measure};
 use crate::operator::Parameter;
 use crate::parameter::{FreeParameter, Hyperprior};
 use crate::prior::Prior;
-use crate::resolve::Everywhere;
 
 /// A standard deviation away in the logarithm from a median.
 fn about(median: f64) -> Hyperprior {
@@ -47,41 +47,6 @@ fn of_kernel<const D: usize>(
             let start = [lower, upper].map(|end| (end * middle).sqrt());
             positive(name, 1.0, [[lower, upper], start], Hyperprior::Flat)
         }
-    }
-}
-
-/// Noise of a compiled group.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Variance {
-    /// A standard deviation, zero for exact values.
-    Known(f64),
-    /// Position of its logarithm among the parameters.
-    Learned(usize),
-}
-
-/// Observations compiled for one operator.
-#[derive(Debug)]
-pub(crate) struct Compiled<const D: usize> {
-    /// Its position among the groups as they were given.
-    pub number: usize,
-    /// Points of the problem's equation; empty for other operators.
-    pub places: Vec<[f64; D]>,
-    /// What is observed is the sum of the operator's values over these: one set of points, or the
-    /// two ends of a jump, the second with the opposite sign.
-    pub legs: Vec<PointCoefficients<D>>,
-    /// Number of the first among the legs of all groups.
-    pub first_leg: usize,
-    pub values: Vec<f64>,
-    pub variance: Variance,
-    /// Position of the first observation in the covariance matrix.
-    pub offset: usize,
-    pub role: Role,
-}
-
-impl<const D: usize> Compiled<D> {
-    /// Rows of the covariance matrix.
-    pub(crate) fn rows(&self) -> std::ops::Range<usize> {
-        self.offset..self.offset + self.values.len()
     }
 }
 
@@ -351,20 +316,6 @@ pub(crate) fn spread(values: &[f64]) -> Option<f64> {
     let mean = values.iter().sum::<f64>() / count;
     let deviation = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt();
     [deviation, mean.abs()].into_iter().find(|s| *s > 0.0)
-}
-
-/// Π θ^power.
-pub(crate) fn monomial_value(monomial: &Monomial, theta: &[f64]) -> f64 {
-    monomial.iter().map(|(position, power)| theta[*position].powi(*power)).product()
-}
-
-/// ∂/∂θ of a monomial, for the parameter at `position`.
-pub(crate) fn monomial_slope(monomial: &Monomial, theta: &[f64], position: usize) -> f64 {
-    let factor = |(other, power): &(usize, i32)| match *other == position {
-        true => f64::from(*power) * theta[*other].powi(power - 1),
-        false => theta[*other].powi(*power),
-    };
-    monomial.iter().map(factor).product()
 }
 
 fn plans<const D: usize>(prior: &Prior<D>, groups: &[Compiled<D>]) -> Vec<Vec<PairPlan<D>>> {

@@ -5,10 +5,11 @@
 //! posterior that follows from all values through them (Titsias 2009) lies within a known distance of the exact one, in the
 //! sense of Kullback and Leibler: the difference between an upper and a lower bound of the evidence (Titsias 2014).
 
+use crate::compile::Compiled;
 use crate::data::unplaced;
 use crate::error::GpError;
 use crate::fit::Fit;
-use crate::model::{Compiled, Model};
+use crate::model::Model;
 use crate::posterior::{Posterior, Whitening};
 use crate::state::{FIRST_JITTER, State};
 use faer::linalg::solvers::SelfAdjointEigen;

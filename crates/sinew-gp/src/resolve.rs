@@ -1,23 +1,12 @@
 //! How many collocation points: more of them until the answer no longer moves.
 
-use crate::data::{Data, Noise};
-use crate::domain::Domain;
 use crate::error::GpError;
-use crate::field::Field;
+use crate::everywhere::Everywhere;
 use crate::fit::{Fit, FitOptions};
 use crate::laplace::laplace;
 use crate::model::Model;
 use std::sync::Arc;
 
-/// An equation that holds everywhere, and what else there is.
-#[derive(Clone, Debug)]
-pub(crate) struct Everywhere<const D: usize> {
-    pub source: Field<D>,
-    pub rest: Data<D>,
-}
-
-/// Points that an equation begins with, for each dimension.
-const FIRST: usize = 15;
 /// Factor from one number of points to the next.
 const GROWTH: f64 = 1.6;
 /// Share of an interval's width that its ends and the estimate may move by: twice what 400 draws leave open.
@@ -25,21 +14,8 @@ const MOVE: f64 = 0.15;
 const DRAWS: usize = 400;
 /// Of u, where no parameter of the equation is sought, relative to its largest value.
 const MOVE_OF_U: f64 = 1e-3;
-/// Seeds of places: of the equation, where u is compared, of draws.
-const SEEDS: [u64; 3] = [0x5eed, 0x100c, 0xd4a3];
-
-impl<const D: usize> Everywhere<D> {
-    /// All data, with the equation at `count` points: the first of a sequence that does not depend on their number.
-    pub(crate) fn at(&self, domain: &Domain<D>, count: usize) -> Result<Data<D>, GpError> {
-        let at = domain.sample(count, SEEDS[0])?;
-        let f: Vec<f64> = at.iter().map(|x| self.source.value(*x)).collect();
-        Ok(self.rest.clone().equation(&at, &f, Noise::Exact))
-    }
-
-    pub(crate) fn first() -> usize {
-        FIRST * D
-    }
-}
+/// Seeds of the places where u is compared, and of draws.
+const SEEDS: [u64; 2] = [0x100c, 0xd4a3];
 
 /// What is watched while points are added.
 struct Watched {
@@ -54,14 +30,14 @@ impl Watched {
         let theta = model.theta_offset..model.theta_offset + model.theta.len();
         let mut intervals = Vec::new();
         if !theta.is_empty() {
-            let ensemble = laplace(fit, DRAWS, SEEDS[2])?;
+            let ensemble = laplace(fit, DRAWS, SEEDS[1])?;
             for parameter in &model.parameters[theta] {
                 let [lower, upper] = ensemble.interval(&parameter.name, 0.95)?;
                 let all = [lower, fit.parameter(&parameter.name)?, upper];
                 intervals.push(all.map(|value| parameter.to_scale(value)));
             }
         }
-        let places = model.prior.domain.sample(50, SEEDS[1])?;
+        let places = model.prior.domain.sample(50, SEEDS[0])?;
         Ok(Self { intervals, u: fit.posterior()?.mean(&places)? })
     }
 
@@ -78,11 +54,21 @@ impl Watched {
     }
 }
 
+impl<const D: usize> Model<D> {
+    /// Maximises evidence times [`crate::Hyperprior`]s from random starts, in parallel.
+    ///
+    /// The best restart that did not collapse is taken, or the best if all did.
+    ///
+    /// # Errors
+    /// If no restart has a finite evidence.
+    pub fn fit(self, options: &FitOptions) -> Result<Fit<D>, GpError> {
+        let starts = self.random_starts(options);
+        resolve(self.fit_from(starts, options.iterations)?, options)
+    }
+}
+
 /// Refits with more and more points, from the parameters before, until nothing moves.
-pub(crate) fn resolve<const D: usize>(
-    mut fit: Fit<D>,
-    options: &FitOptions,
-) -> Result<Fit<D>, GpError> {
+fn resolve<const D: usize>(mut fit: Fit<D>, options: &FitOptions) -> Result<Fit<D>, GpError> {
     let Some(everywhere) = fit.model().everywhere.clone() else { return Ok(fit) };
     let mut count = Everywhere::<D>::first();
     let mut before = Watched::of(&fit)?;

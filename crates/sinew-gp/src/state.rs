@@ -1,12 +1,14 @@
 //! A model at given parameters: its covariance, factored.
 
+use crate::compile::Variance;
 use crate::error::GpError;
-use crate::evidence::Evidence;
+use crate::evidence::{Evaluation, Evidence};
 use crate::factor::Factor;
 use crate::gram::{Block, Scratch, Side};
-use crate::model::{Model, Variance};
+use crate::model::Model;
 use faer::Par;
 use rayon::prelude::*;
+use sinew_num::on_ready_threads;
 use std::f64::consts::PI;
 
 /// Jitter relative to each prior variance: first tried, and largest.
@@ -273,5 +275,45 @@ impl<'a, const D: usize> State<'a, D> {
         let split = self.first_row();
         let measured = of(split..self.model.size);
         measured + self.weight() * of(0..split)
+    }
+}
+
+impl<const D: usize> Model<D> {
+    /// The prior covariance of all observed functionals, without noise, row by row: imposed
+    /// groups (equation, pseudo-observations) first, then the measured ones in their order.
+    ///
+    /// # Errors
+    /// If the number of parameters is wrong.
+    pub fn prior_covariance(&self, parameters: &[f64]) -> Result<Vec<Vec<f64>>, GpError> {
+        let lower = State::new(self, parameters)?.covariance();
+        let entry =
+            |row: usize, column: usize| lower[row.min(column) * self.size + row.max(column)];
+        Ok((0..self.size).map(|row| (0..self.size).map(|c| entry(row, c)).collect()).collect())
+    }
+
+    /// Logarithm of the evidence at parameters on their scales (see [`crate::FreeParameter`]).
+    ///
+    /// # Errors
+    /// If their number is wrong, or the covariance is not positive definite with any jitter.
+    pub fn log_evidence(&self, parameters: &[f64]) -> Result<f64, GpError> {
+        let state = State::new(self, parameters)?;
+        Ok(state.value(&state.factored()?))
+    }
+
+    /// [`Model::log_evidence`] with its gradient.
+    ///
+    /// # Errors
+    /// As [`Model::log_evidence`].
+    pub fn evaluate(&self, parameters: &[f64]) -> Result<Evaluation, GpError> {
+        let state = State::new(self, parameters)?;
+        let evaluate = || {
+            let factored = state.factored()?;
+            Ok(Evaluation {
+                value: state.value(&factored),
+                gradient: state.gradient(&factored),
+                jitter: factored.jitter,
+            })
+        };
+        if state.parallel() { on_ready_threads(evaluate) } else { evaluate() }
     }
 }

@@ -1,9 +1,10 @@
 //! What a fit cannot tell, said aloud.
 
+use crate::compile::Variance;
 use crate::data::Role;
 use crate::error::{GpError, place};
 use crate::fit::Fit;
-use crate::model::{Model, Variance};
+use crate::model::Model;
 use crate::operator::Operator;
 use crate::space::Space;
 use faer::linalg::solvers::SelfAdjointEigen;
@@ -130,7 +131,7 @@ impl<const D: usize> Fit<D> {
     pub fn warnings(&self) -> Result<Vec<Warning>, GpError> {
         let model = self.model();
         let mut warnings = at_bounds(model, &self.outcome().parameters);
-        let observed = |g: &&crate::model::Compiled<D>| g.role == Role::Observed;
+        let observed = |g: &&crate::compile::Compiled<D>| g.role == Role::Observed;
         for group in model.groups.iter().filter(observed) {
             if let (Variance::Learned(noise), true) = (group.variance, group.values.len() < FEW) {
                 let noise = model.parameters[noise].name.clone();

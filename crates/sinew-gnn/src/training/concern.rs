@@ -1,10 +1,6 @@
-//! What a training that did not diverge may still have got wrong.
+//! What a training that did not diverge may still have got wrong, in words.
 
 use serde::{Deserialize, Serialize};
-
-use super::progress::HistoryPoint;
-use super::trainer::Trainer;
-use crate::error::Result;
 
 /// A reason not to trust the weights that a training leaves.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, thiserror::Error)]
@@ -32,28 +28,6 @@ pub enum Concern {
     Inadmissible { inadmissible: usize, samples: usize },
 }
 
-/// Standard deviations of a mean loss that may be due to the samples which happened to be drawn: the lowest of twenty means of
-/// some six batches each is easily four off.
-const NOISE: f64 = 5.0;
-
-/// What the losses of a run tell beyond their noise, of which `exact`, that of all samples after the last step, has none. A loss of
-/// zero outputs that is not finite is no measure of anything.
-fn of_losses(history: &[HistoryPoint], of_zero_output: f64, exact: Option<f64>) -> Option<Concern> {
-    let last = history.last()?;
-    let (loss, deviation) = exact.map_or((last.loss, last.deviation), |exact| (exact, 0.0));
-    if !of_zero_output.is_finite() {
-        return None;
-    }
-    if loss - NOISE * deviation >= of_zero_output {
-        return Some(Concern::NothingLearned { loss, of_zero_output });
-    }
-    let lowest = history.iter().min_by(|a, b| a.loss.total_cmp(&b.loss))?;
-    let lost = (loss - lowest.loss) / (of_zero_output - lowest.loss);
-    let certain = loss - lowest.loss > NOISE * deviation.hypot(lowest.deviation);
-    let rose = lost > 0.5 && certain;
-    rose.then_some(Concern::LossRose { lowest: lowest.loss, step: lowest.step, loss })
-}
-
 /// How many predictions are looked at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Thoroughness {
@@ -61,88 +35,4 @@ pub(super) enum Thoroughness {
     OneBatch,
     /// All parameters of the training.
     AllSamples,
-}
-
-impl Trainer {
-    /// What is wrong with the weights of the latest evaluation.
-    pub(super) fn concerns(&mut self, thoroughness: Thoroughness) -> Result<Vec<Concern>> {
-        let of_zero_output = match self.loss_of_zero_output {
-            Some(loss) => loss,
-            None => *self.loss_of_zero_output.insert(self.zero_output_loss()?),
-        };
-        let (inadmissible, loss) = self.of_states(thoroughness)?;
-        let exact = (thoroughness == Thoroughness::AllSamples).then_some(loss);
-        let of_losses = of_losses(&self.progress.history, of_zero_output, exact);
-        Ok(of_losses.into_iter().chain(inadmissible).collect())
-    }
-
-    /// Mean loss over the training samples without the network's outputs.
-    fn zero_output_loss(&self) -> Result<f64> {
-        self.mean_loss(&self.batches(&self.data.training), |batch| {
-            let output = &self.surrogate.prepared[batch.geometry].output;
-            let nothing = output.without_network(self.surrogate.parameters_of(batch.samples)?);
-            Ok(output.displacement(nothing))
-        })
-    }
-
-    /// What is wrong with predictions, and their mean loss.
-    fn of_states(&self, thoroughness: Thoroughness) -> Result<(Option<Concern>, f64)> {
-        let mut batches = self.batches(&self.data.training);
-        if thoroughness == Thoroughness::OneBatch {
-            batches.dedup_by_key(|(geometry, _)| *geometry);
-        }
-        let (predictions, mut inadmissible) = (self.predictions(), 0);
-        let loss = self.mean_loss(&batches, |batch| {
-            let displacement = predictions(batch)?;
-            inadmissible += self.objective.inadmissible(batch, displacement.clone());
-            Ok(displacement)
-        })?;
-        let samples = batches.iter().map(|(_, samples)| samples.len()).sum();
-        let concern = (inadmissible > 0).then_some(Concern::Inadmissible { inadmissible, samples });
-        Ok((concern, loss))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn losses(values: &[f64], deviation: f64) -> Vec<HistoryPoint> {
-        let point = |(i, &loss): (usize, &f64)| HistoryPoint {
-            step: 10 * (i + 1),
-            seconds: 0.0,
-            loss,
-            deviation,
-            validation: None,
-        };
-        values.iter().enumerate().map(point).collect()
-    }
-
-    #[test]
-    fn losses_are_judged_against_those_of_a_network_without_outputs() {
-        let of_losses_of = |history: &[HistoryPoint], zero| of_losses(history, zero, None);
-        assert_eq!(of_losses_of(&losses(&[0.9, 0.3, 0.1], 0.01), 1.0), None);
-        // Energies are negative; a rise within the noise of batches is none.
-        assert_eq!(of_losses_of(&losses(&[-0.2, -0.8, -0.78], 0.01), 0.0), None);
-        assert_eq!(
-            of_losses_of(&losses(&[0.5, 2.0], 0.01), 1.0),
-            Some(Concern::NothingLearned { loss: 2.0, of_zero_output: 1.0 })
-        );
-        assert_eq!(
-            of_losses_of(&losses(&[-0.2, -0.8, -0.3], 0.01), 0.0),
-            Some(Concern::LossRose { lowest: -0.8, step: 20, loss: -0.3 })
-        );
-        assert_eq!(of_losses_of(&losses(&[0.5, 2.0], 0.01), f64::INFINITY), None);
-        assert_eq!(of_losses_of(&[], 1.0), None);
-        // About a solution, one displacement for all parameters is a good one, and batches differ by more than it lacks.
-        assert_eq!(of_losses_of(&losses(&[-0.990, -1.004, -0.985], 0.01), -0.995), None);
-        assert_eq!(of_losses_of(&losses(&[-0.990, -1.004, -0.998], 0.01), -0.995), None);
-        // The loss of all samples has no noise.
-        let history = losses(&[-0.990, -1.004, -0.985], 0.01);
-        assert_eq!(of_losses(&history, -0.995, Some(-0.996)), None);
-        assert_eq!(
-            of_losses(&history, -0.995, Some(-0.994)),
-            Some(Concern::NothingLearned { loss: -0.994, of_zero_output: -0.995 })
-        );
-    }
 }

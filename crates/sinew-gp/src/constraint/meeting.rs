@@ -1,6 +1,6 @@
 //! A corner between two edges: what their conditions say of value and gradient there.
 
-use super::corners::{conflict, differ, magnitude};
+use super::agreement::{conflict, differ, magnitude};
 use super::lift::{EdgeLift, along};
 use crate::domain::Domain;
 use crate::error::GpError;

@@ -1,5 +1,6 @@
 //! Ventricles of the thesis' chapter 2: networks on simulations of many shapes, told more or less of the shape (Tables A.8 to A.13).
 
+mod hull;
 mod methods;
 mod perceptron;
 mod ventricle;

@@ -1,6 +1,6 @@
 //! Simulations of ventricles of random shape, kept in files that several processes may fill.
 
-use super::volumes::hull_volume;
+use super::hull::hull_volume;
 use crate::populations::options::Options;
 use crate::populations::simulated::{Seen, Simulated};
 use crate::populations::stage::{Stage, shape_parameters};
