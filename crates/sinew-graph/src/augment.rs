@@ -85,14 +85,11 @@ type Extent = ([f64; 3], f64);
 pub(crate) fn check_positions(positions: &[[f64; 3]]) -> Result<Extent, GraphError> {
     let (mut corner, mut longest) = ([0.0; 3], 0.0f64);
     for axis in 0..3 {
-        let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
-        for (node, position) in positions.iter().enumerate() {
-            let value = position[axis];
-            if !value.is_finite() {
-                return Err(GraphError::NonFinitePosition { node, axis, value });
-            }
-            (lowest, highest) = (lowest.min(value), highest.max(value));
+        if let Some(node) = positions.iter().position(|x| !x[axis].is_finite()) {
+            let value = positions[node][axis];
+            return Err(GraphError::NonFinitePosition { node, axis, value });
         }
+        let [lowest, highest] = range(positions, axis);
         if highest - lowest == f64::INFINITY {
             return Err(GraphError::ExtentOverflow { axis, lowest, highest });
         }
@@ -100,6 +97,12 @@ pub(crate) fn check_positions(positions: &[[f64; 3]]) -> Result<Extent, GraphErr
         longest = longest.max(highest - lowest);
     }
     Ok((corner, longest))
+}
+
+/// Smallest and largest of one coordinate.
+pub(crate) fn range(positions: &[[f64; 3]], axis: usize) -> [f64; 2] {
+    let ends = [f64::INFINITY, f64::NEG_INFINITY];
+    positions.iter().fold(ends, |[low, high], x| [low.min(x[axis]), high.max(x[axis])])
 }
 
 /// Positions relative to the bounding box, so that k-means' tolerance has a meaning.

@@ -1,6 +1,6 @@
 //! Numbers on nodes and edges.
 
-use crate::{GraphError, Topology, pool_features, pool_positions};
+use crate::{GraphError, Topology, augment::range, pool_features, pool_positions};
 use serde::{Deserialize, Serialize};
 
 /// A table of numbers, row by row: one row per node or per edge.
@@ -132,9 +132,7 @@ fn check_dimensions(positions: &[[f64; 3]], dimensions: usize) -> Result<(), Gra
         return Err(GraphError::Dimensions { dimensions });
     }
     for axis in dimensions..3 {
-        let coordinates = || positions.iter().map(|x| x[axis]);
-        let lowest = coordinates().fold(f64::INFINITY, f64::min);
-        let highest = coordinates().fold(f64::NEG_INFINITY, f64::max);
+        let [lowest, highest] = range(positions, axis);
         if lowest != highest {
             let suggestion = axis + 1;
             return Err(GraphError::LostCoordinate {

@@ -9,7 +9,7 @@ mod size;
 
 use super::shells::between;
 use super::ventricle::Disk;
-use super::wall::{InSet, Sheet, Wall};
+use super::wall::{InSet, Sheet, Wall, side};
 use crate::topology::{facet_key, facets};
 use crate::tree::SurfaceTree;
 use crate::{HexMesh, TetMesh, TriangleMesh, min_dihedral_angle};
@@ -264,11 +264,10 @@ fn cup(mut sheet: Sheet, layers: usize, inner: &[Point], outside: &Outside) -> W
     let columns: Vec<[Point; 2]> =
         inner.iter().zip(&outside.points).map(|(&inner, &outer)| [inner, outer]).collect();
     let septum = outside.septum.clone();
-    let side = |level: f64| -> InSet { Box::new(move |at| at[2] == level) };
     let mut sides = vec![
         ("base", Box::new(|[_, rim, _]: [f64; 3]| rim == 1.0) as InSet),
-        ("endocardium", side(0.0)),
-        ("epicardium", side(1.0)),
+        ("endocardium", side(2, 0.0)),
+        ("epicardium", side(2, 1.0)),
     ];
     if septum.contains(&true) {
         sides.push(("septum", Box::new(move |at| at[2] == 1.0 && septum[at[0] as usize])));

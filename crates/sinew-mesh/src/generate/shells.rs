@@ -1,6 +1,6 @@
 //! Thick spheres and cylinders.
 
-use super::wall::{InSet, Sheet, Wall};
+use super::wall::{Sheet, Wall, side};
 use super::{grid, grid_coordinate};
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
@@ -39,7 +39,6 @@ pub fn sphere_octant(radii: [f64; 2], cells: [usize; 2]) -> Wall {
             .collect();
         quads.into_iter().for_each(|quad| sheet.quad(quad));
     }
-    let side = |axis: usize| -> InSet { Box::new(move |at| at[axis] == 0.0) };
     Wall {
         sheet,
         layers,
@@ -51,9 +50,9 @@ pub fn sphere_octant(radii: [f64; 2], cells: [usize; 2]) -> Wall {
             (direction.normalize() * between(radii, cube_depth(at))).into()
         }),
         sides: vec![
-            ("x_min", side(0)),
-            ("y_min", side(1)),
-            ("z_min", side(2)),
+            ("x_min", side(0, 0.0)),
+            ("y_min", side(1, 0.0)),
+            ("z_min", side(2, 0.0)),
             ("inner", Box::new(|at| cube_depth(at) == 0.0)),
             ("outer", Box::new(|at| cube_depth(at) == 1.0)),
         ],
@@ -95,7 +94,6 @@ pub fn cylinder_quarter(radii: [f64; 2], height: f64, cells: [usize; 3]) -> Wall
         });
         sheet.quad(quad);
     }
-    let side = |axis: usize, level: f64| -> InSet { Box::new(move |at| at[axis] == level) };
     Wall {
         sheet,
         layers,

@@ -1,7 +1,7 @@
 //! Truncated ellipsoids, the idealised left ventricle.
 
 use super::shells::{between, check};
-use super::wall::{InSet, Sheet, Wall};
+use super::wall::{InSet, Sheet, Wall, side};
 use super::{grid, grid_coordinate};
 use std::f64::consts::{FRAC_PI_4, PI};
 
@@ -76,7 +76,6 @@ impl TruncatedEllipsoid {
         );
         let disk = Disk { half: around / 8, along };
         let ellipsoid = *self;
-        let side = |axis: usize, level: f64| -> InSet { Box::new(move |at| at[axis] == level) };
         let apex = |depth: f64| -> InSet { Box::new(move |at| at == [0.0, 0.0, depth]) };
         let mut sides = vec![
             ("base", Box::new(|[a, b, _]: [f64; 3]| a.abs().max(b.abs()) == 1.0) as InSet),

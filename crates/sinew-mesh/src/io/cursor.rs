@@ -170,34 +170,23 @@ impl<'a> Cursor<'a> {
         Ok(taken)
     }
 
-    /// Refuses a declared count that the rest of the file cannot hold, before anything is
-    /// allocated for it. A number takes `size` bytes in binary and two in text: a digit and
-    /// a separator, which only the last may lack.
-    pub(super) fn check_count(
-        &self,
-        count: usize,
-        size: usize,
-        what: &'static str,
-    ) -> Result<(), Problem> {
-        let available = self.remaining();
-        let needed = match self.encoding {
-            Encoding::Text => (2 * count as u128).saturating_sub(1),
-            Encoding::Binary(_) => count as u128 * size as u128,
-        };
-        if needed > available as u128 {
-            return Err(Problem::CutOff { what, needed, available });
-        }
-        Ok(())
-    }
-
-    /// `count` numbers in the cursor's encoding.
+    /// `count` numbers in the cursor's encoding; a declared count that the rest of the file cannot hold is refused before
+    /// anything is allocated for it.
     pub(super) fn numbers(
         &mut self,
         kind: NumberType,
         count: usize,
         what: &'static str,
     ) -> Result<FieldValues, Problem> {
-        self.check_count(count, kind.size(), what)?;
+        let available = self.remaining();
+        let needed = match self.encoding {
+            // A digit and a separator each, which only the last may lack.
+            Encoding::Text => (2 * count as u128).saturating_sub(1),
+            Encoding::Binary(_) => count as u128 * kind.size() as u128,
+        };
+        if needed > available as u128 {
+            return Err(Problem::CutOff { what, needed, available });
+        }
         match self.encoding {
             Encoding::Binary(endian) => {
                 let bytes = self.take(count * kind.size(), what)?;

@@ -1,9 +1,6 @@
 //! Sets in files that only know fields.
 //!
-//! VTK files have no named sets, so they travel as integer fields with one component:
-//! `node_set:NAME` is 1 at the nodes of the set, `cell_set:NAME` is 1 at its cells, and bit `i`
-//! of `facet_set:NAME` is 1 when facet `i` of the cell is in the set, in simplices the one opposite to
-//! corner `i`.
+//! How they are encoded stands on the crate's page, "Sets in VTK files".
 //! The way there and back is exact for sets that ascend without repetition.
 
 use crate::{Defect, Facet, Field, Mesh};

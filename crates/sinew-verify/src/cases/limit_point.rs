@@ -1,6 +1,6 @@
 //! The largest pressure that a thick sphere bears.
 
-use super::radial::{RADII, inflation, outward, rollers};
+use super::radial::{OCTANT, RADII, inflation, octant, outward, rollers};
 use crate::case::{Band, Case, Cost, Effort, Formulation, Label, Rows};
 use crate::reference::{LimitPoint, ThickSphere};
 use crate::solve::scene;
@@ -38,7 +38,7 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     };
     let closed = ThickSphere { shear: THETA[0], inner: RADII[0], outer: RADII[1] };
     let mesh = sphere_octant(RADII, cells).quadratic_tetrahedra();
-    let supports = rollers(&[("x_min", 0), ("y_min", 1), ("z_min", 2)]);
+    let supports = rollers(&OCTANT);
     let sphere = scene(mesh, NeoHookean, &THETA, inflation(1.0), supports);
     let start = Instant::now();
     let body = sphere.lower_mixed()?;
@@ -48,7 +48,7 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
         STRETCHES.map(|a| PI / 6.0 * (a * RADII[0]).powi(3) - PI / 6.0 * RADII[0].powi(3));
     let trace = solver.trace_volume(&THETA, &volumes, &Options::default())?;
     let cost = Cost::since(start, unknowns);
-    let setup = format!("{} layers, {}² × 3 cells", cells[0], cells[1]);
+    let setup = octant(cells);
     let mut path = Vec::with_capacity(trace.len());
     for (step, a) in trace.iter().zip(STRETCHES) {
         let pressure = step.solution.load_factor;

@@ -31,6 +31,14 @@ pub(super) fn inflation(pressure: f64) -> Vec<Load> {
     vec![Load::Pressure { facets: "inner".into(), magnitude: Magnitude::Fixed(pressure) }]
 }
 
+/// Planes of symmetry of an octant.
+pub(super) const OCTANT: [(&str, usize); 3] = [("x_min", 0), ("y_min", 1), ("z_min", 2)];
+
+/// A mesh of an octant in words.
+pub(super) fn octant([layers, across]: [usize; 2]) -> String {
+    format!("{layers} layers, {across}² × 3 cells")
+}
+
 /// Sides that slide in their planes.
 pub(super) fn rollers(sides: &[(&str, usize)]) -> Vec<Support> {
     let roller = |axis: usize| std::array::from_fn(|i| (i == axis).then_some(0.0));

@@ -1,6 +1,6 @@
 //! Thick incompressible sphere under internal pressure.
 
-use super::radial::{RADII, inflation, rollers, surfaces};
+use super::radial::{OCTANT, RADII, inflation, octant, rollers, surfaces};
 use crate::case::{Band, Case, Effort, Rows};
 use crate::reference::ThickSphere;
 use crate::solve::{mixed, scene};
@@ -34,10 +34,10 @@ fn run(effort: Effort, rows: &mut Rows<'_>) -> Result<()> {
     let pressure = closed.pressure(INFLATED);
     for &(cells, band) in effort.levels(2, LADDER) {
         let mesh = sphere_octant(RADII, cells).quadratic_tetrahedra();
-        let supports = rollers(&[("x_min", 0), ("y_min", 1), ("z_min", 2)]);
+        let supports = rollers(&OCTANT);
         let sphere = scene(mesh, NeoHookean, &THETA, inflation(pressure), supports);
         let found = mixed(sphere, 0.0, &THETA)?;
-        let setup = format!("{} layers, {}² × 3 cells", cells[0], cells[1]);
+        let setup = octant(cells);
         let exact = [INFLATED, closed.outer_radius(INFLATED)];
         surfaces(rows, (setup, band), &found, (3, ""), exact)?;
     }

@@ -1,6 +1,6 @@
 //! Thick sphere from compressible to nearly incompressible.
 
-use super::radial::{RADII, inflation, outward, rollers};
+use super::radial::{OCTANT, RADII, inflation, octant, outward, rollers};
 use crate::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::reference::CompressibleSphere;
 use crate::solve::{displaced, scene};
@@ -70,11 +70,11 @@ where
         let [inner, outer] = RADII;
         let exact = CompressibleSphere { shear: 1.0, lame, inner, outer }.inflate(PRESSURE)?;
         for (&cells, &error) in meshes.iter().zip(errors) {
-            let supports = rollers(&[("x_min", 0), ("y_min", 1), ("z_min", 2)]);
+            let supports = rollers(&OCTANT);
             let sphere = scene(mesh(cells), NeoHookean, &theta, inflation(PRESSURE), supports);
             let found = displaced(sphere, formulation, &theta)?;
             let value = outward(&found.mesh, "inner", &found.displacement, 3);
-            let setup = format!("{} layers, {}² × 3 cells", cells[0], cells[1]);
+            let setup = octant(cells);
             let quantity = format!("displacement of the inner surface, λ/μ = {lame}");
             let label = Label::new(formulation, setup, quantity);
             rows.relative(label, [value, exact.inner], band(error), found.cost)?;
