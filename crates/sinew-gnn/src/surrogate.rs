@@ -235,6 +235,7 @@ impl Surrogate {
             require_count("terms of an amplitude", rates.len(), all_terms(parameters))?;
             require_finite("the rates of an amplitude", rates)?;
         }
+        require_count("global features", geometry.global.len(), self.scales.global.mean.len())?;
         let features = self.scales.features.standardise(&geometry.features)?;
         let global = self.scales.global.standardise("global features", &shape(geometry))?.values;
         let device = self.emulator.device();
