@@ -37,11 +37,9 @@ const HIGHEST_DEGREE: usize = 4;
 ///
 /// ```
 /// use sinew_emulate::PodRegression;
-/// use sinew_energy::{Parameter, Sampling};
+/// use sinew_energy::Parameter;
 ///
-/// let stiffness = Parameter {
-///     name: "k".into(), unit: "kPa".into(), range: [1.0, 3.0], sampling: Sampling::Log,
-/// };
+/// let stiffness = Parameter::log("k", "kPa", 1.0..=3.0);
 /// let thetas: Vec<Vec<f64>> = (0..9).map(|i| vec![1.0 + 0.25 * i as f64]).collect();
 /// let fields: Vec<Vec<f64>> = thetas.iter().map(|t| vec![5.0 / t[0], t[0].ln()]).collect();
 /// let regression = PodRegression::fit(&[stiffness], &thetas, &fields)?;

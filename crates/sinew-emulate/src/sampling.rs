@@ -12,11 +12,9 @@ use sinew_energy::{Parameter, Sampling};
 ///
 /// ```
 /// use sinew_emulate::Design;
-/// use sinew_energy::{Parameter, Sampling};
+/// use sinew_energy::Parameter;
 ///
-/// let stiffness = Parameter {
-///     name: "mu".into(), unit: "kPa".into(), range: [1.0, 100.0], sampling: Sampling::Log,
-/// };
+/// let stiffness = Parameter::log("mu", "kPa", 1.0..=100.0);
 /// let thetas = Design::LatinHypercube.sample(&[stiffness], 10, 1)?;
 /// let below = thetas.iter().filter(|theta| theta[0] < 10.0).count();
 /// assert_eq!(below, 5); // half of the logarithmic range

@@ -95,7 +95,7 @@ impl EmulatorConfig {
         };
         match positive.into_iter().chain(layers).find(|(_, value)| *value == 0) {
             None => Ok(()),
-            Some((what, value)) => Err(Error::Configuration { what, value, minimum: 1 }),
+            Some((what, value)) => Err(Error::Configuration { what, value }),
         }
     }
 }

@@ -188,29 +188,17 @@ impl Geometry {
 mod tests {
     use super::*;
     use sinew_energy::laws::NeoHookean;
-    use sinew_energy::{Parameter, Sampling, Scene, Support, Units};
+    use sinew_energy::{Parameter, Scene, Support};
     use sinew_mesh::box_tetrahedra;
 
     #[test]
     fn supports_leave_what_they_do_not_hold() {
-        let parameter = |name: &str| Parameter {
-            name: name.into(),
-            unit: "kPa".into(),
-            range: [1.0, 2.0],
-            sampling: Sampling::Log,
-        };
         let lowered = |support| {
-            let scene = Scene {
-                name: "block".into(),
-                units: Units::mm_kpa(),
-                mesh: box_tetrahedra([1.0; 3], [1; 3]),
-                law: NeoHookean,
-                directions: Vec::new(),
-                parameters: vec![parameter("mu"), parameter("lambda")],
-                loads: Vec::new(),
-                supports: vec![Support::clamped("x_min"), support],
-            };
-            scene.lower().unwrap()
+            let scene = Scene::new(box_tetrahedra([1.0; 3], [1; 3]), NeoHookean)
+                .parameter(Parameter::log("mu", "kPa", 1.0..=2.0))
+                .parameter(Parameter::log("lambda", "kPa", 1.0..=2.0))
+                .support(Support::clamped("x_min"));
+            scene.support(support).lower().unwrap()
         };
         let close = |found: &[f64], expected: &[f64]| {
             let pairs = found.iter().zip(expected);

@@ -7,8 +7,8 @@ use std::path::PathBuf;
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum Error {
     /// A configuration value admits no network.
-    #[error("emulator configuration: {what} is {value}, but must be at least {minimum}")]
-    Configuration { what: &'static str, value: usize, minimum: usize },
+    #[error("emulator configuration: {what} is {value}, but must be at least 1")]
+    Configuration { what: &'static str, value: usize },
     /// An array does not have the length its meaning asks for.
     #[error(
         "{what}: {found} given, {expected} expected; check that geometry, topology, configuration and data belong together"

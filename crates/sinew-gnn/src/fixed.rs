@@ -1,6 +1,6 @@
 //! Prediction on one geometry, whose message passing is done once.
 
-use burn::tensor::{Device, Tensor, TensorData};
+use burn::tensor::{Tensor, TensorData};
 
 use crate::coordinates::OutputMap;
 use crate::emulator::Emulator;
@@ -21,7 +21,6 @@ pub struct FixedGeometry {
     node_parts: Vec<(usize, Tensor<2>)>,
     global: Option<Tensor<2>>,
     output: OutputMap,
-    device: Device,
 }
 
 /// Displacements for a batch of parameter sets.
@@ -69,7 +68,6 @@ impl FixedGeometry {
             parameters: surrogate.scales.parameters.clone(),
             global: geometry.global.clone(),
             output: geometry.output.clone(),
-            device: surrogate.device.clone(),
         }
     }
 
@@ -129,7 +127,8 @@ impl FixedGeometry {
     }
 
     fn inputs(&self, thetas: &[Vec<f64>]) -> Result<Tensor<2>> {
-        parameter_tensor(&self.parameters, thetas.iter().map(Vec::as_slice), &self.device)
+        let thetas = thetas.iter().map(Vec::as_slice);
+        parameter_tensor(&self.parameters, thetas, &self.emulator.device())
     }
 
     fn prediction(&self, thetas: &[Vec<f64>], displacement: Vec<f64>) -> Result<Prediction> {

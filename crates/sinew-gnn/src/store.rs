@@ -64,7 +64,7 @@ pub(crate) fn read_surrogate(folder: &Path, device: &Device) -> Result<Surrogate
     let Description { config, scales, geometries, embedded_nodes, .. } = read_json(&path)?;
     let emulator = Emulator::new(&config, 0, device)?;
     let emulator = load_weights(emulator, &embedded_nodes, &folder.join(WEIGHTS))?;
-    Surrogate::assemble(emulator, scales, geometries, device)
+    Surrogate::assemble(emulator, scales, geometries)
 }
 
 pub(crate) fn save_weights(emulator: &Emulator, path: &Path) -> Result<()> {

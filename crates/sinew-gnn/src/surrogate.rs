@@ -57,7 +57,6 @@ pub struct Surrogate {
     pub(crate) scales: Scales,
     pub(crate) geometries: Vec<Geometry>,
     pub(crate) prepared: Vec<GeometryTensors>,
-    pub(crate) device: Device,
 }
 
 /// A geometry's tensors, without automatic differentiation.
@@ -91,7 +90,7 @@ impl Surrogate {
         device: &Device,
     ) -> Result<Self> {
         let emulator = Emulator::new(config, seed, device)?;
-        Self::assemble(emulator, scales, data.geometries.clone(), device)
+        Self::assemble(emulator, scales, data.geometries.clone())
     }
 
     /// The same network and scales on the geometries of other data, to be trained further there. Embeddings that are
@@ -104,7 +103,7 @@ impl Surrogate {
         let embeddings: Option<Vec<_>> = data.geometries.iter().map(embedding).collect();
         let emulator = self.emulator.clone().with_embeddings(embeddings.unwrap_or_default());
         let scales = self.scales.clone();
-        Self::assemble(emulator, scales, data.geometries.clone(), &self.device)
+        Self::assemble(emulator, scales, data.geometries.clone())
     }
 
     /// Puts the parts of a surrogate together, checking that they fit.
@@ -112,7 +111,6 @@ impl Surrogate {
         emulator: Emulator,
         scales: Scales,
         geometries: Vec<Geometry>,
-        device: &Device,
     ) -> Result<Self> {
         let config = emulator.config();
         require_count("parameter ranges", scales.parameters.ranges().len(), config.parameters)?;
@@ -130,9 +128,9 @@ impl Surrogate {
         if let Decoding::Motions { .. } = config.decoding {
             require_count("components of a motion's translation", config.dimensions, 3)?;
         }
-        let (emulator, device) = (emulator.valid(), device.clone().without_autodiff());
+        let emulator = emulator.valid();
         let (prepared, none) = (Vec::new(), Vec::new());
-        let mut surrogate = Self { emulator, scales, geometries: none, prepared, device };
+        let mut surrogate = Self { emulator, scales, geometries: none, prepared };
         for geometry in geometries {
             surrogate.prepared.push(surrogate.prepare(&geometry)?);
             surrogate.geometries.push(geometry);
@@ -207,7 +205,7 @@ impl Surrogate {
     /// Standardised parameters `[batch, parameters]` of some samples.
     pub(crate) fn parameters_of(&self, samples: &[&Sample]) -> Result<Tensor<2>> {
         let thetas = samples.iter().map(|sample| &sample.theta[..]);
-        parameter_tensor(&self.scales.parameters, thetas, &self.device)
+        parameter_tensor(&self.scales.parameters, thetas, &self.emulator.device())
     }
 
     /// Embeddings of the nodes of all geometries, through `emulator` (this surrogate's, or a copy of it).
@@ -237,11 +235,12 @@ impl Surrogate {
             require_count("terms of an amplitude", rates.len(), all_terms(parameters))?;
             require_finite("the rates of an amplitude", rates)?;
         }
+        require_count("global features", geometry.global.len(), self.scales.global.mean.len())?;
         let features = self.scales.features.standardise(&geometry.features)?;
         let global = self.scales.global.standardise("global features", &shape(geometry))?.values;
-        let table = |values: &[f64], rows| matrix(values, rows, &self.device);
-        let output =
-            OutputMap::new(geometry, &self.scales.output, [nodes, dimensions], &self.device);
+        let device = self.emulator.device();
+        let table = |values: &[f64], rows| matrix(values, rows, &device);
+        let output = OutputMap::new(geometry, &self.scales.output, [nodes, dimensions], &device);
         Ok(GeometryTensors {
             graph: Graph::new(&geometry.topology)?,
             nodes: table(&features.nodes.values, features.nodes.rows),

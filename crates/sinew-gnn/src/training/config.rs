@@ -82,7 +82,7 @@ impl TrainingConfig {
     /// The first value that is not.
     pub fn check(&self) -> Result<()> {
         if self.batch == 0 {
-            return Err(Error::Configuration { what: "batch", value: 0, minimum: 1 });
+            return Err(Error::Configuration { what: "batch", value: 0 });
         }
         match self.budget {
             Budget::Steps(0) => return Err(Error::NothingToTrain("the budget is zero steps")),
