@@ -89,6 +89,17 @@ fn the_same_volume_may_be_asked_for_twice() {
     assert!((again[2] / once[0] - 1.0).abs() < 1e-8 && (again[3] / once[1] - 1.0).abs() < 1e-8);
 }
 
+#[test]
+fn growths_of_steps_that_make_no_sense_are_none() {
+    let body = tube_of_triangles();
+    for load_step_growth in [f64::NAN, -1.0, 0.0, f64::INFINITY] {
+        let options = Options { load_step_growth, ..Options::default() };
+        let mut solver = BalanceSolver::new(&body).unwrap();
+        let trace = solver.trace_volume(&[1.0, 0.0], &[0.1, 0.2, 0.3], &options).unwrap();
+        assert!(trace.windows(2).all(|pair| pair[0].solution.load_factor > 0.0));
+    }
+}
+
 /// The same tube of tetrahedra, whose pressure has no potential: its rim slides in two parallel planes.
 #[test]
 fn a_thick_tube_of_tetrahedra_inflates_as_the_closed_form_says() {
