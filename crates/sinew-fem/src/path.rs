@@ -141,7 +141,7 @@ impl<'s, 'p> Path<'s, 'p> {
     ) -> Result<(Equilibrium, usize), SolveError> {
         let start = self.reached().at;
         if let [.., before, last] = &self.points[..] {
-            let most = self.options.load_step_growth * (last.at - before.at).abs();
+            let most = self.options.load_step_growth.max(CUT) * (last.at - before.at).abs();
             step = step.clamp(-most, most);
         }
         let mut steps = 0;

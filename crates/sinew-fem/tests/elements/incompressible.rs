@@ -3,7 +3,7 @@
 use crate::scene::{node_at, roller, scene};
 use sinew_energy::laws::{NeoHookean, NeoHookeanShape};
 use sinew_energy::{ForceBalance, Load, Magnitude, Support};
-use sinew_fem::{BalanceSolver, Options};
+use sinew_fem::{BalanceSolver, Options, SolveError};
 use sinew_mesh::{cook_membrane, cylinder_quarter, rectangle_triangles, sphere_octant};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6};
 
@@ -87,6 +87,17 @@ fn the_same_volume_may_be_asked_for_twice() {
     assert_eq!(again[0], 0.0);
     // To the accuracy of balances.
     assert!((again[2] / once[0] - 1.0).abs() < 1e-8 && (again[3] / once[1] - 1.0).abs() < 1e-8);
+}
+
+#[test]
+fn growths_of_steps_that_make_no_sense_end_in_a_trace_or_a_typed_failure() {
+    let body = tube_of_triangles();
+    for load_step_growth in [f64::NAN, -1.0, 0.0, f64::INFINITY] {
+        let options = Options { load_step_growth, ..Options::default() };
+        let mut solver = BalanceSolver::new(&body).unwrap();
+        let trace = solver.trace_volume(&[1.0, 0.0], &[0.1, 0.2, 0.3], &options);
+        assert!(matches!(trace, Ok(_) | Err(SolveError::NotConverged(_))), "{load_step_growth}");
+    }
 }
 
 /// The same tube of tetrahedra, whose pressure has no potential: its rim slides in two parallel planes.
