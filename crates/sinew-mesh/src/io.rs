@@ -5,6 +5,7 @@ mod cursor;
 mod gmsh;
 mod gmsh2;
 mod gmsh4;
+mod gmsh_model;
 mod grid;
 mod npy;
 mod number;

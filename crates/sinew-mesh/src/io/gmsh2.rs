@@ -1,7 +1,7 @@
 //! Nodes and elements of MSH 2.2.
 
 use super::cursor::Encoding;
-use super::gmsh::{Gmsh, element_type};
+use super::gmsh_model::{Gmsh, element_type};
 use super::number::NumberType::{F64, I32};
 use crate::Problem;
 use std::collections::HashMap;

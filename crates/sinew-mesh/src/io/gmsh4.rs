@@ -1,7 +1,7 @@
 //! Entities, nodes and elements of MSH 4.1. Text and binary files have the same numbers in
 //! the same order.
 
-use super::gmsh::{Gmsh, element_type};
+use super::gmsh_model::{Gmsh, element_type};
 use super::number::NumberType::{F64, I32, U64};
 use crate::Problem;
 
