@@ -37,6 +37,12 @@ pub enum SceneError {
         cells[0], cells[1], listed(facet), overlap_advice(*twice)
     )]
     OverlappingCells { cells: [usize; 2], facet: Vec<usize>, twice: bool },
+    /// A quadrature rule that does not measure the reference element.
+    #[error(
+        "the weights of the {points} quadrature points add up to {sum}; give positive ones that add up to {needed}, the measure \
+         of the reference element"
+    )]
+    Quadrature { points: usize, sum: f64, needed: f64 },
     /// A support names a node set that the mesh lacks.
     #[error("there is no node set `{name}`; the mesh has {}", listed(known))]
     UnknownNodeSet { name: String, known: Vec<String> },

@@ -19,6 +19,9 @@ use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 pub(crate) use supports::Held;
 
+/// Weights of quadrature that add up to the measure of an element but for this part do: tables are printed to ten digits.
+const QUADRATURE_TOLERANCE: f64 = 1e-9;
+
 impl<L: Law<D>, const D: usize, const N: usize> Scene<L, D, N>
 where
     Nodes<N>: FiniteElement<N>,
@@ -29,6 +32,40 @@ where
     /// The first thing found wrong, with advice.
     pub fn lower(&self) -> Result<Body, SceneError> {
         Ok(self.lower_by(Nodes::<N>::QUADRATURE, false)?.body)
+    }
+
+    /// As [`Scene::lower`], integrated by a rule of one's choice instead of [`FiniteElement::QUADRATURE`].
+    ///
+    /// ```
+    /// # use sinew_energy::{Parameter, Scene, Support, laws::NeoHookean};
+    /// use sinew_energy::{FiniteElement, Nodes};
+    ///
+    /// let mesh = sinew_mesh::box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]).quadratic();
+    /// let cells = mesh.cells.len();
+    /// let block = Scene::new(mesh, NeoHookean)
+    ///     .parameter(Parameter::log("mu", "kPa", 1.0..=10.0))
+    ///     .parameter(Parameter::log("lambda", "kPa", 1.0..=10.0))
+    ///     .support(Support::clamped("x_min"));
+    /// // Degree five instead of two, for curved cells or laws with exponentials.
+    /// let rule = Nodes::<10>::FINE_QUADRATURE;
+    /// let (usual, fine) = (block.lower()?, block.lower_with(rule)?);
+    /// assert_eq!((usual.points_per_cell, fine.points_per_cell), (4, rule.len()));
+    /// assert!((fine.volumes.iter().sum::<f64>() - 2.0).abs() < 1e-12);
+    /// # Ok::<(), sinew_energy::SceneError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As for [`Scene::lower`], and [`SceneError::Quadrature`].
+    pub fn lower_with(&self, rule: &[QuadraturePoint]) -> Result<Body, SceneError> {
+        let measure = |rule: &[QuadraturePoint]| rule.iter().map(|p| p.weight).sum::<f64>();
+        let (sum, needed) = (measure(rule), measure(Nodes::<N>::QUADRATURE));
+        let positive = rule.iter().all(|p| p.weight > 0.0 && p.at.iter().all(|x| x.is_finite()));
+        // Written so that a NaN is an error as well.
+        let exact = (sum - needed).abs() <= QUADRATURE_TOLERANCE * needed;
+        if !(positive && exact) {
+            return Err(SceneError::Quadrature { points: rule.len(), sum, needed });
+        }
+        Ok(self.lower_by(rule, false)?.body)
     }
 
     /// Lowers a scene whose pressures may act on surfaces with a loose rim, so that they have no potential.

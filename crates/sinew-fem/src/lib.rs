@@ -31,7 +31,7 @@
 //! - [`Solver::follow`] and [`BalanceSolver::follow`] trace the curve of equilibria along a [`Line`] in loads and parameters, through limit
 //!   points.
 //! - [`HeldStiffness`] descends at many θ with a stiffness that is factorised once.
-//! - [`Solver::sensitivity`] gives ∂u/∂θ.
+//! - [`Solver::sensitivity`] gives ∂u/∂θ, [`Solver::adjoint_sensitivity`] the derivative of one quantity.
 //! - [`BalanceSolver`] finds equilibria that are not minima: incompressible bodies by the mixed elements of
 //!   Taylor and Hood, pressures on surfaces with a loose rim, and paths through limit points by volume.
 //! - [`Solver::solve_watched`] hands out each iteration, [`print_progress`] prints it, [`IterationSeries`] keeps

@@ -1,7 +1,9 @@
 //! How an equilibrium moves with θ.
 
+use crate::check::check_displacement;
 use crate::followers::Followers;
 use crate::system::{System, Unknowns};
+use crate::vector::dot;
 use crate::{BalanceSolution, BalanceSolver, Solution, SolveError, Solver};
 use sinew_energy::{Body, Magnitude, PressureSurface};
 use sinew_num::Mat3;
@@ -31,6 +33,31 @@ impl Solver<'_> {
     ) -> Result<Vec<Vec<f64>>, SolveError> {
         self.check(displacement, theta)?;
         self.system.sensitivity(&Unknowns::of(displacement), theta, 1.0)
+    }
+
+    /// Derivative in each entry of θ of a quantity of interest whose derivative in the displacement is
+    /// `slope`: one linear system whatever the number of parameters (the adjoint method). What the quantity
+    /// depends on θ directly is to be added.
+    ///
+    /// # Errors
+    /// A solution of another body, a slope that does not fit it, or [`SolveError::Singular`].
+    pub fn adjoint_sensitivity(
+        &mut self,
+        solution: &Solution,
+        slope: &[f64],
+    ) -> Result<Vec<f64>, SolveError> {
+        let Solution { displacement, theta, load_factor, .. } = solution;
+        check_displacement(self.body(), slope)?;
+        self.check(displacement, theta)?;
+        self.system.factorise_at(&Unknowns::of(displacement), theta, *load_factor)?;
+        let mut adjoint = vec![0.0; displacement.len()];
+        self.system.add_newton_step(slope, &mut adjoint);
+        let adjoint: Vec<f64> = self.system.sparsity.gather(&adjoint).collect();
+        let entry = |index: usize| {
+            let direction = unit(theta, index);
+            dot(&self.system.rate_by_theta(displacement, theta, *load_factor, &direction), &adjoint)
+        };
+        self.system.finite((0..theta.len()).map(entry).collect())
     }
 }
 

@@ -234,6 +234,10 @@ fn solutions_on_the_way_know_their_load() {
     assert!(apart(&of_half[0], &of_whole[0]));
     let scaled: Vec<f64> = of_whole[2].iter().map(|u| part * u).collect();
     assert!(apart(&of_half[2], &scaled));
+    let slope: Vec<f64> = (0..whole.displacement.len()).map(|i| (i as f64).sin()).collect();
+    let [by_half, by_whole] =
+        [&half.solution, &whole].map(|s| solver.adjoint_sensitivity(s, &slope).unwrap());
+    assert!(close(by_half[1], by_whole[1]) && close(by_half[2], part * by_whole[2]));
     let [half, whole] = [&half.solution, &whole].map(|s| report(&body, s).unwrap());
     assert!(close(half.reactions[0].force[0], whole.reactions[0].force[0]));
 }

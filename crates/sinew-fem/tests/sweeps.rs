@@ -89,6 +89,13 @@ fn derivatives_in_theta_agree_with_central_differences() {
     assert!(solution.displacement.iter().fold(0.0, |m: f64, u| m.max(*u)) > 0.5, "it bulges");
     let columns = solver.sensitivity(&solution).unwrap();
     assert_eq!(columns.len(), 3);
+    let weights: Vec<f64> =
+        (0..solution.displacement.len()).map(|i| ((i * 31) % 7) as f64 - 3.0).collect();
+    let adjoint = solver.adjoint_sensitivity(&solution, &weights).unwrap();
+    for (column, entry) in columns.iter().zip(&adjoint) {
+        let direct: f64 = column.iter().zip(&weights).map(|(u, w)| u * w).sum();
+        assert!((direct - entry).abs() < 1e-10 * direct.abs(), "{direct} {entry}");
+    }
     for (index, column) in columns.iter().enumerate() {
         // Relative step that balances truncation and the solver's rounding.
         let step = 1e-4 * theta[index];
