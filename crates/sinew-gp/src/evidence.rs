@@ -14,7 +14,7 @@ pub enum Evidence {
     /// for one value together, that is, at a temperature of n_f.
     UnitInformation,
     /// Unit information where an equation with free parameters is imposed without errors or with known ones, and where values are
-    /// measured of one that the prior mean meets by itself (as f = 0 often is); joint elsewhere. [`Model::evidence`] says which.
+    /// measured of one that the prior mean meets by itself (as f = 0 often is); joint elsewhere. [`crate::Model::evidence`] says which.
     ///
     /// Noise-free collocation says of θ how far the true solution is from typical draws of the prior, n_f times
     /// over, not how accurate measurements are: with the joint evidence that makes intervals too narrow.

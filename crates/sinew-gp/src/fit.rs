@@ -42,7 +42,7 @@ pub struct Restart {
 pub struct Outcome {
     /// Parameters, on their scales.
     pub parameters: Vec<f64>,
-    /// Logarithm of the evidence, which [`Model::evidence`] names.
+    /// Logarithm of the evidence, which [`crate::Model::evidence`] names.
     pub log_evidence: f64,
     /// Logarithm of evidence times prior density of the parameters: what was maximised.
     pub log_posterior: f64,

@@ -2,7 +2,7 @@
 
 use super::CaseError;
 use super::source::{Source, advise, exactly_if_any};
-use nalgebra::Vector3;
+use nalgebra::{Unit, Vector3};
 use serde::Deserialize;
 use sinew_energy::Prescribed;
 use sinew_mesh::AnyMesh;
@@ -55,13 +55,22 @@ impl Turn {
         1.0
     }
 
+    /// The unit vector of its axis, or the key that makes it impossible and why.
+    fn about(self, axis: [f64; 3]) -> Result<Unit<Vector3<f64>>, (&'static str, String)> {
+        if self.degrees.abs() > HALF_TURN {
+            let reason = format!(
+                "a turn of {} degrees ends where a smaller one does, and displacements cannot tell them apart; give at most \
+                 {HALF_TURN} either way",
+                self.degrees
+            );
+            return Err(("turn", reason));
+        }
+        let without = || ("axis", "an axis without length; give its direction".into());
+        Unit::try_new(Vector3::from(axis), f64::MIN_POSITIVE).ok_or_else(without)
+    }
+
     /// Displacement of a node at `x` \[mm\].
-    fn displacement(
-        self,
-        x: [f64; 3],
-        point: [f64; 3],
-        axis: &nalgebra::Unit<Vector3<f64>>,
-    ) -> Vector3<f64> {
+    fn displacement(self, x: [f64; 3], point: [f64; 3], axis: &Unit<Vector3<f64>>) -> Vector3<f64> {
         let arm = Vector3::from(x) - Vector3::from(point);
         let turned = nalgebra::Rotation3::from_axis_angle(axis, self.degrees.to_radians()) * arm;
         self.share * (turned - arm)
@@ -112,19 +121,9 @@ impl Support {
         add_node_set(mesh, name).map_err(|reason| source.error(&["supports", &at, key], reason))?;
         if let (Prescribed::PerNode(rows), Some(turn), Some(axis)) = (&mut displacement, turn, axis)
         {
-            let Some(axis) = nalgebra::Unit::try_new(Vector3::from(*axis), f64::MIN_POSITIVE)
-            else {
-                let reason = "an axis without length; give its direction".into();
-                return Err(source.error(&["supports", &at, "axis"], reason));
-            };
-            if turn.degrees.abs() > HALF_TURN {
-                let reason = format!(
-                    "a turn of {} degrees ends where a smaller one does, and displacements cannot tell them apart; give at most \
-                     {HALF_TURN} either way",
-                    turn.degrees
-                );
-                return Err(source.error(&["supports", &at, "turn"], reason));
-            }
+            let axis = turn
+                .about(*axis)
+                .map_err(|(key, reason)| source.error(&["supports", &at, key], reason))?;
             let points = mesh.points();
             let moved =
                 |&node: &usize| turn.displacement(points[node], about, &axis).map(Some).into();

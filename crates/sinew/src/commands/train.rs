@@ -98,25 +98,30 @@ impl Train {
         };
         let mut terminal = sinew_emulate::Terminal::default();
         let emulator = recipe.train(&body, &options, &mut terminal)?;
-        let record = &emulator.record;
-        if let Some(choice) = &record.choice {
-            println!("{choice}");
-        }
-        if let Some(errors) = &record.held_out {
-            let unit = &body.units.length;
-            println!(
-                "on {} held-out cases: err_u median {:.2e} {unit}, largest {:.2e} {unit}; {:.2e} of the displacements",
-                record.calibration.cases, errors.err_u.q50, errors.err_u.max, errors.relative.q50
-            );
-        }
-        let [simulate, train] = [record.simulate_s, record.prepare_s + record.train_s];
-        println!("{} simulations in {simulate:.1} s, training in {train:.1} s", record.simulations);
-        if record.warnings.is_empty() {
-            println!("written: {}", folder.display());
-        } else {
-            println!("written: {}, not to be trusted before these are read:", folder.display());
-            record.warnings.iter().for_each(|warning| println!("  {warning}"));
-        }
+        tell(&emulator, &folder);
         Ok(())
+    }
+}
+
+/// How the training went, and where the emulator is.
+fn tell(emulator: &sinew::Emulator<'_>, folder: &Path) {
+    let record = &emulator.record;
+    if let Some(choice) = &record.choice {
+        println!("{choice}");
+    }
+    if let Some(errors) = &record.held_out {
+        let unit = &emulator.body().units.length;
+        println!(
+            "on {} held-out cases: err_u median {:.2e} {unit}, largest {:.2e} {unit}; {:.2e} of the displacements",
+            record.calibration.cases, errors.err_u.q50, errors.err_u.max, errors.relative.q50
+        );
+    }
+    let [simulate, train] = [record.simulate_s, record.prepare_s + record.train_s];
+    println!("{} simulations in {simulate:.1} s, training in {train:.1} s", record.simulations);
+    if record.warnings.is_empty() {
+        println!("written: {}", folder.display());
+    } else {
+        println!("written: {}, not to be trusted before these are read:", folder.display());
+        record.warnings.iter().for_each(|warning| println!("  {warning}"));
     }
 }
