@@ -453,3 +453,25 @@ fn every_field_is_documented() {
         assert!(schema.contains(&format!("`{name}`")), "{name}");
     }
 }
+
+#[test]
+fn a_legend_of_many_names_is_inside_its_drawing() {
+    let series = |number: u32| {
+        let name = format!("a method of some length, number {number}");
+        Series::new(name, Style::Marked, [[1.0, f64::from(number)], [2.0, 1.0]])
+    };
+    let chart = (0..30).map(series).fold(Chart::new("c", ["x", "y"], [false; 2]), Chart::with);
+    let mut report = report();
+    report.sections[0].blocks = vec![Block::charts("t", "", [chart])];
+    let page = report.to_html();
+    let drawing = page.split_once("<svg viewBox=\"0 0 ").unwrap().1;
+    let drawing = drawing.split_once("</svg>").unwrap().0;
+    let number = |text: &str| text.split_once('"').unwrap().0.parse::<f64>().unwrap();
+    let height = number(drawing.split_once(' ').unwrap().1);
+    let lines: Vec<f64> = drawing
+        .split("<text ")
+        .skip(1)
+        .map(|text| number(text.split_once(" y=\"").unwrap().1))
+        .collect();
+    assert!(lines.len() > 30 && lines.iter().all(|line| *line < height), "{height}: {lines:?}");
+}

@@ -170,6 +170,9 @@ fn draw(chart: &Chart, palette: &Palette, wide: bool, axes: [Axis; 2]) -> String
     inline(&kuva::render_to_svg(plots, layout), size, &chart.title, palette)
 }
 
+/// What letters reach below their line, and a margin.
+const BELOW: f64 = 8.0;
+
 /// Lines are broken where a point cannot be drawn.
 fn push(plots: &mut Vec<Plot>, series: &Series, palette: &Palette, axes: [Axis; 2], first: bool) {
     let colour = palette.colour(&series.name);
@@ -247,6 +250,11 @@ fn theme() -> Theme {
 fn inline(svg: &str, (width, height): (f64, f64), title: &str, palette: &Palette) -> String {
     let number = palette.charts.replace(palette.charts.get() + 1);
     let body = svg.split_once('>').map_or("", |parts| parts.1);
+    // The library keeps room for two rows of a legend.
+    let texts = body.split("<text ").skip(1);
+    let lines =
+        texts.filter_map(|text| text.split_once(" y=\"")?.1.split_once('"')?.0.parse().ok());
+    let height = lines.fold(height, |height: f64, line: f64| height.max(line + BELOW));
     let head = html! {
         svg viewBox={ "0 0 " (width) " " (height) } role="img" aria-label=(title) fill="var(--text)" {}
     };
