@@ -2,7 +2,7 @@
 //! factor preconditions.
 
 use crate::SolveError;
-use crate::gmres::gmres;
+use crate::gmres::{LinearOutcome, gmres};
 use crate::state::load_gradient;
 use crate::system::System;
 
@@ -34,15 +34,15 @@ impl System<'_> {
     }
 
     /// Solves for a change of the unknowns (free displacements, then pressures) by the whole derivative of the balance;
-    /// `shift` is that of the factor. Returns the iterations as well.
+    /// `shift` is that of the factor. Says how the iteration ended as well: steps of Newton's method may be rough.
     pub(crate) fn solve(
         &self,
         mut right: Vec<f64>,
         shift: f64,
-    ) -> Result<(Vec<f64>, usize), SolveError> {
+    ) -> Result<(Vec<f64>, LinearOutcome), SolveError> {
         if self.has_potential() && shift == 0.0 {
             self.factor.solve(&mut right);
-            return Ok((right, 0));
+            return Ok((right, LinearOutcome { iterations: 0, relative_residual: 0.0 }));
         }
         let free = self.sparsity.unknowns();
         let mut change = vec![0.0; right.len()];
@@ -61,7 +61,7 @@ impl System<'_> {
         let apply = |from: &[f64], to: &mut [f64]| self.apply(from, to);
         let outcome = gmres(apply, precondition, &right, &mut change, TOLERANCE, MOST_ITERATIONS);
         let solved = change.iter().all(|c| c.is_finite());
-        if solved { Ok((change, outcome.iterations)) } else { Err(SolveError::Singular) }
+        if solved { Ok((change, outcome)) } else { Err(SolveError::Singular) }
     }
 
     /// Adds `−K⁻¹ forces` to the free degrees of freedom, with the last factor.

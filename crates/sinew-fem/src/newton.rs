@@ -237,9 +237,9 @@ impl System<'_> {
         let free = self.sparsity.unknowns();
         let (shift, _) = self.factorise(self.has_potential())?;
         let right = residual.values.iter().map(|r| -r).collect();
-        let (change, iterations) =
+        let (change, outcome) =
             self.solve(right, if self.has_potential() { 0.0 } else { shift }).ok()?;
-        search.linear_iterations += iterations;
+        search.linear_iterations += outcome.iterations;
         self.sparsity.scatter(change[..free].iter().copied(), &mut motion);
         let flat_between = self.passes_flat(&search.theta, &motion, 1.0);
         search.predicted = self.predict_stress(&motion);
@@ -320,16 +320,15 @@ impl System<'_> {
         let (shift, negative) = self.factorise(false)?;
         search.negative_pivots = Some(negative);
         record.shift = shift;
-        let (mut change, iterations) =
+        let (mut change, outcome) =
             self.solve(residual.values.iter().map(|r| -r).collect(), shift).ok()?;
-        search.linear_iterations += iterations;
+        search.linear_iterations += outcome.iterations;
         let mut motion = vec![0.0; search.at.displacement.len()];
         let mut onward = 0.0;
         if let Some(missing) = &missing {
             let (rate, supports) = self.rate_along(search);
-            let (by_place, iterations) =
-                self.solve(rate.iter().map(|r| -r).collect(), shift).ok()?;
-            search.linear_iterations += iterations;
+            let (by_place, outcome) = self.solve(rate.iter().map(|r| -r).collect(), shift).ok()?;
+            search.linear_iterations += outcome.iterations;
             let slope = dot(&missing.slope, &by_place) + missing.by_place;
             onward = (missing.gap - dot(&missing.slope, &change)) / slope;
             if !onward.is_finite() {

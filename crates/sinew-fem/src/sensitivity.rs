@@ -8,6 +8,10 @@ use crate::{BalanceSolution, BalanceSolver, Solution, SolveError, Solver};
 use sinew_energy::{Body, Magnitude, PressureSurface};
 use sinew_num::Mat3;
 
+/// Residual of a linear system beyond which its solution is no derivative [relative to its right-hand side]: iterations end at
+/// 1e-10, or where rounding errors stop them.
+const MOST_LEFT: f64 = 1e-6;
+
 impl Solver<'_> {
     /// Derivative of the displacement in each entry of θ: one vector like the displacement per entry.
     ///
@@ -85,7 +89,12 @@ impl System<'_> {
         let column = |index: usize| {
             let rate =
                 self.rate_by_theta(&at.displacement, theta, load_factor, &unit(theta, index));
-            let (change, _) = self.solve(rate.iter().map(|r| -r).collect(), shift)?;
+            let (change, outcome) = self.solve(rate.iter().map(|r| -r).collect(), shift)?;
+            // Written so that a NaN is an error as well.
+            let solved = outcome.relative_residual <= MOST_LEFT;
+            if !solved {
+                return Err(SolveError::Singular);
+            }
             let mut slope = vec![0.0; at.displacement.len()];
             self.sparsity.scatter(change[..free].iter().copied(), &mut slope);
             self.finite(slope)
