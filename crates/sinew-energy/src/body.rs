@@ -24,6 +24,8 @@ pub struct Body {
     pub units: Units,
     /// The entries of θ: first those of the material, then those of the loads.
     pub parameters: Vec<Parameter>,
+    /// Names and values of parameters that are known, so that θ does not list them, see [`Body::with_known`].
+    pub known: Vec<(String, f64)>,
     /// The reference configuration with its named sets and fields.
     pub mesh: Arc<AnyMesh>,
     /// The law with its directions at the quadrature points.

@@ -179,6 +179,9 @@ pub enum SceneError {
     /// A known value of a parameter that there is not.
     #[error("there is no parameter `{name}`; law and loads read {}", listed(known))]
     UnknownParameter { name: String, known: Vec<String> },
+    /// Two known values of one parameter.
+    #[error("`{name}` is there twice among the known parameters; keep one value")]
+    KnownTwice { name: String },
     /// A known value that makes no sense.
     #[error("the known value of `{name}` is {value:?}; it must lie between {least:?} and {most:?}")]
     KnownValue { name: String, value: f64, least: f64, most: f64 },

@@ -1,13 +1,13 @@
 //! Parameters whose values are known, so that θ does not list them.
 
-use crate::{Barriers, Body, Magnitude, Material, Response, SceneError};
+use crate::{Barriers, Body, ForceBalance, Magnitude, Material, Parameter, Response, SceneError};
 use sinew_num::Mat3;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 impl Body {
     /// The same body with known values of some parameters, of its law or its loads: θ lists the others, and emulators learn in those
-    /// alone.
+    /// alone. A body of a [`ForceBalance`] takes [`ForceBalance::with_known`], as the balance has loads of its own.
     ///
     /// ```
     /// use sinew_energy::{Parameter, Scene, Support, laws::{ByYoungPoisson, NeoHookean}};
@@ -26,36 +26,76 @@ impl Body {
     /// # Ok::<(), sinew_energy::SceneError>(())
     /// ```
     ///
+    /// A tension that is known acts from the first load step on; one that θ lists grows with the loads.
+    ///
     /// # Errors
-    /// A name that is not a parameter, or a value that makes no sense.
+    /// A name that is not a parameter or is there twice, or a value that makes no sense.
     pub fn with_known(mut self, known: &[(&str, f64)]) -> Result<Self, SceneError> {
-        let mut held = vec![None; self.parameters.len()];
+        let held = self.held(known)?;
+        self.hold(&held);
+        Ok(self)
+    }
+
+    /// Known values of the parameters, in their order.
+    fn held(&self, known: &[(&str, f64)]) -> Result<Vec<Option<f64>>, SceneError> {
         let of_law = self.material.parameters().len();
+        let mut held = vec![None; self.parameters.len().max(of_law)];
         for &(name, value) in known {
-            let Some(index) = self.parameters.iter().position(|p| p.name == name) else {
+            let named = |p: &Parameter| p.name == name;
+            let Some(index) = self.parameters.iter().position(named) else {
                 let known = self.parameters.iter().map(|p| p.name.clone()).collect();
                 return Err(SceneError::UnknownParameter { name: name.into(), known });
             };
-            let bounds =
-                if index < of_law { self.material.bounds(index) } else { f64::MIN..=f64::MAX };
+            if !value.is_finite() {
+                let what = format!("the known value of `{name}`");
+                return Err(SceneError::NotFinite { what, value });
+            }
+            let bounds = if index < of_law { self.material.bounds(index) } else { value..=value };
             if !bounds.contains(&value) {
                 let (least, most) = (*bounds.start(), *bounds.end());
                 return Err(SceneError::KnownValue { name: name.into(), value, least, most });
             }
-            held[index] = Some(value);
-        }
-        if held[..of_law].iter().any(Option::is_some) {
-            self.material = Arc::new(Known::new(self.material, &held[..of_law]));
-        }
-        for pressure in &mut self.pressures {
-            if let Magnitude::Theta(index) = pressure.magnitude {
-                let left = Magnitude::Theta(index - held[..index].iter().flatten().count());
-                pressure.magnitude = held[index].map_or(left, Magnitude::Fixed);
+            if held[index].replace(value).is_some() {
+                return Err(SceneError::KnownTwice { name: name.into() });
             }
         }
-        let mut held = held.into_iter();
-        self.parameters.retain(|_| held.next().flatten().is_none());
+        Ok(held)
+    }
+
+    fn hold(&mut self, held: &[Option<f64>]) {
+        let of_law = &held[..self.material.parameters().len()];
+        if of_law.iter().any(Option::is_some) {
+            self.material = Arc::new(Known::new(self.material.clone(), of_law));
+        }
+        self.pressures.iter_mut().for_each(|pressure| pressure.magnitude.hold(held));
+        let known = |(p, value): (&Parameter, &Option<f64>)| Some((p.name.clone(), (*value)?));
+        self.known.extend(self.parameters.iter().zip(held).filter_map(known));
+        let mut held = held.iter();
+        self.parameters.retain(|_| held.next().is_none_or(Option::is_none));
+    }
+}
+
+impl ForceBalance {
+    /// The same balance with known values of some parameters, see [`Body::with_known`].
+    ///
+    /// # Errors
+    /// As [`Body::with_known`].
+    pub fn with_known(mut self, known: &[(&str, f64)]) -> Result<Self, SceneError> {
+        let held = self.body.held(known)?;
+        self.body.hold(&held);
+        self.followers.iter_mut().for_each(|follower| follower.magnitude.hold(&held));
         Ok(self)
+    }
+}
+
+impl Magnitude {
+    /// Takes a known value in, or the place among the entries of θ that are left.
+    fn hold(&mut self, held: &[Option<f64>]) {
+        if let Self::Theta(index) = *self {
+            let before = held.iter().take(index).flatten().count();
+            let value = held.get(index).copied().flatten();
+            *self = value.map_or(Self::Theta(index - before), Self::Fixed);
+        }
     }
 }
 

@@ -110,7 +110,8 @@ where
     }
 }
 
-/// Differences of height within a plane mesh that are rounding errors of single precision [relative to its coordinates].
+/// Differences of height within a plane mesh that change nothing [relative to its size]: their squares are lost in rounding errors.
+/// Those of coordinates in single precision are allowed for besides.
 const FLAT: f64 = 1e-6;
 
 /// A scene without its law, so that all laws are lowered by the same code.
@@ -161,6 +162,7 @@ where
             name: self.name.into(),
             units: self.units.clone(),
             parameters: self.parameters.to_vec(),
+            known: Vec::new(),
             mesh: Arc::new(Nodes::<N>::any(self.mesh.clone())),
             material,
             barriers: None,
@@ -215,9 +217,13 @@ where
     fn check_plane(&self) -> Result<(), SceneError> {
         let refuse = |what: String, value| Err(SceneError::OutOfPlane { what, value });
         let points = &self.mesh.points;
-        let extent = points.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let largest = |from: [f64; 3]| {
+            let away = points.iter().flat_map(|x| (0..3).map(move |i| (x[i] - from[i]).abs()));
+            away.fold(0.0, f64::max)
+        };
+        let most = FLAT * largest(points[0]) + f64::from(f32::EPSILON) * largest([0.0; 3]);
         let height = |point: &[f64; 3]| point[2] - points[0][2];
-        if let Some(node) = points.iter().position(|x| height(x).abs() > FLAT * extent) {
+        if let Some(node) = points.iter().position(|x| height(x).abs() > most) {
             return Err(SceneError::NotFlat { node, height: height(&points[node]) });
         }
         for load in self.loads {

@@ -31,7 +31,9 @@ pub(crate) fn check_arrays(
     let pressures =
         || potential.pressures.iter().chain(balance.into_iter().flat_map(|b| &b.followers));
     let places = |p: &PressureSurface| p.positions.len() == p.nodes.len();
-    let whole = |p: &PressureSurface| p.nodes.len().is_multiple_of(p.rule.nodes);
+    let whole =
+        |p: &PressureSurface| p.rule.nodes > 0 && p.nodes.len().is_multiple_of(p.rule.nodes);
+    let closed = |p: &PressureSurface| p.triangles.is_none() || p.rule.nodes == 3;
     let springs = || potential.springs.iter();
     let points = cells * potential.points_per_cell;
     let gradients = points * potential.nodes_per_cell;
@@ -45,6 +47,7 @@ pub(crate) fn check_arrays(
         field.cells.len() == cells * field.corners
             && field.cells.iter().all(|&unknown| unknown < field.unknowns)
             && field.shape.len() == potential.points_per_cell
+            && field.shape.iter().all(|row| row.len() == field.corners)
     };
     let gives = |field: &PressureField| field.compliance >= 0.0 && field.compliance.is_finite();
     let checks = [
@@ -52,6 +55,16 @@ pub(crate) fn check_arrays(
         ("pressures", "name nodes that do not exist", pressures().all(|p| known(&p.nodes))),
         ("pressures", "have no position for each node", pressures().all(places)),
         ("pressures", "end within a facet", pressures().all(whole)),
+        (
+            "pressures",
+            "are in closed form on facets that are no triangles",
+            pressures().all(closed),
+        ),
+        (
+            "pressures",
+            "have positions that are not finite",
+            pressures().all(|p| finite(p.positions.as_flattened())),
+        ),
         ("springs", "name nodes that do not exist", springs().all(|s| s.node < nodes)),
         ("patches", "name points that do not exist", patched().all(|&point| point < points)),
         ("positions", "are not one per node", potential.positions.len() == nodes),

@@ -190,10 +190,12 @@ impl Case {
         };
         let body = self.law.lower(law, mesh, parts).map_err(|error| self.place(error))?;
         self.check_bounds(&body)?;
-        let ends = body.parameters.iter().map(|p| (p.name.clone(), p.range));
-        let known: Vec<_> = ends.filter(|(_, [low, high])| low == high).collect();
-        let known: Vec<_> =
-            known.iter().map(|(name, [value, _])| (name.as_str(), *value)).collect();
+        // In kPa and the law's units by now.
+        let known = |p: &sinew_energy::Parameter| {
+            self.parameters[&p.name].value.map(|_| (p.name.clone(), p.range[0]))
+        };
+        let known: Vec<_> = body.parameters.iter().filter_map(known).collect();
+        let known: Vec<_> = known.iter().map(|(name, value)| (name.as_str(), *value)).collect();
         body.with_known(&known).map_err(|error| self.place(error))
     }
 
@@ -244,7 +246,9 @@ impl Case {
     /// Names the key behind an error of the scene, where it is known.
     fn place(&self, error: SceneError) -> CaseError {
         let key: &[&str] = match &error {
-            SceneError::Range { name, .. } => &["parameters", name],
+            SceneError::Range { name, .. } | SceneError::KnownValue { name, .. } => {
+                &["parameters", name]
+            }
             SceneError::NotUnit { .. }
             | SceneError::NotPerpendicular { .. }
             | SceneError::DirectionCount { .. } => &["fibres"],

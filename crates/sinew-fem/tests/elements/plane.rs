@@ -102,6 +102,14 @@ fn triangles_that_leave_their_plane_are_refused() {
     tilted.points.iter_mut().for_each(|x| x[2] = 0.3 * x[0]);
     let said = refused(tilted, Load::BodyForce([0.0, -0.01, 0.0]));
     assert!(said.contains("node 1 lies 3e-1 above"), "{said}");
+    // Far away, too, but for rounding errors of single precision there; at any height.
+    let moved = |by: f64, tilt: f64| {
+        let mut mesh = flat();
+        mesh.map_points(|[x, y, _]| [x + by, y, 7.0 + tilt * x]);
+        scene(NeoHookean, mesh, vec![], vec![Support::clamped("x_min")]).lower()
+    };
+    assert!(moved(1e6, 0.5).is_err() && moved(1e6, 1e-2).is_ok() && moved(0.0, 1e-3).is_err());
+    assert!(moved(0.0, 0.0).is_ok());
     let said = refused(flat(), Load::BodyForce([0.0, -0.01, 2.0]));
     assert!(said.contains("body force along z is 2"), "{said}");
     let said = refused(flat(), Load::Traction { facets: "x_max".into(), value: [0.0, 0.0, -3.0] });

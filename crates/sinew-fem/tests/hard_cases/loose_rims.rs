@@ -302,3 +302,27 @@ fn a_sweep_of_loose_followers_finds_what_cold_solves_find_in_fewer_iterations() 
     }
     assert!(warm < cold, "{warm} iterations for {cold}");
 }
+
+/// One pressure has a potential, the other none: both keep their own entry of θ when others are known.
+#[test]
+fn known_parameters_leave_every_pressure_its_own() {
+    let mut scene = pressed(0.0);
+    scene.parameters = parameters(&["mu", "lambda", "p", "q"]);
+    let pressure = |facets: &str, index| {
+        let magnitude = Magnitude::Theta(index);
+        Load::Pressure { facets: facets.into(), magnitude }
+    };
+    scene.loads = vec![pressure("z_max", 2), pressure("x_min", 3)];
+    let whole = scene.lower_follower().unwrap();
+    assert_eq!((whole.followers.len(), whole.body.pressures.len()), (1, 1));
+    let expected = solved(&whole, &[1.0, 1.2, 0.012, 0.5], &Options::default()).unwrap();
+    for (known, theta) in [
+        (&[("mu", 1.0)][..], &[1.2, 0.012, 0.5][..]),
+        (&[("p", 0.012)], &[1.0, 1.2, 0.5]),
+        (&[("q", 0.5), ("lambda", 1.2)], &[1.0, 0.012]),
+    ] {
+        let body = whole.clone().with_known(known).unwrap();
+        let found = solved(&body, theta, &Options::default()).unwrap();
+        assert_eq!(found.displacement, expected.displacement, "{known:?}: bit for bit");
+    }
+}

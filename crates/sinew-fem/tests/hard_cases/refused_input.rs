@@ -5,7 +5,9 @@ use crate::checks::*;
 use sinew_energy::ThetaError;
 use sinew_energy::at_points;
 use sinew_energy::laws::{HolzapfelOgden, NeoHookean};
-use sinew_energy::{ForceBalance, Load, Magnitude, Parameter, Scene, SceneError, Support};
+use sinew_energy::{
+    ForceBalance, Load, Magnitude, Parameter, PressureForm, Scene, SceneError, Support,
+};
 use sinew_fem::{Advice, BalanceSolver, Options, SolveError, Solver};
 
 #[test]
@@ -102,7 +104,11 @@ fn a_balance_whose_arrays_do_not_fit_or_hold_no_numbers_is_refused() {
     let sound = pressed_block();
     assert!(BalanceSolver::new(&sound).is_ok());
     type Change = fn(&mut ForceBalance);
-    let changes: [Change; 8] = [
+    let changes: [Change; 12] = [
+        |b| b.followers[0].rule.nodes = 0,
+        |b| b.followers[0].triangles = Some(PressureForm::Follower),
+        |b| b.followers[0].positions[0] = [f64::NAN; 3],
+        |b| b.pressure_field.as_mut().unwrap().shape[0].truncate(1),
         |b| b.followers[0].nodes[0] = 1000,
         |b| b.followers[0].positions.truncate(3),
         |b| b.followers[0].nodes.truncate(7),

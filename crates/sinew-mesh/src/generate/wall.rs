@@ -8,6 +8,7 @@ use std::fmt;
 
 /// Decides whether a point of the reference body is in a set.
 pub(super) type InSet = Box<dyn Fn([f64; 3]) -> bool + Send + Sync>;
+
 /// The points of the reference body with one coordinate at a level.
 pub(super) fn side(axis: usize, level: f64) -> InSet {
     Box::new(move |at| at[axis] == level)

@@ -56,7 +56,7 @@ impl Case {
         let parameter = |&(name, unit): &(&str, &str)| {
             let range = self.parameters.get(name).ok_or_else(|| {
                 let reason = format!(
-                    "`{name}` is missing; add {name} = [smallest, largest], in {}",
+                    "`{name}` is missing; add {name} = [smallest, largest], or the known value, in {}",
                     spoken(unit)
                 );
                 self.source.error(&["parameters"], reason)
@@ -88,7 +88,7 @@ impl Case {
         };
         let shown = range.unit.as_deref().unwrap_or(unit);
         let reason = if !(low.is_finite() && high.is_finite()) {
-            "give two finite numbers".to_string()
+            "give finite numbers".to_string()
         } else if low == high && range.value.is_none() {
             format!(
                 "both ends are {low} {shown}, which leaves nothing to sample; write {name} = {low} if it is known"

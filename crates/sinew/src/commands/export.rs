@@ -89,6 +89,7 @@ fn description(body: &Body) -> serde_json::Value {
         "name": body.name,
         "units": { "length": body.units.length, "stress": body.units.stress },
         "law": body.material.name(),
+        "known": body.known.iter().cloned().collect::<std::collections::BTreeMap<_, _>>(),
         "parameters": body.parameters.iter().map(parameter).collect::<Vec<_>>(),
         "nodes": body.nodes, "cells": body.cell_count(), "nodes_per_cell": body.nodes_per_cell,
         "points_per_cell": body.points_per_cell, "unknowns": body.free_degrees_of_freedom().len(),
