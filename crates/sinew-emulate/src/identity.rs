@@ -10,6 +10,8 @@ pub(crate) struct Identity {
     cells: usize,
     unknowns: usize,
     parameters: Vec<(String, [f64; 2])>,
+    #[serde(default)]
+    known: Vec<(String, f64)>,
     /// Root mean square of the positions [length].
     size: f64,
     /// Prescribed displacements relative to the size, each weighed by a number of its own degree of freedom and direction.
@@ -46,6 +48,7 @@ pub(crate) fn of(body: &Body) -> Identity {
         cells: body.cell_count(),
         unknowns: body.free_degrees_of_freedom().len(),
         parameters: body.parameters.iter().map(|p| (p.name.clone(), p.range)).collect(),
+        known: body.known.clone(),
         size,
         held: body.prescribed.iter().enumerate().filter_map(held).sum(),
         probe: crate::coordinates::dot(&force, &probe),
@@ -69,6 +72,16 @@ pub(crate) fn difference(
         let (a, b) = (listed(&stored.parameters), listed(&found.parameters));
         return Some(("the list of parameters", a, b));
     }
+    if stored.known != found.known {
+        let [a, b] = [&stored.known, &found.known].map(|known| {
+            known
+                .iter()
+                .map(|(name, value)| format!("{name} = {value}"))
+                .collect::<Vec<_>>()
+                .join(", ")
+        });
+        return Some(("the list of known parameters", a, b));
+    }
     let numbers = [
         ("the size of the mesh", stored.size, found.size),
         ("what supports prescribe, and where", stored.held, found.held),
@@ -82,4 +95,26 @@ pub(crate) fn difference(
 fn listed(parameters: &[(String, [f64; 2])]) -> String {
     let one = |(name, [low, high]): &(String, [f64; 2])| format!("{name} from {low} to {high}");
     parameters.iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sinew_energy::laws::NeoHookean;
+    use sinew_energy::{Parameter, Scene, Support};
+
+    #[test]
+    fn bodies_with_other_known_parameters_are_others() {
+        let body = Scene::new(sinew_mesh::box_tetrahedra([1.0; 3], [1; 3]), NeoHookean)
+            .parameter(Parameter::log("mu", "kPa", 1.0..=2.0))
+            .parameter(Parameter::log("lambda", "kPa", 1.0..=2.0))
+            .support(Support::clamped("x_min"))
+            .lower()
+            .unwrap();
+        let known = |lambda| of(&body.clone().with_known(&[("lambda", lambda)]).unwrap());
+        // Less than the probe tells.
+        let found = difference(&known(1.5), &known(1.5 + 1e-12)).map(|(what, ..)| what);
+        assert_eq!(found, Some("the list of known parameters"));
+        assert_eq!(difference(&known(1.5), &known(1.5)), None);
+    }
 }

@@ -193,6 +193,15 @@ fn inside(path: &Path, folder: &Path) -> bool {
     }
 }
 
+/// Whether a folder is that of a run, which may be damaged or of an earlier form.
+fn is_run(folder: &Path) -> bool {
+    let Ok(text) = std::fs::read(folder.join(STARTED)) else { return false };
+    match serde_json::from_slice::<serde_json::Value>(&text) {
+        Ok(started) => started.get("recipe").is_some() && started.get("body").is_some(),
+        Err(_) => ["emulator", "simulations"].iter().any(|part| folder.join(part).is_dir()),
+    }
+}
+
 fn prepare(folder: &Path, body: &Body, recipe: &Recipe, options: &TrainingOptions) -> Result<()> {
     let file = folder.join(STARTED);
     let (recipe, body) = (recipe.clone(), identity::of(body));
@@ -216,7 +225,7 @@ fn prepare(folder: &Path, body: &Body, recipe: &Recipe, options: &TrainingOption
     let file_error = |source| Error::File { path: folder.into(), source };
     if folder.exists() {
         let mut entries = std::fs::read_dir(folder).map_err(file_error)?;
-        if file.exists() {
+        if is_run(folder) {
             std::fs::remove_dir_all(folder).map_err(file_error)?;
         } else if entries.next().is_some() {
             return Err(Error::ForeignFolder { folder: folder.into() });

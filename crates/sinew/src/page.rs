@@ -26,12 +26,14 @@ impl Published {
         found.map_or([None; 5], |(_, errors)| *errors)
     }
 
-    /// One of the errors as lines.
-    fn levels(&self, error: usize, upright: bool) -> impl Iterator<Item = Level> {
-        self.errors.iter().filter_map(move |(method, errors)| {
+    /// One of the errors as lines, for the methods that are there.
+    fn levels(&self, error: usize, upright: bool, methods: &[Method]) -> Vec<Level> {
+        let there = |name: &str| name.is_empty() || methods.iter().any(|m| m.name == name);
+        let level = |(method, errors): &(&str, [Option<f64>; 5])| {
             let name = if method.is_empty() { self.source } else { method };
             Some(Level { name: name.into(), value: errors[error]?, upright, published: true })
-        })
+        };
+        self.errors.iter().filter(|(name, _)| there(name)).filter_map(level).collect()
     }
 }
 
@@ -154,7 +156,7 @@ impl Comparison {
             format!("mean {:.3} {unit}, largest {:.3} {unit}", displacement.mean, displacement.max);
         let printed = published
             .displacement
-            .map(|[mean, largest]| format!(" ({}: {mean} and {largest} {unit})", published.source));
+            .map(|[mean, largest]| format!(" ({} {mean} and {largest} {unit})", published.source));
         let fact = |name: &str, value: String| (name.to_string(), value);
         vec![
             fact("mesh", format!("{nodes} nodes, {cells} elements, {unknowns} unknowns")),
@@ -197,7 +199,7 @@ impl Comparison {
                 published: false,
             }));
         }
-        chart.levels.extend(published.levels(error, true));
+        chart.levels.extend(published.levels(error, true, &self.methods));
         chart
     }
 
@@ -220,10 +222,10 @@ impl Comparison {
             });
             for method in self.methods.iter().filter(|method| method.history.is_empty()) {
                 let Evaluation { raw, times, .. } = &method.evaluation;
-                let point = [times.prepare_s + times.train_s, medians(raw)[number]];
+                let point = [times.train_s, medians(raw)[number]];
                 chart.series.push(Series::new(&method.name, Style::Points, [point]));
             }
-            chart.levels.extend(published.levels(number, false));
+            chart.levels.extend(published.levels(number, false, &self.methods));
             chart
         };
         let axes = [time, "mean energy above the solution's [%]"];

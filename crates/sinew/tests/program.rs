@@ -118,6 +118,12 @@ fn what_cannot_be_stored_is_not_trained_and_damage_can_be_replaced() {
     let (_, told) = refused(folder.path(), "train bar.toml --resume");
     assert!(told.contains("start without resuming"), "{told}");
     done(folder.path(), "train bar.toml");
+    // What is not ours stays, whatever its name.
+    let other = folder.path().join("out/bar/other");
+    std::fs::create_dir(&other).unwrap();
+    std::fs::write(other.join("run.json"), "{\"version\": 4}").unwrap();
+    let (_, told) = refused(folder.path(), "train bar.toml --name other");
+    assert!(other.join("run.json").exists(), "{told}");
 }
 
 #[test]
