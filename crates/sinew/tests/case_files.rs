@@ -132,6 +132,8 @@ fn known_parameters_are_not_in_theta() {
     assert_eq!(known.value(&u, &[2.0, 3.0, 2.5]), whole);
     let both = refusal(&text("a = { value = 0.2, range = [0.1, 0.2] }", "p = 1"));
     assert!(both.contains("one of `range` and `value`"), "{both}");
+    let sampled = refusal(&text("a = { value = 0.2, sampling = \"log\" }", "p = 1"));
+    assert!(sampled.contains("parameters.a.sampling"), "{sampled}");
     let negative = refusal(&text("a = -0.2", "p = 1"));
     assert!(negative.contains("parameters.a"), "{negative}");
 }

@@ -21,9 +21,9 @@ pub struct Range {
     pub value: Option<f64>,
     /// Unit of them; the law's where there is none.
     pub unit: Option<String>,
-    /// How samples are spread.
-    #[serde(with = "Spread", default = "Spread::usual")]
-    pub sampling: Sampling,
+    /// How samples are spread; by the logarithm where nothing is said.
+    #[serde(default, deserialize_with = "spread")]
+    pub sampling: Option<Sampling>,
 }
 
 /// [`Sampling`] as files name it.
@@ -34,10 +34,8 @@ enum Spread {
     Linear,
 }
 
-impl Spread {
-    fn usual() -> Sampling {
-        Sampling::Log
-    }
+fn spread<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Sampling>, D::Error> {
+    Spread::deserialize(deserializer).map(Some)
 }
 
 impl Case {
@@ -82,7 +80,10 @@ impl Case {
             }
         };
         let ([low, high], sampling) = match (range.range, range.value) {
-            (Some(ends), None) => (ends, range.sampling),
+            (Some(ends), None) => (ends, range.sampling.unwrap_or(Sampling::Log)),
+            (None, Some(_)) if range.sampling.is_some() => {
+                return error("sampling", "a known value is not sampled; leave it out".into());
+            }
             (None, Some(value)) => ([value; 2], Sampling::Linear),
             _ => return error("range", "give one of `range` and `value`".into()),
         };
@@ -148,14 +149,14 @@ impl<'de> Deserialize<'de> for Range {
             }
             fn visit_f64<E>(self, value: f64) -> Result<Range, E> {
                 let value = Some(value);
-                Ok(Range { range: None, value, unit: None, sampling: Spread::usual() })
+                Ok(Range { range: None, value, unit: None, sampling: None })
             }
             fn visit_i64<E: serde::de::Error>(self, value: i64) -> Result<Range, E> {
                 self.visit_f64(value as f64)
             }
             fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<Range, A::Error> {
                 let range = Some(exactly(SeqAccessDeserializer::new(seq))?);
-                Ok(Range { range, value: None, unit: None, sampling: Spread::usual() })
+                Ok(Range { range, value: None, unit: None, sampling: None })
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Range, A::Error> {
                 // The derived one.
