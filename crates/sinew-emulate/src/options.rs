@@ -42,7 +42,7 @@ pub struct TrainingOptions {
     pub design: Design,
     /// Parameters to train at in place of a design, within the ranges of the body's parameters.
     pub thetas: Option<Vec<Vec<f64>>>,
-    /// Simulations at uniform parameters that nothing is trained on: they calibrate the error estimate, and the
+    /// Simulations at uniform parameters that nothing is trained on: they check the error estimate, and the
     /// curves of a training are drawn over them.
     pub held_out: usize,
     /// Points of the training curves.
@@ -99,7 +99,7 @@ impl TrainingOptions {
             0 | 1 => Err(Error::Setting {
                 what: "the number of held-out cases",
                 value: self.held_out as f64,
-                advice: "give at least 2: they calibrate error estimates",
+                advice: "give at least 2: they check error estimates",
             }),
             _ => Ok(()),
         }

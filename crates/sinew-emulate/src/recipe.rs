@@ -85,7 +85,7 @@ impl Recipe {
 
     /// From a body to an emulator that knows its error.
     ///
-    /// Solves what the recipe needs, trains, and calibrates the error estimate on held-out simulations. With a folder
+    /// Solves what the recipe needs, trains, and checks the error estimate on held-out simulations. With a folder
     /// in the options everything is kept there as it is made, a killed run goes on from it, and the emulator is stored
     /// in its `emulator`. What makes the result less trustworthy is in [`Record::warnings`].
     ///

@@ -7,6 +7,8 @@ use sinew_emulate::{
     Budget, Coordinates, Design, Emulator, Error, Observer, Progress, Recipe, TestSet,
     TrainingOptions, Warning, simulate,
 };
+use sinew_energy::laws::NeoHookean;
+use sinew_energy::{Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::Solver;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -351,4 +353,35 @@ fn derivatives_are_those_of_the_solver_and_of_differences() {
         assert!(apart(own, &slope) < 2e-2, "{}", apart(own, &slope));
     }
     assert!(matches!(network.sensitivity(&[10.0]), Err(Error::ThetaLength { .. })));
+}
+
+/// A membrane under a pressure that no equilibrium bears: refined fields move on, and neither they nor their estimates pretend to be answers.
+#[test]
+fn where_there_is_no_equilibrium_refined_fields_and_estimates_say_so() {
+    let parameter = |name: &str, range| Parameter::log(name, "kPa", range);
+    let load = Load::Pressure { facets: "z_min".into(), magnitude: Magnitude::Theta(2) };
+    let walls = sinew_mesh::box_tetrahedra([4.0, 4.0, 0.2], [8, 8, 1]);
+    let mut scene = Scene::new(walls, NeoHookean)
+        .parameter(parameter("mu", 1.0..=2.0))
+        .parameter(parameter("lambda", 5.0..=10.0))
+        .parameter(parameter("p", 0.02..=0.1))
+        .load(load);
+    for side in ["x_min", "x_max", "y_min", "y_max"] {
+        scene = scene.support(Support::clamped(side));
+    }
+    let body = scene.lower().unwrap();
+    let emulator = Emulator::series(&body, 1).unwrap();
+    let (within, beyond) = (vec![1.4, 7.0, 0.05], vec![1.0, 5.0, 2.0]);
+    let refined = emulator.refine(&[within, beyond], 200).unwrap();
+    assert_eq!(refined.warnings[0], []);
+    let unbalanced =
+        |w: &Warning| matches!(w, Warning::Unbalanced { residual } if *residual > 0.01);
+    assert!(refined.warnings[1].iter().any(unbalanced), "{:?}", refined.warnings[1]);
+    let estimates = emulator.estimates(&refined).unwrap();
+    assert!(estimates[0].distance.is_some_and(|distance| distance.mean < 1e-6));
+    assert_eq!(estimates[1].distance, None);
+    let words = estimates[1].in_words("mm");
+    assert!(words.starts_with("no error estimate: ") && !words.contains("mm"), "{words}");
+    let far = |w: &Warning| matches!(w, Warning::NotNearEquilibrium { .. });
+    assert!(estimates[1].warnings.iter().any(far));
 }

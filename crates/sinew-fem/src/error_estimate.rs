@@ -7,13 +7,15 @@
 
 use crate::supports::place;
 use crate::vector::{dot, norm, relative};
-use crate::{SolveError, Solver};
+use crate::{NewtonStep, SolveError, Solver};
 use std::time::Instant;
 use thiserror::Error;
 
 /// Length of the simplified Newton step relative to the Newton step before it up to which both are taken to contract:
 /// the Kantorovich quantity h is about twice this ratio, and convergence is certain for h ≤ 1/2.
 const CONTRACTS: f64 = 0.25;
+/// Simplified steps that are looked at, a gradient and a back-substitution each.
+const SIMPLIFIED: usize = 2;
 /// Newton steps that are taken before a displacement counts as far from equilibrium: each about squares a ratio below one.
 const MOST_STEPS: usize = 4;
 
@@ -43,7 +45,7 @@ pub struct Distance {
     pub mean: f64,
     /// Largest nodal distance, with what the contraction leaves open \[length\].
     pub largest: f64,
-    /// Length of the simplified Newton step relative to the last Newton step: how well the steps contract.
+    /// Length of the last simplified Newton step relative to that before: how well the steps contract.
     pub contraction: f64,
     /// Displacement of the equilibrium as the steps foresee it, node by node \[length\].
     pub equilibrium: Vec<f64>,
@@ -85,8 +87,8 @@ impl Solver<'_> {
     /// The distance of a displacement \[length\] from the equilibrium at θ that is near it, whatever it was found by. Prescribed components are put in
     /// their places first.
     ///
-    /// Takes Newton steps until the simplified step after one is at most a quarter of it. A good prediction needs one:
-    /// a factorisation and two back-substitutions.
+    /// Takes Newton steps until two simplified steps after one are at most a quarter of the one before each. A good prediction needs one:
+    /// a factorisation and three back-substitutions.
     ///
     /// ```
     /// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
@@ -150,7 +152,6 @@ impl Solver<'_> {
     ) -> Result<Result<Distance, NotNearEquilibrium>, SolveError> {
         let mut from = displacement.to_vec();
         place(self.body(), 1.0, &mut from);
-        let mut gradient = vec![0.0; from.len()];
         for steps in 1..=MOST_STEPS {
             let step = self.step_from(&from, theta, &mut None)?;
             let residual = relative(step.residual_before, step.force_scale);
@@ -160,22 +161,14 @@ impl Solver<'_> {
             estimate.newton_steps = steps;
             let balanced = step.residual_before <= self.system.assembly.tolerance();
             if step.shift == 0.0 && (step.length == 1.0 || balanced) {
-                let energy =
-                    self.body().value_and_gradient(&step.displacement, theta, &mut gradient);
-                let mut second = vec![0.0; from.len()];
-                self.system.add_newton_step(&gradient, &mut second);
-                let first: Vec<f64> = difference(&step.displacement, &from);
-                let in_energy = (-dot(&gradient, &second)).max(0.0).sqrt() / step.energy_norm;
-                let in_length = mean_and_largest(&second)[0] / mean_and_largest(&first)[0];
-                let ratio = if balanced { 0.0 } else { in_energy.max(in_length) };
-                if ratio <= CONTRACTS {
+                let found = self.simplified_steps(&from, &step, theta);
+                if let Some(Contracted { equilibrium, energy, last, ratio }) = found {
                     let at_rest = estimate.energy_at_rest;
-                    if let Some(at_rest) = at_rest.filter(|rest| energy > rest + self.noise()) {
+                    let noise = self.system.assembly.energy_noise;
+                    if let Some(at_rest) = at_rest.filter(|rest| energy > rest + noise) {
                         return Ok(Err(NotNearEquilibrium::AboveRest { energy, at_rest }));
                     }
-                    let mut nearest = step.displacement;
-                    nearest.iter_mut().zip(&second).for_each(|(u, d)| *u += d);
-                    return Ok(Ok(self.distance(displacement, nearest, &second, ratio)));
+                    return Ok(Ok(self.distance(displacement, equilibrium, &last, ratio)));
                 }
             } else if step.length == 0.0 {
                 return Ok(Err(NotNearEquilibrium::Stuck { residual }));
@@ -188,7 +181,40 @@ impl Solver<'_> {
         Ok(Err(NotNearEquilibrium::Diverges { steps: MOST_STEPS, residual }))
     }
 
-    /// Distance to the equilibrium that two steps lead to; steps that follow are shorter by the contraction each.
+    /// Simplified steps after a whole Newton step, if each is at most a quarter of the one before. One alone may be short by chance: where a
+    /// slender body turns, stresses along it are corrected first, and only then it bends.
+    fn simplified_steps(
+        &self,
+        from: &[f64],
+        step: &NewtonStep,
+        theta: &[f64],
+    ) -> Option<Contracted> {
+        let mut gradient = vec![0.0; from.len()];
+        let mut at = step.displacement.clone();
+        let mut last = difference(&at, from);
+        let mut size = [step.energy_norm, mean_and_largest(&last)[0]];
+        let (mut ratio, mut energy): (f64, f64) = (0.0, step.energy_after);
+        for _ in 0..SIMPLIFIED {
+            energy = self.body().value_and_gradient(&at, theta, &mut gradient);
+            let free: Vec<f64> = self.system.sparsity.gather(&gradient).collect();
+            if norm(&free) <= self.system.assembly.tolerance() {
+                break;
+            }
+            let mut next = vec![0.0; from.len()];
+            self.system.add_newton_step(&gradient, &mut next);
+            let now = [(-dot(&gradient, &next)).max(0.0).sqrt(), mean_and_largest(&next)[0]];
+            ratio = (now[0] / size[0]).max(now[1] / size[1]);
+            // NaN where a step overflows is no contraction either.
+            if !(ratio <= CONTRACTS) {
+                return None;
+            }
+            at.iter_mut().zip(&next).for_each(|(u, d)| *u += d);
+            (last, size) = (next, now);
+        }
+        Some(Contracted { equilibrium: at, energy, last, ratio })
+    }
+
+    /// Distance to the equilibrium that steps lead to; those that would follow are shorter by the contraction each.
     fn distance(
         &self,
         displacement: &[f64],
@@ -223,10 +249,16 @@ impl Solver<'_> {
             Err(_) => f64::INFINITY,
         }
     }
+}
 
-    fn noise(&self) -> f64 {
-        self.system.assembly.energy_noise
-    }
+/// Steps that contract, and where they lead.
+struct Contracted {
+    equilibrium: Vec<f64>,
+    /// Energy before the last of them.
+    energy: f64,
+    last: Vec<f64>,
+    /// Length of the last relative to that before.
+    ratio: f64,
 }
 
 fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {

@@ -11,6 +11,7 @@ mod bodies;
 mod checks;
 mod curves;
 mod elements;
+mod estimates;
 mod fibres;
 mod held;
 mod large_deformations;

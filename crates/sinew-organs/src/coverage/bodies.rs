@@ -117,7 +117,7 @@ loads = [{ pressure = "p", facets = "endo" }]
 supports = [{ clamped = "base" }]
 fibres = { rule = { endocardium = "endo", epicardium = "epi", base = "base", angles = [60.0, -60.0] } }
 [mesh]
-ellipsoid = { short = [22.0, 36.0], long = [58.0, 74.0], base = 0.0, cells = [2, 12, 6] }
+ellipsoid = { short = [22.0, 36.0], long = [58.0, 74.0], base = 0.0, cells = [2, 16, 6] }
 [parameters]
 a = [0.1, 0.26]
 b = [1.0, 4.2]
@@ -173,7 +173,7 @@ law = "neo-hookean"
 loads = [{ pressure = "p", facets = "endo" }]
 supports = [{ clamped = "base" }]
 [mesh]
-biventricle = { radius = 20.0, depth = 50.0, wall = 8.0, septum = 8.0, edge = 6.0 }
+biventricle = { radius = 16.0, depth = 30.0, wall = 8.0, septum = 8.0, edge = 4.4 }
 [parameters]
 mu = [3.0, 30.0]
 lambda = [3.0, 60.0]
