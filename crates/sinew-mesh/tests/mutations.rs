@@ -174,6 +174,16 @@ proptest! {
     }
 
     #[test]
+    fn damaged_inp(bytes in damaged(fixtures(&[".inp"]))) {
+        read_safely(&bytes);
+    }
+
+    #[test]
+    fn damaged_inp_of_keywords(bytes in damaged(shuffled(fixtures(&[".inp"])))) {
+        read_safely(&bytes);
+    }
+
+    #[test]
     fn damaged_msh_2(bytes in damaged(fixtures(&["22_ascii.msh", "22_binary.msh"]))) {
         read_safely(&bytes);
     }
@@ -210,6 +220,18 @@ proptest! {
     fn damaged_files_of_our_own(bytes in damaged(our_files())) {
         read_safely(&bytes);
     }
+}
+
+/// The files and as many with their lines in another order, which a text of keywords survives more often than a flipped bit.
+fn shuffled(mut files: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
+    for at in 0..files.len() {
+        let mut lines: Vec<_> =
+            files[at].split(|&byte| byte == b'\n').map(<[u8]>::to_vec).collect();
+        let half = lines.len() / 2;
+        lines.rotate_left(half);
+        files.push(lines.join(&b'\n'));
+    }
+    files
 }
 
 fn our_files() -> Vec<Vec<u8>> {
