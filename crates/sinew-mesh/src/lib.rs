@@ -87,6 +87,7 @@ mod naming;
 mod prolongation;
 mod quadratic;
 mod quality;
+mod selection;
 mod surface;
 mod topology;
 mod tree;
@@ -116,5 +117,6 @@ pub use prolongation::Prolongation;
 pub use quality::{
     QualitySummary, SLIVER_ANGLE, Spread, min_dihedral_angle, quality, slivers, volume_ratio,
 };
+pub use selection::{SELECTION_TOLERANCE, Selected, Selection, SelectionError};
 pub use surface::{Surface, enclosed_volume, extract_surface};
 pub use topology::{boundary_facets, edges, remove_unused_nodes};
