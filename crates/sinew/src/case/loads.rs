@@ -1,7 +1,7 @@
 //! Loads.
 
 use super::CaseError;
-use super::select::by_place;
+use super::mesh::by_place;
 use super::source::{Source, advise, exactly_if_any};
 use super::units::{STRESSES, names, quantity};
 use serde::Deserialize;

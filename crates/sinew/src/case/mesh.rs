@@ -296,3 +296,14 @@ pub(super) fn quadratic(mesh: AnyMesh) -> Result<AnyMesh, &'static str> {
         already => Ok(already),
     }
 }
+
+/// Advice where a mesh has no sets at all.
+pub(super) fn by_place(mesh: &AnyMesh, name: &str) -> String {
+    if mesh.facet_sets().is_empty() && mesh.node_sets().is_empty() {
+        format!(
+            "; choose it by where it is: [select.\"{name}\"] with a plane, box, sphere, direction or surface"
+        )
+    } else {
+        String::new()
+    }
+}

@@ -234,14 +234,3 @@ fn select(
     mesh.select(name, &selection).map_err(|reason| error(format!("{reason} (lengths in mm)")))?;
     Ok(())
 }
-
-/// Advice where a mesh has no sets at all.
-pub(super) fn by_place(mesh: &AnyMesh, name: &str) -> String {
-    if mesh.facet_sets().is_empty() && mesh.node_sets().is_empty() {
-        format!(
-            "; choose it by where it is: [select.\"{name}\"] with a plane, box, sphere, direction or surface"
-        )
-    } else {
-        String::new()
-    }
-}

@@ -1,7 +1,7 @@
 //! Supports.
 
 use super::CaseError;
-use super::select::by_place;
+use super::mesh::by_place;
 use super::source::{Source, advise, exactly_if_any};
 use nalgebra::{Unit, Vector3};
 use serde::Deserialize;
