@@ -122,6 +122,39 @@ impl Body {
     }
 
     /// Displacement gradient H = ∂u/∂X at one quadrature point; for linear tetrahedra, of one cell.
+    ///
+    /// # Stress
+    /// The material gives the first Piola–Kirchhoff stress P there, and σ = P Fᵀ/J is the Cauchy stress, with F = H + 1 and J = det F.
+    /// The points of cell `c` are `c * points_per_cell` and those after it.
+    ///
+    /// ```
+    /// use sinew_energy::{Mat3, Parameter, Scene, Support, laws::NeoHookean};
+    ///
+    /// let body = Scene::new(sinew_mesh::box_tetrahedra([10.0, 1.0, 1.0], [4, 1, 1]), NeoHookean)
+    ///     .parameter(Parameter::log("mu", "kPa", 1.0..=100.0))
+    ///     .parameter(Parameter::log("lambda", "kPa", 1.0..=100.0))
+    ///     .support(Support::clamped("x_min"))
+    ///     .lower()?;
+    /// // A tenth longer along x; from a solution, this is its displacement.
+    /// let u: Vec<f64> = body.positions.iter().flat_map(|x| [0.1 * x[0], 0.0, 0.0]).collect();
+    /// let theta = [30.0, 70.0];
+    /// let cauchy = (0..body.volumes.len()).map(|point| {
+    ///     let h = body.displacement_gradient(point, &u);
+    ///     let (_, piola) = body.material.stress(point, body.law_parameters(&theta), &h, None);
+    ///     let f = h.plus_identity();
+    ///     let j = f.determinant();
+    ///     Mat3::from_fn(|a, b| (0..3).map(|k| piola[a][k] * f[b][k]).sum::<f64>() / j)
+    /// });
+    /// // σ = μ/J (F Fᵀ − 1) + λ ln J/J 1
+    /// let j = 1.1_f64;
+    /// let (along, across) = ((30.0 * (j * j - 1.0) + 70.0 * j.ln()) / j, 70.0 * j.ln() / j);
+    /// for stress in cauchy {
+    ///     assert!((stress[0][0] - along).abs() < 1e-12 && (stress[1][1] - across).abs() < 1e-12);
+    /// }
+    /// # Ok::<(), sinew_energy::SceneError>(())
+    /// ```
+    ///
+    /// In a body with [`Body::patches`] the law reads `scaled` of [`Body::patch_kinematics`] instead of H.
     #[inline]
     pub fn displacement_gradient(&self, point: usize, displacement: &[f64]) -> Mat3<f64> {
         with_nodes!(self.nodes_per_cell, N => self.gradient_of::<N>(point, displacement))

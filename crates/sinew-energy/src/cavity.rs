@@ -1,6 +1,7 @@
 //! Cavities: what a pressure fills.
 
 use crate::Body;
+use crate::lower::geometry::cross;
 use crate::metrics::deformed_volume;
 use sinew_mesh::{TriangleMesh, boundary_facets};
 
@@ -44,5 +45,99 @@ impl Body {
             deformed_volume(&self.positions, displacement, triangles, *apex).abs()
         };
         self.cavities.iter().map(volume).collect()
+    }
+
+    /// Derivatives of [`Body::cavity_volumes`], for each cavity as long as the displacement \[length²\]: what an objective in the
+    /// volume of a chamber needs, and the right-hand side of its adjoint.
+    ///
+    /// ```
+    /// use sinew_energy::{Load, Magnitude, Parameter, Scene, Support, laws::NeoHookean};
+    /// use sinew_mesh::TruncatedEllipsoid;
+    ///
+    /// let wall = TruncatedEllipsoid::LAND.wall([1, 16, 8]).tetrahedra();
+    /// let body = Scene::new(wall, NeoHookean)
+    ///     .parameter(Parameter::log("mu", "kPa", 1.0..=10.0))
+    ///     .parameter(Parameter::log("lambda", "kPa", 1.0..=10.0))
+    ///     .load(Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Fixed(1.0) })
+    ///     .support(Support::clamped("base"))
+    ///     .lower()?;
+    /// // Scaled about the lid's apex a volume grows with the third power, so its slope is three times the volume.
+    /// let apex = body.cavities[0].apex;
+    /// let apart = body.positions.iter().flat_map(|x| [0, 1, 2].map(|i| x[i] - apex[i]));
+    /// let rest = vec![0.0; 3 * body.nodes];
+    /// let slope: f64 = body.cavity_volume_gradients(&rest)[0].iter().zip(apart).map(|(g, u)| g * u).sum();
+    /// assert!((slope / body.cavity_volumes(&rest)[0] - 3.0).abs() < 1e-12);
+    /// # Ok::<(), sinew_energy::SceneError>(())
+    /// ```
+    pub fn cavity_volume_gradients(&self, displacement: &[f64]) -> Vec<Vec<f64>> {
+        let at = |node: usize, apex: [f64; 3]| -> [f64; 3] {
+            std::array::from_fn(|i| self.positions[node][i] + displacement[3 * node + i] - apex[i])
+        };
+        let gradient = |Cavity { triangles, apex, .. }: &Cavity| {
+            // The volume is the absolute value of one with a sign.
+            let sign = deformed_volume(&self.positions, displacement, triangles, *apex).signum();
+            let mut gradient = vec![0.0; displacement.len()];
+            for &triangle in triangles {
+                let [a, b, c] = triangle.map(|node| at(node, *apex));
+                let opposite = [cross(&b, &c), cross(&c, &a), cross(&a, &b)];
+                for (node, area) in triangle.into_iter().zip(opposite) {
+                    let rows = &mut gradient[3 * node..3 * node + 3];
+                    rows.iter_mut().zip(area).for_each(|(row, area)| *row += sign * area / 6.0);
+                }
+            }
+            gradient
+        };
+        self.cavities.iter().map(gradient).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::laws::NeoHookean;
+    use crate::{Load, Magnitude, Parameter, Scene, Support};
+    use sinew_mesh::{Biventricle, Mesh};
+
+    /// Truncation of central differences of a cubic with steps of 1e-4 in a body of some 60, and their rounding.
+    const DIFFERENCE: f64 = 1e-6;
+
+    fn check<const N: usize>(mesh: Mesh<N>, sets: &[&str])
+    where
+        crate::Nodes<N>: crate::FiniteElement<N>,
+    {
+        let mut scene = Scene::new(mesh, NeoHookean)
+            .parameter(Parameter::log("mu", "kPa", 1.0..=10.0))
+            .parameter(Parameter::log("lambda", "kPa", 1.0..=10.0))
+            .support(Support::clamped("base"));
+        for facets in sets {
+            let (facets, magnitude) = ((*facets).into(), Magnitude::Fixed(1.0));
+            scene = scene.load(Load::Pressure { facets, magnitude });
+        }
+        let body = scene.lower().unwrap();
+        let wave = |k: usize, step: f64| {
+            (0..3 * body.nodes).map(|i| step * ((k * i + 1) as f64).sin()).collect::<Vec<_>>()
+        };
+        let (u, along) = (wave(1, 0.3), wave(3, 1.0));
+        let gradients = body.cavity_volume_gradients(&u);
+        let moved = |step: f64| {
+            body.cavity_volumes(
+                &u.iter().zip(&along).map(|(u, v)| u + step * v).collect::<Vec<_>>(),
+            )
+        };
+        let (before, after) = (moved(-1e-4), moved(1e-4));
+        assert_eq!(gradients.len(), sets.len());
+        for (index, gradient) in gradients.iter().enumerate() {
+            let slope = (after[index] - before[index]) / 2e-4;
+            let exact: f64 = gradient.iter().zip(&along).map(|(g, v)| g * v).sum();
+            assert!((slope - exact).abs() < DIFFERENCE * exact.abs(), "{slope} is not {exact}");
+        }
+    }
+
+    #[test]
+    fn gradients_of_volumes_are_their_derivatives() {
+        let heart = Biventricle { radius: 20.0, depth: 50.0, wall: 10.0, septum: 10.0 };
+        check(heart.tetrahedra(5.5), &["endo_left", "endo_right"]);
+        let wall = sinew_mesh::TruncatedEllipsoid::LAND.wall([1, 16, 8]);
+        check(wall.hexahedra(), &["endo"]);
+        check(wall.quadratic_tetrahedra(), &["endo"]);
     }
 }

@@ -170,6 +170,18 @@ pub enum SceneError {
         listed(names)
     )]
     ParameterCount { given: usize, names: &'static [&'static str], loads: usize },
+    /// The first parameters are not those of the law in its order.
+    #[error(
+        "the law reads {} in this order, but the scene lists {}; list the law's parameters first, in its order and by its names",
+        listed(names),
+        listed(given)
+    )]
+    ParameterNames { given: Vec<String>, names: &'static [&'static str] },
+    /// Two parameters of one name.
+    #[error(
+        "the scene lists two parameters `{name}`; law and loads read entries of theta of their own: rename one"
+    )]
+    ParameterTwice { name: String },
     /// A load takes its size from an entry of θ that belongs to the law, which reads those before `first`, or does not exist.
     #[error(
         "a load reads entry {index} of theta, but {}",

@@ -202,6 +202,7 @@ where
             let names = self.law_parameters;
             return Err(SceneError::ParameterCount { given: count, names, loads });
         }
+        self.check_parameter_names()?;
         for parameter in self.parameters {
             let [least, most] = parameter.range;
             let ordered = least.is_finite() && most.is_finite() && least <= most;
@@ -209,6 +210,21 @@ where
                 let name = parameter.name.clone();
                 return Err(SceneError::Range { name, range: parameter.range });
             }
+        }
+        Ok(())
+    }
+
+    /// The law's parameters stand first, in its order and by its names, so that no value is read as another's.
+    fn check_parameter_names(&self) -> Result<(), SceneError> {
+        let given = self.parameters.iter().map(|p| p.name.as_str());
+        let mut seen = HashSet::new();
+        if let Some(name) = given.clone().find(|&name| !seen.insert(name)) {
+            return Err(SceneError::ParameterTwice { name: name.into() });
+        }
+        let names = self.law_parameters;
+        if given.clone().zip(names).any(|(given, name)| given != *name) {
+            let given = given.take(names.len()).map(String::from).collect();
+            return Err(SceneError::ParameterNames { given, names });
         }
         Ok(())
     }

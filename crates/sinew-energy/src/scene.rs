@@ -7,7 +7,7 @@ use std::ops::RangeInclusive;
 /// A body, its material, loads and supports, named the way a person names them.
 ///
 /// [`Scene::lower`] turns it into the plain arrays of a [`crate::Body`]. θ lists the
-/// parameters of the law in the order of [`crate::Law::PARAMETERS`], then those of the loads.
+/// parameters of the law in the order of [`crate::Law::PARAMETERS`] and by these names, then those of the loads, whose names are free.
 ///
 /// The number `N` of nodes of a cell chooses the element, see [`crate::Nodes`]: 4 are linear tetrahedra.
 /// Triangles (3 or 6 nodes) are a slice of unit thickness in plane strain.

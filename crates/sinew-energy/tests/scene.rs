@@ -162,6 +162,30 @@ fn wrong_scenes_are_refused_with_advice() {
 }
 
 #[test]
+fn parameters_stand_in_the_order_of_the_law_and_by_its_names() {
+    let listed = |names: &[&str]| {
+        refused(|scene| scene.parameters = names.iter().map(|name| parameter(name)).collect())
+    };
+    let swapped = listed(&["lambda", "mu"]);
+    let names: &[&str] = &["mu", "lambda"];
+    let given = vec!["lambda".into(), "mu".into()];
+    assert_eq!(swapped, SceneError::ParameterNames { given, names });
+    let message = swapped.to_string();
+    assert!(
+        message.contains("reads mu, lambda in this order, but the scene lists lambda, mu"),
+        "{message}"
+    );
+    assert!(matches!(listed(&["mu", "stiffness"]), SceneError::ParameterNames { .. }));
+    assert_eq!(listed(&["mu", "mu"]), SceneError::ParameterTwice { name: "mu".into() });
+    let taken = refused(|scene| {
+        scene.parameters.push(parameter("mu"));
+        let facets = "x_max".into();
+        scene.loads = vec![Load::Pressure { facets, magnitude: Magnitude::Theta(2) }];
+    });
+    assert_eq!(taken, SceneError::ParameterTwice { name: "mu".into() });
+}
+
+#[test]
 fn directions_must_be_unit_vectors() {
     let Scene { name, units, mesh, supports, .. } = block();
     let mut scene = Scene {

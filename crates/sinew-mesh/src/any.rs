@@ -42,6 +42,8 @@ macro_rules! each {
     };
 }
 
+pub(crate) use each;
+
 impl AnyMesh {
     /// What a cell looks like.
     pub fn element(&self) -> &'static Element {

@@ -56,8 +56,8 @@ impl fmt::Display for Place {
 pub enum Problem {
     /// An unknown format.
     #[error(
-        "this is neither legacy VTK, VTU, VTP, gmsh MSH, STL nor OBJ; convert the mesh to one of \
-         them, for example with `meshio convert`"
+        "this is neither legacy VTK, VTU, VTP, gmsh MSH, Abaqus or CalculiX input (.inp), STL nor OBJ; \
+         convert the mesh to one of them, for example with `meshio convert`"
     )]
     UnknownFormat,
     /// Something else was expected.

@@ -7,6 +7,11 @@ mod gmsh2;
 mod gmsh4;
 mod gmsh_model;
 mod grid;
+mod inp;
+mod inp_elements;
+mod inp_lines;
+mod inp_sets;
+mod inp_surfaces;
 mod npy;
 mod number;
 mod obj;
@@ -32,8 +37,8 @@ use crate::{AnyMesh, Element, Mesh, MeshError, Place, Problem, TriangleMesh};
 use cursor::Fault;
 use grid::UnstructuredGrid;
 
-/// Reads a mesh from a legacy VTK, VTU, VTP, gmsh MSH, STL or OBJ file, which is told by its content, as is the kind of cell:
-/// the first of quadratic tetrahedra, hexahedra, tetrahedra, quadratic triangles and triangles that it has.
+/// Reads a mesh from a legacy VTK, VTU, VTP, gmsh MSH, Abaqus or CalculiX input, STL or OBJ file, which is told by its content,
+/// as is the kind of cell: the first of quadratic tetrahedra, hexahedra, tetrahedra, quadratic triangles and triangles that it has.
 ///
 /// # Errors
 /// [`MeshError::File`] when the file cannot be read, [`MeshError::Content`] with the place and
@@ -158,6 +163,7 @@ fn parse_grid(file: &str, bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
         [b'<', ..] => vtu::parse(bytes),
         _ if content.starts_with(vtk::MAGIC) => vtk::parse(bytes),
         _ if stl::is_binary(bytes) || stl::is_text(content) => stl::parse(bytes),
+        _ if inp::looks_like_it(content) => inp::parse(bytes),
         _ if obj::looks_like_it(content) => obj::parse(bytes),
         // Binary STL of another length than it declares is told by its name only.
         _ if file.to_ascii_lowercase().ends_with(".stl") => stl::parse(bytes),

@@ -48,6 +48,7 @@
 //! | OBJ | faces, lines and groups | [`to_obj`] |
 //! | PVD | | [`write_pvd`] |
 //! | gmsh MSH, text and binary | 2.2, 4.1 | |
+//! | Abaqus and CalculiX input (inp) | one body, flat or as one part with one instance | |
 //! | NumPy npy | floats, integers, booleans; both byte orders | [`to_npy`] |
 //!
 //! [`read`] and [`read_mesh`] tell the format by the content; both
@@ -55,7 +56,9 @@
 //! in the [`ReadReport`]. Triangles among tetrahedra (quadrilaterals among hexahedra) become facet
 //! sets: named by gmsh's physical groups, or by the values of integer cell fields
 //! (`region:1`), or `facets`. A field that marks nodes becomes a set with
-//! [`Mesh::nodes_where_nonzero`]. Polygons and strips of surfaces are read as triangles. Other cells, and such cells folded over, are refused with advice.
+//! [`Mesh::nodes_where_nonzero`]. The sets and surfaces of an Abaqus file keep their names: `*NSET` names nodes, `*ELSET` cells (or
+//! facets, of shells on a solid), `*SURFACE` facets; keywords that make nodes or bring them from other files are refused. Where a file has no sets, a [`Selection`]
+//! names them by place. Polygons and strips of surfaces are read as triangles. Other cells, and such cells folded over, are refused with advice.
 //!
 //! ## Sets in VTK files
 //!
@@ -85,6 +88,7 @@ mod naming;
 mod prolongation;
 mod quadratic;
 mod quality;
+mod selection;
 mod surface;
 mod topology;
 mod tree;
@@ -114,5 +118,6 @@ pub use prolongation::Prolongation;
 pub use quality::{
     QualitySummary, SLIVER_ANGLE, Spread, min_dihedral_angle, quality, slivers, volume_ratio,
 };
+pub use selection::{SELECTION_TOLERANCE, Selected, Selection, SelectionError};
 pub use surface::{Surface, enclosed_volume, extract_surface};
 pub use topology::{boundary_facets, edges, remove_unused_nodes};

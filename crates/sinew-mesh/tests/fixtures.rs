@@ -165,7 +165,10 @@ fn refused_files_say_what_to_do() {
     let quadratic = read_mesh::<4>(fixture("gmsh_quadratic.msh")).unwrap_err().to_string();
     assert!(quadratic.contains("quadratic") && quadratic.contains("linear"), "{quadratic}");
     let python = message("generate.py");
-    assert!(python.contains("neither legacy VTK, VTU, VTP, gmsh MSH, STL nor OBJ"), "{python}");
+    assert!(
+        python.contains("neither legacy VTK") && python.contains("(.inp), STL nor OBJ"),
+        "{python}"
+    );
     assert!(message("no_such_file.vtk").contains("check the path"));
     let Err(MeshError::Content { problem, .. }) = read_mesh::<4>(fixture("gmsh_plate.msh")) else {
         panic!("a triangle mesh is not a tetrahedral mesh");

@@ -9,6 +9,7 @@ pub mod laws;
 mod loads;
 mod mesh;
 mod parameters;
+mod select;
 mod source;
 mod supports;
 mod training;
@@ -20,6 +21,9 @@ pub use laws::Law;
 pub use loads::{FoundationLoad, Load, Pressure};
 pub use mesh::{BiventricleMesh, BoxMesh, Element, EllipsoidMesh, MeshSource};
 pub use parameters::Range;
+pub use select::{
+    Select, SelectBeyond, SelectBox, SelectFacing, SelectNear, SelectPlane, SelectSphere,
+};
 pub use supports::{Support, Turn};
 pub use training::{RecipeName, Training};
 pub(crate) use units::number_and_unit;
@@ -81,6 +85,9 @@ pub struct Case {
     pub loads: Vec<Load>,
     /// Where it is held.
     pub supports: Vec<Support>,
+    /// Sets of nodes and facets by name, chosen by where they are.
+    #[serde(default)]
+    pub select: BTreeMap<String, Select>,
     /// How an emulator is trained.
     #[serde(default)]
     pub training: Training,
@@ -103,7 +110,7 @@ pub enum Formulation {
 
 impl Case {
     /// Reads a case file, or the built-in scene of that name where there is no such file. A mesh file is relative to the
-    /// case file.
+    /// case file, as are the surfaces of selections.
     ///
     /// # Errors
     /// A file that cannot be read, or what [`Case::parse`] refuses.
@@ -117,9 +124,11 @@ impl Case {
             CaseError::Unreadable { path: path.into(), source, advice }
         })?;
         let mut case = Self::parse(&text, &path.to_string_lossy())?;
+        let folder = path.parent().unwrap_or(Path::new("."));
         if let Some(file) = &mut case.mesh.file {
-            *file = path.parent().unwrap_or(Path::new(".")).join(&*file);
+            *file = folder.join(&*file);
         }
+        case.select.values_mut().for_each(|select| select.relative_to(folder));
         Ok(case)
     }
 
@@ -156,6 +165,7 @@ impl Case {
     pub fn body(&self) -> Result<Body, CaseError> {
         // Names and ranges are looked at before a mesh is.
         self.lower_parameters(self.law.row(&self.source)?)?;
+        self.check_selections()?;
         self.body_on(self.mesh.make(&self.source)?)
     }
 
@@ -166,6 +176,8 @@ impl Case {
     pub fn body_on(&self, mut mesh: sinew_mesh::AnyMesh) -> Result<Body, CaseError> {
         let law = self.law.row(&self.source)?;
         let parameters = self.lower_parameters(law)?;
+        self.mesh.check_filled(&mesh, &self.source)?;
+        self.lower_selections(&mut mesh)?;
         if let Some(fibres) = &self.fibres {
             fibres.lay(&mut mesh, &self.source)?;
         }
@@ -269,6 +281,7 @@ impl Case {
             | SceneError::NegativeStiffness { .. }
             | SceneError::OutOfPlane { .. }
             | SceneError::ThesisPressure { .. }
+            | SceneError::ParameterTwice { .. }
             | SceneError::LooseRim { .. }
             | SceneError::RimPlanes { .. } => &["loads"],
             SceneError::ParameterCount { .. } | SceneError::LoadParameter { .. } => &["parameters"],

@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 pub(crate) struct CaseArguments {
     /// Case file, or the name of a built-in scene (`sinew scenes`)
     case: PathBuf,
-    /// Mesh file (VTK, VTU or gmsh) instead of the case's own mesh
+    /// Mesh file (VTK, VTU, gmsh or Abaqus) instead of the case's own mesh
     #[arg(long, value_name = "FILE")]
     mesh: Option<PathBuf>,
     /// Folder for results [default: out/NAME]

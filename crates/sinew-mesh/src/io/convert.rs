@@ -54,6 +54,8 @@ pub(crate) fn to_mesh<const N: usize>(
     if !matched.is_empty() && mesh.facet_sets.is_empty() {
         name_labels(&mut mesh, &grid.cell_fields, &matched);
     }
+    name_sides(&mut mesh, &grid.sides, &sorted);
+    mesh.node_sets.extend(grid.node_sets);
     sets_from_fields(&mut mesh).map_err(|defect| (cells_at, defect.into()))?;
     report.repaired_cells = repair_orientation(&mut mesh);
     mesh.check_shapes().map_err(|defect| (cells_at, defect.into()))?;
@@ -219,6 +221,21 @@ fn name_groups<const N: usize>(
         if !nodes.is_empty() {
             mesh.node_sets.insert(name.clone(), nodes.into_iter().collect());
         }
+    }
+}
+
+/// Named sides of cells join the facets of that name.
+fn name_sides<const N: usize>(
+    mesh: &mut Mesh<N>,
+    sides: &BTreeMap<String, Vec<(usize, usize)>>,
+    sorted: &SortedCells<N>,
+) {
+    let cell_at = |index: usize| sorted.cells.binary_search_by_key(&index, |cell| cell.0).ok();
+    for (name, sides) in sides {
+        let mut facets = mesh.facet_sets.remove(name).unwrap_or_default();
+        let of = |&(index, opposite)| Some(Facet { cell: cell_at(index)?, opposite });
+        facets.extend(sides.iter().filter_map(of));
+        insert_facets(mesh, name, facets);
     }
 }
 

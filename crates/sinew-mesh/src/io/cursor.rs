@@ -77,7 +77,8 @@ impl<'a> Cursor<'a> {
         self.place(self.position)
     }
 
-    fn place(&self, byte: usize) -> Place {
+    /// The place of a byte.
+    pub(super) fn place(&self, byte: usize) -> Place {
         let line = || 1 + self.bytes[..byte].iter().filter(|&&b| b == b'\n').count();
         Place { byte, line: (self.encoding == Encoding::Text).then(line) }
     }

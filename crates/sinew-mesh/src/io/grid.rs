@@ -16,6 +16,10 @@ pub(crate) struct UnstructuredGrid {
     pub cell_fields: BTreeMap<String, Field>,
     /// Named groups of cells of any type.
     pub groups: BTreeMap<String, Vec<usize>>,
+    /// Named sets of points.
+    pub node_sets: BTreeMap<String, Vec<usize>>,
+    /// Named sets of facets: cells, each with our number of its facet.
+    pub sides: BTreeMap<String, Vec<(usize, usize)>>,
     /// Where the points are, for errors.
     pub points_at: Place,
     /// Where the cells are, for errors.
@@ -32,6 +36,8 @@ impl Default for UnstructuredGrid {
             point_fields: BTreeMap::new(),
             cell_fields: BTreeMap::new(),
             groups: BTreeMap::new(),
+            node_sets: BTreeMap::new(),
+            sides: BTreeMap::new(),
             points_at: Place::default(),
             cells_at: Place::default(),
         }

@@ -1,6 +1,7 @@
 //! Loads.
 
 use super::CaseError;
+use super::mesh::by_place;
 use super::source::{Source, advise, exactly_if_any};
 use super::units::{STRESSES, names, quantity};
 use serde::Deserialize;
@@ -107,16 +108,29 @@ impl Load {
         let sets = mesh.facet_sets();
         let known = || sets.keys().map(String::as_str);
         match &self.facets {
-            Some(name) if sets.contains_key(name) => Ok(name.clone()),
+            Some(name) if sets.contains_key(name) => match mesh.node_sets().get(name) {
+                // Of a selection inside the body, or of single nodes.
+                Some(nodes) if sets[name].is_empty() && !nodes.is_empty() => {
+                    let reason = format!(
+                        "`{name}` has {} nodes but no facet of the boundary, which needs all its nodes in the set; choose more of them",
+                        nodes.len()
+                    );
+                    Err(source.error(&["loads", at, "facets"], reason))
+                }
+                _ => Ok(name.clone()),
+            },
             Some(name) => {
                 let advice = advise(name, known(), "facet sets of the mesh");
-                let reason = format!("the mesh has no facet set `{name}`{advice}");
+                let reason =
+                    format!("the mesh has no facet set `{name}`{advice}{}", by_place(mesh, name));
                 Err(source.error(&["loads", at, "facets"], reason))
             }
             None => {
                 let sets = known().collect::<Vec<_>>().join(", ");
-                let reason =
-                    format!("name the facets that it acts on; facet sets of the mesh: {sets}");
+                let reason = format!(
+                    "name the facets that it acts on; facet sets of the mesh: {sets}{}",
+                    by_place(mesh, "loaded")
+                );
                 Err(source.error(&["loads", at], reason))
             }
         }

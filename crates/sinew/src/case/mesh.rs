@@ -6,13 +6,13 @@ use super::units::{LENGTHS, names};
 use serde::Deserialize;
 use sinew_energy::listed;
 use sinew_mesh::{AnyMesh, Biventricle, TruncatedEllipsoid, box_hexahedra, box_tetrahedra};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Where a mesh comes from: one of the first four keys.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MeshSource {
-    /// A VTK, VTU or gmsh file, relative to the case file.
+    /// A VTK, VTU, gmsh or Abaqus file, relative to the case file.
     pub file: Option<PathBuf>,
     /// A box.
     #[serde(rename = "box")]
@@ -83,15 +83,58 @@ pub enum Element {
     Hexahedra,
 }
 
+/// Height of triangles along z from which on they are a surface in space rather than a plane body that is not quite plane
+/// \[relative to their extent\].
+const SURFACE_HEIGHT: f64 = 1e-3;
+
 impl MeshSource {
+    /// The unit of length \[mm\].
+    pub(super) fn scale(&self, source: &Source) -> Result<f64, CaseError> {
+        let unit = self.unit.as_deref().unwrap_or("mm");
+        let found = LENGTHS.iter().find(|(name, _)| *name == unit);
+        found.map(|(_, scale)| *scale).ok_or_else(|| {
+            let advice = advise(unit, names(&LENGTHS), "units of length");
+            source.error(&["mesh", "unit"], format!("`{unit}` is not a unit of length{advice}"))
+        })
+    }
+
+    /// Refuses a surface in the place of a body.
+    pub(super) fn check_filled(&self, mesh: &AnyMesh, source: &Source) -> Result<(), CaseError> {
+        let extent = |axis: usize| {
+            let (low, high) =
+                mesh.points().iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+                    (low.min(x[axis]), high.max(x[axis]))
+                });
+            high - low
+        };
+        let [x, y, z] = [0, 1, 2].map(extent);
+        if mesh.element().dimension == 3 || z <= SURFACE_HEIGHT * x.max(y).max(z) {
+            return Ok(());
+        }
+        let file = self.file.as_deref().unwrap_or(Path::new("the mesh"));
+        let rim = mesh.boundary_facets().len();
+        let advice = if rim == 0 {
+            "fill it with tetrahedra first, for example by gmsh, TetGen or fTetWild. The wall of a ventricle is filled between \
+             its surfaces by `sinew mesh ventricle`"
+                .to_string()
+        } else {
+            format!(
+                "fill it with tetrahedra first. It is open ({rim} edges of its rim): between the surfaces of a ventricle \
+                 `sinew mesh ventricle` fills the wall; others must be closed first, and are then filled for example by gmsh, \
+                 TetGen or fTetWild"
+            )
+        };
+        let reason = format!(
+            "{} is a surface of {} triangles, not a body: {advice}",
+            file.display(),
+            mesh.cell_count()
+        );
+        Err(source.error(&["mesh", "file"], reason))
+    }
+
     /// The mesh \[mm\].
     pub(super) fn make(&self, source: &Source) -> Result<AnyMesh, CaseError> {
-        let unit = self.unit.as_deref().unwrap_or("mm");
-        let Some(&(_, scale)) = LENGTHS.iter().find(|(name, _)| *name == unit) else {
-            let advice = advise(unit, names(&LENGTHS), "units of length");
-            return Err(source
-                .error(&["mesh", "unit"], format!("`{unit}` is not a unit of length{advice}")));
-        };
+        let scale = self.scale(source)?;
         let element = self.element.unwrap_or_default();
         let mut mesh = match (&self.file, &self.cuboid, &self.ellipsoid, &self.biventricle) {
             (Some(file), None, None, None) => {
@@ -251,5 +294,16 @@ pub(super) fn quadratic(mesh: AnyMesh) -> Result<AnyMesh, &'static str> {
         AnyMesh::Triangles(mesh) => Ok(mesh.quadratic().into()),
         AnyMesh::Hexahedra(_) => Err("hexahedra"),
         already => Ok(already),
+    }
+}
+
+/// Advice where a mesh has no sets at all.
+pub(super) fn by_place(mesh: &AnyMesh, name: &str) -> String {
+    if mesh.facet_sets().is_empty() && mesh.node_sets().is_empty() {
+        format!(
+            "; choose it by where it is: [select.\"{name}\"] with a plane, box, sphere, direction or surface"
+        )
+    } else {
+        String::new()
     }
 }

@@ -1,6 +1,7 @@
 //! Supports.
 
 use super::CaseError;
+use super::mesh::by_place;
 use super::source::{Source, advise, exactly_if_any};
 use nalgebra::{Unit, Vector3};
 use serde::Deserialize;
@@ -154,7 +155,8 @@ fn add_node_set(mesh: &mut AnyMesh, name: &str) -> Result<(), String> {
         let known = sets.chain(mesh.point_fields().keys()).map(String::as_str);
         let advice = advise(name, known, "the mesh has");
         return Err(format!(
-            "the mesh has neither node set, facet set nor point field `{name}`{advice}"
+            "the mesh has neither node set, facet set nor point field `{name}`{advice}{}",
+            by_place(mesh, name)
         ));
     };
     if nodes.is_empty() {

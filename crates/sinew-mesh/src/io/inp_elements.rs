@@ -1,0 +1,162 @@
+//! Elements of Abaqus and CalculiX: how many nodes they have, and how their faces are numbered.
+
+use crate::{Element, Problem};
+
+/// A type of element.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Kind {
+    /// VTK's number of its shape.
+    pub vtk_type: u8,
+    /// Nodes of one element.
+    pub nodes: usize,
+    /// Whether its sides are edges of a plane body, named S1, S2 and so on.
+    pub plane: bool,
+}
+
+/// Families of elements: what their names begin with, before the number of nodes.
+const SOLIDS: [&str; 3] = ["C3D", "DC3D", "SC"];
+const PLANES: [&str; 5] = ["CPS", "CPE", "CPEG", "DC2D", "AC2D"];
+const SHELLS: [&str; 6] = ["S", "M3D", "SFM3D", "R3D", "DS", "STRI"];
+const LINES: [&str; 5] = ["T3D", "B", "R2D", "T2D", "CONN3D"];
+
+/// What the name of a type says, such as `C3D10H`: family, number of nodes, letters of the variant.
+pub(super) fn kind(name: &str) -> Result<Kind, Problem> {
+    let unknown = || Problem::Unsupported {
+        what: "the element type",
+        value: name.into(),
+        advice: "use C3D4, C3D10 or C3D8 (with any letters behind), or S3, M3D3 and CPS3 for surfaces and plane bodies",
+    };
+    let upper = name.to_uppercase();
+    // STRI65 has six nodes with five degrees of freedom each.
+    let upper = upper.strip_suffix("65").map_or(upper.clone(), |start| format!("{start}6"));
+    let known = [(&SOLIDS[..], 3), (&PLANES[..], 2), (&SHELLS[..], 1), (&LINES[..], 0)];
+    let found = known.iter().find_map(|&(families, which)| {
+        let rest = families.iter().find_map(|family| {
+            upper.strip_prefix(family).filter(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
+        })?;
+        Some((which, rest))
+    });
+    let (which, rest) = found.ok_or_else(unknown)?;
+    let digits = rest.bytes().take_while(u8::is_ascii_digit).count();
+    let nodes: usize = rest[..digits].parse().map_err(|_| unknown())?;
+    let shape = match (which, nodes) {
+        (3, 4) => (10, 4),
+        (3, 5) => (14, 5),
+        (3, 6) => (13, 6),
+        (3, 8) => (12, 8),
+        (3, 10) => (24, 10),
+        (3, 15) => (26, 15),
+        (3, 20) => (25, 20),
+        (1 | 2, 3) => (5, 3),
+        (1 | 2, 4) => (9, 4),
+        (1 | 2, 6) => (22, 6),
+        (1 | 2, 8) => (23, 8),
+        // Beams have their nodes in the second digit: B31, B32.
+        (0, 2 | 21 | 31 | 33) => (3, 2),
+        (0, 3 | 22 | 32) => (21, 3),
+        _ => return Err(unknown()),
+    };
+    Ok(Kind { vtk_type: shape.0, nodes: shape.1, plane: which == 2 })
+}
+
+impl Kind {
+    pub(super) fn is_solid(self) -> bool {
+        matches!(self.vtk_type, 10 | 12..=14 | 24..=26)
+    }
+
+    /// Whether it is a shell, a membrane or a beam: part of the surface of a solid, where there is one.
+    pub(super) fn lies_in_surface(self) -> bool {
+        !self.plane && !self.is_solid()
+    }
+
+    /// Our element of this shape, where there is one.
+    pub(super) fn element(self) -> Option<&'static Element> {
+        let known = [3, 4, 6, 8, 10].map(Element::with_nodes);
+        known.into_iter().find(|element| element.vtk_type == self.vtk_type)
+    }
+
+    /// Our number of a face such as `S1`, or of an edge `E1` of a surface.
+    pub(super) fn side(self, face: &str) -> Option<usize> {
+        let number: usize = face.get(1..)?.parse().ok()?;
+        let order: &[usize] = match (self.vtk_type, face.get(..1)?) {
+            // 1-2-3, 1-4-2, 2-4-3, 3-4-1.
+            (10 | 24, "S") => &[3, 2, 0, 1],
+            // 1-2-3-4, 5-8-7-6, 1-5-6-2, 2-6-7-3, 3-7-8-4, 4-8-5-1.
+            (12, "S") => &[4, 5, 2, 1, 3, 0],
+            // 1-2, 2-3, 3-1.
+            (5 | 22, "S") if self.plane => &[2, 0, 1],
+            (5 | 22, "E") => &[2, 0, 1],
+            _ => return None,
+        };
+        order.get(number.checked_sub(1)?).copied()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Nodes of the faces as the manuals list them (Abaqus Analysis User's Guide, "Three-dimensional solid element library";
+    /// CalculiX CrunchiX User's Manual, *SURFACE), against ours.
+    #[test]
+    fn faces_have_the_nodes_of_the_manuals() {
+        let tetrahedron: &[&[usize]] = &[&[1, 2, 3], &[1, 4, 2], &[2, 4, 3], &[3, 4, 1]];
+        let hexahedron: &[&[usize]] = &[
+            &[1, 2, 3, 4],
+            &[5, 8, 7, 6],
+            &[1, 5, 6, 2],
+            &[2, 6, 7, 3],
+            &[3, 7, 8, 4],
+            &[4, 8, 5, 1],
+        ];
+        let triangle: &[&[usize]] = &[&[1, 2], &[2, 3], &[3, 1]];
+        let all = [
+            ("C3D4", tetrahedron),
+            ("C3D10MH", tetrahedron),
+            ("C3D8R", hexahedron),
+            ("CPS3", triangle),
+        ];
+        for (name, faces) in all {
+            let kind = kind(name).unwrap();
+            let element = kind.element().unwrap();
+            for (index, face) in faces.iter().enumerate() {
+                let side = kind.side(&format!("S{}", index + 1)).unwrap();
+                let mut ours = element.facets[side][..element.facet_corners].to_vec();
+                let mut theirs: Vec<usize> = face.iter().map(|node| node - 1).collect();
+                ours.sort_unstable();
+                theirs.sort_unstable();
+                assert_eq!(ours, theirs, "{name} S{}", index + 1);
+            }
+            assert_eq!(kind.side(&format!("S{}", faces.len() + 1)), None);
+        }
+    }
+
+    #[test]
+    fn types_with_their_variants() {
+        let of = |name| kind(name).map(|kind| (kind.vtk_type, kind.nodes)).ok();
+        let names = [
+            "C3D4H", "c3d10", "C3D10HS", "C3D8RH", "C3D20R", "S3R", "S4R5", "STRI65", "M3D6",
+            "B31", "T3D2",
+        ];
+        let shapes = names.map(of).map(Option::unwrap);
+        assert_eq!(
+            shapes,
+            [
+                (10, 4),
+                (24, 10),
+                (24, 10),
+                (12, 8),
+                (25, 20),
+                (5, 3),
+                (9, 4),
+                (22, 6),
+                (22, 6),
+                (3, 2),
+                (3, 2)
+            ]
+        );
+        for name in ["CAX3", "COH3D8", "U1", "", "C3D", "C3D7", "C3D99999999999999999999"] {
+            assert_eq!(of(name), None, "{name}");
+        }
+    }
+}

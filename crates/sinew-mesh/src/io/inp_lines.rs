@@ -1,0 +1,181 @@
+//! Lines of Abaqus and CalculiX files: keywords with their options, and the data behind them.
+
+use super::cursor::{Cursor, Fault, number};
+use crate::Problem;
+use std::str::FromStr;
+
+/// A keyword with its options and lines of data.
+pub(super) struct Block<'a> {
+    /// Byte at which the keyword's line begins.
+    pub at: usize,
+    /// Keyword in capitals, without its asterisk.
+    pub keyword: String,
+    /// Options in capitals, each with its value.
+    options: Vec<(String, &'a [u8])>,
+    /// Lines of data, each with the byte at which it begins.
+    pub lines: Vec<(usize, &'a [u8])>,
+}
+
+/// A name as it is compared and as it is shown: capitals matter in quotation marks only.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Name {
+    pub key: String,
+    pub shown: String,
+}
+
+impl Name {
+    pub(super) fn new(word: &[u8]) -> Self {
+        let quoted = word.strip_prefix(b"\"").and_then(|word| word.strip_suffix(b"\""));
+        let shown = String::from_utf8_lossy(quoted.unwrap_or(word)).into_owned();
+        Self { key: if quoted.is_some() { shown.clone() } else { shown.to_uppercase() }, shown }
+    }
+}
+
+/// Flags that may stand alone on a line that continues a keyword.
+const FLAGS: [&[u8]; 3] = [b"GENERATE", b"INTERNAL", b"UNSORTED"];
+
+/// All blocks of a file.
+pub(super) fn blocks<'a>(cursor: &mut Cursor<'a>) -> Result<Vec<Block<'a>>, Fault> {
+    let mut blocks: Vec<Block<'a>> = Vec::new();
+    // Whether the last line was a keyword's that ends with a comma.
+    let mut open = false;
+    loop {
+        let at = cursor.position();
+        let Some(line) = cursor.line() else { return Ok(blocks) };
+        if line.is_empty() || line.starts_with(b"**") {
+            continue;
+        }
+        let ends_open = line.ends_with(b",");
+        if let Some(keyword) = line.strip_prefix(b"*") {
+            blocks.push(Block::new(at, keyword));
+            open = ends_open;
+            continue;
+        }
+        let Some(block) = blocks.last_mut() else {
+            let found = "a line without a keyword before it";
+            return Err(cursor.fault(Problem::expected("a keyword such as *NODE", found)));
+        };
+        if open && continues(line) {
+            block.options.extend(options(line));
+            open = ends_open;
+        } else {
+            block.lines.push((at, line));
+            open = false;
+        }
+    }
+}
+
+/// Whether a line behind a keyword that ends with a comma has more options; some programs end all lines with one.
+fn continues(line: &[u8]) -> bool {
+    let first = fields(line).next().unwrap_or_default().to_ascii_uppercase();
+    first.contains(&b'=') || FLAGS.contains(&first.as_slice())
+}
+
+/// Words between commas, without blanks around them; commas in quotation marks do not count.
+pub(super) fn fields(line: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut quoted = false;
+    let separates = move |&byte: &u8| {
+        quoted ^= byte == b'"';
+        byte == b',' && !quoted
+    };
+    line.split(separates).map(<[u8]>::trim_ascii)
+}
+
+/// A word in capitals with single blanks.
+fn capitals(word: &[u8]) -> String {
+    let text = String::from_utf8_lossy(word).to_uppercase();
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn options(line: &[u8]) -> impl Iterator<Item = (String, &[u8])> {
+    fields(line).filter(|field| !field.is_empty()).map(|field| {
+        let mut parts = field.splitn(2, |&byte| byte == b'=');
+        let key = capitals(parts.next().unwrap_or_default());
+        (key, parts.next().unwrap_or_default().trim_ascii())
+    })
+}
+
+impl<'a> Block<'a> {
+    fn new(at: usize, line: &'a [u8]) -> Self {
+        let length = fields(line).next().map_or(0, <[u8]>::len);
+        let keyword = capitals(fields(line).next().unwrap_or_default());
+        let start = line.len().min(line.len() - line.trim_ascii_start().len() + length);
+        Self { at, keyword, options: options(&line[start..]).collect(), lines: Vec::new() }
+    }
+
+    /// The value of an option; empty where it stands alone.
+    pub(super) fn option(&self, key: &str) -> Option<&'a [u8]> {
+        self.options.iter().find(|(known, _)| known == key).map(|&(_, value)| value)
+    }
+
+    /// The name that an option gives.
+    pub(super) fn name(&self, key: &str) -> Option<Name> {
+        self.option(key).filter(|value| !value.is_empty()).map(Name::new)
+    }
+
+    /// Refuses options beside these, which might change what the lines mean.
+    pub(super) fn allow(&self, known: &[&str]) -> Result<(), Problem> {
+        match self.options.iter().find(|(key, _)| !known.contains(&key.as_str())) {
+            None => Ok(()),
+            Some((key, _)) => Err(Problem::Unsupported {
+                what: "the option",
+                value: format!("{key} of *{}", self.keyword),
+                advice: "write the mesh without it",
+            }),
+        }
+    }
+}
+
+/// A whole number.
+pub(super) fn integer(word: &[u8], expected: &'static str) -> Result<i64, Problem> {
+    number(word, expected)
+}
+
+/// A real number, as Fortran may write it (`1.5D-3`) too; one that is left out is zero.
+pub(super) fn real(word: &[u8]) -> Result<f64, Problem> {
+    let text = String::from_utf8_lossy(word);
+    match text.as_ref() {
+        "" => Ok(0.0),
+        text => f64::from_str(&text.replace(['d', 'D'], "e"))
+            .map_err(|_| Problem::expected("a coordinate", word)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keywords_options_and_data() {
+        let text = b"** a comment\n*Nset ,  nset = \"My, Set\",\n internal , GENERATE\n1, 9,2\n** x\n\n*node output\nU\n";
+        let blocks = blocks(&mut Cursor::new(text)).unwrap();
+        assert_eq!(
+            blocks.iter().map(|b| b.keyword.as_str()).collect::<Vec<_>>(),
+            ["NSET", "NODE OUTPUT"]
+        );
+        let set = &blocks[0];
+        assert_eq!(set.name("NSET").unwrap().key, "My, Set");
+        assert_eq!(set.option("GENERATE"), Some(&b""[..]));
+        assert_eq!(set.lines.len(), 1);
+        assert_eq!(fields(set.lines[0].1).collect::<Vec<_>>(), [b"1", b"9", b"2"]);
+        assert!(
+            set.allow(&["NSET", "INTERNAL"]).unwrap_err().to_string().contains("GENERATE of *NSET")
+        );
+    }
+
+    #[test]
+    fn a_comma_at_the_end_of_a_keyword_does_not_swallow_data() {
+        let blocks = blocks(&mut Cursor::new(b"*NODE,\n1, 0., 1.D-1, 2\n")).unwrap();
+        assert_eq!(blocks[0].lines.len(), 1);
+        let values: Vec<f64> =
+            fields(blocks[0].lines[0].1).map(|word| real(word).unwrap()).collect();
+        assert_eq!(values, [1.0, 0.0, 0.1, 2.0]);
+    }
+
+    #[test]
+    fn capitals_matter_in_quotation_marks_only() {
+        assert_eq!(Name::new(b"Base").key, Name::new(b"BASE").key);
+        assert_ne!(Name::new(b"\"Base\"").key, Name::new(b"\"BASE\"").key);
+        assert_eq!(Name::new(b"Base").shown, "Base");
+    }
+}

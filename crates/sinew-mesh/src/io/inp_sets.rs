@@ -1,0 +1,148 @@
+//! Sets of nodes and elements in Abaqus and CalculiX files.
+
+use super::inp_lines::{Block, Name, fields, integer};
+use crate::Problem;
+use std::collections::BTreeMap;
+
+/// Whether a name belongs to the part or to the assembly; a flat file is all part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Scope {
+    Part,
+    Assembly,
+}
+
+/// Most members of all sets together, per byte of the file: twenty sets of all nodes need less than one.
+const MEMBERS_PER_BYTE: usize = 16;
+
+/// Nodes or elements by their number in the file, and the sets of them.
+pub(super) struct Sets {
+    /// Index by number.
+    pub ids: BTreeMap<i64, usize>,
+    sets: BTreeMap<(Scope, String), (String, Vec<usize>)>,
+    /// Members that may still be added.
+    room: usize,
+}
+
+impl Sets {
+    /// Without sets, for a file of so many bytes.
+    pub(super) fn new(bytes: usize) -> Self {
+        let room = bytes.saturating_mul(MEMBERS_PER_BYTE);
+        Self { ids: BTreeMap::new(), sets: BTreeMap::new(), room }
+    }
+
+    /// Adds members to a set, which is made if there is none.
+    pub(super) fn add(
+        &mut self,
+        scope: Scope,
+        name: &Name,
+        members: impl IntoIterator<Item = usize>,
+    ) -> Result<(), Problem> {
+        let entry = self.sets.entry((scope, name.key.clone()));
+        let (_, set) = entry.or_insert_with(|| (name.shown.clone(), Vec::new()));
+        let before = set.len();
+        set.extend(members.into_iter().take(self.room.saturating_add(1)));
+        let added = set.len() - before;
+        if added > self.room {
+            let (what, value) = ("the set", name.shown.clone());
+            let advice = "all sets together have too many members for a file of this size";
+            return Err(Problem::Unsupported { what, value, advice });
+        }
+        self.room -= added;
+        Ok(())
+    }
+
+    /// Adds the numbers, ranges and sets that the lines of a block list.
+    pub(super) fn add_lines(
+        &mut self,
+        (scope, name): (Scope, &Name),
+        block: &Block<'_>,
+        instance: Option<&Name>,
+    ) -> Result<(), (usize, Problem)> {
+        for &(at, line) in &block.lines {
+            let here = |problem| (at, problem);
+            if block.option("GENERATE").is_some() {
+                let range = self.range(line).map_err(here)?;
+                self.add(scope, name, range).map_err(here)?;
+            } else {
+                for word in fields(line).filter(|word| !word.is_empty()) {
+                    let members = self.find(word, instance).map_err(here)?.to_vec();
+                    self.add(scope, name, members).map_err(here)?;
+                }
+            }
+        }
+        // A set without members is one all the same.
+        self.add(scope, name, []).map_err(|problem| (block.at, problem))
+    }
+
+    /// First, last and step of a range; numbers in it that nothing has are left out.
+    fn range(&self, line: &[u8]) -> Result<Vec<usize>, Problem> {
+        let mut bounds = [0, 0, 1];
+        let words = fields(line).filter(|word| !word.is_empty());
+        for (bound, word) in bounds.iter_mut().zip(words) {
+            *bound = integer(word, "the first, the last and the step of a range")?;
+        }
+        let [first, last, step] = bounds;
+        if first > last || step < 1 {
+            let found = format!("{first}, {last}, {step}");
+            return Err(Problem::expected("a range that ascends by a positive step", found));
+        }
+        let inside = self.ids.range(first..=last);
+        Ok(inside
+            .filter(|(id, _)| (**id).abs_diff(first) % step.unsigned_abs() == 0)
+            .map(|(_, &index)| index)
+            .collect())
+    }
+
+    /// Members, in any order, of what a word names: the number of a node or element, or a set, of the part's instance if its name stands before.
+    pub(super) fn find(&self, word: &[u8], instance: Option<&Name>) -> Result<&[usize], Problem> {
+        let (scopes, bare) = match instance.and_then(|name| without_instance(word, name)) {
+            Some(bare) => (&[Scope::Part][..], bare),
+            None => (&[Scope::Assembly, Scope::Part][..], word),
+        };
+        if let Ok(id) = integer(bare, "") {
+            let expected = "the number of a node or element that the file has";
+            let found = self.ids.get(&id).ok_or_else(|| Problem::expected(expected, word))?;
+            return Ok(std::slice::from_ref(found));
+        }
+        let key = Name::new(bare).key;
+        let sets = scopes.iter().find_map(|&scope| self.sets.get(&(scope, key.clone())));
+        let expected = "a number, or the name of a set that stands further up";
+        Ok(&sets.ok_or_else(|| Problem::expected(expected, word))?.1)
+    }
+
+    /// All sets by the names that they get in the mesh. A set of the part whose name the assembly has too is named with its
+    /// instance, as the file itself does.
+    pub(super) fn named(
+        self,
+        instance: Option<&Name>,
+    ) -> Result<BTreeMap<String, Vec<usize>>, Problem> {
+        let mut named = BTreeMap::new();
+        let both: Vec<String> = self
+            .sets
+            .keys()
+            .filter(|key| key.0 == Scope::Assembly)
+            .map(|key| key.1.clone())
+            .collect();
+        for ((scope, key), (mut shown, mut members)) in self.sets {
+            members.sort_unstable();
+            members.dedup();
+            if let (Scope::Part, true, Some(instance)) = (scope, both.contains(&key), instance) {
+                shown = format!("{}.{shown}", instance.shown);
+            }
+            if shown.is_empty() || named.insert(shown.clone(), members).is_some() {
+                return Err(Problem::expected(
+                    "names of sets that differ in more than capitals",
+                    shown,
+                ));
+            }
+        }
+        Ok(named)
+    }
+}
+
+/// A word without the instance's name and a dot.
+pub(super) fn without_instance<'a>(word: &'a [u8], instance: &Name) -> Option<&'a [u8]> {
+    let end = instance.shown.len();
+    let (head, rest) = (word.get(..end)?, word.get(end..)?.strip_prefix(b".")?);
+    (Name::new(head).key == instance.key).then_some(rest)
+}

@@ -1,0 +1,154 @@
+//! Surfaces of Abaqus and CalculiX files: faces of elements, or nodes.
+
+use super::grid::UnstructuredGrid;
+use super::inp::{Model, Wrong};
+use super::inp_lines::{Block, fields};
+use crate::topology::{FacetKey, sorted_key};
+use crate::{Element, Problem};
+use std::collections::{BTreeMap, HashMap};
+
+/// Surfaces by name.
+#[derive(Default)]
+pub(super) struct Surfaces {
+    surfaces: BTreeMap<String, Surface>,
+    /// How many elements share a face, once a surface asks.
+    owners: Option<HashMap<FacetKey, usize>>,
+}
+
+#[derive(Default)]
+struct Surface {
+    /// Elements with the numbers of their faces.
+    sides: Vec<(usize, usize)>,
+    /// Elements that lie in the surface, such as shells.
+    cells: Vec<usize>,
+    nodes: Vec<usize>,
+}
+
+/// Options that do not change which faces belong to a surface.
+const OPTIONS: [&str; 8] =
+    ["NAME", "TYPE", "INTERNAL", "DEFINITION", "MAX RATIO", "NO OFFSET", "NO THICK", "SCALE THICK"];
+
+impl Surfaces {
+    pub(super) fn read(&mut self, model: &Model, block: &Block<'_>) -> Result<(), Wrong> {
+        let head = |problem| (block.at, problem);
+        block.allow(&OPTIONS).map_err(head)?;
+        let name = block.name("NAME").ok_or(Problem::Missing { expected: "NAME=… of *SURFACE" });
+        let name = name.map_err(head)?;
+        let of_nodes = match block.name("TYPE").map_or("ELEMENT".into(), |kind| kind.key).as_str() {
+            "ELEMENT" => false,
+            "NODE" => true,
+            other => {
+                let (what, value) = ("the type of surface", other.into());
+                let advice = "define the surface by TYPE=ELEMENT or TYPE=NODE";
+                return Err(head(Problem::Unsupported { what, value, advice }));
+            }
+        };
+        let instance = model.instance.as_ref();
+        let mut surface = Surface::default();
+        for &(at, line) in &block.lines {
+            let here = |problem| (at, problem);
+            let mut words = fields(line);
+            let who = words.next().unwrap_or_default();
+            if of_nodes {
+                surface.nodes.extend(model.nodes.find(who, instance).map_err(here)?);
+                continue;
+            }
+            let face = String::from_utf8_lossy(words.next().unwrap_or_default()).to_uppercase();
+            for &cell in model.elements.find(who, instance).map_err(here)? {
+                self.add(&mut surface, model, cell, &face).map_err(here)?;
+            }
+        }
+        if self.surfaces.insert(name.shown.clone(), surface).is_some() {
+            return Err(head(Problem::expected(
+                "the name of a surface that is not used yet",
+                name.shown,
+            )));
+        }
+        Ok(())
+    }
+
+    /// Adds a face of an element, or all its faces that no other shares where none is named.
+    fn add(
+        &mut self,
+        surface: &mut Surface,
+        model: &Model,
+        cell: usize,
+        face: &str,
+    ) -> Result<(), Problem> {
+        let kind = model.kinds[cell];
+        if let Some(side) = kind.side(face) {
+            surface.sides.push((cell, side));
+            return Ok(());
+        }
+        match (kind.element(), face) {
+            (_, "" | "SPOS" | "SNEG") if kind.lies_in_surface() => surface.cells.push(cell),
+            (Some(element), "") => {
+                let owners = self.owners.get_or_insert_with(|| owners(model));
+                let keys = keys(&model.grid, cell, element).enumerate();
+                let free = keys.filter(|(_, key)| owners.get(key) == Some(&1));
+                surface.sides.extend(free.map(|(side, _)| (cell, side)));
+            }
+            _ => {
+                let expected = "a face that the element has, such as S1";
+                return Err(Problem::expected(expected, face));
+            }
+        }
+        Ok(())
+    }
+
+    /// The grid with all sets and surfaces.
+    pub(super) fn finish(self, model: Model) -> Result<UnstructuredGrid, Problem> {
+        let Model { mut grid, nodes, elements, kinds, instance } = model;
+        grid.node_sets = nodes.named(instance.as_ref())?;
+        grid.groups = elements.named(instance.as_ref())?;
+        for (name, Surface { sides, mut cells, mut nodes }) in self.surfaces {
+            if !nodes.is_empty() {
+                nodes.sort_unstable();
+                nodes.dedup();
+                give_way(&mut grid.node_sets, &name, &nodes, "nset");
+                grid.node_sets.insert(name, nodes);
+                continue;
+            }
+            cells.sort_unstable();
+            // An element set of the same name keeps it, unless its shells would become facets of another set.
+            let flat = |cell: &usize| kinds[*cell].lies_in_surface();
+            let group = grid.groups.get(&name);
+            if !cells.is_empty() || group.is_some_and(|group| group.iter().any(flat)) {
+                give_way(&mut grid.groups, &name, &cells, "elset");
+            }
+            if !cells.is_empty() {
+                grid.groups.insert(name.clone(), cells);
+            }
+            if !sides.is_empty() {
+                grid.sides.insert(name, sides);
+            }
+        }
+        Ok(grid)
+    }
+}
+
+/// The corners of the faces of an element.
+fn keys(grid: &UnstructuredGrid, cell: usize, element: &Element) -> impl Iterator<Item = FacetKey> {
+    let nodes = grid.cell(cell);
+    let corners = element.facets.iter().map(|facet| &facet[..element.facet_corners]);
+    corners.map(|locals| sorted_key(locals.iter().map(|&local| nodes[local] as usize)))
+}
+
+fn owners(model: &Model) -> HashMap<FacetKey, usize> {
+    let mut owners = HashMap::new();
+    for (cell, kind) in model.kinds.iter().enumerate() {
+        let element = kind.element().filter(|_| !kind.lies_in_surface());
+        for key in element.into_iter().flat_map(|element| keys(&model.grid, cell, element)) {
+            *owners.entry(key).or_insert(0) += 1;
+        }
+    }
+    owners
+}
+
+/// Puts what the set is before its name where a surface of the same name is another.
+fn give_way(sets: &mut BTreeMap<String, Vec<usize>>, name: &str, surface: &[usize], what: &str) {
+    if let Some(set) = sets.remove(name) {
+        let name = if set == surface { name.to_string() } else { format!("{what}:{name}") };
+        sets.insert(name, set);
+    }
+}

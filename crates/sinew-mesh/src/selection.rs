@@ -1,0 +1,216 @@
+//! Sets of nodes and facets by where they are: planes, boxes, spheres, directions, surfaces, and combinations of them.
+
+mod error;
+mod places;
+
+pub use error::SelectionError;
+
+use crate::tree::SurfaceTree;
+use crate::{AnyMesh, Facet, Mesh, TriangleMesh};
+use nalgebra::Vector3;
+use places::Places;
+use std::fmt;
+use std::sync::Arc;
+
+/// Distance from a plane, a box or a sphere that still counts as on it \[relative to the diagonal of the mesh\]: files with six
+/// digits round coordinates by a tenth of it.
+pub const SELECTION_TOLERANCE: f64 = 1e-5;
+
+/// A choice of nodes and facets by where they are. Lengths are in the unit of the mesh.
+///
+/// Nodes are chosen by their position. Facets of the boundary are chosen where all their nodes are and, after
+/// [`Selection::facing`], by their normal; then the nodes are those of the chosen facets.
+///
+/// ```
+/// use sinew_mesh::{Selection, box_tetrahedra};
+///
+/// // A beam whose left end is held, and pressed on the half of its top beyond the middle.
+/// let mut beam = box_tetrahedra([4.0, 1.0, 1.0], [8, 2, 2]);
+/// let end = beam.select("end", &Selection::plane([0.0; 3], [1.0, 0.0, 0.0]))?;
+/// assert_eq!((end.nodes, end.facets), (9, 8));
+/// let top = Selection::facing([0.0, 0.0, 1.0], 10.0);
+/// let half = beam.select("half", &top.and(Selection::beyond([2.0, 0.0, 0.0], [1.0, 0.0, 0.0])))?;
+/// assert_eq!((half.facets, beam.facet_sets["half"].len()), (16, 16));
+///
+/// // An empty selection is an error that says how near the nearest node comes.
+/// let error = beam.select("far", &Selection::sphere([0.0, 0.0, 3.0], 1.0)).unwrap_err();
+/// assert!(error.to_string().contains("misses it by 1"), "{error}");
+/// # Ok::<(), sinew_mesh::SelectionError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Selection(pub(crate) Rule);
+
+#[derive(Clone, Debug)]
+pub(crate) enum Rule {
+    Plane { point: [f64; 3], normal: [f64; 3], within: f64 },
+    Beyond { point: [f64; 3], direction: [f64; 3] },
+    Box { least: [f64; 3], most: [f64; 3] },
+    Sphere { centre: [f64; 3], radius: f64 },
+    Facing { direction: [f64; 3], degrees: f64 },
+    Near { surface: Surfaces, within: f64 },
+    Nearer { surface: Surfaces, others: Surfaces },
+    Nearest { point: [f64; 3] },
+    Set { name: String },
+    All(Vec<Selection>),
+    Any(Vec<Selection>),
+    Not(Box<Selection>),
+}
+
+/// Trees of surfaces, which are long to print.
+#[derive(Clone)]
+pub(crate) struct Surfaces(Arc<Vec<SurfaceTree>>);
+
+impl fmt::Debug for Surfaces {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} surfaces", self.0.len())
+    }
+}
+
+impl Surfaces {
+    fn of<'s>(surfaces: impl IntoIterator<Item = &'s TriangleMesh>) -> Self {
+        Self(Arc::new(surfaces.into_iter().map(SurfaceTree::new).collect()))
+    }
+
+    fn distance(&self, point: Vector3<f64>) -> f64 {
+        self.0.iter().map(|tree| tree.distance(point)).fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// How many were chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Selected {
+    /// Nodes of the set.
+    pub nodes: usize,
+    /// Facets of the boundary in the set; a selection inside the body has none.
+    pub facets: usize,
+}
+
+impl Selection {
+    /// On a plane, within [`SELECTION_TOLERANCE`].
+    pub fn plane(point: [f64; 3], normal: [f64; 3]) -> Self {
+        Self::near_plane(point, normal, 0.0)
+    }
+
+    /// Within a distance of a plane, on either side.
+    pub fn near_plane(point: [f64; 3], normal: [f64; 3], within: f64) -> Self {
+        Self(Rule::Plane { point, normal, within })
+    }
+
+    /// On the side of a plane that `direction`, its normal, points to, with the plane itself.
+    pub fn beyond(point: [f64; 3], direction: [f64; 3]) -> Self {
+        Self(Rule::Beyond { point, direction })
+    }
+
+    /// In a box along the axes, between its corners.
+    pub fn cuboid(least: [f64; 3], most: [f64; 3]) -> Self {
+        Self(Rule::Box { least, most })
+    }
+
+    /// In a ball.
+    pub fn sphere(centre: [f64; 3], radius: f64) -> Self {
+        Self(Rule::Sphere { centre, radius })
+    }
+
+    /// Facets of the boundary whose outward normal is at most so many degrees from a direction.
+    pub fn facing(direction: [f64; 3], degrees: f64) -> Self {
+        Self(Rule::Facing { direction, degrees })
+    }
+
+    /// Within a distance of a surface.
+    pub fn near(surface: &TriangleMesh, within: f64) -> Self {
+        Self(Rule::Near { surface: Surfaces::of([surface]), within })
+    }
+
+    /// Nearer to a surface than to any of the others, such as to an endocardium than to the epicardium.
+    pub fn nearer<'s>(
+        surface: &TriangleMesh,
+        others: impl IntoIterator<Item = &'s TriangleMesh>,
+    ) -> Self {
+        Self(Rule::Nearer { surface: Surfaces::of([surface]), others: Surfaces::of(others) })
+    }
+
+    /// The node nearest to a point; several if they are as near.
+    pub fn nearest(point: [f64; 3]) -> Self {
+        Self(Rule::Nearest { point })
+    }
+
+    /// In a node set or a facet set that the mesh has.
+    pub fn set(name: impl Into<String>) -> Self {
+        Self(Rule::Set { name: name.into() })
+    }
+
+    /// In this and in the other.
+    pub fn and(self, other: Self) -> Self {
+        match self.0 {
+            Rule::All(mut all) => {
+                all.push(other);
+                Self(Rule::All(all))
+            }
+            rule => Self(Rule::All(vec![Self(rule), other])),
+        }
+    }
+
+    /// In any of these.
+    pub fn any(selections: impl IntoIterator<Item = Self>) -> Self {
+        Self(Rule::Any(selections.into_iter().collect()))
+    }
+
+    /// All the others: each node and each facet of the boundary is in a selection or in its opposite.
+    pub fn opposite(self) -> Self {
+        Self(Rule::Not(Box::new(self)))
+    }
+
+    /// Whether normals decide, so that nodes inside the body do not belong.
+    fn reads_normals(&self) -> bool {
+        match &self.0 {
+            Rule::Facing { .. } => true,
+            Rule::All(all) | Rule::Any(all) => all.iter().any(Self::reads_normals),
+            Rule::Not(inner) => inner.reads_normals(),
+            _ => false,
+        }
+    }
+}
+
+impl<const N: usize> Mesh<N> {
+    /// Names the nodes and the facets of the boundary that a selection chooses, in place of sets of that name.
+    ///
+    /// # Errors
+    /// A selection without nodes, which says how near the nearest came; lengths, directions and sets that make no sense.
+    pub fn select(
+        &mut self,
+        name: &str,
+        selection: &Selection,
+    ) -> Result<Selected, SelectionError> {
+        let places = Places::new(self)?;
+        let chosen = places.choose(selection)?;
+        let pick = |all: &[bool]| (0..all.len()).filter(|&at| all[at]).collect::<Vec<_>>();
+        let facets: Vec<Facet> =
+            pick(&chosen.facets).into_iter().map(|at| places.boundary[at]).collect();
+        let nodes = match selection.reads_normals() {
+            true => self.nodes_of_facets(&facets),
+            false => pick(&chosen.nodes),
+        };
+        if nodes.is_empty() {
+            let found = places.explain(selection)?;
+            return Err(SelectionError::Empty { name: name.into(), found });
+        }
+        let selected = Selected { nodes: nodes.len(), facets: facets.len() };
+        self.node_sets.insert(name.into(), nodes);
+        self.facet_sets.insert(name.into(), facets);
+        Ok(selected)
+    }
+}
+
+impl AnyMesh {
+    /// Names what a selection chooses, see [`Mesh::select`].
+    ///
+    /// # Errors
+    /// As [`Mesh::select`].
+    pub fn select(
+        &mut self,
+        name: &str,
+        selection: &Selection,
+    ) -> Result<Selected, SelectionError> {
+        crate::any::each!(self, mesh => mesh.select(name, selection))
+    }
+}

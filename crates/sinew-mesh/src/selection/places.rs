@@ -1,0 +1,273 @@
+//! Positions and normals of a mesh against the conditions of a selection.
+
+use super::{Rule, SELECTION_TOLERANCE, Selection, SelectionError};
+use crate::{Facet, Mesh, boundary_facets};
+use nalgebra::Vector3;
+use std::collections::HashSet;
+
+type Point = Vector3<f64>;
+
+/// Where the nodes and the facets of the boundary are.
+pub(super) struct Places<'m, const N: usize> {
+    mesh: &'m Mesh<N>,
+    pub boundary: Vec<Facet>,
+    /// Outward unit normals of the boundary.
+    normals: Vec<Point>,
+    /// Distance that counts as none.
+    tolerance: f64,
+}
+
+/// Which nodes, and which facets of the boundary.
+pub(super) struct Chosen {
+    pub nodes: Vec<bool>,
+    pub facets: Vec<bool>,
+}
+
+impl<'m, const N: usize> Places<'m, N> {
+    pub(super) fn new(mesh: &'m Mesh<N>) -> Result<Self, SelectionError> {
+        mesh.check()?;
+        let boundary = boundary_facets(mesh);
+        let normals = boundary.iter().map(|&facet| normal(mesh, facet)).collect();
+        let far = Point::repeat(f64::INFINITY);
+        let points = mesh.points.iter().map(|x| Point::from(*x));
+        let (low, high) = points.fold((far, -far), |(low, high), x| (low.inf(&x), high.sup(&x)));
+        let diagonal = if mesh.points.is_empty() { 0.0 } else { (high - low).norm() };
+        Ok(Self { mesh, boundary, normals, tolerance: SELECTION_TOLERANCE * diagonal })
+    }
+
+    pub(super) fn choose(&self, selection: &Selection) -> Result<Chosen, SelectionError> {
+        if let Some(excess) = self.excess(selection)? {
+            let nodes = excess.iter().map(|&excess| excess <= self.tolerance).collect();
+            return Ok(self.with_facets(nodes));
+        }
+        let both = |a: &mut Chosen, b: Chosen, join: fn(bool, bool) -> bool| {
+            a.nodes.iter_mut().zip(b.nodes).for_each(|(a, b)| *a = join(*a, b));
+            a.facets.iter_mut().zip(b.facets).for_each(|(a, b)| *a = join(*a, b));
+        };
+        match &selection.0 {
+            Rule::All(parts) | Rule::Any(parts) => {
+                let all = matches!(selection.0, Rule::All(_));
+                let (first, rest) = parts.split_first().ok_or(SelectionError::NoSelections)?;
+                let mut chosen = self.choose(first)?;
+                for part in rest {
+                    both(
+                        &mut chosen,
+                        self.choose(part)?,
+                        if all { |a, b| a && b } else { |a, b| a || b },
+                    );
+                }
+                Ok(chosen)
+            }
+            Rule::Not(inner) => {
+                let mut chosen = self.choose(inner)?;
+                chosen
+                    .nodes
+                    .iter_mut()
+                    .chain(&mut chosen.facets)
+                    .for_each(|chosen| *chosen = !*chosen);
+                Ok(chosen)
+            }
+            Rule::Facing { degrees, .. } => {
+                let angles = self.angles(selection)?;
+                let facets = angles.iter().map(|angle| angle <= degrees).collect();
+                Ok(Chosen { nodes: vec![true; self.mesh.points.len()], facets })
+            }
+            Rule::Set { name } => self.set(name),
+            // The others have a distance.
+            _ => Ok(self.with_facets(vec![false; self.mesh.points.len()])),
+        }
+    }
+
+    /// The facets of the boundary all of whose nodes are chosen.
+    fn with_facets(&self, nodes: Vec<bool>) -> Chosen {
+        let on = |&facet: &Facet| self.mesh.nodes_of_facet(facet).all(|node| nodes[node]);
+        let facets = self.boundary.iter().map(on).collect();
+        Chosen { nodes, facets }
+    }
+
+    fn set(&self, name: &str) -> Result<Chosen, SelectionError> {
+        let Mesh { node_sets, facet_sets, points, .. } = self.mesh;
+        let mut nodes = vec![false; points.len()];
+        if let Some(facets) = facet_sets.get(name) {
+            let all = self.mesh.nodes_of_facets(facets);
+            all.iter()
+                .chain(node_sets.get(name).into_iter().flatten())
+                .for_each(|&node| nodes[node] = true);
+            let facets: HashSet<_> = facets.iter().collect();
+            let facets = self.boundary.iter().map(|facet| facets.contains(facet)).collect();
+            return Ok(Chosen { nodes, facets });
+        }
+        let Some(set) = node_sets.get(name) else {
+            let known = node_sets.keys().chain(facet_sets.keys()).cloned().collect();
+            return Err(SelectionError::UnknownSet { name: name.into(), known });
+        };
+        set.iter().for_each(|&node| nodes[node] = true);
+        Ok(self.with_facets(nodes))
+    }
+
+    /// How far each node is outside of a region; inside it is zero or less. `None` where no distance decides.
+    fn excess(&self, selection: &Selection) -> Result<Option<Vec<f64>>, SelectionError> {
+        let each = |excess: &dyn Fn(Point) -> f64| {
+            Ok(Some(self.mesh.points.iter().map(|x| excess(Point::from(*x))).collect()))
+        };
+        match &selection.0 {
+            Rule::Plane { point, normal, within } => {
+                let (at, normal) = (finite(point)?, unit(normal)?);
+                let within = distance("the distance from the plane", *within)?;
+                each(&|x| (x - at).dot(&normal).abs() - within)
+            }
+            Rule::Beyond { point, direction } => {
+                let (at, normal) = (finite(point)?, unit(direction)?);
+                each(&|x| (at - x).dot(&normal))
+            }
+            Rule::Box { least, most } => {
+                let [low, high] = [finite(least)?, finite(most)?];
+                if let Some(axis) = (0..3).find(|&axis| least[axis] > most[axis]) {
+                    let (least, most) = (least[axis], most[axis]);
+                    return Err(SelectionError::Corners { axis, least, most });
+                }
+                each(&|x| (x - x.sup(&low).inf(&high)).norm())
+            }
+            Rule::Sphere { centre, radius } => {
+                let (centre, radius) = (finite(centre)?, distance("the radius", *radius)?);
+                each(&|x| (x - centre).norm() - radius)
+            }
+            Rule::Near { surface, within } => {
+                let within = distance("the distance from the surface", *within)?;
+                let surface = surface.with_triangles()?;
+                each(&|x| surface.distance(x) - within)
+            }
+            Rule::Nearer { surface, others } => {
+                let (surface, others) = (surface.with_triangles()?, others.with_triangles()?);
+                each(&|x| surface.distance(x) - others.distance(x))
+            }
+            Rule::Nearest { point } => {
+                let at = finite(point)?;
+                let from = |x: &[f64; 3]| (Point::from(*x) - at).norm();
+                let least = self.mesh.points.iter().map(from).fold(f64::INFINITY, f64::min);
+                each(&|x| (x - at).norm() - least)
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// Degrees between the normals of the boundary and a direction.
+    fn angles(&self, selection: &Selection) -> Result<Vec<f64>, SelectionError> {
+        let Rule::Facing { direction, degrees } = selection.0 else { return Ok(Vec::new()) };
+        let direction = unit(&direction)?;
+        if !(0.0..=180.0).contains(&degrees) {
+            return Err(SelectionError::Angle { degrees });
+        }
+        // Better conditioned than an inverse cosine near 0 and 180 degrees.
+        let angle =
+            |normal: &Point| 2.0 * (normal - direction).norm().atan2((normal + direction).norm());
+        Ok(self.normals.iter().map(|normal| angle(normal).to_degrees()).collect())
+    }
+
+    /// Why a selection is empty: how many each of its parts holds, and how near the nearest comes to one that holds none.
+    pub(super) fn explain(&self, selection: &Selection) -> Result<String, SelectionError> {
+        let parts = match &selection.0 {
+            Rule::All(parts) => parts.as_slice(),
+            _ => std::slice::from_ref(selection),
+        };
+        let found =
+            parts.iter().map(|part| self.explain_part(part)).collect::<Result<Vec<_>, _>>()?;
+        let together = if parts.len() > 1 { "; none is in all of them" } else { "" };
+        Ok(format!("{}{together}", found.join(", ")))
+    }
+
+    fn explain_part(&self, part: &Selection) -> Result<String, SelectionError> {
+        let what = part.what();
+        let chosen = self.choose(part)?;
+        let count = |all: &[bool]| all.iter().filter(|&&chosen| chosen).count();
+        if part.reads_normals() {
+            let (found, all) = (count(&chosen.facets), chosen.facets.len());
+            let least = self.angles(part)?.into_iter().fold(f64::INFINITY, f64::min);
+            return Ok(match found {
+                0 if least.is_finite() => format!(
+                    "{what} holds none of {all} facets, of which the nearest is {} degrees away",
+                    short(least)
+                ),
+                _ => format!("{what} holds {found} of {all} facets"),
+            });
+        }
+        let (found, all) = (count(&chosen.nodes), chosen.nodes.len());
+        let excess = self.excess(part)?.unwrap_or_default();
+        let nearest = (0..excess.len()).min_by(|&a, &b| excess[a].total_cmp(&excess[b]));
+        Ok(match nearest {
+            Some(node) if found == 0 => {
+                let [x, y, z] = self.mesh.points[node].map(short);
+                format!(
+                    "{what} holds none of {all} nodes; the nearest, node {node} at [{x}, {y}, {z}], misses it by {}",
+                    short(excess[node])
+                )
+            }
+            _ => format!("{what} holds {found} of {all} nodes"),
+        })
+    }
+}
+
+impl super::Surfaces {
+    fn with_triangles(&self) -> Result<&Self, SelectionError> {
+        let has = self.distance(Point::zeros()).is_finite();
+        if has { Ok(self) } else { Err(SelectionError::EmptySurface) }
+    }
+}
+
+impl Selection {
+    /// Name of a condition in errors.
+    fn what(&self) -> &'static str {
+        match &self.0 {
+            Rule::Plane { .. } => "the plane",
+            Rule::Beyond { .. } => "the side of the plane",
+            Rule::Box { .. } => "the box",
+            Rule::Sphere { .. } => "the sphere",
+            Rule::Facing { .. } => "the direction",
+            Rule::Near { .. } => "the neighbourhood of the surface",
+            Rule::Nearer { .. } => "the side of the nearer surface",
+            Rule::Nearest { .. } => "the nearest node",
+            Rule::Set { .. } => "the set",
+            Rule::All(_) => "the combination",
+            Rule::Any(_) => "any of them together",
+            Rule::Not(_) => "the rest",
+        }
+    }
+}
+
+/// Four digits, without a tail of zeros.
+fn short(value: f64) -> f64 {
+    format!("{value:.3e}").parse().unwrap_or(value)
+}
+
+fn finite(point: &[f64; 3]) -> Result<Point, SelectionError> {
+    let finite = point.iter().all(|x| x.is_finite());
+    if finite { Ok((*point).into()) } else { Err(SelectionError::Point { point: *point }) }
+}
+
+fn unit(direction: &[f64; 3]) -> Result<Point, SelectionError> {
+    let unit = Point::from(*direction).try_normalize(f64::MIN_POSITIVE);
+    let unit = unit.filter(|unit| unit.iter().all(|x| x.is_finite()));
+    unit.ok_or(SelectionError::Direction { direction: *direction })
+}
+
+fn distance(what: &'static str, value: f64) -> Result<f64, SelectionError> {
+    // Written so that a NaN is an error as well.
+    if value >= 0.0 && value.is_finite() {
+        Ok(value)
+    } else {
+        Err(SelectionError::Distance { what, value })
+    }
+}
+
+/// Outward unit normal of a facet, from its corners; of an edge of triangles, in their plane of constant z.
+fn normal<const N: usize>(mesh: &Mesh<N>, facet: Facet) -> Point {
+    let corners = mesh.nodes_of_facet(facet).take(Mesh::<N>::ELEMENT.facet_corners);
+    let corners: Vec<Point> = corners.map(|node| mesh.points[node].into()).collect();
+    let area = match corners.as_slice() {
+        [a, b] => (b - a).cross(&Point::z()),
+        [a, b, c] => (b - a).cross(&(c - a)),
+        [a, b, c, d] => (c - a).cross(&(d - b)),
+        _ => Point::zeros(),
+    };
+    area.try_normalize(0.0).unwrap_or_else(Point::zeros)
+}

@@ -1,0 +1,236 @@
+//! Sets of nodes and facets by where they are.
+
+use super::source::{Source, advise, exactly, exactly_if_any};
+use super::{Case, CaseError};
+use serde::Deserialize;
+use sinew_mesh::{AnyMesh, Selection, TriangleMesh, read_mesh};
+use std::path::{Path, PathBuf};
+
+/// Conditions on nodes and facets, all of which hold. Lengths are in mm.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Select {
+    /// On a plane.
+    pub plane: Option<SelectPlane>,
+    /// On a plane, and on the side that its normal points to.
+    pub beyond: Option<SelectBeyond>,
+    /// In a box along the axes.
+    #[serde(rename = "box")]
+    pub cuboid: Option<SelectBox>,
+    /// In a ball.
+    pub sphere: Option<SelectSphere>,
+    /// Facets by their outward normal.
+    pub facing: Option<SelectFacing>,
+    /// Near a surface of a file.
+    pub near: Option<SelectNear>,
+    /// The node nearest to a point.
+    #[serde(deserialize_with = "exactly_if_any")]
+    pub nearest: Option<[f64; 3]>,
+    /// In a set of the mesh, or in another selection.
+    pub set: Option<String>,
+    /// One of these holds.
+    pub any: Option<Vec<Select>>,
+    /// These do not hold together.
+    pub not: Option<Box<Select>>,
+}
+
+/// See [`Selection::near_plane`].
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SelectPlane {
+    /// A point of the plane \[mm\].
+    #[serde(deserialize_with = "exactly")]
+    pub point: [f64; 3],
+    /// Its normal, of any length.
+    #[serde(deserialize_with = "exactly")]
+    pub normal: [f64; 3],
+    /// Largest distance from it, on either side \[mm\]; rounding only where there is none.
+    #[serde(default)]
+    pub within: f64,
+}
+
+/// See [`Selection::beyond`].
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SelectBeyond {
+    /// A point of the plane \[mm\].
+    #[serde(deserialize_with = "exactly")]
+    pub point: [f64; 3],
+    /// Its normal, which points to the side that is chosen.
+    #[serde(deserialize_with = "exactly")]
+    pub normal: [f64; 3],
+}
+
+/// See [`Selection::cuboid`].
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SelectBox {
+    /// Smallest coordinates \[mm\].
+    #[serde(deserialize_with = "exactly")]
+    pub min: [f64; 3],
+    /// Largest coordinates \[mm\].
+    #[serde(deserialize_with = "exactly")]
+    pub max: [f64; 3],
+}
+
+/// See [`Selection::sphere`].
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SelectSphere {
+    /// Its centre \[mm\].
+    #[serde(deserialize_with = "exactly")]
+    pub centre: [f64; 3],
+    /// Its radius \[mm\].
+    pub radius: f64,
+}
+
+/// See [`Selection::facing`].
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SelectFacing {
+    /// Direction, of any length.
+    #[serde(deserialize_with = "exactly")]
+    pub direction: [f64; 3],
+    /// Largest angle between it and the outward normal \[degrees\].
+    pub degrees: f64,
+}
+
+/// See [`Selection::near`] and [`Selection::nearer`].
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SelectNear {
+    /// File of a surface, relative to the case file and in the unit of the mesh.
+    pub surface: PathBuf,
+    /// Largest distance from it \[mm\].
+    pub within: Option<f64>,
+    /// Files of other surfaces, to none of which it is nearer.
+    #[serde(default)]
+    pub rather_than: Vec<PathBuf>,
+}
+
+impl Select {
+    /// This and all selections within it.
+    fn walk<'s>(&'s self, visit: &mut dyn FnMut(&'s Self)) {
+        visit(self);
+        let inner = self.any.iter().flatten().chain(self.not.as_deref());
+        inner.for_each(|inner| inner.walk(visit));
+    }
+
+    /// Makes the files of surfaces relative to a folder.
+    pub(super) fn relative_to(&mut self, folder: &Path) {
+        if let Some(SelectNear { surface, rather_than, .. }) = &mut self.near {
+            let files = std::iter::once(surface).chain(rather_than);
+            files.for_each(|file| *file = folder.join(&*file));
+        }
+        let inner = self.any.iter_mut().flatten().chain(self.not.as_deref_mut());
+        inner.for_each(|inner| inner.relative_to(folder));
+    }
+
+    /// Sets that it names.
+    fn sets(&self) -> Vec<&str> {
+        let mut sets = Vec::new();
+        self.walk(&mut |select| sets.extend(select.set.as_deref()));
+        sets
+    }
+
+    /// The selection; files of surfaces are scaled to mm.
+    fn selection(&self, scale: f64) -> Result<Selection, String> {
+        let Self { plane, beyond, cuboid, sphere, facing, near, nearest, set, any, not } = self;
+        let mut all: Vec<Selection> = Vec::new();
+        all.extend(plane.map(|p| Selection::near_plane(p.point, p.normal, p.within)));
+        all.extend(beyond.map(|p| Selection::beyond(p.point, p.normal)));
+        all.extend(cuboid.map(|b| Selection::cuboid(b.min, b.max)));
+        all.extend(sphere.map(|s| Selection::sphere(s.centre, s.radius)));
+        all.extend(facing.map(|f| Selection::facing(f.direction, f.degrees)));
+        all.extend(nearest.map(Selection::nearest));
+        all.extend(set.clone().map(Selection::set));
+        if let Some(near) = near {
+            all.extend(near.selections(scale)?);
+        }
+        if let Some(any) = any {
+            let any = any.iter().map(|one| one.selection(scale)).collect::<Result<Vec<_>, _>>()?;
+            all.push(Selection::any(any));
+        }
+        if let Some(not) = not {
+            all.push(not.selection(scale)?.opposite());
+        }
+        all.into_iter().reduce(Selection::and).ok_or_else(|| {
+            "give at least one of plane, beyond, box, sphere, facing, near, nearest, set, any and not".into()
+        })
+    }
+}
+
+impl SelectNear {
+    fn selections(&self, scale: f64) -> Result<Vec<Selection>, String> {
+        let surface = surface(&self.surface, scale)?;
+        let others = self.rather_than.iter().map(|file| self::surface(file, scale));
+        let others = others.collect::<Result<Vec<_>, _>>()?;
+        if self.within.is_none() && others.is_empty() {
+            return Err("near: give `within` (the largest distance, mm), `rather_than` (other surfaces), or both".into());
+        }
+        let within = self.within.map(|within| Selection::near(&surface, within));
+        let nearer = (!others.is_empty()).then(|| Selection::nearer(&surface, &others));
+        Ok(within.into_iter().chain(nearer).collect())
+    }
+}
+
+fn surface(file: &Path, scale: f64) -> Result<TriangleMesh, String> {
+    let (mut surface, _) = read_mesh::<3>(file).map_err(|error| error.to_string())?;
+    surface.points.iter_mut().flatten().for_each(|x| *x *= scale);
+    Ok(surface)
+}
+
+impl Case {
+    /// Refuses selections that nothing reads: a misspelt name, mostly.
+    pub(super) fn check_selections(&self) -> Result<(), CaseError> {
+        let supports = self.supports.iter().flat_map(|s| [&s.clamped, &s.nodes]).flatten();
+        let loads = self.loads.iter().filter_map(|load| load.facets.as_ref());
+        let rule = self.fibres.iter().filter_map(|fibres| fibres.rule.as_ref());
+        let rule = rule.flat_map(|rule| [&rule.endocardium, &rule.epicardium, &rule.base]);
+        let mut read: Vec<&str> = supports.chain(loads).chain(rule).map(String::as_str).collect();
+        read.extend(self.select.values().flat_map(Select::sets));
+        match self.select.keys().find(|name| !read.contains(&name.as_str())) {
+            None => Ok(()),
+            Some(name) => {
+                let advice = advise(name, read, "supports, loads and fibres name");
+                let reason = format!("nothing reads this selection{advice}");
+                Err(self.source.error(&["select", name], reason))
+            }
+        }
+    }
+
+    /// Adds the selections to the mesh, those first that others name.
+    pub(super) fn lower_selections(&self, mesh: &mut AnyMesh) -> Result<(), CaseError> {
+        let scale = self.mesh.scale(&self.source)?;
+        let mut left: Vec<&String> = self.select.keys().collect();
+        while !left.is_empty() {
+            let waits = |name: &&String| {
+                self.select[*name].sets().iter().any(|set| left.iter().any(|other| other == set))
+            };
+            let ready: Vec<&String> = left.iter().copied().filter(|name| !waits(name)).collect();
+            if ready.is_empty() {
+                let name = left[0];
+                let reason = "it names a selection that names this one in turn; give one of them by other conditions";
+                return Err(self.source.error(&["select", name], reason.into()));
+            }
+            for &name in &ready {
+                select(name, &self.select[name], scale, mesh, &self.source)?;
+            }
+            left.retain(|name| !ready.contains(name));
+        }
+        Ok(())
+    }
+}
+
+fn select(
+    name: &str,
+    select: &Select,
+    scale: f64,
+    mesh: &mut AnyMesh,
+    source: &Source,
+) -> Result<(), CaseError> {
+    let error = |reason| source.error(&["select", name], reason);
+    let selection = select.selection(scale).map_err(error)?;
+    mesh.select(name, &selection).map_err(|reason| error(format!("{reason} (lengths in mm)")))?;
+    Ok(())
+}
