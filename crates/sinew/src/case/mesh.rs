@@ -1,8 +1,8 @@
 //! Meshes: from a file, or made.
 
 use super::CaseError;
-use super::source::{Source, advise, exactly};
-use super::units::{LENGTHS, names};
+use super::source::{Source, exactly};
+use super::units::length;
 use serde::Deserialize;
 use sinew_energy::listed;
 use sinew_mesh::{AnyMesh, Biventricle, TruncatedEllipsoid, box_hexahedra, box_tetrahedra};
@@ -86,12 +86,8 @@ pub enum Element {
 impl MeshSource {
     /// The mesh \[mm\].
     pub(super) fn make(&self, source: &Source) -> Result<AnyMesh, CaseError> {
-        let unit = self.unit.as_deref().unwrap_or("mm");
-        let Some(&(_, scale)) = LENGTHS.iter().find(|(name, _)| *name == unit) else {
-            let advice = advise(unit, names(&LENGTHS), "units of length");
-            return Err(source
-                .error(&["mesh", "unit"], format!("`{unit}` is not a unit of length{advice}")));
-        };
+        let scale = length(self.unit.as_deref().unwrap_or("mm"))
+            .map_err(|reason| source.error(&["mesh", "unit"], reason))?;
         let element = self.element.unwrap_or_default();
         let mut mesh = match (&self.file, &self.cuboid, &self.ellipsoid, &self.biventricle) {
             (Some(file), None, None, None) => {
