@@ -12,7 +12,7 @@ pub(crate) mod solve;
 pub(crate) mod train;
 
 use anyhow::{Context, Result};
-use batch::{Batch, ThetaArguments, Written};
+use batch::{Answer, Batch, ThetaArguments, Written};
 use clap::Args;
 use sinew::{Body, Case, CaseError, Simulations, ThetaText, theta_in_words};
 use sinew_emulate::Terminal;

@@ -46,6 +46,8 @@ pub struct Row<'a> {
     pub fields: Vec<&'a [f64]>,
     /// How good they are, where that was asked for.
     pub quality: Option<Quality>,
+    /// Other reasons for mistrust.
+    pub warnings: Vec<String>,
     /// Why there is no displacement.
     pub failure: Option<String>,
 }
@@ -167,7 +169,7 @@ impl Results<'_> {
     }
 
     /// A row per case: its number, θ, then for each way to find it the mean and the largest nodal displacement, the total
-    /// potential energy and the volumes of cavities; how good it is; parameters outside their ranges; why it failed.
+    /// potential energy and the volumes of cavities; how good it is; parameters outside their ranges; warnings; why it failed.
     fn table(&self) -> String {
         let judged = self.rows.iter().any(|row| row.quality.is_some());
         let row = |(case, row): (usize, &Row<'_>)| self.line(case, row, judged);
@@ -195,7 +197,7 @@ impl Results<'_> {
             heads.push("estimate".into());
             heads.push("residual relative to the forces".into());
         }
-        heads.extend(["outside their ranges", "failure"].map(String::from));
+        heads.extend(["outside their ranges", "warnings", "failure"].map(String::from));
         heads
     }
 
@@ -224,6 +226,7 @@ impl Results<'_> {
             cells.extend([quoted(&kind), number(residual)]);
         }
         cells.push(quoted(&outside(&body.parameters, &row.theta).join("; ")));
+        cells.push(quoted(&row.warnings.join("; ")));
         cells.push(quoted(row.failure.as_deref().unwrap_or_default()));
         cells.join(",")
     }

@@ -36,6 +36,15 @@ struct Asked {
     failure: Option<String>,
 }
 
+/// What was found for an open row.
+#[derive(Debug, Default)]
+pub(crate) struct Answer<'a> {
+    /// Displacements, one by each name.
+    pub fields: Vec<&'a [f64]>,
+    pub quality: Option<Quality>,
+    pub warnings: Vec<String>,
+}
+
 /// All rows, in their order.
 #[derive(Debug, Default)]
 pub(crate) struct Batch {
@@ -139,35 +148,30 @@ impl Batch {
         }
     }
 
-    /// Writes all rows, with the displacements of the open ones by each name and how good they are, and says where.
+    /// Writes all rows, with the answers to the open ones, and says where.
     ///
     /// # Errors
     /// A file that cannot be written; after all is written, that rows failed.
-    pub(crate) fn write<'a>(
+    pub(crate) fn write(
         &self,
-        body: &'a Body,
-        found: &[(&'a str, Vec<&'a [f64]>)],
-        qualities: Vec<Quality>,
+        body: &Body,
+        names: &[&str],
+        answers: Vec<Answer<'_>>,
         written: &Written,
         folder: &Path,
     ) -> Result<()> {
-        let mut qualities = qualities.into_iter();
-        let mut place = 0;
+        let mut answers = answers.into_iter();
         let row = |asked: &Asked| {
-            let mut row = Row {
-                theta: asked.theta.clone(),
-                failure: asked.failure.clone(),
-                ..Row::default()
+            let answer = match asked.failure {
+                None => answers.next().unwrap_or_default(),
+                Some(_) => Answer::default(),
             };
-            if asked.failure.is_none() {
-                row.fields = found.iter().map(|(_, fields)| fields[place]).collect();
-                row.quality = qualities.next();
-                place += 1;
-            }
-            row
+            let Answer { fields, quality, warnings } = answer;
+            let (theta, failure) = (asked.theta.clone(), asked.failure.clone());
+            Row { theta, fields, quality, warnings, failure }
         };
         let rows = self.rows.iter().map(row).collect();
-        let names = found.iter().map(|(name, _)| *name).collect();
+        let names = names.to_vec();
         let left_out =
             Results { body, names, rows }.write(folder, written.pictures, written.arrays)?;
         println!("written: {}", folder.display());

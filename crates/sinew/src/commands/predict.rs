@@ -1,12 +1,18 @@
 //! Predictions and their corrections.
 
-use super::{Batch, CaseArguments, MOST_WARNINGS, ThetaArguments, Written, refuse, trained};
+use super::{
+    Answer, Batch, CaseArguments, MOST_WARNINGS, ThetaArguments, Written, refuse, trained,
+};
 use anyhow::Result;
 use clap::Args;
+use rayon::prelude::*;
 use sinew::output::{Quality, displacement_in_words};
-use sinew::{Body, Case, Emulator, Prediction, theta_in_words};
+use sinew::{Body, Case, Emulator, Estimate, Prediction, Warning, theta_in_words};
 use sinew_emulate::{Correction, Counter, Terminal};
 use std::path::{Path, PathBuf};
+
+/// Estimates between two signs of progress.
+const AT_ONCE: usize = 64;
 
 /// What both commands read.
 #[derive(Debug, Args)]
@@ -26,7 +32,7 @@ pub(crate) struct Asked {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Writes cases.csv, cases.npz, NNNN.vtu and cases.pvd into OUT/predict/NAME, where NAME is the emulator's. Each case comes
-with an estimate of its error, by one Newton step and calibrated on held-out cases; --quick leaves it out. --refine 4
+with an estimate of its error, by Newton steps that contract, or says why there is none; --quick leaves it out. --refine 4
 comes nearer, a tenth to a thousandth of the error, at a tenth of a Newton step or less each. A row of a table that fails
 is a row of cases.csv with the reason, and the exit code is not 0.
 
@@ -110,20 +116,25 @@ impl Predict {
         let (case, body, folder) = self.asked.case.open()?;
         let Opened { mut batch, emulator, name } = self.asked.open(&case, &body, &folder)?;
         let prediction = predicted(&emulator, &mut batch, self.refine)?;
-        let qualities = match self.quick {
+        let estimates = match self.quick {
             true => Vec::new(),
-            false => estimated(&emulator, &prediction),
+            false => estimated(&emulator, &prediction)?,
         };
         let unit = &body.units.length;
         batch.print(&body, |place| {
             let moved = displacement_in_words(prediction.field(place), unit);
-            let quality = qualities.get(place).map_or(String::new(), |found| in_words(found, unit));
-            format!(": displacement {moved}{quality}")
+            let error = estimates.get(place).map_or(String::new(), |found| found.in_words(unit));
+            let between = if error.is_empty() { "" } else { "; " };
+            format!(": displacement {moved}{between}{error}")
         });
-        let fields = (0..prediction.thetas.len()).map(|place| prediction.field(place)).collect();
+        let answer = |place: usize| Answer {
+            fields: vec![prediction.field(place)],
+            quality: estimates.get(place).map(|found| quality(found, unit)),
+            warnings: others(&prediction.warnings[place]),
+        };
+        let answers = (0..prediction.thetas.len()).map(answer).collect();
         let folder = folder.join("predict").join(name);
-        let names = [("predicted", fields)];
-        batch.write(&body, &names, qualities, &self.asked.written, &folder)
+        batch.write(&body, &["predicted"], answers, &self.asked.written, &folder)
     }
 }
 
@@ -153,36 +164,46 @@ fn predicted(emulator: &Emulator<'_>, batch: &mut Batch, steps: usize) -> Result
     }
 }
 
-/// Error estimates, with progress on the terminal.
-fn estimated(emulator: &Emulator<'_>, prediction: &Prediction) -> Vec<Quality> {
-    let count = prediction.thetas.len();
+/// Error estimates on all threads, with progress on the terminal.
+///
+/// # Errors
+/// A body that cannot be solved at all.
+fn estimated(emulator: &Emulator<'_>, prediction: &Prediction) -> Result<Vec<Estimate>> {
+    let cases: Vec<usize> = (0..prediction.thetas.len()).collect();
     let mut terminal = Terminal::default();
-    let mut counter = Counter::new(&mut terminal, "estimate errors", 0, count);
-    let estimate = |case: usize| {
-        let quality = match emulator.estimate(prediction, case) {
-            Ok(estimate) => Quality {
-                mean: Some(estimate.mean_distance),
-                largest: None,
-                energy_norm: Some(100.0 * estimate.relative),
-                kind: "one Newton step".into(),
-                residual: Some(estimate.residual / estimate.force_scale),
-            },
-            Err(error) => Quality { kind: error.to_string(), ..Quality::default() },
-        };
-        let _ = counter.step(1, "");
-        quality
-    };
-    (0..count).map(estimate).collect()
+    let mut counter = Counter::new(&mut terminal, "estimate errors", 0, cases.len());
+    let mut estimates = Vec::with_capacity(cases.len());
+    for cases in cases.chunks(AT_ONCE) {
+        let found = cases.par_iter().map(|&case| emulator.estimate(prediction, case));
+        estimates.extend(found.collect::<Result<Vec<_>, _>>()?);
+        let _ = counter.step(cases.len(), "");
+    }
+    Ok(estimates)
 }
 
-/// An estimate behind a displacement.
-fn in_words(quality: &Quality, unit: &str) -> String {
-    match (quality.mean, quality.energy_norm) {
-        (Some(mean), Some(energy_norm)) => format!(
-            "; estimated error {mean:.1e} {unit} in the mean, {energy_norm:.2} % in the energy norm"
-        ),
-        _ => format!("; no error estimate: {}", quality.kind),
+/// An estimate for the table.
+fn quality(estimate: &Estimate, unit: &str) -> Quality {
+    let Estimate { distance, residual, newton_steps, .. } = estimate;
+    let kind = match (distance, newton_steps) {
+        (Some(_), 1) => "1 Newton step".into(),
+        (Some(_), steps) => format!("{steps} Newton steps"),
+        (None, _) => estimate.in_words(unit),
+    };
+    Quality {
+        mean: distance.map(|found| found.mean),
+        largest: distance.map(|found| found.largest),
+        energy_norm: distance.map(|found| 100.0 * found.relative),
+        kind,
+        residual: *residual,
     }
+}
+
+/// Warnings that no other column of the table holds.
+fn others(warnings: &[Warning]) -> Vec<String> {
+    let told = |warning: &&Warning| {
+        !matches!(warning, Warning::OutsideRange { .. } | Warning::NotNearEquilibrium { .. })
+    };
+    warnings.iter().filter(told).map(ToString::to_string).collect()
 }
 
 impl Correct {
@@ -200,24 +221,15 @@ impl Correct {
             }
         }
         let predicted = emulator.predict(&batch.thetas())?.fields();
-        let qualities = corrected.iter().map(after).collect();
-        let names = [
-            ("corrected", corrected.iter().map(|found| &found.displacement[..]).collect()),
-            ("predicted", predicted.iter().map(Vec::as_slice).collect()),
-        ];
+        let unit = &body.units.length;
+        let answers = corrected.iter().zip(&predicted).map(|(found, before)| Answer {
+            fields: vec![&found.displacement, before],
+            quality: Some(quality(&found.estimate, unit)),
+            warnings: others(&found.warnings),
+        });
+        let answers = answers.collect();
         let folder = folder.join("correct").join(name);
-        batch.write(&body, &names, qualities, &self.asked.written, &folder)
-    }
-}
-
-/// How good a corrected displacement is.
-fn after(correction: &Correction) -> Quality {
-    let last = correction.steps.last();
-    let warnings: Vec<_> = correction.warnings.iter().map(ToString::to_string).collect();
-    Quality {
-        kind: warnings.join("; "),
-        residual: last.map(|step| step.residual_after / step.force_scale),
-        ..Quality::default()
+        batch.write(&body, &["corrected", "predicted"], answers, &self.asked.written, &folder)
     }
 }
 
@@ -233,7 +245,8 @@ fn tell(body: &Body, theta: &[f64], correction: &Correction) {
             1e3 * step.seconds
         );
     }
-    for warning in correction.warnings.iter().take(MOST_WARNINGS) {
+    println!("  {}", correction.estimate.in_words(&body.units.length));
+    for warning in others(&correction.warnings).iter().take(MOST_WARNINGS) {
         eprintln!("warning: {warning}");
     }
 }

@@ -1,6 +1,6 @@
 //! Equilibria.
 
-use super::{Batch, CaseArguments, ThetaArguments, Written, solved};
+use super::{Answer, Batch, CaseArguments, ThetaArguments, Written, solved};
 use anyhow::Result;
 use clap::Args;
 use sinew::case::hardly_moves;
@@ -35,9 +35,9 @@ impl Solve {
         if let Some(warning) = found.fields.iter().find_map(|field| hardly_moves(&body, field)) {
             eprintln!("warning: {warning}");
         }
-        let fields = found.fields.iter().map(Vec::as_slice).collect();
-        let names = [("solved", fields)];
-        batch.write(&body, &names, Vec::new(), &self.written, &folder.join("solve"))
+        let answer = |field| Answer { fields: vec![field], ..Answer::default() };
+        let answers = found.fields.iter().map(|field| answer(field)).collect();
+        batch.write(&body, &["solved"], answers, &self.written, &folder.join("solve"))
     }
 }
 
