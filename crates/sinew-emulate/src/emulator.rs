@@ -9,6 +9,7 @@ use crate::recipe::{Choice, Recipe};
 use crate::series::{Regressed, Series};
 use crate::store::{content, read_json, write_json};
 use crate::{Body, Error, Result, Warning};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew_fem::{HeldStiffness, Solver};
 use sinew_gnn::Backend;
@@ -213,7 +214,7 @@ impl<'b> Emulator<'b> {
             Model::Network(network) => by(network)?.displacement,
             Model::Regressed(regressed) => {
                 let fields: Result<Vec<_>> =
-                    thetas.iter().map(|theta| regressed.predict(self.body, theta)).collect();
+                    thetas.par_iter().map(|theta| regressed.predict(self.body, theta)).collect();
                 fields?.concat()
             }
         };

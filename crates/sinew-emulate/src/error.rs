@@ -46,7 +46,7 @@ pub enum Error {
         "sample {sample} has {parameter} = {value}, outside its range from {low} to {high}: widen the range of the body's \
          parameter, or leave the sample out"
     )]
-    OutsideRange { sample: usize, parameter: String, value: f64, low: f64, high: f64 },
+    OutsideRange { sample: usize, parameter: String, value: String, low: String, high: String },
     /// θ of the wrong length.
     #[error("theta has {found} entries, the body has {expected} parameters: {names}")]
     ThetaLength { found: usize, expected: usize, names: String },

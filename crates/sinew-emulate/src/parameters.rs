@@ -25,9 +25,10 @@ fn outside<'a>(body: &'a Body, theta: &'a [f64]) -> impl Iterator<Item = (&'a Pa
 pub(crate) fn extrapolation(body: &Body, theta: &[f64]) -> Vec<Warning> {
     let warning = |(p, value): (&Parameter, f64)| Warning::OutsideRange {
         parameter: p.name.clone(),
-        value,
-        low: p.range[0],
-        high: p.range[1],
+        value: p.unit.shown(value),
+        low: p.unit.shown(p.range[0]),
+        high: p.unit.shown(p.range[1]),
+        unit: p.unit.name().into(),
     };
     outside(body, theta).map(warning).collect()
 }
@@ -47,7 +48,7 @@ pub(crate) fn require_inside(body: &Body, thetas: &[Vec<f64>]) -> Result<()> {
     for (sample, theta) in thetas.iter().enumerate() {
         check_length(body, theta)?;
         if let Some((p, value)) = outside(body, theta).next() {
-            let [low, high] = p.range;
+            let [value, low, high] = [value, p.range[0], p.range[1]].map(|x| p.unit.said(x));
             return Err(Error::OutsideRange {
                 sample,
                 parameter: p.name.clone(),

@@ -2,13 +2,50 @@
 
 use crate::{Observer, Progress, Warning};
 use indicatif::{ProgressBar, ProgressStyle};
+use std::io::{IsTerminal, Write};
 use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
 
 /// Draws a bar for the stage under way on standard error when it is a terminal; elsewhere (a log file, continuous
-/// integration) each stage prints one line when it ends.
+/// integration) prints a line every ten seconds, and one when the stage ends. A standard error that nobody reads is no error.
 #[derive(Debug, Default)]
 pub struct Terminal {
     bar: Option<(String, ProgressBar)>,
+    lines: Lines,
+}
+
+/// Time between two lines of one stage where there is no terminal.
+const PAUSE: Duration = Duration::from_secs(10);
+
+/// When a stage prints a line.
+#[derive(Debug, Default)]
+struct Lines {
+    /// The stage, and when it began or last printed.
+    last: Option<(String, Instant)>,
+}
+
+impl Lines {
+    /// Whether the stage prints now: after a pause since it began or last did.
+    fn due(&mut self, stage: &str, now: Instant) -> bool {
+        match &mut self.last {
+            Some((current, last)) if current == stage => {
+                let due = now.duration_since(*last) >= PAUSE;
+                if due {
+                    *last = now;
+                }
+                due
+            }
+            _ => {
+                self.last = Some((stage.to_string(), now));
+                false
+            }
+        }
+    }
+}
+
+/// One line on standard error.
+fn tell(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 /// Parts of a stage that the bar tells apart.
@@ -37,25 +74,32 @@ impl Terminal {
 
 impl Observer for Terminal {
     fn progress(&mut self, progress: &Progress<'_>) -> ControlFlow<()> {
-        let bar = self.bar(progress.stage);
-        bar.set_position((progress.fraction * LENGTH as f64) as u64);
-        let left = match progress.seconds_left {
+        let Progress { stage, fraction, seconds_left, message } = *progress;
+        let left = match seconds_left {
             left if left.is_finite() => format!("{} left  ", duration(left)),
             _ => String::new(),
         };
-        bar.set_message(format!("{left}{}", progress.message));
+        if std::io::stderr().is_terminal() {
+            let bar = self.bar(stage);
+            bar.set_position((fraction * LENGTH as f64) as u64);
+            bar.set_message(format!("{left}{message}"));
+        } else if self.lines.due(stage, Instant::now()) {
+            let percent = format!("{:.0} %", 100.0 * fraction);
+            tell(format!("{stage:<28} {percent:>5}  {left}{message}").trim_end());
+        }
         ControlFlow::Continue(())
     }
 
     fn finished(&mut self, stage: &str, outcome: &str, seconds: f64) {
         self.clear();
-        eprintln!("{stage:<28} {outcome} in {}", duration(seconds));
+        self.lines = Lines::default();
+        tell(&format!("{stage:<28} {outcome} in {}", duration(seconds)));
     }
 
     fn warning(&mut self, warning: &Warning) {
         match &self.bar {
-            Some((_, bar)) => bar.suspend(|| eprintln!("warning: {warning}")),
-            None => eprintln!("warning: {warning}"),
+            Some((_, bar)) => bar.suspend(|| tell(&format!("warning: {warning}"))),
+            None => tell(&format!("warning: {warning}")),
         }
     }
 }
@@ -71,7 +115,19 @@ pub(crate) fn duration(seconds: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::duration;
+    use super::{Lines, PAUSE, duration};
+    use std::time::{Duration, Instant};
+
+    #[test]
+    fn a_stage_prints_after_every_pause() {
+        let (mut lines, start) = (Lines::default(), Instant::now());
+        let second = Duration::from_secs(1);
+        let mut due = |stage: &str, after: Duration| lines.due(stage, start + after);
+        assert!(!due("solve", Duration::ZERO) && !due("solve", PAUSE - second));
+        assert!(due("solve", PAUSE) && !due("solve", PAUSE + second) && due("solve", 2 * PAUSE));
+        // The next stage begins anew.
+        assert!(!due("train", 4 * PAUSE) && due("train", 5 * PAUSE));
+    }
 
     #[test]
     fn durations_read_well() {

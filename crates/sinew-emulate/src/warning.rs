@@ -1,7 +1,7 @@
 //! Reasons not to trust a result, carried in it.
 
 use serde::{Deserialize, Serialize};
-use sinew_energy::listed;
+use sinew_energy::{Unit, listed};
 use sinew_gnn::Concern;
 
 /// A reason not to trust an emulator, a prediction or a correction. Printed it says what to do.
@@ -44,9 +44,17 @@ pub enum Warning {
     TargetMissed { error: f64, target: f64 },
     /// Parameters outside the trained ranges.
     #[error(
-        "{parameter} = {value} is outside the trained range from {low} to {high}: the prediction extrapolates"
+        "{parameter} = {value}{unit} is outside the trained range from {low} to {high}{unit}: the prediction extrapolates",
+        unit = Unit::from(unit.as_str()).suffix()
     )]
-    OutsideRange { parameter: String, value: f64, low: f64, high: f64 },
+    OutsideRange {
+        parameter: String,
+        value: f64,
+        low: f64,
+        high: f64,
+        #[serde(default = "unitless")]
+        unit: String,
+    },
     /// Error estimates of this emulator hold less often than they should.
     #[error(
         "error estimates were within a factor of two on {:.0} % of {cases} held-out cases only: some have other equilibria nearby \
@@ -87,4 +95,8 @@ pub enum Warning {
         "Newton step {step} was shortened to {length:.3} of its length, for the whole one inverts a cell or raises the energy"
     )]
     ShortStep { step: usize, length: f64 },
+}
+
+fn unitless() -> String {
+    "1".into()
 }

@@ -1,6 +1,8 @@
 //! What can be wrong with a scene or with θ, with numbers and advice.
 
+use crate::law::POSITIVE;
 use sinew_mesh::Defect;
+use std::ops::RangeInclusive;
 use thiserror::Error;
 
 /// Names or numbers for people: `mu, lambda`.
@@ -195,7 +197,7 @@ pub enum SceneError {
     #[error("`{name}` is there twice among the known parameters; keep one value")]
     KnownTwice { name: String },
     /// A known value that makes no sense.
-    #[error("the known value of `{name}` is {value:?}; it must lie between {least:?} and {most:?}")]
+    #[error("the known value of `{name}` is {value}; it must be {}", requirement(&(*least..=*most), *value))]
     KnownValue { name: String, value: f64, least: f64, most: f64 },
     /// A range that is not one, or that has no logarithm.
     #[error(
@@ -231,8 +233,34 @@ pub enum ThetaError {
     )]
     Length { given: usize, needed: usize, names: Vec<&'static str> },
     /// A parameter outside the values that make sense.
-    #[error("theta[{index}] ({name}) is {value:?}; it must lie between {least:?} and {most:?}")]
+    #[error("theta[{index}] ({name}) is {value}; it must be {}", requirement(&(*least..=*most), *value))]
     OutOfBounds { index: usize, name: &'static str, value: f64, least: f64, most: f64 },
+}
+
+/// What a value outside its bounds must be, for people, to follow "it must be": `positive`, `at least 0 and less than 0.5`.
+pub fn requirement(bounds: &RangeInclusive<f64>, value: f64) -> String {
+    let (least, most) = (*bounds.start(), *bounds.end());
+    let (tiny, huge) = (*POSITIVE.start(), *POSITIVE.end());
+    if (value > 0.0 && value < tiny) || value > huge {
+        return format!("between {tiny:e} and {huge:e}, beyond which squares vanish or overflow");
+    }
+    let below = (most < huge).then(|| match rounded_up(most) {
+        open if open > most => format!("less than {open}"),
+        closed => format!("at most {closed}"),
+    });
+    match (least, below) {
+        (least, None) if least == tiny => "positive".into(),
+        (least, None) if least <= -huge => "finite".into(),
+        (least, None) => format!("at least {least}"),
+        (least, Some(below)) if least == tiny => format!("positive and {below}"),
+        (least, Some(below)) if least <= -huge => below,
+        (least, Some(below)) => format!("at least {least} and {below}"),
+    }
+}
+
+/// The short decimal that a bound is just below of, such as 0.5 for 0.5 − ε, or the bound.
+fn rounded_up(bound: f64) -> f64 {
+    format!("{bound:.12}").parse().unwrap_or(bound)
 }
 
 /// Which entries of θ a load may read.
@@ -254,5 +282,20 @@ fn overlap_advice(twice: bool) -> &'static str {
         "they are one cell listed twice: remove one"
     } else {
         "one is folded over the other, the mesh is tangled there: move their nodes apart, or mesh the body anew"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn requirements_are_words() {
+        assert_eq!(requirement(&POSITIVE, -2.0), "positive");
+        assert!(requirement(&POSITIVE, 1e120).starts_with("between 1e-100 and 1e100"));
+        assert_eq!(requirement(&(0.0..=0.5 - f64::EPSILON), 0.5), "at least 0 and less than 0.5");
+        assert_eq!(requirement(&(0.0..=1e100), -1.0), "at least 0");
+        assert_eq!(requirement(&(-1.0..=2.0), 3.0), "at least -1 and at most 2");
+        assert_eq!(requirement(&(f64::MIN..=f64::MAX), f64::NAN), "finite");
     }
 }

@@ -55,6 +55,7 @@ mod spring;
 mod stiffened;
 mod stiffness;
 mod surface;
+mod unit;
 
 pub use balance::{ForceBalance, PressureField};
 pub use body::Body;
@@ -62,7 +63,7 @@ pub use cavity::Cavity;
 pub use elements::{
     FacetPoint, FacetRule, FiniteElement, Nodes, QuadraturePoint, TaylorHoodElement,
 };
-pub use error::{SceneError, ThetaError, listed};
+pub use error::{SceneError, ThetaError, listed, requirement};
 pub use frames::Frames;
 pub use guard::{Barriers, Exact, Guard};
 pub use invariants::{InvariantLaw, Invariants};
@@ -77,6 +78,7 @@ pub use solid::{
 pub use spring::Spring;
 pub use stiffness::Stiffness;
 pub use surface::{PressureSurface, SurfaceResponse};
+pub use unit::Unit;
 
 /// Numbers that a law of one's own is written in, see [`Law`].
 pub use sinew_num::{Mat3, Scalar};

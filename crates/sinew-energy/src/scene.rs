@@ -1,6 +1,6 @@
 //! A scene: what is computed, by name.
 
-use crate::{Magnitude, PressureForm};
+use crate::{Magnitude, PressureForm, Unit};
 use sinew_mesh::Mesh;
 use std::ops::RangeInclusive;
 
@@ -109,9 +109,9 @@ impl Units {
 pub struct Parameter {
     /// Name, such as `"mu"`.
     pub name: String,
-    /// Unit, such as `"kPa"`.
-    pub unit: String,
-    /// Smallest and largest value of interest.
+    /// Unit that people write and read its values in, such as `"kPa"`.
+    pub unit: Unit,
+    /// Smallest and largest value of interest, in the unit of the scene.
     pub range: [f64; 2],
     /// How samples are spread over the range.
     pub sampling: Sampling,
@@ -119,18 +119,14 @@ pub struct Parameter {
 
 impl Parameter {
     /// A parameter whose samples are uniform in the logarithm, such as a stiffness.
-    pub fn log(
-        name: impl Into<String>,
-        unit: impl Into<String>,
-        range: RangeInclusive<f64>,
-    ) -> Self {
+    pub fn log(name: impl Into<String>, unit: impl Into<Unit>, range: RangeInclusive<f64>) -> Self {
         Self::sampled(name, unit, range, Sampling::Log)
     }
 
     /// A parameter whose samples are uniform, such as a pressure.
     pub fn linear(
         name: impl Into<String>,
-        unit: impl Into<String>,
+        unit: impl Into<Unit>,
         range: RangeInclusive<f64>,
     ) -> Self {
         Self::sampled(name, unit, range, Sampling::Linear)
@@ -138,7 +134,7 @@ impl Parameter {
 
     fn sampled(
         name: impl Into<String>,
-        unit: impl Into<String>,
+        unit: impl Into<Unit>,
         range: RangeInclusive<f64>,
         sampling: Sampling,
     ) -> Self {

@@ -141,7 +141,19 @@ impl AnyMesh {
     /// # Errors
     /// As [`crate::to_vtu`], and when the file cannot be written.
     pub fn write_vtu(&self, path: impl AsRef<Path>) -> Result<(), MeshError> {
-        each!(self, mesh => crate::write_vtu(path, mesh))
+        self.write_vtu_with(path, &[])
+    }
+
+    /// [`AnyMesh::write_vtu`] with numbers that belong to the whole mesh, by name, such as parameters.
+    ///
+    /// # Errors
+    /// As [`AnyMesh::write_vtu`].
+    pub fn write_vtu_with(
+        &self,
+        path: impl AsRef<Path>,
+        numbers: &[(String, f64)],
+    ) -> Result<(), MeshError> {
+        each!(self, mesh => crate::io::write_vtu_with(path, mesh, numbers))
     }
 }
 

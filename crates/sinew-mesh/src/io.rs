@@ -31,7 +31,7 @@ pub use convert::ReadReport;
 pub use npy::{NpyArray, parse_npy, to_npy};
 pub use surface_write::{to_obj, to_stl, to_vtk_surface, to_vtp};
 pub use vtk_write::{VtkEncoding, to_vtk};
-pub use vtu_write::{to_pvd, to_vtu};
+pub use vtu_write::{to_pvd, to_vtu, to_vtu_with};
 
 use crate::{AnyMesh, Element, Mesh, MeshError, Place, Problem, TriangleMesh};
 use cursor::Fault;
@@ -118,7 +118,15 @@ pub fn read_npy(path: impl AsRef<Path>) -> Result<NpyArray, MeshError> {
 /// # Errors
 /// As [`to_vtu`], and when the file cannot be written.
 pub fn write_vtu<const N: usize>(path: impl AsRef<Path>, mesh: &Mesh<N>) -> Result<(), MeshError> {
-    save(path.as_ref(), &to_vtu(mesh)?)
+    write_vtu_with(path, mesh, &[])
+}
+
+pub(crate) fn write_vtu_with<const N: usize>(
+    path: impl AsRef<Path>,
+    mesh: &Mesh<N>,
+    numbers: &[(String, f64)],
+) -> Result<(), MeshError> {
+    save(path.as_ref(), &to_vtu_with(mesh, numbers)?)
 }
 
 /// Writes a surface in the format that the ending of the name says: `vtk` (POLYDATA) and `stl` in binary, `vtp`, `obj`.

@@ -66,7 +66,8 @@ pub fn map(
     }
     let [[a, b], [c, d]] = [first, second].map(|p| p.range.map(f64::log10));
     Ok(ErrorMap {
-        names: [first, second].map(|p| format!("log₁₀ {} [{}]", p.name, p.unit)),
+        names: [first, second]
+            .map(|p| format!("log₁₀ {} [{}]", p.name, p.unit.of_scene(&body.units))),
         ranges,
         box_corners: vec![[a, c], [b, c], [b, d], [a, d]],
         emulators: maps,

@@ -10,6 +10,7 @@ mod loads;
 mod mesh;
 mod parameters;
 mod select;
+mod sanity;
 mod source;
 mod supports;
 mod training;
@@ -24,10 +25,11 @@ pub use parameters::Range;
 pub use select::{
     Select, SelectBeyond, SelectBox, SelectFacing, SelectNear, SelectPlane, SelectSphere,
 };
+pub use sanity::hardly_moves;
 pub use supports::{Support, Turn};
 pub use training::{RecipeName, Training};
-pub(crate) use units::number_and_unit;
 pub use units::stress_in_kpa;
+pub(crate) use units::{number_and_unit, stress};
 
 use serde::Deserialize;
 use sinew_energy::{Body, Magnitude, SceneError};
@@ -211,9 +213,11 @@ impl Case {
         body.with_known(&known).map_err(|error| self.place(error))
     }
 
-    /// What may be wrong with the case though it can be solved; `body` is the one that it was lowered to.
+    /// What may be wrong with the case though it can be solved: fibres that disagree, sizes and stiffnesses that no tissue has,
+    /// supports that hold everything; `body` is the one that it was lowered to.
     pub fn warnings(&self, body: &Body) -> Vec<String> {
-        self.fibres.as_ref().and_then(|fibres| fibres.warning(body)).into_iter().collect()
+        let fibres = self.fibres.as_ref().and_then(|fibres| fibres.warning(body));
+        fibres.into_iter().chain(self.doubts(body)).collect()
     }
 
     /// Names of the parameters that loads read, each once, as they come.

@@ -1,5 +1,6 @@
 //! The commands, one file each, and what they share.
 
+mod batch;
 pub(crate) mod evaluate;
 pub(crate) mod export;
 pub(crate) mod mesh;
@@ -11,11 +12,9 @@ pub(crate) mod solve;
 pub(crate) mod train;
 
 use anyhow::{Context, Result};
+use batch::{Answer, Batch, ThetaArguments, Written};
 use clap::Args;
-use sinew::{
-    Body, Case, CaseError, Simulations, ThetaText, outside, parse_theta, read_thetas,
-    theta_in_words,
-};
+use sinew::{Body, Case, CaseError, Simulations, ThetaText, theta_in_words};
 use sinew_emulate::Terminal;
 use std::path::{Path, PathBuf};
 
@@ -57,44 +56,6 @@ impl CaseArguments {
         let kept = |c: char| if c.is_alphanumeric() || "-_ ".contains(c) { c } else { '_' };
         let name: String = case.name.chars().map(kept).collect();
         self.out.clone().unwrap_or_else(|| Path::new("out").join(name))
-    }
-}
-
-/// θ of one or many cases.
-#[derive(Debug, Args)]
-pub(crate) struct ThetaArguments {
-    /// Parameters: name=value,name=value (a unit may follow: p=7mmHg), or a CSV table with their names in its first
-    /// line; may be given several times [default: the middle of the ranges]
-    #[arg(long, value_name = "THETA|CSV")]
-    theta: Vec<String>,
-}
-
-impl ThetaArguments {
-    /// All of them; those outside their ranges are told on standard error.
-    pub(crate) fn read(&self, body: &Body) -> Result<Vec<Vec<f64>>> {
-        let mut thetas = Vec::new();
-        for text in &self.theta {
-            if text.contains('=') {
-                thetas.push(parse_theta(text, &body.parameters)?);
-            } else {
-                thetas.extend(read_thetas(Path::new(text), &body.parameters)?);
-            }
-        }
-        if self.theta.is_empty() {
-            thetas.push(body.centre());
-        }
-        let said: Vec<_> =
-            thetas.iter().flat_map(|theta| outside(&body.parameters, theta)).collect();
-        for warning in said.iter().take(MOST_WARNINGS) {
-            eprintln!("warning: {warning}");
-        }
-        if said.len() > MOST_WARNINGS {
-            eprintln!(
-                "warning: {} more values are outside their ranges",
-                said.len() - MOST_WARNINGS
-            );
-        }
-        Ok(thetas)
     }
 }
 

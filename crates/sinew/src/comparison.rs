@@ -1,6 +1,6 @@
 //! Emulators of one body beside each other.
 
-use crate::theta::{spoken, theta_in_words};
+use crate::theta::{range_in_words, theta_in_words};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::{
     CaseErrors, CurvePoint, Emulator, Errors, Evaluation, METRICS, Quantiles, Recipe, Record,
@@ -76,9 +76,6 @@ impl Comparison {
         let mut surfaces = Surfaces::new(&triangles(&body.mesh), &body.positions)?;
         surfaces.quantity = "Where the errors are: ‖u − û‖ at the nodes".into();
         (surfaces.unit, surfaces.length) = (body.units.length.clone(), body.units.length.clone());
-        let range = |p: &sinew_energy::Parameter| {
-            format!("{} from {} to {}{}", p.name, p.range[0], p.range[1], spoken(&p.unit))
-        };
         let norm = |u: &[f64; 3]| u.iter().map(|x| x * x).sum::<f64>().sqrt();
         let lengths =
             test.fields.iter().flat_map(|field| field.as_chunks::<3>().0.iter().map(norm));
@@ -88,7 +85,7 @@ impl Comparison {
             nodes: body.nodes,
             cells: body.cell_count(),
             unknowns: body.free_degrees_of_freedom().len(),
-            parameters: body.parameters.iter().map(range).collect(),
+            parameters: body.parameters.iter().map(range_in_words).collect(),
             displacement: Quantiles::of(lengths),
             methods: Vec::new(),
             surfaces,

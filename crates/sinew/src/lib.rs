@@ -57,10 +57,20 @@ pub use case::{Case, CaseError};
 pub use comparison::{Comparison, ComparisonError, Method};
 pub use page::Published;
 pub use sinew_emulate::{
-    Backend, Design, Emulator, Evaluation, OneStiffness, Prediction, Recipe, Record, Simulations,
-    TestSet, TrainingOptions, recipe, simulate,
+    Backend, Correction, Design, Emulator, Error as EmulatorError, Estimate, Evaluation,
+    OneStiffness, Prediction, Recipe, Record, Simulations, TestSet, TrainingOptions, Warning,
+    recipe, simulate,
 };
-pub use sinew_energy::{Body, Load, Parameter, Sampling, Scene, Support, laws};
-pub use sinew_fem::{BalanceSolver, HeldStiffness, Line, Options, Solution, Solver, sweep};
-pub use theta::{ThetaText, outside, parse_theta, read_thetas, theta_in_words};
+pub use sinew_energy::{
+    Body, Load, Parameter, Sampling, Scene, SceneError, Support, ThetaError, Unit, laws,
+};
+pub use sinew_fem::{
+    BalanceSolver, HeldStiffness, Line, Options, Solution, SolveError, Solver, sweep,
+};
+pub use sinew_mesh::MeshError;
+pub use sinew_report::ReportError;
+pub use theta::{
+    TableRow, ThetaText, admissible, outside, parse_theta, range_in_words, read_rows, read_thetas,
+    theta_in_words,
+};
 pub use wall::ventricle;

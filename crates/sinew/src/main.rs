@@ -1,5 +1,7 @@
 //! The program `sinew`: from a case file to fields, emulators, predictions and their errors.
 
+#[macro_use]
+mod print;
 mod commands;
 
 use clap::{Parser, Subcommand};
@@ -20,9 +22,11 @@ Your own heart:
   sinew mesh ventricle --endocardium lv.vtk --epicardium epi.vtk -o wall.vtu    a wall with fibres, from its surfaces
   sinew train LeftVentricle --mesh wall.vtu
 
-CASE is a case file or the name of a built-in scene. Results go to out/NAME (--out). Lengths are in mm, stresses in kPa.
+CASE is a case file or the name of a built-in scene. Results go to out/NAME (--out). Lengths are in mm, stresses in kPa; parameters
+are in the units that the case file gives them in, unless a value names its own (p=7mmHg).
 
-Exit codes: 0 done; 1 it could not be computed; 2 the command line, the case file or a table of parameters is wrong.";
+Exit codes: 0 done; 1 it could not be computed, or not for every row; 2 the command line, the case file or a table of
+parameters is wrong, in some of its rows perhaps: the others are computed.";
 
 /// Physics-informed emulation of soft-tissue mechanics: solve, train, predict and correct bodies from case files.
 #[derive(Debug, Parser)]

@@ -1,10 +1,11 @@
 //! What the program writes: fields for ParaView, tables and arrays.
 
 use crate::npz;
+use crate::theta::outside;
+use rayon::prelude::*;
 use sinew_energy::Body;
 use sinew_mesh::{Field, MeshError};
 use sinew_report::format::digits;
-use std::fmt::Write as _;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -20,67 +21,168 @@ pub struct Fields<'a> {
 }
 
 impl Fields<'_> {
-    /// Writes `cases.csv`, `cases.npz` and, for the first `pictures` cases, `NNNN.vtu` with `cases.pvd` that lists them
-    /// into a folder, which is made.
+    /// Writes all of them as [`Results::write`] does, with pictures of the first cases.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub fn write(&self, folder: &Path, pictures: usize) -> Result<(), MeshError> {
-        let file = |name: &str| folder.join(name);
+        let row = |(case, theta): (usize, &Vec<f64>)| Row {
+            theta: theta.clone(),
+            fields: self.found.iter().map(|(_, fields)| &fields[case][..]).collect(),
+            ..Row::default()
+        };
+        let rows = self.thetas.iter().enumerate().map(row).collect();
+        let names = self.found.iter().map(|(name, _)| *name).collect();
+        Results { body: self.body, names, rows }.write(folder, pictures, true).map(|_| ())
+    }
+}
+
+/// One row of results: what was asked for, and what was found or why nothing was.
+#[derive(Clone, Debug, Default)]
+pub struct Row<'a> {
+    /// θ in the units of the scene; empty where it could not be read.
+    pub theta: Vec<f64>,
+    /// Displacements node by node \[length\], one by each name of [`Results`]; empty where there is none.
+    pub fields: Vec<&'a [f64]>,
+    /// How good they are, where that was asked for.
+    pub quality: Option<Quality>,
+    /// Other reasons for mistrust.
+    pub warnings: Vec<String>,
+    /// Why there is no displacement.
+    pub failure: Option<String>,
+}
+
+/// How good an answer is.
+#[derive(Clone, Debug, Default)]
+pub struct Quality {
+    /// Estimated mean nodal error \[length\].
+    pub mean: Option<f64>,
+    /// Estimated largest nodal error \[length\].
+    pub largest: Option<f64>,
+    /// Estimated error in the energy norm [%].
+    pub energy_norm: Option<f64>,
+    /// How these were found, or why there are none.
+    pub kind: String,
+    /// Unbalanced nodal forces, relative to loads and reactions.
+    pub residual: Option<f64>,
+}
+
+/// Answers to all rows that were asked for, in their order, failures among them.
+#[derive(Debug)]
+pub struct Results<'a> {
+    /// Their body.
+    pub body: &'a Body,
+    /// How displacements were found, such as `"predicted"`; the first is what the others are compared with.
+    pub names: Vec<&'a str>,
+    /// The rows.
+    pub rows: Vec<Row<'a>>,
+}
+
+/// Largest archive of fields that is written unasked [bytes].
+pub const MOST_BYTES: usize = 64 << 20;
+
+impl Results<'_> {
+    /// Writes into a folder, which is made: `cases.csv` with a row per case; `cases.npz`, whose fields are NaN where a row has
+    /// none; `NNNN.vtu`, numbered as the rows, for the first `pictures` rows that have a field, and `cases.pvd` that lists
+    /// them. Files of that name from an earlier run are removed. Parameters are in their own units. An archive above
+    /// [`MOST_BYTES`] is written only with `arrays`; its size in bytes is returned where it was left out.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write(
+        &self,
+        folder: &Path,
+        pictures: usize,
+        arrays: bool,
+    ) -> Result<Option<usize>, MeshError> {
         let error = |path: &Path| {
             let path = path.to_path_buf();
             move |source| MeshError::File { path, source }
         };
         std::fs::create_dir_all(folder).map_err(error(folder))?;
-        std::fs::write(file("cases.csv"), self.table()).map_err(error(&file("cases.csv")))?;
-        self.write_arrays(&file("cases.npz")).map_err(error(&file("cases.npz")))?;
+        clear(folder).map_err(error(folder))?;
+        let table = folder.join("cases.csv");
+        std::fs::write(&table, self.table()).map_err(error(&table))?;
+        let bytes = size_of::<f64>() * self.rows.len() * self.names.len() * 3 * self.body.nodes;
+        let left_out = (!arrays && bytes > MOST_BYTES).then_some(bytes);
+        if left_out.is_none() {
+            let archive = folder.join("cases.npz");
+            self.write_arrays(&archive).map_err(error(&archive))?;
+        }
         let mut series = Vec::new();
-        for case in 0..self.thetas.len().min(pictures) {
+        let shown = (0..self.rows.len()).filter(|&case| !self.rows[case].fields.is_empty());
+        for case in shown.take(pictures) {
             let name = format!("{case:04}.vtu");
-            self.picture(case).write_vtu(file(&name))?;
+            let theta = self.body.parameters.iter().zip(&self.rows[case].theta);
+            let numbers: Vec<_> =
+                theta.map(|(p, &value)| (p.unit.head(&p.name), p.unit.shown(value))).collect();
+            self.picture(case).write_vtu_with(folder.join(&name), &numbers)?;
             series.push((case as f64, PathBuf::from(name)));
         }
-        let series: Vec<_> = series.iter().map(|(time, file)| (*time, file.as_path())).collect();
-        sinew_mesh::write_pvd(file("cases.pvd"), &series)
+        if !series.is_empty() {
+            let series: Vec<_> =
+                series.iter().map(|(time, file)| (*time, file.as_path())).collect();
+            sinew_mesh::write_pvd(folder.join("cases.pvd"), &series)?;
+        }
+        Ok(left_out)
     }
 
     fn write_arrays(&self, path: &Path) -> io::Result<()> {
-        let (cases, nodes) = (self.thetas.len(), self.body.nodes);
-        let theta = self.thetas.concat();
-        let shapes = ([cases, self.body.parameters.len()], [cases, nodes, 3], [nodes, 3]);
-        let fields: Vec<_> =
-            self.found.iter().map(|(name, fields)| (*name, fields.concat())).collect();
+        let (cases, nodes, count) = (self.rows.len(), self.body.nodes, self.body.parameters.len());
+        let missing = vec![f64::NAN; 3 * nodes];
+        let mut theta = Vec::with_capacity(cases * count);
+        for row in &self.rows {
+            match row.theta.is_empty() {
+                true => theta.extend(vec![f64::NAN; count]),
+                false => theta.extend(shown(self.body, &row.theta)),
+            }
+        }
+        let field = |name: usize| -> Vec<f64> {
+            let of =
+                |row: &Row<'_>| row.fields.get(name).map_or(&missing[..], |field| *field).to_vec();
+            self.rows.iter().flat_map(of).collect()
+        };
+        let fields: Vec<Vec<f64>> = (0..self.names.len()).map(field).collect();
+        let shapes = ([cases, count], [cases, nodes, 3], [nodes, 3]);
         let mut arrays: Vec<npz::Named<'_>> = vec![
             ("theta", &shapes.0, &theta),
             ("points", &shapes.2, self.body.positions.as_flattened()),
         ];
-        arrays.extend(fields.iter().map(|(name, values)| (*name, &shapes.1[..], &values[..])));
+        let named = self.names.iter().zip(&fields);
+        arrays.extend(named.map(|(name, values)| (*name, &shapes.1[..], &values[..])));
         npz::write(path, &arrays)
     }
 
     /// One case on its mesh.
     fn picture(&self, case: usize) -> sinew_mesh::AnyMesh {
         let mut mesh = (*self.body.mesh).clone();
-        let rows = |field: &[f64]| field.as_chunks::<3>().0.to_vec();
-        let first = &self.found[0].1[case];
-        for (name, fields) in &self.found {
-            let field = rows(&fields[case]);
-            mesh.point_fields_mut().insert(format!("u_{name}"), Field::vectors(&field));
+        let fields = &self.rows[case].fields;
+        for (name, field) in self.names.iter().zip(fields) {
+            let field = Field::vectors(field.as_chunks::<3>().0);
+            mesh.point_fields_mut().insert(format!("u_{name}"), field);
         }
-        for (name, fields) in self.found.iter().skip(1) {
-            let apart = sinew_energy::metrics::displacement_error(first, &fields[case]);
+        for (name, field) in self.names.iter().zip(fields).skip(1) {
+            let apart = sinew_energy::metrics::displacement_error(fields[0], field);
             mesh.point_fields_mut().insert(format!("difference_{name}"), Field::scalars(apart));
         }
         mesh
     }
 
-    /// A row per case: θ, then for each way to find it the mean and the largest nodal displacement, the total potential
-    /// energy and the volumes of cavities.
+    /// A row per case: its number, θ, then for each way to find it the mean and the largest nodal displacement, the total
+    /// potential energy and the volumes of cavities; how good it is; parameters outside their ranges; warnings; why it failed.
     fn table(&self) -> String {
+        let judged = self.rows.iter().any(|row| row.quality.is_some());
+        let row = |(case, row): (usize, &Row<'_>)| self.line(case, row, judged);
+        let lines: Vec<String> = self.rows.par_iter().enumerate().map(row).collect();
+        let heads: Vec<String> = self.heads(judged).iter().map(|head| quoted(head)).collect();
+        std::iter::once(heads.join(",")).chain(lines).map(|line| line + "\n").collect()
+    }
+
+    fn heads(&self, judged: bool) -> Vec<String> {
         let (body, length, stress) = (self.body, &self.body.units.length, &self.body.units.stress);
-        let mut heads: Vec<String> =
-            body.parameters.iter().map(|p| format!("{} [{}]", p.name, p.unit)).collect();
-        for (name, _) in &self.found {
+        let mut heads = vec!["case".to_string()];
+        heads.extend(body.parameters.iter().map(|p| p.unit.head(&p.name)));
+        for name in &self.names {
             heads.push(format!("{name} mean u [{length}]"));
             heads.push(format!("{name} largest u [{length}]"));
             heads.push(format!("{name} energy [{stress} {length}3]"));
@@ -89,19 +191,73 @@ impl Fields<'_> {
             };
             heads.extend(body.cavities.iter().map(volume));
         }
-        let mut text = heads.join(",") + "\n";
-        for (case, theta) in self.thetas.iter().enumerate() {
-            let mut row: Vec<String> = theta.iter().map(f64::to_string).collect();
-            for (_, fields) in &self.found {
-                let field = &fields[case];
-                let [mean, largest] = mean_and_largest(field);
-                row.extend([mean, largest, body.value(field, theta)].map(|x| x.to_string()));
-                row.extend(body.cavity_volumes(field).iter().map(f64::to_string));
-            }
-            let _ = writeln!(text, "{}", row.join(","));
+        if judged {
+            heads.extend(["mean", "largest"].map(|of| format!("estimated {of} error [{length}]")));
+            heads.push("estimated error in the energy norm [%]".into());
+            heads.push("estimate".into());
+            heads.push("residual relative to the forces".into());
         }
-        text
+        heads.extend(["outside their ranges", "warnings", "failure"].map(String::from));
+        heads
     }
+
+    fn line(&self, case: usize, row: &Row<'_>, judged: bool) -> String {
+        let body = self.body;
+        let mut cells = vec![case.to_string()];
+        cells.extend(match row.theta.is_empty() {
+            true => vec![String::new(); body.parameters.len()],
+            false => shown(body, &row.theta).iter().map(f64::to_string).collect(),
+        });
+        for field in &row.fields {
+            let [mean, largest] = mean_and_largest(field);
+            cells.extend([mean, largest, body.value(field, &row.theta)].map(|x| x.to_string()));
+            cells.extend(body.cavity_volumes(field).iter().map(f64::to_string));
+        }
+        if row.fields.is_empty() {
+            let each = 3 + body.cavities.len();
+            cells.extend(vec![String::new(); self.names.len() * each]);
+        }
+        if judged {
+            let number =
+                |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
+            let Quality { mean, largest, energy_norm, kind, residual } =
+                row.quality.clone().unwrap_or_default();
+            cells.extend([mean, largest, energy_norm].map(number));
+            cells.extend([quoted(&kind), number(residual)]);
+        }
+        cells.push(quoted(&outside(&body.parameters, &row.theta).join("; ")));
+        cells.push(quoted(&row.warnings.join("; ")));
+        cells.push(quoted(row.failure.as_deref().unwrap_or_default()));
+        cells.join(",")
+    }
+}
+
+/// θ in the parameters' own units.
+fn shown(body: &Body, theta: &[f64]) -> Vec<f64> {
+    body.parameters.iter().zip(theta).map(|(p, &value)| p.unit.shown(value)).collect()
+}
+
+/// A text as a cell of a CSV table.
+fn quoted(text: &str) -> String {
+    match text.contains([',', '"', '\n']) {
+        true => format!("\"{}\"", text.replace('"', "\"\"").replace('\n', " ")),
+        false => text.into(),
+    }
+}
+
+/// Removes what an earlier run wrote, and nothing else.
+fn clear(folder: &Path) -> io::Result<()> {
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let picture = name.strip_suffix(".vtu").is_some_and(|number| {
+            number.len() >= 4 && number.bytes().all(|digit| digit.is_ascii_digit())
+        });
+        if picture || ["cases.csv", "cases.npz", "cases.pvd"].contains(&&*name) {
+            std::fs::remove_file(path)?;
+        }
+    }
+    Ok(())
 }
 
 /// Mean and largest nodal displacement \[length\].

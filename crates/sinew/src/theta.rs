@@ -1,32 +1,42 @@
 //! θ from the command line and from tables.
 
-use crate::case::{number_and_unit, stress_in_kpa};
-use sinew_energy::{Body, Parameter};
+use crate::case::{advise, number_and_unit, stress};
+use sinew_energy::{Body, Parameter, Unit, requirement};
 use sinew_report::format::trimmed;
 use std::path::Path;
 
 /// θ that cannot be read, with the place, the parameter and its range.
-#[derive(Debug, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{place}: {reason}")]
 pub struct ThetaText {
     place: String,
     reason: String,
 }
 
-/// θ by name, with units.
+/// θ by name, in the parameters' own units.
 pub fn theta_in_words(body: &Body, theta: &[f64]) -> String {
     if theta.is_empty() {
         return "all parameters known".into();
     }
-    let pair = |(p, value): (&Parameter, &f64)| {
-        format!("{} = {}{}", p.name, trimmed(*value, 6), spoken(&p.unit))
-    };
+    let pair = |(p, value): (&Parameter, &f64)| format!("{} = {}", p.name, said(p, *value, 6));
     body.parameters.iter().zip(theta).map(pair).collect::<Vec<_>>().join(", ")
 }
 
-/// A unit behind a number; nothing for numbers without one.
-pub(crate) fn spoken(unit: &str) -> String {
-    if unit == "1" { String::new() } else { format!(" {unit}") }
+/// A parameter with its range, in its own unit: `p from 4 to 10 mmHg`.
+pub fn range_in_words(parameter: &Parameter) -> String {
+    format!("{} {}", parameter.name, range(parameter))
+}
+
+fn range(parameter: &Parameter) -> String {
+    let [low, high] = parameter.range.map(|end| trimmed(parameter.unit.shown(end), 6));
+    format!("from {low} to {high}{}", parameter.unit.suffix())
+}
+
+/// A value in the parameter's own unit.
+fn said(parameter: &Parameter, value: f64, digits: usize) -> String {
+    let shown = parameter.unit.shown(value);
+    let number = if shown.is_nan() { "NaN".into() } else { trimmed(shown, digits) };
+    number + &parameter.unit.suffix()
 }
 
 /// θ from `name=value` pairs separated by commas, in any order, such as `mu=75,lambda=80` or `p=7mmHg`. Without a unit a
@@ -36,17 +46,14 @@ pub(crate) fn spoken(unit: &str) -> String {
 /// A name that is not a parameter, is missing or given twice; a value that is not a number, or has another unit.
 ///
 /// ```
-/// use sinew::{Parameter, Sampling, parse_theta};
-/// let parameter = |name: &str| Parameter {
-///     name: name.into(), unit: "kPa".into(), range: [1.0, 2.0], sampling: Sampling::Log,
-/// };
-/// let parameters = [parameter("mu"), parameter("lambda")];
-/// assert_eq!(parse_theta("lambda=1.5, mu=2", &parameters).unwrap(), [2.0, 1.5]);
+/// use sinew::{Parameter, parse_theta};
+/// let parameters = ["mu", "lambda"].map(|name| Parameter::log(name, "kPa", 1.0..=2.0));
+/// assert_eq!(parse_theta("lambda=1.5, mu=2000 Pa", &parameters).unwrap(), [2.0, 1.5]);
 /// let error = parse_theta("mu=1,lamda=2", &parameters).unwrap_err().to_string();
 /// assert!(error.contains("did you mean `lambda`?"), "{error}");
 /// ```
 pub fn parse_theta(text: &str, parameters: &[Parameter]) -> Result<Vec<f64>, ThetaText> {
-    let error = |reason| ThetaText { place: "--theta".into(), reason };
+    let error = |reason| ThetaText { place: format!("--theta {text}"), reason };
     let (mut names, mut values) = (Vec::new(), Vec::new());
     for pair in text.split(',').map(str::trim).filter(|pair| !pair.is_empty()) {
         let (name, value) = pair
@@ -56,69 +63,106 @@ pub fn parse_theta(text: &str, parameters: &[Parameter]) -> Result<Vec<f64>, The
         values.push(value.trim());
     }
     let columns = columns(&names, parameters).map_err(error)?;
-    let read = |(parameter, &column): (&Parameter, &usize)| number(values[column], "", parameter);
+    let read = |(parameter, &column): (&Parameter, &usize)| {
+        number(values[column], &parameter.unit, parameter)
+    };
     parameters.iter().zip(&columns).map(read).collect::<Result<_, _>>().map_err(error)
 }
 
-/// θ from a CSV table: names in the first line, such as `mu,lambda` or `a,p [mmHg]`, in any order; a row per θ. Empty lines
-/// and those that begin with `#` are left out.
+/// θ from a CSV table, as [`read_rows`]; every row must be one.
 ///
 /// # Errors
-/// A file that cannot be read; a column that is not a parameter or missing; no row, or one with a number too few, too many or
-/// that is none, with its line.
+/// As [`read_rows`], and the first row that cannot be read.
 pub fn read_thetas(path: &Path, parameters: &[Parameter]) -> Result<Vec<Vec<f64>>, ThetaText> {
+    read_rows(path, parameters)?.into_iter().map(|(_, row)| row).collect()
+}
+
+/// A line of a table, counted from 1, and what stands there.
+pub type TableRow = (usize, Result<Vec<f64>, ThetaText>);
+
+/// θ from a CSV table: names in the first line, such as `mu,lambda` or `a,p [mmHg]`, in any order; a row per θ. Without a unit
+/// in its head a column has that of its parameter. Empty lines and those that begin with `#` are left out. A row with a number
+/// too few, too many or that is none is an error of its own, with its line.
+///
+/// # Errors
+/// A file that cannot be read; a column that is missing, is not a parameter or has another unit; no row.
+pub fn read_rows(path: &Path, parameters: &[Parameter]) -> Result<Vec<TableRow>, ThetaText> {
     let file = path.display();
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| ThetaText { place: file.to_string(), reason: error.to_string() })?;
+    let text = std::fs::read_to_string(path).map_err(|error| ThetaText {
+        place: format!("--theta {file}"),
+        reason: format!("{error}; name a CSV table, or give {}", example(parameters)),
+    })?;
     let error = |line: usize, reason| ThetaText { place: format!("{file}, line {line}"), reason };
     let mut lines = (1..).zip(text.lines()).filter(|(_, line)| {
         let line = line.trim();
         !line.is_empty() && !line.starts_with('#')
     });
     let Some((first, header)) = lines.next() else {
-        return Err(error(
-            1,
-            format!("the table is empty; begin with a line of names: {}", listed(parameters)),
-        ));
+        let names = listed(parameters);
+        return Err(error(1, format!("the table is empty; begin with a line of names: {names}")));
     };
-    let heads: Vec<(&str, &str)> =
-        header.trim_start_matches('\u{feff}').split(',').map(head).collect();
+    let header = header.trim_start_matches('\u{feff}');
+    let heads: Vec<(&str, &str)> = header.split(',').map(head).collect();
     let names: Vec<&str> = heads.iter().map(|(name, _)| *name).collect();
-    let columns = columns(&names, parameters).map_err(|reason| error(first, reason))?;
-    let row = |(line, text): (usize, &str)| {
-        let cells: Vec<&str> = text.split(',').map(str::trim).collect();
+    let columns = columns(&names, parameters).map_err(|reason| {
+        let other = [';', '\t'].into_iter().find(|&mark| header.contains(mark));
+        let advice = other.map_or("", |_| "; separate columns by commas, with points in decimals");
+        error(first, reason + advice)
+    })?;
+    let unit = |(p, &column): (&Parameter, &usize)| match heads[column].1 {
+        "" => Ok(p.unit.clone()),
+        given => unit_of(given, p)
+            .map_err(|reason| error(first, format!("the column `{}`: {reason}", names[column]))),
+    };
+    let units: Vec<Unit> = parameters.iter().zip(&columns).map(unit).collect::<Result<_, _>>()?;
+    let row = |line: usize, text: &str| {
+        let cells: Vec<&str> = text.split(',').map(|cell| cell.trim().trim_matches('"')).collect();
         if cells.len() != heads.len() {
-            let reason = format!(
-                "{} values for the {} columns {}",
-                cells.len(),
-                heads.len(),
-                names.join(", ")
-            );
+            let (found, wanted, names) = (cells.len(), heads.len(), names.join(", "));
+            let reason = format!("{found} values for the {wanted} columns {names}; give one each");
             return Err(error(line, reason));
         }
-        let read = |(parameter, &column): (&Parameter, &usize)| {
-            number(cells[column], heads[column].1, parameter)
+        let read = |((parameter, &column), unit): ((&Parameter, &usize), &Unit)| {
+            number(cells[column], unit, parameter)
         };
-        let theta: Result<Vec<f64>, String> = parameters.iter().zip(&columns).map(read).collect();
+        let theta: Result<Vec<f64>, String> =
+            parameters.iter().zip(&columns).zip(&units).map(read).collect();
         theta.map_err(|reason| error(line, reason))
     };
-    let thetas: Vec<_> = lines.map(row).collect::<Result<_, _>>()?;
-    match thetas.is_empty() {
+    let rows: Vec<_> = lines.map(|(line, text)| (line, row(line, text))).collect();
+    match rows.is_empty() {
         true => Err(error(first, "only names; add a row of numbers below them".into())),
-        false => Ok(thetas),
+        false => Ok(rows),
     }
+}
+
+/// Requires values that the body's law has a meaning for.
+///
+/// # Errors
+/// The first value that has none, in words.
+pub fn admissible(body: &Body, theta: &[f64]) -> Result<(), String> {
+    let of_law = body.material.parameters().len();
+    for (index, (parameter, &value)) in body.parameters.iter().zip(theta).enumerate() {
+        let bounds = if index < of_law { body.material.bounds(index) } else { f64::MIN..=f64::MAX };
+        if !bounds.contains(&value) {
+            let required = requirement(&bounds, value);
+            let (name, value) = (&parameter.name, said(parameter, value, 12));
+            return Err(format!("{name} = {value} makes no sense; it must be {required}"));
+        }
+    }
+    Ok(())
 }
 
 /// What to say about parameters outside their ranges.
 pub fn outside(parameters: &[Parameter], theta: &[f64]) -> Vec<String> {
     let say = |(parameter, value): (&Parameter, &f64)| {
-        let Parameter { name, unit, range: [low, high], .. } = parameter;
+        let [low, high] = parameter.range;
         // Rounding of a bound that went through a text does not call for a warning.
         let slack = 1e-9 * low.abs().max(high.abs());
         let inside = (low - slack..=high + slack).contains(value);
         (!inside).then(|| {
-            let [value, low, high] = [*value, *low, *high].map(|x| trimmed(x, 12));
-            format!("{name} = {value} {unit} is outside its range from {low} to {high} {unit}")
+            let value = said(parameter, *value, 12);
+            format!("{} = {value} is outside its range {}", parameter.name, range(parameter))
         })
     };
     parameters.iter().zip(theta).filter_map(say).collect()
@@ -137,16 +181,13 @@ fn head(text: &str) -> (&str, &str) {
 fn columns(names: &[&str], parameters: &[Parameter]) -> Result<Vec<usize>, String> {
     let known = || parameters.iter().map(|parameter| parameter.name.as_str());
     if let Some(name) = names.iter().find(|name| known().all(|known| known != **name)) {
-        return Err(format!(
-            "`{name}` is not a parameter{}",
-            crate::case::advise(name, known(), "parameters")
-        ));
+        return Err(format!("`{name}` is not a parameter{}", advise(name, known(), "parameters")));
     }
     let column = |parameter: &Parameter| {
         let mut found = (0..names.len()).filter(|&column| names[column] == parameter.name);
         match (found.next(), found.next()) {
             (Some(column), None) => Ok(column),
-            (Some(_), Some(_)) => Err(format!("`{}` is there twice", parameter.name)),
+            (Some(_), Some(_)) => Err(format!("`{}` is there twice; keep one", parameter.name)),
             (None, _) => Err(format!(
                 "{} is missing; give all of {}",
                 described(parameter),
@@ -157,27 +198,47 @@ fn columns(names: &[&str], parameters: &[Parameter]) -> Result<Vec<usize>, Strin
     parameters.iter().map(column).collect()
 }
 
-/// A value in the unit of its parameter; its own unit, or the given one, is converted.
-fn number(text: &str, unit: &str, parameter: &Parameter) -> Result<f64, String> {
+/// A value in the unit of the scene; it is in the given unit unless it names its own.
+fn number(text: &str, unit: &Unit, parameter: &Parameter) -> Result<f64, String> {
     let (digits, own) = number_and_unit(text);
     let value: f64 = match digits.parse() {
         Ok(value) if f64::is_finite(value) => value,
+        _ if text.is_empty() => {
+            return Err(format!("there is no value for {}", described(parameter)));
+        }
         _ => return Err(format!("`{text}` is not a finite number for {}", described(parameter))),
     };
-    let unit = if own.is_empty() { unit } else { own };
-    if unit.is_empty() || unit == parameter.unit {
-        return Ok(value);
-    }
-    match (stress_in_kpa(unit), stress_in_kpa(&parameter.unit)) {
-        (Some(given), Some(expected)) => Ok(value * given / expected),
-        _ => Err(format!("`{text}` is in {unit}, but {}", described(parameter))),
+    match own {
+        "" => Ok(unit.in_scene(value)),
+        own => unit_of(own, parameter)
+            .map(|unit| unit.in_scene(value))
+            .map_err(|reason| format!("`{text}`: {reason}")),
     }
 }
 
+/// A unit that values of a parameter are given in.
+fn unit_of(given: &str, parameter: &Parameter) -> Result<Unit, String> {
+    if given == parameter.unit.name() {
+        return Ok(parameter.unit.clone());
+    }
+    if stress(parameter.unit.name()).is_ok() {
+        return stress(given);
+    }
+    let (name, own) = (&parameter.name, parameter.unit.name());
+    Err(match own {
+        "1" => format!("{name} is a number without unit, not in {given}; leave the unit out"),
+        own => format!("{name} is in {own}, not in {given}"),
+    })
+}
+
 fn described(parameter: &Parameter) -> String {
-    let Parameter { name, unit, range: [low, high], .. } = parameter;
-    let unit = if unit == "1" { "" } else { unit };
-    format!("{name} (from {low} to {high} {unit}").trim_end().to_string() + ")"
+    format!("{} ({})", parameter.name, range(parameter))
+}
+
+/// θ on a command line: `mu=75,p=8`.
+fn example(parameters: &[Parameter]) -> String {
+    let pair = |p: &Parameter| format!("{}={}", p.name, p.unit.shown(p.range[0]));
+    parameters.iter().map(pair).collect::<Vec<_>>().join(",")
 }
 
 fn listed(parameters: &[Parameter]) -> String {

@@ -19,7 +19,7 @@ pub fn to_vtk_surface(mesh: &TriangleMesh, encoding: VtkEncoding) -> Result<Vec<
 /// # Errors
 /// As [`to_vtk_surface`].
 pub fn to_vtp(mesh: &TriangleMesh) -> Result<Vec<u8>, MeshError> {
-    to_xml(mesh, Shape::Surface)
+    to_xml(mesh, Shape::Surface, &[])
 }
 
 /// A surface as an STL file, which keeps the triangles only: no fields and sets, and of coordinates in binary files their

@@ -14,10 +14,25 @@ use std::path::Path;
 /// # Errors
 /// When the mesh breaks a rule of [`Mesh::check`] or a name cannot be written.
 pub fn to_vtu<const N: usize>(mesh: &Mesh<N>) -> Result<Vec<u8>, MeshError> {
-    to_xml(mesh, Shape::Grid)
+    to_vtu_with(mesh, &[])
 }
 
-pub(crate) fn to_xml<const N: usize>(mesh: &Mesh<N>, shape: Shape) -> Result<Vec<u8>, MeshError> {
+/// [`to_vtu`] with numbers that belong to the whole mesh, by name, such as parameters: VTK's field data.
+///
+/// # Errors
+/// As [`to_vtu`].
+pub fn to_vtu_with<const N: usize>(
+    mesh: &Mesh<N>,
+    numbers: &[(String, f64)],
+) -> Result<Vec<u8>, MeshError> {
+    to_xml(mesh, Shape::Grid, numbers)
+}
+
+pub(crate) fn to_xml<const N: usize>(
+    mesh: &Mesh<N>,
+    shape: Shape,
+    numbers: &[(String, f64)],
+) -> Result<Vec<u8>, MeshError> {
     mesh.check()?;
     let (point_fields, cell_fields) = fields_with_sets(mesh)?;
     let (nodes, cells) = (mesh.points.len(), mesh.cells.len());
@@ -29,6 +44,7 @@ pub(crate) fn to_xml<const N: usize>(mesh: &Mesh<N>, shape: Shape) -> Result<Vec
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"{kind}\" version=\"1.0\" \
          byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<{kind}>\n",
     );
+    field_data(&mut xml, numbers)?;
     xml += &format!("<Piece NumberOfPoints=\"{nodes}\" NumberOf{list}=\"{cells}\">\n<Points>\n");
     floats(&mut xml, "Points", 3, mesh.points.as_flattened());
     xml += &format!("</Points>\n<{list}>\n");
@@ -69,6 +85,23 @@ pub fn to_pvd(series: &[(f64, &Path)]) -> Result<String, MeshError> {
     }
     xml += "</Collection>\n</VTKFile>\n";
     Ok(xml)
+}
+
+fn field_data(xml: &mut String, numbers: &[(String, f64)]) -> Result<(), MeshError> {
+    if numbers.is_empty() {
+        return Ok(());
+    }
+    *xml += "<FieldData>\n";
+    for (name, number) in numbers {
+        if name.is_empty() || name.chars().any(char::is_control) {
+            return Err(Defect::Name { name: name.clone() }.into());
+        }
+        let name = escape(name);
+        let kind = "type=\"Float64\" NumberOfTuples=\"1\" format=\"ascii\"";
+        *xml += &format!("<DataArray {kind} Name=\"{name}\">{number:?}</DataArray>\n");
+    }
+    *xml += "</FieldData>\n";
+    Ok(())
 }
 
 fn fields(xml: &mut String, section: &str, fields: &BTreeMap<String, Field>) {

@@ -3,7 +3,7 @@
 use super::CaseError;
 use super::mesh::by_place;
 use super::source::{Source, advise, exactly_if_any};
-use super::units::{STRESSES, names, quantity};
+use super::units::quantity;
 use serde::Deserialize;
 use serde::de::{Deserializer, Visitor};
 use sinew_energy::Magnitude;
@@ -158,10 +158,7 @@ impl<'de> Deserialize<'de> for Pressure {
                 match quantity(text) {
                     None => Ok(Pressure::Parameter(text.into())),
                     Some(Ok(kpa)) => Ok(Pressure::Fixed(kpa)),
-                    Some(Err(unit)) => {
-                        let advice = advise(&unit, names(&STRESSES), "units of stress");
-                        Err(E::custom(format!("`{unit}` is not a unit of stress{advice}")))
-                    }
+                    Some(Err(reason)) => Err(E::custom(reason)),
                 }
             }
         }

@@ -1,8 +1,8 @@
 //! Meshes: from a file, or made.
 
 use super::CaseError;
-use super::source::{Source, advise, exactly};
-use super::units::{LENGTHS, names};
+use super::source::{Source, exactly};
+use super::units::length;
 use serde::Deserialize;
 use sinew_energy::listed;
 use sinew_mesh::{AnyMesh, Biventricle, TruncatedEllipsoid, box_hexahedra, box_tetrahedra};
@@ -90,12 +90,8 @@ const SURFACE_HEIGHT: f64 = 1e-3;
 impl MeshSource {
     /// The unit of length \[mm\].
     pub(super) fn scale(&self, source: &Source) -> Result<f64, CaseError> {
-        let unit = self.unit.as_deref().unwrap_or("mm");
-        let found = LENGTHS.iter().find(|(name, _)| *name == unit);
-        found.map(|(_, scale)| *scale).ok_or_else(|| {
-            let advice = advise(unit, names(&LENGTHS), "units of length");
-            source.error(&["mesh", "unit"], format!("`{unit}` is not a unit of length{advice}"))
-        })
+        length(self.unit.as_deref().unwrap_or("mm"))
+            .map_err(|reason| source.error(&["mesh", "unit"], reason))
     }
 
     /// Refuses a surface in the place of a body.

@@ -2,12 +2,12 @@
 
 use super::laws::Row;
 use super::source::{advise, exactly, exactly_if_any};
-use super::units::{STRESSES, names, stress_in_kpa};
+use super::units::stress;
 use super::{Case, CaseError};
 use serde::Deserialize;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
-use sinew_energy::{Body, Parameter, Sampling};
+use sinew_energy::{Body, Parameter, Sampling, Unit, requirement};
 use std::fmt;
 
 /// Range of a parameter, or its value where that is known, so that θ does not list it.
@@ -66,17 +66,15 @@ impl Case {
 
     fn lower_range(&self, name: &str, unit: &str, range: &Range) -> Result<Parameter, CaseError> {
         let error = |key: &str, reason| Err(self.source.error(&["parameters", name, key], reason));
-        let factor = match (unit, range.unit.as_deref().unwrap_or(unit)) {
-            ("kPa", given) => match stress_in_kpa(given) {
-                Some(factor) => factor,
-                None => {
-                    let advice = advise(given, names(&STRESSES), "units of stress");
-                    return error("unit", format!("`{given}` is not a unit of stress{advice}"));
-                }
+        let unit = match (unit, range.unit.as_deref().unwrap_or(unit)) {
+            ("kPa", given) => match stress(given) {
+                Ok(unit) => unit,
+                Err(reason) => return error("unit", reason),
             },
-            (own, given) if own == given => 1.0,
+            (own, given) if own == given => Unit::from(own),
             (own, given) => {
-                return error("unit", format!("{name} is {}, not in {given}", spoken(own)));
+                let reason = format!("{name} is {}, not in {given}; leave it out", spoken(own));
+                return error("unit", reason);
             }
         };
         let ([low, high], sampling) = match (range.range, range.value) {
@@ -87,26 +85,26 @@ impl Case {
             (None, Some(value)) => ([value; 2], Sampling::Linear),
             _ => return error("range", "give one of `range` and `value`".into()),
         };
-        let shown = range.unit.as_deref().unwrap_or(unit);
+        let shown = unit.suffix();
         let reason = if !(low.is_finite() && high.is_finite()) {
-            "give finite numbers".to_string()
+            format!("it goes from {low} to {high}{shown}; give finite numbers")
         } else if low == high && range.value.is_none() {
             format!(
-                "both ends are {low} {shown}, which leaves nothing to sample; write {name} = {low} if it is known"
+                "both ends are {low}{shown}, which leaves nothing to sample; write {name} = {low} if it is known"
             )
         } else if low > high {
             format!(
-                "it goes from {low} to {high} {shown}; write the smaller number first: [{high}, {low}]"
+                "it goes from {low} to {high}{shown}; write the smaller number first: [{high}, {low}]"
             )
         } else if sampling == Sampling::Log && low <= 0.0 {
             format!(
-                "it begins at {low}, which has no logarithm; write {{ range = [{low}, {high}], sampling = \"linear\" }}"
+                "it begins at {low}{shown}, which has no logarithm; write {{ range = [{low}, {high}], sampling = \"linear\" }}"
             )
         } else {
             return Ok(Parameter {
                 name: name.into(),
-                unit: unit.into(),
-                range: [factor * low, factor * high],
+                range: [low, high].map(|value| unit.in_scene(value)),
+                unit,
                 sampling,
             });
         };
@@ -120,12 +118,12 @@ impl Case {
         {
             let bounds = body.material.bounds(index);
             if let Some(value) = parameter.range.iter().find(|&value| !bounds.contains(value)) {
-                let (name, least, most) = (&parameter.name, bounds.start(), bounds.end());
                 let reason = format!(
-                    "{value:?}{} makes no sense for this law; stay between {least:?} and {most:?}",
-                    crate::theta::spoken(&parameter.unit)
+                    "{} makes no sense for this law; it must be {}",
+                    parameter.unit.said(*value),
+                    requirement(&bounds, *value)
                 );
-                return Err(self.source.error(&["parameters", name], reason));
+                return Err(self.source.error(&["parameters", &parameter.name], reason));
             }
         }
         Ok(())

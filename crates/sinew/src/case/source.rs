@@ -29,11 +29,13 @@ impl Source {
 
     /// An error of the TOML reader, with what was meant.
     pub(crate) fn syntax(&self, error: &toml::de::Error) -> CaseError {
-        let line = error.span().map(|span| self.line_at(span.start));
+        let start = error.span().map(|span| span.start);
+        let root = DeTable::parse(&self.text).ok();
+        let keys = root.zip(start).and_then(|(root, start)| keys_at(root.get_ref(), start));
         CaseError::Key {
             file: self.file.clone(),
-            line,
-            key: String::new(),
+            line: start.map(|start| self.line_at(start)),
+            key: keys.unwrap_or_default().join("."),
             reason: explain(error.message()),
         }
     }
@@ -67,15 +69,84 @@ impl Source {
     }
 }
 
-/// What the reader says, with the key or name that was meant.
+/// The innermost key whose name or value is at a byte, with those of the tables around it.
+fn keys_at(table: &DeTable<'_>, byte: usize) -> Option<Vec<String>> {
+    let inner = |name: String, value: &DeValue<'_>, own: bool| {
+        let within = match value {
+            DeValue::Table(table) => keys_at(table, byte),
+            DeValue::Array(array) => (0..).zip(array.iter()).find_map(|(index, entry)| {
+                let own = entry.span().contains(&byte).then(|| vec![index.to_string()]);
+                let DeValue::Table(table) = entry.get_ref() else { return own };
+                let within = keys_at(table, byte);
+                within.map(|keys| [vec![index.to_string()], keys].concat()).or(own)
+            }),
+            _ => None,
+        };
+        match within {
+            Some(keys) => Some([vec![name], keys].concat()),
+            None => own.then(|| vec![name]),
+        }
+    };
+    table.iter().find_map(|(key, value)| {
+        let own = key.span().contains(&byte) || value.span().contains(&byte);
+        inner(key.get_ref().to_string(), value.get_ref(), own)
+    })
+}
+
+/// What the reader says, in words, with the key or name that was meant.
 fn explain(message: &str) -> String {
+    let message = message.trim_end();
     let mut quoted = message.split('`').skip(1).step_by(2);
     let what = [("unknown field", "there is no key"), ("unknown variant", "there is no choice")];
-    match (what.iter().find(|(start, _)| message.starts_with(start)), quoted.next()) {
-        (Some((_, say)), Some(word)) => {
-            format!("{say} `{word}` here{}", advise(word, quoted, "it knows"))
+    if let Some((_, say)) = what.iter().find(|(start, _)| message.starts_with(start))
+        && let Some(word) = quoted.next()
+    {
+        return format!("{say} `{word}` here{}", advise(word, quoted, "it knows"));
+    }
+    if let Some(key) = message.strip_prefix("missing field ") {
+        return format!(
+            "{key} is missing; add it (sinew new OnceClampedBeam prints a whole case, docs/case-file.md explains every key)"
+        );
+    }
+    if let Some(key) = message.strip_prefix("duplicate key") {
+        return format!(
+            "{} is there twice; keep one",
+            if key.is_empty() { "a key" } else { key.trim() }
+        );
+    }
+    let wrong =
+        ["invalid type: ", "invalid value: "].iter().find_map(|start| message.strip_prefix(start));
+    match wrong.and_then(|wrong| wrong.split_once(", expected ")) {
+        Some((found, expected)) => {
+            format!("{} stands here; give {}", kind(found), wanted(expected))
         }
-        _ => message.trim_end().to_string(),
+        None => message.to_string(),
+    }
+}
+
+/// A value that the reader found, in words.
+fn kind(found: &str) -> String {
+    let number = found.strip_prefix("integer ").or_else(|| found.strip_prefix("floating point "));
+    match (number, found.strip_prefix("string ")) {
+        (Some(number), _) => format!("the number {}", number.trim_matches('`')),
+        (_, Some(text)) => format!("the text {text}"),
+        _ if found == "sequence" => "a list".into(),
+        _ if found == "map" => "a table".into(),
+        _ => found.replace("boolean ", ""),
+    }
+}
+
+/// What the reader expected, in words.
+fn wanted(expected: &str) -> String {
+    match expected {
+        "f64" | "f32" => "a number".into(),
+        "usize" | "u64" | "u32" => "a whole number, 0 or more".into(),
+        "a string" | "path string" => "a text in quotes".into(),
+        "a sequence" => "a list in brackets".into(),
+        "a map" => "a table".into(),
+        "a boolean" => "true or false".into(),
+        named if named.starts_with("struct ") => "a table of keys".into(),
+        other => other.into(),
     }
 }
 

@@ -78,7 +78,7 @@ fn arrays(body: &Body, path: &std::path::Path) -> std::io::Result<()> {
 fn description(body: &Body) -> serde_json::Value {
     let parameter = |p: &sinew::Parameter| {
         let sampling = if p.sampling == Sampling::Log { "log" } else { "linear" };
-        json!({ "name": p.name, "unit": p.unit, "range": p.range, "sampling": sampling })
+        json!({ "name": p.name, "unit": p.unit.of_scene(&body.units), "range": p.range, "sampling": sampling })
     };
     let probe: Vec<f64> = (0..3 * body.nodes).map(|i| 1e-4 * (i as f64).sin()).collect();
     let theta = body.centre();

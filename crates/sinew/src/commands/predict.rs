@@ -1,11 +1,18 @@
 //! Predictions and their corrections.
 
-use super::{CaseArguments, MOST_WARNINGS, ThetaArguments, refuse, trained};
+use super::{
+    Answer, Batch, CaseArguments, MOST_WARNINGS, ThetaArguments, Written, refuse, trained,
+};
 use anyhow::Result;
 use clap::Args;
-use sinew::output::{Fields, displacement_in_words};
-use sinew::{Body, Case, Emulator, theta_in_words};
+use rayon::prelude::*;
+use sinew::output::{Quality, displacement_in_words};
+use sinew::{Body, Case, Emulator, Estimate, Prediction, Warning, theta_in_words};
+use sinew_emulate::{Correction, Counter, Terminal};
 use std::path::{Path, PathBuf};
+
+/// Estimates between two signs of progress.
+const AT_ONCE: usize = 64;
 
 /// What both commands read.
 #[derive(Debug, Args)]
@@ -17,17 +24,17 @@ pub(crate) struct Asked {
     /// Name of the emulator's folder within OUT, such as `regression` [default: the only one, or that of the case's recipe]
     #[arg(long, value_name = "NAME")]
     emulator: Option<String>,
-    /// Most cases to write for ParaView
-    #[arg(long, value_name = "COUNT", default_value_t = 20)]
-    pictures: usize,
+    #[command(flatten)]
+    written: Written,
 }
 
 /// For which parameters.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Writes cases.csv, cases.npz, NNNN.vtu and cases.pvd into OUT/predict. Each case comes with an estimate of its error, by
-Newton steps that contract, or says why there is none; --quick leaves it out. --refine 4 comes nearer, a tenth to a thousandth
-of the error, at a tenth of a Newton step or less each.
+Writes cases.csv, cases.npz, NNNN.vtu and cases.pvd into OUT/predict/NAME, where NAME is the emulator's. Each case comes
+with an estimate of its error, by Newton steps that contract, or says why there is none; --quick leaves it out. --refine 4
+comes nearer, a tenth to a thousandth of the error, at a tenth of a Newton step or less each. A row of a table that fails
+is a row of cases.csv with the reason, and the exit code is not 0.
 
 Example: sinew sample OnceClampedBeam && sinew predict OnceClampedBeam --theta out/OnceClampedBeam/sample/thetas.csv")]
 pub(crate) struct Predict {
@@ -45,92 +52,201 @@ pub(crate) struct Predict {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Each step of Newton's method about squares the error of a prediction that is within 2 % of the truth. From above 4 % it
-may hurt: then a warning says so. Writes into OUT/correct.
+may hurt: then a warning says so. Writes into OUT/correct/NAME, where NAME is the emulator's. A row of a table that fails
+is a row of cases.csv with the reason, and the exit code is not 0.
 
 Example: sinew correct OnceClampedBeam --theta mu=75,lambda=80 --steps 2")]
 pub(crate) struct Correct {
     #[command(flatten)]
     asked: Asked,
-    /// Newton steps
-    #[arg(long, default_value_t = 1)]
-    steps: usize,
+    /// Newton steps, 1 or more
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    steps: u32,
+}
+
+/// What both commands begin with.
+struct Opened<'b> {
+    batch: Batch,
+    emulator: Emulator<'b>,
+    /// Name of the emulator's folder.
+    name: String,
 }
 
 impl Asked {
-    fn emulator<'b>(&self, case: &Case, body: &'b Body, folder: &Path) -> Result<Emulator<'b>> {
-        let found = trained(folder)?;
-        let own = case.training.recipe();
-        let wanted = match (&self.emulator, &found[..]) {
-            (Some(wanted), _) => wanted,
-            (None, [(only, _)]) => only,
-            (None, _) => own.key(),
-        };
-        match found.iter().find(|(name, _)| name == wanted) {
-            Some((_, folder)) => Ok(Emulator::load(folder, body)?),
-            None => {
-                let names: Vec<_> = found.iter().map(|(name, _)| name.as_str()).collect();
-                refuse(format!("choose one with --emulator NAME: {}", names.join(", ")))
-            }
+    /// Reads θ and the emulator, and repeats what its training warned of.
+    fn open<'b>(&self, case: &Case, body: &'b Body, folder: &Path) -> Result<Opened<'b>> {
+        let (name, path) = self.chosen(case, folder)?;
+        let batch = self.theta.read(body)?;
+        let emulator = Emulator::load(&path, body)?;
+        for warning in &emulator.record.warnings {
+            eprintln!("warning: the training of `{name}` said: {warning}");
         }
+        Ok(Opened { batch, emulator, name })
     }
 
-    fn write(&self, fields: &Fields<'_>, folder: PathBuf) -> Result<()> {
-        fields.write(&folder, self.pictures)?;
-        println!("written: {}", folder.display());
-        Ok(())
+    /// Name and folder of the emulator that is asked for.
+    fn chosen(&self, case: &Case, folder: &Path) -> Result<(String, PathBuf)> {
+        let mut found = trained(folder)?;
+        let own = case.training.recipe();
+        let place = match (&self.emulator, &found[..]) {
+            (None, [_]) => Some(0),
+            (wanted, _) => {
+                let wanted = wanted.as_deref().unwrap_or(own.key());
+                found.iter().position(|(name, _)| name == wanted)
+            }
+        };
+        if let Some(place) = place {
+            return Ok(found.swap_remove(place));
+        }
+        let names: Vec<_> = found.iter().map(|(name, _)| name.as_str()).collect();
+        let (folder, names) = (folder.display(), names.join(", "));
+        match &self.emulator {
+            Some(wanted) => refuse(format!(
+                "--emulator {wanted}: there is no emulator of that name in {folder}; there are: {names}"
+            )),
+            None => refuse(format!(
+                "{folder} holds several emulators; choose one with --emulator NAME: {names}"
+            )),
+        }
     }
 }
 
 impl Predict {
     pub(crate) fn run(&self) -> Result<()> {
         let (case, body, folder) = self.asked.case.open()?;
-        let thetas = self.asked.theta.read(&body)?;
-        let emulator = self.asked.emulator(&case, &body, &folder)?;
-        let prediction = emulator.refine(&thetas, self.refine)?;
+        let Opened { mut batch, emulator, name } = self.asked.open(&case, &body, &folder)?;
+        let prediction = predicted(&emulator, &mut batch, self.refine)?;
+        let estimates = match self.quick {
+            true => Vec::new(),
+            false => estimated(&emulator, &prediction)?,
+        };
         let unit = &body.units.length;
-        for (index, theta) in thetas.iter().enumerate() {
-            let moved = displacement_in_words(prediction.field(index), unit);
-            print!("{}: displacement {moved}", theta_in_words(&body, theta));
-            if self.quick {
-                println!();
-                continue;
-            }
-            match emulator.estimate(&prediction, index) {
-                Ok(estimate) => println!("; {}", estimate.in_words(unit)),
-                Err(error) => println!("; no error estimate: {error}"),
-            }
-        }
-        let found = vec![("predicted", prediction.fields())];
-        self.asked.write(&Fields { body: &body, thetas: &thetas, found }, folder.join("predict"))
+        batch.print(&body, |place| {
+            let moved = displacement_in_words(prediction.field(place), unit);
+            let error = estimates.get(place).map_or(String::new(), |found| found.in_words(unit));
+            let between = if error.is_empty() { "" } else { "; " };
+            format!(": displacement {moved}{between}{error}")
+        });
+        let answer = |place: usize| Answer {
+            fields: vec![prediction.field(place)],
+            quality: estimates.get(place).map(|found| quality(found, unit)),
+            warnings: others(&prediction.warnings[place]),
+        };
+        let answers = (0..prediction.thetas.len()).map(answer).collect();
+        let folder = folder.join("predict").join(name);
+        batch.write(&body, &["predicted"], answers, &self.asked.written, &folder)
     }
+}
+
+/// Predictions for the open rows; those that have none are closed.
+///
+/// # Errors
+/// No row has one.
+fn predicted(emulator: &Emulator<'_>, batch: &mut Batch, steps: usize) -> Result<Prediction> {
+    let refused = match emulator.refine(&batch.thetas(), steps) {
+        Ok(prediction) if prediction.displacement.iter().all(|u| u.is_finite()) => {
+            return Ok(prediction);
+        }
+        Ok(_) => anyhow::anyhow!("no prediction is finite"),
+        Err(error) => error.into(),
+    };
+    // Which of them, one by one.
+    for (row, theta) in batch.open().collect::<Vec<_>>().into_iter().zip(batch.thetas()) {
+        match emulator.refine(&[theta], steps) {
+            Ok(prediction) if prediction.displacement.iter().all(|u| u.is_finite()) => {}
+            Ok(_) => batch.fail(emulator.body(), row, "the prediction is not finite".into()),
+            Err(error) => batch.fail(emulator.body(), row, error.to_string()),
+        }
+    }
+    match batch.open().next() {
+        Some(_) => Ok(emulator.refine(&batch.thetas(), steps)?),
+        None => Err(refused),
+    }
+}
+
+/// Error estimates on all threads, with progress on the terminal.
+///
+/// # Errors
+/// A body that cannot be solved at all.
+fn estimated(emulator: &Emulator<'_>, prediction: &Prediction) -> Result<Vec<Estimate>> {
+    let cases: Vec<usize> = (0..prediction.thetas.len()).collect();
+    let mut terminal = Terminal::default();
+    let mut counter = Counter::new(&mut terminal, "estimate errors", 0, cases.len());
+    let mut estimates = Vec::with_capacity(cases.len());
+    for cases in cases.chunks(AT_ONCE) {
+        let found = cases.par_iter().map(|&case| emulator.estimate(prediction, case));
+        estimates.extend(found.collect::<Result<Vec<_>, _>>()?);
+        let _ = counter.step(cases.len(), "");
+    }
+    Ok(estimates)
+}
+
+/// An estimate for the table.
+fn quality(estimate: &Estimate, unit: &str) -> Quality {
+    let Estimate { distance, residual, newton_steps, .. } = estimate;
+    let kind = match (distance, newton_steps) {
+        (Some(_), 1) => "1 Newton step".into(),
+        (Some(_), steps) => format!("{steps} Newton steps"),
+        (None, _) => estimate.in_words(unit),
+    };
+    Quality {
+        mean: distance.map(|found| found.mean),
+        largest: distance.map(|found| found.largest),
+        energy_norm: distance.map(|found| 100.0 * found.relative),
+        kind,
+        residual: *residual,
+    }
+}
+
+/// Warnings that no other column of the table holds.
+fn others(warnings: &[Warning]) -> Vec<String> {
+    let told = |warning: &&Warning| {
+        !matches!(warning, Warning::OutsideRange { .. } | Warning::NotNearEquilibrium { .. })
+    };
+    warnings.iter().filter(told).map(ToString::to_string).collect()
 }
 
 impl Correct {
     pub(crate) fn run(&self) -> Result<()> {
         let (case, body, folder) = self.asked.case.open()?;
-        let thetas = self.asked.theta.read(&body)?;
-        let emulator = self.asked.emulator(&case, &body, &folder)?;
-        let predicted = emulator.predict(&thetas)?.fields();
-        let mut corrected = Vec::with_capacity(thetas.len());
-        for theta in &thetas {
-            let correction = emulator.correct(theta, self.steps)?;
-            println!("{}", theta_in_words(&body, theta));
-            for (index, step) in correction.steps.iter().enumerate() {
-                println!(
-                    "  step {}: residual {:.1e} to {:.1e} of the forces, energy norm of the step {:.1e}, {:.1} ms",
-                    index + 1,
-                    step.residual_before / step.force_scale,
-                    step.residual_after / step.force_scale,
-                    step.energy_norm,
-                    1e3 * step.seconds
-                );
+        let Opened { mut batch, emulator, name } = self.asked.open(&case, &body, &folder)?;
+        let mut corrected = Vec::new();
+        for (row, theta) in batch.open().collect::<Vec<_>>().into_iter().zip(batch.thetas()) {
+            match emulator.correct(&theta, self.steps as usize) {
+                Ok(correction) => {
+                    tell(&body, &theta, &correction);
+                    corrected.push(correction);
+                }
+                Err(error) => batch.fail(&body, row, error.to_string()),
             }
-            for warning in correction.warnings.iter().take(MOST_WARNINGS) {
-                eprintln!("warning: {warning}");
-            }
-            corrected.push(correction.displacement);
         }
-        let found = vec![("corrected", corrected), ("predicted", predicted)];
-        self.asked.write(&Fields { body: &body, thetas: &thetas, found }, folder.join("correct"))
+        let predicted = emulator.predict(&batch.thetas())?.fields();
+        let unit = &body.units.length;
+        let answers = corrected.iter().zip(&predicted).map(|(found, before)| Answer {
+            fields: vec![&found.displacement, before],
+            quality: Some(quality(&found.estimate, unit)),
+            warnings: others(&found.warnings),
+        });
+        let answers = answers.collect();
+        let folder = folder.join("correct").join(name);
+        batch.write(&body, &["corrected", "predicted"], answers, &self.asked.written, &folder)
+    }
+}
+
+fn tell(body: &Body, theta: &[f64], correction: &Correction) {
+    println!("{}", theta_in_words(body, theta));
+    for (index, step) in correction.steps.iter().enumerate() {
+        println!(
+            "  step {}: residual {:.1e} to {:.1e} of the forces, energy norm of the step {:.1e}, {:.1} ms",
+            index + 1,
+            step.residual_before / step.force_scale,
+            step.residual_after / step.force_scale,
+            step.energy_norm,
+            1e3 * step.seconds
+        );
+    }
+    println!("  {}", correction.estimate.in_words(&body.units.length));
+    for warning in others(&correction.warnings).iter().take(MOST_WARNINGS) {
+        eprintln!("warning: {warning}");
     }
 }

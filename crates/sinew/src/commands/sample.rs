@@ -157,17 +157,13 @@ impl Merge {
     }
 }
 
-/// A row per θ that is read back bit for bit.
+/// A row per θ, in the parameters' own units.
 fn table(body: &Body, thetas: &[Vec<f64>]) -> String {
-    let heads: Vec<_> = body
-        .parameters
-        .iter()
-        .map(|p| match p.unit.as_str() {
-            "1" => p.name.clone(),
-            unit => format!("{} [{unit}]", p.name),
-        })
-        .collect();
-    let row = |theta: &Vec<f64>| theta.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+    let heads: Vec<_> = body.parameters.iter().map(|p| p.unit.head(&p.name)).collect();
+    let row = |theta: &Vec<f64>| {
+        let cells = body.parameters.iter().zip(theta).map(|(p, &x)| p.unit.shown(x).to_string());
+        cells.collect::<Vec<_>>().join(",")
+    };
     let rows: Vec<_> = std::iter::once(heads.join(",")).chain(thetas.iter().map(row)).collect();
     rows.join("\n") + "\n"
 }

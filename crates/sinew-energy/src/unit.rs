@@ -1,0 +1,117 @@
+//! Units that people write and read parameters in.
+
+use crate::Units;
+use std::fmt;
+
+/// Unit that people write and read a parameter in. θ and ranges are in the units of the scene; this says how many of those one is.
+///
+/// ```
+/// use sinew_energy::Unit;
+///
+/// let mmhg = Unit::sized("mmHg", 0.133322387415); // kPa
+/// let p = mmhg.in_scene(8.0);
+/// assert_eq!((mmhg.shown(p), mmhg.said(p).as_str()), (8.0, "8 mmHg"));
+/// assert_eq!(Unit::from("1").said(0.45), "0.45");
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unit {
+    name: String,
+    size: f64,
+}
+
+/// Significant digits that tell any two numbers apart.
+const DIGITS: usize = 17;
+
+impl Unit {
+    /// A unit of which one is `size` units of the scene.
+    ///
+    /// # Panics
+    /// If the size is not positive and finite.
+    pub fn sized(name: impl Into<String>, size: f64) -> Self {
+        assert!(size > 0.0 && size.is_finite(), "a unit's size is positive and finite, not {size}");
+        Self { name: name.into(), size }
+    }
+
+    /// Its name, such as `"mmHg"`; `"1"` for numbers without unit.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Name of the unit that θ and ranges are in: its own, or that of stresses where it is a multiple of it.
+    pub fn of_scene<'a>(&'a self, units: &'a Units) -> &'a str {
+        if self.is_scene() { &self.name } else { &units.stress }
+    }
+
+    /// Whether it is the unit of the scene.
+    pub fn is_scene(&self) -> bool {
+        self.size == 1.0
+    }
+
+    /// A value in this unit, in the unit of the scene.
+    pub fn in_scene(&self, value: f64) -> f64 {
+        value * self.size
+    }
+
+    /// A value in the unit of the scene, in this one: the shortest decimal that [`Unit::in_scene`] turns back where there is one.
+    pub fn shown(&self, value: f64) -> f64 {
+        if self.is_scene() {
+            return value;
+        }
+        let exact = value / self.size;
+        let rounded = |digits| format!("{exact:.digits$e}").parse().unwrap_or(exact);
+        (0..DIGITS).map(rounded).find(|&short| self.in_scene(short) == value).unwrap_or(exact)
+    }
+
+    /// A value in the unit of the scene, for people: `8 mmHg`.
+    pub fn said(&self, value: f64) -> String {
+        format!("{}{}", self.shown(value), self.suffix())
+    }
+
+    /// What stands behind a number: a space and the name; nothing for numbers without unit.
+    pub fn suffix(&self) -> String {
+        if self.name == "1" { String::new() } else { format!(" {}", self.name) }
+    }
+
+    /// Head of a column of values: `p [mmHg]`, and the name alone for numbers without unit.
+    pub fn head(&self, name: &str) -> String {
+        if self.name == "1" { name.into() } else { format!("{name} [{}]", self.name) }
+    }
+}
+
+impl From<&str> for Unit {
+    /// A unit of the scene.
+    fn from(name: &str) -> Self {
+        Self::sized(name, 1.0)
+    }
+}
+
+impl From<String> for Unit {
+    /// A unit of the scene.
+    fn from(name: String) -> Self {
+        Self::sized(name, 1.0)
+    }
+}
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_go_there_and_back_as_they_were_written() {
+        let mmhg = Unit::sized("mmHg", 0.133_322_387_415);
+        for tenth in 1..2000 {
+            let written = f64::from(tenth) / 10.0;
+            assert_eq!(mmhg.shown(mmhg.in_scene(written)), written);
+        }
+        let scene = Unit::from("kPa");
+        assert_eq!(scene.shown(0.1 + 0.2), 0.1 + 0.2);
+        assert_eq!(scene.head("a"), "a [kPa]");
+        assert!(mmhg.shown(f64::NAN).is_nan());
+    }
+}

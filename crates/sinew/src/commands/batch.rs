@@ -1,0 +1,199 @@
+//! Rows of θ that are asked for, and what becomes of each: one that fails does not end the others.
+
+use super::{MOST_WARNINGS, Usage, refuse};
+use anyhow::Result;
+use clap::Args;
+use sinew::output::{MOST_BYTES, Quality, Results, Row};
+use sinew::{Body, admissible, outside, parse_theta, read_rows, theta_in_words};
+use std::path::Path;
+
+/// θ of one or many cases.
+#[derive(Debug, Args)]
+pub(crate) struct ThetaArguments {
+    /// Parameters: name=value,name=value, or a CSV table with their names in its first line; may be given several times. A
+    /// number has the unit that the case file gives the parameter, unless it names its own (p=7mmHg, or a column p [mmHg])
+    /// [default: the middle of the ranges]
+    #[arg(long, value_name = "THETA|CSV")]
+    theta: Vec<String>,
+}
+
+/// How much is written.
+#[derive(Debug, Args)]
+pub(crate) struct Written {
+    /// Most cases to write for ParaView
+    #[arg(long, value_name = "COUNT", default_value_t = 20)]
+    pictures: usize,
+    /// Write cases.npz with all fields even where it takes more than 64 MB
+    #[arg(long)]
+    arrays: bool,
+}
+
+/// A row that was asked for.
+#[derive(Debug, Default)]
+struct Asked {
+    /// Empty where it could not be read.
+    theta: Vec<f64>,
+    failure: Option<String>,
+}
+
+/// What was found for an open row.
+#[derive(Debug, Default)]
+pub(crate) struct Answer<'a> {
+    /// Displacements, one by each name.
+    pub fields: Vec<&'a [f64]>,
+    pub quality: Option<Quality>,
+    pub warnings: Vec<String>,
+}
+
+/// All rows, in their order.
+#[derive(Debug, Default)]
+pub(crate) struct Batch {
+    rows: Vec<Asked>,
+    /// How many of them are wrong as they were given.
+    wrong: usize,
+    told: usize,
+}
+
+/// Rows that a line each is printed for; the others are in the table.
+const MOST_LINES: usize = 100;
+
+impl ThetaArguments {
+    /// All of them. Rows of tables that cannot be read or make no sense, and values outside their ranges, are told on
+    /// standard error.
+    ///
+    /// # Errors
+    /// θ on the command line that cannot be read or makes no sense, a table without one row that can.
+    pub(crate) fn read(&self, body: &Body) -> Result<Batch> {
+        let mut batch = Batch::default();
+        for text in &self.theta {
+            if text.contains('=') {
+                let theta = parse_theta(text, &body.parameters)?;
+                admissible(body, &theta).map_err(|why| Usage(format!("--theta {text}: {why}")))?;
+                batch.rows.push(Asked { theta, failure: None });
+            } else {
+                batch.read_table(text, body)?;
+            }
+        }
+        if self.theta.is_empty() {
+            batch.rows.push(Asked { theta: body.centre(), failure: None });
+        }
+        if batch.open().next().is_none() {
+            let first = batch.rows.iter().find_map(|row| row.failure.clone()).unwrap_or_default();
+            return refuse(format!("there is no row that can be computed; the first: {first}"));
+        }
+        batch.tell_outside(body);
+        Ok(batch)
+    }
+}
+
+impl Batch {
+    fn read_table(&mut self, file: &str, body: &Body) -> Result<()> {
+        for (line, found) in read_rows(Path::new(file), &body.parameters)? {
+            let (theta, wrong) = match found {
+                Ok(theta) => {
+                    let wrong = admissible(body, &theta).err();
+                    (theta, wrong.map(|why| format!("{file}, line {line}: {why}")))
+                }
+                Err(error) => (Vec::new(), Some(error.to_string())),
+            };
+            self.rows.push(Asked { theta, failure: None });
+            if let Some(reason) = wrong {
+                self.wrong += 1;
+                self.close(self.rows.len() - 1, reason.clone(), &reason);
+            }
+        }
+        Ok(())
+    }
+
+    /// Rows that nothing is wrong with so far.
+    pub(crate) fn open(&self) -> impl Iterator<Item = usize> {
+        (0..self.rows.len()).filter(|&row| self.rows[row].failure.is_none())
+    }
+
+    /// θ of the open rows.
+    pub(crate) fn thetas(&self) -> Vec<Vec<f64>> {
+        self.open().map(|row| self.rows[row].theta.clone()).collect()
+    }
+
+    /// Closes a row that could not be computed, and tells why.
+    pub(crate) fn fail(&mut self, body: &Body, row: usize, reason: String) {
+        let at = theta_in_words(body, &self.rows[row].theta);
+        self.close(row, reason.clone(), &format!("{at}: {reason}"));
+    }
+
+    fn close(&mut self, row: usize, reason: String, told: &str) {
+        self.rows[row].failure = Some(reason);
+        self.told += 1;
+        if self.told <= MOST_WARNINGS {
+            eprintln!("left out: {told}");
+        }
+    }
+
+    fn tell_outside(&self, body: &Body) {
+        let said = self.open().flat_map(|row| outside(&body.parameters, &self.rows[row].theta));
+        let said: Vec<_> = said.collect();
+        said.iter().take(MOST_WARNINGS).for_each(|warning| eprintln!("warning: {warning}"));
+        if let Some(more @ 1..) = said.len().checked_sub(MOST_WARNINGS) {
+            eprintln!("warning: {more} more values are outside their ranges");
+        }
+    }
+
+    /// Prints a line for each of the first open rows, with what is to be said of it; its place among the open ones is given.
+    pub(crate) fn print(&self, body: &Body, said: impl Fn(usize) -> String) {
+        for (place, row) in self.open().enumerate().take(MOST_LINES) {
+            println!("{}{}", theta_in_words(body, &self.rows[row].theta), said(place));
+        }
+        if let Some(more @ 1..) = self.open().count().checked_sub(MOST_LINES) {
+            println!("{more} more are in cases.csv");
+        }
+    }
+
+    /// Writes all rows, with the answers to the open ones, and says where.
+    ///
+    /// # Errors
+    /// A file that cannot be written; after all is written, that rows failed.
+    pub(crate) fn write(
+        &self,
+        body: &Body,
+        names: &[&str],
+        answers: Vec<Answer<'_>>,
+        written: &Written,
+        folder: &Path,
+    ) -> Result<()> {
+        let mut answers = answers.into_iter();
+        let row = |asked: &Asked| {
+            let answer = match asked.failure {
+                None => answers.next().unwrap_or_default(),
+                Some(_) => Answer::default(),
+            };
+            let Answer { fields, quality, warnings } = answer;
+            let (theta, failure) = (asked.theta.clone(), asked.failure.clone());
+            Row { theta, fields, quality, warnings, failure }
+        };
+        let rows = self.rows.iter().map(row).collect();
+        let names = names.to_vec();
+        let left_out =
+            Results { body, names, rows }.write(folder, written.pictures, written.arrays)?;
+        println!("written: {}", folder.display());
+        if let Some(bytes) = left_out {
+            let [bytes, most] = [bytes, MOST_BYTES].map(|bytes| bytes >> 20);
+            println!(
+                "cases.npz is left out: its fields take {bytes} MB, more than {most} MB; --arrays writes it"
+            );
+        }
+        self.outcome()
+    }
+
+    /// That rows failed, if some did.
+    fn outcome(&self) -> Result<()> {
+        let (failed, all) = (self.rows.len() - self.open().count(), self.rows.len());
+        let others = if failed < all { ", the others were computed" } else { "" };
+        let advice = "the column `failure` of cases.csv says why";
+        let reason = format!("{failed} of {all} rows failed{others}; {advice}");
+        match (failed, self.wrong) {
+            (0, _) => Ok(()),
+            (_, 0) => Err(anyhow::anyhow!(reason)),
+            _ => refuse(reason),
+        }
+    }
+}

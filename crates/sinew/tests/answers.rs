@@ -1,0 +1,233 @@
+//! Answers in files: units, rows that fail, emulators beside each other, and what is left of an earlier run.
+
+use sinew::Case;
+use sinew::case::hardly_moves;
+use sinew::output::{Fields, MOST_BYTES, Results, Row};
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+/// A plate under pressure in mmHg that trains in a second.
+const PLATE: &str = r#"
+law = "neo-hookean"
+loads = [{ pressure = "p", facets = "z_min" }]
+supports = [{ clamped = "x_min" }, { clamped = "x_max" }, { clamped = "y_min" }, { clamped = "y_max" }]
+
+[mesh]
+box = { extent = [30.0, 20.0, 6.0], cells = [4, 3, 2] }
+
+[parameters]
+mu = [8.0, 16.0]
+lambda = 12.0
+p = { range = [1.0, 4.0], unit = "mmHg" }
+
+[training]
+recipe = "regression"
+samples = 9
+held_out = 3
+"#;
+
+fn plate() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("plate.toml"), PLATE).unwrap();
+    folder
+}
+
+fn run(folder: &Path, arguments: &str) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_sinew"));
+    command.current_dir(folder).args(arguments.split_whitespace()).output().unwrap()
+}
+
+/// Exit code, and what was printed.
+fn sinew(folder: &Path, arguments: &str) -> (i32, String) {
+    let Output { status, stdout, stderr } = run(folder, arguments);
+    let text = [stdout, stderr].map(|bytes| String::from_utf8(bytes).unwrap()).concat();
+    (status.code().unwrap(), text)
+}
+
+/// What is printed by a command that succeeds.
+fn done(folder: &Path, arguments: &str) -> String {
+    let (code, told) = sinew(folder, arguments);
+    assert_eq!(code, 0, "sinew {arguments}: {told}");
+    told
+}
+
+/// Cells of a table by the heads of their columns; quoted cells hold no commas in these tests but in the last columns.
+fn column(folder: &Path, file: &str, head: &str) -> Vec<String> {
+    let text = std::fs::read_to_string(folder.join(file)).unwrap();
+    let mut lines = text.lines();
+    let heads: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let place = heads.iter().position(|found| *found == head);
+    let place = place.unwrap_or_else(|| panic!("{head} is not in {heads:?}"));
+    lines.map(|line| line.splitn(heads.len(), ',').nth(place).unwrap().to_string()).collect()
+}
+
+#[test]
+fn numbers_are_in_the_units_of_the_case() {
+    let folder = plate();
+    let folder = folder.path();
+    let told = done(folder, "solve plate.toml --theta mu=10,p=2");
+    assert!(told.contains("mu = 10 kPa, p = 2 mmHg: displacement"), "{told}");
+    assert_eq!(told, done(folder, "solve plate.toml --theta p=2mmhg,mu=10000Pa"));
+    assert_ne!(told, done(folder, "solve plate.toml --theta mu=10,p=2kPa"));
+    std::fs::write(folder.join("thetas.csv"), "mu,p\n10,2\n").unwrap();
+    assert_eq!(told, done(folder, "solve plate.toml --theta thetas.csv"));
+    assert_eq!(column(folder, "out/plate/solve/cases.csv", "p [mmHg]"), ["2"]);
+    let picture = std::fs::read_to_string(folder.join("out/plate/solve/0000.vtu")).unwrap();
+    assert!(picture.contains("Name=\"p [mmHg]\">2.0</DataArray>"), "no field data");
+    sinew_mesh::read_mesh::<4>(folder.join("out/plate/solve/0000.vtu")).unwrap();
+
+    let outside = done(folder, "solve plate.toml --theta mu=10,p=5");
+    let range = "p = 5 mmHg is outside its range from 1 to 4 mmHg";
+    assert!(outside.contains(range), "{outside}");
+    let [cell] = &column(folder, "out/plate/solve/cases.csv", "outside their ranges")[..] else {
+        panic!("one row")
+    };
+    assert_eq!(cell, range);
+    // Samples go out and come back as they are.
+    done(folder, "sample plate.toml --count 3");
+    let drawn = column(folder, "out/plate/sample/thetas.csv", "p [mmHg]");
+    assert!(drawn.iter().all(|p| (1.0..=4.0).contains(&p.parse::<f64>().unwrap())), "{drawn:?}");
+    done(folder, "solve plate.toml --theta out/plate/sample/thetas.csv");
+    assert_eq!(column(folder, "out/plate/solve/cases.csv", "p [mmHg]"), drawn);
+}
+
+#[test]
+fn a_row_that_fails_is_a_row_with_its_reason() {
+    let folder = plate();
+    let folder = folder.path();
+    let table = "mu,p\n10,2\n10,two\n-10,2\n10,1,3\n12,3\n";
+    std::fs::write(folder.join("thetas.csv"), table).unwrap();
+    done(folder, "train plate.toml");
+    for (command, kept) in [
+        ("solve", "out/plate/solve"),
+        ("predict", "out/plate/predict/regression"),
+        ("predict", "out/plate/predict/regression"),
+        ("correct", "out/plate/correct/regression"),
+    ] {
+        let (code, told) = sinew(folder, &format!("{command} plate.toml --theta thetas.csv"));
+        assert_eq!(code, 2, "{command}: {told}");
+        assert!(told.contains("3 of 5 rows failed, the others were computed"), "{told}");
+        let cases = format!("{kept}/cases.csv");
+        let failures = column(folder, &cases, "failure");
+        let expected = ["", "line 3: `two` is not", "line 4: mu = -10 kPa", "line 5: 3 values", ""];
+        for (found, expected) in failures.iter().zip(expected) {
+            assert!(found.contains(expected) && found.is_empty() == expected.is_empty(), "{found}");
+        }
+        assert_eq!(column(folder, &cases, "mu [kPa]"), ["10", "", "-10", "", "12"]);
+        let pictures =
+            [0, 1, 2, 3, 4].map(|case| folder.join(format!("{kept}/{case:04}.vtu")).exists());
+        assert_eq!(pictures, [true, false, false, false, true], "{command}");
+    }
+    // One that cannot be solved: no mistake of the table.
+    std::fs::write(folder.join("thetas.csv"), "mu,p\n10,2\n10,1e9\n").unwrap();
+    let (code, told) = sinew(folder, "solve plate.toml --theta thetas.csv");
+    assert_eq!(code, 1, "{told}");
+    let failures = column(folder, "out/plate/solve/cases.csv", "failure");
+    assert!(failures[0].is_empty() && failures[1].contains("no equilibrium"), "{failures:?}");
+}
+
+#[test]
+fn answers_of_two_emulators_stay_and_those_of_an_earlier_run_go() {
+    let folder = plate();
+    let folder = folder.path();
+    done(folder, "train plate.toml");
+    done(folder, "train plate.toml --recipe series");
+    done(folder, "sample plate.toml --count 5");
+    done(folder, "predict plate.toml --theta out/plate/sample/thetas.csv --emulator series");
+    let of_series = std::fs::read(folder.join("out/plate/predict/series/cases.csv")).unwrap();
+    let quick = "predict plate.toml --quick --theta out/plate/sample/thetas.csv";
+    done(folder, quick);
+    assert_eq!(
+        std::fs::read(folder.join("out/plate/predict/series/cases.csv")).unwrap(),
+        of_series
+    );
+    let kept = folder.join("out/plate/predict/regression");
+    assert!(kept.join("0004.vtu").exists() && kept.join("cases.pvd").exists());
+    std::fs::write(kept.join("notes.txt"), "mine").unwrap();
+    done(folder, "predict plate.toml --quick --theta mu=10,p=2");
+    assert!(kept.join("0000.vtu").exists() && !kept.join("0001.vtu").exists());
+    assert!(kept.join("notes.txt").exists());
+    done(folder, &format!("{quick} --pictures 0"));
+    assert!(!kept.join("0000.vtu").exists() && !kept.join("cases.pvd").exists());
+    // Which one is not guessed.
+    std::fs::rename(folder.join("out/plate/regression"), folder.join("out/plate/mine")).unwrap();
+    let (code, told) = sinew(folder, "predict plate.toml");
+    assert!(code == 2 && told.contains("several emulators"), "{told}");
+    assert!(told.contains("--emulator NAME: mine, series"), "{told}");
+    let (code, told) = sinew(folder, "predict plate.toml --emulator regresion");
+    assert!(code == 2 && told.contains("--emulator regresion") && told.contains("mine"), "{told}");
+}
+
+#[test]
+fn nobody_needs_to_read_what_is_printed() {
+    let folder = plate();
+    for arguments in [&["scenes"][..], &["solve", "plate.toml"]] {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let mut command = Command::new(env!("CARGO_BIN_EXE_sinew"));
+        let command = command.current_dir(folder.path()).args(arguments);
+        let output = command.stdout(writer).stderr(Stdio::piped()).output().unwrap();
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success() && !told.contains("panicked"), "{arguments:?}: {told}");
+    }
+    assert!(folder.path().join("out/plate/solve/cases.csv").exists());
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_sinew"));
+    let status = command.current_dir(folder.path()).args(["solve", "none.toml"]).stderr(writer);
+    assert_eq!(status.status().unwrap().code(), Some(2));
+}
+
+#[test]
+fn large_archives_are_written_only_when_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let body = Case::parse(PLATE, "plate.toml").unwrap().body().unwrap();
+    let (field, theta) = (vec![0.0; 3 * body.nodes], body.centre());
+    let count = MOST_BYTES / (8 * field.len()) + 1;
+    let row = Row { theta: theta.clone(), fields: vec![&field[..]], ..Row::default() };
+    let results = Results { body: &body, names: vec!["predicted"], rows: vec![row; count] };
+    let left_out = results.write(folder.path(), 1, false).unwrap();
+    assert_eq!(left_out, Some(8 * field.len() * count));
+    assert!(!folder.path().join("cases.npz").exists());
+    assert_eq!(results.write(folder.path(), 1, true).unwrap(), None);
+    assert!(folder.path().join("cases.npz").exists());
+    // What is small is written unasked, and takes the place of the large one.
+    let found = vec![("predicted", vec![field.clone()])];
+    Fields { body: &body, thetas: &[theta], found }.write(folder.path(), 1).unwrap();
+    let size = std::fs::metadata(folder.path().join("cases.npz")).unwrap().len() as usize;
+    assert!(size < MOST_BYTES && column(folder.path(), "cases.csv", "case") == ["0"]);
+}
+
+/// What is said of a plate with another text in it.
+fn warnings(from: &str, to: &str) -> Vec<String> {
+    assert!(PLATE.contains(from));
+    let case = Case::parse(&PLATE.replacen(from, to, 1), "plate.toml").unwrap();
+    case.warnings(&case.body().unwrap())
+}
+
+#[test]
+fn what_no_tissue_has_is_warned_of() {
+    assert!(warnings("[mesh]", "[mesh]").is_empty());
+    let said = |from: &str, to: &str, words: &[&str]| {
+        let found = warnings(from, to);
+        let [warning] = &found[..] else { panic!("{to}: {found:?}") };
+        assert!(words.iter().all(|word| warning.contains(word)), "{warning}");
+    };
+    said("[mesh]", "[mesh]\nunit = \"um\"", &["plate.toml, line 6, mesh", "0.03 mm", "unit ="]);
+    said("[mesh]", "[mesh]\nunit = \"m\"", &["mesh", "mm in size", "between 1 and 1000 mm"]);
+    said("mu = [8.0, 16.0]", "mu = [8e3, 16e6]", &["line 9, parameters", "kPa", "unit = \"Pa\""]);
+    let soft = "mu = { range = [8.0, 16.0], unit = \"Pa\" }";
+    said("mu = [8.0, 16.0]", soft, &["line 9, parameters", "0.008 kPa", "0.01 and"]);
+    let all = "extent = [30.0, 20.0, 6.0], cells = [1, 1, 1]";
+    said("extent = [30.0, 20.0, 6.0], cells = [4, 3, 2]", all, &["supports", "every node"]);
+}
+
+#[test]
+fn a_load_that_moves_nothing_is_warned_of() {
+    let folder = plate();
+    let told = done(folder.path(), "solve plate.toml --theta mu=10,p=1e-7");
+    assert!(told.contains("less than a millionth of the body's size of 30 mm"), "{told}");
+    let body = Case::parse(PLATE, "plate.toml").unwrap().body().unwrap();
+    let moved = |largest: f64| hardly_moves(&body, &vec![largest; 3 * body.nodes]);
+    assert!(moved(1e-5).is_some() && moved(1e-4).is_none());
+}

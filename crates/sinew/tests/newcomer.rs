@@ -1,0 +1,564 @@
+//! What a newcomer gets wrong, and what is said then: file, key or row, number, unit, and what to do.
+
+use sinew::{Case, parse_theta, read_rows, read_thetas};
+use std::path::Path;
+use std::process::Command;
+
+/// A plate under pressure in mmHg and its own weight.
+const PLATE: &str = r#"
+law = "neo-hookean"
+loads = [{ pressure = "p", facets = "z_min" }, { body_force = [0.0, 0.0, -9.8e-3] }]
+supports = [{ clamped = "x_min" }, { clamped = "x_max" }, { clamped = "y_min" }, { clamped = "y_max" }]
+
+[mesh]
+box = { extent = [30.0, 20.0, 6.0], cells = [6, 4, 2] }
+
+[parameters]
+mu = [8.0, 16.0]
+lambda = { range = [8.0, 16.0] }
+p = { range = [1.0, 4.0], unit = "mmHg" }
+
+[training]
+recipe = "regression"
+samples = 12
+held_out = 4
+"#;
+
+/// What is taken out of the case, what stands there instead, and what must be said.
+type Mistake = (&'static str, &'static str, &'static [&'static str]);
+
+/// Words of a debugger or a compiler, which no message may hold.
+const FOREIGN: [&str; 15] = [
+    "Err(",
+    "Some(",
+    "None",
+    "\\\"",
+    "f64",
+    "usize",
+    "u64",
+    "struct ",
+    "enum ",
+    "invalid type",
+    "expected a",
+    "panicked",
+    "SceneError",
+    "os error 0",
+    "unwrap",
+];
+
+/// Requires a sentence of one's own language that holds `words`.
+fn check(told: &str, attempt: &str, words: &[&str]) {
+    println!("{attempt}\n  -> {told}");
+    let foreign = FOREIGN.iter().find(|word| told.contains(**word));
+    assert!(foreign.is_none(), "{attempt}: `{}` in: {told}", foreign.unwrap());
+    for word in words {
+        assert!(told.contains(word), "{attempt}: `{word}` is not in: {told}");
+    }
+}
+
+fn case_mistakes() -> Vec<Mistake> {
+    vec![
+        // Keys.
+        ("law = ", "laws = ", &["line 2", "laws", "did you mean `law`?"]),
+        ("[mesh]", "[msh]", &["line 6", "did you mean `mesh`?"]),
+        ("supports = ", "support = ", &["line 4", "did you mean `supports`?"]),
+        ("body_force", "bodyforce", &["line 3", "loads.1.bodyforce", "did you mean `body_force`?"]),
+        ("clamped = \"x_min\"", "clamp = \"x_min\"", &["line 4", "did you mean `clamped`?"]),
+        ("extent", "extents", &["line 7", "mesh.box.extents", "did you mean `extent`?"]),
+        ("range = [8.0", "rnge = [8.0", &["line 11", "did you mean `range`?"]),
+        ("held_out", "heldout", &["line 17", "did you mean `held_out`?"]),
+        ("law = \"neo-hookean\"\n", "", &["`law` is missing", "add it"]),
+        ("[mesh]\nbox", "# box", &["`mesh` is missing", "add it"]),
+        (", cells = [6, 4, 2]", "", &["line 7", "`cells` is missing", "add it"]),
+        (
+            "mu = [8.0, 16.0]\n",
+            "",
+            &["line 9", "`mu` is missing", "mu = [smallest, largest]", "kPa"],
+        ),
+        (
+            "mu = [8.0, 16.0]\n",
+            "mu = [8.0, 16.0]\nE = [1, 2]\n",
+            &["parameters.E", "mu, lambda, p"],
+        ),
+        ("mu = [8.0, 16.0]\n", "mu = [8.0, 16.0]\nmu = [1, 2]\n", &["line 11", "twice"]),
+        // Syntax.
+        ("[mesh]", "[mesh", &["line 6", "]"]),
+        ("\"neo-hookean\"", "neo-hookean", &["line 2", "quotes"]),
+        ("\"neo-hookean\"", "\"neo-hookean", &["line 2"]),
+        ("held_out = 4", "held_out 4", &["line 17", "="]),
+        ("mu = [8.0, 16.0]", "mu = [8,0; 16,0]", &["line 10"]),
+        ("mu = [8.0, 16.0]", "mu =", &["line 10"]),
+        // Laws.
+        ("\"neo-hookean\"", "\"neohookean\"", &["law", "did you mean `neo-hookean`?"]),
+        ("\"neo-hookean\"", "\"mooney-rivlin\"", &["law", "laws: neo-hookean"]),
+        ("\"neo-hookean\"", "{ bulk_modulus = 25.0 }", &["law", "`name` is missing"]),
+        (
+            "\"neo-hookean\"",
+            "{ name = \"neo-hookean\", bulk_modulus = 9.0 }",
+            &["law.bulk_modulus", "leave it out"],
+        ),
+        (
+            "\"neo-hookean\"",
+            "{ name = \"guccione\", bulk_modulus = \"hard\" }",
+            &["line 2", "law", "the text \"hard\"", "a number"],
+        ),
+        ("\"neo-hookean\"", "\"guccione\"", &["law", "bulk_modulus = 25.0", "kPa"]),
+        ("\"neo-hookean\"", "3", &["line 2", "law", "the number 3", "the name of a law"]),
+        ("\"neo-hookean\"", "\"linear-elastic-plane-stress\"", &["law", "triangles"]),
+        // Ranges and units.
+        (
+            "mu = [8.0, 16.0]",
+            "mu = [16.0, 8.0]",
+            &["line 10", "parameters.mu", "16 to 8 kPa", "[8, 16]"],
+        ),
+        ("mu = [8.0, 16.0]", "mu = [8.0, 8.0]", &["parameters.mu", "8 kPa", "write mu = 8"]),
+        (
+            "mu = [8.0, 16.0]",
+            "mu = [8.0]",
+            &["line 10", "parameters.mu", "1 values where 2 belong"],
+        ),
+        (
+            "mu = [8.0, 16.0]",
+            "mu = \"soft\"",
+            &["line 10", "parameters.mu", "the text \"soft\"", "[smallest, largest]"],
+        ),
+        ("mu = [8.0, 16.0]", "mu = [8.0, nan]", &["parameters.mu", "finite"]),
+        ("mu = [8.0, 16.0]", "mu = [8.0, inf]", &["parameters.mu", "8 to inf kPa", "finite"]),
+        (
+            "mu = [8.0, 16.0]",
+            "mu = [0.0, 16.0]",
+            &["parameters.mu", "0 kPa", "sampling = \"linear\""],
+        ),
+        ("mu = [8.0, 16.0]", "mu = -8.0", &["parameters.mu", "-8 kPa", "positive"]),
+        (
+            "mu = [8.0, 16.0]",
+            "mu = [8.0, 1e120]",
+            &["parameters.mu", "kPa", "between 1e-100 and 1e100"],
+        ),
+        (
+            "mu = [8.0, 16.0]",
+            "mu = { range = [8.0, 16.0], value = 9.0 }",
+            &["parameters.mu", "one of `range` and `value`"],
+        ),
+        (
+            "mu = [8.0, 16.0]",
+            "mu = { value = 9.0, sampling = \"log\" }",
+            &["parameters.mu.sampling", "leave it out"],
+        ),
+        (
+            "mu = [8.0, 16.0]",
+            "mu = { range = [8.0, 16.0], sampling = \"logarithmic\" }",
+            &["line 10", "log"],
+        ),
+        ("\"mmHg\"", "\"bar\"", &["line 12", "parameters.p.unit", "`bar`", "kPa, mmHg"]),
+        ("\"mmHg\"", "\"mPa\"", &["parameters.p.unit", "mega", "did you mean `MPa`?"]),
+        (
+            "[1.0, 4.0], unit = \"mmHg\"",
+            "[4.0, 1.0], unit = \"mmHg\"",
+            &["parameters.p", "4 to 1 mmHg", "[1, 4]"],
+        ),
+        // Mesh.
+        (
+            "[mesh]\nbox",
+            "[mesh]\nfile = \"none.vtk\"\n# box",
+            &["line 7", "mesh.file", "no file none.vtk", "--mesh FILE"],
+        ),
+        ("[mesh]\nbox", "[mesh]\nfile = \"none.vtk\"\nbox", &["mesh", "one of `file`, `box`"]),
+        (
+            "box = { extent = [30.0, 20.0, 6.0], cells = [6, 4, 2] }",
+            "",
+            &["mesh", "one of `file`, `box`"],
+        ),
+        (
+            "extent = [30.0",
+            "extent = [-30.0",
+            &["line 7", "mesh.box.extent", "[-30, 20, 6]", "positive"],
+        ),
+        (
+            "extent = [30.0, 20.0, 6.0]",
+            "extent = [30.0, 20.0]",
+            &["line 7", "mesh.box.extent", "2 values where 3 belong"],
+        ),
+        ("cells = [6, 4, 2]", "cells = [6, 0, 2]", &["mesh.box.cells", "at least 1"]),
+        (
+            "cells = [6, 4, 2]",
+            "cells = [6, 1.5, 2]",
+            &["line 7", "mesh.box.cells", "the number 1.5", "whole number"],
+        ),
+        (
+            "cells = [6, 4, 2]",
+            "cells = [6, -4, 2]",
+            &["line 7", "mesh.box.cells", "the number -4", "whole number"],
+        ),
+        ("cells = [6, 4, 2]", "cells = [6000, 4000, 2000]", &["mesh.box.cells", "at most 2000000"]),
+        ("[mesh]\n", "[mesh]\nunit = \"inch\"\n", &["mesh.unit", "`inch`", "mm, cm, m"]),
+        ("[mesh]\n", "[mesh]\nelement = \"quads\"\n", &["line 7", "mesh.element", "tetrahedra"]),
+        (
+            "[mesh]\n",
+            "formulation = \"quadratik\"\n[mesh]\n",
+            &["line 6", "formulation", "did you mean `quadratic`?"],
+        ),
+        (
+            "[mesh]\n",
+            "formulation = \"quadratic\"\n[mesh]\nelement = \"hexahedra\"\n",
+            &["formulation", "hexahedra", "averaged"],
+        ),
+        // Supports.
+        (
+            "{ clamped = \"x_min\" }",
+            "{ clamped = \"xmin\" }",
+            &["supports.0.clamped", "did you mean `x_min`?"],
+        ),
+        (
+            "{ clamped = \"x_min\" }",
+            "{ clamped = \"base\" }",
+            &["supports.0.clamped", "`base`", "the mesh has: ", "x_max"],
+        ),
+        (
+            "{ clamped = \"x_min\" }",
+            "{ clamped = \"x_min\", nodes = \"x_max\" }",
+            &["supports.0", "clamped = \"SET\""],
+        ),
+        ("{ clamped = \"x_min\" }", "{ nodes = \"x_min\" }", &["supports.0", "x, y, z"]),
+        (
+            "{ clamped = \"x_min\" }",
+            "{ nodes = \"x_min\", x = \"0\" }",
+            &["line 4", "supports.0.x", "the text \"0\"", "a number"],
+        ),
+        (
+            "{ clamped = \"x_min\" }",
+            "{ nodes = \"x_min\", y = nan }",
+            &["supports", "NaN", "finite"],
+        ),
+        (
+            "{ clamped = \"x_min\" }",
+            "{ nodes = \"x_min\", y = 2.0 }",
+            &["supports", "2", "keep one"],
+        ),
+        (
+            "{ clamped = \"x_min\" }",
+            "{ nodes = \"x_min\", normal = [0.0, 0.0, 0.0] }",
+            &["supports", "not 0"],
+        ),
+        (
+            "supports = [{ clamped = \"x_min\" }, { clamped = \"x_max\" }, { clamped = \"y_min\" }, { clamped = \"y_max\" }]",
+            "supports = []",
+            &["line 4", "supports", "clamped = \"NODE SET\""],
+        ),
+        // Loads.
+        (
+            "facets = \"z_min\"",
+            "facets = \"bottom\"",
+            &["line 3", "loads.0.facets", "`bottom`", "z_min"],
+        ),
+        (", facets = \"z_min\"", "", &["line 3", "loads.0", "name the facets", "z_min"]),
+        (
+            "pressure = \"p\"",
+            "pressure = \"8 bar\"",
+            &["line 3", "loads.0.pressure", "`bar`", "mmHg"],
+        ),
+        (
+            "pressure = \"p\"",
+            "pressure = \"q\"",
+            &["parameters.p", "nothing reads it", "mu, lambda, q"],
+        ),
+        (
+            "pressure = \"p\"",
+            "pressure = [1.0]",
+            &["line 3", "loads.0.pressure", "a list", "a pressure in kPa"],
+        ),
+        (
+            "pressure = \"p\"",
+            "pressure = \"p\", traction = [0.0, 0.0, 1.0]",
+            &["loads.0", "a table of its own"],
+        ),
+        ("{ body_force = [0.0, 0.0, -9.8e-3] }", "{}", &["loads.1", "one of body_force"]),
+        (
+            "{ body_force = [0.0, 0.0, -9.8e-3] }",
+            "{ body_force = [0.0, -9.8e-3] }",
+            &["line 3", "2 values where 3 belong"],
+        ),
+        (
+            "{ body_force = [0.0, 0.0, -9.8e-3] }",
+            "{ body_force = -9.8e-3 }",
+            &["line 3", "loads.1.body_force", "-0.0098", "a list"],
+        ),
+        ("[0.0, 0.0, -9.8e-3]", "[0.0, 0.0, inf]", &["loads", "inf", "finite"]),
+        (
+            "-9.8e-3] }",
+            "-9.8e-3], facets = \"z_min\" }",
+            &["loads.1.facets", "leave the facets out"],
+        ),
+        (", { clamped = \"x_max\" }", "", &["loads", "z_min", "rim", "hold the rim"]),
+        // Training.
+        (
+            "\"regression\"",
+            "\"regresion\"",
+            &["line 15", "training.recipe", "did you mean `regression`?"],
+        ),
+        (
+            "samples = 12",
+            "samples = -12",
+            &["line 16", "training.samples", "the number -12", "whole number"],
+        ),
+        (
+            "samples = 12",
+            "samples = \"many\"",
+            &["line 16", "training.samples", "the text \"many\""],
+        ),
+        ("samples = 12", "minutes = 2\nsteps = 9", &["training.steps", "not both"]),
+        (
+            "samples = 12",
+            "network = { layers = 3 }",
+            &["line 16", "training.network.layers", "width"],
+        ),
+        ("samples = 12", "design = \"grid\"", &["line 16", "training.design", "sobol"]),
+    ]
+}
+
+#[test]
+fn mistakes_in_a_case_file_are_told_with_file_key_number_and_remedy() {
+    let mistakes = case_mistakes();
+    for (from, to, words) in &mistakes {
+        assert!(PLATE.contains(from), "the plate no longer holds {from}");
+        let text = PLATE.replacen(from, to, 1);
+        let refused = Case::parse(&text, "plate.toml").and_then(|case| case.body());
+        let Err(error) = refused else { panic!("was to be refused: {to}") };
+        let told = error.to_string();
+        assert!(told.starts_with("plate.toml"), "{told}");
+        check(&told, to, words);
+    }
+    assert!(Case::parse(PLATE, "plate.toml").unwrap().body().is_ok());
+    assert!(mistakes.len() >= 70, "{} attempts", mistakes.len());
+}
+
+#[test]
+fn fibres_that_are_missing_or_none_are_told() {
+    let law = "law = { name = \"holzapfel-ogden\", bulk_modulus = 25.0 }";
+    let text = PLATE.replace("law = \"neo-hookean\"", law).replace(
+        "mu = [8.0, 16.0]\nlambda = { range = [8.0, 16.0] }",
+        "a = [0.1, 0.3]\nb = { range = [1.0, 4.0] }\na_f = [1.5, 5.0]\nb_f = [1.0, 4.0]",
+    );
+    let mistakes: [Mistake; 7] = [
+        ("", "", &["law", "reads fibres", "[fibres]", "field, direction or rule"]),
+        ("[mesh]", "fibres.field = \"fibers\"\n[mesh]", &["fibres.field", "`fibers`"]),
+        (
+            "[mesh]",
+            "fibres.direction = [0.0, 0.0, 0.0]\n[mesh]",
+            &["fibres.direction", "without length"],
+        ),
+        (
+            "[mesh]",
+            "fibres.direction = [1.0, 0.0]\n[mesh]",
+            &["line 6", "fibres.direction", "2 values where 3 belong"],
+        ),
+        (
+            "[mesh]",
+            "fibres = { field = \"f\", direction = [1.0, 0.0, 0.0] }\n[mesh]",
+            &["fibres", "one of `field`, `direction`"],
+        ),
+        (
+            "[mesh]",
+            "fibres.rule = { endocardium = \"z_min\", epicardium = \"z_max\", base = \"top\", angles = [60.0, -60.0] }\n[mesh]",
+            &["fibres.rule", "top"],
+        ),
+        (
+            "range = [1.0, 4.0] }",
+            "range = [1.0, 4.0], unit = \"kPa\" }\nfibres.direction = 1",
+            &["parameters.fibres"],
+        ),
+    ];
+    for (from, to, words) in mistakes {
+        assert!(text.contains(from));
+        let text = text.replacen(from, to, 1);
+        let refused = Case::parse(&text, "plate.toml").and_then(|case| case.body());
+        check(&refused.unwrap_err().to_string(), to, words);
+    }
+    let known = "fibres.direction = [1.0, 0.0, 0.0]\n[mesh]";
+    let text = text
+        .replace("[mesh]", known)
+        .replace("range = [1.0, 4.0] }", "range = [1.0, 4.0], unit = \"kPa\" }");
+    let refused = Case::parse(&text, "plate.toml").and_then(|case| case.body());
+    check(
+        &refused.unwrap_err().to_string(),
+        "b in kPa",
+        &["parameters.b.unit", "number without unit", "leave it out"],
+    );
+    let young = PLATE.replace("neo-hookean", "neo-hookean-young").replace("mu =", "E =");
+    for (nu, words) in [
+        ("nu = 0.5", ["parameters.nu", "0.5 makes no sense", "at least 0 and less than 0.5"]),
+        (
+            "nu = [0.3, 0.6]",
+            ["parameters.nu", "0.6 makes no sense", "at least 0 and less than 0.5"],
+        ),
+        ("nu = -0.1", ["parameters.nu", "-0.1 makes no sense", "at least 0"]),
+    ] {
+        let text = young.replace("lambda = { range = [8.0, 16.0] }", nu);
+        let refused = Case::parse(&text, "plate.toml").and_then(|case| case.body());
+        check(&refused.unwrap_err().to_string(), nu, &words);
+    }
+}
+
+#[test]
+fn mistakes_in_theta_are_told_with_parameter_range_unit_and_remedy() {
+    let parameters = Case::parse(PLATE, "plate.toml").unwrap().body().unwrap().parameters;
+    let attempts: [(&str, &[&str]); 12] = [
+        ("mu=9,lambda=9", &["p (from 1 to 4 mmHg) is missing", "mu,lambda,p"]),
+        ("mu=9,lamda=9,p=2", &["`lamda`", "did you mean `lambda`?"]),
+        ("mu=9,mu=9,lambda=9,p=2", &["`mu` is there twice", "keep one"]),
+        ("mu=9,lambda=9,p=8bar", &["`8bar`", "units of stress: kPa, mmHg"]),
+        ("mu=9,lambda=9,p=8mPa", &["`8mPa`", "mega", "did you mean `MPa`?"]),
+        ("mu=9,lambda=9,p=nan", &["`nan` is not a finite number", "p (from 1 to 4 mmHg)"]),
+        ("mu=9,lambda=9,p=1e999", &["`1e999` is not a finite number", "p (from 1 to 4 mmHg)"]),
+        ("mu=9,lambda=9,p=", &["no value for p (from 1 to 4 mmHg)"]),
+        ("mu=9,lambda,p=2", &["`lambda` is not a name=value pair", "mu=75"]),
+        ("mu=9;lambda=9;p=2", &["lambda", "missing"]),
+        ("mu=9 p=2,lambda=9", &["`9 p=2`", "mu (from 8 to 16 kPa)"]),
+        ("=9,mu=9,lambda=9,p=2", &["`` is not a parameter", "mu, lambda, p"]),
+    ];
+    for (text, words) in attempts {
+        let told = parse_theta(text, &parameters).unwrap_err().to_string();
+        assert!(told.contains("--theta"), "{told}");
+        check(&told, text, words);
+    }
+    // What is meant is understood.
+    let theta = |text: &str| parse_theta(text, &parameters).unwrap();
+    assert_eq!(theta("mu=9,lambda=9,p=2"), theta("p=2mmhg, lambda=9000 pa, mu=9 KPA"));
+}
+
+#[test]
+fn mistakes_in_tables_are_told_with_file_line_and_remedy() {
+    let parameters = Case::parse(PLATE, "plate.toml").unwrap().body().unwrap().parameters;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("thetas.csv");
+    let attempts: [(&[u8], &[&str]); 15] = [
+        (b"", &["line 1", "empty", "mu,lambda,p"]),
+        (b"mu,lambda,p\n", &["line 1", "add a row"]),
+        (b"9,9,2\n", &["line 1", "`9` is not a parameter", "mu, lambda, p"]),
+        (b"mu,lambda,pressure\n9,9,2\n", &["line 1", "`pressure`", "mu, lambda, p"]),
+        (b"mu,lambda\n9,9\n", &["line 1", "p (from 1 to 4 mmHg) is missing"]),
+        (b"mu,mu,lambda,p\n9,9,9,2\n", &["line 1", "`mu` is there twice", "keep one"]),
+        (b"mu,lambda,p [bar]\n9,9,2\n", &["line 1", "column `p`", "`bar`", "kPa, mmHg"]),
+        (b"mu;lambda;p\n9;9;2\n", &["line 1", "separate columns by commas"]),
+        (b"mu,lambda,p\n9,9\n", &["line 2", "2 values for the 3 columns mu, lambda, p"]),
+        (b"mu,lambda,p\n9,9,2,1\n", &["line 2", "4 values for the 3 columns"]),
+        (b"mu,lambda,p\n9,9,2\n9,ten,2\n", &["line 3", "`ten`", "lambda (from 8 to 16 kPa)"]),
+        (b"mu,lambda,p\n9,9,NaN\n", &["line 2", "`NaN`", "p (from 1 to 4 mmHg)"]),
+        (b"mu,lambda,p\n9,,2\n", &["line 2", "no value for lambda (from 8 to 16 kPa)"]),
+        (b"mu,lambda,p\n9,9,2bar\n", &["line 2", "`2bar`", "kPa, mmHg"]),
+        (b"\xff\xfe\x00mu", &["thetas.csv", "CSV table"]),
+    ];
+    for (text, words) in attempts {
+        std::fs::write(&path, text).unwrap();
+        let told = read_thetas(&path, &parameters).unwrap_err().to_string();
+        assert!(told.contains("thetas.csv"), "{told}");
+        check(&told, &String::from_utf8_lossy(text), words);
+    }
+    let told = read_rows(Path::new("none.csv"), &parameters).unwrap_err().to_string();
+    check(&told, "no file", &["none.csv", "CSV table", "mu=8,lambda=8,p=1"]);
+    // A bare number is in the unit of its column, or of its parameter.
+    std::fs::write(&path, "mu,lambda,p\n9,9,2\n").unwrap();
+    let own = read_thetas(&path, &parameters).unwrap();
+    std::fs::write(&path, "p [mmhg],lambda [Pa],mu\n2,9000,9\n").unwrap();
+    assert_eq!(read_thetas(&path, &parameters).unwrap(), own);
+    assert_eq!(own[0][2], 2.0 * 0.133_322_387_415);
+}
+
+/// Exit code, standard output and standard error of the program in a folder.
+fn sinew(folder: &Path, arguments: &str) -> (i32, String, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_sinew"));
+    let output = command.current_dir(folder).args(arguments.split_whitespace()).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
+}
+
+/// Command lines that are wrong, and what must be said.
+const COMMAND_LINES: [(&str, &[&str]); 34] = [
+    ("", &["Usage: sinew <COMMAND>"]),
+    ("slove plate.toml", &["slove", "'solve'"]),
+    ("solve", &["<CASE>", "--help"]),
+    ("solve plat.toml", &["plat.toml", "built-in scenes"]),
+    ("solve OnceClampedBeem", &["did you mean `OnceClampedBeam`?"]),
+    ("solve .", &["the case file . cannot be read"]),
+    ("solve plate.toml --thetas mu=9", &["--thetas", "'--theta'"]),
+    ("solve plate.toml --mesh none.vtk", &["no file none.vtk"]),
+    ("solve plate.toml --mesh plate.toml", &["plate.toml", "mesh.file"]),
+    ("solve plate.toml --theta mu=-9,lambda=9,p=2", &["mu = -9 kPa", "positive"]),
+    ("solve plate.toml --theta none.csv", &["none.csv", "CSV table"]),
+    ("solve plate.toml --theta bad.csv", &["bad.csv, line 2", "no row that can be computed"]),
+    ("solve plate.toml --pictures -1", &["--pictures", "-1"]),
+    ("solve plate.toml --pictures many", &["--pictures", "many"]),
+    ("sample plate.toml --count some", &["--count", "some"]),
+    ("sample plate.toml --design random", &["--design", "latin-hypercube"]),
+    ("sample plate.toml --shard 1/4", &["--solve"]),
+    ("sample plate.toml --solve --shard 5/4", &["INDEX/COUNT"]),
+    ("merge plate.toml --out nothing", &["no campaign", "sinew sample"]),
+    ("train plate.toml --recipe magic", &["--recipe", "regression"]),
+    ("train plate.toml --minutes 1 --steps 9", &["--minutes", "--steps"]),
+    ("train plate.toml --minutes soon", &["--minutes", "soon"]),
+    ("train plate.toml --name ../out", &["--name ../out", "a folder within OUT"]),
+    ("train plate.toml --recipe pi --simulations out", &["`pi` learns from no simulations"]),
+    ("predict plate.toml --out nothing", &["no emulator in nothing", "sinew train"]),
+    ("correct plate.toml --out nothing", &["no emulator in nothing", "sinew train"]),
+    ("correct plate.toml --steps 0", &["--steps", "0"]),
+    ("correct plate.toml --steps two", &["--steps", "two"]),
+    ("evaluate plate.toml --out nothing", &["no emulator in nothing", "sinew train"]),
+    ("report plate.toml --out nothing", &["nothing/evaluation.json", "sinew evaluate"]),
+    ("new LeftVentrikle", &["LeftVentrikle", "LeftVentricle"]),
+    ("mesh", &["ventricle"]),
+    ("mesh ventricle --endocardium none.stl --epicardium none.stl", &["none.stl"]),
+    (
+        "mesh ventricle --endocardium none.stl --epicardium none.stl --angles steep",
+        &["--angles steep", "60,-60"],
+    ),
+];
+
+#[test]
+fn mistakes_on_the_command_line_are_usage_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("plate.toml"), PLATE).unwrap();
+    std::fs::write(folder.path().join("bad.csv"), "mu,lambda,p\n9,9,two\n").unwrap();
+    for (line, words) in COMMAND_LINES {
+        let (code, out, told) = sinew(folder.path(), line);
+        check(&told, &format!("sinew {line}"), words);
+        assert_eq!((code, out.as_str()), (2, ""), "sinew {line}: {told}");
+    }
+    assert!(!folder.path().join("out").exists(), "a refused command left files");
+}
+
+#[test]
+fn every_command_has_help() {
+    let folder = tempfile::tempdir().unwrap();
+    let commands = [
+        "solve",
+        "sample",
+        "merge",
+        "train",
+        "predict",
+        "correct",
+        "evaluate",
+        "report",
+        "export",
+        "scenes",
+        "new",
+        "mesh",
+        "mesh ventricle",
+    ];
+    let (_, whole, _) = sinew(folder.path(), "--help");
+    for command in commands {
+        let (code, help, _) = sinew(folder.path(), &format!("{command} --help"));
+        assert_eq!(code, 0, "{command}");
+        assert!(help.contains("Usage: sinew"), "{command}: {help}");
+        // Every option and argument is described.
+        for (line, next) in help.lines().zip(help.lines().skip(1)) {
+            let option = line.trim_start();
+            if option.starts_with("--") || option.starts_with("-o,") {
+                let described =
+                    option.split_once("  ").is_some_and(|(_, about)| !about.trim().is_empty());
+                assert!(described || next.starts_with("          "), "{command}: {line}");
+            }
+        }
+        let first = command.split(' ').next().unwrap();
+        assert!(whole.contains(&format!("\n  {first} ")), "{first} is not in the help of sinew");
+    }
+}
