@@ -249,7 +249,7 @@ fn locking_is_foreseen_from_material_and_mesh() {
     let ratio = warning.bulk_to_shear.unwrap();
     assert!((ratio - (100.0 + 2.0 / 3.0)).abs() < 1e-9 && ratio > LARGEST_BULK_TO_SHEAR);
     let advice = warning.to_string();
-    for cure in ["Scene::lower_averaged()", "mesh.quadratic()", "Scene::lower_mixed()", "33 %"] {
+    for cure in ["Scene::lower_averaged()", "mesh.quadratic()", "Scene::lower_mixed()", "lose 8"] {
         assert!(advice.contains(cure), "{advice}");
     }
 

@@ -12,6 +12,7 @@ pub(crate) mod train;
 
 use anyhow::{Context, Result};
 use clap::Args;
+use sinew::case::Formulation;
 use sinew::{
     Body, Case, CaseError, Simulations, ThetaText, outside, parse_theta, read_thetas,
     theta_in_words,
@@ -49,6 +50,10 @@ impl CaseArguments {
         let (case, folder) = self.read()?;
         let body = case.body()?;
         case.warnings(&body).iter().for_each(|warning| eprintln!("warning: {warning}"));
+        if case.formulation == Formulation::Auto {
+            let averaged = if body.patches.is_empty() { "" } else { ", volume ratios averaged" };
+            eprintln!("formulation auto: {}{averaged}", body.element().plural);
+        }
         Ok((case, body, folder))
     }
 
@@ -95,6 +100,13 @@ impl ThetaArguments {
             );
         }
         Ok(thetas)
+    }
+}
+
+/// Tells on standard error that cells are too stiff for the body, if they are.
+pub(crate) fn warn_of_locking(locking: Option<sinew_fem::LockingWarning>) {
+    if let Some(found) = locking {
+        eprintln!("warning: {}", sinew::locking_in_words(&found));
     }
 }
 
