@@ -45,6 +45,8 @@ enum Task {
     /// How often 95 % intervals of Gaussian processes hold the truth, on eighteen problems that are not the thesis': sets of
     /// data, `--only NAME,…`, `--evidence joint|unit`, `--points N`, `--laplace`
     Coverage(Options),
+    /// How often error estimates of emulators mislead, on bodies and ranges that nothing was tuned for
+    CoverageEstimates(Options),
     /// Run the benchmarks of the solver against references it shares no code with
     Verify(Options),
     /// Format, lints, documentation, dependency arrows and tests: what continuous integration runs
@@ -76,6 +78,7 @@ fn main() -> Result<()> {
         }
         Task::ReproduceGp(options) => study("sinew-study-gp", "reproduce-gp", options),
         Task::Coverage(Options { options }) => command::coverage(&options),
+        Task::CoverageEstimates(options) => study("sinew-coverage", "coverage-estimates", options),
         Task::Verify(Options { options }) => command::verify(&options),
         Task::Ci => ci::run(),
         Task::Arrows => arrows::check(),

@@ -1,30 +1,24 @@
 //! How well the error estimate does, measured on held-out cases.
 
 use crate::coordinates::dot;
-use crate::evaluate::{Errors, TestSet};
-use crate::{Emulator, Error, Result, Warning};
+use crate::evaluate::{Errors, TestSet, share};
+use crate::{Distance, Emulator, Result, Warning};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use sinew_fem::{NewtonStep, SolveError};
+use sinew_energy::metrics::displacement_error;
 
-/// True energy-norm error over the one that a Newton step foresees, over held-out cases.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// True errors beside their estimates, over held-out cases.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
     /// Held-out cases.
     pub cases: usize,
-    /// Cases whose prediction inverts a cell, so that no step can be made.
+    /// Cases without an estimate: not near an equilibrium, by its own checks.
+    pub refused: usize,
+    /// Cases of these whose prediction inverts a cell.
     pub inverted: usize,
-    /// Median of the ratios: estimates are multiplied by it.
-    pub factor: f64,
-    /// Within this factor of the estimate lie 95 % of the true errors.
-    pub spread: f64,
-    /// Share of the cases whose calibrated estimate is within a factor of two.
+    /// Share of the estimated cases whose true error is within a factor of two of the estimate, both in the energy norm and in the
+    /// mean distance.
     pub within_two: f64,
-}
-
-impl Default for Calibration {
-    fn default() -> Self {
-        Self { cases: 0, inverted: 0, factor: 1.0, spread: f64::MAX, within_two: 0.0 }
-    }
 }
 
 /// Estimates are to be within a factor of two this often.
@@ -35,63 +29,90 @@ impl Calibration {
     pub(crate) fn on(emulator: &Emulator<'_>, held_out: &TestSet<'_>) -> Result<(Self, Errors)> {
         let fields = emulator.predict(&held_out.thetas)?.fields();
         let errors = held_out.errors(&fields)?;
-        let mut ratios = Vec::with_capacity(fields.len());
-        for (case, field) in fields.iter().enumerate() {
-            let theta = &held_out.thetas[case];
-            match emulator.with_solver(|solver| Ok(solver.newton_step(field, theta)?)) {
-                Ok(step) => ratios.push(ratio(emulator, held_out, case, field, &step)?),
-                Err(Error::Solve(SolveError::Inadmissible { .. })) => {}
-                Err(other) => return Err(other),
-            }
+        Ok((Self::of(&ratios(emulator, held_out, &fields)?), errors))
+    }
+
+    fn of(ratios: &[Judged]) -> Self {
+        let judged = |judged: &&Judged| judged.is_ok();
+        let (cases, estimated) = (ratios.len(), ratios.iter().filter(judged).count());
+        let within = ratios.iter().flatten().filter(|ratios| within_two(ratios)).count();
+        Self {
+            cases,
+            refused: cases - estimated,
+            inverted: ratios
+                .iter()
+                .filter(|judged| matches!(judged, Err(Refused::Inverted)))
+                .count(),
+            within_two: within as f64 / estimated.max(1) as f64,
         }
-        Ok((Self::of(&mut ratios, fields.len()), errors))
     }
 
-    /// From ratios of true to foreseen errors in `cases` cases.
-    fn of(ratios: &mut [f64], cases: usize) -> Self {
-        let inverted = cases - ratios.len();
-        ratios.sort_by(f64::total_cmp);
-        let Some(&factor) = ratios.get(ratios.len() / 2) else {
-            return Self { cases, inverted, ..Self::default() };
-        };
-        let mut departures: Vec<f64> = ratios.iter().map(|r| (r / factor).ln().abs()).collect();
-        departures.sort_by(f64::total_cmp);
-        let rank = (EXPECTED * departures.len() as f64).ceil() as usize;
-        let spread = departures[rank.clamp(1, departures.len()) - 1].exp();
-        let within = departures.iter().filter(|&&d| d <= 2f64.ln()).count();
-        Self { cases, inverted, factor, spread, within_two: within as f64 / cases as f64 }
-    }
-
-    /// What to say about estimates that hold less often than they should.
+    /// What to say about estimates that are absent, or hold less often than they should.
     pub(crate) fn warnings(&self) -> Vec<Warning> {
-        let inverted = (self.inverted > 0).then(|| Warning::Inverted {
-            of: format!("for {} of {} held-out cases", self.inverted, self.cases),
-        });
-        let poor = (self.within_two < EXPECTED)
-            .then_some(Warning::PoorEstimates { share: self.within_two, cases: self.cases });
-        inverted.into_iter().chain(poor).collect()
+        let Self { cases, refused, inverted, within_two } = *self;
+        let turned = (inverted > 0)
+            .then(|| Warning::Inverted { of: format!("for {inverted} of {cases} held-out cases") });
+        let refused_more =
+            (refused > inverted).then_some(Warning::RefusedEstimates { refused, cases });
+        let poor = (refused < cases && within_two < EXPECTED)
+            .then_some(Warning::PoorEstimates { share: within_two, cases: cases - refused });
+        turned.into_iter().chain(refused_more).chain(poor).collect()
     }
 }
 
-/// True energy-norm error of a case over the one that a Newton step from it foresees.
-pub(crate) fn ratio(
+/// Whether both ratios of an estimate are within a factor of two.
+pub(crate) fn within_two(ratios: &[f64; 2]) -> bool {
+    ratios.iter().all(|ratio| (0.5..=2.0).contains(ratio))
+}
+
+/// Reason for which a case has no estimate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Refused {
+    /// Its prediction inverts a cell.
+    Inverted,
+    /// It is not near an equilibrium.
+    Far,
+}
+
+/// True error over its estimate, in the energy norm and in the mean nodal distance.
+pub(crate) type Judged = std::result::Result<[f64; 2], Refused>;
+
+/// True errors over their estimates, case by case.
+pub(crate) fn ratios(
     emulator: &Emulator<'_>,
-    held_out: &TestSet<'_>,
+    test: &TestSet<'_>,
+    fields: &[Vec<f64>],
+) -> Result<Vec<Judged>> {
+    let judge = |(case, field): (usize, &Vec<f64>)| -> Result<Judged> {
+        let estimate = emulator.estimate_of(field, &test.thetas[case])?;
+        match estimate.distance {
+            Some(distance) => Ok(Ok(ratio(emulator, test, case, field, &distance)?)),
+            None if estimate.residual.is_none() => Ok(Err(Refused::Inverted)),
+            None => Ok(Err(Refused::Far)),
+        }
+    };
+    fields.par_iter().enumerate().map(judge).collect()
+}
+
+fn ratio(
+    emulator: &Emulator<'_>,
+    test: &TestSet<'_>,
     case: usize,
     field: &[f64],
-    step: &NewtonStep,
-) -> Result<f64> {
-    let (theta, truth) = (&held_out.thetas[case], &held_out.fields[case]);
+    distance: &Distance,
+) -> Result<[f64; 2]> {
+    /// Rounding errors of a solve \[relative to displacements\]: a prediction that is as exact has no error to compare.
+    const ROUNDING: f64 = 1e-12;
+    let (theta, truth) = (&test.thetas[case], &test.fields[case]);
     let difference: Vec<f64> = field.iter().zip(truth).map(|(a, b)| a - b).collect();
-    // A prediction that is exact to rounding has nothing to compare.
-    let rounding = f64::EPSILON * dot(truth, truth).sqrt();
-    let exact = dot(&difference, &difference).sqrt() <= 100.0 * rounding;
-    if exact || step.energy_norm == 0.0 {
-        return Ok(1.0);
+    if dot(&difference, &difference).sqrt() <= ROUNDING * dot(truth, truth).sqrt() {
+        return Ok([1.0; 2]);
     }
-    let actual =
+    let in_energy =
         emulator.with_solver(|solver| Ok(solver.energy_norm(truth, theta, &difference)?))?;
-    Ok(actual / step.energy_norm)
+    let nodal = displacement_error(truth, field);
+    let mean = nodal.iter().sum::<f64>() / nodal.len() as f64;
+    Ok([share(in_energy, distance.energy_norm), share(mean, distance.mean)])
 }
 
 #[cfg(test)]
@@ -99,15 +120,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn factor_and_spread_of_known_ratios() {
-        let mut ratios: Vec<f64> = (0..19).map(|_| 1.1).chain([4.4]).collect();
-        let found = Calibration::of(&mut ratios, 20);
-        assert_eq!((found.factor, found.within_two, found.inverted), (1.1, 0.95, 0));
-        assert!((found.spread - 1.0).abs() < 1e-12 && found.warnings().is_empty());
-        let found = Calibration::of(&mut ratios[..10].to_vec(), 20);
-        assert_eq!((found.inverted, found.within_two), (10, 0.5));
-        assert_eq!(found.warnings().len(), 2);
-        let none = Calibration::of(&mut [], 3);
-        assert_eq!((none.factor, none.within_two), (1.0, 0.0));
+    fn estimates_are_counted_by_both_ratios() {
+        let good: Vec<Judged> = vec![Ok([1.1, 0.9]); 19];
+        let judged = |more: Judged| Calibration::of(&[&good[..], &[more]].concat());
+        let found = judged(Ok([1.0, 4.4]));
+        assert_eq!((found.cases, found.refused, found.within_two), (20, 0, 0.95));
+        assert!(found.warnings().is_empty());
+        let found = judged(Err(Refused::Inverted));
+        assert_eq!((found.refused, found.inverted, found.within_two), (1, 1, 1.0));
+        assert!(matches!(found.warnings()[..], [Warning::Inverted { .. }]));
+        let found = judged(Err(Refused::Far));
+        assert!(matches!(found.warnings()[..], [Warning::RefusedEstimates { refused: 1, .. }]));
+        let poor = Calibration::of(&[Ok([0.4, 1.0]), Ok([1.0, 1.0])]);
+        assert!(matches!(poor.warnings()[..], [Warning::PoorEstimates { cases: 2, .. }]));
+        assert_eq!(Calibration::of(&[]).warnings(), []);
     }
 }

@@ -1,12 +1,10 @@
-//! How far a prediction is from the truth, and how to come nearer: steps of Newton's method, or with one stiffness for all.
+//! Corrections of a prediction: steps of Newton's method, or quasi-Newton steps with one stiffness for all.
 
-use crate::evaluate::share;
 use crate::parameters::{check_length, extrapolation};
-use crate::{Emulator, Error, Prediction, Result, Warning, coordinates};
+use crate::{Emulator, Estimate, Prediction, Result, Warning, coordinates};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use sinew_energy::metrics::displacement_error;
-use sinew_fem::{HeldStiffness, NewtonStep, SolveError, Solver};
+use sinew_fem::{Descent, HeldStiffness, NewtonStep, SolveError, Solver};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -14,27 +12,9 @@ use std::time::Instant;
 /// every step helps, measured on the thesis' scenes.
 const FAR: f64 = 0.04;
 
-/// How far a prediction is from equilibrium.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Estimate {
-    /// Energy norm of the error `‖u − û‖_K` [√(stress·length³)]: that of a Newton step times the factor of the
-    /// calibration.
-    pub energy_norm: f64,
-    /// The true one lies between these in 95 % of the held-out cases.
-    pub between: [f64; 2],
-    /// The estimate relative to the energy norm that the potential energy amounts to, `√(2 |Π|)`.
-    pub relative: f64,
-    /// Mean nodal length of the Newton step \[length\]: an estimate of the mean nodal error.
-    pub mean_distance: f64,
-    /// Norm of the unbalanced nodal forces \[stress·length²\].
-    pub residual: f64,
-    /// Norm of loads and reactions \[stress·length²\], to compare the residual with.
-    pub force_scale: f64,
-    /// Wall-clock time \[s\].
-    pub seconds: f64,
-    /// Reasons not to trust it.
-    pub warnings: Vec<Warning>,
-}
+/// Unbalanced forces \[relative to loads and reactions\] from which on refined predictions are said to be out of balance: errors of
+/// displacements are of this order or larger then.
+const UNBALANCED: f64 = 1e-2;
 
 /// A prediction after some Newton steps.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,6 +23,8 @@ pub struct Correction {
     pub displacement: Vec<f64>,
     /// The steps, each with its residuals and time.
     pub steps: Vec<NewtonStep>,
+    /// Error estimate of the corrected displacement.
+    pub estimate: Estimate,
     /// Wall-clock time of the prediction that was corrected \[s\].
     pub predict_s: f64,
     /// Reasons not to trust it.
@@ -50,37 +32,10 @@ pub struct Correction {
 }
 
 impl<'b> Emulator<'b> {
-    /// How far one case of a prediction is from equilibrium, by one Newton step.
-    ///
-    /// # Errors
-    /// A case that there is not, or one that inverts a cell.
-    pub fn estimate(&self, prediction: &Prediction, case: usize) -> Result<Estimate> {
-        let cases = prediction.thetas.len();
-        let theta = prediction.thetas.get(case).ok_or(Error::NoSuchCase { case, cases })?;
-        let field = prediction.field(case);
-        let step = self.with_solver(|solver| Ok(solver.newton_step(field, theta)?))?;
-        let calibration = &self.record.calibration;
-        let energy_norm = calibration.factor * step.energy_norm;
-        let moved = displacement_error(field, &step.displacement);
-        let whole = if step.length > 0.0 { step.length } else { 1.0 };
-        let mut warnings = prediction.outside[case].clone();
-        warnings.extend((step.shift > 0.0).then_some(Warning::Indefinite));
-        Ok(Estimate {
-            energy_norm,
-            between: [energy_norm / calibration.spread, energy_norm * calibration.spread],
-            relative: share(energy_norm, (2.0 * step.energy_after.abs()).sqrt()),
-            mean_distance: mean(&moved) / whole,
-            residual: step.residual_before,
-            force_scale: step.force_scale,
-            seconds: step.seconds,
-            warnings,
-        })
-    }
-
     /// The prediction for `theta` after at most `steps` Newton steps.
     ///
     /// A step is shortened until it turns no cell over and lowers the energy. Steps that were shortened, that left the
-    /// forces less balanced or that began too far away are in the warnings.
+    /// forces less balanced or that began too far away are in the warnings, and so is an end that is not near an equilibrium.
     ///
     /// # Errors
     /// As [`Emulator::predict`], and a prediction that inverts a cell.
@@ -94,13 +49,15 @@ impl<'b> Emulator<'b> {
         let mut warnings = extrapolation(self.body, theta);
         warnings.extend(misgivings(&predicted, &steps));
         let displacement = steps.last().map_or(predicted, |step| step.displacement.clone());
-        Ok(Correction { displacement, steps, predict_s, warnings })
+        let estimate = self.estimate_of(&displacement, theta)?;
+        warnings.extend(estimate.warnings.iter().cloned());
+        Ok(Correction { displacement, steps, estimate, predict_s, warnings })
     }
 
     /// The predictions for `thetas` after at most `steps` quasi-Newton steps towards lower energy each, all with the stiffness that the body
     /// has at the centre of the parameters' ranges: between a prediction and Newton steps in error and in time, a gradient and a
     /// back-substitution a step. A prediction that turns cells over begins at the state of that stiffness instead. Without steps the
-    /// predictions themselves.
+    /// predictions themselves. Cases whose forces are far from balanced where the steps end say so in their warnings.
     ///
     /// # Errors
     /// As [`Emulator::predict`], and a body without stiffness at that centre.
@@ -110,17 +67,22 @@ impl<'b> Emulator<'b> {
         }
         let held = self.held()?;
         let mut prediction = self.predict(thetas)?;
-        let refine = |(case, theta): (usize, &Vec<f64>)| -> Result<Vec<f64>> {
+        let refine = |(case, theta): (usize, &Vec<f64>)| -> Result<Descent> {
             let found = match held.descend(prediction.field(case), theta, steps) {
                 Err(SolveError::Inadmissible { .. }) => {
                     held.descend(&held.displacement, theta, steps)
                 }
                 found => found,
             };
-            Ok(found?.displacement)
+            Ok(found?)
         };
-        let refined: Result<Vec<_>> = thetas.par_iter().enumerate().map(refine).collect();
-        prediction.displacement = refined?.concat();
+        let refined: Vec<Descent> =
+            thetas.par_iter().enumerate().map(refine).collect::<Result<_>>()?;
+        for (descent, warnings) in refined.iter().zip(&mut prediction.warnings) {
+            let residual = descent.unbalanced();
+            warnings.extend((residual > UNBALANCED).then_some(Warning::Unbalanced { residual }));
+        }
+        prediction.displacement = refined.into_iter().flat_map(|d| d.displacement).collect();
         Ok(prediction)
     }
 
@@ -137,20 +99,20 @@ impl<'b> Emulator<'b> {
         Ok(kept().get_or_insert_with(|| Arc::new(held)).clone())
     }
 
-    /// Calls with the solver of the body, which is prepared once.
+    /// Calls with a solver of the body, of which one is prepared for every thread that calls.
     pub(crate) fn with_solver<T>(
         &self,
         call: impl FnOnce(&mut Solver<'b>) -> Result<T>,
     ) -> Result<T> {
-        // Nothing is locked while it works: what works may wait for others that need one too.
-        let kept = || self.solver.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        let taken = kept().take();
+        // Nothing is locked while it works: each thread that works at the same time has a solver of its own.
+        let idle = || self.solvers.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let taken = idle().pop();
         let mut solver = match taken {
             Some(solver) => solver,
             None => Solver::new(self.body)?,
         };
         let called = call(&mut solver);
-        *kept() = Some(solver);
+        idle().push(solver);
         called
     }
 }
@@ -165,7 +127,6 @@ fn misgivings(predicted: &[f64], steps: &[NewtonStep]) -> Vec<Warning> {
         if relative > FAR {
             warnings.push(Warning::FarForCorrection { relative, limit: FAR });
         }
-        warnings.extend((first.shift > 0.0).then_some(Warning::Indefinite));
     }
     for (index, step) in steps.iter().enumerate() {
         if step.residual_rose() {

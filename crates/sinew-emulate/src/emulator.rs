@@ -41,9 +41,9 @@ pub struct Emulator<'b> {
     pub(crate) model: Model,
     /// How it was made, and how far it is to be trusted.
     pub record: Record,
-    /// Prepared when it is first needed.
-    pub(crate) solver: Mutex<Option<Solver<'b>>>,
-    /// So is this.
+    /// Solvers that are not at work, prepared when they are first needed.
+    pub(crate) solvers: Mutex<Vec<Solver<'b>>>,
+    /// Stiffness at the centre of the ranges, likewise.
     pub(crate) held: Mutex<Option<Arc<HeldStiffness<'b>>>>,
 }
 
@@ -99,8 +99,8 @@ pub struct Prediction {
     pub thetas: Vec<Vec<f64>>,
     /// Displacements, case by case, node by node \[length\].
     pub displacement: Vec<f64>,
-    /// For every case the parameters outside their trained ranges: the prediction extrapolates there.
-    pub outside: Vec<Vec<Warning>>,
+    /// Reasons not to trust a case: parameters outside their trained ranges, refined fields that are out of balance.
+    pub warnings: Vec<Vec<Warning>>,
 }
 
 impl Prediction {
@@ -172,7 +172,7 @@ impl<'b> Emulator<'b> {
     }
 
     pub(crate) fn new(body: &'b Body, model: Model, record: Record) -> Self {
-        Self { body, model, record, solver: Mutex::new(None), held: Mutex::new(None) }
+        Self { body, model, record, solvers: Mutex::default(), held: Mutex::new(None) }
     }
 
     pub(crate) fn into_parts(self) -> (Model, Record) {
@@ -217,8 +217,8 @@ impl<'b> Emulator<'b> {
                 fields?.concat()
             }
         };
-        let outside = thetas.iter().map(|theta| extrapolation(self.body, theta)).collect();
-        Ok(Prediction { thetas: thetas.to_vec(), displacement, outside })
+        let warnings = thetas.iter().map(|theta| extrapolation(self.body, theta)).collect();
+        Ok(Prediction { thetas: thetas.to_vec(), displacement, warnings })
     }
 
     /// Writes a folder that [`Emulator::load`] reads.

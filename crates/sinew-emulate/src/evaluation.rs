@@ -1,6 +1,6 @@
 //! An emulator against a test set: errors raw and corrected, estimates, times.
 
-use crate::calibration::ratio;
+use crate::calibration::{ratios, within_two};
 use crate::evaluate::{Errors, TestSet};
 use crate::quantiles::Quantiles;
 use crate::timing::{median, median_seconds};
@@ -26,11 +26,15 @@ pub struct Evaluation {
     pub raw: Errors,
     /// After one Newton step, two, and so on.
     pub corrected: Vec<Corrected>,
-    /// True energy-norm error over its [`Estimate`](crate::Estimate), where there is one.
+    /// True error over its [`Estimate`](crate::Estimate) in the energy norm, where there is one.
     pub estimates: Option<Quantiles>,
-    /// Share of the cases in which the estimate is within a factor of two.
+    /// The same of mean nodal distances.
+    pub distances: Option<Quantiles>,
+    /// Share of the estimated cases in which the true error is within a factor of two of the estimate, in both.
     pub within_two: f64,
-    /// Predictions that invert a cell, so that they have neither estimate nor correction.
+    /// Cases without an estimate: their checks say that they are not near an equilibrium.
+    pub refused: usize,
+    /// Predictions that invert a cell, so that they have neither estimate nor correction; they count as refused.
     pub inverted: usize,
     /// Relative error of `∂û/∂θ` [%] for every parameter, medians over some cases.
     pub sensitivity_errors: Vec<f64>,
@@ -88,7 +92,12 @@ impl Emulator<'_> {
         let fields = self.predict(&test.thetas)?.fields();
         let raw = test.cases(&fields)?;
         let steps = self.steps_of(test, &fields, corrections.max(1))?;
-        let ratios = self.ratios(test, &fields, &steps)?;
+        let judged = ratios(self, test, &fields)?;
+        let estimated: Vec<[f64; 2]> = judged.iter().flatten().copied().collect();
+        let quantiles = |which: usize| {
+            let ratios = estimated.iter().map(|ratios| ratios[which]);
+            (!estimated.is_empty()).then(|| Quantiles::of(ratios))
+        };
         let corrected = (1..=corrections).map(|count| {
             let moved = fields.iter().zip(&steps).map(|(field, steps)| {
                 let last = steps[..count.min(steps.len())].last();
@@ -105,9 +114,12 @@ impl Emulator<'_> {
             recipe: self.record.recipe.key().into(),
             cases: raw.len(),
             corrected: corrected.collect::<Result<_>>()?,
-            within_two: share(&ratios, |ratio| (0.5..=2.0).contains(ratio), raw.len()),
+            within_two: estimated.iter().filter(|ratios| within_two(ratios)).count() as f64
+                / estimated.len().max(1) as f64,
+            refused: raw.len() - estimated.len(),
             inverted: steps.iter().filter(|steps| steps.is_empty()).count(),
-            estimates: (!ratios.is_empty()).then(|| Quantiles::of(ratios)),
+            estimates: quantiles(0),
+            distances: quantiles(1),
             raw: Errors::of(&raw),
             sensitivity_errors: self.sensitivity_errors(test)?,
             times: self.times(test, theta, step_s)?,
@@ -130,21 +142,6 @@ impl Emulator<'_> {
         test.thetas.iter().zip(fields).map(steps).collect()
     }
 
-    /// True energy-norm error over its estimate, where there is one.
-    fn ratios(
-        &self,
-        test: &TestSet<'_>,
-        fields: &[Vec<f64>],
-        steps: &[Vec<NewtonStep>],
-    ) -> Result<Vec<f64>> {
-        let first = steps.iter().map(|steps| steps.first()).zip(fields).enumerate();
-        let estimated = first.filter_map(|(case, (step, field))| Some((case, step?, field)));
-        let factor = self.record.calibration.factor;
-        estimated
-            .map(|(case, step, field)| Ok(ratio(self, test, case, field, step)? / factor))
-            .collect()
-    }
-
     fn times(&self, test: &TestSet<'_>, theta: &[f64], correction_s: f64) -> Result<Times> {
         let one = [theta.to_vec()];
         let many: Vec<_> = test.thetas.iter().cycle().take(BATCH).cloned().collect();
@@ -161,8 +158,4 @@ impl Emulator<'_> {
             solver_warm_s: test.median_solve_s,
         })
     }
-}
-
-fn share<T>(values: &[T], holds: impl Fn(&T) -> bool, of: usize) -> f64 {
-    values.iter().filter(|value| holds(value)).count() as f64 / of.max(1) as f64
 }

@@ -21,11 +21,11 @@
 //!
 //! // Microseconds; what extrapolates is marked.
 //! let prediction = emulator.predict(&[vec![10.0, 12.0], vec![20.0, 12.0]])?;
-//! assert!(prediction.outside[0].is_empty() && !prediction.outside[1].is_empty());
+//! assert!(prediction.warnings[0].is_empty() && !prediction.warnings[1].is_empty());
 //!
 //! // How far from the truth, and nearer to it.
 //! let estimate = emulator.estimate(&prediction, 0)?;
-//! assert!(estimate.mean_distance < 1e-3); // mm
+//! assert!(estimate.distance.ok_or("an equilibrium is near")?.mean < 1e-3); // mm
 //! let corrected = emulator.correct(&[10.0, 12.0], 1)?;
 //! assert!(corrected.steps[0].residual_after < 1e-3 * corrected.steps[0].residual_before);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -34,7 +34,7 @@
 //! - [`Design`] samples the box of the parameters; [`simulate()`] solves there, stores, resumes and lists failures.
 //! - [`Recipe`]: [`recipe::Regression`] on few simulations, and networks: [`recipe::DataDriven`],
 //!   [`recipe::PhysicsInformed`], [`recipe::Hybrid`]; [`recipe::Auto`] chooses by cross-validation.
-//! - [`Emulator`] predicts, estimates its error by one Newton step ([`Estimate`], calibrated on held-out cases:
+//! - [`Emulator`] predicts, estimates its error by Newton steps that contract ([`Estimate`], checked on held-out cases:
 //!   [`Calibration`]), corrects ([`Correction`]), is stored and loaded, and is evaluated against a [`TestSet`]
 //!   ([`Evaluation`]).
 //! - [`OneStiffness`] and [`Population`]: bodies that are met, not trained on.
@@ -47,6 +47,7 @@ mod coordinates;
 mod correction;
 mod emulator;
 mod error;
+mod estimate;
 mod evaluate;
 mod evaluation;
 mod graph;
@@ -74,9 +75,10 @@ mod warning;
 pub use calibration::Calibration;
 pub use campaign::{Shard, merge, simulate_shard};
 pub use coordinates::Coordinates;
-pub use correction::{Correction, Estimate};
+pub use correction::Correction;
 pub use emulator::{Emulator, Prediction, Record};
 pub use error::{Error, Result};
+pub use estimate::{Distance, Estimate};
 pub use evaluate::{CaseErrors, Errors, METRICS, Metric, TestSet, median_and_worst};
 pub use evaluation::{Corrected, Evaluation, Times};
 pub use network::{CurvePoint, Network};

@@ -49,11 +49,26 @@ pub enum Warning {
     OutsideRange { parameter: String, value: f64, low: f64, high: f64 },
     /// Error estimates of this emulator hold less often than they should.
     #[error(
-        "error estimates were within a factor of two on {:.0} % of {cases} held-out cases only; the emulator is too far from \
-         equilibrium for one Newton step, train for longer",
+        "error estimates were within a factor of two on {:.0} % of {cases} held-out cases only: some have other equilibria nearby \
+         than that of a rising load; check answers with `sinew solve`",
         100.0 * share
     )]
     PoorEstimates { share: f64, cases: usize },
+    /// Held-out cases without an error estimate.
+    #[error(
+        "{refused} of {cases} held-out predictions are not near an equilibrium and have no error estimate; train for longer, \
+         simulate more, or narrow the ranges of the parameters"
+    )]
+    RefusedEstimates { refused: usize, cases: usize },
+    /// A displacement that no equilibrium is near to.
+    #[error("{reason}; refine or correct it, or solve it from rest")]
+    NotNearEquilibrium { reason: String },
+    /// Refined displacements that are not in balance.
+    #[error(
+        "{:.1} % of the forces are unbalanced where the refinement ended: there may be no equilibrium near, or more steps are needed",
+        100.0 * residual
+    )]
+    Unbalanced { residual: f64 },
     /// A correction from too far away.
     #[error(
         "the first Newton step moves the nodes by {:.1} % of their displacement: above {:.0} % a correction may hurt; check \
@@ -72,7 +87,4 @@ pub enum Warning {
         "Newton step {step} was shortened to {length:.3} of its length, for the whole one inverts a cell or raises the energy"
     )]
     ShortStep { step: usize, length: f64 },
-    /// A stiffness that is no longer positive definite.
-    #[error("the stiffness at the prediction is indefinite; the error estimate is a rough one")]
-    Indefinite,
 }

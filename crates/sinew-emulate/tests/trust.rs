@@ -107,11 +107,11 @@ fn parameters_outside_their_ranges_are_marked() {
     let recipe = Recipe::from(Regression { simulations: 9, ..Regression::default() });
     let emulator = recipe.train(&body, &TrainingOptions::default(), &mut ()).unwrap();
     let prediction = emulator.predict(&[vec![8.0, 16.0], vec![20.0, 12.0]]).unwrap();
-    assert_eq!(prediction.outside[0], []);
-    let message = prediction.outside[1][0].to_string();
+    assert_eq!(prediction.warnings[0], []);
+    let message = prediction.warnings[1][0].to_string();
     assert!(message.contains("mu = 20") && message.contains("16"), "{message}");
-    assert_eq!(emulator.estimate(&prediction, 1).unwrap().warnings, prediction.outside[1]);
-    assert_eq!(emulator.correct(&[20.0, 12.0], 1).unwrap().warnings[0], prediction.outside[1][0]);
+    assert_eq!(emulator.estimate(&prediction, 1).unwrap().warnings, prediction.warnings[1]);
+    assert_eq!(emulator.correct(&[20.0, 12.0], 1).unwrap().warnings[0], prediction.warnings[1][0]);
 
     let error = emulator.predict(&[vec![8.0]]).unwrap_err().to_string();
     assert!(error.contains("mu, lambda"), "{error}");

@@ -7,9 +7,10 @@
 use crate::cells::inadmissible;
 use crate::check::check_displacement;
 use crate::line_search::{flattens, minds_turned_cells};
+use crate::state::load_gradient;
 use crate::supports::place;
 use crate::system::System;
-use crate::vector::{dot, norm};
+use crate::vector::{dot, norm, relative};
 use crate::{SolveError, Solver};
 use sinew_energy::{Body, Frames};
 use sinew_num::Mat3;
@@ -29,7 +30,7 @@ const MOST_TRIALS: usize = 20;
 const OFF: f64 = 0.2;
 /// At most by so much.
 const LONGEST: f64 = 50.0;
-/// Unbalanced forces \[relative to those of the held state\] below which nothing is left to gain.
+/// Unbalanced forces \[relative to loads and reactions\] below which nothing is left to gain.
 const BALANCED: f64 = 1e-13;
 /// A direction of a support that is turned by more than this cosine's angle from that of the stiffness held is none like it.
 const ACROSS: f64 = 0.1;
@@ -73,7 +74,7 @@ pub struct Descent {
     pub residual_before: f64,
     /// The same where it ended.
     pub residual_after: f64,
-    /// Size of the loads and reactions at the state whose stiffness is held \[stress·length²\].
+    /// Norm of loads and reactions where it ended \[stress·length²\].
     pub force_scale: f64,
     /// Steps that were taken: fewer than allowed where no step lowers the energy, at equilibrium for instance.
     pub steps: usize,
@@ -82,10 +83,10 @@ pub struct Descent {
 }
 
 impl Descent {
-    /// What is left of the forces \[relative to loads and reactions of the held state\]: below a hundredth the end is near to equilibrium, about one
-    /// it is nowhere, however much smaller the residual has become.
+    /// Unbalanced forces where it ended \[relative to loads and reactions there\]: about one, it is nowhere near an equilibrium, however much smaller
+    /// the residual has become. How far the equilibrium is, [`Solver::error_estimate`] says.
     pub fn unbalanced(&self) -> f64 {
-        self.residual_after / self.force_scale
+        relative(self.residual_after, self.force_scale)
     }
 }
 
@@ -95,6 +96,15 @@ struct At {
     energy: f64,
     /// Derivative of the energy.
     slope: Vec<f64>,
+    /// Norm of the forces on supports.
+    reactions: f64,
+}
+
+impl At {
+    /// Norm of loads and reactions.
+    fn force_scale(&self, Potential { body, theta, .. }: Potential<'_>) -> f64 {
+        norm(&load_gradient(body, &self.displacement, theta)) + self.reactions
+    }
 }
 
 impl<'p> Solver<'p> {
@@ -242,10 +252,9 @@ impl System<'_> {
             return Err(inadmissible(body, &at.displacement));
         }
         let residual_before = norm(&at.slope);
-        let balanced = enough * self.assembly.force_scale;
         let mut pairs: VecDeque<Pair> = VecDeque::with_capacity(MEMORY);
         let mut taken = 0;
-        while taken < steps && norm(&at.slope) > balanced {
+        while taken < steps && norm(&at.slope) > enough * at.force_scale(potential) {
             let direction = self.direction(&at.slope, &pairs);
             let first = pairs.is_empty();
             let Some(next) = self.step_along(&at, &direction, potential, first) else { break };
@@ -259,7 +268,7 @@ impl System<'_> {
         Ok(Descent {
             residual_before,
             residual_after: norm(&at.slope),
-            force_scale: self.assembly.force_scale,
+            force_scale: at.force_scale(potential),
             energy: at.energy,
             displacement: at.displacement,
             steps: taken,
@@ -271,7 +280,10 @@ impl System<'_> {
         let Potential { body, theta, frames } = potential;
         let mut gradient = vec![0.0; displacement.len()];
         let energy = body.value_and_gradient(&displacement, theta, &mut gradient);
-        At { displacement, energy, slope: self.sparsity.gather_along(frames, &gradient).collect() }
+        let slope: Vec<f64> = self.sparsity.gather_along(frames, &gradient).collect();
+        // Frames are orthonormal: without its free components the gradient is that of the supports.
+        self.sparsity.scatter_along(frames, slope.iter().map(|g| -g), &mut gradient);
+        At { displacement, energy, slope, reactions: norm(&gradient) }
     }
 
     /// `K⁻¹` times forces.

@@ -141,7 +141,7 @@ impl Solver<'_> {
         Ok(dot(&forces, difference).max(0.0).sqrt())
     }
 
-    fn step_from(
+    pub(crate) fn step_from(
         &mut self,
         from: &[f64],
         theta: &[f64],

@@ -45,6 +45,11 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
+/// A residual over a force; none of none is none.
+pub(crate) fn relative(residual: f64, force: f64) -> f64 {
+    if residual == 0.0 { 0.0 } else { residual / force }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

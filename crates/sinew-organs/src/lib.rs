@@ -4,6 +4,7 @@
 //! `cubes` carries one network from small meshes to large ones, `newcomers` one from a ventricle to others,
 //! `rates` trains beams at several learning rates.
 
+pub mod coverage;
 mod cubes;
 pub mod map;
 mod newcomers;

@@ -26,7 +26,7 @@ pub(crate) struct Asked {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Writes cases.csv, cases.npz, NNNN.vtu and cases.pvd into OUT/predict. Each case comes with an estimate of its error, by
-one Newton step and calibrated on held-out cases; --quick leaves it out. --refine 4 comes nearer, a tenth to a thousandth
+Newton steps that contract, or says why there is none; --quick leaves it out. --refine 4 comes nearer, a tenth to a thousandth
 of the error, at a tenth of a Newton step or less each.
 
 Example: sinew sample OnceClampedBeam && sinew predict OnceClampedBeam --theta out/OnceClampedBeam/sample/thetas.csv")]
@@ -96,11 +96,7 @@ impl Predict {
                 continue;
             }
             match emulator.estimate(&prediction, index) {
-                Ok(estimate) => println!(
-                    "; estimated error {:.1e} {unit} in the mean, {:.2} % in the energy norm",
-                    estimate.mean_distance,
-                    100.0 * estimate.relative
-                ),
+                Ok(estimate) => println!("; {}", estimate.in_words(unit)),
                 Err(error) => println!("; no error estimate: {error}"),
             }
         }
