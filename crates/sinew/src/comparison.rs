@@ -264,7 +264,7 @@ impl fmt::Display for Comparison {
 
 impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Evaluation { cases, raw, corrected, within_two, inverted, times, .. } =
+        let Evaluation { cases, raw, corrected, within_two, refused, inverted, times, .. } =
             &self.evaluation;
         row(f, &self.name, raw, times.predict_decoder_s)?;
         for after in corrected {
@@ -299,7 +299,7 @@ impl fmt::Display for Method {
         let hurt: usize = corrected.iter().map(|after| after.hurt).sum();
         writeln!(
             f,
-            "  of {cases} cases: estimates within a factor 2 {:.0} %, predictions that invert a cell {inverted}, corrections that hurt {hurt}",
+            "  of {cases} cases: without an estimate {refused}, the others within a factor 2 of it {:.0} %, predictions that invert a cell {inverted}, corrections that hurt {hurt}",
             100.0 * within_two
         )
     }

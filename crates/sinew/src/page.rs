@@ -166,9 +166,9 @@ impl Comparison {
             Column::new("learned from", "")
                 .about("simulations that a method learned from, and steps of its optimiser"),
             Column::new("estimates", "%")
-                .about("share of the cases whose energy-norm error is within a factor of two of its estimate"),
-            Column::new("inverted", "")
-                .about("predictions that turn a cell inside out, which have neither estimate nor correction"),
+                .about("share of the estimates that are within a factor of two of the error, in the energy norm and in the mean"),
+            Column::new("refused", "")
+                .about("cases without an estimate, for they are not near an equilibrium; a cell that is inverted is one reason"),
             Column::new("hurt", "")
                 .about("cases that Newton steps take farther from the truth than the prediction was"),
         ];
@@ -338,15 +338,17 @@ fn row(
     let mut row = Row::new(name, cell(&quantiles[0]), full)?.time(decoder).time(batch);
     row.errors.extend(quantiles[1..].iter().map(cell));
     row.errors.resize(count, Cell::default());
-    let Evaluation { within_two, inverted, cases, times, .. } = &method.evaluation;
-    let steps = format!("{} steps", spaced(method.steps));
-    let steps = if method.steps > 0 { steps } else { String::new() };
-    let learned = Cell { note: steps, ..Cell::from(method.simulations as f64) };
+    let Evaluation { within_two, refused, inverted, cases, times, .. } = &method.evaluation;
+    let learned = match method.steps {
+        0 => String::new(),
+        steps => format!("{} steps", spaced(steps)),
+    };
+    let cells = if *inverted > 0 { format!("{inverted} invert a cell") } else { String::new() };
     Ok(row
         .time(times.simulate_s + times.prepare_s + times.train_s)
-        .other(learned)
-        .other(rounded(100.0 * within_two, 3))
-        .other(of(*inverted, *cases)))
+        .other(Cell { note: learned, ..Cell::from(method.simulations as f64) })
+        .other((refused < cases).then(|| rounded(100.0 * within_two, 3)))
+        .other(Cell { note: cells, ..of(*refused, *cases).into() }))
 }
 
 /// `3 of 100`

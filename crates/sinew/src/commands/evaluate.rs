@@ -68,7 +68,7 @@ impl Evaluate {
             let emulator = Emulator::load(path, &body)?;
             comparison.add(name, &emulator, &test, self.corrections)?;
             if let Some(method) = comparison.methods.last_mut() {
-                method.options = stored_options(path)?;
+                method.options = stored_options(path);
             }
             let _ = counter.step(1, &format!("{name} on {} cases", test.thetas.len()));
         }
@@ -82,8 +82,9 @@ impl Evaluate {
 }
 
 /// Recipe and options of the run that made an emulator; nothing where they were not kept.
-fn stored_options(emulator: &Path) -> Result<String> {
-    let run: Option<serde_json::Value> = store::read_json(&emulator.with_file_name("run.json"))?;
+fn stored_options(emulator: &Path) -> String {
+    let run = store::read_json(&emulator.with_file_name("run.json"));
+    let run: Option<serde_json::Value> = run.ok().flatten();
     let kept = |name: &str| Some(format!("{name} = {}", run.as_ref()?.get(name)?));
-    Ok(["recipe", "options"].into_iter().filter_map(kept).collect::<Vec<_>>().join("\n"))
+    ["recipe", "options"].into_iter().filter_map(kept).collect::<Vec<_>>().join("\n")
 }
