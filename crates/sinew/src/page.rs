@@ -179,8 +179,8 @@ impl Comparison {
             let (own, times) = (&method.evaluation, &method.evaluation.times);
             let times =
                 [times.predict_full_s, times.predict_decoder_s, times.predict_batch_per_theta_s];
-            let mut raw =
-                row(method, method.name.clone(), &own.raw, times, count)?.other(Cell::default());
+            let mut raw = row(method, method.name.clone(), &own.raw, times, count)?;
+            raw.others.extend(standing(method));
             for (cell, printed) in raw.errors.iter_mut().zip(published.of(&method.name)) {
                 *cell = std::mem::take(cell).against(published.source, printed);
             }
@@ -189,7 +189,8 @@ impl Comparison {
             for after in own.corrected.iter().filter(|_| corrected) {
                 let name = format!("{} + {} Newton", method.name, after.steps);
                 let steps = after.steps as f64 * own.times.correction_s;
-                let row = row(method, name, &after.errors, times.map(|t| t + steps), count)?;
+                let mut row = row(method, name, &after.errors, times.map(|t| t + steps), count)?;
+                row.others.resize(3, Cell::default());
                 table.push(row.other(of(after.hurt, own.cases)))?;
             }
         }
@@ -338,17 +339,25 @@ fn row(
     let mut row = Row::new(name, cell(&quantiles[0]), full)?.time(decoder).time(batch);
     row.errors.extend(quantiles[1..].iter().map(cell));
     row.errors.resize(count, Cell::default());
-    let Evaluation { within_two, refused, inverted, cases, times, .. } = &method.evaluation;
-    let learned = match method.steps {
+    let times = &method.evaluation.times;
+    Ok(row.time(times.simulate_s + times.prepare_s + times.train_s))
+}
+
+/// What a method learned from, how its estimates hold, how many there are not, and no corrections that hurt.
+fn standing(method: &Method) -> [Cell; 4] {
+    let Evaluation { within_two, refused, inverted, cases, .. } = &method.evaluation;
+    let steps = match method.steps {
         0 => String::new(),
         steps => format!("{} steps", spaced(steps)),
     };
     let cells = if *inverted > 0 { format!("{inverted} invert a cell") } else { String::new() };
-    Ok(row
-        .time(times.simulate_s + times.prepare_s + times.train_s)
-        .other(Cell { note: learned, ..Cell::from(method.simulations as f64) })
-        .other((refused < cases).then(|| rounded(100.0 * within_two, 3)))
-        .other(Cell { note: cells, ..of(*refused, *cases).into() }))
+    let held = (refused < cases).then(|| rounded(100.0 * within_two, 3));
+    [
+        Cell { note: steps, ..Cell::from(method.simulations as f64) },
+        held.into(),
+        Cell { note: cells, ..of(*refused, *cases).into() },
+        Cell::default(),
+    ]
 }
 
 /// `3 of 100`
@@ -368,5 +377,7 @@ fn solver(cold: f64, warm: f64, count: usize) -> Result<Row, ReportError> {
 /// The median, with the 95 % quantile and the largest below it.
 fn cell(of: &Quantiles) -> Cell {
     let [most, largest] = [of.q95, of.max].map(|value| digits(value, 2));
-    Cell { note: format!("95 % {most}, largest {largest}"), ..Cell::from(of.q50) }
+    // Broken between the two, not within.
+    let note = format!("95\u{a0}%\u{a0}{most}, largest\u{a0}{largest}");
+    Cell { note, ..Cell::from(of.q50) }
 }
