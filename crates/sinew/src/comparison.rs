@@ -248,6 +248,7 @@ impl fmt::Display for Comparison {
             "{scene}: {nodes} nodes, {unknowns} unknowns; displacement {:.3} {unit} in the mean, {:.3} {unit} at most",
             displacement.mean, displacement.max
         )?;
+        self.doubts.iter().try_for_each(|doubt| writeln!(f, "warning: {doubt}"))?;
         let head = ["err_F %", "err_I1 %", "err_Pi %", "err_V %"].map(|name| format!("{name:>9}"));
         writeln!(
             f,

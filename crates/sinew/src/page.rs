@@ -45,7 +45,7 @@ impl Comparison {
     /// # Errors
     /// An error or a time that is not finite.
     pub fn report(&self) -> Result<Report, ReportError> {
-        let mut provenance = Provenance::of_this_run("sinew report", ".");
+        let mut provenance = Provenance::of_this_run("sinew", ".");
         if !self.origin.command.is_empty() {
             provenance.command = format!("{}\n{}", self.origin.command, provenance.command);
         }

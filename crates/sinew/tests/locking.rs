@@ -102,6 +102,48 @@ fn scenes_are_copied_with_cells_that_do_not_lock() {
     }
 }
 
+/// A small ventricle with its pressure in θ.
+const HEART: &str = r#"
+law = "neo-hookean-young"
+loads = [{ pressure = "p", facets = "endo" }]
+supports = [{ clamped = "base" }]
+mesh.ellipsoid = { short = [22.0, 36.0], long = [58.0, 74.0], base = 0.0, cells = [1, 16, 8] }
+parameters = { E = [20.0, 30.0], nu = 0.3, p = [0.2, 1.0] }
+training = { held_out = 2 }
+"#;
+
+#[test]
+fn a_cavity_has_a_curve_of_pressure_and_volume() {
+    let case = Case::parse(HEART, "heart.toml").unwrap();
+    let body = case.body().unwrap();
+    let inflation =
+        sinew::Inflation::of(&body).unwrap().expect("a cavity under a pressure of theta");
+    assert_eq!(
+        (&*inflation.cavities, &*inflation.pressure),
+        (&["endo".to_string()][..], "p [kPa]")
+    );
+    let volumes = &inflation.volumes[0];
+    assert!(volumes.len() == 9 && volumes.is_sorted(), "{volumes:?}");
+    let pressures: Vec<f64> =
+        inflation.thetas.iter().map(|theta| theta[inflation.parameter]).collect();
+    assert!(pressures.is_sorted() && [pressures[0], pressures[8]] == [0.2, 1.0], "{pressures:?}");
+    let emulator = sinew::Recipe::Series.train(&body, &case.training.options(), &mut ()).unwrap();
+    let predicted = inflation.predicted(&emulator).unwrap();
+    // The series is about the middle.
+    assert!((predicted[0][4] / volumes[4] - 1.0).abs() < 1e-3, "{predicted:?} for {volumes:?}");
+
+    let thetas = vec![body.centre()];
+    let found = sinew::simulate(&body, &thetas, "test", None, &mut ()).unwrap();
+    let test = sinew::TestSet::new(&body, found);
+    let mut comparison = sinew::Comparison::new(&test).unwrap();
+    comparison.add("series", &emulator, &test, 1).unwrap();
+    let page = comparison.report().unwrap().to_html();
+    assert!(page.contains("Pressure and volume") && page.contains("volume [ml]"));
+    // A beam has no cavity.
+    let beam = Case::parse(BAR, "bar.toml").unwrap().body().unwrap();
+    assert_eq!(sinew::Inflation::of(&beam).unwrap(), None);
+}
+
 #[test]
 fn the_head_of_a_report_says_what_has_to_be_known() {
     let folder = folder("bar.toml", BAR);

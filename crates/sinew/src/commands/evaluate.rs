@@ -1,10 +1,11 @@
 //! Errors and times of trained emulators.
 
-use super::{CaseArguments, refuse, solved, trained, warn_of_locking};
+use super::{CaseArguments, refuse, solved, trained};
 use anyhow::Result;
 use clap::Args;
 use sinew::{Comparison, Design, Emulator, Origin, TestSet};
 use sinew_emulate::{Counter, Terminal, store};
+use sinew_report::Provenance;
 use std::path::Path;
 
 /// On how many cases.
@@ -36,7 +37,6 @@ const SEED: u64 = 0x7e57;
 impl Evaluate {
     pub(crate) fn run(&self) -> Result<()> {
         let (case, body, folder) = self.case.open()?;
-        warn_of_locking(sinew_fem::locking_over_ranges(&body)?);
         let mut found = trained(&folder)?;
         let unknown = |name: &&String| found.iter().all(|(known, _)| known != *name);
         if let Some(missing) = self.emulator.iter().find(unknown) {
@@ -58,7 +58,7 @@ impl Evaluate {
         let test = TestSet::new(&body, simulations);
         let mut comparison = Comparison::new(&test)?;
         comparison.origin = Origin {
-            command: std::env::args().collect::<Vec<_>>().join(" "),
+            command: Provenance::of_this_run("sinew", ".").command,
             case: case.text().into(),
             seed: Some(SEED),
         };
