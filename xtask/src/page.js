@@ -14,7 +14,7 @@ for (const svg of document.querySelectorAll("svg")) {
     if (!inside) found.push(`${name(texts[i])} leaves the drawing${of}`);
     for (let j = 0; j < i; j++) if (overlap(box, boxes[j])) found.push(`${name(texts[i])} lies over ${name(texts[j])}${of}`);
   });
-  if (!svg.getAttribute("aria-label")) found.push("a drawing has no name for screen readers");
+  if (!svg.getAttribute("aria-label") && !svg.getAttribute("aria-hidden")) found.push("a drawing has no name for screen readers");
   if (/NaN|Infinity/.test(svg.innerHTML)) found.push(`a position is no number${of}`);
 }
 const channels = (colour) => (colour.match(/[\d.]+/g) ?? []).map(Number);

@@ -95,7 +95,10 @@ pub use error_estimate::{Distance, ErrorEstimate, NotNearEquilibrium};
 pub use held::{Descent, HeldStiffness};
 pub use history::{History, Iteration};
 pub use line::Line;
-pub use locking::{LARGEST_BULK_TO_SHEAR, LockingWarning, Proportions, locking};
+pub use locking::{
+    FormulationDifference, FormulationError, LARGEST_BULK_TO_SHEAR, LockingWarning, Proportions,
+    compare_formulations, locking, locking_over_ranges,
+};
 pub use matrix::Stiffness;
 pub use nested::coarse_displacement;
 pub use newton_step::NewtonStep;

@@ -13,6 +13,8 @@ use std::cell::Cell;
 const STYLE: &str = include_str!("render/style.css");
 /// Colours of the style sheet.
 const COLOURS: usize = 8;
+/// Lines of the first names, of as many more, and so on: 32 names differ.
+const DASHES: [Option<&str>; 4] = [None, Some("6 3"), Some("2 2"), Some("8 2 2 2")];
 
 /// Which name has which colour, and how many charts are drawn.
 struct Palette<'a> {
@@ -41,6 +43,19 @@ impl<'a> Palette<'a> {
 
     fn colour(&self, name: &str) -> String {
         self.number(name).map_or("var(--dim)".into(), |n| format!("var(--c{})", n % COLOURS))
+    }
+
+    /// Dashes of the lines of a name: beyond the colours, they tell names apart. None for a solid line.
+    fn dashes(&self, name: &str) -> Option<&'static str> {
+        let round = self.number(name)? / COLOURS;
+        DASHES[round % DASHES.len()]
+    }
+
+    /// A piece of the line that a name has in charts.
+    fn key(&self, name: &str) -> Markup {
+        html! { svg.key viewBox="0 0 22 10" aria-hidden="true" {
+            path d="M0 5h22" style={ "stroke:" (self.colour(name)) } stroke-dasharray=[self.dashes(name)] {}
+        } }
     }
 }
 
@@ -99,6 +114,17 @@ fn provenance(report: &Report) -> Markup {
 fn summary(report: &Report) -> Markup {
     let judged = report.tables().flat_map(crate::Table::verdicts);
     let short: Vec<_> = judged.filter(|found| !found.3.met).collect();
+    let warned =
+        || report.tables().flat_map(|table| &table.rows).filter(|row| !row.warnings.is_empty());
+    let sections = report.sections.len() > 1;
+    if !sections
+        && report.headline.is_empty()
+        && report.notes.is_empty()
+        && short.is_empty()
+        && warned().count() == 0
+    {
+        return html! {};
+    }
     html! {
         section.summary {
             h2 { "In short" }
@@ -111,8 +137,12 @@ fn summary(report: &Report) -> Markup {
                     } }
                 }
             }
-            ul { @for note in &report.notes { li { (note) } } }
-            @if report.sections.len() > 1 {
+            @if !report.notes.is_empty() { ul { @for note in &report.notes { li { (note) } } } }
+            @if warned().count() > 0 {
+                p.missed { "⚠ Not to be trusted before these are read:" }
+                ul { @for row in warned() { @for warning in &row.warnings { li { b { (row.method) } ": " (warning) } } } }
+            }
+            @if sections {
                 nav aria-label="Sections" { @for section in &report.sections {
                     a href={ "#" (section.name) } { (section.title) } " "
                 } }

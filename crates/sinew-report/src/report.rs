@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Version of `report.json`, raised with any change of its fields (`docs/report-schema.md`).
-pub const SCHEMA: u32 = 2;
+pub const SCHEMA: u32 = 3;
 
 /// A result: what it was made with, and sections of text, tables and drawings.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

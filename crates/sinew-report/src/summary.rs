@@ -45,13 +45,10 @@ impl Table {
             let time = row.times[column].value.median()?;
             Some(format!("{} {} ({})", row.method, seconds(time), against(reference, time)))
         };
-        let parts: Vec<_> = rows.iter().filter_map(part).collect();
+        let parts = first_of(rows.iter().filter_map(part).collect());
         let (name, about) = (&baseline.method, &self.times[column].name);
         let reference = seconds(reference);
-        Some(format!(
-            "Time of one prediction ({about}) beside {name}, {reference}: {}.",
-            parts.join(", ")
-        ))
+        Some(format!("Time of one prediction ({about}) beside {name}, {reference}: {parts}."))
     }
 
     fn payback(&self) -> Option<String> {
@@ -69,13 +66,21 @@ impl Table {
                 false => format!("{} never", row.method),
             })
         };
-        let parts: Vec<_> = rows.iter().filter_map(part).collect();
+        let parts = first_of(rows.iter().filter_map(part).collect());
         let once = self.times.iter().any(|column| column.once);
         let name = &baseline.method;
-        once.then(|| {
-            format!("Preparation and training pay off against {name}: {}.", parts.join(", "))
-        })
+        once.then(|| format!("Preparation and training pay off against {name}: {parts}."))
     }
+}
+
+/// Rows that a sentence names; the table has the others.
+const MOST_NAMED: usize = 8;
+
+/// The first of some parts of a sentence, and how many more there are.
+fn first_of(parts: Vec<String>) -> String {
+    let more = parts.len().saturating_sub(MOST_NAMED);
+    let named = parts[..parts.len() - more].join(", ");
+    if more == 0 { named } else { format!("{named}, and {more} more in the table") }
 }
 
 /// `29× faster`

@@ -16,7 +16,7 @@ pub struct SurfaceCase {
     pub values: Vec<Option<f32>>,
 }
 
-/// A surface and the cases drawn on it, with one view and one logarithmic scale of colours for all.
+/// A surface and the cases drawn on it, with one view and one scale of colours for all.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Surfaces {
     /// What the values are.
@@ -25,6 +25,9 @@ pub struct Surfaces {
     pub unit: String,
     /// Unit of positions.
     pub length: String,
+    /// Whether colours are linear in the value, from 0 on, instead of its logarithm.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub linear: bool,
     /// Triangles over the nodes.
     pub triangles: Vec<[usize; 3]>,
     /// Undeformed position per node.
@@ -87,6 +90,24 @@ impl Surfaces {
         Ok(())
     }
 
+    /// Value of the last colour: 98 % of all values are below it, and it is at most ten times the 98 % quantile of the
+    /// case in the middle, so that a bad case does not set the scale of the others. None without values from 0 on.
+    pub fn scale(&self) -> Option<f64> {
+        /// Share of the values that have colours of their own.
+        const COLOURED: f64 = 0.98;
+        /// Cases whose errors are so much smaller than the largest colour are still told apart on a scale of decades.
+        const ABOVE_THE_MIDDLE: f64 = 10.0;
+        let own =
+            |case: &SurfaceCase| case.values.iter().flatten().map(|x| f64::from(*x)).collect();
+        let cases: Vec<Vec<f64>> = self.cases.iter().map(own).collect();
+        let middle = cases.iter().filter_map(|own| quantile(own.clone(), COLOURED)).collect();
+        let all = quantile(cases.concat(), COLOURED)?;
+        let scale = all.min(ABOVE_THE_MIDDLE * quantile(middle, 0.5)?);
+        // Nothing but a few cells may differ from 0.
+        let largest = || cases.iter().flatten().copied().fold(0.0, f64::max);
+        Some(if scale > 0.0 { scale } else { largest() })
+    }
+
     /// Refuses what a damaged file may hold.
     pub(crate) fn check(&self) -> Result<(), ReportError> {
         check_triangles(&self.triangles, self.reference.len())?;
@@ -97,6 +118,12 @@ impl Surfaces {
             None => Ok(()),
         }
     }
+}
+
+/// The value that so large a share of others is not above; none without values.
+fn quantile(mut values: Vec<f64>, share: f64) -> Option<f64> {
+    values.sort_unstable_by(f64::total_cmp);
+    values.get((share * values.len().saturating_sub(1) as f64).round() as usize).copied()
 }
 
 fn check_triangles(triangles: &[[usize; 3]], nodes: usize) -> Result<(), ReportError> {

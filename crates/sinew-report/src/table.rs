@@ -134,6 +134,9 @@ pub struct Row {
     /// What its errors are measured against. Rows with another reference than the first are not ranked.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub reference: String,
+    /// Reasons not to trust it, shown below its name and at the head of the page.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
     /// Errors in the order of the table's columns.
     pub errors: Vec<Cell>,
     /// Times \[s\] in the order of the table's columns.
@@ -158,6 +161,7 @@ impl Row {
             method: method.into(),
             about: String::new(),
             reference: String::new(),
+            warnings: Vec::new(),
             errors: vec![error.into()],
             times: vec![time.into()],
             others: Vec::new(),
@@ -192,6 +196,11 @@ impl Row {
     /// What it does, and what its errors are measured against.
     pub fn described(self, about: impl Into<String>, reference: impl Into<String>) -> Self {
         Self { about: about.into(), reference: reference.into(), ..self }
+    }
+
+    /// With reasons not to trust it.
+    pub fn warned(self, warnings: impl IntoIterator<Item = impl Into<String>>) -> Self {
+        Self { warnings: warnings.into_iter().map(Into::into).collect(), ..self }
     }
 
     /// Problem, method and setting in words.

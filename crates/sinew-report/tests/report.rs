@@ -233,8 +233,8 @@ fn json_round_trip_is_exact_and_wrong_files_are_refused() {
     assert!(
         matches!(Report::from_json(&negative), Err(ReportError::Number(field, _)) if field == "DD-GNN: train")
     );
-    let newer = text.replacen("\"schema\":2", "\"schema\":3", 1);
-    assert!(matches!(Report::from_json(&newer), Err(ReportError::Schema(3, _))));
+    let newer = text.replacen("\"schema\":3", "\"schema\":4", 1);
+    assert!(matches!(Report::from_json(&newer), Err(ReportError::Schema(4, _))));
     assert!(matches!(Report::from_json("{"), Err(ReportError::Json(_))));
     let hostile = text.replacen("\"triangles\":[[0,1,2]", "\"triangles\":[[0,1,77]", 1);
     assert!(matches!(Report::from_json(&hostile), Err(ReportError::Triangle(0, 77, 4))));
@@ -337,6 +337,75 @@ fn what_cannot_be_drawn_is_said() {
     nowhere.push("m", "a surface without triangles", &[], &[]).unwrap();
     report.sections[0].blocks = vec![Block::Surfaces(nowhere)];
     assert!(!report.to_html().contains("inf"));
+}
+
+#[test]
+fn warnings_stand_at_the_head_and_beside_their_method() {
+    let mut table = Table::new([Column::new("err_u", "mm")], [Column::new("predict", "s")], []);
+    let noted = Cell { note: "95 % 2.0, largest 9.0".into(), ..Cell::from(1.0) };
+    table.push(Row::new("good", 1.0, 1.0).unwrap()).unwrap();
+    let page = |table: &Table| {
+        let mut report = Report::new("t", "", Provenance::default());
+        let blocks = vec![Block::Table(table.clone())];
+        report.sections.push(Section { name: "s".into(), title: "Errors".into(), blocks });
+        assert_eq!(Report::from_json(&report.to_json().unwrap()).unwrap(), report);
+        report.to_html()
+    };
+    assert!(!page(&table).contains("In short"), "a head that says nothing is left out");
+    table
+        .push(Row::new("bad", noted, 1.0).unwrap().warned(["predictions <invert> cells"]))
+        .unwrap();
+    let page = page(&table);
+    assert_eq!(page.matches("predictions &lt;invert&gt; cells").count(), 2, "head and row");
+    let [head, body] = [page.find("Not to be trusted"), page.find(">Errors<")].map(Option::unwrap);
+    assert!(head < body && page.contains("95 % 2.0, largest 9.0"), "{page}");
+}
+
+#[test]
+fn thirty_two_methods_are_told_apart() {
+    let mut table = Table::new([Column::new("err_u", "mm")], [Column::new("predict", "s")], []);
+    for number in 0..32 {
+        table.push(Row::new(format!("method {number}"), 1.0, 1.0).unwrap()).unwrap();
+    }
+    let mut report = Report::default();
+    report.sections.push(Section { blocks: vec![Block::Table(table)], ..Section::default() });
+    let page = report.to_html();
+    let keys: Vec<&str> = svgs(&page).filter(|svg| svg.starts_with("class=\"key\"")).collect();
+    let distinct: std::collections::HashSet<_> = keys.iter().collect();
+    assert_eq!((keys.len(), distinct.len()), (32, 32), "colour and dashes together");
+}
+
+#[test]
+fn one_bad_case_does_not_set_the_scale_of_the_others() {
+    let points: Vec<[f64; 3]> =
+        (0..200).map(|i| [f64::from(i % 20), f64::from(i / 20), 0.0]).collect();
+    let triangles: Vec<_> = (0..179).map(|i| [i, i + 1, i + 20]).collect();
+    let drawn = |errors: &[f64], linear| {
+        let mut surfaces = Surfaces::new(&triangles, &points).unwrap();
+        (surfaces.unit, surfaces.linear) = ("mm".into(), linear);
+        for error in errors {
+            let values: Vec<f64> = (1..=200).map(|i| error * f64::from(i) / 200.0).collect();
+            surfaces.push("m", "case", &points, &values).unwrap();
+        }
+        let scale = surfaces.scale().unwrap();
+        let mut report = Report::default();
+        let blocks = vec![Block::Surfaces(surfaces)];
+        report.sections.push(Section { blocks, ..Section::default() });
+        (scale, report.to_html())
+    };
+    let (good, page) = drawn(&[1.0; 4], false);
+    // The 98 % quantile of each, and of all.
+    assert!((good - 0.98).abs() < 0.011 && page.contains("have the last colour"), "{good}");
+    let (scale, page) = drawn(&[1.0, 1.0, 1.0, 5000.0], false);
+    assert!((scale / good - 10.0).abs() < 1e-6, "{scale} for {good}");
+    assert!(page.contains("25 % are larger") && page.contains("≥ 9.8 mm"), "{page}");
+    let (_, page) = drawn(&[3.0; 2], true);
+    assert!(page.contains("one linear scale") && page.contains(">0<") && !page.contains("≤ "));
+    // Equal to zero but for one node.
+    let mut surfaces = Surfaces::new(&triangles, &points).unwrap();
+    let spike: Vec<f64> = (0..200).map(|i| f64::from(u8::from(i == 7))).collect();
+    surfaces.push("m", "spike", &points, &spike).unwrap();
+    assert_eq!(surfaces.scale(), Some(1.0));
 }
 
 /// Boxes of level labels as wide as the widest usual font makes them.

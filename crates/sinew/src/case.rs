@@ -108,7 +108,14 @@ pub enum Formulation {
     Averaged,
     /// Quadratic cells made of linear tetrahedra or triangles.
     Quadratic,
+    /// The first of plain, averaged and quadratic cells that is expected to lose at most a tenth of the displacement
+    /// anywhere in the ranges ([`sinew_fem::locking_over_ranges`]); hexahedra are averaged at most.
+    Auto,
 }
+
+/// Share of the displacement that [`Formulation::Auto`] may lose: what material parameters are uncertain by, and far more
+/// than emulators err.
+const MOST_LOST: f64 = 0.1;
 
 impl Case {
     /// Reads a case file, or the built-in scene of that name where there is no such file. A mesh file is relative to the
@@ -159,6 +166,16 @@ impl Case {
         self
     }
 
+    /// The same in another formulation.
+    pub fn with_formulation(self, formulation: Formulation) -> Self {
+        Self { formulation, ..self }
+    }
+
+    /// Text of the case file.
+    pub fn text(&self) -> &str {
+        self.source.text()
+    }
+
     /// The body, in mm and kPa.
     ///
     /// # Errors
@@ -176,14 +193,40 @@ impl Case {
     /// # Errors
     /// As [`Case::body`].
     pub fn body_on(&self, mut mesh: sinew_mesh::AnyMesh) -> Result<Body, CaseError> {
-        let law = self.law.row(&self.source)?;
-        let parameters = self.lower_parameters(law)?;
         self.mesh.check_filled(&mesh, &self.source)?;
         self.lower_selections(&mut mesh)?;
         if let Some(fibres) = &self.fibres {
             fibres.lay(&mut mesh, &self.source)?;
         }
-        if self.formulation == Formulation::Quadratic {
+        if self.formulation != Formulation::Auto {
+            return self.lower(mesh, self.formulation);
+        }
+        let last = if mesh.element().corners == 8 {
+            Formulation::Averaged
+        } else {
+            Formulation::Quadratic
+        };
+        for formulation in [Formulation::Plain, Formulation::Averaged] {
+            let body = self.lower(mesh.clone(), formulation)?;
+            // Values outside the law's bounds are an error of the ranges, which all commands tell.
+            let locking = sinew_fem::locking_over_ranges(&body).ok().flatten();
+            if formulation == last || locking.is_none_or(|found| found.expected_share <= MOST_LOST)
+            {
+                return Ok(body);
+            }
+        }
+        self.lower(mesh, last)
+    }
+
+    /// The body on a mesh that has its fibres.
+    fn lower(
+        &self,
+        mut mesh: sinew_mesh::AnyMesh,
+        formulation: Formulation,
+    ) -> Result<Body, CaseError> {
+        let law = self.law.row(&self.source)?;
+        let parameters = self.lower_parameters(law)?;
+        if formulation == Formulation::Quadratic {
             mesh = mesh::quadratic(mesh).map_err(|element| {
                 self.source.error(
                     &["formulation"],
@@ -200,7 +243,7 @@ impl Case {
             parameters,
             loads,
             supports,
-            averaged: self.formulation == Formulation::Averaged,
+            averaged: formulation == Formulation::Averaged,
         };
         let body = self.law.lower(law, mesh, parts).map_err(|error| self.place(error))?;
         self.check_bounds(&body)?;

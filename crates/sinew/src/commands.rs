@@ -14,6 +14,7 @@ pub(crate) mod train;
 use anyhow::{Context, Result};
 use batch::{Answer, Batch, ThetaArguments, Written};
 use clap::Args;
+use sinew::case::Formulation;
 use sinew::{Body, Case, CaseError, Simulations, ThetaText, theta_in_words};
 use sinew_emulate::Terminal;
 use std::path::{Path, PathBuf};
@@ -48,6 +49,10 @@ impl CaseArguments {
         let (case, folder) = self.read()?;
         let body = case.body()?;
         case.warnings(&body).iter().for_each(|warning| eprintln!("warning: {warning}"));
+        if case.formulation == Formulation::Auto {
+            let averaged = if body.patches.is_empty() { "" } else { ", volume ratios averaged" };
+            eprintln!("formulation auto: {}{averaged}", body.element().plural);
+        }
         Ok((case, body, folder))
     }
 
@@ -56,6 +61,13 @@ impl CaseArguments {
         let kept = |c: char| if c.is_alphanumeric() || "-_ ".contains(c) { c } else { '_' };
         let name: String = case.name.chars().map(kept).collect();
         self.out.clone().unwrap_or_else(|| Path::new("out").join(name))
+    }
+}
+
+/// Tells on standard error that cells are too stiff for the body, if they are.
+pub(crate) fn warn_of_locking(locking: Option<sinew_fem::LockingWarning>) {
+    if let Some(found) = locking {
+        eprintln!("warning: {}", sinew::locking_in_words(&found));
     }
 }
 

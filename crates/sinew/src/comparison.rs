@@ -1,6 +1,7 @@
 //! Emulators of one body beside each other.
 
 use crate::theta::{range_in_words, theta_in_words};
+use crate::{Inflation, locking_in_words};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::{
     CaseErrors, CurvePoint, Emulator, Errors, Evaluation, METRICS, Quantiles, Recipe, Record,
@@ -27,8 +28,20 @@ pub struct Comparison {
     pub parameters: Vec<String>,
     /// Nodal displacements of the test cases \[length\].
     pub displacement: Quantiles,
+    /// What the case and the command were.
+    #[serde(default)]
+    pub origin: Origin,
+    /// What makes the solver's own solutions doubtful, which are the truth here.
+    #[serde(default)]
+    pub doubts: Vec<String>,
     /// The emulators.
     pub methods: Vec<Method>,
+    /// Volumes of cavities by the solver.
+    #[serde(default)]
+    pub inflation: Option<Inflation>,
+    /// The body's surface, coloured by its displacement, in the test cases that move it in the middle and the most.
+    #[serde(default)]
+    pub motion: Surfaces,
     /// The body's surface in the median and the worst case of each, coloured by the error.
     pub surfaces: Surfaces,
 }
@@ -53,6 +66,23 @@ pub struct Method {
     pub history: Vec<CurvePoint>,
     /// Reasons not to trust it.
     pub warnings: Vec<Warning>,
+    /// Recipe and options of its training, as they were stored beside it; may be empty.
+    #[serde(default)]
+    pub options: String,
+    /// Volumes of cavities as it predicts them, ordered as [`Inflation::volumes`].
+    #[serde(default)]
+    pub volumes: Vec<Vec<f64>>,
+}
+
+/// What a comparison was made from.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Origin {
+    /// The command line.
+    pub command: String,
+    /// Text of the case file.
+    pub case: String,
+    /// Seed of the test cases.
+    pub seed: Option<u64>,
 }
 
 /// Why there is no comparison.
@@ -73,9 +103,15 @@ impl Comparison {
     /// A surface that cannot be drawn.
     pub fn new(test: &TestSet<'_>) -> Result<Self, ComparisonError> {
         let body = test.body;
+        let unit = &body.units.length;
         let mut surfaces = Surfaces::new(&triangles(&body.mesh), &body.positions)?;
         surfaces.quantity = "Where the errors are: ‖u − û‖ at the nodes".into();
-        (surfaces.unit, surfaces.length) = (body.units.length.clone(), body.units.length.clone());
+        (surfaces.unit, surfaces.length) = (unit.clone(), unit.clone());
+        let mut motion = surfaces.clone();
+        (motion.quantity, motion.linear) = ("How the body moves: ‖u‖ at the nodes".into(), true);
+        draw_motion(&mut motion, test)?;
+        // Ranges were looked at when the body was made.
+        let locking = sinew_fem::locking_over_ranges(body).ok().flatten();
         let norm = |u: &[f64; 3]| u.iter().map(|x| x * x).sum::<f64>().sqrt();
         let lengths =
             test.fields.iter().flat_map(|field| field.as_chunks::<3>().0.iter().map(norm));
@@ -87,7 +123,11 @@ impl Comparison {
             unknowns: body.free_degrees_of_freedom().len(),
             parameters: body.parameters.iter().map(range_in_words).collect(),
             displacement: Quantiles::of(lengths),
+            origin: Origin::default(),
+            doubts: locking.iter().map(locking_in_words).collect(),
             methods: Vec::new(),
+            inflation: Inflation::of(body)?,
+            motion,
             surfaces,
         })
     }
@@ -111,9 +151,7 @@ impl Comparison {
         let densities = pooled.iter().chain([&volumes]).map(|errors: &Vec<_>| density(errors));
         let densities = densities.collect();
         for (kind, case) in ["median", "worst"].into_iter().zip(median_and_worst(&cases)) {
-            let moved = fields[case].as_chunks::<3>().0.iter().zip(&test.body.positions);
-            let deformed: Vec<[f64; 3]> =
-                moved.map(|(u, x)| std::array::from_fn(|i| u[i] + x[i])).collect();
+            let deformed = deformed(test.body, &fields[case]);
             let error =
                 sinew_energy::metrics::displacement_error(&test.fields[case], &fields[case]);
             let title = format!("{kind} case, {}", theta_in_words(test.body, &test.thetas[case]));
@@ -128,10 +166,37 @@ impl Comparison {
             densities,
             history: record.history.clone(),
             warnings: record.warnings.clone(),
+            options: String::new(),
+            volumes: self.inflation.as_ref().map_or(Ok(Vec::new()), |i| i.predicted(emulator))?,
         });
         Ok(cases)
     }
 }
+
+/// Draws the solver's solutions of the test cases that move the body in the middle and the most, by their mean.
+fn draw_motion(surfaces: &mut Surfaces, test: &TestSet<'_>) -> Result<(), ReportError> {
+    let mean = |case: &usize| crate::output::mean_and_largest(&test.fields[*case])[0];
+    let mut order: Vec<usize> = (0..test.fields.len()).collect();
+    order.sort_by(|a, b| mean(a).total_cmp(&mean(b)));
+    let Some(&most) = order.last() else { return Ok(()) };
+    let rest = vec![0.0; test.fields[most].len()];
+    for (kind, case) in [("median", order[(order.len() - 1) / 2]), ("largest", most)] {
+        let field = &test.fields[case];
+        let length = sinew_energy::metrics::displacement_error(field, &rest);
+        let title = format!("{kind} motion, {}", theta_in_words(test.body, &test.thetas[case]));
+        surfaces.push(SOLVER, title, &deformed(test.body, field), &length)?;
+    }
+    Ok(())
+}
+
+/// Positions of the nodes at a displacement \[length\].
+fn deformed(body: &sinew_energy::Body, field: &[f64]) -> Vec<[f64; 3]> {
+    let moved = field.as_chunks::<3>().0.iter().zip(&body.positions);
+    moved.map(|(u, x)| std::array::from_fn(|i| u[i] + x[i])).collect()
+}
+
+/// Name of the row that times are compared with.
+pub(crate) const SOLVER: &str = "Newton solver";
 
 /// What an emulator is, in one line.
 fn about(record: &Record) -> String {
@@ -180,6 +245,7 @@ impl fmt::Display for Comparison {
             "{scene}: {nodes} nodes, {unknowns} unknowns; displacement {:.3} {unit} in the mean, {:.3} {unit} at most",
             displacement.mean, displacement.max
         )?;
+        self.doubts.iter().try_for_each(|doubt| writeln!(f, "warning: {doubt}"))?;
         let head = ["err_F %", "err_I1 %", "err_Pi %", "err_V %"].map(|name| format!("{name:>9}"));
         writeln!(
             f,
@@ -196,7 +262,7 @@ impl fmt::Display for Comparison {
 
 impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Evaluation { cases, raw, corrected, within_two, inverted, times, .. } =
+        let Evaluation { cases, raw, corrected, within_two, refused, inverted, times, .. } =
             &self.evaluation;
         row(f, &self.name, raw, times.predict_decoder_s)?;
         for after in corrected {
@@ -231,7 +297,7 @@ impl fmt::Display for Method {
         let hurt: usize = corrected.iter().map(|after| after.hurt).sum();
         writeln!(
             f,
-            "  of {cases} cases: estimates within a factor 2 {:.0} %, predictions that invert a cell {inverted}, corrections that hurt {hurt}",
+            "  of {cases} cases: without an estimate {refused}, the others within a factor 2 of it {:.0} %, predictions that invert a cell {inverted}, corrections that hurt {hurt}",
             100.0 * within_two
         )
     }

@@ -46,6 +46,8 @@
 
 pub mod case;
 mod comparison;
+mod inflation;
+mod locking;
 pub mod npz;
 pub mod output;
 mod page;
@@ -54,7 +56,9 @@ mod theta;
 mod wall;
 
 pub use case::{Case, CaseError};
-pub use comparison::{Comparison, ComparisonError, Method};
+pub use comparison::{Comparison, ComparisonError, Method, Origin};
+pub use inflation::Inflation;
+pub use locking::locking_in_words;
 pub use page::Published;
 pub use sinew_emulate::{
     Backend, Correction, Design, Emulator, Error as EmulatorError, Estimate, Evaluation,

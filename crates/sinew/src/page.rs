@@ -1,7 +1,9 @@
 //! A comparison as a report.
 
-use crate::comparison::{Comparison, Method};
+use crate::Inflation;
+use crate::comparison::{Comparison, Method, SOLVER};
 use sinew_emulate::{CurvePoint, Errors, Evaluation, METRICS, Metric, Quantiles};
+use sinew_report::format::{count as spaced, digits, rounded};
 use sinew_report::{
     Block, Cell, Chart, Column, Level, Provenance, Report, ReportError, Row, Section, Series,
     Style, Table,
@@ -43,7 +45,11 @@ impl Comparison {
     /// # Errors
     /// An error or a time that is not finite.
     pub fn report(&self) -> Result<Report, ReportError> {
-        let provenance = Provenance::of_this_run("sinew report", ".");
+        let mut provenance = Provenance::of_this_run("sinew", ".");
+        if !self.origin.command.is_empty() {
+            provenance.command = format!("{}\n{}", self.origin.command, provenance.command);
+        }
+        (provenance.seed, provenance.config) = (self.origin.seed, self.configuration());
         let about = format!(
             "{} nodes, {} unknowns; the nodes of the test cases move {:.2} {unit} in the mean and {:.2} {unit} at most",
             self.nodes,
@@ -53,8 +59,40 @@ impl Comparison {
             unit = self.length_unit
         );
         let mut report = Report::new(self.scene.clone(), about, provenance);
-        report.sections.push(self.section("errors", "Errors and times", &Published::default())?);
+        let mut section = self.section("errors", "Errors and times", &Published::default())?;
+        // On a page of one section its sentences stand at the head.
+        let sentences = section.blocks.extract_if(.., |block| matches!(block, Block::List(_)));
+        for block in sentences {
+            let Block::List(sentences) = block else { continue };
+            report.notes.extend(sentences);
+        }
+        report.headline = self.headline();
+        report.sections.push(section);
         Ok(report)
+    }
+
+    /// The method of least median error, and what it does at its worst.
+    fn headline(&self) -> String {
+        let median = |method: &&Method| method.evaluation.raw.err_u.q50;
+        let Some(best) = self.methods.iter().min_by(|a, b| median(a).total_cmp(&median(b))) else {
+            return String::new();
+        };
+        let (errors, unit) = (best.evaluation.raw.err_u, &self.length_unit);
+        let [half, most, largest, moved] =
+            [errors.q50, errors.q95, errors.max, self.displacement.mean].map(|x| digits(x, 2));
+        format!(
+            "{} is the most accurate: half of the free nodes are within {half} {unit}, 95 % within {most} {unit}, all within \
+             {largest} {unit}, where they move {moved} {unit} in the mean.",
+            best.name
+        )
+    }
+
+    /// The case file, then recipe and options of each method.
+    fn configuration(&self) -> String {
+        let own = self.methods.iter().filter(|method| !method.options.is_empty());
+        let own = own.map(|method| format!("# training of {}\n{}", method.name, method.options));
+        let case = Some(self.origin.case.trim_end().to_string()).filter(|case| !case.is_empty());
+        case.into_iter().chain(own).collect::<Vec<_>>().join("\n\n")
     }
 
     /// The part of a page that is about this scene, held against published figures where there are some.
@@ -93,9 +131,13 @@ impl Comparison {
                 self.curves(published),
             ));
         }
+        if !self.doubts.is_empty() {
+            blocks.insert(0, Block::List(self.doubts.clone()));
+        }
+        blocks.extend(self.inflation.as_ref().map(|inflation| self.inflations(inflation)));
         blocks.push(self.sensitivities());
+        blocks.push(Block::Surfaces(self.motion.clone()));
         blocks.push(Block::Surfaces(self.surfaces.clone()));
-        blocks.extend(self.methods.iter().filter_map(remarks).map(Block::Text));
         Ok(Section { name: name.into(), title: title.into(), blocks })
     }
 
@@ -121,9 +163,14 @@ impl Comparison {
             Column::new("simulate + train", "s").once(),
         ];
         let others = [
-            Column::new("simulations", ""),
-            Column::new("steps", ""),
-            Column::new("estimates", "%").about("share of the cases whose energy-norm error is within a factor of two of its estimate"),
+            Column::new("learned from", "")
+                .about("simulations that a method learned from, and steps of its optimiser"),
+            Column::new("estimates", "%")
+                .about("share of the estimates that are within a factor of two of the error, in the energy norm and in the mean"),
+            Column::new("refused", "")
+                .about("cases without an estimate, for they are not near an equilibrium; a cell that is inverted is one reason"),
+            Column::new("hurt", "")
+                .about("cases that Newton steps take farther from the truth than the prediction was"),
         ];
         let errors = self.errors();
         let count = errors.len();
@@ -133,14 +180,18 @@ impl Comparison {
             let times =
                 [times.predict_full_s, times.predict_decoder_s, times.predict_batch_per_theta_s];
             let mut raw = row(method, method.name.clone(), &own.raw, times, count)?;
+            raw.others.extend(standing(method));
             for (cell, printed) in raw.errors.iter_mut().zip(published.of(&method.name)) {
                 *cell = std::mem::take(cell).against(published.source, printed);
             }
-            table.push(raw.described(&method.about, ""))?;
+            let warnings = method.warnings.iter().map(ToString::to_string);
+            table.push(raw.described(&method.about, "").warned(warnings))?;
             for after in own.corrected.iter().filter(|_| corrected) {
                 let name = format!("{} + {} Newton", method.name, after.steps);
                 let steps = after.steps as f64 * own.times.correction_s;
-                table.push(row(method, name, &after.errors, times.map(|t| t + steps), count)?)?;
+                let mut row = row(method, name, &after.errors, times.map(|t| t + steps), count)?;
+                row.others.resize(3, Cell::default());
+                table.push(row.other(of(after.hurt, own.cases)))?;
             }
         }
         if let Some(times) = self.methods.first().map(|method| method.evaluation.times) {
@@ -171,7 +222,7 @@ impl Comparison {
         let name = |parameter: &String| parameter.split(' ').next().unwrap_or_default().to_string();
         let row = |method: &Method| {
             let errors =
-                method.evaluation.sensitivity_errors.iter().map(|&error| Cell::from(error));
+                method.evaluation.sensitivity_errors.iter().map(|&e| Cell::from(rounded(e, 2)));
             std::iter::once(Cell::from(method.name.as_str())).chain(errors).collect()
         };
         Block::Listing {
@@ -181,6 +232,36 @@ impl Comparison {
                 .collect(),
             rows: self.methods.iter().map(row).collect(),
         }
+    }
+
+    /// Volumes of every cavity over its pressure.
+    fn inflations(&self, inflation: &Inflation) -> Block {
+        let (unit, scale) = match &*self.length_unit {
+            "mm" => ("ml".to_string(), 1e-3),
+            other => (format!("{other}³"), 1.0),
+        };
+        let chart = |(cavity, name): (usize, &String)| {
+            let volume = format!("volume [{unit}]");
+            let title = format!("Volume of {name}");
+            let chart = Chart::new(title, [&*inflation.pressure, &*volume], [false; 2]);
+            let series = |chart: Chart, name: &str, style, volumes: &[Vec<f64>]| {
+                let volumes = volumes.get(cavity).into_iter().flatten();
+                let points = inflation.pressures.iter().zip(volumes);
+                let points = points.map(|(pressure, v)| [*pressure, scale * v]);
+                chart.with(Series::new(name, style, points))
+            };
+            let solved = series(chart, SOLVER, Style::Points, &inflation.volumes);
+            self.methods.iter().fold(solved, |chart, method| {
+                series(chart, &method.name, Style::Line, &method.volumes)
+            })
+        };
+        let caption = "Predictions as lines, equilibria of the solver as markers; the other parameters in the middle of their \
+                       ranges.";
+        Block::charts(
+            "Pressure and volume",
+            caption,
+            inflation.cavities.iter().enumerate().map(chart),
+        )
     }
 
     fn densities(&self, error: usize, published: &Published) -> Chart {
@@ -258,32 +339,45 @@ fn row(
     let mut row = Row::new(name, cell(&quantiles[0]), full)?.time(decoder).time(batch);
     row.errors.extend(quantiles[1..].iter().map(cell));
     row.errors.resize(count, Cell::default());
-    let Evaluation { within_two, times, .. } = &method.evaluation;
-    Ok(row
-        .time(times.simulate_s + times.prepare_s + times.train_s)
-        .other(method.simulations as f64)
-        .other(method.steps as f64)
-        .other(100.0 * within_two))
+    let times = &method.evaluation.times;
+    Ok(row.time(times.simulate_s + times.prepare_s + times.train_s))
 }
 
-/// Name of the row that times are compared with.
-const SOLVER: &str = "Newton solver";
+/// What a method learned from, how its estimates hold, how many there are not, and no corrections that hurt.
+fn standing(method: &Method) -> [Cell; 4] {
+    let Evaluation { within_two, refused, inverted, cases, .. } = &method.evaluation;
+    let steps = match method.steps {
+        0 => String::new(),
+        steps => format!("{} steps", spaced(steps)),
+    };
+    let cells = if *inverted > 0 { format!("{inverted} invert a cell") } else { String::new() };
+    let held = (refused < cases).then(|| rounded(100.0 * within_two, 3));
+    [
+        Cell { note: steps, ..Cell::from(method.simulations as f64) },
+        held.into(),
+        Cell { note: cells, ..of(*refused, *cases).into() },
+        Cell::default(),
+    ]
+}
+
+/// `3 of 100`
+fn of(count: usize, cases: usize) -> String {
+    format!("{count} of {cases}")
+}
 
 /// The solver, whose solutions are the truth of the table, which keeps it out of the ranking.
 fn solver(cold: f64, warm: f64, count: usize) -> Result<Row, ReportError> {
     let mut row = Row::new(SOLVER, 0.0, cold)?.described("", "the truth of this table");
     row.errors.resize(count, Cell::default());
     row.times.extend([warm.into(), Cell::default(), Cell::default()]);
-    row.others.resize(3, Cell::default());
+    row.others.resize(4, Cell::default());
     Ok(row)
 }
 
-/// The median, with the largest below it.
+/// The median, with the 95 % quantile and the largest below it.
 fn cell(of: &Quantiles) -> Cell {
-    Cell { note: format!("largest {:.1e}", of.max), ..Cell::from(of.q50) }
-}
-
-fn remarks(method: &Method) -> Option<String> {
-    let said: Vec<String> = method.warnings.iter().map(ToString::to_string).collect();
-    (!said.is_empty()).then(|| format!("{}: {}.", method.name, said.join("; ")))
+    let [most, largest] = [of.q95, of.max].map(|value| digits(value, 2));
+    // Broken between the two, not within.
+    let note = format!("95\u{a0}%\u{a0}{most}, largest\u{a0}{largest}");
+    Cell { note, ..Cell::from(of.q50) }
 }

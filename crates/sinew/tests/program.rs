@@ -170,7 +170,6 @@ fn help_teaches_and_scenes_can_be_copied() {
     let listed = done(folder.path(), "scenes");
     for scene in sinew::scenes::SCENES {
         assert!(listed.contains(scene.name));
-        assert_eq!(done(folder.path(), &format!("new {}", scene.name)), scene.text);
     }
     let (code, told) = refused(folder.path(), "solve LeftVentricle");
     assert!(code == 2 && told.contains("--mesh FILE"), "{told}");

@@ -10,6 +10,8 @@ pub struct Proportions {
     pub slenderness: f64,
     /// Thickness over the mean size of the elements.
     pub elements_through_thickness: f64,
+    /// Thickness over the mean length of the elements' longest edges.
+    pub lengthwise: f64,
 }
 
 impl Proportions {
@@ -32,9 +34,41 @@ impl Proportions {
         (thickness > 0.0 && size > 0.0 && size.is_finite()).then_some(Self {
             slenderness: longest / thickness,
             elements_through_thickness: thickness / size,
+            lengthwise: thickness / mean_longest_edge(potential),
         })
     }
 }
+
+/// Mean over the cells of the largest distance of neighbouring corners, diagonals of hexahedra left out \[length\].
+fn mean_longest_edge(potential: &Body) -> f64 {
+    let corners = potential.element().corners;
+    let longest = |nodes: &[usize]| {
+        let edges = (0..corners).flat_map(|i| (0..i).map(move |j| [i, j]));
+        let edges = edges.filter(|edge| corners != 8 || HEXAHEDRON.contains(edge));
+        let length = |[i, j]: [usize; 2]| {
+            let [a, b] = [i, j].map(|corner| Vector3::from(potential.positions[nodes[corner]]));
+            (a - b).norm()
+        };
+        edges.map(length).fold(0.0, f64::max)
+    };
+    potential.cell_nodes().map(longest).sum::<f64>() / potential.cell_count() as f64
+}
+
+/// Edges of a hexahedron, the larger corner first.
+const HEXAHEDRON: [[usize; 2]; 12] = [
+    [1, 0],
+    [2, 1],
+    [3, 2],
+    [3, 0],
+    [5, 4],
+    [6, 5],
+    [7, 6],
+    [7, 4],
+    [4, 0],
+    [5, 1],
+    [6, 2],
+    [7, 3],
+];
 
 /// Area of the surface at rest, length of the edges in two dimensions.
 fn surface(potential: &Body) -> f64 {

@@ -196,9 +196,8 @@ fn push(plots: &mut Vec<Plot>, series: &Series, palette: &Palette, axes: [Axis; 
             let mut line =
                 LinePlot::new().with_data(run.iter().map(|p| place(*p))).with_color(&colour);
             line = line.with_stroke_width(if named { 2.0 } else { 1.0 });
-            // Beyond the colours, dashes tell names apart.
-            if number >= super::COLOURS {
-                line = line.with_line_style(LineStyle::Dashed);
+            if let Some(dashes) = palette.dashes(&series.name) {
+                line = line.with_line_style(LineStyle::Custom(dashes.into()));
             }
             if series.style == Style::Area {
                 line = line.with_fill().with_fill_opacity(0.12);
@@ -220,7 +219,7 @@ fn push(plots: &mut Vec<Plot>, series: &Series, palette: &Palette, axes: [Axis; 
             .with_data(marked.iter().map(|&i| place(series.points[i])))
             .with_color(&colour)
             .with_size(4.0)
-            .with_marker(MARKERS[number % MARKERS.len()]);
+            .with_marker(MARKERS[(number + number / super::COLOURS) % MARKERS.len()]);
         if !series.hints.is_empty() {
             points = points.with_tooltip_labels(marked.iter().map(|&i| series.hints[i].clone()));
         }

@@ -16,38 +16,75 @@ const MARGIN: f64 = 14.0;
 /// Colours span this many decades below the largest value; smaller values share the lowest colour, or clamped nodes
 /// would use up the scale.
 const DECADES: i32 = 3;
+/// Steps between the numbers below the colours: one per decade.
+const TICKS: i32 = DECADES;
 /// Cosine of the angle between faces from which their edge outlines the shape: 30°.
 const FLAT: f64 = 0.866;
 
 /// All cases with one view and one scale of colours, so that they can be compared.
 pub(super) fn surfaces(surfaces: &Surfaces, palette: &Palette) -> Markup {
     let values = surfaces.cases.iter().flat_map(|case| case.values.iter().flatten());
-    let largest = f64::from(values.copied().fold(0.0, f32::max));
+    let scale = Scale { end: surfaces.scale().unwrap_or(0.0), linear: surfaces.linear };
+    let above = values.clone().filter(|value| f64::from(**value) > scale.end).count();
+    let above = 100.0 * above as f64 / values.count().max(1) as f64;
     let view = View::around(surfaces);
     let outline = outline(surfaces);
     html! { @if !surfaces.cases.is_empty() && !surfaces.reference.is_empty() {
         h3 { (surfaces.quantity) }
-        p.note { "Deformed shapes to scale, coloured on one logarithmic scale for all; dashed: the undeformed body; grey: no value." }
+        p.note {
+            "Deformed shapes to scale, coloured on one " (if scale.linear { "linear" } else { "logarithmic" })
+            " scale for all; dashed: the body at rest; grey: no value."
+            @if above > 0.0 {
+                " The scale ends where nearly all values lie below: " (digits(above, 2)) " % are larger and have the last colour."
+            }
+        }
         svg.bar viewBox="0 0 470 32" role="img" aria-label="Scale of colours" fill="var(--text)" font-size="11" {
             (bar([MARGIN, 2.0], WIDTH - 2.0 * MARGIN))
-            @for decade in 0..=DECADES {
-                @let x = MARGIN + (WIDTH - 2.0 * MARGIN) * f64::from(decade) / f64::from(DECADES);
-                text x=(x) y="26" text-anchor=(["start", "middle", "middle", "end"][decade as usize]) {
-                    (if decade == 0 { "≤ " } else { "" })
-                    (digits(largest * 10f64.powi(decade - DECADES), 2))
-                    (if decade == DECADES { format!(" {}", surfaces.unit) } else { String::new() })
+            @for tick in 0..=TICKS {
+                @let x = MARGIN + (WIDTH - 2.0 * MARGIN) * f64::from(tick) / f64::from(TICKS);
+                text x=(x) y="26" text-anchor=(["start", "middle", "middle", "end"][tick as usize]) {
+                    (if tick == 0 && !scale.linear { "≤ " } else { "" })
+                    (if tick == TICKS && above > 0.0 { "≥ " } else { "" })
+                    (digits(scale.value(f64::from(tick) / f64::from(TICKS)), 2))
+                    (if tick == TICKS { format!(" {}", surfaces.unit) } else { String::new() })
                 }
             }
         }
         div.panels { @for case in &surfaces.cases { figure {
             figcaption {
-                span.key style={ "background:" (palette.colour(&case.method)) } {}
-                b { (case.method) } ", " (case.title) ", largest "
+                (palette.key(&case.method)) b { (case.method) } ", " (case.title) ", largest "
                 (digits(f64::from(case.values.iter().flatten().copied().fold(0.0, f32::max)), 2)) " " (surfaces.unit)
             }
-            (drawing(surfaces, case, &view, &outline, largest))
+            (drawing(surfaces, case, &view, &outline, scale))
         } } }
     } }
+}
+
+/// Which value has which colour.
+#[derive(Clone, Copy)]
+struct Scale {
+    /// Value of the last colour.
+    end: f64,
+    linear: bool,
+}
+
+impl Scale {
+    /// The value at a position from 0 to 1.
+    fn value(self, position: f64) -> f64 {
+        match self.linear {
+            true => position * self.end,
+            false => self.end * 10f64.powf(f64::from(DECADES) * (position - 1.0)),
+        }
+    }
+
+    /// The position of a value. Zero has the lowest; that nothing differs from zero leaves no scale.
+    fn position(self, value: f64) -> f64 {
+        match value > 0.0 {
+            true if self.linear => value / self.end,
+            true => 1.0 + (value / self.end).log10() / f64::from(DECADES),
+            false => 0.0,
+        }
+    }
 }
 
 /// Orthographic view of the reference and all deformed shapes.
@@ -108,7 +145,7 @@ fn drawing(
     case: &SurfaceCase,
     view: &View,
     outline: &[[usize; 2]],
-    largest: f64,
+    scale: Scale,
 ) -> Markup {
     let depth = |triangle: &&[usize; 3]| {
         triangle.iter().map(|&n| project(case.deformed[n])[2]).sum::<f64>()
@@ -121,10 +158,7 @@ fn drawing(
     };
     let fill = |triangle: &[usize; 3]| {
         let sum: Option<f32> = triangle.iter().map(|&node| case.values[node]).sum();
-        let position =
-            |sum: f32| 1.0 + (f64::from(sum) / 3.0 / largest).log10() / f64::from(DECADES);
-        // Zero has its place below the scale; that nothing differs from zero has none.
-        sum.map_or("var(--rule)".into(), |sum| colour(if sum > 0.0 { position(sum) } else { 0.0 }))
+        sum.map_or("var(--rule)".into(), |sum| colour(scale.position(f64::from(sum) / 3.0)))
     };
     let bar = rounded(0.15 * WIDTH / view.scale, 1);
     html! {

@@ -68,14 +68,15 @@ fn row(table: &Table, row: &Row, palette: &Palette) -> Markup {
             th scope="row" { (key(row, palette)) small {
                 @if !row.subject.is_empty() { (row.method) " " }
                 (row.about)
-            } }
+            }
+            @for warning in &row.warnings { small.missed { "⚠ " (warning) } } }
             @for (index, cell) in row.errors.iter().enumerate() {
                 td.best[best(|r| &r.errors, index)] {
                     @match cell.value.median() {
                         Some(median) => { (digits(median, ERROR_DIGITS)) }
                         None => { (value(&cell.value, ERROR_DIGITS)) }
                     }
-                    small { (range(&cell.value, &|x| digits(x, ERROR_DIGITS))) }
+                    small { (range(&cell.value, &|x| digits(x, ERROR_DIGITS))) (cell.note) }
                     @if let Some(verdict) = &cell.verdict {
                         small.met[verdict.met].missed[!verdict.met] {
                             (if verdict.met { "✓ " } else { "✗ " }) (verdict.text)
@@ -109,7 +110,7 @@ fn compared(table: &Table, row: &Row, column: usize) -> Option<String> {
 /// Name of a row beside its colour.
 fn key(row: &Row, palette: &Palette) -> Markup {
     let name = if row.subject.is_empty() { &row.method } else { &row.subject };
-    html! { span.key style={ "background:" (palette.colour(&row.method)) } {} (name) }
+    html! { (palette.key(&row.method)) (name) }
 }
 
 /// What errors are measured against: one line per reference.

@@ -17,6 +17,10 @@ impl Source {
         Self { file: file.into(), text: text.into() }
     }
 
+    pub(crate) fn text(&self) -> &str {
+        &self.text
+    }
+
     /// An error at a key, given with those of the tables around it; entries of arrays by their index.
     pub(crate) fn error(&self, keys: &[&str], reason: String) -> CaseError {
         CaseError::Key {

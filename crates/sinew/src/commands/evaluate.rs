@@ -3,8 +3,10 @@
 use super::{CaseArguments, refuse, solved, trained};
 use anyhow::Result;
 use clap::Args;
-use sinew::{Comparison, Design, Emulator, TestSet};
+use sinew::{Comparison, Design, Emulator, Origin, TestSet};
 use sinew_emulate::{Counter, Terminal, store};
+use sinew_report::Provenance;
+use std::path::Path;
 
 /// On how many cases.
 #[derive(Debug, Args)]
@@ -34,7 +36,7 @@ const SEED: u64 = 0x7e57;
 
 impl Evaluate {
     pub(crate) fn run(&self) -> Result<()> {
-        let (_, body, folder) = self.case.open()?;
+        let (case, body, folder) = self.case.open()?;
         let mut found = trained(&folder)?;
         let unknown = |name: &&String| found.iter().all(|(known, _)| known != *name);
         if let Some(missing) = self.emulator.iter().find(unknown) {
@@ -55,11 +57,19 @@ impl Evaluate {
         }
         let test = TestSet::new(&body, simulations);
         let mut comparison = Comparison::new(&test)?;
+        comparison.origin = Origin {
+            command: Provenance::of_this_run("sinew", ".").command,
+            case: case.text().into(),
+            seed: Some(SEED),
+        };
         let mut terminal = Terminal::default();
         let mut counter = Counter::new(&mut terminal, "evaluate", 0, found.len());
         for (name, path) in &found {
             let emulator = Emulator::load(path, &body)?;
             comparison.add(name, &emulator, &test, self.corrections)?;
+            if let Some(method) = comparison.methods.last_mut() {
+                method.options = stored_options(path);
+            }
             let _ = counter.step(1, &format!("{name} on {} cases", test.thetas.len()));
         }
         counter.finish(&format!("{} emulators", found.len()));
@@ -69,4 +79,12 @@ impl Evaluate {
         println!("written: {}", path.display());
         Ok(())
     }
+}
+
+/// Recipe and options of the run that made an emulator; nothing where they were not kept.
+fn stored_options(emulator: &Path) -> String {
+    let run = store::read_json(&emulator.with_file_name("run.json"));
+    let run: Option<serde_json::Value> = run.ok().flatten();
+    let kept = |name: &str| Some(format!("{name} = {}", run.as_ref()?.get(name)?));
+    ["recipe", "options"].into_iter().filter_map(kept).collect::<Vec<_>>().join("\n")
 }

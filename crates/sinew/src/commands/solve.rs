@@ -1,11 +1,12 @@
 //! Equilibria.
 
-use super::{Answer, Batch, CaseArguments, ThetaArguments, Written, solved};
+use super::{Answer, Batch, CaseArguments, ThetaArguments, Written, refuse, solved, warn_of_locking};
 use anyhow::Result;
 use clap::Args;
-use sinew::case::hardly_moves;
+use sinew::case::{Formulation, hardly_moves};
 use sinew::output::displacement_in_words;
-use sinew::{Body, Simulations};
+use sinew::{Body, Case, Simulations};
+use sinew_fem::{LockingWarning, compare_formulations, locking};
 use sinew_report::format::trimmed;
 
 /// Which equilibria.
@@ -13,6 +14,8 @@ use sinew_report::format::trimmed;
 #[command(after_help = "\
 Writes cases.csv, cases.npz, NNNN.vtu and cases.pvd for ParaView into OUT/solve. Parameters outside their ranges are
 solved with a warning. A row of a table that fails is a row of cases.csv with the reason, and the exit code is not 0.
+--check-mesh solves the first of them in quadratic cells as well and prints how far both are apart: in the mean, at most,
+and the volumes of cavities.
 
 Example: sinew solve IdealVentricle --theta a=0.18,b=2.6,a_f=3.3,b_f=2.7,p=8mmHg")]
 pub(crate) struct Solve {
@@ -22,18 +25,28 @@ pub(crate) struct Solve {
     theta: ThetaArguments,
     #[command(flatten)]
     written: Written,
+    /// Solve the first case in quadratic cells too, and print the distance
+    #[arg(long)]
+    check_mesh: bool,
 }
 
 impl Solve {
     pub(crate) fn run(&self) -> Result<()> {
-        let (_, body, folder) = self.case.open()?;
+        let (case, body, folder) = self.case.open()?;
+        if self.check_mesh {
+            check_cells(&body)?;
+        }
         let mut batch = self.theta.read(&body)?;
         let thetas = batch.thetas();
+        warn_of_locking(worst(&body, &thetas));
         let found = solved(&body, &thetas, "solve", None)?;
         close_failures(&body, &mut batch, &thetas, &found);
         batch.print(&body, |place| said(&body, &found.fields[place]));
         if let Some(warning) = found.fields.iter().find_map(|field| hardly_moves(&body, field)) {
             eprintln!("warning: {warning}");
+        }
+        if self.check_mesh {
+            check_mesh(case, &body, &found)?;
         }
         let answer = |field| Answer { fields: vec![field], ..Answer::default() };
         let answers = found.fields.iter().map(|field| answer(field)).collect();
@@ -60,4 +73,43 @@ fn said(body: &Body, field: &[f64]) -> String {
         .map(|(cavity, v)| format!(", volume of {} {} {unit}3", cavity.name, trimmed(v, 6)))
         .collect();
     format!(": displacement {}{volumes}", displacement_in_words(field, unit))
+}
+
+/// The θ at which the cells are expected to lose the most.
+fn worst(body: &Body, thetas: &[Vec<f64>]) -> Option<LockingWarning> {
+    let found = thetas.iter().filter_map(|theta| locking(body, theta).ok().flatten());
+    found.max_by(|a, b| a.expected_share.total_cmp(&b.expected_share))
+}
+
+/// Refuses cells that nothing better is made of here, before anything is solved.
+fn check_cells(body: &Body) -> Result<()> {
+    let element = body.element();
+    match element.corners {
+        _ if element.is_quadratic() => refuse(format!(
+            "--check-mesh: the cells are {} already; compare with a finer mesh (--mesh FILE)",
+            element.plural
+        )),
+        8 => refuse(
+            "--check-mesh: quadratic cells are not made of hexahedra here; compare with a finer mesh (--mesh FILE), or with \
+             tetrahedra"
+                .into(),
+        ),
+        _ => Ok(()),
+    }
+}
+
+/// Solves the first case in quadratic cells, and tells how far it is from there.
+fn check_mesh(case: Case, body: &Body, found: &Simulations) -> Result<()> {
+    let (Some(theta), Some(own)) = (found.thetas.first(), found.fields.first()) else {
+        return Ok(());
+    };
+    let better = case.with_formulation(Formulation::Quadratic).body()?;
+    let other = solved(&better, std::slice::from_ref(theta), "solve in quadratic cells", None)?;
+    let Some(field) = other.fields.first() else {
+        anyhow::bail!("--check-mesh: there is no equilibrium in quadratic cells");
+    };
+    let difference = compare_formulations(body, own, &better, field)?;
+    println!("{} against {}: {difference}", body.element().plural, better.element().plural);
+    println!("solved in {:.2} s and {:.2} s", found.solve_seconds[0], other.solve_seconds[0]);
+    Ok(())
 }

@@ -1,6 +1,6 @@
 //! Training.
 
-use super::{CaseArguments, refuse};
+use super::{CaseArguments, refuse, warn_of_locking};
 use anyhow::Result;
 use clap::Args;
 use sinew::case::{RecipeName, Training};
@@ -58,6 +58,7 @@ pub(crate) struct Train {
 impl Train {
     pub(crate) fn run(&self) -> Result<()> {
         let (case, body, folder) = self.case.open()?;
+        warn_of_locking(sinew_fem::locking_over_ranges(&body)?);
         let own = case.training;
         // A budget on the command line replaces the case's, whichever kind it is.
         let (minutes, steps) = match (self.minutes, self.steps) {

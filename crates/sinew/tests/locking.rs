@@ -1,0 +1,177 @@
+//! What the program says of cells that are too stiff, and what the report's head says of everything.
+
+use sinew::Case;
+use sinew::case::Formulation;
+use std::path::Path;
+use std::process::Command;
+
+const BAR: &str = r#"
+law = "neo-hookean-young"
+loads = [{ body_force = [0.0, 0.0, -9.8e-4] }]
+supports = [{ clamped = "x_min" }]
+mesh.box = { extent = [40.0, 6.0, 6.0], cells = [8, 2, 2] }
+parameters = { E = [8.0, 16.0], nu = [0.2, 0.3] }
+training = { recipe = "regression", samples = 9, held_out = 3 }
+"#;
+
+/// As long as wide, so that it is not bent: only the volume can make its cells too stiff.
+const CUBE: &str = r#"
+law = "neo-hookean-young"
+loads = [{ body_force = [0.0, 0.0, -9.8e-3] }]
+supports = [{ clamped = "x_min" }]
+mesh.box = { extent = [10.0, 10.0, 10.0], cells = [3, 3, 3] }
+parameters = { E = [8.0, 16.0], nu = [0.2, 0.45] }
+training = { recipe = "series", held_out = 2 }
+"#;
+
+fn folder(name: &str, text: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join(name), text).unwrap();
+    folder
+}
+
+/// Exit code and what was printed, standard error last.
+fn sinew(folder: &Path, arguments: &str) -> (i32, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_sinew"));
+    let output = command.current_dir(folder).args(arguments.split_whitespace()).output().unwrap();
+    let text = [output.stdout, output.stderr].concat();
+    (output.status.code().unwrap(), String::from_utf8(text).unwrap())
+}
+
+/// The number between two words.
+fn number(text: &str, before: &str, after: &str) -> f64 {
+    let from = text.split(before).nth(1).unwrap_or_else(|| panic!("{before} in {text}"));
+    from.split(after).next().unwrap().trim().parse().unwrap_or_else(|_| panic!("{text}"))
+}
+
+#[test]
+fn a_solve_says_what_its_cells_lose_and_measures_it_on_request() {
+    let folder = folder("bar.toml", BAR);
+    let (code, told) = sinew(folder.path(), "solve bar.toml --check-mesh");
+    assert_eq!(code, 0, "{told}");
+    let expected = number(&told, "expected to lose ", " %");
+    let lost = number(told.split("mean displacement").nth(1).unwrap(), " mm, ", " % lost");
+    assert!((0.5..=2.0).contains(&(expected / lost)), "{told}");
+    assert!(told.contains("formulation = \"quadratic\"") && told.contains("at most;"), "{told}");
+
+    let quadratic = format!("formulation = \"quadratic\"\n{BAR}");
+    std::fs::write(folder.path().join("quadratic.toml"), quadratic).unwrap();
+    let (code, told) = sinew(folder.path(), "solve quadratic.toml");
+    assert!(code == 0 && !told.contains("too stiff"), "{told}");
+    let (code, told) = sinew(folder.path(), "solve quadratic.toml --check-mesh");
+    assert!(code == 2 && told.contains("quadratic tetrahedra already"), "{told}");
+}
+
+#[test]
+fn bulk_and_shear_are_those_of_the_parameters_asked_for() {
+    let folder = folder("cube.toml", CUBE);
+    let solve = |nu: f64| sinew(folder.path(), &format!("solve cube.toml --theta E=10,nu={nu}"));
+    let (code, told) = solve(0.3);
+    assert!(code == 0 && !told.contains("too stiff"), "{told}");
+    let (_, told) = solve(0.45);
+    assert!(told.contains("K/mu = 9.7 is above 5"), "{told}");
+    // A training meets the whole range.
+    let (code, told) = sinew(folder.path(), "train cube.toml");
+    assert!(code == 0 && told.contains("K/mu = 9.7 is above 5"), "{told}");
+}
+
+#[test]
+fn auto_chooses_cells_that_lose_little() {
+    let body = |text: &str| Case::parse(text, "case.toml").unwrap().body().unwrap();
+    let auto = |text: &str| body(&format!("formulation = \"auto\"\n{text}"));
+    assert_eq!(auto(BAR).nodes_per_cell, 10, "bending needs quadratic tetrahedra");
+    let cube = auto(&CUBE.replace("0.45", "0.3"));
+    assert_eq!((cube.nodes_per_cell, cube.patches.len()), (4, 0), "nothing locks");
+    let cube = auto(CUBE);
+    assert!(cube.nodes_per_cell == 4 && !cube.patches.is_empty(), "only the volume locks");
+    let bricks = auto(&BAR.replace("[8, 2, 2] }", "[8, 2, 2] }\nmesh.element = \"hexahedra\""));
+    assert!(bricks.nodes_per_cell == 8 && !bricks.patches.is_empty());
+    // Whatever it chooses, a body that was lowered so is the body of that formulation.
+    let own = body(&format!("formulation = \"quadratic\"\n{BAR}"));
+    assert_eq!(auto(BAR).positions, own.positions);
+}
+
+#[test]
+fn scenes_are_copied_with_cells_that_do_not_lock() {
+    let folder = tempfile::tempdir().unwrap();
+    for scene in sinew::scenes::SCENES {
+        let (_, text) = sinew(folder.path(), &format!("new {}", scene.name));
+        let [own, copied] = [scene.text, &text].map(|text| Case::parse(text, scene.name).unwrap());
+        assert_eq!((own.formulation, copied.formulation), (Formulation::Plain, Formulation::Auto));
+        assert_eq!(text.lines().count(), scene.text.lines().count() + 1);
+    }
+}
+
+/// A small ventricle with its pressure in θ.
+const HEART: &str = r#"
+law = "neo-hookean-young"
+loads = [{ pressure = "p", facets = "endo" }]
+supports = [{ clamped = "base" }]
+mesh.ellipsoid = { short = [22.0, 36.0], long = [58.0, 74.0], base = 0.0, cells = [1, 16, 8] }
+parameters = { E = [20.0, 30.0], nu = 0.3, p = [0.2, 1.0] }
+training = { held_out = 2 }
+"#;
+
+#[test]
+fn a_cavity_has_a_curve_of_pressure_and_volume() {
+    let case = Case::parse(HEART, "heart.toml").unwrap();
+    let body = case.body().unwrap();
+    let inflation =
+        sinew::Inflation::of(&body).unwrap().expect("a cavity under a pressure of theta");
+    assert_eq!(
+        (&*inflation.cavities, &*inflation.pressure),
+        (&["endo".to_string()][..], "p [kPa]")
+    );
+    let volumes = &inflation.volumes[0];
+    assert!(volumes.len() == 9 && volumes.is_sorted(), "{volumes:?}");
+    let pressures: Vec<f64> =
+        inflation.thetas.iter().map(|theta| theta[inflation.parameter]).collect();
+    assert!(pressures.is_sorted() && [pressures[0], pressures[8]] == [0.2, 1.0], "{pressures:?}");
+    let emulator = sinew::Recipe::Series.train(&body, &case.training.options(), &mut ()).unwrap();
+    let predicted = inflation.predicted(&emulator).unwrap();
+    // The series is about the middle.
+    assert!((predicted[0][4] / volumes[4] - 1.0).abs() < 1e-3, "{predicted:?} for {volumes:?}");
+
+    let thetas = vec![body.centre()];
+    let found = sinew::simulate(&body, &thetas, "test", None, &mut ()).unwrap();
+    let test = sinew::TestSet::new(&body, found);
+    let mut comparison = sinew::Comparison::new(&test).unwrap();
+    comparison.add("series", &emulator, &test, 1).unwrap();
+    let page = comparison.report().unwrap().to_html();
+    assert!(page.contains("Pressure and volume") && page.contains("volume [ml]"));
+    // A beam has no cavity.
+    let beam = Case::parse(BAR, "bar.toml").unwrap().body().unwrap();
+    assert_eq!(sinew::Inflation::of(&beam).unwrap(), None);
+}
+
+#[test]
+fn the_head_of_a_report_says_what_has_to_be_known() {
+    let folder = folder("bar.toml", BAR);
+    let run = |arguments: &str| {
+        let (code, told) = sinew(folder.path(), arguments);
+        assert_eq!(code, 0, "{told}");
+        told
+    };
+    run("train bar.toml");
+    assert!(run("evaluate bar.toml --cases 6").contains("expected to lose"));
+    run("report bar.toml");
+    let page = std::fs::read_to_string(folder.path().join("out/bar/report.html")).unwrap();
+    let head = page.split("In short").nth(1).unwrap().split("<h2").next().unwrap();
+    for said in ["expected to lose", "regression is the most accurate", "95 % within"] {
+        assert!(head.contains(said), "{said}: {head}");
+    }
+    // Largest and 95 % beside medians; refused and hurt; motion; seed, case and options of the training.
+    for said in [
+        "largest",
+        "0 of 6",
+        "How the body moves",
+        "one linear scale",
+        "training of regression",
+        "neo-hookean-young",
+        "seed",
+        "32343",
+    ] {
+        assert!(page.contains(said), "{said}");
+    }
+    assert!(!page.contains(".666666") && !page.contains(".333333"), "three digits are enough");
+}
