@@ -128,7 +128,7 @@ pub(crate) fn train(
     let mut data = DataSet { geometries: Vec::new(), training, validation };
     let starts = session.options.start.is_some();
     let (coordinates, training) = stages(session, plan, starts);
-    let mut course = Course::new(session)?;
+    let (mut course, mut earlier) = (Course::new(session)?, None);
     let topology = geometry.topology.clone();
     let at_rest = || coordinates::at_rest(body, &topology, lesson.energy);
     let at_anchor = |anchor: &[f64]| coordinates::at_anchor(body, &topology, anchor);
@@ -160,14 +160,17 @@ pub(crate) fn train(
             data.geometries = vec![geometry.clone()];
             let surrogate = course.stage(session, "anchor", &data, lesson, plan, first)?;
             let anchor = surrogate.predict(&geometry, &[body.centre()])?.displacement;
+            earlier = course.kept.map(|kept| (surrogate, kept));
             timed(&mut prepare_s, || follow(&mut geometry, &coordinates::nearer(body, &anchor)?))?
         }
     };
     data.geometries = vec![geometry.clone()];
-    let surrogate = course.stage(session, "train", &data, lesson, plan, &training)?;
+    let last = course.stage(session, "train", &data, lesson, plan, &training)?;
+    let surrogate = course.better(earlier, last);
     (record.steps, record.train_s) = course.before;
     record.prepare_s += prepare_s;
     (record.history, record.kept) = (course.curve, course.kept);
+    let geometry = surrogate.geometries()[0].clone();
     TrainedNetwork::new(surrogate, geometry)
 }
 

@@ -115,6 +115,23 @@ impl Course {
         Ok(trainer.into_surrogate())
     }
 
+    /// The network of an earlier stage or that of the last, whichever has the smaller error. Outputs that follow the parameters from one
+    /// state may be worse at the ends of wide ranges than what the stage before has learned there.
+    pub(super) fn better(
+        &mut self,
+        earlier: Option<(Surrogate, Kept)>,
+        last: Surrogate,
+    ) -> Surrogate {
+        let error = |kept: Kept| kept.error.unwrap_or(f64::INFINITY);
+        match (earlier, self.kept) {
+            (Some((surrogate, first)), Some(kept)) if error(first) < error(kept) => {
+                self.kept = Some(Kept { returns: kept.returns, ..first });
+                surrogate
+            }
+            _ => last,
+        }
+    }
+
     fn finish(&mut self, session: &mut Session<'_, '_>, stage: &str, report: TrainingReport) {
         let TrainingReport { kept_step, kept_error: error, .. } = report;
         let (step, before) = (self.before.0 + kept_step as u64, self.kept.map_or(0, |k| k.returns));

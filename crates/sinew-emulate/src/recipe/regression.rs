@@ -111,7 +111,7 @@ impl Trial<'_> {
             simulations,
             error,
             seconds: found.seconds + seconds,
-            detail: format!("{}; {left_out:.1e} by leaving one out", fit.detail()),
+            detail: format!("{left_out:.1e} by leaving one out, {}", fit.detail()),
         });
         if self.best.as_ref().is_none_or(|(_, best)| error < *best) {
             choice.taken = choice.candidates.len() - 1;
@@ -140,4 +140,44 @@ fn series(session: &Session<'_, '_>, record: &mut Record) -> Option<Series> {
     let series = Series::of(session.body, session.options.seed).ok();
     record.prepare_s += start.elapsed().as_secs_f64();
     series
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Recipe, TrainingOptions, simulate};
+    use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
+
+    #[test]
+    fn the_best_fit_is_returned_and_not_the_last() {
+        let body = Scene::new(sinew_mesh::box_tetrahedra([40.0, 8.0, 8.0], [4, 1, 1]), NeoHookean)
+            .parameter(Parameter::log("mu", "kPa", 8.0..=16.0))
+            .parameter(Parameter::log("lambda", "kPa", 8.0..=16.0))
+            .load(Load::BodyForce([0.0, 0.0, -9.8e-3]))
+            .support(Support::clamped("x_min"))
+            .lower()
+            .unwrap();
+        let (recipe, options) = (Regression::default(), TrainingOptions::default());
+        let (of, mut observer) = (Recipe::from(recipe), ());
+        let mut session = Session::begin(&body, &of, &options, &mut observer).unwrap();
+        let held_out = session.held_out().unwrap();
+        let thetas = Design::Sobol.sample(&body.parameters, 12, 1).unwrap();
+        let mut all = simulate(&body, &thetas, "test", None, &mut ()).unwrap();
+        let mut good = all.clone();
+        good.keep(8);
+        // Four more that a mistake has made half as large again.
+        all.fields[8..].iter_mut().flatten().for_each(|u| *u *= 1.5);
+        let mut record = Record::new(of.clone());
+        let (regression, record) = (&recipe, &mut record);
+        let mut trial = Trial { regression, series: None, held_out: &held_out, record, best: None };
+        let [first, second] = [&good, &all].map(|found| trial.fit(&mut session, found).unwrap());
+        assert!(second > 10.0 * first, "{second:e} for {first:e}");
+        let (fit, error) = trial.best(&mut session).unwrap();
+        let choice = record.choice.as_ref().unwrap();
+        assert_eq!((error, choice.taken, session.simulations), (first, 0, 8));
+        // What is returned is what was measured.
+        let fields = held_out.thetas.iter().map(|theta| fit.predict(&body, theta).unwrap());
+        let cases = held_out.cases(&fields.collect::<Vec<_>>()).unwrap();
+        assert_eq!(root_mean_square(&cases), error);
+    }
 }
