@@ -1,10 +1,11 @@
 //! A trained emulator of one body: prediction, storage.
 
 use crate::calibration::Calibration;
+use crate::checksums::{self, SEAL};
 use crate::evaluate::Errors;
 use crate::identity::{self, Identity};
-use crate::network::{CurvePoint, TrainedNetwork};
-use crate::parameters::{check_length, extrapolation};
+use crate::network::{CurvePoint, Kept, TrainedNetwork};
+use crate::parameters::{check_length, extrapolation, not_finite, require_finite, require_some};
 use crate::recipe::{Choice, Recipe};
 use crate::series::{Regressed, Series};
 use crate::store::{content, read_json, write_json};
@@ -65,6 +66,9 @@ pub struct Record {
     pub steps: u64,
     /// Errors on the held-out cases on the way; empty for a regression.
     pub history: Vec<CurvePoint>,
+    /// Weights of the networks that were kept, where some were trained.
+    #[serde(default)]
+    pub kept: Option<Kept>,
     /// What was tried and why this was taken, where there was a choice.
     pub choice: Option<Choice>,
     /// How well the error estimate does.
@@ -85,6 +89,7 @@ impl Record {
             train_s: 0.0,
             steps: 0,
             history: Vec::new(),
+            kept: None,
             choice: None,
             calibration: Calibration::default(),
             held_out: None,
@@ -120,7 +125,7 @@ impl Prediction {
     }
 }
 
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const DESCRIPTION: &str = "emulator.json";
 
 #[derive(Serialize, Deserialize)]
@@ -136,6 +141,16 @@ struct Description {
 enum Kind {
     Network,
     Regression,
+}
+
+impl Kind {
+    /// Folder of the files that predict.
+    fn part(&self) -> &'static str {
+        match self {
+            Self::Network => "network",
+            Self::Regression => "regression",
+        }
+    }
 }
 
 impl<'b> Emulator<'b> {
@@ -164,6 +179,7 @@ impl<'b> Emulator<'b> {
     /// # Errors
     /// A body that cannot be solved at the centre.
     pub fn series(body: &'b Body, seed: u64) -> Result<Self> {
+        require_some(body)?;
         let start = Instant::now();
         let series = Some(Series::of(body, seed)?);
         let mut record = Record::new(Recipe::Series);
@@ -188,7 +204,8 @@ impl<'b> Emulator<'b> {
     /// Displacements for each of `thetas`. Those outside the trained ranges are marked.
     ///
     /// # Errors
-    /// θ of the wrong length, not finite, or not positive where samples are uniform in the logarithm.
+    /// θ of the wrong length, not finite, not positive where samples are uniform in the logarithm, or so far outside its ranges
+    /// that a displacement is not finite.
     pub fn predict(&self, thetas: &[Vec<f64>]) -> Result<Prediction> {
         self.predict_by(thetas, |network| Ok(network.fixed.predict(thetas)?))
     }
@@ -211,37 +228,41 @@ impl<'b> Emulator<'b> {
     ) -> Result<Prediction> {
         thetas.iter().try_for_each(|theta| check_length(self.body, theta))?;
         let displacement = match &self.model {
-            Model::Network(network) => by(network)?.displacement,
+            Model::Network(network) => match by(network) {
+                Err(Error::Network(sinew_gnn::Error::PredictionNotFinite { sample })) => {
+                    return Err(not_finite(self.body, &thetas[sample]));
+                }
+                predicted => predicted?.displacement,
+            },
             Model::Regressed(regressed) => {
                 let fields: Result<Vec<_>> =
                     thetas.par_iter().map(|theta| regressed.predict(self.body, theta)).collect();
                 fields?.concat()
             }
         };
+        require_finite(self.body, thetas, &displacement)?;
         let warnings = thetas.iter().map(|theta| extrapolation(self.body, theta)).collect();
         Ok(Prediction { thetas: thetas.to_vec(), displacement, warnings })
     }
 
-    /// Writes a folder that [`Emulator::load`] reads.
+    /// Writes a folder that [`Emulator::load`] reads, with checksums of its files.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub fn save(&self, folder: &Path) -> Result<()> {
         let model = match &self.model {
-            Model::Network(network) => {
-                network.surrogate.save(&folder.join("network"))?;
-                Kind::Network
-            }
-            Model::Regressed(regressed) => {
-                regressed.save(&folder.join("regression"))?;
-                Kind::Regression
-            }
+            Model::Network(_) => Kind::Network,
+            Model::Regressed(_) => Kind::Regression,
         };
-        let (body, record) = (identity::of(self.body), self.record.clone());
-        write_json(
-            &folder.join(DESCRIPTION),
-            &Description { version: VERSION, model, body, record },
-        )
+        let part = folder.join(model.part());
+        match &self.model {
+            Model::Network(network) => network.surrogate.save(&part)?,
+            Model::Regressed(regressed) => regressed.save(&part)?,
+        }
+        let (body, record, part) = (identity::of(self.body), self.record.clone(), model.part());
+        let description = Description { version: VERSION, model, body, record };
+        write_json(&folder.join(DESCRIPTION), &description)?;
+        checksums::seal(folder, DESCRIPTION, part)
     }
 
     /// Reads an emulator of `body`.
@@ -250,6 +271,10 @@ impl<'b> Emulator<'b> {
     /// A folder without an emulator, files that are damaged, an emulator of another body.
     pub fn load(folder: &Path, body: &'b Body) -> Result<Self> {
         let file = folder.join(DESCRIPTION);
+        if !file.exists() && !folder.join(SEAL).exists() {
+            return Err(Error::NoEmulator { folder: folder.into() });
+        }
+        let sealed = checksums::check(folder)?;
         let Description { version, model, body: stored, record } =
             read_json(&file)?.ok_or_else(|| Error::NoEmulator { folder: folder.into() })?;
         if version != VERSION {
@@ -258,12 +283,11 @@ impl<'b> Emulator<'b> {
         if let Some((what, stored, found)) = identity::difference(&stored, &identity::of(body)) {
             return Err(Error::OtherBody { folder: folder.into(), what, stored, found });
         }
+        checksums::require(&sealed, folder, DESCRIPTION, model.part())?;
+        let part = folder.join(model.part());
         let model = match model {
-            Kind::Network => {
-                let network = TrainedNetwork::load(&folder.join("network"), Backend::default())?;
-                network.into()
-            }
-            Kind::Regression => Regressed::load(&folder.join("regression"), body)?.into(),
+            Kind::Network => TrainedNetwork::load(&part, Backend::default())?.into(),
+            Kind::Regression => Regressed::load(&part, body)?.into(),
         };
         Ok(Self::new(body, model, record))
     }

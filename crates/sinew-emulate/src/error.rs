@@ -75,11 +75,17 @@ pub enum Error {
     MissingShards { folder: PathBuf, missing: String },
     /// A run to be resumed that was started otherwise.
     #[error(
-        "the run in {} was started with another recipe, other options or for another body ({differs}); repeat them, or start \
-         without resuming",
+        "the run in {} was started with another recipe, other options or for another body ({differs}); repeat them, or begin \
+         it again (--restart)",
         folder.display()
     )]
     OtherRun { folder: PathBuf, differs: &'static str },
+    /// A run that would be replaced without having been asked to.
+    #[error(
+        "{} holds a run that is {state}: --resume {resumed}, --restart replaces it; or choose another folder (--name)",
+        folder.display()
+    )]
+    RunExists { folder: PathBuf, state: &'static str, resumed: &'static str },
     /// A folder in use for something else.
     #[error("{} exists but is not of an earlier training; choose another folder", folder.display())]
     ForeignFolder { folder: PathBuf },
@@ -108,6 +114,32 @@ pub enum Error {
     #[error("{}: {source}", path.display())]
     File { path: PathBuf, source: std::io::Error },
     /// A file that holds something else.
-    #[error("{} is damaged or of another version ({reason}); delete it, or start without resuming", path.display())]
+    #[error(
+        "{} is damaged or of another version ({reason}); delete it, or begin the run again (--restart)", path.display()
+    )]
     Content { path: PathBuf, reason: String },
+    /// A file that changed since it was stored.
+    #[error("{} {how}; take the whole folder from a copy, or make it again", path.display())]
+    Damaged { path: PathBuf, how: &'static str },
+    /// Simulations that changed since they were stored.
+    #[error(
+        "{} is not as it was stored, or an earlier version stored it; delete its folder, and the simulations are solved again",
+        path.display()
+    )]
+    DamagedSimulations { path: PathBuf },
+    /// A body that has nothing to be emulated over.
+    #[error(
+        "the body has no free parameters ({known}), so there is one equilibrium and nothing to emulate: solve it (sinew solve), \
+         or give a parameter a range"
+    )]
+    NoParameters { known: String },
+    /// A body of other parameters than those of the population that was learned.
+    #[error(
+        "the parameters of the population are {population}; those of the body are {body}: give it the same ones, in this order, \
+         with these ranges"
+    )]
+    OtherParameters { population: String, body: String },
+    /// A prediction that left the range of numbers.
+    #[error("the prediction for {theta} is not finite; {reason}")]
+    NotFinite { theta: String, reason: String },
 }

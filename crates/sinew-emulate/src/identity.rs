@@ -2,6 +2,7 @@
 
 use crate::Body;
 use serde::{Deserialize, Serialize};
+use sinew_energy::{Parameter, Sampling};
 
 /// Numbers that tell a body from others: those of its mesh, supports and parameters, and its energy at a probe.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -9,7 +10,10 @@ pub(crate) struct Identity {
     nodes: usize,
     cells: usize,
     unknowns: usize,
-    parameters: Vec<(String, [f64; 2])>,
+    /// Of length and of stress.
+    #[serde(default)]
+    units: [String; 2],
+    pub(crate) parameters: Vec<Axis>,
     #[serde(default)]
     known: Vec<(String, f64)>,
     /// Root mean square of the positions [length].
@@ -21,11 +25,24 @@ pub(crate) struct Identity {
     probe: f64,
 }
 
-impl Identity {
-    /// Names of the parameters.
-    pub(crate) fn names(&self) -> Vec<String> {
-        self.parameters.iter().map(|(name, _)| name.clone()).collect()
-    }
+/// A parameter as emulators know it: another one of these is another input.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Axis {
+    name: String,
+    range: [f64; 2],
+    unit: String,
+    logarithmic: bool,
+}
+
+/// Parameters of a body, in the order of θ.
+pub(crate) fn axes(body: &Body) -> Vec<Axis> {
+    let axis = |p: &Parameter| Axis {
+        name: p.name.clone(),
+        range: p.range,
+        unit: p.unit.clone(),
+        logarithmic: p.sampling == Sampling::Log,
+    };
+    body.parameters.iter().map(axis).collect()
 }
 
 /// Energies and positions that differ by less, relatively, are the same after a change of machine.
@@ -47,7 +64,8 @@ pub(crate) fn of(body: &Body) -> Identity {
         nodes: body.nodes,
         cells: body.cell_count(),
         unknowns: body.free_degrees_of_freedom().len(),
-        parameters: body.parameters.iter().map(|p| (p.name.clone(), p.range)).collect(),
+        units: [body.units.length.clone(), body.units.stress.clone()],
+        parameters: axes(body),
         known: body.known.clone(),
         size,
         held: body.prescribed.iter().enumerate().filter_map(held).sum(),
@@ -67,6 +85,10 @@ pub(crate) fn difference(
     ];
     if let Some((what, a, b)) = counts.into_iter().find(|(_, a, b)| a != b) {
         return Some((what, a.to_string(), b.to_string()));
+    }
+    if stored.units != found.units {
+        let [a, b] = [&stored.units, &found.units].map(|units| units.join(" and "));
+        return Some(("the units", a, b));
     }
     if stored.parameters != found.parameters {
         let (a, b) = (listed(&stored.parameters), listed(&found.parameters));
@@ -92,9 +114,16 @@ pub(crate) fn difference(
     number.map(|(what, a, b)| (what, format!("{a:e}"), format!("{b:e}")))
 }
 
-fn listed(parameters: &[(String, [f64; 2])]) -> String {
-    let one = |(name, [low, high]): &(String, [f64; 2])| format!("{name} from {low} to {high}");
-    parameters.iter().map(one).collect::<Vec<_>>().join(", ")
+/// Parameters in words.
+pub(crate) fn listed(parameters: &[Axis]) -> String {
+    let one = |Axis { name, range: [low, high], unit, logarithmic }: &Axis| {
+        let scale = if *logarithmic { "logarithmic" } else { "linear" };
+        format!("{name} from {low} to {high} {unit} ({scale})")
+    };
+    match parameters {
+        [] => "none".into(),
+        some => some.iter().map(one).collect::<Vec<_>>().join(", "),
+    }
 }
 
 #[cfg(test)]
@@ -102,6 +131,30 @@ mod tests {
     use super::*;
     use sinew_energy::laws::NeoHookean;
     use sinew_energy::{Parameter, Scene, Support};
+
+    #[test]
+    fn bodies_in_other_units_and_with_parameters_of_another_scale_are_others() {
+        let scene = |parameter| {
+            let scene = Scene::new(sinew_mesh::box_tetrahedra([1.0; 3], [1; 3]), NeoHookean);
+            let scene =
+                scene.parameter(parameter).parameter(Parameter::log("lambda", "kPa", 1.0..=2.0));
+            scene.support(Support::clamped("x_min"))
+        };
+        let mu = || Parameter::log("mu", "kPa", 1.0..=2.0);
+        let body = scene(mu()).lower().unwrap();
+        let what = |other: &Body| difference(&of(&body), &of(other));
+        let mut metres = body.clone();
+        metres.units.length = "m".into();
+        assert_eq!(what(&metres), Some(("the units", "mm and kPa".into(), "m and kPa".into())));
+        let linear = scene(Parameter::linear("mu", "kPa", 1.0..=2.0)).lower().unwrap();
+        let pascals = scene(Parameter::log("mu", "Pa", 1.0..=2.0)).lower().unwrap();
+        for other in [linear, pascals] {
+            let (what, here, there) = what(&other).unwrap();
+            assert_eq!(what, "the list of parameters");
+            assert_ne!(here, there);
+        }
+        assert_eq!(what(&body.clone()), None);
+    }
 
     #[test]
     fn bodies_with_other_known_parameters_are_others() {

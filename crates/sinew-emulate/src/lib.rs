@@ -33,7 +33,7 @@
 //!
 //! - [`Design`] samples the box of the parameters; [`simulate()`] solves there, stores, resumes and lists failures.
 //! - [`Recipe`]: [`recipe::Regression`] on few simulations, and networks: [`recipe::DataDriven`],
-//!   [`recipe::PhysicsInformed`], [`recipe::Hybrid`]; [`recipe::Auto`] chooses by cross-validation.
+//!   [`recipe::PhysicsInformed`], [`recipe::Hybrid`]; [`recipe::Auto`] chooses by errors on held-out cases.
 //! - [`Emulator`] predicts, estimates its error by Newton steps that contract ([`Estimate`], checked on held-out cases:
 //!   [`Calibration`]), corrects ([`Correction`]), is stored and loaded, and is evaluated against a [`TestSet`]
 //!   ([`Evaluation`]).
@@ -43,6 +43,7 @@
 
 mod calibration;
 mod campaign;
+mod checksums;
 mod coordinates;
 mod correction;
 mod emulator;
@@ -65,6 +66,7 @@ mod sampling;
 mod sensitivity;
 mod series;
 mod session;
+mod shared;
 mod simulate;
 pub mod store;
 #[cfg(feature = "terminal")]
@@ -81,7 +83,7 @@ pub use error::{Error, Result};
 pub use estimate::{Distance, Estimate};
 pub use evaluate::{CaseErrors, Errors, METRICS, Metric, TestSet, median_and_worst};
 pub use evaluation::{Corrected, Evaluation, Times};
-pub use network::{CurvePoint, Network};
+pub use network::{CurvePoint, Kept, Network};
 pub use one_stiffness::OneStiffness;
 pub use options::{Budget, TrainingOptions};
 pub use population::{Axes, Draw, Loss, Population, PopulationEmulator, Start, StreamProgress};

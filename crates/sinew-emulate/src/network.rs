@@ -1,25 +1,25 @@
 //! Training one network, with progress, curves and resumption.
 
+mod course;
+
 use crate::coordinates::{self, Coordinates};
-use crate::evaluate::{Errors, TestSet};
+use crate::evaluate::TestSet;
 use crate::options::scale;
-use crate::progress::{Observer, Progress};
 use crate::sampling::share_of;
 use crate::session::Session;
 use crate::simulate::Simulations;
-use crate::store::{read_json, write_json};
 use crate::timing::timed;
-use crate::{Body, Error, Record, Result, Warning, graph, parameters};
+use crate::{Body, Record, Result, graph, parameters};
+use course::Course;
+pub use course::{CurvePoint, Kept};
 use serde::{Deserialize, Serialize};
 use sinew_fem::{Options, Solver};
 use sinew_gnn::Coordinates as Meaning;
 use sinew_gnn::{
-    Backend, Concern, DataSet, Decoding, EmulatorConfig, FixedGeometry, Geometry, HistoryPoint,
-    Motions, Objective, OutputScale, Sample, Scales, StopReason, Surrogate, Trainer,
-    TrainingConfig, TrainingReport,
+    Backend, DataSet, Decoding, EmulatorConfig, FixedGeometry, Geometry, Motions, Objective,
+    OutputScale, Sample, Scales, Surrogate, Trainer, TrainingConfig,
 };
-use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Sizes of a network. The default has half of the thesis' width: where embeddings are weights of their own, more steps
 /// of narrower perceptrons are worth more (docs/design.md).
@@ -86,22 +86,6 @@ impl TrainedNetwork {
     }
 }
 
-/// An evaluation on the held-out cases during training.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CurvePoint {
-    /// Steps made, of all stages.
-    pub step: u64,
-    /// Seconds of training.
-    pub train_s: f64,
-    /// Mean training loss since the evaluation before.
-    pub loss: f64,
-    /// Medians over the held-out cases, as in [`Errors`](crate::Errors): `err_u` \[length\], `err_F`, `err_I1` and `err_Π`
-    /// [%]. `None` where one is not finite.
-    pub medians: Option<[f64; 4]>,
-    /// Mean energy above the minimum [%]; `None` where it is not finite.
-    pub energy_excess_pct: Option<f64>,
-}
-
 /// What a network learns from.
 pub(crate) struct Lesson<'a> {
     pub thetas: &'a [Vec<f64>],
@@ -144,7 +128,7 @@ pub(crate) fn train(
     let mut data = DataSet { geometries: Vec::new(), training, validation };
     let starts = session.options.start.is_some();
     let (coordinates, training) = stages(session, plan, starts);
-    let mut course = Course::new(session)?;
+    let (mut course, mut earlier) = (Course::new(session)?, None);
     let topology = geometry.topology.clone();
     let at_rest = || coordinates::at_rest(body, &topology, lesson.energy);
     let at_anchor = |anchor: &[f64]| coordinates::at_anchor(body, &topology, anchor);
@@ -176,14 +160,17 @@ pub(crate) fn train(
             data.geometries = vec![geometry.clone()];
             let surrogate = course.stage(session, "anchor", &data, lesson, plan, first)?;
             let anchor = surrogate.predict(&geometry, &[body.centre()])?.displacement;
+            earlier = course.kept.map(|kept| (surrogate, kept));
             timed(&mut prepare_s, || follow(&mut geometry, &coordinates::nearer(body, &anchor)?))?
         }
     };
     data.geometries = vec![geometry.clone()];
-    let surrogate = course.stage(session, "train", &data, lesson, plan, &training)?;
+    let last = course.stage(session, "train", &data, lesson, plan, &training)?;
+    let surrogate = course.better(earlier, last);
     (record.steps, record.train_s) = course.before;
     record.prepare_s += prepare_s;
-    record.history = course.curve;
+    (record.history, record.kept) = (course.curve, course.kept);
+    let geometry = surrogate.geometries()[0].clone();
     TrainedNetwork::new(surrogate, geometry)
 }
 
@@ -259,69 +246,6 @@ impl<'a> Lesson<'a> {
     }
 }
 
-/// The stages of a training and what they leave.
-struct Course {
-    curve: Vec<CurvePoint>,
-    file: Option<PathBuf>,
-    /// Steps and seconds of the stages before.
-    before: (u64, f64),
-}
-
-impl Course {
-    fn new(session: &Session<'_, '_>) -> Result<Self> {
-        let file = session.folder("curve.json");
-        let stored = match &file {
-            Some(file) if session.options.resume => read_json(file)?,
-            _ => None,
-        };
-        Ok(Self { curve: stored.unwrap_or_default(), file, before: (0, 0.0) })
-    }
-
-    fn stage(
-        &mut self,
-        session: &mut Session<'_, '_>,
-        name: &str,
-        data: &DataSet,
-        lesson: &Lesson<'_>,
-        plan: &Plan<'_>,
-        config: &TrainingConfig,
-    ) -> Result<Surrogate> {
-        let stage = format!("train {} ({name})", plan.recipe);
-        let checkpoint = session.folder(name);
-        let mut trainer = trainer(session, checkpoint.as_deref(), data, lesson, plan, config)?;
-        let mut watch = Watch {
-            course: self,
-            observer: &mut *session.observer,
-            stage: &stage,
-            lesson,
-            geometry: &data.geometries[0],
-            failure: None,
-            warned: false,
-        };
-        if session.options.budget.is_nothing() {
-            return Ok(trainer.into_surrogate());
-        }
-        let report = trainer.run(&mut watch)?;
-        watch.failure.take().map_or(Ok(()), Err)?;
-        if report.stop == StopReason::Interrupted {
-            return Err(Error::Interrupted { stage });
-        }
-        self.finish(session, &stage, report);
-        Ok(trainer.into_surrogate())
-    }
-
-    fn finish(&mut self, session: &mut Session<'_, '_>, stage: &str, report: TrainingReport) {
-        let error = self.curve.last().and_then(|point| point.medians);
-        let error = error.map_or(String::new(), |[u, ..]| format!(", median error {u:.2e}"));
-        session.observer.finished(stage, &format!("{} steps{error}", report.steps), report.seconds);
-        for concern in report.concerns {
-            session.warn(Warning::Training { stage: stage.into(), concern });
-        }
-        self.before.0 += report.steps as u64;
-        self.before.1 += report.seconds;
-    }
-}
-
 /// A new trainer, one that starts from what another run has learned, or the one of the checkpoint.
 fn trainer(
     session: &Session<'_, '_>,
@@ -364,74 +288,4 @@ fn untrained(
     let inputs = parameters::scaling(session.body)?;
     let scales = Scales::over(&data.geometries, inputs, lesson.output_scale()?)?;
     Ok(Surrogate::new(&sizes, data, scales, seed, &device)?)
-}
-
-/// Hears a trainer, and tells the observer.
-struct Watch<'a> {
-    course: &'a mut Course,
-    observer: &'a mut dyn Observer,
-    stage: &'a str,
-    lesson: &'a Lesson<'a>,
-    geometry: &'a Geometry,
-    failure: Option<Error>,
-    /// Whether a concern of this stage was said before its end.
-    warned: bool,
-}
-
-impl Watch<'_> {
-    fn record(&mut self, surrogate: &Surrogate, point: &HistoryPoint) -> Result<()> {
-        let held_out = self.lesson.held_out;
-        let prediction = surrogate.predict(self.geometry, &held_out.thetas)?;
-        let cases = 0..held_out.thetas.len();
-        let fields: Vec<_> = cases.map(|case| prediction.field(case).to_vec()).collect();
-        let cases = held_out.cases(&fields)?;
-        let errors = Errors::of(&cases);
-        let medians = [errors.err_u, errors.err_f, errors.err_i1, errors.err_pi].map(|q| q.q50);
-        let excess = cases.iter().map(|case| 100.0 * case.energy_excess).sum::<f64>();
-        let excess = excess / cases.len() as f64;
-        let (steps, seconds) = self.course.before;
-        let (step, train_s) = (steps + point.step as u64, seconds + point.seconds);
-        // A run that was killed after its last checkpoint repeats some evaluations.
-        self.course.curve.retain(|earlier| earlier.step < step);
-        self.course.curve.push(CurvePoint {
-            step,
-            train_s,
-            loss: point.loss,
-            medians: medians.iter().all(|m| m.is_finite()).then_some(medians),
-            energy_excess_pct: excess.is_finite().then_some(excess),
-        });
-        match &self.course.file {
-            Some(file) => write_json(file, &self.course.curve),
-            None => Ok(()),
-        }
-    }
-}
-
-impl sinew_gnn::Observer for Watch<'_> {
-    fn progress(&mut self, progress: &sinew_gnn::Progress) -> ControlFlow<()> {
-        if self.failure.is_some() {
-            return ControlFlow::Break(());
-        }
-        let error = self.course.curve.last().and_then(|point| point.medians);
-        let error = error.map_or(String::new(), |[u, ..]| format!("  median error {u:.2e}"));
-        self.observer.progress(&Progress {
-            stage: self.stage,
-            fraction: progress.share,
-            seconds_left: progress.remaining_seconds,
-            message: &format!("loss {:.3e}{error}", progress.loss),
-        })
-    }
-
-    fn evaluate(&mut self, surrogate: &Surrogate, point: &HistoryPoint) {
-        if let Err(error) = self.record(surrogate, point) {
-            self.failure = Some(error);
-        }
-    }
-
-    fn concern(&mut self, concern: &Concern) {
-        if !std::mem::replace(&mut self.warned, true) {
-            let stage = format!("{}, so far", self.stage);
-            self.observer.warning(&Warning::Training { stage, concern: *concern });
-        }
-    }
 }

@@ -55,12 +55,19 @@ pub struct TrainingOptions {
     pub start: Option<PathBuf>,
     /// Tensor backend of networks.
     pub backend: Backend,
-    /// Simulations and checkpoints are kept here; nowhere if `None`.
+    /// Simulations, checkpoints and the emulator are kept here; nowhere if `None`.
     #[serde(skip)]
     pub folder: Option<PathBuf>,
-    /// Whether to go on with the run in the folder.
+    /// Folder in which runs of one case share their simulations, by body and samples; each keeps its own if `None`.
+    #[serde(skip)]
+    pub shared: Option<PathBuf>,
+    /// Whether to go on with the run in the folder. A folder that holds a run, finished or not, is refused unless this or
+    /// `restart` is set.
     #[serde(skip)]
     pub resume: bool,
+    /// Whether to replace the run in the folder, where it is not resumed.
+    #[serde(skip)]
+    pub restart: bool,
 }
 
 impl Default for TrainingOptions {
@@ -76,7 +83,9 @@ impl Default for TrainingOptions {
             start: None,
             backend: Backend::default(),
             folder: None,
+            shared: None,
             resume: false,
+            restart: false,
         }
     }
 }

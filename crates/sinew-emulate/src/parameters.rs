@@ -43,6 +43,41 @@ pub(crate) fn check_length(body: &Body, theta: &[f64]) -> Result<()> {
     Err(Error::ThetaLength { found, expected, names: names.join(", ") })
 }
 
+/// Requires a parameter to emulate over.
+pub(crate) fn require_some(body: &Body) -> Result<()> {
+    if !body.parameters.is_empty() {
+        return Ok(());
+    }
+    let known: Vec<_> =
+        body.known.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+    let known = if known.is_empty() { "there are none".into() } else { known.join(", ") };
+    Err(Error::NoParameters { known })
+}
+
+/// Requires finite displacements, of which each θ has as many; otherwise says which parameter is to blame.
+pub(crate) fn require_finite(body: &Body, thetas: &[Vec<f64>], displacement: &[f64]) -> Result<()> {
+    let length = (displacement.len() / thetas.len().max(1)).max(1);
+    let lost = displacement.iter().position(|u| !u.is_finite());
+    lost.map_or(Ok(()), |index| Err(not_finite(body, &thetas[index / length])))
+}
+
+/// A prediction for θ that is not finite, and the parameter that is farthest outside of its range.
+pub(crate) fn not_finite(body: &Body, theta: &[f64]) -> Error {
+    let beyond = |p: &Parameter, value: f64| (share_of(p, value) - 0.5).abs();
+    let farthest =
+        outside(body, theta).max_by(|a, b| beyond(a.0, a.1).total_cmp(&beyond(b.0, b.1)));
+    let reason = match farthest {
+        Some((Parameter { name, range: [low, high], unit, .. }, value)) => format!(
+            "{name} = {value:?} is far outside its range from {low} to {high} {unit}: give a value that is nearer"
+        ),
+        None => "every parameter is inside its range, so the emulator is at fault: train it again"
+            .into(),
+    };
+    let pairs = body.parameters.iter().zip(theta);
+    let theta: Vec<_> = pairs.map(|(p, value)| format!("{} = {value:?}", p.name)).collect();
+    Error::NotFinite { theta: theta.join(", "), reason }
+}
+
 /// Requires that training samples lie inside the ranges.
 pub(crate) fn require_inside(body: &Body, thetas: &[Vec<f64>]) -> Result<()> {
     for (sample, theta) in thetas.iter().enumerate() {

@@ -16,7 +16,7 @@ pub use sinew_gnn::{OptimiserConfig, Schedule, TrainingConfig};
 use crate::emulator::Model;
 use crate::evaluate::TestSet;
 use crate::options::cost;
-use crate::session::Session;
+use crate::session::{Session, is_finished};
 use crate::{
     Body, Calibration, Coordinates, Emulator, Error, Network, Observer, Record, Result,
     TrainingOptions,
@@ -38,12 +38,12 @@ pub enum Recipe {
     Series,
     /// Decomposition of few simulations and a Gaussian process: the best of a fixed geometry with few parameters.
     Regression(Regression),
-    /// The one that cross-validation prefers.
+    /// The one that does best on the held-out cases.
     Auto(Auto),
 }
 
 impl Recipe {
-    /// Chooses by cross-validation on few simulations, and says why ([`Record::choice`]).
+    /// Chooses by errors on the held-out cases, and says why ([`Record::choice`]).
     pub fn auto() -> Self {
         Self::Auto(Auto::default())
     }
@@ -87,11 +87,12 @@ impl Recipe {
     ///
     /// Solves what the recipe needs, trains, and checks the error estimate on held-out simulations. With a folder
     /// in the options everything is kept there as it is made, a killed run goes on from it, and the emulator is stored
-    /// in its `emulator`. What makes the result less trustworthy is in [`Record::warnings`].
+    /// in its `emulator`. A network has the weights that did best on the held-out simulations ([`Record::kept`]). What makes
+    /// the result less trustworthy is in [`Record::warnings`].
     ///
     /// # Errors
-    /// Settings that make no sense, simulations of which most fail, a training that diverges, files that cannot be
-    /// written, an observer that breaks.
+    /// Settings that make no sense, a body without free parameters, a folder with a run that is neither to be resumed nor to be
+    /// replaced, simulations of which most fail, a training that diverges, files that cannot be written, an observer that breaks.
     pub fn train<'b>(
         &self,
         body: &'b Body,
@@ -99,10 +100,10 @@ impl Recipe {
         observer: &mut dyn Observer,
     ) -> Result<Emulator<'b>> {
         let mut session = Session::begin(body, self, options, observer)?;
-        let finished =
-            session.folder("emulator").filter(|folder| options.resume && folder.exists());
-        if let Some(folder) = finished {
-            return Emulator::load(&folder, body);
+        if let Some(folder) = &options.folder
+            && is_finished(folder)
+        {
+            return Emulator::load(&folder.join("emulator"), body);
         }
         let held_out = session.held_out()?;
         let mut record = Record::new(self.clone());
@@ -153,7 +154,7 @@ impl Recipe {
                 session.simulations = of_it.simulations;
                 Ok(model)
             }
-            Self::Regression(recipe) => recipe.model(session, record),
+            Self::Regression(recipe) => recipe.model(session, held_out, record),
             Self::Auto(recipe) => recipe.model(session, held_out, record),
         }
     }

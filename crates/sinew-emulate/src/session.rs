@@ -1,9 +1,11 @@
 //! What the stages of one training share: body, options, observer, folder, simulations, warnings.
 
+use crate::checksums::SEAL;
 use crate::evaluate::TestSet;
-use crate::parameters::require_inside;
+use crate::parameters::{require_inside, require_some};
 use crate::progress::Observer;
 use crate::sampling::split_seed;
+use crate::shared::Shared;
 use crate::simulate::{Simulations, read_simulations, simulate};
 use crate::store::{read_json, write_json};
 use crate::{Body, Design, Error, Recipe, Result, TrainingOptions, Warning, identity};
@@ -42,7 +44,7 @@ struct Started {
 const STARTED: &str = "run.json";
 
 impl<'a, 'b> Session<'a, 'b> {
-    /// Prepares the folder: emptied of an earlier run, or checked to hold the one to be resumed.
+    /// Prepares the folder: empty, emptied of a run that is to be replaced, or checked to hold the one to be resumed.
     pub(crate) fn begin(
         body: &'b Body,
         recipe: &Recipe,
@@ -51,6 +53,7 @@ impl<'a, 'b> Session<'a, 'b> {
     ) -> Result<Self> {
         options.check()?;
         recipe.check()?;
+        require_some(body)?;
         if let Some(start) = &options.start {
             check_start(start, body, recipe)?;
         }
@@ -102,10 +105,33 @@ impl<'a, 'b> Session<'a, 'b> {
     pub(crate) fn simulate(&mut self, name: &str, thetas: &[Vec<f64>]) -> Result<Simulations> {
         let (stage, folder) = (format!("simulate {name}"), self.folder("simulations"));
         let folder = folder.map(|folder| folder.join(name));
-        let found = simulate(self.body, thetas, &stage, folder.as_deref(), self.observer)?;
+        let found = self.solved(&stage, folder.as_deref(), thetas)?;
         found.require(2)?;
         self.simulate_s += found.seconds;
         self.warn_of_failures(&stage, &found);
+        Ok(found)
+    }
+
+    /// Simulations that another run shares, or those of this run, in a folder of it.
+    fn solved(
+        &mut self,
+        stage: &str,
+        folder: Option<&Path>,
+        thetas: &[Vec<f64>],
+    ) -> Result<Simulations> {
+        let shared = self.options.shared.as_ref();
+        let shared = shared.map(|folder| Shared::new(folder, self.body, thetas));
+        if let Some(found) =
+            shared.as_ref().map(|shared| shared.find(thetas)).transpose()?.flatten()
+        {
+            let outcome = format!("{} solves of an earlier run", found.fields.len());
+            self.observer.finished(stage, &outcome, 0.0);
+            return Ok(found);
+        }
+        let found = simulate(self.body, thetas, stage, folder, self.observer)?;
+        if let (Some(shared), Some(folder)) = (shared, folder) {
+            shared.leave(folder);
+        }
         Ok(found)
     }
 
@@ -159,7 +185,7 @@ fn check_start(start: &Path, body: &Body, recipe: &Recipe) -> Result<()> {
     let Some(stored) = read_json::<Started>(&start.join(STARTED))? else {
         return refuse("it holds no run".into());
     };
-    if !start.join("emulator").exists() {
+    if !is_finished(start) {
         return refuse("its run is not finished".into());
     }
     if stored.recipe.key() != recipe.key() {
@@ -174,13 +200,10 @@ fn check_start(start: &Path, body: &Body, recipe: &Recipe) -> Result<()> {
             "its network has other sizes; name the same under [training.network]".into(),
         );
     }
-    let (known, own) = (stored.body.names(), identity::of(body).names());
-    if known != own {
-        return refuse(format!(
-            "its parameters are {}, those here {}",
-            known.join(", "),
-            own.join(", ")
-        ));
+    let (known, own) = (&stored.body.parameters, identity::axes(body));
+    if *known != own {
+        let (known, own) = (identity::listed(known), identity::listed(&own));
+        return refuse(format!("its parameters are {known}, those here {own}"));
     }
     Ok(())
 }
@@ -202,6 +225,25 @@ fn is_run(folder: &Path) -> bool {
     }
 }
 
+/// Whether the run in a folder has left an emulator.
+pub(crate) fn is_finished(folder: &Path) -> bool {
+    folder.join("emulator").join(SEAL).exists()
+}
+
+/// Refuses to replace a run that has left more than what it was started with.
+fn require_nothing(folder: &Path) -> Result<()> {
+    let Ok(entries) = std::fs::read_dir(folder) else { return Ok(()) };
+    let empty =
+        |folder: &Path| std::fs::read_dir(folder).is_ok_and(|mut left| left.next().is_none());
+    let mut left = entries.flatten().filter(|e| e.file_name() != STARTED && !empty(&e.path()));
+    let (state, resumed) = match (is_finished(folder), left.next()) {
+        (_, None) => return Ok(()),
+        (true, _) => ("finished", "reads its emulator"),
+        (false, _) => ("not finished", "goes on with it"),
+    };
+    Err(Error::RunExists { folder: folder.into(), state, resumed })
+}
+
 fn prepare(folder: &Path, body: &Body, recipe: &Recipe, options: &TrainingOptions) -> Result<()> {
     let file = folder.join(STARTED);
     let (recipe, body) = (recipe.clone(), identity::of(body));
@@ -209,7 +251,13 @@ fn prepare(folder: &Path, body: &Body, recipe: &Recipe, options: &TrainingOption
     if options.resume
         && let Some(stored) = read_json::<Started>(&file)?
     {
-        let others = TrainingOptions { folder: None, resume: false, ..options.clone() };
+        let others = TrainingOptions {
+            folder: None,
+            shared: None,
+            resume: false,
+            restart: false,
+            ..options.clone()
+        };
         let differs = if stored.recipe != recipe {
             Some("the recipe")
         } else if stored.options != others {
@@ -226,6 +274,9 @@ fn prepare(folder: &Path, body: &Body, recipe: &Recipe, options: &TrainingOption
     if folder.exists() {
         let mut entries = std::fs::read_dir(folder).map_err(file_error)?;
         if is_run(folder) {
+            if !options.restart {
+                require_nothing(folder)?;
+            }
             std::fs::remove_dir_all(folder).map_err(file_error)?;
         } else if entries.next().is_some() {
             return Err(Error::ForeignFolder { folder: folder.into() });

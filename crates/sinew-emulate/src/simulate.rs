@@ -50,6 +50,23 @@ struct Log {
     failures: Vec<Failure>,
     seconds: f64,
     solve_seconds: Vec<f64>,
+    /// CRC-32 of this log without them, of the parameters and of the fields: of the rows that count, for a killed run may have
+    /// written more.
+    #[serde(default)]
+    checksums: [u32; 3],
+}
+
+impl Log {
+    fn sums(&self, thetas: &[Vec<f64>], fields: &[Vec<f64>]) -> [u32; 3] {
+        let Self { body, tried, failures, seconds, solve_seconds, .. } = self;
+        let own = format!("{body:?} {tried} {failures:?} {seconds:?} {solve_seconds:?}");
+        let rows = |rows: &[Vec<f64>]| {
+            let mut sum = crc32fast::Hasher::new();
+            rows.iter().flatten().for_each(|value| sum.update(&value.to_le_bytes()));
+            sum.finalize()
+        };
+        [crc32fast::hash(own.as_bytes()), rows(thetas), rows(fields)]
+    }
 }
 
 impl Simulations {
@@ -169,7 +186,8 @@ pub(crate) fn store(
     write_table(&folder.join(FIELDS), &simulations.fields)?;
     let Simulations { failures, seconds, solve_seconds, .. } = simulations.clone();
     let body = body.clone();
-    let log = Log { body, tried, failures, seconds, solve_seconds };
+    let mut log = Log { body, tried, failures, seconds, solve_seconds, checksums: [0; 3] };
+    log.checksums = log.sums(&simulations.thetas, &simulations.fields);
     write_json(&folder.join(LOG), &log)
 }
 
@@ -184,19 +202,19 @@ pub fn read_simulations(body: &Body, folder: &Path) -> Result<Simulations> {
 
 /// What a folder holds of a body, and how many samples were tried; `None` where it holds no simulations.
 fn read(folder: &Path, body: &Identity) -> Result<Option<(usize, Simulations)>> {
-    let log = read_json::<Log>(&folder.join(LOG))?;
-    let Some(Log { body: stored, tried, failures, seconds, solve_seconds }) = log else {
-        return Ok(None);
-    };
-    if identity::difference(&stored, body).is_some() {
-        return Err(Error::OtherSamples { folder: folder.into() });
-    }
-    let solved = solve_seconds.len();
+    let Some(log) = read_json::<Log>(&folder.join(LOG))? else { return Ok(None) };
+    let solved = log.solve_seconds.len();
     let [mut thetas, mut fields] =
         [read_table(&folder.join(THETAS))?, read_table(&folder.join(FIELDS))?];
     thetas.truncate(solved);
     fields.truncate(solved);
-    if thetas.len() != solved || fields.len() != solved {
+    let sums = log.checksums.into_iter().zip(log.sums(&thetas, &fields));
+    if let Some((name, _)) = [LOG, THETAS, FIELDS].into_iter().zip(sums).find(|(_, (a, b))| a != b)
+    {
+        return Err(Error::DamagedSimulations { path: folder.join(name) });
+    }
+    let Log { body: stored, tried, failures, seconds, solve_seconds, .. } = log;
+    if identity::difference(&stored, body).is_some() {
         return Err(Error::OtherSamples { folder: folder.into() });
     }
     Ok(Some((tried, Simulations { thetas, fields, failures, seconds, solve_seconds })))

@@ -35,9 +35,9 @@ pub enum Warning {
         theta: Vec<f64>,
         reason: String,
     },
-    /// Cross-validation promises less than was asked for.
+    /// An error larger than was asked for.
     #[error(
-        "the error foreseen is {:.2e} of the displacements where {:.2e} was asked for; simulate more, or allow more time",
+        "the error on the held-out cases is {:.2e} of the displacements where {:.2e} was asked for; simulate more, or allow more time",
         error,
         target
     )]

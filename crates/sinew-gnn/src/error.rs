@@ -56,15 +56,14 @@ pub enum Error {
     /// A training value left the range of numbers.
     #[error(
         "training diverged at step {step}: loss {loss}, gradient norm {gradient_norm}, learning rate {learning_rate:.3e}; \
-         resume from the last checkpoint with a learning rate of {:.1e} or less, or a larger batch",
-        learning_rate / 3.0
+         take another seed, narrow the ranges of the parameters, or choose another recipe"
     )]
     Diverged { step: usize, loss: f64, gradient_norm: f64, learning_rate: f64 },
     /// A state to which the potential gives no energy.
     #[error(
         "at step {step} of the training {inadmissible} of {samples} predictions invert a cell, and their energy is not \
-         finite; train on a potential with barriers (Body::with_barriers), begin from a displacement that \
-         inverts no cell, or lower the learning rate"
+         finite; train on a potential with barriers (Body::with_barriers), or begin from a displacement that \
+         inverts no cell"
     )]
     InvertedCells { step: usize, inadmissible: usize, samples: usize },
     /// A prediction left the range of numbers.

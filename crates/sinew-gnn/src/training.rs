@@ -1,5 +1,6 @@
 //! Training: batches, steps, evaluations, checkpoints.
 
+mod best;
 mod checkpoint;
 mod clock;
 mod concern;

@@ -346,7 +346,7 @@ fn divergence_is_reported_with_advice_and_keeps_the_weights() {
     let error = trainer.run(&mut ()).unwrap_err();
     assert!(matches!(error, Error::Diverged { step: 1, .. }));
     let text = error.to_string();
-    assert!(text.contains("step 1") && text.contains("resume from the last checkpoint"), "{text}");
+    assert!(text.contains("step 1") && text.contains("narrow the ranges"), "{text}");
     let prediction = trainer.surrogate().predict(&data.geometries[0], &[vec![1.0, 1.0]]);
     assert!(prediction.is_ok());
 }

@@ -112,14 +112,17 @@ pub fn test_set<'b>(
     Ok((TestSet::new(body, solved), seconds))
 }
 
-/// How a recipe is trained in a folder of a run, which a quick check does with few cases.
+/// How a recipe is trained in a folder of a run, which a quick check does with few cases. Recipes beside each other share their
+/// simulations; a run that is not resumed is replaced, as the rest of the study is.
 pub fn training(quick: bool, seed: u64, folder: &Path, resume: bool) -> TrainingOptions {
     TrainingOptions {
         seed,
         held_out: if quick { 4 } else { 20 },
         evaluations: if quick { 2 } else { 20 },
         folder: Some(folder.to_path_buf()),
+        shared: folder.parent().map(|run| run.join("simulations")),
         resume,
+        restart: !resume,
         ..TrainingOptions::default()
     }
 }

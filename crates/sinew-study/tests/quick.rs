@@ -100,6 +100,7 @@ mod samples {
             err_pi: 0.5,
             err_volume: Vec::new(),
             relative: 0.1,
+            inverted: false,
             energy_excess: 0.0,
         };
         let row = |case: &CaseErrors| {

@@ -116,14 +116,41 @@ fn what_cannot_be_stored_is_not_trained_and_damage_can_be_replaced() {
     done(folder.path(), "train bar.toml");
     std::fs::write(folder.path().join("out/bar/regression/run.json"), "{").unwrap();
     let (_, told) = refused(folder.path(), "train bar.toml --resume");
-    assert!(told.contains("start without resuming"), "{told}");
-    done(folder.path(), "train bar.toml");
+    assert!(told.contains("begin the run again (--restart)"), "{told}");
+    done(folder.path(), "train bar.toml --restart");
     // What is not ours stays, whatever its name.
     let other = folder.path().join("out/bar/other");
     std::fs::create_dir(&other).unwrap();
     std::fs::write(other.join("run.json"), "{\"version\": 4}").unwrap();
     let (_, told) = refused(folder.path(), "train bar.toml --name other");
     assert!(other.join("run.json").exists(), "{told}");
+}
+
+#[test]
+fn a_run_is_replaced_only_with_restart_and_recipes_share_their_simulations() {
+    let folder = bar();
+    let folder = folder.path();
+    let trained = done(folder, "train bar.toml --recipe dd --steps 20");
+    assert!(trained.contains("kept: the network after step"), "{trained}");
+    assert!(trained.contains("of 20, the best:"), "{trained}");
+    let (_, told) = refused(folder, "train bar.toml --recipe dd --steps 30");
+    for wanted in ["out/bar/dd", "--resume reads its emulator", "--restart replaces it", "--name"] {
+        assert!(told.contains(wanted), "{told}");
+    }
+    let (_, told) = refused(folder, "train bar.toml --recipe dd --steps 30 --resume");
+    assert!(told.contains("the options"), "{told}");
+    let again = done(folder, "train bar.toml --recipe dd --steps 30 --restart");
+    assert!(again.contains("of 30, the best:"), "{again}");
+    // Solved once for all: the held-out cases, and the twelve that are learned from.
+    let shared = || std::fs::read_dir(folder.join("out/bar/simulations")).unwrap().count();
+    assert_eq!(shared(), 2);
+    done(folder, "train bar.toml --recipe hybrid --steps 5");
+    done(folder, "train bar.toml --recipe pi --steps 5");
+    assert_eq!(shared(), 2);
+    let (code, told) = refused(folder, "train bar.toml --name simulations");
+    assert!(code == 2 && told.contains("simulations are shared there"), "{told}");
+    let (code, told) = refused(folder, "train bar.toml --resume --restart");
+    assert!(code == 2 && told.contains("--restart"), "{told}");
 }
 
 #[test]

@@ -4,6 +4,7 @@ use super::template::Template;
 use super::{Population, TRIED};
 use crate::coordinates::{self, Coordinates};
 use crate::network::TrainedNetwork;
+use crate::parameters::{check_length, require_finite};
 use crate::recipe::PhysicsInformed;
 use crate::series::Series;
 use crate::{Body, Design, Emulator, Recipe, Record, Result};
@@ -24,7 +25,7 @@ impl PopulationEmulator {
     /// The emulator of a body, be it one of the population or not, with any mesh.
     ///
     /// # Errors
-    /// Other parameters than the population's, or a body that cannot be prepared.
+    /// Other names, order, ranges, units or scales of the parameters than the population's, or a body that cannot be prepared.
     pub fn meet<'b>(&self, body: &'b Body) -> Result<Emulator<'b>> {
         let start = Instant::now();
         let (geometry, ..) = self.recipe.geometry(body, &self.template, self.seed)?;
@@ -44,15 +45,17 @@ impl PopulationEmulator {
     /// parameters' ranges, after `newton_steps` there. From it the parameters are followed to second order, with one stiffness.
     ///
     /// # Errors
-    /// As [`PopulationEmulator::meet`].
+    /// As [`PopulationEmulator::meet`] and [`Emulator::predict`].
     pub fn carried(
         &self,
         body: &Body,
         thetas: &[Vec<f64>],
         newton_steps: usize,
     ) -> Result<Vec<Vec<f64>>> {
+        let emulator = self.meet(body)?;
+        thetas.iter().try_for_each(|theta| check_length(body, theta))?;
         let centre = body.centre();
-        let state = self.meet(body)?.predict(std::slice::from_ref(&centre))?.displacement;
+        let state = emulator.predict(std::slice::from_ref(&centre))?.displacement;
         let mut solver = Solver::new(body)?;
         let steps =
             solver.newton_steps(&coordinates::admissible(body, &state), &centre, newton_steps)?;
@@ -61,6 +64,9 @@ impl PopulationEmulator {
         // The form is not chosen at `thetas`, so that an answer does not depend on what else was asked.
         let tried = Design::LatinHypercube.sample(&body.parameters, TRIED, self.seed)?;
         let series = Series::about(&mut solver, &topology, &state, &tried)?;
-        thetas.iter().map(|theta| series.at(body, theta)).collect()
+        let fields: Vec<_> =
+            thetas.iter().map(|theta| series.at(body, theta)).collect::<Result<_>>()?;
+        require_finite(body, thetas, &fields.concat())?;
+        Ok(fields)
     }
 }

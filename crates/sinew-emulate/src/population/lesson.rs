@@ -28,6 +28,7 @@ impl Population {
         template: &Template,
         seed: u64,
     ) -> Result<(Geometry, f64, Solver<'b>)> {
+        template.require(body)?;
         let (topology, centre) = (template.graph(body, seed)?, body.centre());
         let mut solver = Solver::new(body)?;
         let anchor = self.anchor(&mut solver, &topology, template)?;

@@ -1,7 +1,9 @@
 //! What the first bodies of a population lend to others.
 
 use super::Start;
-use crate::{Body, Result, graph};
+use crate::identity::{self, Axis};
+use crate::parameters::require_some;
+use crate::{Body, Error, Result, graph};
 use sinew_fem::{Options, Solver};
 use sinew_graph::Topology;
 
@@ -9,6 +11,8 @@ use sinew_graph::Topology;
 #[derive(Clone, Debug)]
 pub(super) struct Template {
     graphs: Vec<(Vec<[usize; 2]>, Topology)>,
+    /// Of every body.
+    parameters: Vec<Axis>,
     /// Where outputs start near to equilibrium.
     pub solved: Option<Solved>,
 }
@@ -24,7 +28,10 @@ pub(super) struct Solved {
 impl Template {
     pub(super) fn new(bodies: &[Body], start: Start, seed: u64) -> Result<Self> {
         let mut graphs: Vec<(Vec<[usize; 2]>, Topology)> = Vec::new();
+        let parameters = bodies.first().map(identity::axes).unwrap_or_default();
         for body in bodies {
+            require_some(body)?;
+            require_axes(&parameters, body)?;
             let edges = body.mesh.edges();
             if graphs.iter().all(|(known, _)| *known != edges) {
                 graphs.push((edges, graph::topology(body, true, seed)?));
@@ -38,7 +45,12 @@ impl Template {
             }),
             _ => None,
         };
-        Ok(Self { graphs, solved })
+        Ok(Self { graphs, parameters, solved })
+    }
+
+    /// Requires the parameters of the population.
+    pub(super) fn require(&self, body: &Body) -> Result<()> {
+        require_axes(&self.parameters, body)
     }
 
     /// The graph of a body: clusters of a first one where it has its connectivity, which takes no time.
@@ -49,6 +61,16 @@ impl Template {
             None => graph::topology_of_met(body, seed),
         }
     }
+}
+
+/// Requires these parameters of a body: names, order, ranges, units and scales, which inputs of a network mean.
+fn require_axes(parameters: &[Axis], body: &Body) -> Result<()> {
+    let own = identity::axes(body);
+    if own == parameters {
+        return Ok(());
+    }
+    let (population, body) = (identity::listed(parameters), identity::listed(&own));
+    Err(Error::OtherParameters { population, body })
 }
 
 impl Solved {

@@ -1,15 +1,15 @@
-//! The recipe that cross-validation prefers.
+//! The recipe that held-out cases prefer.
 
 use super::{Hybrid, Recipe, Regression};
 use crate::emulator::{Emulator, Model};
-use crate::evaluate::{Errors, TestSet};
+use crate::evaluate::{Errors, TestSet, root_mean_square};
 use crate::session::Session;
 use crate::{Record, Result, Warning};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Tries regression on more and more simulations, and networks only where its leave-one-out error misses the target;
-/// the least error wins.
+/// Tries regression on more and more simulations, and networks only where its error on the held-out cases misses the target;
+/// the least error there wins.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Auto {
@@ -32,8 +32,8 @@ pub struct Candidate {
     pub recipe: String,
     /// Simulations that it learned from.
     pub simulations: usize,
-    /// Root mean square norm of its error relative to that of the displacements: by leaving one simulation out for a
-    /// regression, over the held-out cases for a network.
+    /// Root mean square of `‖u − û‖ / ‖u‖` over the held-out cases, the same measure for every candidate; a prediction that inverts
+    /// a cell counts as 1 at least.
     pub error: f64,
     /// Wall time of simulations and training \[s\].
     pub seconds: f64,
@@ -85,7 +85,7 @@ impl Auto {
         record: &mut Record,
     ) -> Result<Model> {
         let target = self.regression.target;
-        let (regression, error) = self.regression.fit(session, record)?;
+        let (regression, error) = self.regression.fit(session, held_out, record)?;
         let mut best = (Model::from(regression), error);
         let mut choice = record.choice.take().unwrap_or_default();
         for rival in self.rivals.iter().filter(|_| error > target) {
@@ -95,7 +95,7 @@ impl Auto {
             let emulator = Emulator::new(session.body, model, own);
             let fields = emulator.predict(&held_out.thetas)?.fields();
             let cases = held_out.cases(&fields)?;
-            let error = root_mean_square(cases.iter().map(|case| case.relative));
+            let error = root_mean_square(&cases);
             let seconds = session.simulate_s - spent + emulator.record.train_s;
             let median = Errors::of(&cases).relative.q50;
             choice.candidates.push(Candidate {
@@ -120,9 +120,4 @@ impl Auto {
         record.choice = Some(choice);
         Ok(best.0)
     }
-}
-
-fn root_mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
-    let count = values.len() as f64;
-    (values.map(|value| value * value).sum::<f64>() / count).sqrt()
 }

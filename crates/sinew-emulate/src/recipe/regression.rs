@@ -1,17 +1,18 @@
 //! Decomposition of few simulations, or of what second order leaves of them, and a Gaussian process.
 
 use crate::emulator::Model;
+use crate::evaluate::{TestSet, root_mean_square};
 use crate::recipe::Candidate;
 use crate::series::{Regressed, Series};
 use crate::session::{Session, Stream};
 use crate::simulate::{Simulations, read_simulations};
-use crate::{Budget, Design, Record, Result, Warning};
+use crate::{Body, Budget, Design, Error, Record, RegressionError, Result, Warning};
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
 /// Proper orthogonal decomposition of few simulations and interpolation of its coefficients, see [`crate::PodRegression`]; or of
 /// what [`Recipe::Series`](crate::Recipe::Series) leaves of them, where that halves the error by leaving one out.
-/// The number of simulations doubles until the leave-one-out error meets the target.
+/// The number of simulations doubles until the error on the held-out cases meets the target; the fit of the least error is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Regression {
@@ -19,8 +20,8 @@ pub struct Regression {
     pub simulations: usize,
     /// Simulations at most.
     pub most: usize,
-    /// Leave-one-out error to be met, root mean square norm relative to that of the displacements; zero asks for the most
-    /// simulations without expecting anything of them.
+    /// Error to be met on the held-out cases, [`Candidate::error`]; zero asks for the most simulations without expecting anything of
+    /// them.
     pub target: f64,
 }
 
@@ -34,93 +35,102 @@ impl Regression {
     pub(crate) fn model(
         &self,
         session: &mut Session<'_, '_>,
+        held_out: &TestSet<'_>,
         record: &mut Record,
     ) -> Result<Model> {
-        let (regression, error) = self.fit(session, record)?;
+        let (regression, error) = self.fit(session, held_out, record)?;
         if self.target > 0.0 && error > self.target {
             session.warn(Warning::TargetMissed { error, target: self.target });
         }
         Ok(regression.into())
     }
 
-    /// The regression and its leave-one-out error; every number of simulations that was tried is in the record.
+    /// The best regression and its error on the held-out cases; every number of simulations that was tried is in the record.
     pub(crate) fn fit(
         &self,
         session: &mut Session<'_, '_>,
+        held_out: &TestSet<'_>,
         record: &mut Record,
     ) -> Result<(Regressed, f64)> {
+        let series = series(session, record);
+        let mut trial =
+            Trial { regression: self, series: series.as_ref(), held_out, record, best: None };
         if let Some(folder) = &session.options.simulations {
-            return self.fit_stored(session, folder, record);
+            let mut found = read_simulations(session.body, folder)?;
+            found.keep(self.most);
+            session.simulate_s += found.seconds;
+            trial.fit(session, &found)?;
+            return trial.best(session);
         }
         let most = self.most.max(self.simulations);
         // The first samples of Sobol's sequence are themselves a design, so that none is wasted when more follow.
         let thetas = session.thetas(Design::Sobol, most, Stream::Regression)?;
         let most = thetas.len();
         let mut count = self.simulations.clamp(2, most.max(2)).min(most);
-        let series = series(session, record);
         let mut found = Simulations::default();
         loop {
             let tried = found.thetas.len() + found.failures.len();
             found.extend(session.simulate(&format!("regression {count}"), &thetas[tried..count])?);
-            let start = Instant::now();
-            let (fit, error) =
-                Regressed::fit(session.body, series.as_ref(), &found.thetas, &found.fields)?;
-            let seconds = start.elapsed().as_secs_f64();
-            record.train_s += seconds;
-            session.simulations = found.fields.len();
-            self.tried(record, &found, &fit, error, seconds);
-            let outcome = format!("{count} simulations: error {error:.1e} by leaving one out");
-            session.observer.finished("regression", &outcome, seconds);
+            let error = trial.fit(session, &found)?;
             let affordable = match session.options.budget {
                 Budget::Seconds(budget) => 3.0 * session.simulate_s < budget,
                 _ => true,
             };
             if error <= self.target || count >= most || !affordable {
-                return Ok((fit, error));
+                return trial.best(session);
             }
             count = (2 * count).min(most);
         }
     }
+}
 
-    /// One fit to simulations that are there.
-    fn fit_stored(
-        &self,
-        session: &mut Session<'_, '_>,
-        folder: &std::path::Path,
-        record: &mut Record,
-    ) -> Result<(Regressed, f64)> {
-        let mut found = read_simulations(session.body, folder)?;
-        found.keep(self.most);
-        session.simulate_s += found.seconds;
-        session.simulations = found.fields.len();
-        let series = series(session, record);
-        let start = Instant::now();
-        let (fit, error) =
-            Regressed::fit(session.body, series.as_ref(), &found.thetas, &found.fields)?;
+/// Fits to more and more simulations, and the best of them.
+struct Trial<'a> {
+    regression: &'a Regression,
+    series: Option<&'a Series>,
+    held_out: &'a TestSet<'a>,
+    record: &'a mut Record,
+    best: Option<(Regressed, f64)>,
+}
+
+impl Trial<'_> {
+    /// Fits, notes it in the record, and takes it if it is the best; its error.
+    fn fit(&mut self, session: &mut Session<'_, '_>, found: &Simulations) -> Result<f64> {
+        let (start, body) = (Instant::now(), session.body);
+        let (fit, left_out) = Regressed::fit(body, self.series, &found.thetas, &found.fields)?;
         let seconds = start.elapsed().as_secs_f64();
-        record.train_s += seconds;
-        self.tried(record, &found, &fit, error, seconds);
-        Ok((fit, error))
-    }
-
-    /// Notes a fit that was tried, and took these seconds, as the one that is taken so far.
-    fn tried(
-        &self,
-        record: &mut Record,
-        found: &Simulations,
-        fit: &Regressed,
-        error: f64,
-        seconds: f64,
-    ) {
-        let choice = record.choice.get_or_insert_default();
-        (choice.target, choice.taken) = (self.target, choice.candidates.len());
+        self.record.train_s += seconds;
+        let error = self.error(body, &fit)?;
+        let simulations = found.fields.len();
+        let outcome = format!("{simulations} simulations: error {error:.1e} on the held-out cases");
+        session.observer.finished("regression", &outcome, seconds);
+        let choice = self.record.choice.get_or_insert_default();
+        choice.target = self.regression.target;
         choice.candidates.push(Candidate {
             recipe: "regression".into(),
-            simulations: found.fields.len(),
+            simulations,
             error,
             seconds: found.seconds + seconds,
-            detail: fit.detail(),
+            detail: format!("{left_out:.1e} by leaving one out, {}", fit.detail()),
         });
+        if self.best.as_ref().is_none_or(|(_, best)| error < *best) {
+            choice.taken = choice.candidates.len() - 1;
+            self.best = Some((fit, error));
+        }
+        Ok(error)
+    }
+
+    /// Error on the held-out cases.
+    fn error(&self, body: &Body, fit: &Regressed) -> Result<f64> {
+        let fields = self.held_out.thetas.iter().map(|theta| fit.predict(body, theta));
+        Ok(root_mean_square(&self.held_out.cases(&fields.collect::<Result<Vec<_>>>()?)?))
+    }
+
+    /// The best, of whose simulations the session is told.
+    fn best(self, session: &mut Session<'_, '_>) -> Result<(Regressed, f64)> {
+        let choice = self.record.choice.get_or_insert_default();
+        session.simulations = choice.candidates.get(choice.taken).map_or(0, |c| c.simulations);
+        self.best.ok_or(Error::Regression(RegressionError::TooFewSamples { found: 0 }))
     }
 }
 
@@ -130,4 +140,44 @@ fn series(session: &Session<'_, '_>, record: &mut Record) -> Option<Series> {
     let series = Series::of(session.body, session.options.seed).ok();
     record.prepare_s += start.elapsed().as_secs_f64();
     series
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Recipe, TrainingOptions, simulate};
+    use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
+
+    #[test]
+    fn the_best_fit_is_returned_and_not_the_last() {
+        let body = Scene::new(sinew_mesh::box_tetrahedra([40.0, 8.0, 8.0], [4, 1, 1]), NeoHookean)
+            .parameter(Parameter::log("mu", "kPa", 8.0..=16.0))
+            .parameter(Parameter::log("lambda", "kPa", 8.0..=16.0))
+            .load(Load::BodyForce([0.0, 0.0, -9.8e-3]))
+            .support(Support::clamped("x_min"))
+            .lower()
+            .unwrap();
+        let (recipe, options) = (Regression::default(), TrainingOptions::default());
+        let (of, mut observer) = (Recipe::from(recipe), ());
+        let mut session = Session::begin(&body, &of, &options, &mut observer).unwrap();
+        let held_out = session.held_out().unwrap();
+        let thetas = Design::Sobol.sample(&body.parameters, 12, 1).unwrap();
+        let mut all = simulate(&body, &thetas, "test", None, &mut ()).unwrap();
+        let mut good = all.clone();
+        good.keep(8);
+        // Four more that a mistake has made half as large again.
+        all.fields[8..].iter_mut().flatten().for_each(|u| *u *= 1.5);
+        let mut record = Record::new(of.clone());
+        let (regression, record) = (&recipe, &mut record);
+        let mut trial = Trial { regression, series: None, held_out: &held_out, record, best: None };
+        let [first, second] = [&good, &all].map(|found| trial.fit(&mut session, found).unwrap());
+        assert!(second > 10.0 * first, "{second:e} for {first:e}");
+        let (fit, error) = trial.best(&mut session).unwrap();
+        let choice = record.choice.as_ref().unwrap();
+        assert_eq!((error, choice.taken, session.simulations), (first, 0, 8));
+        // What is returned is what was measured.
+        let fields = held_out.thetas.iter().map(|theta| fit.predict(&body, theta).unwrap());
+        let cases = held_out.cases(&fields.collect::<Vec<_>>()).unwrap();
+        assert_eq!(root_mean_square(&cases), error);
+    }
 }

@@ -5,9 +5,10 @@ use std::path::Path;
 use burn::tensor::Device;
 use serde::{Deserialize, Serialize};
 
+use super::best::Best;
 use super::config::TrainingConfig;
 use super::sampler::SamplerState;
-use super::trainer::{Best, RunState, Trainer};
+use super::trainer::{RunState, Trainer};
 use crate::error::Result;
 use crate::files::{open_directory, read_json, replace_directory, write_json};
 use crate::optimiser::Optimiser;
@@ -15,7 +16,7 @@ use crate::store::{check_version, load_weights, read_surrogate, save_weights, wr
 use crate::surrogate::Surrogate;
 
 /// Version of the checkpoint format.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 const RUN: &str = "run.json";
 const BEST: &str = "best.bpk";
 
@@ -29,12 +30,31 @@ pub(super) struct Run {
     pub optimiser: Optimiser,
     /// Number of training samples.
     pub samples: usize,
-    /// Validation loss and step of the best weights, and the rows of their embeddings.
-    best: Option<(f64, usize, Vec<Vec<usize>>)>,
+    best: Option<BestRun>,
+}
+
+/// What a checkpoint keeps of the best weights beside themselves.
+#[derive(Serialize, Deserialize)]
+struct BestRun {
+    error: f64,
+    step: usize,
+    optimiser: Optimiser,
+    /// Rows of the embeddings that are weights.
+    embedded_nodes: Vec<Vec<usize>>,
+}
+
+impl BestRun {
+    fn of(best: &Best) -> Self {
+        Self {
+            error: best.error,
+            step: best.step,
+            optimiser: best.optimiser.clone(),
+            embedded_nodes: best.emulator.embedded_nodes(),
+        }
+    }
 }
 
 pub(super) fn write(trainer: &Trainer, directory: &Path) -> Result<()> {
-    let best = |best: &Best| (best.validation, best.step, best.emulator.embedded_nodes());
     let run = Run {
         version: VERSION,
         config: trainer.config.clone(),
@@ -42,7 +62,7 @@ pub(super) fn write(trainer: &Trainer, directory: &Path) -> Result<()> {
         sampler: trainer.sampler.state().clone(),
         optimiser: trainer.optimiser.clone(),
         samples: trainer.data.training.len(),
-        best: trainer.best.as_ref().map(best),
+        best: trainer.best.as_ref().map(BestRun::of),
     };
     replace_directory(directory, |folder| {
         write_surrogate(&trainer.current_surrogate(), folder)?;
@@ -60,10 +80,10 @@ pub(super) fn read(directory: &Path, device: &Device) -> Result<(Surrogate, Run,
     let surrogate = read_surrogate(&folder, device)?;
     let best = match &run.best {
         None => None,
-        Some((validation, step, rows)) => {
+        Some(BestRun { error, step, optimiser, embedded_nodes }) => {
             let emulator = surrogate.emulator.clone();
-            let emulator = load_weights(emulator, rows, &folder.join(BEST))?;
-            Some(Best { validation: *validation, step: *step, emulator })
+            let emulator = load_weights(emulator, embedded_nodes, &folder.join(BEST))?;
+            Some(Best { error: *error, step: *step, emulator, optimiser: optimiser.clone() })
         }
     };
     Ok((surrogate, run, best))

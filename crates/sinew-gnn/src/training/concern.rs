@@ -9,21 +9,20 @@ use serde::{Deserialize, Serialize};
 pub enum Concern {
     /// The network is no better than none, whose outputs are one displacement for all parameters or follow them by themselves.
     #[error(
-        "nothing was learned: the mean loss is {loss:.3e}, that without the network's outputs {of_zero_output:.3e}; lower \
-         the learning rate, or train for longer"
+        "nothing was learned: the mean loss is {loss:.3e}, that without the network's outputs {of_zero_output:.3e}; train \
+         for longer, or choose another recipe"
     )]
     NothingLearned { loss: f64, of_zero_output: f64 },
     /// More than half of what had been learned is lost again.
     #[error(
-        "the mean loss rose from {lowest:.3e} at step {step} to {loss:.3e} at the end; lower the learning rate, or \
-         enlarge the batch"
+        "the mean loss rose from {lowest:.3e} at step {step} to {loss:.3e}; train for longer, or choose another recipe"
     )]
     LossRose { lowest: f64, step: usize, loss: f64 },
     /// Predictions that only a guard of the energy makes admissible.
     #[error(
         "{inadmissible} of {samples} predictions at the parameters of the training invert a cell, or stretch it so far \
-         that only barriers bound its energy; lower the learning rate, train for longer, or begin from a smaller \
-         displacement"
+         that only barriers bound its energy; train for longer, narrow the ranges of the parameters, or choose another \
+         recipe"
     )]
     Inadmissible { inadmissible: usize, samples: usize },
 }

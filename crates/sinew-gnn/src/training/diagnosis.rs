@@ -36,7 +36,15 @@ impl Trainer {
         };
         let (inadmissible, loss) = self.of_states(thoroughness)?;
         let exact = (thoroughness == Thoroughness::AllSamples).then_some(loss);
-        let of_losses = of_losses(&self.progress.history, of_zero_output, exact);
+        let history = &self.progress.history;
+        let until = match (thoroughness, &self.best) {
+            // What followed the weights that are kept is not theirs.
+            (Thoroughness::AllSamples, Some(best)) => {
+                history.partition_point(|point| point.step <= best.step)
+            }
+            _ => history.len(),
+        };
+        let of_losses = of_losses(&history[..until], of_zero_output, exact);
         Ok(of_losses.into_iter().chain(inadmissible).collect())
     }
 

@@ -37,8 +37,13 @@ pub trait Observer {
     }
 
     /// Called at every evaluation with the current weights; its time does not count as training.
-    fn evaluate(&mut self, surrogate: &Surrogate, point: &HistoryPoint) {
+    ///
+    /// Returns their error on cases that nothing is trained on, where there are some: not negative, infinite where it is not a
+    /// number. The run keeps the weights of the least error, and returns to them with a smaller learning rate from much larger ones.
+    /// Without it the loss of the validation samples takes its place.
+    fn evaluate(&mut self, surrogate: &Surrogate, point: &HistoryPoint) -> Option<f64> {
         let _ = (surrogate, point);
+        None
     }
 
     /// Called after an evaluation in the second half of the budget, for each reason not to trust the weights.
@@ -85,8 +90,12 @@ pub struct TrainingReport {
     pub seconds: f64,
     /// Why the run ended.
     pub stop: StopReason,
-    /// Step whose weights were kept: the best by validation loss, the last one without validation.
+    /// Step whose weights were kept: the best by the observer's error or the validation loss, the last one without either.
     pub kept_step: usize,
+    /// Error or validation loss of the kept weights.
+    pub kept_error: Option<f64>,
+    /// Returns to the best weights, each of which halved the learning rate.
+    pub returns: usize,
     /// All evaluations.
     pub history: Vec<HistoryPoint>,
     /// Reasons not to trust the kept weights; none after a training that went well.

@@ -6,6 +6,7 @@ use std::time::Instant;
 use burn::module::Module;
 use burn::tensor::Tensor;
 
+use super::best::Best;
 use super::clock::Clock;
 use super::concern::Thoroughness;
 use super::config::TrainingConfig;
@@ -53,13 +54,8 @@ pub(super) struct RunState {
     /// Losses of the steps since the latest evaluation.
     pub losses: Vec<f64>,
     pub history: Vec<HistoryPoint>,
-}
-
-/// Best weights so far.
-pub(super) struct Best {
-    pub validation: f64,
-    pub step: usize,
-    pub emulator: Emulator,
+    /// Returns to the best weights.
+    pub returns: usize,
 }
 
 /// Mean, and standard deviation of the mean.
@@ -150,8 +146,11 @@ impl Trainer {
         Ok(trainer.with_checkpoints(directory))
     }
 
-    /// Trains until the budget is spent, the validation loss stalls or the observer breaks.
-    /// Afterwards the surrogate holds the best weights by validation loss, or the last ones.
+    /// Trains until the budget is spent, the error stalls or the observer breaks.
+    ///
+    /// Afterwards the surrogate holds the best weights of all evaluations by the observer's error or by the validation loss, or the
+    /// last ones where there is neither. A run that has left its best weights returns to them and goes on with half the learning rate.
+    /// An evaluation that an interruption adds decides nothing, so that a run that is resumed gives the numbers of a whole one.
     ///
     /// # Errors
     /// [`Error::Diverged`], an objective or a checkpoint that fails.
@@ -160,13 +159,17 @@ impl Trainer {
             if self.progress.clock.share(self.config.budget) >= 1.0 {
                 break StopReason::Budget;
             }
-            let flow = observer.progress(&self.step()?);
-            let interrupted = flow.is_break();
-            let due =
-                self.progress.clock.share(self.config.budget) * self.config.evaluations as f64;
-            if interrupted || due >= (self.progress.evaluations + 1) as f64 {
-                self.progress.evaluations = (due as usize).max(self.progress.evaluations);
-                self.evaluate(observer)?;
+            let progress = match self.step() {
+                Err(error) if self.survives(&error) => continue,
+                made => made?,
+            };
+            let interrupted = observer.progress(&progress).is_break();
+            let share = self.progress.clock.share(self.config.budget);
+            let due = (share * self.config.evaluations as f64) as usize;
+            let decides = due > self.progress.evaluations;
+            if interrupted || decides {
+                self.progress.evaluations = due.max(self.progress.evaluations);
+                self.evaluate(observer, decides)?;
             }
             if interrupted {
                 break StopReason::Interrupted;
@@ -176,14 +179,16 @@ impl Trainer {
                 break StopReason::EarlyStop;
             }
         };
-        let kept_step = self.keep_best();
+        let (kept_step, kept_error) = self.keep_best();
         let concerns = self.concerns(Thoroughness::AllSamples)?;
-        let RunState { clock, ref history, .. } = self.progress;
+        let RunState { clock, ref history, returns, .. } = self.progress;
         Ok(TrainingReport {
             steps: clock.step,
             seconds: clock.seconds,
             stop,
             kept_step,
+            kept_error,
+            returns,
             history: history.clone(),
             concerns,
         })
@@ -225,7 +230,7 @@ impl Trainer {
         let constant = if probing { self.embeddings() } else { Vec::new() };
         let prepared = start.elapsed().as_secs_f64();
         let factor = self.config.schedule.factor(clock.step, clock.total_steps(budget, share));
-        let learning_rate = self.config.learning_rate * factor;
+        let learning_rate = self.config.learning_rate * factor * self.rate_after_returns();
         let samples: Vec<&Sample> =
             self.sampler.draw().iter().map(|&index| &self.data.training[index]).collect();
         let batch = Batch { geometry: samples[0].geometry, samples: &samples };
@@ -260,7 +265,7 @@ impl Trainer {
     }
 
     /// Embeddings of the geometries' nodes as they are now, as data.
-    fn embeddings(&self) -> Vec<Embedding> {
+    pub(super) fn embeddings(&self) -> Vec<Embedding> {
         let lift = |layers: Embedding| layers.into_iter().map(Tensor::from_inner).collect();
         self.surrogate.embeddings(&self.emulator.valid()).into_iter().map(lift).collect()
     }
@@ -318,8 +323,8 @@ impl Trainer {
         Ok(sum / count as f64)
     }
 
-    /// Validation, observer and checkpoint.
-    fn evaluate(&mut self, observer: &mut dyn Observer) -> Result<()> {
+    /// Validation, observer and checkpoint; whether the error decides about the best weights.
+    fn evaluate(&mut self, observer: &mut dyn Observer, decides: bool) -> Result<()> {
         self.surrogate.emulator = self.emulator.valid();
         let batches = self.batches(&self.data.validation);
         let validation = (!batches.is_empty())
@@ -330,36 +335,15 @@ impl Trainer {
         let Clock { step, seconds, .. } = state.clock;
         let point = HistoryPoint { step, seconds, loss, deviation, validation };
         state.history.push(point);
-        if let Some(validation) = validation {
-            let improved = self.best.as_ref().is_none_or(|best| validation < best.validation);
-            if improved {
-                self.best =
-                    Some(Best { validation, step, emulator: self.surrogate.emulator.clone() });
-            }
-            let waited = self.progress.evaluations_without_improvement;
-            self.progress.evaluations_without_improvement = if improved { 0 } else { waited + 1 };
-        }
-        observer.evaluate(&self.surrogate, &point);
-        if self.progress.clock.share(self.config.budget) >= JUDGED_FROM {
+        let error = observer.evaluate(&self.surrogate, &point).or(validation);
+        let returned = decides && self.judge(error);
+        // Weights that were left are nobody's concern.
+        if !returned && self.progress.clock.share(self.config.budget) >= JUDGED_FROM {
             self.concerns(Thoroughness::OneBatch)?.iter().for_each(|c| observer.concern(c));
         }
         match self.checkpoints.clone() {
             Some(directory) => self.save_checkpoint(&directory),
             None => Ok(()),
-        }
-    }
-
-    /// Puts the kept weights into the surrogate; the step they are from.
-    fn keep_best(&mut self) -> usize {
-        match &self.best {
-            Some(best) => {
-                self.surrogate.emulator = best.emulator.clone();
-                best.step
-            }
-            None => {
-                self.surrogate.emulator = self.emulator.valid();
-                self.progress.clock.step
-            }
         }
     }
 

@@ -32,7 +32,7 @@ pub struct Training {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum RecipeName {
-    /// The one that cross-validation on few simulations prefers.
+    /// The one that does best on the held-out cases: regression, and hybrid where that misses the target.
     #[default]
     Auto,
     /// One solution, followed to second order in the parameters: nothing is trained.

@@ -4,13 +4,16 @@ use super::{CaseArguments, refuse, warn_of_locking};
 use anyhow::Result;
 use clap::Args;
 use sinew::case::{RecipeName, Training};
+use sinew_emulate::Kept;
 use std::path::{Path, PathBuf};
 
 /// By which recipe, and how long.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Options replace those of the case's [training]. The emulator and everything it was made of go to OUT/RECIPE; a run that
-was stopped goes on with --resume. Held-out simulations calibrate the error estimate and say how good it is.
+was stopped goes on with --resume, and one that is there is replaced with --restart only. Simulations go to
+OUT/simulations, where every recipe finds those it needs. Held-out simulations decide which weights of a network are kept,
+calibrate the error estimate and say how good it is.
 
 Recipes: series (one solution, followed to second order: no training), regression (few simulations; the best for one
 geometry and few parameters), hybrid and dd (networks on simulations), pi (a network without simulations), auto
@@ -26,7 +29,7 @@ pub(crate) struct Train {
     /// Simulations to learn from
     #[arg(long, value_name = "COUNT")]
     samples: Option<usize>,
-    /// Error relative to the displacements at which a regression stops to ask for more simulations
+    /// Error on the held-out cases, relative to the displacements, at which a regression stops to ask for more simulations
     #[arg(long)]
     target: Option<f64>,
     /// Wall time of simulations and training in minutes
@@ -51,9 +54,15 @@ pub(crate) struct Train {
     #[arg(long)]
     name: Option<String>,
     /// Go on with the run in that folder
-    #[arg(long)]
+    #[arg(long, conflicts_with = "restart")]
     resume: bool,
+    /// Replace the run in that folder
+    #[arg(long)]
+    restart: bool,
 }
+
+/// Folder within OUT for simulations that recipes share.
+const SIMULATIONS: &str = "simulations";
 
 impl Train {
     pub(crate) fn run(&self) -> Result<()> {
@@ -88,13 +97,20 @@ impl Train {
         if Path::new(name).file_name() != Some(name.as_ref()) {
             return refuse(format!("--name {name}: give the name of a folder within OUT"));
         }
-        let folder = folder.join(name);
+        if name == SIMULATIONS {
+            return refuse(format!(
+                "--name {name}: simulations are shared there; give another name"
+            ));
+        }
+        let (shared, folder) = (folder.join(SIMULATIONS), folder.join(name));
         let options = sinew::TrainingOptions {
             folder: Some(folder.clone()),
             simulations: self.simulations.clone(),
             start: self.from.clone(),
             backend: self.backend,
+            shared: Some(shared),
             resume: self.resume,
+            restart: self.restart,
             ..training.options()
         };
         let mut terminal = sinew_emulate::Terminal::default();
@@ -102,6 +118,23 @@ impl Train {
         tell(&emulator, &folder);
         Ok(())
     }
+}
+
+/// Which weights of a network were kept, and why.
+fn kept_in_words(kept: &Kept, steps: u64) -> String {
+    let Kept { step, error, returns } = *kept;
+    let why = match error {
+        Some(error) => format!(
+            "the best: {error:.1e} of the displacements, root mean square over the held-out cases (1 where a cell inverts)"
+        ),
+        None => "the last, for none had a finite error on the held-out cases".into(),
+    };
+    let back = match returns {
+        0 => String::new(),
+        1 => "; left once, and returned to with half the steps' length".into(),
+        n => format!("; left {n} times, and returned to with half the steps' length each time"),
+    };
+    format!("kept: the network after step {step} of {steps}, {why}{back}")
 }
 
 /// How the training went, and where the emulator is.
@@ -118,6 +151,9 @@ fn tell(emulator: &sinew::Emulator<'_>, folder: &Path) {
         );
     }
     let [simulate, train] = [record.simulate_s, record.prepare_s + record.train_s];
+    if let Some(kept) = &record.kept {
+        println!("{}", kept_in_words(kept, record.steps));
+    }
     println!("{} simulations in {simulate:.1} s, training in {train:.1} s", record.simulations);
     if record.warnings.is_empty() {
         println!("written: {}", folder.display());

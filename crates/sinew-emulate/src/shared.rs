@@ -1,0 +1,41 @@
+//! Simulations that the runs of one case share.
+
+use crate::identity::{self, Identity};
+use crate::simulate::{Simulations, stored};
+use crate::{Body, Result};
+use std::path::{Path, PathBuf};
+
+/// Where runs leave the simulations that are whole, for runs of the same body and samples to find. A set gets there by renaming its
+/// folder: two runs at once both solve, and the first that ends leaves what later ones read.
+pub(crate) struct Shared {
+    place: PathBuf,
+    body: Identity,
+}
+
+impl Shared {
+    /// Within a folder, by body and samples.
+    pub(crate) fn new(folder: &Path, body: &Body, thetas: &[Vec<f64>]) -> Self {
+        let body = identity::of(body);
+        let mut key = crc32fast::Hasher::new();
+        key.update(format!("{body:?}").as_bytes());
+        thetas.iter().flatten().for_each(|value| key.update(&value.to_le_bytes()));
+        let place = folder.join(format!("{}-{:08x}", thetas.len(), key.finalize()));
+        Self { place, body }
+    }
+
+    /// What another run has solved.
+    ///
+    /// # Errors
+    /// Files that are damaged.
+    pub(crate) fn find(&self, thetas: &[Vec<f64>]) -> Result<Option<Simulations>> {
+        let (tried, found) = stored(&self.place, &self.body, thetas)?;
+        Ok((tried == thetas.len() && tried > 0).then_some(found))
+    }
+
+    /// Leaves a run's own folder of simulations, which is whole, to others.
+    pub(crate) fn leave(&self, own: &Path) {
+        // Whatever keeps it from being shared, such as another run that was first, the run has its simulations where they are.
+        let above = self.place.parent().map_or(Ok(()), std::fs::create_dir_all);
+        let _ = above.and_then(|()| std::fs::rename(own, &self.place));
+    }
+}

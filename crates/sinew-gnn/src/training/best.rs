@@ -1,0 +1,88 @@
+//! The best weights of a run, and the way back to them.
+
+use burn::module::Module;
+
+use super::trainer::Trainer;
+use crate::emulator::Emulator;
+use crate::error::Error;
+use crate::optimiser::Optimiser;
+
+/// The best weights so far, with the history of the optimiser that made them.
+pub(super) struct Best {
+    /// The observer's error, or the validation loss.
+    pub error: f64,
+    pub step: usize,
+    pub emulator: Emulator,
+    pub optimiser: Optimiser,
+}
+
+/// A run whose error is so many times the least one has left its best weights. Errors of a run that goes well vary by a factor of
+/// two from one evaluation to the next while the learning rate is at its peak.
+const LEFT: f64 = 3.0;
+/// Factor of the learning rate at every return.
+const SMALLER: f64 = 0.5;
+/// Returns after which a step that is not finite ends the run: the learning rate is then a thousandth, the least of a schedule.
+const MOST_RETURNS: usize = 10;
+
+/// Whether an error, or a loss that may be negative, is that of weights which have left the best ones.
+fn has_left(error: f64, best: f64) -> bool {
+    !error.is_finite() || (best > 0.0 && error > LEFT * best)
+}
+
+impl Trainer {
+    /// Factor of the learning rate.
+    pub(super) fn rate_after_returns(&self) -> f64 {
+        SMALLER.powi(self.progress.returns as i32)
+    }
+
+    /// Keeps the weights of the latest evaluation if they are the best, or returns to the best if these have left them; whether it
+    /// returned. After the last step there is nothing to return for.
+    pub(super) fn judge(&mut self, error: Option<f64>) -> bool {
+        let Some(error) = error else { return false };
+        let best = self.best.as_ref().map(|best| best.error);
+        let improved = error.is_finite() && best.is_none_or(|best| error < best);
+        if improved {
+            let (step, emulator) = (self.progress.clock.step, self.surrogate.emulator.clone());
+            self.best = Some(Best { error, step, emulator, optimiser: self.optimiser.clone() });
+        }
+        let waited = self.progress.evaluations_without_improvement;
+        self.progress.evaluations_without_improvement = if improved { 0 } else { waited + 1 };
+        let over = self.progress.clock.share(self.config.budget) >= 1.0;
+        let left = !over && best.is_some_and(|best| has_left(error, best));
+        left && self.return_to_best()
+    }
+
+    /// Returns to the best weights from a step that is not finite, unless it is another error, or the learning rate is at its least.
+    pub(super) fn survives(&mut self, error: &Error) -> bool {
+        let diverged = matches!(error, Error::Diverged { .. } | Error::InvertedCells { .. });
+        diverged && self.progress.returns < MOST_RETURNS && self.return_to_best()
+    }
+
+    /// Goes on from the best weights with a smaller learning rate; `false` where there are none.
+    fn return_to_best(&mut self) -> bool {
+        let Some(best) = &self.best else { return false };
+        self.emulator = best.emulator.clone().train();
+        self.optimiser = best.optimiser.clone();
+        // Weights of the time before the embeddings came to rest have none.
+        if self.progress.clock.rest.is_some() && self.emulator.embedding(0).is_none() {
+            self.emulator = self.emulator.clone().with_embeddings(self.embeddings());
+        }
+        self.surrogate.emulator = self.emulator.valid();
+        self.progress.returns += 1;
+        true
+    }
+
+    /// Puts the kept weights into the surrogate; their step, and their error where one was found.
+    pub(super) fn keep_best(&mut self) -> (usize, Option<f64>) {
+        match &self.best {
+            Some(best) => {
+                self.surrogate.emulator = best.emulator.clone();
+                (best.step, Some(best.error))
+            }
+            None => {
+                self.surrogate.emulator = self.emulator.valid();
+                (self.progress.clock.step, None)
+            }
+        }
+    }
+}
