@@ -270,6 +270,7 @@ impl Case {
             | SceneError::OutOfPlane { .. }
             | SceneError::ThesisPressure { .. }
             | SceneError::LooseRim { .. }
+            | SceneError::UnevenRim { .. }
             | SceneError::RimPlanes { .. } => &["loads"],
             SceneError::ParameterCount { .. } | SceneError::LoadParameter { .. } => &["parameters"],
             SceneError::Constant { .. } | SceneError::PlaneLaw { .. } => &["law"],
