@@ -213,6 +213,14 @@ pub enum SceneError {
         edge[0], edge[1]
     )]
     LooseRim { name: String, edge: [usize; 2] },
+    /// A rim that slides along a plane that it is not even enough for.
+    #[error(
+        "the rim of `{name}` slides across {axis} but is not even: it goes from {axis} = {least} to {axis} = {most}, so that {:.2} % \
+         of the pressure's force would be missed, and 0.01 % may be; move its nodes into one plane, hold the rim, or lower \
+         the scene with lower_follower",
+        100.0 * part
+    )]
+    UnevenRim { name: String, axis: char, least: f64, most: f64, part: f64 },
     /// Rims that slide in different parallel planes, at positions \[length\] on an axis.
     #[error(
         "the rim of `{name}` slides in the planes {axis} = {first} and {axis} = {second}; its pressure has a \

@@ -5,7 +5,7 @@
 //! Unlike theirs this is the derivative of an energy, so the tangent is symmetric.
 
 use crate::elements::{FiniteElement, Nodes};
-use crate::{Body, Law, Scene, SceneError};
+use crate::{Body, ForceBalance, Law, Scene, SceneError};
 use sinew_mesh::Mesh;
 use sinew_num::Mat3;
 
@@ -30,19 +30,29 @@ where
     /// # Errors
     /// The first thing found wrong, with advice.
     pub fn lower_with_patches(&self, cells: usize) -> Result<Body, SceneError> {
-        let mut potential = self.lower()?;
-        let of_cell = |&cell: &usize| {
-            let first = cell * potential.points_per_cell;
-            first..first + potential.points_per_cell
-        };
-        let groups = if potential.points_per_cell > 1 {
+        Ok(Body { patches: self.patches(cells), ..self.lower()? })
+    }
+
+    /// The same for pressures that may act on surfaces with a loose rim, as [`Scene::lower_follower`].
+    ///
+    /// # Errors
+    /// The first thing found wrong, with advice.
+    pub fn lower_follower_averaged(&self) -> Result<ForceBalance, SceneError> {
+        let balance = self.lower_follower()?;
+        let body = Body { patches: self.patches(CELLS_OF_PATCH), ..balance.body };
+        Ok(ForceBalance { body, ..balance })
+    }
+
+    /// Quadrature points of each patch: of a cell with several of them, or of about `cells` with one each.
+    fn patches(&self, cells: usize) -> Vec<Vec<usize>> {
+        let points = Nodes::<N>::QUADRATURE.len();
+        let groups = if points > 1 {
             (0..self.mesh.cells.len()).map(|cell| vec![cell]).collect()
         } else {
             compact_groups(&self.mesh, cells.max(1))
         };
-        potential.patches =
-            groups.iter().map(|group| group.iter().flat_map(of_cell).collect()).collect();
-        Ok(potential)
+        let of_cell = |&cell: &usize| cell * points..(cell + 1) * points;
+        groups.iter().map(|group| group.iter().flat_map(of_cell).collect()).collect()
     }
 }
 

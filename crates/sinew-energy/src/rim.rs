@@ -1,21 +1,45 @@
 //! When a follower pressure has a potential: what its surface's rim must be.
 
 use crate::lower::Held;
+use crate::lower::geometry::{cross, dot3, sub};
 use crate::{FacetRule, SceneError};
 use std::collections::HashMap;
 
-/// How far apart two coordinates [relative to the size of the surface] count as the same plane.
-const PLANE_TOLERANCE: f64 = 1e-9;
+/// Forces of the pressure that a potential may miss at an uneven rim [relative to pressure times area]: a hundredth of what the
+/// finest meshes of our cases leave in displacements, which change by about the same part.
+const MISSED: f64 = 1e-4;
+
+/// Differences of coordinates that count as rounding errors [relative to the root of the area].
+const EVEN: f64 = 1e-9;
+
+/// A piece of the rim that slides along a plane across a coordinate axis.
+struct Sliding {
+    piece: Vec<usize>,
+    /// Positions of its nodes on the axis \[length\].
+    places: Vec<f64>,
+}
+
+impl Sliding {
+    fn least(&self) -> f64 {
+        self.places.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+
+    fn most(&self) -> f64 {
+        self.places.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+    }
+}
 
 /// Origin for the enclosed volume of a surface.
 ///
 /// The volume `⅓∫ x·n da` is a potential of the pressure when each edge of the rim is held, or slides
 /// in a coordinate plane through the origin: then the cone over the rim adds nothing that moves.
+/// A rim that is not quite even misses forces `⅓ p (r × δ) Δz + ⅓ p z (δ × Δr)` per edge Δr from z to z + Δz at a
+/// distance r, which are bounded by [`MISSED`].
 /// Where no edge slides across an axis the origin is arbitrary; the surface's first node keeps the
 /// numbers small.
 ///
 /// # Errors
-/// [`SceneError::LooseRim`] and [`SceneError::RimPlanes`].
+/// [`SceneError::LooseRim`], [`SceneError::UnevenRim`] and [`SceneError::RimPlanes`].
 pub(crate) fn rim_origin(
     name: &str,
     rule: &FacetRule,
@@ -23,34 +47,105 @@ pub(crate) fn rim_origin(
     points: &[[f64; 3]],
     held: &Held,
 ) -> Result<[f64; 3], SceneError> {
-    let size = extent(facets, points);
-    let mut planes = [None; 3];
+    let mut origin = facets.first().map_or([0.0; 3], |facet| points[facet[0]]);
+    let area = area(rule, facets, points);
+    let sliding = sliding(name, rule, facets, points, held, EVEN * area.sqrt())?;
+    let ends = sliding.each_ref().map(|sliding| {
+        let least = sliding.iter().map(Sliding::least).reduce(f64::min)?;
+        Some([least, sliding.iter().map(Sliding::most).fold(least, f64::max)])
+    });
+    for (axis, ends) in ends.iter().enumerate() {
+        origin[axis] = ends.map_or(origin[axis], |[least, most]| 0.5 * (least + most));
+    }
+    for (axis, sliding) in sliding.iter().enumerate() {
+        let Some([least, most]) = ends[axis] else { continue };
+        let [tilted, off] = missed(axis, sliding, origin, points).map(|force| force / area);
+        let (name, axis) = (name.into(), ['x', 'y', 'z'][axis]);
+        // Written so that a NaN is an error as well.
+        if !(tilted <= MISSED) {
+            return Err(SceneError::UnevenRim { name, axis, least, most, part: tilted });
+        }
+        if !(off <= MISSED) {
+            return Err(SceneError::RimPlanes { name, axis, first: least, second: most });
+        }
+    }
+    Ok(origin)
+}
+
+/// Pieces of the rim that slide, by the axis across their plane: the one along which they are most even.
+/// Differences up to `even` are none.
+fn sliding(
+    name: &str,
+    rule: &FacetRule,
+    facets: &[Vec<usize>],
+    points: &[[f64; 3]],
+    held: &Held,
+    even: f64,
+) -> Result<[Vec<Sliding>; 3], SceneError> {
+    let mut sliding: [Vec<Sliding>; 3] = Default::default();
     let axes = 0..rule.dimension;
     for piece in rim(rule, facets) {
         let is_held = |&node: &usize| axes.clone().all(|i| held.prescribed[3 * node + i].is_some());
         if piece.iter().all(is_held) {
             continue;
         }
-        let place = |node: usize, i: usize| held.along_axis(node, i).map(|u| points[node][i] + u);
-        let in_plane = axes.clone().find_map(|i| {
-            let at = place(piece[0], i)?;
-            let near = |&node: &usize| {
-                place(node, i).is_some_and(|other| (at - other).abs() <= PLANE_TOLERANCE * size)
-            };
-            piece.iter().all(near).then_some((i, at))
-        });
-        let Some((axis, second)) = in_plane else {
+        let across = |axis: usize| {
+            let place = |&node: &usize| Some(points[node][axis] + held.along_axis(node, axis)?);
+            let places = piece.iter().map(place).collect::<Option<Vec<_>>>()?;
+            Some((axis, Sliding { piece: piece.clone(), places }))
+        };
+        // Of those that are even but for rounding, the first.
+        let uneven = |(_, sliding): &(usize, Sliding)| match sliding.most() - sliding.least() {
+            rounding if rounding <= even => 0.0,
+            uneven => uneven,
+        };
+        let most_even =
+            axes.clone().filter_map(across).min_by(|a, b| uneven(a).total_cmp(&uneven(b)));
+        let Some((axis, piece)) = most_even else {
             let edge = [piece[0], piece[piece.len().min(2) - 1]];
             return Err(SceneError::LooseRim { name: name.into(), edge });
         };
-        let first = *planes[axis].get_or_insert(second);
-        if (first - second).abs() > PLANE_TOLERANCE * size {
-            let axis = ['x', 'y', 'z'][axis];
-            return Err(SceneError::RimPlanes { name: name.into(), axis, first, second });
-        }
+        sliding[axis].push(piece);
     }
-    let near = facets.first().map_or([0.0; 3], |facet| points[facet[0]]);
-    Ok(std::array::from_fn(|i| planes[i].unwrap_or(near[i])))
+    Ok(sliding)
+}
+
+/// Bounds of the forces per pressure \[area\] that a potential misses: those of differences along each piece, and of pieces off the plane
+/// through the origin.
+fn missed(axis: usize, sliding: &[Sliding], origin: [f64; 3], points: &[[f64; 3]]) -> [f64; 2] {
+    let distance = |a: [f64; 3], b: [f64; 3]| {
+        let apart = (0..3).filter(|&i| i != axis).map(|i| (a[i] - b[i]).powi(2));
+        apart.sum::<f64>().sqrt()
+    };
+    let mut sums = [0.0; 2];
+    for piece in sliding {
+        let [first, second] = [piece.piece[0], piece.piece[piece.piece.len().min(2) - 1]];
+        // The end of a line has a width of one.
+        let length = if first == second { 1.0 } else { distance(points[first], points[second]) };
+        let away = distance(points[first], origin).max(distance(points[second], origin));
+        let height = (piece.most() - origin[axis]).abs().max((piece.least() - origin[axis]).abs());
+        sums[0] += away * (piece.most() - piece.least()) / 3.0;
+        sums[1] += height * length / 3.0;
+    }
+    sums
+}
+
+/// Area of a surface, or length of a line, from its corners.
+fn area(rule: &FacetRule, facets: &[Vec<usize>], points: &[[f64; 3]]) -> f64 {
+    let from = |facet: &[usize], corner: usize| sub(&points[facet[corner]], &points[facet[0]]);
+    let of = |facet: &Vec<usize>| {
+        let corners = 1..rule.corners - 1;
+        let normal = |i: usize| cross(&from(facet, i), &from(facet, i + 1)).map(|x| 0.5 * x);
+        match rule.dimension {
+            3 => corners.map(|i| norm(normal(i))).sum(),
+            _ => norm(from(facet, 1)),
+        }
+    };
+    facets.iter().map(of).sum()
+}
+
+fn norm(vector: [f64; 3]) -> f64 {
+    dot3(&vector, &vector).sqrt()
 }
 
 /// Pieces of the rim, ascending: what belongs to one facet only, edges of a surface (ends first, then the
@@ -71,14 +166,4 @@ fn rim(rule: &FacetRule, facets: &[Vec<usize>]) -> Vec<Vec<usize>> {
     let mut pieces: Vec<_> = owners.into_iter().filter(|o| o.1 == 1).map(|o| o.0).collect();
     pieces.sort_unstable();
     pieces
-}
-
-fn extent(facets: &[Vec<usize>], points: &[[f64; 3]]) -> f64 {
-    let nodes = || facets.iter().flatten().map(|&node| points[node]);
-    let width = |i: usize| {
-        let (least, most) = nodes()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), x| (l.min(x[i]), m.max(x[i])));
-        most - least
-    };
-    (0..3).map(width).fold(0.0, f64::max)
 }

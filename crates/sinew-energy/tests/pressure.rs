@@ -165,6 +165,63 @@ fn the_stand_in_is_right_at_rest_only() {
     assert!((work(&b) / work(&a) - (3.0 * s * s - 2.0 * s) / (s * s)).abs() < 1e-12);
 }
 
+/// A tube whose ends slide across x, its rim there uneven by a part of its size.
+fn uneven(part: f64) -> Scene<NeoHookean, 0> {
+    let roller = |set: &str| Support::uniform(set, [Some(0.0), None, None]);
+    let supports = vec![
+        Support::clamped("x_min"),
+        roller("x_max"),
+        Support::clamped("y_min"),
+        Support::clamped("y_max"),
+    ];
+    let mut scene = scene(follower("z_max"), supports);
+    let scatter = |node: usize| ((node * 7919 + 13) % 101) as f64 / 50.0 - 1.0;
+    for node in scene.mesh.node_sets["x_max"].clone() {
+        scene.mesh.points[node][0] += part * 3.0 * scatter(node);
+    }
+    scene
+}
+
+#[test]
+fn a_rim_may_be_as_uneven_as_a_file_prints_it_and_misses_no_more_force_than_is_said() {
+    for part in [0.0, 1e-7, 6e-6] {
+        let body = uneven(part).lower().unwrap();
+        let balance = uneven(part).lower_follower().unwrap();
+        // The same pressure without a potential gives the true forces of the deformed surface; single precision prints 6e-6.
+        let u = wobble(&body, 0.1);
+        let surface = &body.pressures[0];
+        let potential = gradient(surface, &u, &THETA);
+        let mut exact = vec![0.0; u.len()];
+        let mut response = SurfaceResponse::default();
+        for facet in 0..surface.facets() {
+            surface.facet_force(facet, &u, &mut response);
+            for (&node, force) in surface.facet_nodes(facet).iter().zip(response.gradient.chunks(3))
+            {
+                (0..3).for_each(|i| exact[3 * node + i] += THETA[2] * force[i]);
+            }
+        }
+        assert!(balance.followers.is_empty());
+        let free = |i: &usize| body.prescribed[*i].is_none();
+        let missed = (0..u.len()).filter(free).map(|i| (potential[i] - exact[i]).abs());
+        // Of pressure times area.
+        let missed = missed.sum::<f64>() / (THETA[2] * 6.0);
+        assert!(missed <= if part == 0.0 { 1e-14 } else { 1e-4 }, "{part}: {missed:e}");
+        assert!(part == 0.0 || missed > 1e-3 * part, "{part}: {missed:e}");
+    }
+}
+
+#[test]
+fn a_rim_that_is_not_even_is_refused_with_what_it_would_miss() {
+    let error = uneven(0.01).lower().unwrap_err();
+    let SceneError::UnevenRim { ref name, axis: 'x', least, most, part } = error else {
+        panic!("{error}")
+    };
+    assert_eq!(name, "z_max");
+    assert!(least < 3.0 && most > 3.0 && most - least < 0.06, "{least} {most}");
+    assert!(part > 1e-4 && error.to_string().contains("lower_follower"), "{error}");
+    assert_eq!(uneven(0.01).lower_follower().unwrap().followers.len(), 1);
+}
+
 #[test]
 fn a_rim_must_be_held_or_slide_in_a_coordinate_plane() {
     // The top's rim is clear of all supports.

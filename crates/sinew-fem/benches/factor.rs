@@ -43,6 +43,7 @@ fn rest(potential: &Body) -> Solution {
         negative_pivots: 0,
         locking: None,
         load_steps: 0,
+        jumped: false,
         history: History::default(),
         seconds: 0.0,
     }

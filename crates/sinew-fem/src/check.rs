@@ -8,6 +8,20 @@ pub(crate) fn check_displacement(body: &Body, displacement: &[f64]) -> Result<()
     check_length(body.prescribed.len(), displacement)
 }
 
+/// Checks that a displacement and θ are of a body, in this order: both are plain numbers, and only their lengths tell them apart.
+pub(crate) fn check_state(
+    body: &Body,
+    displacement: &[f64],
+    theta: &[f64],
+) -> Result<(), SolveError> {
+    let (entries, parameters) = (body.prescribed.len(), body.theta_len());
+    if entries != parameters && displacement.len() == parameters && theta.len() == entries {
+        return Err(SolveError::Swapped { entries, parameters });
+    }
+    body.check_theta(theta)?;
+    check_displacement(body, displacement)
+}
+
 /// Checks that there are as many entries as needed, all finite.
 pub(crate) fn check_length(needed: usize, values: &[f64]) -> Result<(), SolveError> {
     let (given, finite) = (values.len(), values.iter().filter(|u| u.is_finite()).count());

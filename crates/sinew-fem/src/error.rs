@@ -32,6 +32,12 @@ pub enum SolveError {
         "the initial displacement has {given} entries of which {finite} are finite; {needed} finite ones are needed"
     )]
     Initial { given: usize, finite: usize, needed: usize },
+    /// A displacement where θ belongs, and the other way round.
+    #[error(
+        "displacement and theta look swapped: the first has the {parameters} entries of theta, the second the {entries} of a displacement; \
+         give the displacement first, then theta"
+    )]
+    Swapped { entries: usize, parameters: usize },
     /// No equilibrium was found.
     #[error(transparent)]
     NotConverged(Box<NotConverged>),
@@ -125,6 +131,29 @@ pub enum Advice {
          stretched too far; reduce load or prescribed motion, or the exponents' factors in theta"
     )]
     Overflow,
+    /// Displacements grow ever faster with the load up to a limit point, beyond which no equilibrium was found.
+    #[error(
+        "the curve of equilibria bends over to a limit point near {} of the load, and none was found at {}: this is what the body \
+         bears; reduce the load, stiffen the material, or follow the curve beyond it by Solver::follow, by a volume or by a prescribed \
+         motion",
+        part(*limit), part(*refused)
+    )]
+    LimitPoint { limit: f64, refused: f64 },
+    /// The linear model says at once that no body bears the load.
+    #[error(
+        "the load is {times:.0e} times the one that would strain the body by about a quarter if it stayed linear, so that more than its \
+         first steps were not looked for; check the units of load, stiffness and mesh, or approach it by Line::of_loads and \
+         Solver::follow"
+    )]
+    FarBeyond { times: f64 },
+    /// A prescribed motion turns its nodes so far that the straight way there leads through each other.
+    #[error(
+        "the prescribed motion turns its nodes by {degrees:.0} degrees, and load steps lead them there on straight lines, so that halfway the \
+         held part is only {:.0} % as wide: turn in parts of at most 90 degrees, each solved from the displacement of the one before \
+         (Solver::solve_from)",
+        100.0 * (0.5 * degrees).to_radians().cos()
+    )]
+    Turned { degrees: f64 },
     /// The stiffness lost positive definiteness.
     #[error(
         "the stiffness is indefinite where the iteration ended: the body may snap or buckle there; \

@@ -5,7 +5,7 @@
 //! back-substitutions, a tenth or less of a Newton step.
 
 use crate::cells::inadmissible;
-use crate::check::check_displacement;
+use crate::check::check_state;
 use crate::line_search::{flattens, minds_turned_cells};
 use crate::state::load_gradient;
 use crate::supports::place;
@@ -243,8 +243,7 @@ impl System<'_> {
         enough: f64,
     ) -> Result<Descent, SolveError> {
         let (start, Potential { body, theta, .. }) = (Instant::now(), potential);
-        body.check_theta(theta)?;
-        check_displacement(body, from)?;
+        check_state(body, from, theta)?;
         let mut first = from.to_vec();
         place(body, 1.0, &mut first);
         let mut at = self.at(first, potential);

@@ -26,6 +26,8 @@
 //!
 //! - [`Solver`] keeps sparsity, ordering and symbolic factorisation of one body; [`Solver::solve`] and
 //!   [`Solver::solve_from`] give a [`Solution`] with its [`History`], or a [`SolveError`] that advises.
+//! - Of several stable equilibria [`Solver::solve`] finds one with few iterations, with [`LoadSteps::Always`] the one that a rising load leads
+//!   to; [`Solver::under_rising_load`] compares, [`Sweep::jumped`] names the samples of a sweep to look at.
 //! - [`sweep`] and [`sweep_balances`] solve for many θ on all cores, each from its neighbour.
 //! - [`Solver::softest_mode`] gives the shape that a body buckles into, to nudge it from an unstable equilibrium.
 //! - [`Solver::follow`] and [`BalanceSolver::follow`] trace the curve of equilibria along a [`Line`] in loads and parameters, through limit
@@ -40,6 +42,7 @@
 //!   `cargo run -p sinew-fem --example watch_iterations`.
 //! - [`fibres`] lays muscle fibres into ventricles by rules.
 
+mod around;
 mod assembly;
 mod balance;
 mod buckling;
@@ -60,6 +63,7 @@ mod history;
 mod line;
 mod line_search;
 mod linear;
+mod loading;
 mod locking;
 mod matrix;
 mod nested;
@@ -67,6 +71,7 @@ mod newton;
 mod newton_step;
 mod order;
 mod ordering;
+mod outlook;
 mod patch;
 mod path;
 mod predictor;
@@ -75,6 +80,7 @@ mod report;
 mod rigid;
 mod sensitivity;
 mod series;
+mod softer;
 mod solution;
 mod solver;
 mod sparsity;
@@ -82,6 +88,7 @@ mod state;
 mod supports;
 mod sweep;
 mod system;
+mod turn;
 mod vector;
 mod volume;
 mod watch;
@@ -105,7 +112,7 @@ pub use newton_step::NewtonStep;
 pub use report::{Reaction, SolutionReport, Warning, report, report_balance};
 pub use rigid::RigidMode;
 pub use series::IterationSeries;
-pub use solution::{Options, Solution};
+pub use solution::{LoadSteps, Options, Solution};
 pub use solver::Solver;
 pub use sweep::{Sweep, SweepError, sweep, sweep_balances};
 pub use volume::VolumeStep;

@@ -48,6 +48,8 @@ pub(crate) struct Goal<'a> {
     pub control: Option<&'a Control>,
     /// Unbalanced forces and volumes \[relative\] that are enough without a potential, or on the way to another load.
     pub accuracy: f64,
+    /// Steps in a row with an indefinite stiffness that end the search for a minimum.
+    pub most_indefinite: usize,
 }
 
 /// Where a search starts.
@@ -73,6 +75,8 @@ pub(crate) struct Equilibrium {
     pub least_volume_ratio: f64,
     pub negative_pivots: usize,
     pub linear_iterations: usize,
+    /// Whether the search for a minimum met an indefinite stiffness.
+    pub jumped: bool,
     /// Change of the unknowns (free displacements, then pressures) from place to place, where one was controlled.
     pub by_place: Vec<f64>,
 }
@@ -97,6 +101,7 @@ pub(crate) struct Search<'a> {
     pub rises: usize,
     negative_pivots: Option<usize>,
     linear_iterations: usize,
+    jumped: bool,
     by_place: Vec<f64>,
 }
 
@@ -135,10 +140,11 @@ impl System<'_> {
             rises: 0,
             negative_pivots: None,
             linear_iterations: 0,
+            jumped: false,
             by_place: Vec::new(),
         };
         self.move_supports(&mut search, history)?;
-        let (mut least, mut stalls) = (f64::INFINITY, 0);
+        let (mut least, mut stalls, mut indefinite) = (f64::INFINITY, 0, 0);
         for _ in 0..options.iterations_per_load {
             if history.iterations.len() >= options.iterations {
                 return None;
@@ -165,6 +171,11 @@ impl System<'_> {
             let record = history.iterations.last_mut()?;
             if self.has_potential() && missing.is_none() {
                 self.descend(&mut search, residual.force, record)?;
+                indefinite = if record.shift > 0.0 { indefinite + 1 } else { 0 };
+                search.jumped |= indefinite > 0;
+                if indefinite >= goal.most_indefinite {
+                    return None;
+                }
             } else {
                 self.balance_step(&mut search, &residual, missing, record)?;
             }
@@ -192,7 +203,9 @@ impl System<'_> {
             self.assemble(&search.at, &search.theta, search.load_factor, None);
             negative_pivots = self.factorise(true).map_or(1, |(_, negative)| negative);
         }
-        let Search { at: unknowns, place, load_factor, linear_iterations, by_place, .. } = search;
+        let Search {
+            at: unknowns, place, load_factor, linear_iterations, jumped, by_place, ..
+        } = search;
         Equilibrium {
             unknowns,
             place,
@@ -202,6 +215,7 @@ impl System<'_> {
             least_volume_ratio: self.assembly.least_volume_ratio,
             negative_pivots,
             linear_iterations,
+            jumped,
             by_place,
         }
     }

@@ -5,19 +5,18 @@ use crate::assembly::PredictedStress;
 use crate::control::{Control, Plane};
 use crate::line::Line;
 use crate::newton::{Equilibrium, Goal, Start};
+use crate::outlook::Outlook;
 use crate::supports::place as place_supports;
 use crate::system::{System, Unknowns};
+use crate::turn::far_turn;
 use crate::vector::dot;
 use crate::watch::Log;
-use crate::{Options, SolveError};
+use crate::{Advice, NotConverged, Options, SolveError};
 use sinew_energy::PressureSurface;
 use sinew_num::Mat3;
 
 /// The first load step changes no displacement gradient by more than this, by the linear model of the body at rest.
-const FIRST_GRADIENT: f64 = 0.25;
-/// A body that does not minimise a potential starts in steps where the linear model foresees that the whole load changes a
-/// displacement gradient by more than this: beams under a loose pressure wasted five iterations on the attempt.
-const FAR: f64 = 2.5;
+pub(crate) const FIRST_GRADIENT: f64 = 0.25;
 /// A step after a failure, and the least after a success, as a part of the one before.
 const CUT: f64 = 0.5;
 /// The same after a failure before anything was reached: what holds is looked for by orders of magnitude.
@@ -38,14 +37,11 @@ const FAR_BELOW: f64 = 1e-2;
 /// Nothing is looked for below this part of the load.
 const LEAST_LOAD: f64 = 1e-12;
 
-/// Resistance to changes of volume from one softer body to the next: from a hundredth a handful of iterations lead on, and fewer
-/// bodies are tried than by tenths.
-const SOFTER: f64 = 1e-2;
-/// So many are tried: materials whose volume responds ten thousand times as stiffly as their shape.
-const MOST_RUNGS: i32 = 2;
-
-/// Its load steps get this part of all iterations.
-const DETOUR: usize = 2;
+/// Steps in a row with an indefinite stiffness that end a search on the way, where a shorter load step costs less; those of equilibria take
+/// fewer. Beyond a limit point there is no end to them.
+const MOST_INDEFINITE: usize = 8;
+/// The same where the body may have snapped to other equilibria.
+const SNAPPING: usize = 12;
 
 /// What grows along a path.
 pub(crate) enum Along {
@@ -78,6 +74,8 @@ pub(crate) struct Path<'s, 'p> {
     pub along: Along,
     /// The last ones that were reached.
     pub points: Vec<Point>,
+    /// What they say of larger loads.
+    pub outlook: Outlook,
 }
 
 impl<'s, 'p> Path<'s, 'p> {
@@ -89,42 +87,12 @@ impl<'s, 'p> Path<'s, 'p> {
     /// A path from the body at rest, where its line has no loads.
     pub(crate) fn from_rest(system: &'s mut System<'p>, line: Line, options: &Options) -> Self {
         let rest = Point { at: 0.0, place: 0.0, unknowns: system.rest(), stress: None };
-        Self { system, line, options: *options, along: Along::Place, points: vec![rest] }
-    }
-
-    /// The equilibrium under the whole load with the number of load steps: at once from where it should be, or else by
-    /// steps from rest.
-    ///
-    /// # Errors
-    /// [`SolveError::NotConverged`].
-    pub(crate) fn run(
-        mut self,
-        from: Unknowns,
-        history: &mut Log<'_>,
-    ) -> Result<(Equilibrium, usize), SolveError> {
-        let steps_allowed = self.options.least_load_step <= self.options.first_load_step;
-        let balance = !self.system.has_potential() && steps_allowed;
-        if !(balance && from == self.system.rest() && self.first_step() < FIRST_GRADIENT / FAR) {
-            let whole = Point { at: 1.0, place: 1.0, unknowns: from, stress: None };
-            if let Some(found) = self.equilibrium(whole, self.accuracy(), history) {
-                return Ok((found, 1));
-            }
-            let tried = history.iterations.clone();
-            if let Some(found) = self.by_softer_volume(history) {
-                return Ok(found);
-            }
-            history.iterations = tried;
-            if history.iterations.len() >= self.options.iterations || !steps_allowed {
-                return Err(self.failure(history));
-            }
-        }
-        self.release_stresses();
-        let step = self.first_step();
-        self.follow(1.0, step, history)
+        let (along, outlook) = (Along::Place, Outlook::from(&rest.unknowns.displacement));
+        Self { system, line, options: *options, along, points: vec![rest], outlook }
     }
 
     /// What stresses the body at rest grows with the loads.
-    fn release_stresses(&mut self) {
+    pub(crate) fn release_stresses(&mut self) {
         let [start, end] = &mut self.line.thetas;
         self.system.stressing_entries(end).into_iter().for_each(|entry| start[entry] = 0.0);
     }
@@ -136,9 +104,19 @@ impl<'s, 'p> Path<'s, 'p> {
     pub(crate) fn follow(
         &mut self,
         goal: f64,
-        mut step: f64,
+        step: f64,
         history: &mut Log<'_>,
     ) -> Result<(Equilibrium, usize), SolveError> {
+        self.steps(goal, step, history).map_err(|advice| self.failure(advice, history))
+    }
+
+    /// The same, or why it was not come to, where that is known.
+    pub(crate) fn steps(
+        &mut self,
+        goal: f64,
+        mut step: f64,
+        history: &mut Log<'_>,
+    ) -> Result<(Equilibrium, usize), Option<Advice>> {
         let start = self.reached().at;
         if let [.., before, last] = &self.points[..] {
             let most = self.options.load_step_growth.max(CUT) * (last.at - before.at).abs();
@@ -149,7 +127,16 @@ impl<'s, 'p> Path<'s, 'p> {
         while !self.is_stuck(step, goal - start, history) {
             let reached = self.reached().at;
             let last = (goal - reached).abs() <= step.abs() * (1.0 + 1e-9);
-            let target = if last { goal } else { reached + step };
+            let wanted = if last { goal } else { reached + step };
+            if matches!(self.along, Along::Place) && self.outlook.is_near() && self.around(history)
+            {
+                continue;
+            }
+            let target = match self.along {
+                Along::Place => self.outlook.target(wanted),
+                Along::Volume(_) | Along::Arc(_) => wanted,
+            };
+            let last = last && target == goal;
             // A rough minimum may lie beyond the last that there is; down to rounding errors two iterations of each step find nothing more.
             let accuracy = match (last, self.system.has_potential()) {
                 (true, _) => self.accuracy(),
@@ -159,20 +146,26 @@ impl<'s, 'p> Path<'s, 'p> {
             let before = history.iterations.len();
             let guess = self.extrapolated(target);
             let Some(mut found) = self.equilibrium(guess, accuracy, history) else {
-                step *= if reached == start { SCAN } else { CUT };
+                self.outlook.refuse(target);
+                if let (Along::Place, Some(limit)) = (&self.along, self.outlook.ends()) {
+                    return Err(Some(Advice::LimitPoint { limit, refused: target }));
+                }
+                step = (target - reached) * if reached == start { SCAN } else { CUT };
                 continue;
             };
             steps += 1;
             linear_iterations += found.linear_iterations;
             self.push(target, &found);
+            self.outlook.reach(target, &found);
             if last {
                 found.linear_iterations = linear_iterations;
+                found.jumped = self.outlook.jumped;
                 return Ok((found, steps));
             }
             let left = history.iterations[before..].iter().map(|iteration| iteration.residual);
-            step *= self.growth(&found, left);
+            step = (target - reached) * self.growth(&found, left);
         }
-        Err(self.failure(history))
+        Err(None)
     }
 
     /// Goes on from an equilibrium.
@@ -206,7 +199,7 @@ impl<'s, 'p> Path<'s, 'p> {
 
     /// Unbalanced forces and volumes \[relative\] of the equilibria that are asked for: a potential's are down to what
     /// rounding errors amount to.
-    fn accuracy(&self) -> f64 {
+    pub(crate) fn accuracy(&self) -> f64 {
         let minimised = self.system.has_potential() && matches!(self.along, Along::Place);
         if minimised { 0.0 } else { self.options.accuracy }
     }
@@ -247,7 +240,9 @@ impl<'s, 'p> Path<'s, 'p> {
         accuracy: f64,
         history: &mut Log<'_>,
     ) -> Option<Equilibrium> {
-        let goal = Goal { line: &self.line, control, accuracy };
+        let snapping = self.outlook.ends().is_some();
+        let most_indefinite = if snapping { SNAPPING } else { MOST_INDEFINITE };
+        let goal = Goal { line: &self.line, control, accuracy, most_indefinite };
         let Point { unknowns, place, stress, .. } = guess;
         self.system.equilibrium(Start { unknowns, place, stress }, goal, &self.options, history)
     }
@@ -278,65 +273,11 @@ impl<'s, 'p> Path<'s, 'p> {
         if step > LEAST_LOAD { step } else { most }
     }
 
-    /// The equilibrium under the whole load by way of bodies that resist changes of volume less, with the number of those and of their
-    /// load steps: a penalty on them that is large beside the rest keeps steps short, which a step from the equilibrium of a hundredth of
-    /// it need not be.
-    fn by_softer_volume(&mut self, history: &mut Log<'_>) -> Option<(Equilibrium, usize)> {
-        if !self.system.has_potential() {
-            return None;
-        }
-        let mut rungs = 1..=MOST_RUNGS;
-        let reached =
-            rungs.find_map(|rung| Some((rung, self.softened(SOFTER.powi(rung), None, history)?)));
-        let (rung, mut unknowns, mut steps) = match reached {
-            Some((rung, unknowns)) => (rung, unknowns, 2),
-            // The softest has no equilibrium near; the first may be reached by load steps, which its softness allows to be longer.
-            None => {
-                let (unknowns, steps) = self.softened_by_steps(history)?;
-                (1, unknowns, 1 + steps)
-            }
-        };
-        for rung in (1..rung).rev() {
-            unknowns = self.softened(SOFTER.powi(rung), Some(unknowns), history)?;
-            steps += 1;
-        }
-        let whole = Point { at: 1.0, place: 1.0, unknowns, stress: None };
-        Some((self.equilibrium(whole, self.accuracy(), history)?, steps))
-    }
-
-    /// The equilibrium of a body that resists changes of volume so many times as much, from another or from rest.
-    fn softened(
-        &self,
-        factor: f64,
-        from: Option<Unknowns>,
-        history: &mut Log<'_>,
-    ) -> Option<Unknowns> {
-        let body = self.system.body.with_softer_volume(factor)?;
-        let mut system = System::new(&body).ok()?;
-        let unknowns = from.unwrap_or_else(|| system.rest());
-        let start = Start { unknowns, place: 1.0, stress: None };
-        let goal = Goal { line: &self.line, control: None, accuracy: 0.0 };
-        system.equilibrium(start, goal, &self.options, history).map(|found| found.unknowns)
-    }
-
-    /// That of a hundredth of the resistance by load steps, of which it takes a part of all iterations at most.
-    fn softened_by_steps(&self, history: &mut Log<'_>) -> Option<(Unknowns, usize)> {
-        if self.options.least_load_step > self.options.first_load_step {
-            return None;
-        }
-        let body = self.system.body.with_softer_volume(SOFTER)?;
-        let mut system = System::new(&body).ok()?;
-        let most = history.iterations.len() + self.options.iterations / DETOUR;
-        let options = Options { iterations: most.min(self.options.iterations), ..self.options };
-        let mut path = Path::from_rest(&mut system, self.line.clone(), &options);
-        path.release_stresses();
-        let step = path.first_step();
-        let (found, steps) = path.follow(1.0, step, history).ok()?;
-        Some((found.unknowns, steps))
-    }
-
     /// What is returned where a path ends: the last equilibrium, as accurate as any.
-    fn failure(&mut self, history: &mut Log<'_>) -> SolveError {
+    /// With the advice that is known, or what the last iterations give.
+    pub(crate) fn failure(&mut self, advice: Option<Advice>, history: &mut Log<'_>) -> SolveError {
+        let turned = far_turn(self.system.body).map(|degrees| Advice::Turned { degrees });
+        let advice = turned.or(advice);
         let worst_cells = self.system.assembly.worst_cells(self.system.body.points_per_cell);
         // A rough equilibrium that none is near was beyond the last.
         while let Some(point) = self.points.pop() {
@@ -347,10 +288,10 @@ impl<'s, 'p> Path<'s, 'p> {
                 None if rest => point.unknowns.displacement,
                 None => continue,
             };
-            return history.failure(load_factor, displacement, worst_cells);
+            return advised(history.failure(load_factor, displacement, worst_cells), advice);
         }
         let rest = self.system.rest().displacement;
-        history.failure(0.0, rest, worst_cells)
+        advised(history.failure(0.0, rest, worst_cells), advice)
     }
 
     /// The point on the curve through the last ones, which are at different places.
@@ -384,6 +325,16 @@ impl<'s, 'p> Path<'s, 'p> {
             }
         }
         Point { at, place, unknowns: Unknowns { displacement, pressure }, stress }
+    }
+}
+
+/// A failure with the advice that is known, if any.
+fn advised(error: SolveError, advice: Option<Advice>) -> SolveError {
+    match (error, advice) {
+        (SolveError::NotConverged(failure), Some(advice)) => {
+            SolveError::NotConverged(Box::new(NotConverged { advice, ..*failure }))
+        }
+        (error, _) => error,
     }
 }
 

@@ -29,6 +29,10 @@ pub struct Solution {
     /// Number of load steps, 1 when the whole load was taken at once; steps of softer bodies, by way of which a nearly incompressible one
     /// is reached, count too, as their states do in the history.
     pub load_steps: usize,
+    /// Whether an indefinite stiffness was met on the way: by load steps the body has snapped from one branch of equilibria to another; at
+    /// once, or from a state near it, the search may have passed equilibria that a rising load stops at, see
+    /// [`crate::Solver::under_rising_load`].
+    pub jumped: bool,
     /// All iterations.
     pub history: History,
     /// Wall-clock time of the solve \[s\].
@@ -56,6 +60,7 @@ impl Solution {
             negative_pivots: found.negative_pivots,
             locking: system.locking(theta),
             load_steps,
+            jumped: found.jumped,
             history,
             seconds: start.elapsed().as_secs_f64(),
         }
@@ -72,6 +77,18 @@ impl Solution {
     }
 }
 
+/// When loads are raised step by step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LoadSteps {
+    /// Where the whole load at once fails, which takes the fewest iterations. A body with several stable equilibria comes to one of them.
+    #[default]
+    WhenNeeded,
+    /// Always, from rest: the equilibrium that the body comes to under a load that rises slowly, until it snaps. States to start from are not
+    /// read.
+    Always,
+}
+
 /// Limits and accuracy of a solve, and how loads are raised where the whole at once fails.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
@@ -79,6 +96,8 @@ pub struct Options {
     pub iterations: usize,
     /// Most of them at one load: searches that succeed take fewer, and beyond them smaller load steps are cheaper.
     pub iterations_per_load: usize,
+    /// When loads are raised step by step: for bodies with several stable equilibria.
+    pub load_steps: LoadSteps,
     /// Largest first load step, as a fraction of the load. Slender bodies start with less, by the linear model at rest.
     pub first_load_step: f64,
     /// Most that a load step may be longer than the one before. It is as long where that began a fifth of the forces away
@@ -100,6 +119,7 @@ impl Default for Options {
         Self {
             iterations: 600,
             iterations_per_load: 40,
+            load_steps: LoadSteps::WhenNeeded,
             first_load_step: 0.25,
             load_step_growth: 2.0,
             least_load_step: 1e-4,

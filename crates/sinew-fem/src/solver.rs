@@ -1,14 +1,19 @@
 //! The solver of bodies with a potential: what is prepared once per body.
 
 use crate::assembly::PredictedStress;
-use crate::check::check_displacement;
+use crate::check::check_state;
 use crate::path::Path;
 use crate::state::State;
 use crate::system::{System, Unknowns};
+use crate::vector::norm;
 use crate::watch::{Log, Progress};
-use crate::{Options, Solution, SolveError};
+use crate::{LoadSteps, Options, Solution, SolveError};
 use sinew_energy::Body;
 use std::time::Instant;
+
+/// Displacements of one equilibrium that two searches end at differ by less than this [relative to their norm]: both are accurate to rounding
+/// errors, which a stiffness of bad condition multiplies.
+const SAME: f64 = 1e-4;
 
 /// Finds equilibria of one body for any θ.
 ///
@@ -50,8 +55,7 @@ impl<'p> Solver<'p> {
     }
 
     pub(crate) fn check(&self, displacement: &[f64], theta: &[f64]) -> Result<(), SolveError> {
-        self.system.body.check_theta(theta)?;
-        check_displacement(self.system.body, displacement)
+        check_state(self.system.body, displacement, theta)
     }
 
     /// Assembles at a displacement that may come from anywhere; `predicted` as in [`crate::assembly::Assembly::assemble`].
@@ -91,6 +95,26 @@ impl<'p> Solver<'p> {
         options: &Options,
     ) -> Result<Solution, SolveError> {
         self.solve_logged(initial, theta, options, Log::default())
+    }
+
+    /// The equilibrium that the body comes to under loads and prescribed motions that rise slowly from rest, if it is another one than a
+    /// solution: of several stable equilibria the whole load at once may find one that a rising load does not lead to. Costs as much as a
+    /// solve by load steps.
+    ///
+    /// # Errors
+    /// As for [`Solver::solve`], and a solution of another body.
+    pub fn under_rising_load(
+        &mut self,
+        solution: &Solution,
+        options: &Options,
+    ) -> Result<Option<Solution>, SolveError> {
+        self.check(&solution.displacement, &solution.theta)?;
+        let options = Options { load_steps: LoadSteps::Always, ..*options };
+        let risen = self.solve(&solution.theta, &options)?;
+        let apart = risen.displacement.iter().zip(&solution.displacement).map(|(a, b)| a - b);
+        let apart = norm(&apart.collect::<Vec<_>>());
+        let size = norm(&risen.displacement).max(norm(&solution.displacement));
+        Ok((apart > SAME * size).then_some(risen))
     }
 
     /// As [`Solver::solve`]; `watch` is called with each state that the iteration comes to.

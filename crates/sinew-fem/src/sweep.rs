@@ -2,7 +2,7 @@
 
 use crate::held::Potential;
 use crate::order::{log_coordinates, nearest_neighbour_path};
-use crate::{BalanceSolution, BalanceSolver, Options, Solution, SolveError, Solver};
+use crate::{BalanceSolution, BalanceSolver, LoadSteps, Options, Solution, SolveError, Solver};
 use rayon::prelude::*;
 use sinew_energy::{Body, ForceBalance};
 use thiserror::Error;
@@ -66,6 +66,15 @@ impl<S> Sweep<S> {
             theta: self.thetas.get(index).cloned().unwrap_or_default(),
             source: source.clone(),
         })
+    }
+}
+
+impl Sweep {
+    /// Indices of the solutions whose search met an indefinite stiffness though it began near another sample's: the body may have several stable
+    /// equilibria, and neighbours may be on different branches of them. [`Solver::under_rising_load`] tells. Costs nothing.
+    pub fn jumped(&self) -> Vec<usize> {
+        let jumped = |result: &Result<Solution, _>| result.as_ref().is_ok_and(|s| s.jumped);
+        self.results.iter().enumerate().filter(|(_, r)| jumped(r)).map(|(index, _)| index).collect()
     }
 }
 
@@ -154,7 +163,7 @@ impl Solver<'_> {
     ) -> Result<Solution, SolveError> {
         self.body().check_theta(theta)?;
         let Solution { displacement, theta: from, .. } = near;
-        if !near.is_stable() {
+        if !near.is_stable() || options.load_steps == LoadSteps::Always {
             return self.solve_from(displacement, theta, options);
         }
         let along: Vec<_> = from.iter().zip(theta).map(|(&a, &b)| tangent_step(a, b)).collect();

@@ -93,6 +93,11 @@ impl<'w> Log<'w> {
         self.iterations.push(iteration);
     }
 
+    /// Number of the last iterations in a row whose stiffness was indefinite.
+    pub(crate) fn indefinite(&self) -> usize {
+        self.iterations.iter().rev().take_while(|iteration| iteration.shift > 0.0).count()
+    }
+
     /// All iterations; the log is empty afterwards.
     pub(crate) fn take(&mut self) -> History {
         History { iterations: std::mem::take(&mut self.iterations) }

@@ -3,8 +3,8 @@
 mod support;
 
 use sinew_energy::laws::NeoHookean;
-use sinew_energy::{Scene, Support, Units};
-use sinew_fem::{Options, Solver};
+use sinew_energy::{Load, Magnitude, Scene, Support, Units};
+use sinew_fem::{BalanceSolver, Options, Solver};
 use sinew_mesh::box_tetrahedra;
 use support::{gravity, parameters};
 
@@ -71,4 +71,40 @@ fn patches_cure_locking() {
     assert!((soft / stiff - 1.0).abs() < 0.01, "{soft} {stiff}");
     let [locked, worse] = [7.5e3, 7.5e5].map(|bulk| deflection(false, bulk));
     assert!(locked < 0.5 * soft && worse < 0.1 * stiff, "{locked} {worse}");
+}
+
+#[test]
+fn a_follower_on_a_loose_rim_takes_averaged_volume_ratios() {
+    let tip = |cells: usize, averaged: bool| {
+        let mesh = box_tetrahedra([4.0, 1.0, 1.0], [8 * cells, 2 * cells, 2 * cells]);
+        let node = mesh.points.iter().position(|&x| x == [4.0, 0.0, 0.0]).unwrap();
+        let load = Load::Pressure { facets: "z_min".into(), magnitude: Magnitude::Fixed(0.01) };
+        let scene = Scene { loads: vec![load], ..beam(mesh, 0.0) };
+        let balance =
+            if averaged { scene.lower_follower_averaged() } else { scene.lower_follower() };
+        let balance = balance.unwrap();
+        let mut solver = BalanceSolver::new(&balance).unwrap();
+        let solution = solver.solve(&[1.0, 200.0], &Options::default()).unwrap();
+        assert!(solution.residual <= 1e-9 * solution.force_scale);
+        assert_eq!(balance.body.patches.is_empty(), !averaged);
+        solution.displacement[3 * node + 2]
+    };
+    // Linear tetrahedra lock at a bulk modulus of 200 times the shear modulus; averaged ones are near to their own finer mesh.
+    let [plain, averaged, finer] = [tip(1, false), tip(1, true), tip(2, true)];
+    println!("{plain} {averaged} {finer}");
+    assert!(averaged > 1.5 * plain && (averaged / finer - 1.0).abs() < 0.25);
+}
+
+#[test]
+fn a_held_rim_gives_the_same_averaged_by_balance_and_by_potential() {
+    let load = Load::Pressure { facets: "z_max".into(), magnitude: Magnitude::Fixed(0.3) };
+    let supports = ["x_min", "x_max", "y_min", "y_max"].map(Support::clamped).to_vec();
+    let mesh = box_tetrahedra([4.0, 1.0, 1.0], [8, 2, 2]);
+    let scene = Scene { loads: vec![load], supports, ..beam(mesh, 0.0) };
+    let (balance, body) =
+        (scene.lower_follower_averaged().unwrap(), scene.lower_averaged().unwrap());
+    let options = Options::default();
+    let balanced = BalanceSolver::new(&balance).unwrap().solve(&[1.0, 50.0], &options).unwrap();
+    let minimum = Solver::new(&body).unwrap().solve(&[1.0, 50.0], &options).unwrap();
+    assert!(support::difference(&balanced.displacement, &minimum.displacement) < 1e-8);
 }

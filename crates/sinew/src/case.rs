@@ -330,6 +330,7 @@ impl Case {
             | SceneError::ThesisPressure { .. }
             | SceneError::ParameterTwice { .. }
             | SceneError::LooseRim { .. }
+            | SceneError::UnevenRim { .. }
             | SceneError::RimPlanes { .. } => &["loads"],
             SceneError::ParameterCount { .. } | SceneError::LoadParameter { .. } => &["parameters"],
             SceneError::Constant { .. } | SceneError::PlaneLaw { .. } => &["law"],

@@ -66,7 +66,7 @@ where
     (gradients, determinant)
 }
 
-pub(super) fn sub(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+pub(crate) fn sub(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| a[i] - b[i])
 }
 
