@@ -39,7 +39,7 @@ pub(crate) fn axes(body: &Body) -> Vec<Axis> {
     let axis = |p: &Parameter| Axis {
         name: p.name.clone(),
         range: p.range,
-        unit: p.unit.clone(),
+        unit: p.unit.of_scene(&body.units).to_string(),
         logarithmic: p.sampling == Sampling::Log,
     };
     body.parameters.iter().map(axis).collect()
