@@ -178,11 +178,9 @@ impl<'b> TestSet<'b> {
     }
 }
 
-/// The one measure that weights, fits and recipes are chosen by: root of the mean of the squares of `‖u − û‖ / ‖u‖` over the cases. A
-/// prediction that inverts a cell counts as 1 at least, as no displacement at all would.
+/// The one measure that weights, fits and recipes are chosen by: root of the mean of the squares of `‖u − û‖ / ‖u‖` over the cases.
 pub(crate) fn root_mean_square(cases: &[CaseErrors]) -> f64 {
-    let error = |case: &CaseErrors| case.relative.max(if case.inverted { 1.0 } else { 0.0 });
-    let squares: f64 = cases.iter().map(|case| error(case).powi(2)).sum();
+    let squares: f64 = cases.iter().map(|case| case.relative.powi(2)).sum();
     // Relative to nothing it is infinite, and has to be stored all the same.
     (squares / cases.len() as f64).sqrt().min(f64::MAX)
 }
