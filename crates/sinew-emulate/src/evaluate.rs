@@ -178,13 +178,14 @@ impl<'b> TestSet<'b> {
     }
 }
 
-/// The one measure that weights, fits and recipes are chosen by: root of the mean of the squares of `‖u − û‖ / ‖u‖` over the cases. A
-/// prediction that inverts a cell counts as 1 at least, as no displacement at all would.
+/// The one measure that weights, fits and recipes are chosen by: root of the mean of the squares of `‖u − û‖ / ‖u‖` over the cases,
+/// raised by the share of them whose prediction inverts a cell, so that of two that are alike the admissible one is chosen.
 pub(crate) fn root_mean_square(cases: &[CaseErrors]) -> f64 {
-    let error = |case: &CaseErrors| case.relative.max(if case.inverted { 1.0 } else { 0.0 });
-    let squares: f64 = cases.iter().map(|case| error(case).powi(2)).sum();
+    let squares: f64 = cases.iter().map(|case| case.relative.powi(2)).sum();
+    let share = |count: usize| count as f64 / cases.len() as f64;
+    let inverted = share(cases.iter().filter(|case| case.inverted).count());
     // Relative to nothing it is infinite, and has to be stored all the same.
-    (squares / cases.len() as f64).sqrt().min(f64::MAX)
+    ((1.0 + inverted) * (squares / cases.len() as f64).sqrt()).min(f64::MAX)
 }
 
 /// A difference over a size: 0 where there is no difference, and the largest number in place of infinity where only the

@@ -281,7 +281,8 @@ fn a_population_meets_bodies_with_its_own_parameters_only() {
         Err(Error::ThetaLength { .. })
     ));
     // Bodies that disagree are no population.
-    let mixed = |number: u64| Ok(if number % 2 == 0 { beam_of(own()) } else { fewer.clone() });
+    let mixed =
+        |number: u64| Ok(if number.is_multiple_of(2) { beam_of(own()) } else { fewer.clone() });
     assert!(matches!(population().prepare(&mixed, 1), Err(Error::OtherParameters { .. })));
 }
 

@@ -57,8 +57,9 @@
 //! sets: named by gmsh's physical groups, or by the values of integer cell fields
 //! (`region:1`), or `facets`. A field that marks nodes becomes a set with
 //! [`Mesh::nodes_where_nonzero`]. The sets and surfaces of an Abaqus file keep their names: `*NSET` names nodes, `*ELSET` cells (or
-//! facets, of shells on a solid), `*SURFACE` facets; keywords that make nodes or bring them from other files are refused. Where a file has no sets, a [`Selection`]
-//! names them by place. Polygons and strips of surfaces are read as triangles. Other cells, and such cells folded over, are refused with advice.
+//! facets, of shells on a solid), `*SURFACE` facets; keywords that make nodes or bring them from other files are refused. Where
+//! a file has no sets, a [`Selection`] names them by place. Polygons and strips of surfaces are read as triangles. Other cells,
+//! and such cells folded over, are refused with advice.
 //!
 //! ## Sets in VTK files
 //!

@@ -27,7 +27,7 @@ pub struct CurvePoint {
     pub medians: Option<[f64; 4]>,
     /// Mean energy above the minimum [%]; `None` where it is not finite.
     pub energy_excess_pct: Option<f64>,
-    /// Root mean square of `‖u − û‖ / ‖u‖` over the held-out cases, where a prediction that inverts a cell counts as 1 at least: the
+    /// Root mean square of `‖u − û‖ / ‖u‖` over the held-out cases, raised by the share of them whose prediction inverts a cell: the
     /// weights of the least are kept. `None` where it is not finite.
     #[serde(default)]
     pub error: Option<f64>,

@@ -32,8 +32,8 @@ pub struct Candidate {
     pub recipe: String,
     /// Simulations that it learned from.
     pub simulations: usize,
-    /// Root mean square of `‖u − û‖ / ‖u‖` over the held-out cases, the same measure for every candidate; a prediction that inverts
-    /// a cell counts as 1 at least.
+    /// Root mean square of `‖u − û‖ / ‖u‖` over the held-out cases, raised by the share of them whose prediction inverts a cell: the
+    /// same measure for every candidate.
     pub error: f64,
     /// Wall time of simulations and training \[s\].
     pub seconds: f64,

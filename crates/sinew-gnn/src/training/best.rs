@@ -16,8 +16,8 @@ pub(super) struct Best {
     pub optimiser: Optimiser,
 }
 
-/// A run whose error is so many times the least one has left its best weights. Errors of a run that goes well vary by a factor of
-/// two from one evaluation to the next while the learning rate is at its peak.
+/// A run whose error is so many times the least one has left its best weights. Those of a run that goes well, or that is on its way
+/// back, vary by less from one evaluation to the next.
 const LEFT: f64 = 3.0;
 /// Factor of the learning rate at every return.
 const SMALLER: f64 = 0.5;

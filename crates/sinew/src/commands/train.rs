@@ -125,7 +125,7 @@ fn kept_in_words(kept: &Kept, steps: u64) -> String {
     let Kept { step, error, returns } = *kept;
     let why = match error {
         Some(error) => format!(
-            "the best: {error:.1e} of the displacements, root mean square over the held-out cases (1 where a cell inverts)"
+            "the best: error {error:.1e} over the held-out cases (root mean square, relative)"
         ),
         None => "the last, for none had a finite error on the held-out cases".into(),
     };
