@@ -123,11 +123,7 @@ fn case_mistakes() -> Vec<Mistake> {
             &["line 10", "parameters.mu", "16 to 8 kPa", "[8, 16]"],
         ),
         ("mu = [8.0, 16.0]", "mu = [8.0, 8.0]", &["parameters.mu", "8 kPa", "write mu = 8"]),
-        (
-            "mu = [8.0, 16.0]",
-            "mu = [8.0]",
-            &["line 10", "parameters.mu", "1 values where 2 belong"],
-        ),
+        ("mu = [8.0, 16.0]", "mu = [8.0]", &["line 10", "parameters.mu", "1 value where 2 belong"]),
         (
             "mu = [8.0, 16.0]",
             "mu = \"soft\"",
@@ -144,7 +140,7 @@ fn case_mistakes() -> Vec<Mistake> {
         (
             "mu = [8.0, 16.0]",
             "mu = [8.0, 1e120]",
-            &["parameters.mu", "kPa", "between 1e-100 and 1e100"],
+            &["parameters.mu", "kPa", "1e120 kPa", "between 1e-100 and 1e100"],
         ),
         (
             "mu = [8.0, 16.0]",
@@ -485,8 +481,16 @@ fn sinew(folder: &Path, arguments: &str) -> (i32, String, String) {
     (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
 }
 
+/// A box whose mesh names nothing.
+fn plain_box() -> sinew_mesh::TetMesh {
+    let mut mesh = sinew_mesh::box_tetrahedra([30.0, 20.0, 6.0], [2, 2, 1]);
+    mesh.node_sets.clear();
+    mesh.facet_sets.clear();
+    mesh
+}
+
 /// Command lines that are wrong, and what must be said.
-const COMMAND_LINES: [(&str, &[&str]); 34] = [
+const COMMAND_LINES: [(&str, &[&str]); 38] = [
     ("", &["Usage: sinew <COMMAND>"]),
     ("slove plate.toml", &["slove", "'solve'"]),
     ("solve", &["<CASE>", "--help"]),
@@ -496,6 +500,10 @@ const COMMAND_LINES: [(&str, &[&str]); 34] = [
     ("solve plate.toml --thetas mu=9", &["--thetas", "'--theta'"]),
     ("solve plate.toml --mesh none.vtk", &["no file none.vtk"]),
     ("solve plate.toml --mesh plate.toml", &["plate.toml", "mesh.file"]),
+    ("solve plate.toml --mesh plain.vtu", &["supports.0.clamped", "`x_min`"]),
+    ("train plate.toml --minutes -1", &["minutes", "-60", "more than 0"]),
+    ("train plate.toml --samples -9", &["--samples", "-9"]),
+    ("evaluate plate.toml --cases -9", &["--cases", "-9"]),
     ("solve plate.toml --theta mu=-9,lambda=9,p=2", &["mu = -9 kPa", "positive"]),
     ("solve plate.toml --theta none.csv", &["none.csv", "CSV table"]),
     ("solve plate.toml --theta bad.csv", &["bad.csv, line 2", "no row that can be computed"]),
@@ -532,6 +540,7 @@ fn mistakes_on_the_command_line_are_usage_errors() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("plate.toml"), PLATE).unwrap();
     std::fs::write(folder.path().join("bad.csv"), "mu,lambda,p\n9,9,two\n").unwrap();
+    sinew_mesh::write_vtu(folder.path().join("plain.vtu"), &plain_box()).unwrap();
     for (line, words) in COMMAND_LINES {
         let (code, out, told) = sinew(folder.path(), line);
         faults.judge(&told, &format!("sinew {line}"), words);

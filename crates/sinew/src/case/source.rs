@@ -181,8 +181,12 @@ pub(crate) fn exactly<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: u
     deserializer: D,
 ) -> Result<[T; N], D::Error> {
     let all = Vec::deserialize(deserializer)?;
-    all.try_into()
-        .map_err(|all: Vec<T>| D::Error::custom(format!("{} values where {N} belong", all.len())))
+    all.try_into().map_err(|all: Vec<T>| D::Error::custom(counted(all.len(), N)))
+}
+
+fn counted(found: usize, wanted: usize) -> String {
+    let values = if found == 1 { "value" } else { "values" };
+    format!("{found} {values} where {wanted} belong; give {wanted}")
 }
 
 /// [`exactly`] of a key that may be left out.
