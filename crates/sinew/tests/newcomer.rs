@@ -490,7 +490,7 @@ fn plain_box() -> sinew_mesh::TetMesh {
 }
 
 /// Command lines that are wrong, and what must be said.
-const COMMAND_LINES: [(&str, &[&str]); 38] = [
+const COMMAND_LINES: [(&str, &[&str]); 41] = [
     ("", &["Usage: sinew <COMMAND>"]),
     ("slove plate.toml", &["slove", "'solve'"]),
     ("solve", &["<CASE>", "--help"]),
@@ -501,7 +501,10 @@ const COMMAND_LINES: [(&str, &[&str]); 38] = [
     ("solve plate.toml --mesh none.vtk", &["no file none.vtk"]),
     ("solve plate.toml --mesh plate.toml", &["plate.toml", "mesh.file"]),
     ("solve plate.toml --mesh plain.vtu", &["supports.0.clamped", "`x_min`"]),
-    ("train plate.toml --minutes -1", &["minutes", "-60", "more than 0"]),
+    ("train plate.toml --minutes -1", &["budget", "-60", "give a positive"]),
+    ("train plate.toml --target nan", &["target of a regression is NaN"]),
+    ("train plate.toml --recipe dd --simulations none --out kept", &["none holds no simulations"]),
+    ("train plate.toml --recipe dd --from none", &["none is nothing to start from"]),
     ("train plate.toml --samples -9", &["--samples", "-9"]),
     ("evaluate plate.toml --cases -9", &["--cases", "-9"]),
     ("solve plate.toml --theta mu=-9,lambda=9,p=2", &["mu = -9 kPa", "positive"]),
