@@ -22,6 +22,10 @@ pub struct Unit {
 /// Significant digits that tell any two numbers apart.
 const DIGITS: usize = 17;
 
+/// Sizes of numbers that are written without a power of ten: their zeros can still be counted.
+const LEAST: f64 = 1e-4;
+const MOST: f64 = 1e7;
+
 impl Unit {
     /// A unit of which one is `size` units of the scene.
     ///
@@ -64,7 +68,10 @@ impl Unit {
 
     /// A value in the unit of the scene, for people: `8 mmHg`.
     pub fn said(&self, value: f64) -> String {
-        format!("{}{}", self.shown(value), self.suffix())
+        let shown = self.shown(value);
+        let plain = shown == 0.0 || !shown.is_finite() || (LEAST..MOST).contains(&shown.abs());
+        let number = if plain { shown.to_string() } else { format!("{shown:e}") };
+        number + &self.suffix()
     }
 
     /// What stands behind a number: a space and the name; nothing for numbers without unit.
@@ -112,6 +119,10 @@ mod tests {
         let scene = Unit::from("kPa");
         assert_eq!(scene.shown(0.1 + 0.2), 0.1 + 0.2);
         assert_eq!(scene.head("a"), "a [kPa]");
+        assert_eq!(
+            [1e120, -0.25, 2e-9].map(|x| scene.said(x)),
+            ["1e120 kPa", "-0.25 kPa", "2e-9 kPa"]
+        );
         assert!(mmhg.shown(f64::NAN).is_nan());
     }
 }

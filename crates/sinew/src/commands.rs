@@ -15,7 +15,7 @@ use anyhow::{Context, Result};
 use batch::{Answer, Batch, ThetaArguments, Written};
 use clap::Args;
 use sinew::case::Formulation;
-use sinew::{Body, Case, CaseError, Simulations, ThetaText, theta_in_words};
+use sinew::{Body, Case, CaseError, EmulatorError, Simulations, ThetaText, theta_in_words};
 use sinew_emulate::Terminal;
 use std::path::{Path, PathBuf};
 
@@ -125,9 +125,24 @@ pub(crate) fn told(error: &anyhow::Error) -> String {
 
 /// Whether the person at the keyboard can mend it without a computation.
 pub(crate) fn is_usage(error: &anyhow::Error) -> bool {
-    error
-        .chain()
-        .any(|cause| cause.is::<CaseError>() || cause.is::<ThetaText>() || cause.is::<Usage>())
+    error.chain().any(|cause| {
+        let asked = cause.downcast_ref::<EmulatorError>().is_some_and(is_setting);
+        asked || cause.is::<CaseError>() || cause.is::<ThetaText>() || cause.is::<Usage>()
+    })
+}
+
+/// Whether an emulator was asked for in a way that makes no sense.
+fn is_setting(error: &EmulatorError) -> bool {
+    matches!(
+        error,
+        EmulatorError::Setting { .. }
+            | EmulatorError::Sobol { .. }
+            | EmulatorError::NoSimulations { .. }
+            | EmulatorError::Start { .. }
+            | EmulatorError::OwnSource { .. }
+            | EmulatorError::ForeignFolder { .. }
+            | EmulatorError::OtherRun { .. }
+    )
 }
 
 /// A command line that asks for something that does not exist.

@@ -4,6 +4,8 @@
 //! [`Case::body`] makes the [`Body`] that everything else speaks to. The program `sinew` does all of this from a
 //! terminal; `docs/case-file.md` describes every key.
 //!
+//! Compile with `--release`: Sinew's own workspace optimises all profiles, a crate that depends on it does not.
+//!
 //! ```
 //! use sinew::{Case, Comparison, Recipe, TestSet, recipe::Regression, simulate};
 //!

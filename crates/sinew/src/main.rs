@@ -4,7 +4,7 @@
 mod print;
 mod commands;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use commands::{evaluate, export, mesh, predict, report, sample, scenes, solve, train};
 use std::process::ExitCode;
 
@@ -65,7 +65,11 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let done = match Arguments::parse().command {
+    // What begins with a minus after an option is its value, to be refused with the option's name.
+    let program =
+        Arguments::command().mut_subcommands(|command| command.allow_negative_numbers(true));
+    let arguments = Arguments::from_arg_matches(&program.get_matches());
+    let done = match arguments.unwrap_or_else(|error| error.exit()).command {
         Command::Mesh(command) => command.run(),
         Command::Solve(command) => command.run(),
         Command::Sample(command) => command.run(),

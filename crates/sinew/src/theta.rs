@@ -59,6 +59,9 @@ pub fn parse_theta(text: &str, parameters: &[Parameter]) -> Result<Vec<f64>, The
         let (name, value) = pair
             .split_once('=')
             .ok_or_else(|| error(format!("`{pair}` is not a name=value pair, such as mu=75")))?;
+        if value.contains('=') {
+            return Err(error(format!("`{pair}` holds two pairs; separate them by commas")));
+        }
         names.push(name.trim());
         values.push(value.trim());
     }
@@ -146,7 +149,7 @@ pub fn admissible(body: &Body, theta: &[f64]) -> Result<(), String> {
         let bounds = if index < of_law { body.material.bounds(index) } else { f64::MIN..=f64::MAX };
         if !bounds.contains(&value) {
             let required = requirement(&bounds, value);
-            let (name, value) = (&parameter.name, said(parameter, value, 12));
+            let (name, value) = (&parameter.name, parameter.unit.said(value));
             return Err(format!("{name} = {value} makes no sense; it must be {required}"));
         }
     }

@@ -203,13 +203,15 @@ pub(super) fn directions(
     (0..columns[0].len()).map(row).collect()
 }
 
+const NO_DIRECTION: &str = "a direction without length, or along the one before; give three finite numbers, one of them not 0";
+
 /// Unit vectors along the given directions, made perpendicular in their order, and others that complete the frame.
 fn completed(given: &[[f64; 3]]) -> Result<[[f64; 3]; 3], &'static str> {
     let mut frame: Vec<Vector3<f64>> = Vec::with_capacity(3);
     for direction in given.iter().map(|direction| Vector3::from(*direction)) {
         let length = direction.norm();
         let unit = across(direction, &frame).filter(|_| length > 0.0 && length.is_finite());
-        frame.push(unit.ok_or("a direction without length, or along the one before")?);
+        frame.push(unit.ok_or(NO_DIRECTION)?);
     }
     while frame.len() < 3 {
         let along = |axis: &Vector3<f64>| frame.iter().map(|d| d.dot(axis).powi(2)).sum::<f64>();

@@ -33,15 +33,26 @@ impl Source {
 
     /// An error of the TOML reader, with what was meant.
     pub(crate) fn syntax(&self, error: &toml::de::Error) -> CaseError {
-        let start = error.span().map(|span| span.start);
-        let root = DeTable::parse(&self.text).ok();
-        let keys = root.zip(start).and_then(|(root, start)| keys_at(root.get_ref(), start));
-        CaseError::Key {
-            file: self.file.clone(),
-            line: start.map(|start| self.line_at(start)),
-            key: keys.unwrap_or_default().join("."),
-            reason: explain(error.message()),
-        }
+        let span = error.span();
+        let start = span.as_ref().map(|span| span.start);
+        let (keys, reason) = match (DeTable::parse(&self.text), error.message().trim_end()) {
+            (Ok(root), message) => {
+                let keys = start.and_then(|start| keys_at(root.get_ref(), start));
+                (keys.unwrap_or_default(), explain(message))
+            }
+            (Err(_), "duplicate key") => {
+                let key = span.and_then(|span| self.text.get(span)).unwrap_or_default().trim();
+                (Vec::new(), format!("`{key}` is there twice; keep one"))
+            }
+            (Err(_), message) => {
+                let advice = "write KEY = VALUE, with texts in quotes, lists in brackets and points in decimals";
+                (Vec::new(), format!("this is not TOML ({message}); {advice}"))
+            }
+        };
+        // What is missing from the whole file is on no line of it.
+        let whole = keys.is_empty() && reason.contains(IS_MISSING);
+        let line = start.filter(|_| !whole).map(|start| self.line_at(start));
+        CaseError::Key { file: self.file.clone(), line, key: keys.join("."), reason }
     }
 
     fn line_at(&self, byte: usize) -> usize {
@@ -97,6 +108,8 @@ fn keys_at(table: &DeTable<'_>, byte: usize) -> Option<Vec<String>> {
     })
 }
 
+const IS_MISSING: &str = " is missing";
+
 /// What the reader says, in words, with the key or name that was meant.
 fn explain(message: &str) -> String {
     let message = message.trim_end();
@@ -109,13 +122,7 @@ fn explain(message: &str) -> String {
     }
     if let Some(key) = message.strip_prefix("missing field ") {
         return format!(
-            "{key} is missing; add it (sinew new OnceClampedBeam prints a whole case, docs/case-file.md explains every key)"
-        );
-    }
-    if let Some(key) = message.strip_prefix("duplicate key") {
-        return format!(
-            "{} is there twice; keep one",
-            if key.is_empty() { "a key" } else { key.trim() }
+            "{key}{IS_MISSING}; add it (sinew new OnceClampedBeam prints a whole case, docs/case-file.md explains every key)"
         );
     }
     let wrong =
@@ -178,8 +185,12 @@ pub(crate) fn exactly<'de, D: Deserializer<'de>, T: Deserialize<'de>, const N: u
     deserializer: D,
 ) -> Result<[T; N], D::Error> {
     let all = Vec::deserialize(deserializer)?;
-    all.try_into()
-        .map_err(|all: Vec<T>| D::Error::custom(format!("{} values where {N} belong", all.len())))
+    all.try_into().map_err(|all: Vec<T>| D::Error::custom(counted(all.len(), N)))
+}
+
+fn counted(found: usize, wanted: usize) -> String {
+    let values = if found == 1 { "value" } else { "values" };
+    format!("{found} {values} where {wanted} belong; give {wanted}")
 }
 
 /// [`exactly`] of a key that may be left out.
