@@ -12,6 +12,8 @@ const MOST: usize = 6;
 const ITERATIONS: usize = 8;
 /// Unbalanced forces \[relative\] that are enough to see which way loads go.
 const ACCURACY: f64 = 1e-7;
+/// An equilibrium that is farther off than so many times the step is of another branch.
+const ASTRAY: f64 = 1.25;
 /// A step after a failure and after a success, as a multiple of the one before.
 const CHANGES: [f64; 2] = [0.5, 2.0];
 
@@ -50,7 +52,9 @@ impl Path<'_, '_> {
         for _ in 0..MOST {
             let last = self.reached().clone();
             let guess = self.extrapolated(last.at + step);
-            let Some(found) = self.equilibrium(guess, ACCURACY, history) else {
+            let found = self.equilibrium(guess, ACCURACY, history);
+            let near = |found: &Equilibrium| self.length_to(&last, found, scale) <= ASTRAY * step;
+            let Some(found) = found.filter(near) else {
                 step *= CHANGES[0];
                 continue;
             };

@@ -5,13 +5,15 @@ use crate::path::{FIRST_GRADIENT, Path};
 use crate::system::Unknowns;
 use crate::watch::Log;
 use crate::{Advice, LoadSteps, SolveError};
+use std::ops::Range;
 
 /// A body that does not minimise a potential starts in steps where the linear model foresees that the whole load changes a
 /// displacement gradient by more than this: beams under a loose pressure wasted five iterations on the attempt.
 const FAR: f64 = 2.5;
-/// The whole load is far beyond what a body bears where the linear model foresees displacement gradients of more than 1e4, as this first
-/// step says. The softest ventricle under 1000 mmHg, which is solved, has 6e-4.
-const FAR_BEYOND: f64 = 2.5e-5;
+/// Where an attempt at it fails, the whole load is far beyond what a body bears if the linear model foresees displacement gradients of more
+/// than 1e4, as a first step in this range says. The softest ventricle under 1000 mmHg, which is solved, has 6e-4. Below are loads near
+/// overflow, which exponential laws may bear.
+const FAR_BEYOND: Range<f64> = 1e-9..2.5e-5;
 /// What holds of such a load is looked for in this many iterations, and in so many at least after the attempt at all of it.
 const GLANCE: [usize; 2] = [50, 15];
 /// Steps in a row with an indefinite stiffness after which the first load steps are taken before more of the whole load's: they tell bodies that
@@ -34,7 +36,9 @@ impl Path<'_, '_> {
         let steps_allowed = self.options.least_load_step <= self.options.first_load_step;
         if self.options.load_steps == LoadSteps::Always || (steps_allowed && self.rolls_up(&from)) {
             let step = self.first_step();
-            return self.by_steps(step, history);
+            let far =
+                self.options.load_steps == LoadSteps::WhenNeeded && FAR_BEYOND.contains(&step);
+            return if far { self.glance(step, history) } else { self.by_steps(step, history) };
         }
         let patience = if steps_allowed { PATIENCE } else { usize::MAX };
         if let Some(found) = self.at_once(&from, patience, history) {
@@ -44,8 +48,8 @@ impl Path<'_, '_> {
             return Err(self.failure(None, history));
         }
         let step = self.first_step();
-        if step < FAR_BEYOND {
-            return self.by_steps(step, history);
+        if FAR_BEYOND.contains(&step) {
+            return self.glance(step, history);
         }
         if history.indefinite() >= PATIENCE {
             if self.softer_volume().is_none() {
@@ -100,18 +104,25 @@ impl Path<'_, '_> {
         found
     }
 
-    /// The equilibrium by load steps from where the path has come to; a glance where it is far beyond what the body bears.
+    /// The equilibrium by load steps from where the path has come to.
     fn by_steps(
         &mut self,
         step: f64,
         history: &mut Log<'_>,
     ) -> Result<(Equilibrium, usize), SolveError> {
         self.release_stresses();
-        if step >= FAR_BEYOND {
-            // After some steps the next are as long as the last allow.
-            let step = if self.points.len() > 1 { 1.0 } else { step };
-            return self.follow(1.0, step, history);
-        }
+        // After some steps the next are as long as the last allow.
+        let step = if self.points.len() > 1 { 1.0 } else { step };
+        self.follow(1.0, step, history)
+    }
+
+    /// What holds of a load that is far beyond what the body bears.
+    fn glance(
+        &mut self,
+        step: f64,
+        history: &mut Log<'_>,
+    ) -> Result<(Equilibrium, usize), SolveError> {
+        self.release_stresses();
         let [all, more] = GLANCE;
         let most = all.max(history.iterations.len() + more);
         self.options.iterations = most.min(self.options.iterations);

@@ -86,16 +86,15 @@ impl Outlook {
         self.turn == Turn::Unknown && self.limit().is_some_and(|limit| *reached >= NEAR * limit)
     }
 
-    /// Where to look for the next equilibrium instead of at `target`, once one was refused.
-    pub(crate) fn target(&self, target: f64) -> f64 {
-        let goal = match (self.turn, self.refused, self.points.last(), self.limit()) {
-            (Turn::At(limit), ..) => BEYOND * limit,
+    /// Where to look for the next equilibrium instead of at `target`, once one was refused, on the way to the place `goal`.
+    pub(crate) fn target(&self, target: f64, goal: f64) -> f64 {
+        match (self.turn, self.refused, self.points.last(), self.limit()) {
+            (Turn::At(limit), ..) => goal.min(BEYOND * limit),
             (Turn::Unknown, Some(_), Some((reached, _)), Some(limit)) if limit > *reached => {
-                reached + ONWARD * (limit - reached)
+                target.min(reached + ONWARD * (limit - reached))
             }
             _ => target,
-        };
-        goal.min(target)
+        }
     }
 
     /// The limit point, if places fall beyond it.
@@ -133,14 +132,14 @@ mod tests {
     #[test]
     fn steps_go_near_to_a_limit_point_and_beyond_it_once_the_curve_turns_back() {
         let mut far = outlook([0.0, 0.3, 0.7]);
-        assert_eq!(far.target(2.0), 2.0);
+        assert_eq!(far.target(2.0, 2.0), 2.0);
         far.refuse(2.0);
-        assert!((far.target(2.0) - 0.925).abs() < 1e-12 && !far.is_near());
+        assert!((far.target(2.0, 2.0) - 0.925).abs() < 1e-12 && !far.is_near());
         let mut near = outlook([0.3, 0.7, 0.95]);
         near.refuse(2.0);
         assert!(near.is_near() && near.ends().is_none());
         near.turn = Turn::At(1.0);
-        assert!((near.target(2.0) - 1.05).abs() < 1e-12 && near.ends() == Some(1.0));
+        assert!((near.target(0.99, 2.0) - 1.05).abs() < 1e-12 && near.ends() == Some(1.0));
         near.add(2.5, &[5.0, -6.0, 0.0]);
         assert!(near.ends().is_none() && near.refused.is_none());
     }

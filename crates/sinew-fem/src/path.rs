@@ -133,10 +133,10 @@ impl<'s, 'p> Path<'s, 'p> {
                 continue;
             }
             let target = match self.along {
-                Along::Place => self.outlook.target(wanted),
+                Along::Place => self.outlook.target(wanted, goal),
                 Along::Volume(_) | Along::Arc(_) => wanted,
             };
-            let last = last && target == goal;
+            let last = target == goal;
             // A rough minimum may lie beyond the last that there is; down to rounding errors two iterations of each step find nothing more.
             let accuracy = match (last, self.system.has_potential()) {
                 (true, _) => self.accuracy(),

@@ -7,6 +7,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod beyond;
 mod bodies;
 mod checks;
 mod curves;
