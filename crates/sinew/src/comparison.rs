@@ -7,7 +7,7 @@ use sinew_emulate::{
     CaseErrors, CurvePoint, Emulator, Errors, Evaluation, METRICS, Quantiles, Recipe, Record,
     TestSet, Warning, median_and_worst,
 };
-use sinew_report::format::seconds as duration;
+use sinew_report::format::{seconds as duration, trimmed};
 use sinew_report::{ReportError, Surfaces, density};
 use std::fmt;
 
@@ -111,7 +111,8 @@ impl Comparison {
         (motion.quantity, motion.linear) = ("How the body moves: ‖u‖ at the nodes".into(), true);
         draw_motion(&mut motion, test)?;
         let range = |p: &sinew_energy::Parameter| {
-            format!("{} from {} to {}{}", p.name, p.range[0], p.range[1], spoken(&p.unit))
+            let [low, high] = p.range.map(|end| trimmed(end, 4));
+            format!("{} from {low} to {high}{}", p.name, spoken(&p.unit))
         };
         // Ranges were looked at when the body was made.
         let locking = sinew_fem::locking_over_ranges(body).ok().flatten();
