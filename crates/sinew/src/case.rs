@@ -9,8 +9,8 @@ pub mod laws;
 mod loads;
 mod mesh;
 mod parameters;
-mod select;
 mod sanity;
+mod select;
 mod source;
 mod supports;
 mod training;
@@ -22,10 +22,10 @@ pub use laws::Law;
 pub use loads::{FoundationLoad, Load, Pressure};
 pub use mesh::{BiventricleMesh, BoxMesh, Element, EllipsoidMesh, MeshSource};
 pub use parameters::Range;
+pub use sanity::hardly_moves;
 pub use select::{
     Select, SelectBeyond, SelectBox, SelectFacing, SelectNear, SelectPlane, SelectSphere,
 };
-pub use sanity::hardly_moves;
 pub use supports::{Support, Turn};
 pub use training::{RecipeName, Training};
 pub use units::stress_in_kpa;

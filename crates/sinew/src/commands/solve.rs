@@ -1,6 +1,8 @@
 //! Equilibria.
 
-use super::{Answer, Batch, CaseArguments, ThetaArguments, Written, refuse, solved, warn_of_locking};
+use super::{
+    Answer, Batch, CaseArguments, ThetaArguments, Written, refuse, solved, warn_of_locking,
+};
 use anyhow::Result;
 use clap::Args;
 use sinew::case::{Formulation, hardly_moves};
