@@ -7,7 +7,7 @@ use sinew_emulate::{
     CaseErrors, CurvePoint, Emulator, Errors, Evaluation, METRICS, Quantiles, Recipe, Record,
     TestSet, Warning, median_and_worst,
 };
-use sinew_report::format::{seconds as duration, trimmed};
+use sinew_report::format::seconds as duration;
 use sinew_report::{ReportError, Surfaces, density};
 use std::fmt;
 
