@@ -92,7 +92,7 @@ pub use quantiles::Quantiles;
 pub use recipe::Recipe;
 pub use regression::{Interpolation, PodRegression, RegressionError};
 pub use sampling::{Design, share_of, split_seed};
-pub use simulate::{Failure, Simulations, read_simulations, simulate};
+pub use simulate::{Failure, MOST_COMPARED, Simulations, read_simulations, simulate, simulate_by};
 pub use sinew_energy::Body;
 pub use sinew_gnn::Backend;
 #[cfg(feature = "terminal")]

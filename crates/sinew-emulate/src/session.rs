@@ -142,6 +142,10 @@ impl<'a, 'b> Session<'a, 'b> {
             let (stage, tried) = (stage.into(), failed + found.fields.len());
             self.warn(Warning::FailedSimulations { stage, failed, tried, theta, reason });
         }
+        if let Some(theta) = found.branched.first() {
+            let (stage, count, theta) = (stage.into(), found.branched.len(), theta.clone());
+            self.warn(Warning::SeveralEquilibria { stage, count, theta });
+        }
     }
 
     /// Solves for training.

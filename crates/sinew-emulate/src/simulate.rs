@@ -6,7 +6,7 @@ use crate::store::{read_json, read_table, write_json, write_table};
 use crate::{Body, Error, Result};
 use serde::{Deserialize, Serialize};
 use sinew_energy::listed;
-use sinew_fem::{Options, sweep};
+use sinew_fem::{LoadSteps, Options, Solver, Sweep, sweep};
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Mutex;
@@ -17,6 +17,9 @@ use std::time::Instant;
 /// else, so a resumed run gives the numbers of an uninterrupted one.
 const BLOCK: usize = 100;
 
+/// Solutions of a block that are compared with that of a rising load, which costs another solve each.
+pub const MOST_COMPARED: usize = 5;
+
 /// Parameters with their equilibria.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Simulations {
@@ -26,6 +29,9 @@ pub struct Simulations {
     pub fields: Vec<Vec<f64>>,
     /// Samples that have no solution.
     pub failures: Vec<Failure>,
+    /// Parameters of solutions beside which a rising load leads to another stable equilibrium. Those are compared whose search met an indefinite
+    /// stiffness, at most [`MOST_COMPARED`] of a hundred samples.
+    pub branched: Vec<Vec<f64>>,
     /// Wall time of all solves on all threads \[s\].
     pub seconds: f64,
     /// Wall time of each solve on its thread \[s\].
@@ -48,6 +54,8 @@ struct Log {
     /// Samples that were tried.
     tried: usize,
     failures: Vec<Failure>,
+    #[serde(default)]
+    branched: Vec<Vec<f64>>,
     seconds: f64,
     solve_seconds: Vec<f64>,
     /// CRC-32 of this log without them, of the parameters and of the fields: of the rows that count, for a killed run may have
@@ -84,6 +92,7 @@ impl Simulations {
         self.thetas.extend(more.thetas);
         self.fields.extend(more.fields);
         self.failures.extend(more.failures);
+        self.branched.extend(more.branched);
         self.solve_seconds.extend(more.solve_seconds);
         self.seconds += more.seconds;
     }
@@ -120,6 +129,22 @@ pub fn simulate(
     folder: Option<&Path>,
     observer: &mut dyn Observer,
 ) -> Result<Simulations> {
+    simulate_by(body, thetas, stage, folder, &Options::default(), observer)
+}
+
+/// The same by a solver's own options, such as load steps for bodies with several stable equilibria. A folder does not keep them: resume with
+/// the same.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn simulate_by(
+    body: &Body,
+    thetas: &[Vec<f64>],
+    stage: &str,
+    folder: Option<&Path>,
+    options: &Options,
+    observer: &mut dyn Observer,
+) -> Result<Simulations> {
     let folder = folder.map(|folder| (folder, identity::of(body)));
     let (mut tried, mut simulations) = match &folder {
         Some((folder, body)) => stored(folder, body, thetas)?,
@@ -138,9 +163,12 @@ pub fn simulate(
                 stop.store(true, Ordering::Relaxed);
             }
         };
-        let swept = sweep(body, block, &Options::default(), count)?;
+        let swept = sweep(body, block, options, count)?;
         if stop.into_inner() {
             return Err(Error::Interrupted { stage: stage.into() });
+        }
+        if options.load_steps == LoadSteps::WhenNeeded {
+            simulations.branched.extend(branched(body, &swept)?);
         }
         for (theta, result) in block.iter().zip(swept.results) {
             match result {
@@ -169,6 +197,25 @@ pub fn simulate(
     Ok(simulations)
 }
 
+/// Parameters of solutions of a sweep beside which a rising load leads to another one.
+fn branched(body: &Body, swept: &Sweep) -> Result<Vec<Vec<f64>>> {
+    let jumped = swept.jumped();
+    if jumped.is_empty() {
+        return Ok(Vec::new());
+    }
+    let mut solver = Solver::new(body)?;
+    let mut found = Vec::new();
+    for solution in
+        jumped.iter().take(MOST_COMPARED).filter_map(|&at| swept.results[at].as_ref().ok())
+    {
+        // Where no rising load arrives, there is nothing to compare with.
+        if let Ok(Some(_)) = solver.under_rising_load(solution, &Options::default()) {
+            found.push(solution.theta.clone());
+        }
+    }
+    Ok(found)
+}
+
 const THETAS: &str = "theta.npy";
 const FIELDS: &str = "displacement.npy";
 const LOG: &str = "simulations.json";
@@ -184,9 +231,10 @@ pub(crate) fn store(
 ) -> Result<()> {
     write_table(&folder.join(THETAS), &simulations.thetas)?;
     write_table(&folder.join(FIELDS), &simulations.fields)?;
-    let Simulations { failures, seconds, solve_seconds, .. } = simulations.clone();
+    let Simulations { failures, branched, seconds, solve_seconds, .. } = simulations.clone();
     let body = body.clone();
-    let mut log = Log { body, tried, failures, seconds, solve_seconds, checksums: [0; 3] };
+    let mut log =
+        Log { body, tried, failures, branched, seconds, solve_seconds, checksums: [0; 3] };
     log.checksums = log.sums(&simulations.thetas, &simulations.fields);
     write_json(&folder.join(LOG), &log)
 }
@@ -213,11 +261,11 @@ fn read(folder: &Path, body: &Identity) -> Result<Option<(usize, Simulations)>> 
     {
         return Err(Error::DamagedSimulations { path: folder.join(name) });
     }
-    let Log { body: stored, tried, failures, seconds, solve_seconds, .. } = log;
+    let Log { body: stored, tried, failures, branched, seconds, solve_seconds, .. } = log;
     if identity::difference(&stored, body).is_some() {
         return Err(Error::OtherSamples { folder: folder.into() });
     }
-    Ok(Some((tried, Simulations { thetas, fields, failures, seconds, solve_seconds })))
+    Ok(Some((tried, Simulations { thetas, fields, failures, branched, seconds, solve_seconds })))
 }
 
 /// Whether two θ are the same but for the rounding of another machine's logarithms.

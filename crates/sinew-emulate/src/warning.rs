@@ -35,6 +35,14 @@ pub enum Warning {
         theta: Vec<f64>,
         reason: String,
     },
+    /// Simulations beside which a rising load leads to another stable equilibrium.
+    #[error(
+        "{count} solutions of `{stage}` are not those that a rising load leads to, the first at theta = ({}): the body has several \
+         stable equilibria, and neighbours may be on different branches; narrow the ranges, or look at them with \
+         `sinew solve --load-steps`",
+        listed(theta)
+    )]
+    SeveralEquilibria { stage: String, count: usize, theta: Vec<f64> },
     /// An error larger than was asked for.
     #[error(
         "the error on the held-out cases is {:.2e} of the displacements where {:.2e} was asked for; simulate more, or allow more time",

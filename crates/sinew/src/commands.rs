@@ -16,7 +16,8 @@ use batch::{Answer, Batch, ThetaArguments, Written};
 use clap::Args;
 use sinew::case::Formulation;
 use sinew::{Body, Case, CaseError, EmulatorError, Simulations, ThetaText, theta_in_words};
-use sinew_emulate::Terminal;
+use sinew_emulate::{Terminal, simulate_by};
+use sinew_fem::Options;
 use std::path::{Path, PathBuf};
 
 /// Which body, and where results go.
@@ -102,8 +103,28 @@ pub(crate) fn solved(
     stage: &str,
     folder: Option<&Path>,
 ) -> Result<Simulations> {
-    let found = sinew::simulate(body, thetas, stage, folder, &mut Terminal::default())?;
+    solved_by(body, thetas, stage, folder, &Options::default())
+}
+
+/// The same by a solver's own options; what has other stable equilibria is told as well.
+pub(crate) fn solved_by(
+    body: &Body,
+    thetas: &[Vec<f64>],
+    stage: &str,
+    folder: Option<&Path>,
+    options: &Options,
+) -> Result<Simulations> {
+    let found = simulate_by(body, thetas, stage, folder, options, &mut Terminal::default())?;
     found.failures.iter().for_each(|failure| told_failure(body, failure));
+    if let Some(theta) = found.branched.first() {
+        eprintln!(
+            "warning: {} of {} solutions are not those that a rising load leads to, the first at {}: the body has several stable \
+             equilibria; `sinew solve --load-steps` raises the load step by step",
+            found.branched.len(),
+            found.fields.len(),
+            theta_in_words(body, theta)
+        );
+    }
     Ok(found)
 }
 

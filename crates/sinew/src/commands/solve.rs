@@ -1,14 +1,15 @@
 //! Equilibria.
 
 use super::{
-    Answer, Batch, CaseArguments, ThetaArguments, Written, refuse, solved, warn_of_locking,
+    Answer, Batch, CaseArguments, ThetaArguments, Written, refuse, solved, solved_by,
+    warn_of_locking,
 };
 use anyhow::Result;
 use clap::Args;
 use sinew::case::{Formulation, hardly_moves};
 use sinew::output::displacement_in_words;
 use sinew::{Body, Case, Simulations};
-use sinew_fem::{LockingWarning, compare_formulations, locking};
+use sinew_fem::{LoadSteps, LockingWarning, Options, compare_formulations, locking};
 use sinew_report::format::trimmed;
 
 /// Which equilibria.
@@ -30,6 +31,9 @@ pub(crate) struct Solve {
     /// Solve the first case in quadratic cells too, and print the distance
     #[arg(long)]
     check_mesh: bool,
+    /// Raise loads step by step from rest: of several stable equilibria the one that a slowly rising load leads to
+    #[arg(long)]
+    load_steps: bool,
 }
 
 impl Solve {
@@ -41,7 +45,9 @@ impl Solve {
         let mut batch = self.theta.read(&body)?;
         let thetas = batch.thetas();
         warn_of_locking(worst(&body, &thetas));
-        let found = solved(&body, &thetas, "solve", None)?;
+        let load_steps = if self.load_steps { LoadSteps::Always } else { LoadSteps::WhenNeeded };
+        let options = Options { load_steps, ..Options::default() };
+        let found = solved_by(&body, &thetas, "solve", None, &options)?;
         close_failures(&body, &mut batch, &thetas, &found);
         batch.print(&body, |place| said(&body, &found.fields[place]));
         if let Some(warning) = found.fields.iter().find_map(|field| hardly_moves(&body, field)) {
@@ -106,7 +112,8 @@ fn check_mesh(case: Case, body: &Body, found: &Simulations) -> Result<()> {
         return Ok(());
     };
     let better = case.with_formulation(Formulation::Quadratic).body()?;
-    let other = solved(&better, std::slice::from_ref(theta), "solve in quadratic cells", None)?;
+    let (theta, stage) = (std::slice::from_ref(theta), "solve in quadratic cells");
+    let other = solved(&better, theta, stage, None)?;
     let Some(field) = other.fields.first() else {
         anyhow::bail!("--check-mesh: there is no equilibrium in quadratic cells");
     };
