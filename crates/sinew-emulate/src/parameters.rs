@@ -33,6 +33,12 @@ pub(crate) fn extrapolation(body: &Body, theta: &[f64]) -> Vec<Warning> {
     outside(body, theta).map(warning).collect()
 }
 
+/// θ by name, in the parameters' own units.
+pub(crate) fn in_words(body: &Body, theta: &[f64]) -> String {
+    let pair = |(p, value): (&Parameter, &f64)| format!("{} = {}", p.name, p.unit.said(*value));
+    body.parameters.iter().zip(theta).map(pair).collect::<Vec<_>>().join(", ")
+}
+
 /// Requires one value per parameter.
 pub(crate) fn check_length(body: &Body, theta: &[f64]) -> Result<()> {
     let (found, expected) = (theta.len(), body.parameters.len());
@@ -67,15 +73,17 @@ pub(crate) fn not_finite(body: &Body, theta: &[f64]) -> Error {
     let farthest =
         outside(body, theta).max_by(|a, b| beyond(a.0, a.1).total_cmp(&beyond(b.0, b.1)));
     let reason = match farthest {
-        Some((Parameter { name, range: [low, high], unit, .. }, value)) => format!(
-            "{name} = {value:?} is far outside its range from {low} to {high} {unit}: give a value that is nearer"
-        ),
+        Some((p, value)) => {
+            let [value, low, high] = [value, p.range[0], p.range[1]].map(|x| p.unit.said(x));
+            let name = &p.name;
+            format!(
+                "{name} = {value} is far outside its range from {low} to {high}: give a value that is nearer"
+            )
+        }
         None => "every parameter is inside its range, so the emulator is at fault: train it again"
             .into(),
     };
-    let pairs = body.parameters.iter().zip(theta);
-    let theta: Vec<_> = pairs.map(|(p, value)| format!("{} = {value:?}", p.name)).collect();
-    Error::NotFinite { theta: theta.join(", "), reason }
+    Error::NotFinite { theta: in_words(body, theta), reason }
 }
 
 /// Requires that training samples lie inside the ranges.

@@ -2,7 +2,7 @@
 
 use crate::checksums::SEAL;
 use crate::evaluate::TestSet;
-use crate::parameters::{require_inside, require_some};
+use crate::parameters::{in_words, require_inside, require_some};
 use crate::progress::Observer;
 use crate::sampling::split_seed;
 use crate::shared::Shared;
@@ -59,7 +59,9 @@ impl<'a, 'b> Session<'a, 'b> {
         }
         if let Some(folder) = &options.folder {
             // What is learned from must not be emptied with an earlier run.
-            for source in [&options.start, &options.simulations].into_iter().flatten() {
+            for source in
+                [&options.start, &options.simulations, &options.shared].into_iter().flatten()
+            {
                 if inside(source, folder) {
                     return Err(Error::OwnSource { folder: folder.clone(), from: source.clone() });
                 }
@@ -106,7 +108,7 @@ impl<'a, 'b> Session<'a, 'b> {
         let (stage, folder) = (format!("simulate {name}"), self.folder("simulations"));
         let folder = folder.map(|folder| folder.join(name));
         let found = self.solved(&stage, folder.as_deref(), thetas)?;
-        found.require(2)?;
+        found.require(self.body, 2)?;
         self.simulate_s += found.seconds;
         self.warn_of_failures(&stage, &found);
         Ok(found)
@@ -137,13 +139,14 @@ impl<'a, 'b> Session<'a, 'b> {
 
     fn warn_of_failures(&mut self, stage: &str, found: &Simulations) {
         if let Some(first) = found.failures.first() {
-            let (theta, reason) = (first.theta.clone(), first.reason.clone());
+            let (theta, reason) = (in_words(self.body, &first.theta), first.reason.clone());
             let failed = found.failures.len();
             let (stage, tried) = (stage.into(), failed + found.fields.len());
             self.warn(Warning::FailedSimulations { stage, failed, tried, theta, reason });
         }
         if let Some(theta) = found.branched.first() {
-            let (stage, count, theta) = (stage.into(), found.branched.len(), theta.clone());
+            let (stage, count) = (stage.into(), found.branched.len());
+            let theta = in_words(self.body, theta);
             self.warn(Warning::SeveralEquilibria { stage, count, theta });
         }
     }
@@ -155,7 +158,7 @@ impl<'a, 'b> Session<'a, 'b> {
                 let mut found = read_simulations(self.body, folder)?;
                 require_inside(self.body, &found.thetas)?;
                 found.keep(count);
-                found.require(2)?;
+                found.require(self.body, 2)?;
                 self.simulate_s += found.seconds;
                 self.warn_of_failures(&folder.display().to_string(), &found);
                 found

@@ -1,11 +1,11 @@
 //! Finite-element solutions that emulators learn from and are judged by.
 
 use crate::identity::{self, Identity};
+use crate::parameters::in_words;
 use crate::progress::{Counter, Observer};
 use crate::store::{read_json, read_table, write_json, write_table};
 use crate::{Body, Error, Result};
 use serde::{Deserialize, Serialize};
-use sinew_energy::listed;
 use sinew_fem::{LoadSteps, Options, Solver, Sweep, sweep};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -66,8 +66,9 @@ struct Log {
 
 impl Log {
     fn sums(&self, thetas: &[Vec<f64>], fields: &[Vec<f64>]) -> [u32; 3] {
-        let Self { body, tried, failures, seconds, solve_seconds, .. } = self;
-        let own = format!("{body:?} {tried} {failures:?} {seconds:?} {solve_seconds:?}");
+        let Self { body, tried, failures, branched, seconds, solve_seconds, .. } = self;
+        let own =
+            format!("{body:?} {tried} {failures:?} {branched:?} {seconds:?} {solve_seconds:?}");
         let rows = |rows: &[Vec<f64>]| {
             let mut sum = crc32fast::Hasher::new();
             rows.iter().flatten().for_each(|value| sum.update(&value.to_le_bytes()));
@@ -98,17 +99,13 @@ impl Simulations {
     }
 
     /// Requires `least` solutions.
-    pub(crate) fn require(&self, least: usize) -> Result<()> {
+    pub(crate) fn require(&self, body: &Body, least: usize) -> Result<()> {
         if self.fields.len() >= least {
             return Ok(());
         }
         let tried = self.fields.len() + self.failures.len();
         let first = self.failures.first().map_or(String::new(), |failure| {
-            format!(
-                "; the first failed at theta = ({}): {}",
-                listed(&failure.theta),
-                failure.reason
-            )
+            format!("; the first failed at {}: {}", in_words(body, &failure.theta), failure.reason)
         });
         Err(Error::TooFewSimulations { solved: self.fields.len(), tried, least, first })
     }

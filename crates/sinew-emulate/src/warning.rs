@@ -1,7 +1,7 @@
 //! Reasons not to trust a result, carried in it.
 
 use serde::{Deserialize, Serialize};
-use sinew_energy::{Unit, listed};
+use sinew_energy::Unit;
 use sinew_gnn::Concern;
 
 /// A reason not to trust an emulator, a prediction or a correction. Printed it says what to do.
@@ -25,24 +25,16 @@ pub enum Warning {
     Inverted { of: String },
     /// Simulations without a solution.
     #[error(
-        "{failed} of {tried} simulations of `{stage}` failed and were left out; the first at theta = ({}): {reason}",
-        listed(theta)
+        "{failed} of {tried} simulations of `{stage}` failed and were left out; the first at {theta}: {reason}"
     )]
-    FailedSimulations {
-        stage: String,
-        failed: usize,
-        tried: usize,
-        theta: Vec<f64>,
-        reason: String,
-    },
+    FailedSimulations { stage: String, failed: usize, tried: usize, theta: String, reason: String },
     /// Simulations beside which a rising load leads to another stable equilibrium.
     #[error(
-        "{count} solutions of `{stage}` are not those that a rising load leads to, the first at theta = ({}): the body has several \
-         stable equilibria, and neighbours may be on different branches; narrow the ranges, or look at them with \
-         `sinew solve --load-steps`",
-        listed(theta)
+        "{count} solutions of `{stage}` are not those that a rising load leads to, the first at {theta}: the body has several stable \
+         equilibria, and neighbours may be on different branches; narrow the ranges, or look at them with \
+         `sinew solve --load-steps`"
     )]
-    SeveralEquilibria { stage: String, count: usize, theta: Vec<f64> },
+    SeveralEquilibria { stage: String, count: usize, theta: String },
     /// An error larger than was asked for.
     #[error(
         "the error on the held-out cases is {:.2e} of the displacements where {:.2e} was asked for; simulate more, or allow more time",

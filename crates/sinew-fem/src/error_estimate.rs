@@ -202,16 +202,23 @@ impl Solver<'_> {
             }
             let mut next = vec![0.0; from.len()];
             self.system.add_newton_step(&gradient, &mut next);
-            let now = [(-dot(&gradient, &next)).max(0.0).sqrt(), mean_and_largest(&next)[0]];
+            let work = -dot(&gradient, &next);
+            let now = [if work < 0.0 { 0.0 } else { work.sqrt() }, mean_and_largest(&next)[0]];
+            // A step to where a cell is inverted or forces overflow contracts nothing.
+            let finite = energy.is_finite() && free.iter().chain(&now).all(|x| x.is_finite());
             ratio = (now[0] / size[0]).max(now[1] / size[1]);
-            // NaN where a step overflows is no contraction either.
-            if !(ratio <= CONTRACTS) {
+            if !finite || ratio > CONTRACTS {
                 return None;
             }
             at.iter_mut().zip(&next).for_each(|(u, d)| *u += d);
             (last, size) = (next, now);
         }
-        Some(Contracted { equilibrium: at, energy, last, ratio })
+        self.body().value(&at, theta).is_finite().then_some(Contracted {
+            equilibrium: at,
+            energy,
+            last,
+            ratio,
+        })
     }
 
     /// Distance to the equilibrium that steps lead to; those that would follow are shorter by the contraction each.

@@ -58,6 +58,10 @@ impl Outlook {
         if self.refused.is_some_and(|refused| refused <= place) {
             (self.refused, self.turn) = (None, Turn::Unknown);
         }
+        // An equilibrium beyond the limit point is of another branch, or the limit lies farther on.
+        if matches!(self.turn, Turn::At(limit) if place > limit) {
+            self.turn = Turn::Unknown;
+        }
     }
 
     pub(crate) fn refuse(&mut self, place: f64) {

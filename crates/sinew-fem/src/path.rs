@@ -147,7 +147,11 @@ impl<'s, 'p> Path<'s, 'p> {
             let guess = self.extrapolated(target);
             let Some(mut found) = self.equilibrium(guess, accuracy, history) else {
                 self.outlook.refuse(target);
-                if let (Along::Place, Some(limit)) = (&self.along, self.outlook.ends()) {
+                // A search that ran out of iterations is no evidence.
+                let searched = history.iterations.len() < self.options.iterations;
+                if let (Along::Place, Some(limit), true) =
+                    (&self.along, self.outlook.ends(), searched)
+                {
                     return Err(Some(Advice::LimitPoint { limit, refused: target }));
                 }
                 step = (target - reached) * if reached == start { SCAN } else { CUT };

@@ -23,7 +23,7 @@ fn cantilever() -> Cantilever {
     let mesh = sinew_mesh::box_tetrahedra(size, [4, 2, 2]);
     let parameter = |name: &str| Parameter {
         name: name.to_string(),
-        unit: "kPa".to_string(),
+        unit: "kPa".into(),
         range: RANGE,
         sampling: Sampling::Log,
     };

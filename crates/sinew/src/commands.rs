@@ -103,7 +103,14 @@ pub(crate) fn solved(
     stage: &str,
     folder: Option<&Path>,
 ) -> Result<Simulations> {
-    solved_by(body, thetas, stage, folder, &Options::default())
+    let found = solved_by(body, thetas, stage, folder, &Options::default())?;
+    for failure in found.failures.iter().take(MOST_WARNINGS) {
+        told_failure(body, failure);
+    }
+    if found.failures.len() > MOST_WARNINGS {
+        eprintln!("no equilibrium at {} more", found.failures.len() - MOST_WARNINGS);
+    }
+    Ok(found)
 }
 
 /// The same by a solver's own options; what has other stable equilibria is told as well.
@@ -115,7 +122,6 @@ pub(crate) fn solved_by(
     options: &Options,
 ) -> Result<Simulations> {
     let found = simulate_by(body, thetas, stage, folder, options, &mut Terminal::default())?;
-    found.failures.iter().for_each(|failure| told_failure(body, failure));
     if let Some(theta) = found.branched.first() {
         eprintln!(
             "warning: {} of {} solutions are not those that a rising load leads to, the first at {}: the body has several stable \
