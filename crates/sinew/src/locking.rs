@@ -19,7 +19,7 @@ pub fn locking_in_words(warning: &LockingWarning) -> String {
         (8, None) => {
             "divide the body more finely, or take tetrahedra with formulation = \"quadratic\""
         }
-        _ => "write formulation = \"quadratic\" in the case file, or \"auto\" to let it be chosen",
+        _ => "write formulation = \"quadratic\" in the case file",
     };
     format!("{}; {cure}; `sinew solve --check-mesh` measures what is lost", warning.reason())
 }

@@ -17,8 +17,8 @@ use sinew_report::format::trimmed;
 #[command(after_help = "\
 Writes cases.csv, cases.npz, NNNN.vtu and cases.pvd for ParaView into OUT/solve. Parameters outside their ranges are
 solved with a warning. A row of a table that fails is a row of cases.csv with the reason, and the exit code is not 0.
---check-mesh solves the first of them in quadratic cells as well and prints how far both are apart: in the mean, at most,
-and the volumes of cavities.
+With --check-mesh the first of them is solved in quadratic cells as well, and the distance is printed: in the mean, at
+most, and the volumes of cavities.
 
 Example: sinew solve IdealVentricle --theta a=0.18,b=2.6,a_f=3.3,b_f=2.7,p=8mmHg")]
 pub(crate) struct Solve {
