@@ -500,7 +500,10 @@ const COMMAND_LINES: [(&str, &[&str]); 41] = [
     ("solve plate.toml --thetas mu=9", &["--thetas", "'--theta'"]),
     ("solve plate.toml --mesh none.vtk", &["no file none.vtk"]),
     ("solve plate.toml --mesh plate.toml", &["plate.toml", "mesh.file"]),
-    ("solve plate.toml --mesh plain.vtu", &["loads.0.facets", "`z_min`", "[select."]),
+    (
+        "solve plate.toml --mesh plain.vtu",
+        &["loads.0.facets", "`z_min`", "facet sets of the mesh: none"],
+    ),
     ("train plate.toml --minutes -1", &["budget", "-60", "give a positive"]),
     ("train plate.toml --target nan", &["target of a regression is NaN"]),
     ("train plate.toml --recipe dd --simulations none --out kept", &["none holds no simulations"]),
