@@ -32,7 +32,7 @@
 //! let prediction = emulator.predict(&[theta.clone()])?;
 //! let estimate = emulator.estimate(&prediction, 0)?;
 //! let corrected = emulator.correct(&theta, 1)?;
-//! assert!(corrected.steps[0].residual_after < estimate.residual);
+//! assert!(corrected.estimate.residual < estimate.residual);
 //!
 //! // Errors and times on cases that it has not seen.
 //! let test = TestSet::new(&body, simulate(&body, &[theta], "test", None, &mut ())?);
