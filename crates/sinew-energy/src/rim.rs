@@ -62,10 +62,10 @@ pub(crate) fn rim_origin(
         let [tilted, off] = missed(axis, sliding, origin, points).map(|force| force / area);
         let (name, axis) = (name.into(), ['x', 'y', 'z'][axis]);
         // Written so that a NaN is an error as well.
-        if !(tilted <= MISSED) {
+        if tilted.is_nan() || tilted > MISSED {
             return Err(SceneError::UnevenRim { name, axis, least, most, part: tilted });
         }
-        if !(off <= MISSED) {
+        if off.is_nan() || off > MISSED {
             return Err(SceneError::RimPlanes { name, axis, first: least, second: most });
         }
     }
