@@ -53,7 +53,7 @@ fn a_short_newton_step_in_a_stiffening_law_is_no_small_error() {
     let theta = [2.0, 30.0, 10.0, 10.0];
     let body = pulled_by(5.0);
     let truth = solve(&body, &theta).unwrap().displacement;
-    // The equilibrium of two thousand times the load, about four times as far.
+    // The equilibrium of two thousand times the load, far beyond.
     let guess = solve(&pulled_by(1e4), &theta).unwrap().displacement;
     let mut solver = Solver::new(&body).unwrap();
     let step = solver.newton_step(&guess, &theta).unwrap();
@@ -64,7 +64,7 @@ fn a_short_newton_step_in_a_stiffening_law_is_no_small_error() {
         mean(&guess, &truth),
         found.distance.as_ref().err()
     );
-    assert!(of_step < 0.25 * mean(&guess, &truth), "the case is hard for one step");
+    assert!(of_step < 0.5 * mean(&guess, &truth), "one step understates by more than two");
     assert!(found.residual > 0.1, "{}", found.residual);
     assert_true_or_absent(&body, &guess, &theta);
     // Two per cent off there is a number, and it is true.
