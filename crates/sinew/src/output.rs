@@ -78,7 +78,7 @@ pub struct Results<'a> {
     pub rows: Vec<Row<'a>>,
 }
 
-/// Largest archive of fields that is written unasked [bytes].
+/// Largest archive of fields that is written unasked \[bytes\].
 pub const MOST_BYTES: usize = 64 << 20;
 
 impl Results<'_> {
