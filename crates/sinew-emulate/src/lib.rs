@@ -41,6 +41,7 @@
 //! - [`TrainingOptions`]: budget, seed, folder for what is kept and resumed. [`Observer`] hears of progress; what makes a
 //!   result less trustworthy is a [`Warning`] in it.
 
+mod answer;
 mod calibration;
 mod campaign;
 mod checksums;
@@ -57,6 +58,7 @@ mod network;
 mod one_stiffness;
 mod options;
 mod parameters;
+mod plan;
 mod population;
 mod progress;
 mod quantiles;
@@ -74,6 +76,7 @@ mod terminal;
 mod timing;
 mod warning;
 
+pub use answer::{Answer, Source};
 pub use calibration::Calibration;
 pub use campaign::{Shard, merge, simulate_shard};
 pub use coordinates::Coordinates;
@@ -86,6 +89,7 @@ pub use evaluation::{Corrected, Evaluation, Times};
 pub use network::{CurvePoint, Kept, Network};
 pub use one_stiffness::OneStiffness;
 pub use options::{Budget, TrainingOptions};
+pub use plan::{Answers, Cost, Method, Plan};
 pub use population::{Axes, Draw, Loss, Population, PopulationEmulator, Start, StreamProgress};
 pub use progress::{Counter, Observer, Progress};
 pub use quantiles::Quantiles;

@@ -49,7 +49,14 @@ pub struct Distance {
     pub contraction: f64,
     /// Displacement of the equilibrium as the steps foresee it, node by node \[length\].
     pub equilibrium: Vec<f64>,
+    /// Mean nodal error of that displacement itself: the geometric series of the steps that would follow, at the slowest contraction that was
+    /// seen, twice \[length\].
+    pub left_open: f64,
 }
+
+/// Simplified steps contract ever more slowly, for their error turns towards the slowest direction: the series that they leave open counts so
+/// often.
+const SAFETY: f64 = 2.0;
 
 /// Reason for which a displacement has no error estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
@@ -162,13 +169,14 @@ impl Solver<'_> {
             let balanced = step.residual_before <= self.system.assembly.tolerance();
             if step.shift == 0.0 && (step.length == 1.0 || balanced) {
                 let found = self.simplified_steps(&from, &step, theta);
-                if let Some(Contracted { equilibrium, energy, last, ratio }) = found {
+                if let Some(found) = found {
+                    let energy = found.energy;
                     let at_rest = estimate.energy_at_rest;
                     let noise = self.system.assembly.energy_noise;
                     if let Some(at_rest) = at_rest.filter(|rest| energy > rest + noise) {
                         return Ok(Err(NotNearEquilibrium::AboveRest { energy, at_rest }));
                     }
-                    return Ok(Ok(self.distance(displacement, equilibrium, &last, ratio)));
+                    return Ok(Ok(self.distance(displacement, found)));
                 }
             } else if step.length == 0.0 {
                 return Ok(Err(NotNearEquilibrium::Stuck { residual }));
@@ -193,7 +201,7 @@ impl Solver<'_> {
         let mut at = step.displacement.clone();
         let mut last = difference(&at, from);
         let mut size = [step.energy_norm, mean_and_largest(&last)[0]];
-        let (mut ratio, mut energy): (f64, f64) = (0.0, step.energy_after);
+        let (mut ratio, mut slowest, mut energy): (f64, f64, f64) = (0.0, 0.0, step.energy_after);
         for _ in 0..SIMPLIFIED {
             energy = self.body().value_and_gradient(&at, theta, &mut gradient);
             let free: Vec<f64> = self.system.sparsity.gather(&gradient).collect();
@@ -207,6 +215,7 @@ impl Solver<'_> {
             // A step to where a cell is inverted or forces overflow contracts nothing.
             let finite = energy.is_finite() && free.iter().chain(&now).all(|x| x.is_finite());
             ratio = (now[0] / size[0]).max(now[1] / size[1]);
+            slowest = slowest.max(ratio);
             if !finite || ratio > CONTRACTS {
                 return None;
             }
@@ -218,30 +227,29 @@ impl Solver<'_> {
             energy,
             last,
             ratio,
+            slowest,
         })
     }
 
     /// Distance to the equilibrium that steps lead to; those that would follow are shorter by the contraction each.
-    fn distance(
-        &self,
-        displacement: &[f64],
-        equilibrium: Vec<f64>,
-        last: &[f64],
-        contraction: f64,
-    ) -> Distance {
+    fn distance(&self, displacement: &[f64], found: Contracted) -> Distance {
+        let Contracted { equilibrium, last, ratio: contraction, slowest, .. } = found;
         let error = difference(displacement, &equilibrium);
         let free: Vec<f64> = self.system.sparsity.gather(&error).collect();
         let mut forces = vec![0.0; free.len()];
         self.system.apply(&free, &mut forces);
-        let open = contraction / (1.0 - contraction);
+        let open = |ratio: f64| ratio / (1.0 - ratio);
         let ([mean, largest], [mean_of_last, largest_of_last]) =
-            (mean_and_largest(&error), mean_and_largest(last));
+            (mean_and_largest(&error), mean_and_largest(&last));
+        let left_open = SAFETY * open(slowest) * mean_of_last;
+        let open = open(contraction);
         Distance {
             energy_norm: dot(&free, &forces).max(0.0).sqrt(),
             mean: mean + open * mean_of_last,
             largest: largest + open * largest_of_last,
             contraction,
             equilibrium,
+            left_open,
         }
     }
 
@@ -266,6 +274,8 @@ struct Contracted {
     last: Vec<f64>,
     /// Length of the last relative to that before.
     ratio: f64,
+    /// Largest such ratio.
+    slowest: f64,
 }
 
 fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {

@@ -1,5 +1,7 @@
 //! Predictions and their corrections.
 
+mod answer;
+
 use super::{
     Answer, Batch, CaseArguments, MOST_WARNINGS, ThetaArguments, Written, refuse, trained,
 };
@@ -36,6 +38,9 @@ with an estimate of its error, by Newton steps that contract, or says why there 
 comes nearer, a tenth to a thousandth of the error, at a tenth of a Newton step or less each. A row of a table that fails
 is a row of cases.csv with the reason, and the exit code is not 0.
 
+With --accuracy no emulator is needed: solver, Taylor expansion or a trained emulator is taken, whichever costs least by solves
+that are timed, and each answer is refined until its checked error is below the tolerance. Writes into OUT/predict/accuracy.
+
 Example: sinew sample OnceClampedBeam && sinew predict OnceClampedBeam --theta out/OnceClampedBeam/sample/thetas.csv")]
 pub(crate) struct Predict {
     #[command(flatten)]
@@ -46,6 +51,10 @@ pub(crate) struct Predict {
     /// Without error estimates
     #[arg(long)]
     quick: bool,
+    /// Largest mean nodal error, relative to the mean nodal displacement, such as 1e-3: answers are refined until they are checked
+    /// to be within it
+    #[arg(long, value_name = "TOLERANCE", conflicts_with_all = ["refine", "quick"])]
+    accuracy: Option<f64>,
 }
 
 /// For which parameters, and how often.
@@ -114,6 +123,9 @@ impl Asked {
 impl Predict {
     pub(crate) fn run(&self) -> Result<()> {
         let (case, body, folder) = self.asked.case.open()?;
+        if let Some(accuracy) = self.accuracy {
+            return answer::to(&self.asked, accuracy, (&case, &body, &folder));
+        }
         let Opened { mut batch, emulator, name } = self.asked.open(&case, &body, &folder)?;
         let prediction = predicted(&emulator, &mut batch, self.refine)?;
         let estimates = match self.quick {

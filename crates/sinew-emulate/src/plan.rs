@@ -1,0 +1,234 @@
+//! The planner: many parameter sets to an accuracy, by the method that costs least.
+
+use crate::answer::{Answer, check_accuracy};
+use crate::parameters::check_length;
+use crate::progress::{Counter, Observer};
+use crate::{Body, Emulator, Error, Result};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use sinew_fem::{Options, Solver, sweep};
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+/// Answers between two signs of progress: some chains of neighbours that a sweep solves.
+const AT_ONCE: usize = 100;
+/// Parameter sets below which the solver answers without a look at the alternatives: measuring them takes two solves.
+const FEW: usize = 4;
+
+/// A method that can answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// The solver, each set on its own.
+    Solver,
+    /// A Taylor expansion about one solve at the centre of the ranges, and Newton steps.
+    Expansion,
+    /// An emulator that is trained already, and Newton steps.
+    Emulator,
+}
+
+impl Method {
+    /// For tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Solver => "solver",
+            Self::Expansion => "expansion + Newton steps",
+            Self::Emulator => "trained emulator + Newton steps",
+        }
+    }
+}
+
+/// Cost of a method.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cost {
+    /// The method.
+    pub method: Method,
+    /// Time before the first answer \[s\].
+    pub prepare_s: f64,
+    /// Time of an answer on one thread \[s\].
+    pub each_s: f64,
+    /// Expected wall time of all answers on the threads there are \[s\].
+    pub total_s: f64,
+}
+
+/// Costs of the methods for a number of parameter sets, from solves that were timed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Plan {
+    /// Parameter sets.
+    pub sets: usize,
+    /// Tolerance: mean nodal error relative to the mean nodal displacement.
+    pub accuracy: f64,
+    /// Methods, the one with the least expected time first.
+    pub costs: Vec<Cost>,
+}
+
+impl Plan {
+    /// Times a solve from rest and one from its result at the centre of the ranges and at a parameter set, and a checked Newton step.
+    ///
+    /// A `trained` emulator's own costs are steps alone. Below four sets without one the solver is taken at once.
+    ///
+    /// # Errors
+    /// An accuracy outside 1e-10 to 0.5, θ of the wrong length.
+    pub fn new(
+        body: &Body,
+        thetas: &[Vec<f64>],
+        accuracy: f64,
+        trained: Option<&Emulator<'_>>,
+    ) -> Result<Self> {
+        check_accuracy(accuracy)?;
+        thetas.iter().try_for_each(|theta| check_length(body, theta))?;
+        let sets = thetas.len();
+        let plan = |costs| Ok(Self { sets, accuracy, costs });
+        let alone = |method| Cost { method, prepare_s: 0.0, each_s: f64::NAN, total_s: f64::NAN };
+        if sets < FEW {
+            let method = if trained.is_some() { Method::Emulator } else { Method::Solver };
+            return plan(vec![alone(method)]);
+        }
+        let Some(timed) = Timed::measure(body, &thetas[0])? else {
+            return plan(vec![alone(Method::Solver)]);
+        };
+        let threads = rayon::current_num_threads() as f64;
+        let cost = |method, prepare_s: f64, each_s: f64| {
+            let total_s = prepare_s + each_s * sets as f64 / threads.min(sets as f64);
+            Cost { method, prepare_s, each_s, total_s }
+        };
+        let mut costs = vec![cost(Method::Solver, 0.0, timed.solve_s)];
+        if !body.parameters.is_empty() {
+            costs.push(cost(Method::Expansion, timed.expansion_s(body), timed.checked_s));
+        }
+        if trained.is_some() {
+            costs.push(cost(Method::Emulator, 0.0, timed.checked_s));
+        }
+        costs.sort_by(|a, b| a.total_s.total_cmp(&b.total_s));
+        plan(costs)
+    }
+
+    /// The method that is taken.
+    pub fn method(&self) -> Method {
+        self.costs[0].method
+    }
+}
+
+/// Seconds that a plan is made of.
+struct Timed {
+    /// A solve near to another one.
+    solve_s: f64,
+    /// A solve from rest.
+    rest_s: f64,
+    /// A Newton step with its check.
+    checked_s: f64,
+}
+
+impl Timed {
+    /// `None` where the body has no equilibrium at the centre or at `theta`.
+    fn measure(body: &Body, theta: &[f64]) -> Result<Option<Self>> {
+        let (mut solver, options) = (Solver::new(body)?, Options::default());
+        let Ok(centre) = solver.solve(&body.centre(), &options) else { return Ok(None) };
+        let Ok(near) = solver.solve_from(&centre.displacement, theta, &options) else {
+            return Ok(None);
+        };
+        let checked = solver.error_estimate(&near.displacement, theta)?;
+        Ok(Some(Self {
+            solve_s: near.seconds.min(centre.seconds),
+            rest_s: centre.seconds,
+            checked_s: checked.seconds,
+        }))
+    }
+
+    /// Time of a Taylor expansion of second order: a solve, derivatives by one and two parameters, and their trial.
+    fn expansion_s(&self, body: &Body) -> f64 {
+        let count = body.parameters.len() as f64;
+        let states = 1.0 + count + count * (count + 1.0);
+        self.rest_s + states * self.checked_s / STATES_A_STEP
+    }
+}
+
+/// Derivatives that take as long as a Newton step with its check (measured on a beam of 741 and a ventricle of 1570 nodes).
+const STATES_A_STEP: f64 = 1.0;
+
+/// Answers to all parameter sets, and how they were come by.
+#[derive(Debug)]
+pub struct Answers {
+    /// Expected costs.
+    pub plan: Plan,
+    /// Answers in the order of the parameter sets, or why there is none.
+    pub answers: Vec<std::result::Result<Answer, String>>,
+    /// Wall time of plan, preparation and answers \[s\].
+    pub seconds: f64,
+}
+
+impl Answers {
+    /// Displacements of a body at each of `thetas` to a relative `accuracy`, by the method that costs least; every answer is checked.
+    ///
+    /// ```
+    /// # use sinew_emulate::{Answers, Design};
+    /// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
+    /// # let beam = Scene::new(sinew_mesh::box_tetrahedra([30.0, 10.0, 10.0], [6, 2, 2]), NeoHookean)
+    /// #     .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
+    /// #     .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
+    /// #     .load(Load::BodyForce([0.0, 0.0, -1e-2])) // kPa/mm
+    /// #     .support(Support::clamped("x_min"))
+    /// #     .lower()?;
+    /// let thetas = Design::LatinHypercube.sample(&beam.parameters, 30, 1)?;
+    /// let found = Answers::to(&beam, &thetas, 1e-3, None, &mut ())?;
+    /// assert!(found.answers.iter().flatten().filter(|answer| answer.is_within(1e-3)).count() == 30);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Plan::new`], a body that cannot be solved for any θ, an observer that breaks. Sets without an answer are no error.
+    pub fn to<'b>(
+        body: &'b Body,
+        thetas: &[Vec<f64>],
+        accuracy: f64,
+        trained: Option<&Emulator<'b>>,
+        observer: &mut dyn Observer,
+    ) -> Result<Self> {
+        let start = Instant::now();
+        let plan = Plan::new(body, thetas, accuracy, trained)?;
+        Self::by(plan, body, thetas, trained, observer, start)
+    }
+
+    fn by<'b>(
+        plan: Plan,
+        body: &'b Body,
+        thetas: &[Vec<f64>],
+        trained: Option<&Emulator<'b>>,
+        observer: &mut dyn Observer,
+        start: Instant,
+    ) -> Result<Self> {
+        let accuracy = plan.accuracy;
+        let expansion = match plan.method() {
+            // Without an equilibrium at the centre the solver answers alone.
+            Method::Expansion => Emulator::series(body, 1).ok(),
+            Method::Solver | Method::Emulator => None,
+        };
+        let emulator = match plan.method() {
+            Method::Emulator => trained,
+            Method::Expansion | Method::Solver => expansion.as_ref(),
+        };
+        let mut answers = Vec::with_capacity(thetas.len());
+        let mut counter = Counter::new(observer, "answer", 0, thetas.len());
+        for thetas in thetas.chunks(AT_ONCE) {
+            let found: Vec<_> = match emulator {
+                Some(emulator) => {
+                    let answer = |theta: &Vec<f64>| emulator.answer(theta, accuracy);
+                    let told = |theta| answer(theta).map_err(|error| error.to_string());
+                    thetas.par_iter().map(told).collect()
+                }
+                None => {
+                    let swept = sweep(body, thetas, &Options::default(), || ())?.results;
+                    let told = |found: std::result::Result<_, sinew_fem::SolveError>| {
+                        found.map(Answer::from).map_err(|error| error.to_string())
+                    };
+                    swept.into_iter().map(told).collect()
+                }
+            };
+            answers.extend(found);
+            if let ControlFlow::Break(()) = counter.step(thetas.len(), "") {
+                return Err(Error::Interrupted { stage: "answer".into() });
+            }
+        }
+        Ok(Self { plan, answers, seconds: start.elapsed().as_secs_f64() })
+    }
+}

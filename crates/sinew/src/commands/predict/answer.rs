@@ -1,0 +1,98 @@
+//! Answers to an accuracy that is asked for, by the method that costs least.
+
+use super::{Asked, others};
+use crate::commands::{Answer as Cells, trained, warn_of_locking};
+use anyhow::{Result, bail};
+use sinew::output::{Quality, displacement_in_words, mean_and_largest};
+use sinew::{Body, Case, Emulator};
+use sinew_emulate::{Answer, Answers, Plan, Source, Terminal};
+use std::path::Path;
+
+/// Name of the folder of answers.
+const FOLDER: &str = "accuracy";
+
+/// Answers all rows and writes them.
+///
+/// # Errors
+/// An accuracy that makes no sense, an emulator that is named and not there, rows without an answer or beyond the tolerance.
+pub(super) fn to(
+    asked: &Asked,
+    accuracy: f64,
+    (case, body, folder): (&Case, &Body, &Path),
+) -> Result<()> {
+    let mut batch = asked.theta.read(body)?;
+    let emulator = match (&asked.emulator, trained(folder)) {
+        (None, Err(_)) => None,
+        _ => Some(Emulator::load(&asked.chosen(case, folder)?.1, body)?),
+    };
+    warn_of_locking(sinew_fem::locking_over_ranges(body)?);
+    let thetas = batch.thetas();
+    let found = Answers::to(body, &thetas, accuracy, emulator.as_ref(), &mut Terminal::default())?;
+    tell(&found.plan);
+    let open: Vec<usize> = batch.open().collect();
+    let mut answers: Vec<Answer> = Vec::new();
+    for (row, answer) in open.into_iter().zip(found.answers) {
+        match answer {
+            Ok(answer) => answers.push(answer),
+            Err(reason) => batch.fail(body, row, reason),
+        }
+    }
+    batch.print(body, |place| {
+        let Answer { displacement, error, .. } = &answers[place];
+        let moved = displacement_in_words(displacement, &body.units.length);
+        format!(": displacement {moved}; checked error {error:.1e}")
+    });
+    let beyond = answers.iter().filter(|answer| !answer.is_within(accuracy)).count();
+    let solved = answers.iter().filter(|answer| answer.source == Source::Solved).count();
+    println!(
+        "{} answers in {:.1} s, {solved} of them by the solver; {} within {accuracy:e}",
+        answers.len(),
+        found.seconds,
+        answers.len() - beyond
+    );
+    let cells = answers.iter().map(|answer| Cells {
+        fields: vec![&answer.displacement],
+        quality: Some(quality(answer)),
+        warnings: others(&answer.warnings),
+    });
+    batch.write(
+        body,
+        &["answer"],
+        cells.collect(),
+        &asked.written,
+        &folder.join("predict").join(FOLDER),
+    )?;
+    match beyond {
+        0 => Ok(()),
+        _ => bail!(
+            "{beyond} of {} answers are not within {accuracy:e}: the column `estimate` of cases.csv says how far they are",
+            answers.len()
+        ),
+    }
+}
+
+/// The table of costs.
+fn tell(plan: &Plan) {
+    for (place, cost) in plan.costs.iter().enumerate() {
+        let taken = if place == 0 { "taken" } else { "     " };
+        let name = cost.method.name();
+        match cost.total_s.is_finite() {
+            true => println!(
+                "{taken} {name:34} {:8.2} s expected: {:.2} s to prepare, {:.1} ms a set",
+                cost.total_s,
+                cost.prepare_s,
+                1e3 * cost.each_s
+            ),
+            false => println!("{taken} {name:34} for {} sets", plan.sets),
+        }
+    }
+}
+
+fn quality(answer: &Answer) -> Quality {
+    let mean = answer.error * mean_and_largest(&answer.displacement)[0];
+    let kind = match answer.source {
+        Source::Solved => format!("solver, {} Newton steps", answer.steps),
+        Source::Predicted => format!("{} Newton steps that contract", answer.steps),
+    };
+    Quality { mean: Some(mean), kind, ..Quality::default() }
+}
