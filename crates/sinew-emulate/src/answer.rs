@@ -83,34 +83,33 @@ impl Emulator<'_> {
         let start = Instant::now();
         let predicted = self.predict(&[theta.to_vec()])?.displacement;
         let mut answer =
-            self.with_solver(|solver| answer_from(solver, predicted, theta, accuracy))?;
+            self.with_solver(|solver| match confirmed(solver, predicted, theta, accuracy)? {
+                Some(answer) => Ok(answer),
+                None => Ok(solver.solve(theta, &Options::default())?.into()),
+            })?;
         answer.warnings.extend(extrapolation(self.body, theta));
         answer.seconds = start.elapsed().as_secs_f64();
         Ok(answer)
     }
 }
 
-/// An answer from a prediction, or from rest where Newton's method does not contract there.
-fn answer_from(
+/// An answer from a prediction; `None` where Newton's method does not contract there.
+pub(crate) fn confirmed(
     solver: &mut Solver<'_>,
     predicted: Vec<f64>,
     theta: &[f64],
     accuracy: f64,
-) -> Result<Answer> {
-    let start = Instant::now();
-    let mut steps = 0;
-    let contracted = contract(solver, predicted, theta, accuracy, &mut steps)?;
-    let (displacement, error, source) = match contracted {
-        Some((displacement, error)) => (displacement, error, Source::Predicted),
-        None => {
-            let solution = solver.solve(theta, &Options::default())?;
-            steps += solution.iterations();
-            let error = balance(&solution);
-            (solution.displacement, error, Source::Solved)
-        }
-    };
-    let (warnings, seconds) = (Vec::new(), start.elapsed().as_secs_f64());
-    Ok(Answer { displacement, error, steps, source, seconds, warnings })
+) -> Result<Option<Answer>> {
+    let (start, mut steps) = (Instant::now(), 0);
+    let found = contract(solver, predicted, theta, accuracy, &mut steps)?;
+    Ok(found.map(|(displacement, error)| Answer {
+        displacement,
+        error,
+        steps,
+        source: Source::Predicted,
+        seconds: start.elapsed().as_secs_f64(),
+        warnings: Vec::new(),
+    }))
 }
 
 impl From<Solution> for Answer {
@@ -121,7 +120,7 @@ impl From<Solution> for Answer {
             source: Source::Solved,
             seconds: solution.seconds,
             displacement: solution.displacement,
-            warnings: Vec::new(),
+            warnings: if solution.jumped { vec![Warning::Jumped] } else { Vec::new() },
         }
     }
 }

@@ -42,6 +42,7 @@
 //!   result less trustworthy is a [`Warning`] in it.
 
 mod answer;
+mod answers;
 mod calibration;
 mod campaign;
 mod checksums;
@@ -77,6 +78,7 @@ mod timing;
 mod warning;
 
 pub use answer::{Answer, Source};
+pub use answers::Answers;
 pub use calibration::Calibration;
 pub use campaign::{Shard, merge, simulate_shard};
 pub use coordinates::Coordinates;
@@ -89,7 +91,7 @@ pub use evaluation::{Corrected, Evaluation, Times};
 pub use network::{CurvePoint, Kept, Network};
 pub use one_stiffness::OneStiffness;
 pub use options::{Budget, TrainingOptions};
-pub use plan::{Answers, Cost, Method, Plan};
+pub use plan::{Cost, Method, Plan};
 pub use population::{Axes, Draw, Loss, Population, PopulationEmulator, Start, StreamProgress};
 pub use progress::{Counter, Observer, Progress};
 pub use quantiles::Quantiles;

@@ -1,17 +1,11 @@
 //! The planner: many parameter sets to an accuracy, by the method that costs least.
 
-use crate::answer::{Answer, check_accuracy};
+use crate::answer::check_accuracy;
 use crate::parameters::check_length;
-use crate::progress::{Counter, Observer};
-use crate::{Body, Emulator, Error, Result};
-use rayon::prelude::*;
+use crate::{Body, Emulator, Result};
 use serde::{Deserialize, Serialize};
-use sinew_fem::{Options, Solver, sweep};
-use std::ops::ControlFlow;
-use std::time::Instant;
+use sinew_fem::{Options, Solver};
 
-/// Answers between two signs of progress: some chains of neighbours that a sweep solves.
-const AT_ONCE: usize = 100;
 /// Parameter sets below which the solver answers without a look at the alternatives: measuring them takes two solves.
 const FEW: usize = 4;
 
@@ -145,90 +139,3 @@ impl Timed {
 
 /// Derivatives that take as long as a Newton step with its check (measured on a beam of 741 and a ventricle of 1570 nodes).
 const STATES_A_STEP: f64 = 1.0;
-
-/// Answers to all parameter sets, and how they were come by.
-#[derive(Debug)]
-pub struct Answers {
-    /// Expected costs.
-    pub plan: Plan,
-    /// Answers in the order of the parameter sets, or why there is none.
-    pub answers: Vec<std::result::Result<Answer, String>>,
-    /// Wall time of plan, preparation and answers \[s\].
-    pub seconds: f64,
-}
-
-impl Answers {
-    /// Displacements of a body at each of `thetas` to a relative `accuracy`, by the method that costs least; every answer is checked.
-    ///
-    /// ```
-    /// # use sinew_emulate::{Answers, Design};
-    /// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
-    /// # let beam = Scene::new(sinew_mesh::box_tetrahedra([30.0, 10.0, 10.0], [6, 2, 2]), NeoHookean)
-    /// #     .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
-    /// #     .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
-    /// #     .load(Load::BodyForce([0.0, 0.0, -1e-2])) // kPa/mm
-    /// #     .support(Support::clamped("x_min"))
-    /// #     .lower()?;
-    /// let thetas = Design::LatinHypercube.sample(&beam.parameters, 30, 1)?;
-    /// let found = Answers::to(&beam, &thetas, 1e-3, None, &mut ())?;
-    /// assert!(found.answers.iter().flatten().filter(|answer| answer.is_within(1e-3)).count() == 30);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    ///
-    /// # Errors
-    /// As [`Plan::new`], a body that cannot be solved for any θ, an observer that breaks. Sets without an answer are no error.
-    pub fn to<'b>(
-        body: &'b Body,
-        thetas: &[Vec<f64>],
-        accuracy: f64,
-        trained: Option<&Emulator<'b>>,
-        observer: &mut dyn Observer,
-    ) -> Result<Self> {
-        let start = Instant::now();
-        let plan = Plan::new(body, thetas, accuracy, trained)?;
-        Self::by(plan, body, thetas, trained, observer, start)
-    }
-
-    fn by<'b>(
-        plan: Plan,
-        body: &'b Body,
-        thetas: &[Vec<f64>],
-        trained: Option<&Emulator<'b>>,
-        observer: &mut dyn Observer,
-        start: Instant,
-    ) -> Result<Self> {
-        let accuracy = plan.accuracy;
-        let expansion = match plan.method() {
-            // Without an equilibrium at the centre the solver answers alone.
-            Method::Expansion => Emulator::series(body, 1).ok(),
-            Method::Solver | Method::Emulator => None,
-        };
-        let emulator = match plan.method() {
-            Method::Emulator => trained,
-            Method::Expansion | Method::Solver => expansion.as_ref(),
-        };
-        let mut answers = Vec::with_capacity(thetas.len());
-        let mut counter = Counter::new(observer, "answer", 0, thetas.len());
-        for thetas in thetas.chunks(AT_ONCE) {
-            let found: Vec<_> = match emulator {
-                Some(emulator) => {
-                    let answer = |theta: &Vec<f64>| emulator.answer(theta, accuracy);
-                    let told = |theta| answer(theta).map_err(|error| error.to_string());
-                    thetas.par_iter().map(told).collect()
-                }
-                None => {
-                    let swept = sweep(body, thetas, &Options::default(), || ())?.results;
-                    let told = |found: std::result::Result<_, sinew_fem::SolveError>| {
-                        found.map(Answer::from).map_err(|error| error.to_string())
-                    };
-                    swept.into_iter().map(told).collect()
-                }
-            };
-            answers.extend(found);
-            if let ControlFlow::Break(()) = counter.step(thetas.len(), "") {
-                return Err(Error::Interrupted { stage: "answer".into() });
-            }
-        }
-        Ok(Self { plan, answers, seconds: start.elapsed().as_secs_f64() })
-    }
-}

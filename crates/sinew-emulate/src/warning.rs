@@ -35,6 +35,12 @@ pub enum Warning {
          `sinew solve --load-steps`"
     )]
     SeveralEquilibria { stage: String, count: usize, theta: String },
+    /// A solve that met an indefinite stiffness.
+    #[error(
+        "the solver passed states that are not stable: the body may have other stable equilibria; `sinew solve --load-steps` finds that of \
+         a rising load"
+    )]
+    Jumped,
     /// An error larger than was asked for.
     #[error(
         "the error on the held-out cases is {:.2e} of the displacements where {:.2e} was asked for; simulate more, or allow more time",

@@ -236,3 +236,28 @@ fn a_load_that_moves_nothing_is_warned_of() {
     let moved = |largest: f64| hardly_moves(&body, &vec![largest; 3 * body.nodes]);
     assert!(moved(1e-5).is_some() && moved(1e-4).is_none());
 }
+
+#[test]
+fn an_accuracy_is_met_without_an_emulator() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("plate.toml"), PLATE).unwrap();
+    done(folder.path(), "sample plate.toml --count 12 --solve");
+    let theta = "--theta out/plate/sample/thetas.csv";
+    let told = done(folder.path(), &format!("predict plate.toml {theta} --accuracy 1e-6"));
+    assert!(told.contains("12 within 1e-6") && told.contains("taken "), "{told}");
+    let table = folder.path().join("out/plate/predict/accuracy/cases.csv");
+    let table = std::fs::read_to_string(table).unwrap();
+    let head: Vec<_> = table.lines().next().unwrap().split(',').collect();
+    let solved = std::fs::read_to_string(folder.path().join("out/plate/sample/cases.csv")).unwrap();
+    let solved_head: Vec<_> = solved.lines().next().unwrap().split(',').collect();
+    let column = |head: &[&str], name: &str| head.iter().position(|h| h.contains(name)).unwrap();
+    let (ours, theirs) = (column(&head, "mean u"), column(&solved_head, "mean u"));
+    for (a, b) in table.lines().zip(solved.lines()).skip(1) {
+        let number =
+            |line: &str, at: usize| line.split(',').nth(at).unwrap().parse::<f64>().unwrap();
+        let (a, b) = (number(a, ours), number(b, theirs));
+        assert!((a / b - 1.0).abs() < 1e-6, "{a} for {b}");
+    }
+    let (code, told) = sinew(folder.path(), "predict plate.toml --accuracy 2");
+    assert!(code == 2 && told.contains("1e-10 to 0.5"), "{code}: {told}");
+}
