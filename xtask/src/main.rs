@@ -5,7 +5,9 @@
 
 mod arrows;
 mod ci;
+mod circles;
 mod command;
+mod imports;
 mod miri;
 mod page;
 
@@ -49,10 +51,12 @@ enum Task {
     CoverageEstimates(Options),
     /// Run the benchmarks of the solver against references it shares no code with
     Verify(Options),
-    /// Format, lints, documentation, dependency arrows and tests: what continuous integration runs
+    /// Format, lints, documentation, dependency arrows, circles of imports and tests: what continuous integration runs
     Ci,
     /// Hold the crates' dependencies against the table in docs/architecture.md
     Arrows,
+    /// Find circles of imports of more than two files inside a crate
+    Circles,
     /// Run the tests of the matrix product, whose code is unsafe, under Miri on the nightly toolchain
     Miri,
     /// Open reports in a headless Chromium: errors, overlapping labels, contrast, in light and dark
@@ -82,6 +86,7 @@ fn main() -> Result<()> {
         Task::Verify(Options { options }) => command::verify(&options),
         Task::Ci => ci::run(),
         Task::Arrows => arrows::check(),
+        Task::Circles => circles::check(),
         Task::Miri => miri::run(),
         Task::Page { pages } => page::check(&pages),
         Task::Bench { options } => command::benches(&options),

@@ -6,6 +6,7 @@ use crate::index::GatherPlan;
 use crate::mlp_backward::backward;
 use crate::mlp_kernel::{Activations, Keep, Parameters, Source, forward};
 use crate::normalise::Normalisation;
+use crate::perceptron::{Input, LayerNormalisation, PerceptronWeights};
 use crate::reference;
 use burn::tensor::{DType, Tensor};
 use std::sync::Arc;
@@ -13,53 +14,6 @@ use std::sync::Arc;
 /// Hidden activations of an evaluation are kept for the backward pass up to this many bytes, and
 /// computed again beyond it, so that memory stays bounded.
 const KEPT_BYTES: usize = 64 << 20;
-
-/// Weights of a perceptron with two hidden layers,
-/// `x ↦ N(f(f(x W₁ + b₁) W₂ + b₂) W₃ + b₃)` with N the normalisation, if any.
-#[derive(Clone, Debug)]
-pub struct PerceptronWeights {
-    /// Activation f of both hidden layers.
-    pub activation: Activation,
-    /// W₁, `[inputs, h]`.
-    pub first_weight: Tensor<2>,
-    /// b₁, `[h]`.
-    pub first_bias: Tensor<1>,
-    /// W₂, `[h, h']`.
-    pub second_weight: Tensor<2>,
-    /// b₂, `[h']`.
-    pub second_bias: Tensor<1>,
-    /// W₃, `[h', m]`.
-    pub third_weight: Tensor<2>,
-    /// b₃, `[m]`.
-    pub third_bias: Tensor<1>,
-    /// Layer normalisation of the output.
-    pub normalisation: Option<LayerNormalisation>,
-}
-
-/// Normalisation of every row to mean zero and variance one, then `gain · x + offset`.
-#[derive(Clone, Debug)]
-pub struct LayerNormalisation {
-    /// `[m]`.
-    pub gain: Tensor<1>,
-    /// `[m]`.
-    pub offset: Tensor<1>,
-    /// Added to the variance.
-    pub epsilon: f64,
-}
-
-/// One part of a perceptron's input.
-#[derive(Clone, Debug)]
-pub enum Input {
-    /// Numbers that the first weight multiplies.
-    Features {
-        /// `[rows, d]`.
-        values: Tensor<2>,
-        /// They meet the rows of W₁ from this one on.
-        first_row: usize,
-    },
-    /// Products with the first weight formed before, `[rows, h]`.
-    Product(Tensor<2>),
-}
 
 /// Evaluates a perceptron on gathered rows as one operation: row `r` of the result, `[rows, m]`,
 /// is that of the input whose part `k` is row `index_k(r)` of `inputs[k]`, with the indices of

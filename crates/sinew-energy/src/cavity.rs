@@ -2,8 +2,8 @@
 
 use crate::Body;
 use crate::lower::geometry::cross;
-use crate::metrics::deformed_volume;
 use sinew_mesh::{TriangleMesh, boundary_facets};
+use sinew_num::Mat3;
 
 /// The space behind a surface that a pressure acts on, such as the chamber of a ventricle, closed by the cone
 /// over its rim to an apex in the middle of the rim.
@@ -89,6 +89,25 @@ impl Body {
         };
         self.cavities.iter().map(gradient).collect()
     }
+}
+
+/// Volume \[length³\] between a deformed surface and the cone over its rim with the given apex.
+///
+/// `facets` are counterclockwise seen from outside the volume. The surface of a ventricle's cavity is
+/// listed from outside the solid, which is inside the cavity: take the absolute value. With the apex in
+/// the plane of a flat rim, this is the volume under the lid.
+pub fn deformed_volume(
+    points: &[[f64; 3]],
+    displacement: &[f64],
+    facets: &[[usize; 3]],
+    apex: [f64; 3],
+) -> f64 {
+    let (u, _) = displacement.as_chunks::<3>();
+    let place = |node: usize| -> [f64; 3] {
+        std::array::from_fn(|i| points[node][i] + u[node][i] - apex[i])
+    };
+    let six_volumes = |nodes: &[usize; 3]| Mat3(nodes.map(place)).determinant();
+    facets.iter().map(six_volumes).sum::<f64>() / 6.0
 }
 
 #[cfg(test)]

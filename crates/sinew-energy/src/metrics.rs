@@ -4,6 +4,7 @@
 //! +∞ or NaN where the true value is zero.
 
 use crate::Body;
+pub use crate::cavity::deformed_volume;
 use sinew_num::Mat3;
 
 /// `‖u − û‖₂` of each node \[length\].
@@ -38,25 +39,6 @@ pub fn first_invariant_error(body: &Body, truth: &[f64], estimate: &[f64]) -> Ve
 /// cavity, eq. (3.24) [%]; see [`Body::value`] and [`deformed_volume`].
 pub fn relative_percent(truth: f64, estimate: f64) -> f64 {
     100.0 * ((truth - estimate) / truth).abs()
-}
-
-/// Volume \[length³\] between a deformed surface and the cone over its rim with the given apex.
-///
-/// `facets` are counterclockwise seen from outside the volume. The surface of a ventricle's cavity is
-/// listed from outside the solid, which is inside the cavity: take the absolute value. With the apex in
-/// the plane of a flat rim, this is the volume under the lid.
-pub fn deformed_volume(
-    points: &[[f64; 3]],
-    displacement: &[f64],
-    facets: &[[usize; 3]],
-    apex: [f64; 3],
-) -> f64 {
-    let (u, _) = displacement.as_chunks::<3>();
-    let place = |node: usize| -> [f64; 3] {
-        std::array::from_fn(|i| points[node][i] + u[node][i] - apex[i])
-    };
-    let six_volumes = |nodes: &[usize; 3]| Mat3(nodes.map(place)).determinant();
-    facets.iter().map(six_volumes).sum::<f64>() / 6.0
 }
 
 fn per_point(

@@ -1,8 +1,11 @@
 //! The twisting cube on the thesis' five meshes (Table 3.2): one network goes from the coarsest to the finest.
 
+pub(crate) mod meshes;
+
 use crate::options::Options;
 use crate::run::{test_set, train};
 use anyhow::{Context, Result};
+use meshes::{KEY, MESHES, Mesh};
 use serde::{Deserialize, Serialize};
 use sinew::recipe::PhysicsInformed;
 use sinew::{Body, Case, Emulator, Recipe, TestSet};
@@ -11,38 +14,6 @@ use sinew_report::format::count;
 use sinew_report::{Block, Cell, Chart, Column, Row, Section, Series, Style, Table};
 use sinew_study::program;
 use std::path::{Path, PathBuf};
-
-/// Name on the command line.
-pub(crate) const KEY: &str = "cube-meshes";
-/// Training time by default \[min\]: every network on every mesh.
-pub(crate) fn minutes() -> f64 {
-    let networks = |(index, mesh): (usize, &Mesh)| {
-        f64::from(u8::from(index > 0) + u8::from(mesh.own || index == 0))
-    };
-    MESHES.iter().enumerate().map(|pair| networks(pair) * pair.1.minutes).sum()
-}
-
-/// A mesh of Table 3.2.
-struct Mesh {
-    /// Cells along an edge.
-    cells: usize,
-    /// Cases that errors are measured on.
-    cases: usize,
-    /// Minutes of training, once from the mesh before and once from nothing.
-    minutes: f64,
-    /// Whether a network starts from nothing too.
-    own: bool,
-    /// Mean error in the slice that the thesis prints \[mm\], and its prediction times \[s\] on a GPU.
-    thesis: [f64; 3],
-}
-
-const MESHES: [Mesh; 5] = [
-    Mesh { cells: 6, cases: 50, minutes: 1.0, own: true, thesis: [1.3e-3, 1.7e-3, 2.1e-4] },
-    Mesh { cells: 9, cases: 50, minutes: 1.0, own: true, thesis: [1.1e-3, 1.9e-3, 2.2e-4] },
-    Mesh { cells: 15, cases: 20, minutes: 1.5, own: true, thesis: [1.2e-3, 4.1e-3, 2.4e-4] },
-    Mesh { cells: 23, cases: 10, minutes: 3.0, own: false, thesis: [1.1e-3, 1.1e-2, 5.0e-4] },
-    Mesh { cells: 27, cases: 10, minutes: 5.0, own: false, thesis: [1.7e-3, 1.6e-2, 5.9e-4] },
-];
 
 /// One network on one mesh.
 #[derive(Debug, Serialize, Deserialize)]

@@ -5,5 +5,5 @@ use sinew_organs::options::Options;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    sinew_study::program::end(sinew_organs::run::reproduce(&Options::parse()))
+    sinew_study::program::end(sinew_organs::reproduce::reproduce(&Options::parse()))
 }

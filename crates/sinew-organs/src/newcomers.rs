@@ -1,11 +1,13 @@
 //! An emulator of one ventricle meets others (thesis B.5): other shapes, other meshes, other numbers of nodes.
 
+pub(crate) mod shapes;
+
 use crate::options::Options;
 use crate::organs::{ORGANS, Organ};
 use crate::run::{CORRECTIONS, test_set, train};
 use anyhow::{Context, Result, ensure};
 use nalgebra::{Rotation3, Vector3};
-use sinew::case::EllipsoidMesh;
+use shapes::{KEY, SECONDS, SHAPES, Shape, Source};
 use sinew::recipe::PhysicsInformed;
 use sinew::{Body, Case, Comparison, Recipe};
 use sinew_emulate::Budget;
@@ -14,41 +16,8 @@ use sinew_report::{Block, Section};
 use sinew_study::program;
 use std::path::{Path, PathBuf};
 
-/// Name on the command line.
-pub(crate) const KEY: &str = "new-ventricle";
-/// Training time by default \[min\]: every shape with a network that was trained before and with one that was not.
-pub(crate) const MINUTES: f64 = 2.0 * SECONDS * SHAPES.len() as f64 / 60.0;
-/// The thesis' time to learn a new ventricle \[s\].
-const SECONDS: f64 = 90.0;
 /// Cases that errors are measured on.
 const CASES: usize = 50;
-
-/// A shape that no training has seen.
-struct Shape {
-    name: &'static str,
-    mesh: Source,
-}
-
-#[derive(Clone, Copy)]
-enum Source {
-    /// Between two ellipsoids \[mm\].
-    Ellipsoids(EllipsoidMesh),
-    /// Between the surfaces of a person's heart: the frame of the beat, and about how many nodes.
-    Heart(&'static str, usize),
-}
-
-/// Slender, everyday and round, of different resolution; and a real one, of a beat the least and the most filled frame.
-const SHAPES: [Shape; 5] = [
-    shape("slender", [19.0, 30.0], [62.0, 76.0], [2, 24, 14]),
-    shape("everyday", [24.0, 36.0], [61.0, 75.0], [2, 32, 14]),
-    shape("round", [27.0, 38.0], [52.0, 66.0], [3, 32, 16]),
-    Shape { name: "heart-008", mesh: Source::Heart("008", 1500) },
-    Shape { name: "heart-000", mesh: Source::Heart("000", 2500) },
-];
-
-const fn shape(name: &'static str, short: [f64; 2], long: [f64; 2], cells: [usize; 3]) -> Shape {
-    Shape { name, mesh: Source::Ellipsoids(EllipsoidMesh { short, long, base: 0.0, cells }) }
-}
 
 /// Trains the emulator of the ventricle unless it is there, and takes it to every shape.
 pub(crate) fn section(options: &Options) -> Result<Section> {

@@ -1,10 +1,9 @@
 //! The scenes, and what the thesis prints about them.
 
-use crate::options::Options;
-use crate::{cubes, newcomers, rates};
-use anyhow::Result;
+use crate::cubes::meshes;
+use crate::newcomers::shapes;
+use crate::rates::grid;
 use sinew::Published;
-use sinew_report::Section;
 
 /// A scene of the thesis.
 #[derive(Clone, Copy, Debug)]
@@ -131,15 +130,13 @@ pub(crate) struct Part {
     pub key: &'static str,
     /// Training time by default \[min\].
     pub minutes: fn() -> f64,
-    /// Does what is not done yet.
-    pub section: fn(&Options) -> Result<Section>,
 }
 
 /// All of them, after the scenes: one starts from the network of another.
 pub(crate) const PARTS: [Part; 3] = [
-    Part { key: cubes::KEY, minutes: cubes::minutes, section: cubes::section },
-    Part { key: newcomers::KEY, minutes: || newcomers::MINUTES, section: newcomers::section },
-    Part { key: rates::KEY, minutes: || rates::MINUTES, section: rates::section },
+    Part { key: meshes::KEY, minutes: meshes::minutes },
+    Part { key: shapes::KEY, minutes: || shapes::MINUTES },
+    Part { key: grid::KEY, minutes: || grid::MINUTES },
 ];
 
 const VENTRICLE: Published = Published {

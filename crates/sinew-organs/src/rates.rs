@@ -1,8 +1,11 @@
 //! Learning rates (thesis B.1): four beams trained by energy at several rates, in the thesis' way and in ours.
 
+pub(crate) mod grid;
+
 use crate::options::Options;
 use crate::run::train;
 use anyhow::Result;
+use grid::{KEY, OURS, SCENES, SECONDS, THESIS};
 use serde::{Deserialize, Serialize};
 use sinew::recipe::{PhysicsInformed, TrainingConfig};
 use sinew::{Body, Case};
@@ -10,20 +13,6 @@ use sinew_emulate::{Coordinates, CurvePoint, Network, store};
 use sinew_report::{Block, Cell, Chart, Column, Row, Section, Series, Style, Table};
 use sinew_study::program;
 use std::path::Path;
-
-/// Name on the command line.
-pub(crate) const KEY: &str = "learning-rates";
-/// Training time by default \[min\].
-pub(crate) const MINUTES: f64 =
-    SECONDS / 60.0 * (SCENES.len() * (THESIS.len() + OURS.len())) as f64;
-/// Of one network \[s\].
-const SECONDS: f64 = 20.0;
-const SCENES: [&str; 4] =
-    ["OnceClampedBeam", "TwiceClampedBeam", "TractionBeamHO", "TractionBeamGuccione"];
-/// Rates of Adam, kept to the end; with the last the thesis' trainings diverged.
-const THESIS: [f64; 4] = [1e-5, 5e-5, 1e-4, 5e-4];
-/// Peaks of Muon's rates, about the default.
-const OURS: [f64; 3] = [2e-3, 8e-3, 3.2e-2];
 
 /// A network trained at one rate.
 #[derive(Debug, Serialize, Deserialize)]

@@ -2,14 +2,14 @@
 
 use crate::map::{self, ErrorMap};
 use crate::options::Options;
-use crate::organs::{ORGANS, Organ, PARTS};
+use crate::organs::Organ;
 use crate::regions::{self, Regions};
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use sinew::case::{RecipeName, Training};
 use sinew::{Body, Case, Comparison, Emulator, Recipe, TestSet, TrainingOptions};
 use sinew_emulate::{Budget, Terminal, store};
 use sinew_report::{Block, Section};
-use sinew_study::program::{self, Growing};
+use sinew_study::program;
 use sinew_study::timing;
 use std::path::{Path, PathBuf};
 
@@ -24,46 +24,6 @@ const REGIONS: &str = "regions.json";
 const QUICK: [usize; 3] = [4, 12, 40];
 /// Cells of a stand-in ventricle and of a cube in a quick check.
 const QUICK_CELLS: [usize; 3] = [1, 16, 6];
-
-/// Runs everything that is asked for and writes the report, anew after every scene; the path of `report.html`.
-///
-/// # Errors
-/// Whatever keeps a scene from being run, and files that cannot be written. Scenes that are done are kept.
-pub fn reproduce(options: &Options) -> Result<PathBuf> {
-    let about = "Error and time on the same meshes, parameters and machine; the truth is our finite-element solution.";
-    let names = ["sinew-organs", "The thesis’ organs", about];
-    let mut growing = Growing::new(names, (options.seed, options.quick), options, |report| {
-        let [all, met] = report.verdicts();
-        format!(
-            "{met} of {all} comparisons with medians that the thesis prints are met, each emulator counted for itself."
-        )
-    })?;
-    let mut page = None;
-    for organ in ORGANS.iter().filter(|organ| options.wants(organ.key)) {
-        match section(options, organ).with_context(|| format!("scene {}", organ.key))? {
-            Some(section) => page = Some(growing.add(section, &options.out)?),
-            None => growing.report.notes.push(absent(options, organ)),
-        }
-    }
-    for part in PARTS.iter().filter(|part| options.wants(part.key)) {
-        let section = (part.section)(options).with_context(|| format!("scene {}", part.key))?;
-        page = Some(growing.add(section, &options.out)?);
-    }
-    page.with_context(|| format!("nothing was run: {}", growing.report.notes.join("; ")))
-}
-
-fn absent(options: &Options, organ: &Organ) -> String {
-    let file = organ.mesh.unwrap_or_default();
-    let note = match options.quick {
-        true => format!("{} was not run: a quick check leaves published meshes out", organ.scene),
-        false => {
-            let file = options.meshes.join(file);
-            format!("{} was not run: there is no {} (--meshes)", organ.scene, file.display())
-        }
-    };
-    eprintln!("{note}");
-    note
-}
 
 /// Prepares the folder of a scene: emptied, or checked to hold a run with the same options.
 ///
@@ -118,7 +78,7 @@ pub fn case(options: &Options, organ: &Organ) -> Result<Option<(Case, bool)>> {
     Ok(Some((case, own)))
 }
 
-fn section(options: &Options, organ: &Organ) -> Result<Option<Section>> {
+pub(crate) fn section(options: &Options, organ: &Organ) -> Result<Option<Section>> {
     let Some((case, own)) = case(options, organ)? else { return Ok(None) };
     eprintln!("\n{}: {}", case.name, case.about);
     let folder = begin(options, organ.key)?;

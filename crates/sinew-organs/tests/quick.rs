@@ -14,7 +14,8 @@ fn a_quick_run_reports_every_scene_and_is_resumed() {
     let folder = tempfile::tempdir().unwrap();
     let only =
         "twisting-cube,liver,ventricle,traction-guccione,cube-meshes,new-ventricle,learning-rates";
-    let page = sinew_organs::run::reproduce(&options(&["--only", only], folder.path())).unwrap();
+    let page =
+        sinew_organs::reproduce::reproduce(&options(&["--only", only], folder.path())).unwrap();
     let report = Report::read(&folder.path().join("report.json")).unwrap();
     let names: Vec<_> = report.sections.iter().map(|section| section.name.as_str()).collect();
     assert_eq!(
@@ -77,12 +78,12 @@ fn a_quick_run_reports_every_scene_and_is_resumed() {
     let before =
         std::fs::metadata(folder.path().join("ventricle/comparison.json")).unwrap().modified();
     let again = options(&["--only", only, "--resume"], folder.path());
-    assert_eq!(sinew_organs::run::reproduce(&again).unwrap(), page);
+    assert_eq!(sinew_organs::reproduce::reproduce(&again).unwrap(), page);
     let after =
         std::fs::metadata(folder.path().join("ventricle/comparison.json")).unwrap().modified();
     assert_eq!(before.unwrap(), after.unwrap());
     let other = Options { seed: 2, ..again };
-    let error = format!("{:#}", sinew_organs::run::reproduce(&other).unwrap_err());
+    let error = format!("{:#}", sinew_organs::reproduce::reproduce(&other).unwrap_err());
     assert!(error.contains("other options"), "{error}");
 }
 

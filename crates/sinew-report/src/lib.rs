@@ -33,6 +33,7 @@
 
 mod distribution;
 mod error;
+mod files;
 pub mod format;
 mod picture;
 mod provenance;

@@ -2,6 +2,7 @@
 
 mod beam;
 mod beam_fixture;
+mod boxes;
 mod cook;
 mod cook_linear;
 mod cylinder;
@@ -19,7 +20,7 @@ mod sphere;
 mod sphere_locking;
 mod stretch;
 
-use crate::case::{Band, Case};
+use crate::case::Case;
 
 /// All benchmarks, in the order of the report.
 pub static ALL: [Case; 17] = [
@@ -41,13 +42,6 @@ pub static ALL: [Case; 17] = [
     land_ventricle::CASE,
     land_active::CASE,
 ];
-
-/// Grids of boxes with the bands of an element on them.
-type Boxes = [([usize; 3], Band)];
-
-fn boxes([x, y, z]: [usize; 3]) -> String {
-    format!("{x}×{y}×{z} boxes")
-}
 
 /// The case of a name.
 pub fn find(name: &str) -> Option<&'static Case> {

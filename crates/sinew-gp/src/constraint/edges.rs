@@ -10,8 +10,8 @@
 //! At a corner all Pₑ share value and gradient, so that their blend is once differentiable there: what
 //! the two conditions leave free of these three numbers is a feature of its own.
 
-use super::Feature;
 use super::extension::{along_edge, extension};
+use super::feature::Feature;
 use super::lift::{EdgeLift, along};
 use super::meeting::{Corner, Jet};
 use super::wedges::{Held, adapted, normalised, singular};

@@ -3,25 +3,25 @@
 mod axis;
 mod error;
 mod fit;
+mod options;
 mod outside;
 mod report;
 mod size;
+mod trees;
 
 use super::shells::between;
 use super::ventricle::Disk;
 use super::wall::{InSet, Sheet, Wall, side};
 use crate::topology::{facet_key, facets};
-use crate::tree::SurfaceTree;
 use crate::{HexMesh, TetMesh, TriangleMesh, min_dihedral_angle};
 use axis::Axis;
 pub use error::ChamberError;
 use fit::Fit;
-use nalgebra::Vector3;
+pub use options::{Size, Trim, WallOptions};
 use outside::Outside;
 pub use report::ChamberReport;
 use std::collections::HashMap;
-
-type Point = Vector3<f64>;
+use trees::{Point, Trees};
 
 /// Surfaces of a ventricle, as segmentation tools write them: open or closed, of any resolution, with triangles turned
 /// either way. Their wall is a cup of layers, the same grid for every heart of the same size of mesh: a square patch of cells
@@ -57,49 +57,6 @@ pub struct Chamber<'a> {
     pub septum: Option<&'a TriangleMesh>,
 }
 
-/// How a wall is meshed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct WallOptions {
-    /// How fine.
-    pub size: Size,
-    /// Layers of cells; where left out as many as make cells about as thick as wide, two at least.
-    pub layers: Option<usize>,
-    /// Where the base is.
-    pub trim: Trim,
-}
-
-impl Default for WallOptions {
-    fn default() -> Self {
-        Self { size: Size::Nodes(1500), layers: None, trim: Trim::Auto }
-    }
-}
-
-/// How fine a mesh is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Size {
-    /// About this many nodes.
-    Nodes(usize),
-    /// Edges about this long \[length\].
-    Edge(f64),
-}
-
-/// Where the base of a ventricle is: what lies beyond is left out.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Trim {
-    /// The highest plane across the axis that is below the rims of the endocardium (its valves) and cuts a wall of at least
-    /// half of its median thickness; the plane of the rims where they lie in one that is such.
-    Auto,
-    /// The plane across the axis at this fraction of the way from the apex to the middle of the rims.
-    Fraction(f64),
-    /// A plane.
-    Plane {
-        /// A point of it \[length\].
-        point: [f64; 3],
-        /// Its normal, either way round.
-        normal: [f64; 3],
-    },
-}
-
 /// Smoothing sweeps of the directions through the wall, and the steepest change of its thickness over the way along it:
 /// tried one after the other until no cell is flat.
 const TRIES: [(usize, f64); 4] = [(8, 0.6), (16, 0.5), (32, 0.4), (64, 0.3)];
@@ -117,7 +74,7 @@ impl Chamber<'_> {
         if self.endocardium.cells.is_empty() || self.epicardium.cells.is_empty() {
             return Err(ChamberError::Empty);
         }
-        let trees = Trees::new(self);
+        let trees = Trees::new([self.endocardium, self.epicardium], self.septum);
         let axis = Axis::new(self.endocardium);
         let base = axis.base(&trees, &options.trim)?;
         let fit = Fit::new(&trees, base, self.towards())?;
@@ -190,36 +147,6 @@ fn folds(mesh: &TetMesh) -> Vec<[usize; 3]> {
         }
     }
     folds
-}
-
-/// The surfaces, ready for rays.
-struct Trees {
-    endocardium: SurfaceTree,
-    epicardium: SurfaceTree,
-    septum: Option<SurfaceTree>,
-}
-
-/// Hits nearer than this, relative to the ray's direction of unit length, are the surface that the ray leaves \[length\].
-const LEAVES: f64 = 1e-9;
-
-impl Trees {
-    fn new(chamber: &Chamber<'_>) -> Self {
-        Self {
-            endocardium: SurfaceTree::new(chamber.endocardium),
-            epicardium: SurfaceTree::new(chamber.epicardium),
-            septum: chamber.septum.map(SurfaceTree::new),
-        }
-    }
-
-    /// Way along a ray of unit direction to the nearest outer surface, and whether that is the septum.
-    fn outside(&self, origin: Point, direction: Point) -> Option<(f64, bool)> {
-        let first =
-            |tree: &SurfaceTree| tree.hits(origin, direction).into_iter().find(|&way| way > LEAVES);
-        let epicardium = first(&self.epicardium).map(|way| (way, false));
-        let septum = self.septum.as_ref().and_then(first).map(|way| (way, true));
-        // At the same distance it is the epicardium.
-        epicardium.into_iter().chain(septum).min_by(|a, b| a.0.total_cmp(&b.0))
-    }
 }
 
 /// A wall fitted to the surfaces of a [`Chamber`], ready to be meshed.

@@ -9,6 +9,7 @@ mod volumes;
 use super::measure::cpu_seconds;
 use super::options::Options;
 use super::simulated::{Compared, Measured, Seen, Variant, table};
+use super::stage;
 use super::verdict;
 use anyhow::{Result, ensure};
 use methods::{Data, PACE, coarse_alone, one_stiffness};
@@ -19,9 +20,6 @@ use sinew_report::{Block, Chart, Figure, Map, Panel, Section};
 use std::path::PathBuf;
 use std::time::Instant;
 use ventricle::Ventricles;
-
-/// Name on the command line and of its folder.
-pub(super) const KEY: &str = "inflated";
 
 /// Virtual nodes on the small mesh and on the thesis'.
 const VIRTUAL_NODES: [&[usize]; 2] = [&[60, 8], &[848, 106, 13]];
@@ -45,7 +43,7 @@ struct Study {
 
 /// The section of the report.
 pub(super) fn section(options: &Options) -> Result<Section> {
-    let mut studies = options.study(KEY, study)?;
+    let mut studies = options.study(stage::INFLATED, study)?;
     let measured = studies.iter().map(|study| study.population.iter().chain(&study.one_shape));
     let who_wins = verdict::of_measured(measured)?;
     let study = studies.swap_remove(0);
@@ -71,7 +69,7 @@ pub(super) fn section(options: &Options) -> Result<Section> {
         let about = "Embeddings of a ventricle's nodes, by their place from apex to base.";
         blocks.push(Block::charts("What nodes are to the network", about, [embedding]));
     }
-    Ok(Section { name: KEY.into(), title: "Inflated ventricles".into(), blocks })
+    Ok(Section { name: stage::INFLATED.into(), title: "Inflated ventricles".into(), blocks })
 }
 
 /// Errors over two parameters.
@@ -188,7 +186,7 @@ const ALL: usize = VentricleShape::NUMBERS;
 const STEPS: usize = 3;
 
 fn simulations(options: &Options) -> PathBuf {
-    options.out.join(KEY).join("simulations")
+    options.out.join(stage::INFLATED).join("simulations")
 }
 
 /// Networks of Tables A.8 and A.9, and the one about the coarse solution, with the medians that the thesis prints: err_u \[mm\] and

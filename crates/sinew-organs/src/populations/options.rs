@@ -1,6 +1,6 @@
 //! Command line.
 
-use super::{inflated, rectangles, stage};
+use super::stage;
 use clap::Parser;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -68,7 +68,7 @@ pub struct Options {
 
 /// Names of all parts of the study, in their order.
 pub fn keys() -> Vec<&'static str> {
-    [rectangles::KEY, inflated::KEY].into_iter().chain(stage::KEYS).collect()
+    [stage::RECTANGLES, stage::INFLATED].into_iter().chain(stage::KEYS).collect()
 }
 
 fn one() -> u64 {

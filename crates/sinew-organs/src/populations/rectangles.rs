@@ -3,6 +3,7 @@
 use super::measure::cpu_seconds;
 use super::options::Options;
 use super::simulated::{Compared, Measured, Pace, Seen, Simulated, Variant, table};
+use super::stage;
 use super::verdict;
 use anyhow::{Context, Result};
 use rand::{RngExt, SeedableRng};
@@ -14,9 +15,6 @@ use sinew_gnn::{Coordinates, Dirichlet, Geometry};
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 use sinew_mesh::{AnyMesh, rectangle_triangles};
 use sinew_report::{Block, Chart, Distribution, Section};
-
-/// Name on the command line and of its folder.
-pub(super) const KEY: &str = "rectangles";
 
 /// Lengths \[cm\], widths as parts of them, moduli [unit of stress] of the population.
 const LENGTHS: [f64; 2] = [4.0, 7.0];
@@ -48,7 +46,7 @@ struct Study {
 
 /// The section of the report.
 pub(super) fn section(options: &Options) -> Result<Section> {
-    let mut studies = options.study(KEY, study)?;
+    let mut studies = options.study(stage::RECTANGLES, study)?;
     let who_wins = verdict::of_measured(studies.iter().map(|study| study.trained.iter()))?;
     let study = studies.swap_remove(0);
     let about = "Rectangles of random length and width under a body force, clamped at one end, in plane strain and small displacements: \
@@ -65,7 +63,11 @@ pub(super) fn section(options: &Options) -> Result<Section> {
         "Embeddings of a beam's nodes, by their place along it.",
         [study.embedding],
     ));
-    Ok(Section { name: KEY.into(), title: "Plane beams of many sizes".into(), blocks })
+    Ok(Section {
+        name: stage::RECTANGLES.into(),
+        title: "Plane beams of many sizes".into(),
+        blocks,
+    })
 }
 
 fn study(options: &Options) -> Result<Study> {

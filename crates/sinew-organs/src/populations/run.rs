@@ -4,7 +4,7 @@ use super::measure::{Group, Outcome, cpu_seconds};
 use super::options::{Options, keys};
 use super::rivals::{Rival, coarse, rivals};
 use super::section::{Study, section};
-use super::stage::{Individual, Stage};
+use super::stage::{INFLATED, Individual, RECTANGLES, Stage};
 use super::{inflated, rectangles};
 use anyhow::{Context, Result};
 use sinew_emulate::{Axes, Emulator, Loss, OneStiffness, Population, PopulationEmulator, Start};
@@ -43,8 +43,8 @@ pub fn reproduce(options: &Options) -> Result<PathBuf> {
     let mut page = options.out.join("report.html");
     for key in keys().into_iter().filter(|key| options.wants(key)) {
         let section = match key {
-            rectangles::KEY => rectangles::section(options),
-            inflated::KEY => inflated::section(options),
+            RECTANGLES => rectangles::section(options),
+            INFLATED => inflated::section(options),
             _ => {
                 let studies = options.study(key, |options| study(options, key));
                 studies.and_then(|studies| section(key, &studies))

@@ -1,6 +1,6 @@
 //! Curves and points, drawn by kuva in colours of the page's style.
 
-use super::Palette;
+use super::palette::{COLOURS, Palette};
 use crate::format::{digits, power_of_ten, trimmed};
 use crate::{Chart, Series, Style};
 use kuva::plot::annotations::ReferenceLine;
@@ -11,7 +11,7 @@ use kuva::render::{layout::TickFormat, theme::Theme};
 use maud::{Markup, PreEscaped, html};
 use std::sync::Arc;
 
-const MARKERS: [MarkerShape; super::COLOURS] = [
+const MARKERS: [MarkerShape; COLOURS] = [
     MarkerShape::Circle,
     MarkerShape::Triangle,
     MarkerShape::Square,
@@ -219,7 +219,7 @@ fn push(plots: &mut Vec<Plot>, series: &Series, palette: &Palette, axes: [Axis; 
             .with_data(marked.iter().map(|&i| place(series.points[i])))
             .with_color(&colour)
             .with_size(4.0)
-            .with_marker(MARKERS[(number + number / super::COLOURS) % MARKERS.len()]);
+            .with_marker(MARKERS[(number + number / COLOURS) % MARKERS.len()]);
         if !series.hints.is_empty() {
             points = points.with_tooltip_labels(marked.iter().map(|&i| series.hints[i].clone()));
         }

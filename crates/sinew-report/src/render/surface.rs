@@ -1,7 +1,7 @@
 //! Deformed surfaces coloured by a value, in orthographic projection.
 
-use super::Palette;
 use super::map::{bar, colour};
+use super::palette::Palette;
 use crate::format::{digits, rounded, trimmed};
 use crate::{SurfaceCase, Surfaces};
 use maud::{Markup, html};

@@ -1,6 +1,6 @@
 //! Errors beside times, with verdicts, and all quantiles folded below.
 
-use super::Palette;
+use super::palette::Palette;
 use crate::format::{count, digits, seconds, trimmed};
 use crate::summary::against;
 use crate::{Column, Row, Table, Value};

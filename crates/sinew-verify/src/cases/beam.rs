@@ -1,7 +1,7 @@
 //! OnceClampedBeam from linear to quadratic elements.
 
 use super::beam_fixture::{GRAVITY, once};
-use super::{Boxes, boxes};
+use super::boxes::{Boxes, boxes};
 use crate::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::reference::published;
 use crate::solve::{displaced, scene};

@@ -1,6 +1,6 @@
 //! Thick incompressible cylinder under internal pressure.
 
-use super::boxes;
+use super::boxes::boxes;
 use super::radial::{RADII, inflation, rollers, surfaces};
 use crate::case::{Band, Case, Effort, Rows};
 use crate::reference::ThickCylinder;

@@ -1,6 +1,6 @@
 //! A slender cantilever in large bending.
 
-use super::{Boxes, boxes};
+use super::boxes::{Boxes, boxes};
 use crate::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::reference::{Elastica, Tip};
 use crate::solve::{displaced, scene};

@@ -1,7 +1,7 @@
 //! Problem 1 of Land et al. (2015).
 
+use super::boxes::{Boxes, boxes};
 use super::homogeneous::FRAME;
-use super::{Boxes, boxes};
 use crate::case::{Band, Case, Effort, Formulation, Label, Rows};
 use crate::reference::published;
 use crate::solve::{Found, balance, lower, mixed, scene, with_directions};

@@ -1,6 +1,8 @@
 //! The axis of a ventricle, and the plane of its base.
 
-use super::{ChamberError, Point, Trees, Trim};
+use super::error::ChamberError;
+use super::options::Trim;
+use super::trees::{Point, Trees};
 use crate::TriangleMesh;
 use crate::crossings::merged;
 use crate::quality::Spread;

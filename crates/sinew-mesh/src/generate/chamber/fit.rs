@@ -1,9 +1,12 @@
 //! The grid on the endocardium.
 
 use super::axis::{Base, Section, frame, wall};
+use super::error::ChamberError;
 use super::outside::is_rim;
 use super::size::Lengths;
-use super::{ChamberError, Disk, Point, Sheet, Trees};
+use super::trees::{Point, Trees};
+use crate::generate::ventricle::Disk;
+use crate::generate::wall::Sheet;
 use crate::quality::Spread;
 use std::f64::consts::{FRAC_PI_2, TAU};
 

@@ -1,7 +1,9 @@
 //! From the endocardium through the wall to the nearest outer surface.
 
 use super::axis::Base;
-use super::{ChamberError, Point, Sheet, Trees};
+use super::error::ChamberError;
+use super::trees::{Point, Trees};
+use crate::generate::wall::Sheet;
 use crate::quality::Spread;
 
 /// Most of the nodes whose ray may miss every outer surface, as a fraction: they take the thickness around them.

@@ -3,7 +3,8 @@
 use super::axis::Base;
 use super::error::shown;
 use super::outside::Outside;
-use super::{Chamber, Point, Trees, folds};
+use super::trees::{Point, Trees};
+use super::{Chamber, folds};
 use crate::quality::Spread;
 use crate::{
     Facet, QualitySummary, TetMesh, TriangleMesh, boundary_facets, extract_surface, quality,

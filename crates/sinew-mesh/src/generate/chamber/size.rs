@@ -1,6 +1,7 @@
 //! How many cells make a wall.
 
-use super::{ChamberError, Size, WallOptions};
+use super::error::ChamberError;
+use super::options::{Size, WallOptions};
 
 /// Sizes of edges that are tried for a wanted number of nodes, each smaller by this factor.
 const FINER: f64 = 0.98;
