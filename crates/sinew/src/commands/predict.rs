@@ -9,7 +9,7 @@ use anyhow::Result;
 use clap::Args;
 use rayon::prelude::*;
 use sinew::output::{Quality, displacement_in_words};
-use sinew::{Body, Case, Emulator, Estimate, Prediction, Warning, theta_in_words};
+use sinew::{Body, Case, Emulator, EmulatorError, Estimate, Prediction, Warning, theta_in_words};
 use sinew_emulate::{Correction, Counter, Terminal};
 use std::path::{Path, PathBuf};
 
@@ -130,7 +130,7 @@ impl Predict {
         let prediction = predicted(&emulator, &mut batch, self.refine)?;
         let estimates = match self.quick {
             true => Vec::new(),
-            false => estimated(&emulator, &prediction)?,
+            false => estimated(&emulator, &prediction),
         };
         let unit = &body.units.length;
         batch.print(&body, |place| {
@@ -176,21 +176,27 @@ fn predicted(emulator: &Emulator<'_>, batch: &mut Batch, steps: usize) -> Result
     }
 }
 
-/// Error estimates on all threads, with progress on the terminal.
-///
-/// # Errors
-/// A body that cannot be solved at all.
-fn estimated(emulator: &Emulator<'_>, prediction: &Prediction) -> Result<Vec<Estimate>> {
+/// Error estimates on all threads, with progress on the terminal. One that fails says why, and the others are made.
+fn estimated(emulator: &Emulator<'_>, prediction: &Prediction) -> Vec<Estimate> {
     let cases: Vec<usize> = (0..prediction.thetas.len()).collect();
     let mut terminal = Terminal::default();
     let mut counter = Counter::new(&mut terminal, "estimate errors", 0, cases.len());
     let mut estimates = Vec::with_capacity(cases.len());
+    let estimate = |&case: &usize| {
+        let failed = |error: EmulatorError| Estimate {
+            distance: None,
+            residual: None,
+            newton_steps: 0,
+            seconds: 0.0,
+            warnings: vec![Warning::NotNearEquilibrium { reason: error.to_string() }],
+        };
+        emulator.estimate(prediction, case).unwrap_or_else(failed)
+    };
     for cases in cases.chunks(AT_ONCE) {
-        let found = cases.par_iter().map(|&case| emulator.estimate(prediction, case));
-        estimates.extend(found.collect::<Result<Vec<_>, _>>()?);
+        estimates.extend(cases.par_iter().map(estimate).collect::<Vec<_>>());
         let _ = counter.step(cases.len(), "");
     }
-    Ok(estimates)
+    estimates
 }
 
 /// An estimate for the table.
@@ -248,11 +254,14 @@ impl Correct {
 fn tell(body: &Body, theta: &[f64], correction: &Correction) {
     println!("{}", theta_in_words(body, theta));
     for (index, step) in correction.steps.iter().enumerate() {
+        // A body without forces is balanced.
+        let relative =
+            |residual: f64| if residual == 0.0 { 0.0 } else { residual / step.force_scale };
         println!(
             "  step {}: residual {:.1e} to {:.1e} of the forces, energy norm of the step {:.1e}, {:.1} ms",
             index + 1,
-            step.residual_before / step.force_scale,
-            step.residual_after / step.force_scale,
+            relative(step.residual_before),
+            relative(step.residual_after),
             step.energy_norm,
             1e3 * step.seconds
         );

@@ -68,7 +68,9 @@ fn close_failures(body: &Body, batch: &mut Batch, thetas: &[Vec<f64>], found: &S
     let mut failures = found.failures.iter().peekable();
     for (row, theta) in rows.into_iter().zip(thetas) {
         if let Some(failure) = failures.next_if(|failure| failure.theta == *theta) {
-            batch.fail(body, row, format!("no equilibrium: {}", failure.reason));
+            let said = failure.reason.starts_with("no equilibrium");
+            let head = if said { "" } else { "no equilibrium: " };
+            batch.fail(body, row, format!("{head}{}", failure.reason));
         }
     }
 }
