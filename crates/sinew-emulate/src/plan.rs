@@ -43,6 +43,9 @@ pub struct Cost {
     pub each_s: f64,
     /// Expected wall time of all answers on the threads there are \[s\].
     pub total_s: f64,
+    /// Expected Newton steps of preparation and all answers, a factorisation each: the choice is made by them, so that it depends neither
+    /// on the machine nor on its threads.
+    pub newton_steps: f64,
 }
 
 /// Costs of the methods for a number of parameter sets, from solves that were timed.
@@ -52,12 +55,13 @@ pub struct Plan {
     pub sets: usize,
     /// Tolerance: mean nodal error relative to the mean nodal displacement.
     pub accuracy: f64,
-    /// Methods, the one with the least expected time first.
+    /// Methods, the one with the fewest expected Newton steps first.
     pub costs: Vec<Cost>,
 }
 
 impl Plan {
-    /// Times a solve from rest and one from its result at the centre of the ranges and at a parameter set, and a checked Newton step.
+    /// Counts the Newton steps of a solve from rest at the centre of the ranges and of one from there to the first parameter set, and times a
+    /// checked Newton step.
     ///
     /// A `trained` emulator's own costs are steps alone. Below four sets without one the solver is taken at once.
     ///
@@ -73,7 +77,13 @@ impl Plan {
         thetas.iter().try_for_each(|theta| check_length(body, theta))?;
         let sets = thetas.len();
         let plan = |costs| Ok(Self { sets, accuracy, costs });
-        let alone = |method| Cost { method, prepare_s: 0.0, each_s: f64::NAN, total_s: f64::NAN };
+        let alone = |method| Cost {
+            method,
+            prepare_s: 0.0,
+            each_s: f64::NAN,
+            total_s: f64::NAN,
+            newton_steps: f64::NAN,
+        };
         if sets < FEW {
             let method = if trained.is_some() { Method::Emulator } else { Method::Solver };
             return plan(vec![alone(method)]);
@@ -82,18 +92,19 @@ impl Plan {
             return plan(vec![alone(Method::Solver)]);
         };
         let threads = rayon::current_num_threads() as f64;
-        let cost = |method, prepare_s: f64, each_s: f64| {
+        let cost = |method, prepare: f64, each: f64| {
+            let (prepare_s, each_s) = (prepare * timed.step_s, each * timed.step_s);
             let total_s = prepare_s + each_s * sets as f64 / threads.min(sets as f64);
-            Cost { method, prepare_s, each_s, total_s }
+            Cost { method, prepare_s, each_s, total_s, newton_steps: prepare + each * sets as f64 }
         };
-        let mut costs = vec![cost(Method::Solver, 0.0, timed.solve_s)];
+        let mut costs = vec![cost(Method::Solver, 0.0, timed.near)];
         if !body.parameters.is_empty() {
-            costs.push(cost(Method::Expansion, timed.expansion_s(body), timed.checked_s));
+            costs.push(cost(Method::Expansion, timed.expansion(body), 1.0));
         }
         if trained.is_some() {
-            costs.push(cost(Method::Emulator, 0.0, timed.checked_s));
+            costs.push(cost(Method::Emulator, 0.0, 1.0));
         }
-        costs.sort_by(|a, b| a.total_s.total_cmp(&b.total_s));
+        costs.sort_by(|a, b| a.newton_steps.total_cmp(&b.newton_steps));
         plan(costs)
     }
 
@@ -103,14 +114,14 @@ impl Plan {
     }
 }
 
-/// Seconds that a plan is made of.
+/// Newton steps and seconds that a plan is made of.
 struct Timed {
-    /// A solve near to another one.
-    solve_s: f64,
-    /// A solve from rest.
-    rest_s: f64,
-    /// A Newton step with its check.
-    checked_s: f64,
+    /// Newton steps of a solve near to another one.
+    near: f64,
+    /// Newton steps of a solve from rest.
+    rest: f64,
+    /// A Newton step with its check \[s\].
+    step_s: f64,
 }
 
 impl Timed {
@@ -122,20 +133,14 @@ impl Timed {
             return Ok(None);
         };
         let checked = solver.error_estimate(&near.displacement, theta)?;
-        Ok(Some(Self {
-            solve_s: near.seconds.min(centre.seconds),
-            rest_s: centre.seconds,
-            checked_s: checked.seconds,
-        }))
+        let [rest, near] = [&centre, &near].map(|found| found.iterations() as f64);
+        let step_s = checked.seconds / checked.newton_steps.max(1) as f64;
+        Ok(Some(Self { near: near.min(rest), rest, step_s }))
     }
 
-    /// Time of a Taylor expansion of second order: a solve, derivatives by one and two parameters, and their trial.
-    fn expansion_s(&self, body: &Body) -> f64 {
+    /// Newton steps that a Taylor expansion of second order costs as much as: a solve, and a state for the derivatives by each parameter and each two of them.
+    fn expansion(&self, body: &Body) -> f64 {
         let count = body.parameters.len() as f64;
-        let states = 1.0 + count + count * (count + 1.0);
-        self.rest_s + states * self.checked_s / STATES_A_STEP
+        self.rest + 1.0 + count + count * (count + 1.0)
     }
 }
-
-/// Derivatives that take as long as a Newton step with its check (measured on a beam of 741 and a ventricle of 1570 nodes).
-const STATES_A_STEP: f64 = 1.0;

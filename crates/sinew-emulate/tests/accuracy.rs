@@ -61,7 +61,7 @@ fn a_plan_weighs_what_there_is() {
     assert_eq!(Plan::new(&body, &thetas[..1], 1e-3, None).unwrap().method(), Method::Solver);
     let plan = Plan::new(&body, &thetas, 1e-3, None).unwrap();
     assert_eq!((plan.sets, plan.costs.len()), (1000, 2));
-    assert!(plan.costs.windows(2).all(|pair| pair[0].total_s <= pair[1].total_s));
+    assert!(plan.costs.windows(2).all(|pair| pair[0].newton_steps <= pair[1].newton_steps));
     let options = TrainingOptions { held_out: 4, ..TrainingOptions::default() };
     let trained = Recipe::Series.train(&body, &options, &mut ()).unwrap();
     let plan = Plan::new(&body, &thetas[..1], 1e-3, Some(&trained)).unwrap();

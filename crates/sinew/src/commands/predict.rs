@@ -38,8 +38,8 @@ with an estimate of its error, by Newton steps that contract, or says why there 
 comes nearer, a tenth to a thousandth of the error, at a tenth of a Newton step or less each. A row of a table that fails
 is a row of cases.csv with the reason, and the exit code is not 0.
 
-With --accuracy no emulator is needed: solver, Taylor expansion or a trained emulator is taken, whichever costs least by solves
-that are timed, and each answer is refined until its checked error is below the tolerance. Writes into OUT/predict/accuracy.
+With --accuracy no emulator is needed: solver, Taylor expansion or a trained emulator is taken, whichever takes the fewest
+Newton steps, and each answer is refined until its checked error is below the tolerance. Writes into OUT/predict/accuracy.
 
 Example: sinew sample OnceClampedBeam && sinew predict OnceClampedBeam --theta out/OnceClampedBeam/sample/thetas.csv")]
 pub(crate) struct Predict {
