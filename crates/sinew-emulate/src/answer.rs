@@ -1,5 +1,6 @@
 //! Answers to an accuracy: a prediction, moved by Newton steps until the checked estimate of its error is below a tolerance.
 
+use crate::evaluate::share;
 use crate::parameters::extrapolation;
 use crate::{Body, Emulator, Error, Result, Warning};
 use serde::{Deserialize, Serialize};
@@ -115,7 +116,7 @@ pub(crate) fn confirmed(
 impl From<Solution> for Answer {
     fn from(solution: Solution) -> Self {
         Self {
-            error: balance(&solution),
+            error: share(solution.residual, solution.force_scale),
             steps: solution.iterations(),
             source: Source::Solved,
             seconds: solution.seconds,
@@ -123,11 +124,6 @@ impl From<Solution> for Answer {
             warnings: if solution.jumped { vec![Warning::Jumped] } else { Vec::new() },
         }
     }
-}
-
-/// Unbalanced forces of a solution, relative to loads and reactions.
-fn balance(solution: &Solution) -> f64 {
-    if solution.residual == 0.0 { 0.0 } else { solution.residual / solution.force_scale }
 }
 
 /// Newton steps from a displacement until what their contraction leaves open is below the tolerance, with that error; `None` where they do
@@ -159,5 +155,5 @@ fn contract(
 fn relative(body: &Body, distance: f64, displacement: &[f64]) -> f64 {
     let nodal = displacement_error(displacement, &vec![0.0; displacement.len()]);
     let mean = nodal.iter().sum::<f64>() / body.nodes.max(1) as f64;
-    if distance == 0.0 { 0.0 } else { distance / mean }
+    share(distance, mean)
 }

@@ -48,7 +48,7 @@ pub struct Cost {
     pub newton_steps: f64,
 }
 
-/// Costs of the methods for a number of parameter sets, from solves that were timed.
+/// Costs of the methods for a number of parameter sets, from two solves and a Newton step that were counted and timed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
     /// Parameter sets.
