@@ -180,11 +180,16 @@ impl<'b> TestSet<'b> {
 
 /// The one measure that weights, fits and recipes are chosen by: root of the mean of the squares of `‖u − û‖ / ‖u‖` over the cases,
 /// raised by the share of them whose prediction inverts a cell, so that of two that are alike the admissible one is chosen.
+///
+/// An error relative to nothing, of a case at rest, has no square. It counts as none, as that of a prediction that is exact there, so that
+/// the other cases decide; where there are no others it is the largest number.
 pub(crate) fn root_mean_square(cases: &[CaseErrors]) -> f64 {
-    let squares: f64 = cases.iter().map(|case| case.relative.powi(2)).sum();
+    let squared = cases.iter().map(|case| case.relative.powi(2));
+    let finite: Vec<f64> = squared.filter(|square| !square.is_infinite()).collect();
+    let squares = if finite.is_empty() { f64::MAX } else { finite.iter().sum() };
     let share = |count: usize| count as f64 / cases.len() as f64;
     let inverted = share(cases.iter().filter(|case| case.inverted).count());
-    // Relative to nothing it is infinite, and has to be stored all the same.
+    // It is stored, which infinity cannot be.
     ((1.0 + inverted) * (squares / cases.len() as f64).sqrt()).min(f64::MAX)
 }
 
@@ -224,4 +229,34 @@ pub fn median_and_worst(cases: &[CaseErrors]) -> [usize; 2] {
     let mut order: Vec<usize> = (0..cases.len()).collect();
     order.sort_by(|&a, &b| mean(a).total_cmp(&mean(b)));
     [order[(order.len() - 1) / 2], order[order.len() - 1]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cases(relative: &[f64]) -> Vec<CaseErrors> {
+        let case = |&relative: &f64| CaseErrors {
+            err_u: Vec::new(),
+            err_f: Vec::new(),
+            err_i1: Vec::new(),
+            err_pi: 0.0,
+            err_volume: Vec::new(),
+            relative,
+            inverted: false,
+            energy_excess: 0.0,
+        };
+        relative.iter().map(case).collect()
+    }
+
+    #[test]
+    fn a_case_at_rest_does_not_decide_between_candidates() {
+        let [better, worse] =
+            [[0.1, f64::MAX], [0.2, f64::MAX]].map(|relative| root_mean_square(&cases(&relative)));
+        assert!(better < worse, "{better} {worse}");
+        // Nor does a candidate win by being exact there.
+        assert!(better < root_mean_square(&cases(&[0.2, 0.0])));
+        let [none, exact] = [f64::MAX, 0.0].map(|relative| root_mean_square(&cases(&[relative])));
+        assert!(exact < none && none.is_finite());
+    }
 }

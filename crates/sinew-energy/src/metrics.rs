@@ -17,6 +17,15 @@ pub fn displacement_error(truth: &[f64], estimate: &[f64]) -> Vec<f64> {
     truth.iter().zip(estimate).map(distance).collect()
 }
 
+/// Mean and largest length of the nodal vectors of a displacement, or of a difference of two \[length\]; zeros without nodes.
+pub fn mean_and_largest(displacement: &[f64]) -> [f64; 2] {
+    let nodes = displacement.as_chunks::<3>().0;
+    let lengths = nodes.iter().map(|u| u.iter().map(|x| x * x).sum::<f64>().sqrt());
+    let (sum, largest) =
+        lengths.fold((0.0, 0.0), |(sum, largest): (f64, f64), u| (sum + u, largest.max(u)));
+    [sum / nodes.len().max(1) as f64, largest]
+}
+
 /// `‖F − F̂‖_F / ‖F‖_F` at each quadrature point; for linear tetrahedra, of each cell [%].
 pub fn deformation_gradient_error(body: &Body, truth: &[f64], estimate: &[f64]) -> Vec<f64> {
     per_point(body, truth, estimate, |h, other| {

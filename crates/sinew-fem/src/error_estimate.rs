@@ -8,6 +8,7 @@
 use crate::supports::place;
 use crate::vector::{dot, norm, relative};
 use crate::{NewtonStep, SolveError, Solver};
+use sinew_energy::metrics::mean_and_largest;
 use std::time::Instant;
 use thiserror::Error;
 
@@ -280,12 +281,4 @@ struct Contracted {
 
 fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
-}
-
-/// Mean and largest nodal length.
-fn mean_and_largest(displacement: &[f64]) -> [f64; 2] {
-    let lengths = displacement.as_chunks::<3>().0.iter().map(|u| norm(u));
-    let (sum, largest) =
-        lengths.fold((0.0, 0.0), |(sum, largest): (f64, f64), u| (sum + u, largest.max(u)));
-    [sum / (displacement.len() / 3).max(1) as f64, largest]
 }

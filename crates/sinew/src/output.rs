@@ -4,6 +4,7 @@ use crate::npz;
 use crate::theta::outside;
 use rayon::prelude::*;
 use sinew_energy::Body;
+pub use sinew_energy::metrics::mean_and_largest;
 use sinew_mesh::{Field, MeshError};
 use sinew_report::format::digits;
 use std::io;
@@ -258,15 +259,6 @@ fn clear(folder: &Path) -> io::Result<()> {
         }
     }
     Ok(())
-}
-
-/// Mean and largest nodal displacement \[length\].
-pub fn mean_and_largest(displacement: &[f64]) -> [f64; 2] {
-    let lengths =
-        displacement.as_chunks::<3>().0.iter().map(|u| u.iter().map(|x| x * x).sum::<f64>().sqrt());
-    let (sum, largest) =
-        lengths.fold((0.0, 0.0), |(sum, largest): (f64, f64), u| (sum + u, largest.max(u)));
-    [sum / (displacement.len() / 3).max(1) as f64, largest]
 }
 
 /// Mean and largest nodal displacement for people: `mean 15.47 mm, largest 37.50 mm`.

@@ -224,8 +224,11 @@ fn unit_of(given: &str, parameter: &Parameter) -> Result<Unit, String> {
     if given == parameter.unit.name() {
         return Ok(parameter.unit.clone());
     }
-    if stress(parameter.unit.name()).is_ok() {
-        return stress(given);
+    if let Ok(own) = stress(parameter.unit.name()) {
+        let given = stress(given)?;
+        // Both are known in kPa, which the scene need not be in.
+        let per_kpa = parameter.unit.in_scene(1.0) / own.in_scene(1.0);
+        return Ok(Unit::sized(given.name(), given.in_scene(per_kpa)));
     }
     let (name, own) = (&parameter.name, parameter.unit.name());
     Err(match own {
@@ -246,4 +249,25 @@ fn example(parameters: &[Parameter]) -> String {
 
 fn listed(parameters: &[Parameter]) -> String {
     parameters.iter().map(|parameter| parameter.name.as_str()).collect::<Vec<_>>().join(",")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stresses_are_read_into_scenes_of_any_unit() {
+        let read = |text: &str, unit: Unit| {
+            let parameter = Parameter::log("mu", unit, 1e-3..=1.0);
+            parse_theta(text, &[parameter]).unwrap()[0]
+        };
+        let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-12;
+        assert!(near(read("mu=75kPa", Unit::from("MPa")), 0.075));
+        assert!(near(read("mu=0.075", Unit::from("MPa")), 0.075));
+        assert!(near(read("mu=2 MPa", Unit::from("Pa")), 2e6));
+        // In kPa, shown in mmHg.
+        let mmhg = Unit::sized("mmHg", 0.133_322_387_415);
+        assert!(near(read("mu=8", mmhg.clone()), 8.0 * 0.133_322_387_415));
+        assert!(near(read("mu=2 kPa", mmhg), 2.0));
+    }
 }

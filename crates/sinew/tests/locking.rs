@@ -73,6 +73,12 @@ fn bulk_and_shear_are_those_of_the_parameters_asked_for() {
     // A training meets the whole range.
     let (code, told) = sinew(folder.path(), "train cube.toml");
     assert!(code == 0 && told.contains("K/mu = 9.7 is above 5"), "{told}");
+    // So does whoever reads its answers.
+    for command in ["predict", "correct"] {
+        let arguments = format!("{command} cube.toml --theta E=10,nu=0.3");
+        let (code, told) = sinew(folder.path(), &arguments);
+        assert!(code == 0 && told.contains("K/mu = 9.7 is above 5"), "{told}");
+    }
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod answer;
 
 use super::{
     Answer, Batch, CaseArguments, MOST_WARNINGS, ThetaArguments, Written, refuse, trained,
+    warn_of_locking,
 };
 use anyhow::Result;
 use clap::Args;
@@ -82,7 +83,7 @@ struct Opened<'b> {
 }
 
 impl Asked {
-    /// Reads θ and the emulator, and repeats what its training warned of.
+    /// Reads θ and the emulator, and repeats what its training warned of, and that elements lock.
     fn open<'b>(&self, case: &Case, body: &'b Body, folder: &Path) -> Result<Opened<'b>> {
         let (name, path) = self.chosen(case, folder)?;
         let batch = self.theta.read(body)?;
@@ -90,6 +91,7 @@ impl Asked {
         for warning in &emulator.record.warnings {
             eprintln!("warning: the training of `{name}` said: {warning}");
         }
+        warn_of_locking(sinew_fem::locking_over_ranges(body)?);
         Ok(Opened { batch, emulator, name })
     }
 
