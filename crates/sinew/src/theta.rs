@@ -1,8 +1,9 @@
 //! θ from the command line and from tables.
 
 use crate::case::{advise, number_and_unit, stress};
-use sinew_energy::{Body, Parameter, Unit, requirement};
+use sinew_energy::{Body, Parameter, Unit, Units, requirement};
 use sinew_report::format::trimmed;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 /// θ that cannot be read, with the place, the parameter and its range.
@@ -148,12 +149,27 @@ pub fn admissible(body: &Body, theta: &[f64]) -> Result<(), String> {
     for (index, (parameter, &value)) in body.parameters.iter().zip(theta).enumerate() {
         let bounds = if index < of_law { body.material.bounds(index) } else { f64::MIN..=f64::MAX };
         if !bounds.contains(&value) {
-            let required = requirement(&bounds, value);
+            let required = required(parameter, &body.units, &bounds, value);
             let (name, value) = (&parameter.name, parameter.unit.said(value));
             return Err(format!("{name} = {value} makes no sense; it must be {required}"));
         }
     }
     Ok(())
+}
+
+/// What a parameter outside the bounds of its law must be; these have numbers in the unit of the scene, which is said where the parameter
+/// has another.
+pub(crate) fn required(
+    parameter: &Parameter,
+    units: &Units,
+    bounds: &RangeInclusive<f64>,
+    value: f64,
+) -> String {
+    let words = requirement(bounds, value);
+    match parameter.unit.is_scene() || !words.contains(|c: char| c.is_ascii_digit()) {
+        true => words,
+        false => format!("{words} ({})", parameter.unit.of_scene(units)),
+    }
 }
 
 /// What to say about parameters outside their ranges.
@@ -265,9 +281,16 @@ mod tests {
         assert!(near(read("mu=75kPa", Unit::from("MPa")), 0.075));
         assert!(near(read("mu=0.075", Unit::from("MPa")), 0.075));
         assert!(near(read("mu=2 MPa", Unit::from("Pa")), 2e6));
-        // In kPa, shown in mmHg.
+        // In kPa, said in mmHg.
         let mmhg = Unit::sized("mmHg", 0.133_322_387_415);
         assert!(near(read("mu=8", mmhg.clone()), 8.0 * 0.133_322_387_415));
-        assert!(near(read("mu=2 kPa", mmhg), 2.0));
+        assert!(near(read("mu=2 kPa", mmhg.clone()), 2.0));
+        let told = |unit| {
+            let parameter = Parameter::log("mu", unit, 1e-3..=1.0);
+            let units = Units { length: "mm".into(), stress: "kPa".into() };
+            required(&parameter, &units, &(1.0..=2.0), 3.0)
+        };
+        assert_eq!(told(mmhg), "at least 1 and at most 2 (kPa)");
+        assert_eq!(told(Unit::from("kPa")), "at least 1 and at most 2");
     }
 }

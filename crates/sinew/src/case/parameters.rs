@@ -4,10 +4,11 @@ use super::laws::Row;
 use super::source::{advise, exactly, exactly_if_any};
 use super::units::stress;
 use super::{Case, CaseError};
+use crate::theta::required;
 use serde::Deserialize;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
-use sinew_energy::{Body, Parameter, Sampling, Unit, requirement};
+use sinew_energy::{Body, Parameter, Sampling, Unit};
 use std::fmt;
 
 /// Range of a parameter, or its value where that is known, so that θ does not list it.
@@ -121,7 +122,7 @@ impl Case {
                 let reason = format!(
                     "{} makes no sense for this law; it must be {}",
                     parameter.unit.said(*value),
-                    requirement(&bounds, *value)
+                    required(parameter, &body.units, &bounds, *value)
                 );
                 return Err(self.source.error(&["parameters", &parameter.name], reason));
             }
