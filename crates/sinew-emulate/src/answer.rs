@@ -11,6 +11,9 @@ use std::time::Instant;
 /// Newton steps with contraction checks that are taken before the solver starts from rest: each about squares the error.
 const MOST_ROUNDS: usize = 3;
 
+/// Quasi-Newton steps with a neighbour's stiffness before a Newton step of its own: they cost about as much as one.
+const QUASI_NEWTON: usize = 6;
+
 /// Method that an answer came by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -29,7 +32,7 @@ pub struct Answer {
     /// Estimated error: mean nodal distance from the equilibrium, relative to the mean nodal displacement. That of a solve is what rounding
     /// errors leave of its forces, relative to loads and reactions.
     pub error: f64,
-    /// Newton steps behind it, a factorisation each.
+    /// Newton steps behind it, a factorisation each; none where quasi-Newton steps with a neighbour's stiffness were enough.
     pub steps: usize,
     /// Method that it came by.
     pub source: Source,
@@ -84,7 +87,7 @@ impl Emulator<'_> {
         let start = Instant::now();
         let predicted = self.predict(&[theta.to_vec()])?.displacement;
         let mut answer =
-            self.with_solver(|solver| match confirmed(solver, predicted, theta, accuracy)? {
+            self.with_solver(|solver| match confirmed(solver, &predicted, theta, accuracy)? {
                 Some(answer) => Ok(answer),
                 None => Ok(solver.solve(theta, &Options::default())?.into()),
             })?;
@@ -94,10 +97,29 @@ impl Emulator<'_> {
     }
 }
 
-/// An answer from a prediction; `None` where Newton's method does not contract there.
+/// An answer from a prediction by quasi-Newton steps with the stiffness that the solver factorised last; `None` where they do not contract.
+pub(crate) fn converged(
+    solver: &Solver<'_>,
+    predicted: &[f64],
+    theta: &[f64],
+    accuracy: f64,
+) -> Result<Option<Answer>> {
+    let start = Instant::now();
+    let found = solver.converge(predicted, theta, accuracy, QUASI_NEWTON)?;
+    Ok(found.map(|found| Answer {
+        displacement: found.displacement,
+        error: found.error,
+        steps: 0,
+        source: Source::Predicted,
+        seconds: start.elapsed().as_secs_f64(),
+        warnings: Vec::new(),
+    }))
+}
+
+/// An answer from a prediction by Newton steps; `None` where they do not contract.
 pub(crate) fn confirmed(
     solver: &mut Solver<'_>,
-    predicted: Vec<f64>,
+    predicted: &[f64],
     theta: &[f64],
     accuracy: f64,
 ) -> Result<Option<Answer>> {
@@ -130,14 +152,14 @@ impl From<Solution> for Answer {
 /// not contract.
 fn contract(
     solver: &mut Solver<'_>,
-    from: Vec<f64>,
+    from: &[f64],
     theta: &[f64],
     accuracy: f64,
     steps: &mut usize,
 ) -> Result<Option<(Vec<f64>, f64)>> {
     let mut found: Option<(Vec<f64>, f64)> = None;
     for _ in 0..MOST_ROUNDS {
-        let from = found.as_ref().map_or(&from, |(displacement, _)| displacement);
+        let from = found.as_ref().map_or(from, |(displacement, _)| displacement);
         let estimate = solver.error_estimate(from, theta)?;
         *steps += estimate.newton_steps;
         let Ok(distance) = estimate.distance else { return Ok(None) };

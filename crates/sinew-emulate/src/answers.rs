@@ -1,23 +1,25 @@
 //! Answers at many parameter sets: predictions and Newton steps that contract, a regression of these answers where they do not, the solver
 //! for the rest.
 
-use crate::answer::{Answer, confirmed};
+use crate::answer::{Answer, confirmed, converged};
 use crate::parameters::extrapolation;
 use crate::plan::{Method, Plan};
 use crate::progress::{Counter, Observer};
 use crate::sampling::share_of;
 use crate::{Body, Emulator, Error, PodRegression, Result};
 use rayon::prelude::*;
-use sinew_fem::{Options, SolveError, sweep};
+use sinew_fem::{CHAIN, Options, SolveError, neighbours, sweep};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
 /// Answers between two signs of progress: some chains of neighbours that a sweep solves.
 const AT_ONCE: usize = 100;
-/// Answers that a regression is made of, at most: its time grows with their third power.
-const MOST_LEARNED: usize = 100;
-/// A round of regression that answers a smaller part of what was open is the last: each round takes some Newton steps a set, as a solve does.
-const WORTH_IT: f64 = 1.0 / 3.0;
+/// Answers that a regression is made of: its time grows with their third power.
+const LEARNED: usize = 50;
+/// Open sets below which the solver answers sooner than a regression is fitted.
+const FEWEST_OPEN: usize = 10;
+/// Predictions of which a smaller part contracts are given up: those that do not cost some Newton steps, as a solve does.
+const WORTH_IT: f64 = 0.5;
 
 /// Answers to all parameter sets, and how they were come by.
 #[derive(Debug)]
@@ -90,15 +92,13 @@ impl Answers {
             let predict =
                 |theta: &Vec<f64>| Ok(emulator.predict(std::slice::from_ref(theta))?.displacement);
             found.confirm(emulator, predict, &mut counter)?;
-            while let Some(regression) = found.regression() {
-                let open = found.open().len();
-                found.confirm(emulator, |theta| Ok(regression.predict(theta)?), &mut counter)?;
-                if ((open - found.open().len()) as f64) < WORTH_IT * open as f64 {
-                    break;
-                }
+            found.learn(emulator, &mut counter)?;
+            if found.open().len() > 2 * AT_ONCE {
+                found.solve(AT_ONCE, &mut counter)?;
+                found.learn(emulator, &mut counter)?;
             }
         }
-        found.solve(&mut counter)?;
+        found.solve(usize::MAX, &mut counter)?;
         let none = || Err("no answer".to_string());
         let answers = found.answers.into_iter().map(|answer| answer.unwrap_or_else(none)).collect();
         Ok(Self { plan, answers, seconds: start.elapsed().as_secs_f64() })
@@ -119,35 +119,85 @@ impl Found<'_> {
         (0..self.thetas.len()).filter(|&case| self.answers[case].is_none()).collect()
     }
 
-    /// Answers where Newton steps from predictions contract; other sets stay open.
+    /// Answers where steps from predictions contract; other sets stay open. Neighbours follow each other in chains, each with the stiffness of the
+    /// last that needed a Newton step. Ends early where few of some sets contract.
     fn confirm(
         &mut self,
         emulator: &Emulator<'_>,
         predict: impl Fn(&Vec<f64>) -> Result<Vec<f64>> + Sync,
         counter: &mut Counter<'_>,
     ) -> Result<()> {
-        for cases in self.open().chunks(AT_ONCE) {
-            let confirm = |&case: &usize| {
-                let (start, theta) = (Instant::now(), &self.thetas[case]);
-                // A prediction that is not finite is one that does not contract.
-                let Ok(predicted) = predict(theta) else { return Ok((case, None)) };
-                let accuracy = self.accuracy;
-                let found =
-                    emulator.with_solver(|solver| confirmed(solver, predicted, theta, accuracy))?;
-                let finished = found.map(|mut answer| {
-                    answer.warnings = extrapolation(self.body, theta);
-                    answer.seconds = start.elapsed().as_secs_f64();
-                    answer
-                });
-                Ok((case, finished))
-            };
-            let found: Vec<_> = cases.par_iter().map(confirm).collect::<Result<_>>()?;
+        let open = self.open();
+        let thetas: Vec<_> = open.iter().map(|&case| self.thetas[case].clone()).collect();
+        let ordered: Vec<usize> =
+            neighbours(&thetas).into_iter().map(|place| open[place]).collect();
+        // Few at first: where these do not contract, others would not either.
+        let (first, rest) = ordered.split_at(CHAIN.min(ordered.len()));
+        for cases in std::iter::once(first).chain(rest.chunks(AT_ONCE)) {
+            let chain = |cases: &[usize]| self.chain(cases, emulator, &predict);
+            let found: Vec<_> = cases.par_chunks(CHAIN).map(chain).collect::<Result<_>>()?;
             let mut count = 0;
-            for (case, answer) in found {
+            for (case, answer) in found.into_iter().flatten() {
                 count += usize::from(answer.is_some());
                 self.answers[case] = answer.map(Ok);
             }
             step(counter, count)?;
+            if (count as f64) < WORTH_IT * cases.len() as f64 {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// Answers to neighbours, one after the other.
+    fn chain(
+        &self,
+        cases: &[usize],
+        emulator: &Emulator<'_>,
+        predict: impl Fn(&Vec<f64>) -> Result<Vec<f64>>,
+    ) -> Result<Vec<(usize, Option<Answer>)>> {
+        emulator.with_solver(|solver| {
+            let (mut held, mut found) = (false, Vec::with_capacity(cases.len()));
+            for &case in cases {
+                let (start, theta) = (Instant::now(), &self.thetas[case]);
+                // A prediction that is not finite is one that does not contract.
+                let Ok(predicted) = predict(theta) else {
+                    found.push((case, None));
+                    continue;
+                };
+                let near = match held {
+                    true => converged(solver, &predicted, theta, self.accuracy)?,
+                    false => None,
+                };
+                let answer = match near {
+                    Some(answer) => Some(answer),
+                    None => {
+                        let own = confirmed(solver, &predicted, theta, self.accuracy)?;
+                        held = own.is_some();
+                        own
+                    }
+                };
+                found.push((
+                    case,
+                    answer.map(|mut answer| {
+                        answer.warnings = extrapolation(self.body, theta);
+                        answer.seconds = start.elapsed().as_secs_f64();
+                        answer
+                    }),
+                ));
+            }
+            Ok(found)
+        })
+    }
+
+    /// Answers from regressions of answers, each round's one of those to the rounds before, while a round answers enough of what is open.
+    fn learn(&mut self, emulator: &Emulator<'_>, counter: &mut Counter<'_>) -> Result<()> {
+        while let Some(regression) = self.regression() {
+            let open = self.open().len();
+            self.confirm(emulator, |theta| Ok(regression.predict(theta)?), counter)?;
+            if ((open - self.open().len()) as f64) < WORTH_IT * open as f64 {
+                break;
+            }
         }
         Ok(())
     }
@@ -159,6 +209,9 @@ impl Found<'_> {
             values.map(|(parameter, &value)| share_of(parameter, value)).collect()
         };
         let open: Vec<Vec<f64>> = self.open().into_iter().map(place).collect();
+        if open.len() < FEWEST_OPEN {
+            return None;
+        }
         let far = |case: usize| {
             let at = place(case);
             let to = |other: &Vec<f64>| at.iter().zip(other).map(|(a, b)| (a - b).powi(2)).sum();
@@ -169,16 +222,20 @@ impl Found<'_> {
             _ => None,
         });
         let mut near: Vec<_> = answered.filter(|(far, ..)| far.is_finite()).collect();
+        if near.len() < LEARNED {
+            return None;
+        }
         near.sort_by(|(a, ..), (b, ..)| a.total_cmp(b));
-        near.truncate(MOST_LEARNED);
+        near.truncate(LEARNED);
         let thetas: Vec<_> = near.iter().map(|(_, case, _)| self.thetas[*case].clone()).collect();
         let fields: Vec<_> = near.iter().map(|(.., field)| field.to_vec()).collect();
         PodRegression::fit(&self.body.parameters, &thetas, &fields).ok()
     }
 
-    /// Solves what is open, neighbours one after the other.
-    fn solve(&mut self, counter: &mut Counter<'_>) -> Result<()> {
-        for cases in self.open().chunks(AT_ONCE) {
+    /// Solves at most so many of the open sets, neighbours one after the other.
+    fn solve(&mut self, most: usize, counter: &mut Counter<'_>) -> Result<()> {
+        let open = self.open();
+        for cases in open[..most.min(open.len())].chunks(AT_ONCE) {
             let thetas: Vec<_> = cases.iter().map(|&case| self.thetas[case].clone()).collect();
             let solved = sweep(self.body, &thetas, &Options::default(), || ())?.results;
             for (&case, solution) in cases.iter().zip(solved) {

@@ -31,11 +31,11 @@ const OFF: f64 = 0.2;
 /// At most by so much.
 const LONGEST: f64 = 50.0;
 /// Unbalanced forces \[relative to loads and reactions\] below which nothing is left to gain.
-const BALANCED: f64 = 1e-13;
+pub(crate) const BALANCED: f64 = 1e-13;
 /// A direction of a support that is turned by more than this cosine's angle from that of the stiffness held is none like it.
 const ACROSS: f64 = 0.1;
 /// Rounding errors of energies \[relative\].
-const NOISE: f64 = 1e-14;
+pub(crate) const NOISE: f64 = 1e-14;
 
 /// The factorised stiffness of a body at one state, for steps at many parameter sets around it.
 ///
@@ -91,18 +91,18 @@ impl Descent {
 }
 
 /// A state of a descent, in free degrees of freedom.
-struct At {
-    displacement: Vec<f64>,
-    energy: f64,
+pub(crate) struct At {
+    pub displacement: Vec<f64>,
+    pub energy: f64,
     /// Derivative of the energy.
-    slope: Vec<f64>,
+    pub slope: Vec<f64>,
     /// Norm of the forces on supports.
     reactions: f64,
 }
 
 impl At {
     /// Norm of loads and reactions.
-    fn force_scale(&self, Potential { body, theta, .. }: Potential<'_>) -> f64 {
+    pub(crate) fn force_scale(&self, Potential { body, theta, .. }: Potential<'_>) -> f64 {
         norm(&load_gradient(body, &self.displacement, theta)) + self.reactions
     }
 }
@@ -251,16 +251,11 @@ impl System<'_> {
             return Err(inadmissible(body, &at.displacement));
         }
         let residual_before = norm(&at.slope);
-        let mut pairs: VecDeque<Pair> = VecDeque::with_capacity(MEMORY);
-        let mut taken = 0;
+        let (mut memory, mut taken) = (Memory::default(), 0);
         while taken < steps && norm(&at.slope) > enough * at.force_scale(potential) {
-            let direction = self.direction(&at.slope, &pairs);
-            let first = pairs.is_empty();
+            let direction = memory.direction(self, &at, potential.frames);
+            let first = memory.pairs.is_empty();
             let Some(next) = self.step_along(&at, &direction, potential, first) else { break };
-            if pairs.len() == MEMORY {
-                pairs.pop_front();
-            }
-            pairs.extend(self.pair(&at, &next, potential.frames));
             at = next;
             taken += 1;
         }
@@ -275,7 +270,7 @@ impl System<'_> {
         })
     }
 
-    fn at(&self, displacement: Vec<f64>, potential: Potential<'_>) -> At {
+    pub(crate) fn at(&self, displacement: Vec<f64>, potential: Potential<'_>) -> At {
         let Potential { body, theta, frames } = potential;
         let mut gradient = vec![0.0; displacement.len()];
         let energy = body.value_and_gradient(&displacement, theta, &mut gradient);
@@ -292,29 +287,8 @@ impl System<'_> {
         change
     }
 
-    /// Minus the inverse that the remembered steps make of the held one, times the slope.
-    fn direction(&self, slope: &[f64], pairs: &VecDeque<Pair>) -> Vec<f64> {
-        let mut forces = slope.to_vec();
-        let mut parts = Vec::with_capacity(pairs.len());
-        for pair in pairs.iter().rev() {
-            let part = dot(&pair.step, &forces) / pair.work;
-            add(&mut forces, -part, &pair.change);
-            parts.push(part);
-        }
-        let mut direction = self.solved(&forces);
-        if let Some(last) = pairs.back() {
-            direction.iter_mut().for_each(|d| *d *= last.scale);
-        }
-        for (pair, part) in pairs.iter().zip(parts.into_iter().rev()) {
-            let more = part - dot(&pair.change, &direction) / pair.work;
-            add(&mut direction, more, &pair.step);
-        }
-        direction.iter_mut().for_each(|d| *d = -*d);
-        direction
-    }
-
     /// The longest of some steps along a direction that lowers the energy enough.
-    fn step_along(
+    pub(crate) fn step_along(
         &self,
         at: &At,
         direction: &[f64],
@@ -371,27 +345,98 @@ impl System<'_> {
         self.sparsity.scatter_along(potential.frames, step, &mut displacement);
         self.at(displacement, potential)
     }
+}
 
-    /// What a step tells of the stiffness, where that is positive along it.
-    fn pair(&self, from: &At, to: &At, frames: &Frames) -> Option<Pair> {
-        let moved: Vec<f64> =
-            to.displacement.iter().zip(&from.displacement).map(|(b, a)| b - a).collect();
-        let step: Vec<f64> = self.sparsity.gather_along(frames, &moved).collect();
-        let change: Vec<f64> = to.slope.iter().zip(&from.slope).map(|(b, a)| b - a).collect();
-        let work = dot(&step, &change);
-        let scale = work / dot(&change, &self.solved(&change));
-        (work > 0.0 && scale.is_finite()).then_some(Pair { step, change, work, scale })
-    }
+/// Memory of a quasi-Newton iteration of limited memory. What the held stiffness makes of each change of the slope is kept beside it, so
+/// that a step needs one back-substitution.
+#[derive(Default)]
+pub(crate) struct Memory {
+    pub pairs: VecDeque<Pair>,
+    last: Option<Last>,
+}
+
+/// The state that the last direction began at.
+struct Last {
+    displacement: Vec<f64>,
+    slope: Vec<f64>,
+    /// `K⁻¹` times the slope.
+    solved: Vec<f64>,
 }
 
 /// A step with the change of the slope along it.
-struct Pair {
+pub(crate) struct Pair {
     step: Vec<f64>,
     change: Vec<f64>,
-    /// Their product.
+    /// `K⁻¹` times the change.
+    solved: Vec<f64>,
+    /// Product of step and change.
     work: f64,
     /// The stiffness held, relative to that along the step.
     scale: f64,
+}
+
+impl Memory {
+    /// Minus the inverse that the remembered steps make of the held one, times the slope at a state that the last direction led to.
+    pub(crate) fn direction(&mut self, system: &System<'_>, at: &At, frames: &Frames) -> Vec<f64> {
+        let solved = system.solved(&at.slope);
+        let state = Last {
+            displacement: at.displacement.clone(),
+            slope: at.slope.clone(),
+            solved: solved.clone(),
+        };
+        let last = self.last.replace(state);
+        if let Some(pair) =
+            last.and_then(|last| Pair::between(&last, at, &solved, (system, frames)))
+        {
+            if self.pairs.len() == MEMORY {
+                self.pairs.pop_front();
+            }
+            self.pairs.push_back(pair);
+        }
+        let (mut forces, mut direction) = (at.slope.clone(), solved);
+        let mut parts = Vec::with_capacity(self.pairs.len());
+        for pair in self.pairs.iter().rev() {
+            let part = dot(&pair.step, &forces) / pair.work;
+            add(&mut forces, -part, &pair.change);
+            add(&mut direction, -part, &pair.solved);
+            parts.push(part);
+        }
+        if let Some(last) = self.pairs.back() {
+            direction.iter_mut().for_each(|d| *d *= last.scale);
+        }
+        for (pair, part) in self.pairs.iter().zip(parts.into_iter().rev()) {
+            let more = part - dot(&pair.change, &direction) / pair.work;
+            add(&mut direction, more, &pair.step);
+        }
+        direction.iter_mut().for_each(|d| *d = -*d);
+        direction
+    }
+}
+
+impl Pair {
+    /// What a step tells of the stiffness, where that is positive along it.
+    fn between(
+        from: &Last,
+        to: &At,
+        solved: &[f64],
+        (system, frames): (&System<'_>, &Frames),
+    ) -> Option<Self> {
+        let minus =
+            |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
+        let moved = minus(&to.displacement, &from.displacement);
+        let step: Vec<f64> = system.sparsity.gather_along(frames, &moved).collect();
+        let change = minus(&to.slope, &from.slope);
+        let solved = minus(solved, &from.solved);
+        let work = dot(&step, &change);
+        let scale = work / dot(&change, &solved);
+        (work > 0.0 && scale > 0.0 && scale.is_finite()).then_some(Self {
+            step,
+            change,
+            solved,
+            work,
+            scale,
+        })
+    }
 }
 
 fn add(to: &mut [f64], factor: f64, from: &[f64]) {

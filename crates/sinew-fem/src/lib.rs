@@ -28,6 +28,7 @@
 //!   [`Solver::solve_from`] give a [`Solution`] with its [`History`], or a [`SolveError`] that advises.
 //! - Of several stable equilibria [`Solver::solve`] finds one with few iterations, with [`LoadSteps::Always`] the one that a rising load leads
 //!   to; [`Solver::under_rising_load`] compares, [`Sweep::jumped`] names the samples of a sweep to look at.
+//! - [`Solver::converge`] answers to an accuracy by quasi-Newton steps with a neighbour's stiffness, and bounds the error by their contraction.
 //! - [`sweep`] and [`sweep_balances`] solve for many θ on all cores, each from its neighbour.
 //! - [`Solver::softest_mode`] gives the shape that a body buckles into, to nudge it from an unstable equilibrium.
 //! - [`Solver::follow`] and [`BalanceSolver::follow`] trace the curve of equilibria along a [`Line`] in loads and parameters, through limit
@@ -51,6 +52,7 @@ mod cells;
 mod check;
 mod continuation;
 mod control;
+mod converge;
 mod error;
 mod error_estimate;
 mod factor;
@@ -97,6 +99,7 @@ pub use balance::{BalanceSolution, BalanceSolver};
 pub use buckling::SoftestMode;
 pub use cells::CellValue;
 pub use continuation::{Curve, CurvePoint};
+pub use converge::Converged;
 pub use error::{Advice, NotConverged, SolveError};
 pub use error_estimate::{Distance, ErrorEstimate, NotNearEquilibrium};
 pub use held::{Descent, HeldStiffness};
@@ -109,11 +112,12 @@ pub use locking::{
 pub use matrix::Stiffness;
 pub use nested::coarse_displacement;
 pub use newton_step::NewtonStep;
+pub use order::neighbours;
 pub use report::{Reaction, SolutionReport, Warning, report, report_balance};
 pub use rigid::RigidMode;
 pub use series::IterationSeries;
 pub use solution::{LoadSteps, Options, Solution};
 pub use solver::Solver;
-pub use sweep::{Sweep, SweepError, sweep, sweep_balances};
+pub use sweep::{CHAIN, Sweep, SweepError, sweep, sweep_balances};
 pub use volume::VolumeStep;
 pub use watch::{Progress, print_progress};

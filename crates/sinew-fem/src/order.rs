@@ -1,7 +1,13 @@
 //! An order of samples in which neighbours follow each other.
 
+/// Indices of parameter sets in an order in which neighbours follow each other: from the first one on to the nearest that is left, in the
+/// logarithms of positive entries.
+pub fn neighbours(thetas: &[Vec<f64>]) -> Vec<usize> {
+    nearest_neighbour_path(&log_coordinates(thetas))
+}
+
 /// Entries of θ as coordinates: the logarithm where a column is positive, scaled to [0, 1].
-pub(crate) fn log_coordinates(thetas: &[Vec<f64>]) -> Vec<Vec<f64>> {
+fn log_coordinates(thetas: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let width = thetas.iter().map(Vec::len).max().unwrap_or(0);
     let mut coordinates = vec![vec![0.0; width]; thetas.len()];
     for column in 0..width {
@@ -22,7 +28,7 @@ pub(crate) fn log_coordinates(thetas: &[Vec<f64>]) -> Vec<Vec<f64>> {
 }
 
 /// Starts at the first point and goes on to the nearest one that is left, the first of equals.
-pub(crate) fn nearest_neighbour_path(points: &[Vec<f64>]) -> Vec<usize> {
+fn nearest_neighbour_path(points: &[Vec<f64>]) -> Vec<usize> {
     let mut left: Vec<_> = (0..points.len()).collect();
     let mut path = Vec::with_capacity(points.len());
     let mut current = 0;

@@ -1,7 +1,7 @@
 //! Many θ of one body.
 
 use crate::held::Potential;
-use crate::order::{log_coordinates, nearest_neighbour_path};
+use crate::order::neighbours;
 use crate::{BalanceSolution, BalanceSolver, LoadSteps, Options, Solution, SolveError, Solver};
 use rayon::prelude::*;
 use sinew_energy::{Body, ForceBalance};
@@ -9,7 +9,7 @@ use thiserror::Error;
 
 /// Samples that are solved one after the other, each from its predecessor. The partition depends on nothing
 /// else, so results do not depend on the number of threads.
-const CHAIN: usize = 25;
+pub const CHAIN: usize = 25;
 
 /// Part of the way to the next θ over which the change of forces is differenced: exact for laws linear in θ,
 /// small enough for the others, and ten times cheaper than [`Solver::sensitivity`] for a mere guess.
@@ -134,7 +134,7 @@ fn chained<W, S: Clone + Send>(
     solve: impl Fn(&mut W, Option<&S>, &[f64]) -> Result<S, SolveError> + Sync,
     progress: impl Fn() + Sync,
 ) -> Result<Sweep<S>, SolveError> {
-    let path = nearest_neighbour_path(&log_coordinates(thetas));
+    let path = neighbours(thetas);
     let solve_chain = |chain: &[usize]| -> Result<Vec<_>, SolveError> {
         let (mut solver, mut last) = (fresh()?, None::<S>);
         let mut results = Vec::with_capacity(chain.len());
