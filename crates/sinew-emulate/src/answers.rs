@@ -3,7 +3,7 @@
 
 use crate::answer::{Answer, confirmed, converged};
 use crate::parameters::extrapolation;
-use crate::plan::{Method, Plan};
+use crate::plan::{Centre, Method, Plan};
 use crate::progress::{Counter, Observer};
 use crate::sampling::share_of;
 use crate::{Body, Emulator, Error, PodRegression, Result};
@@ -60,22 +60,23 @@ impl Answers {
         observer: &mut dyn Observer,
     ) -> Result<Self> {
         let start = Instant::now();
-        let plan = Plan::new(body, thetas, accuracy, trained)?;
-        Self::by(plan, body, thetas, trained, observer, start)
+        let planned = Plan::quick(body, thetas, accuracy, trained)?;
+        Self::by(planned, body, thetas, trained, observer, start)
     }
 
     fn by<'b>(
-        plan: Plan,
+        (plan, centre): (Plan, Option<Centre<'b>>),
         body: &'b Body,
         thetas: &[Vec<f64>],
         trained: Option<&Emulator<'b>>,
         observer: &mut dyn Observer,
         start: Instant,
     ) -> Result<Self> {
-        let expansion = match plan.method() {
-            // Without an equilibrium at the centre the solver answers alone.
-            Method::Expansion => Emulator::series(body, 1).ok(),
-            Method::Solver | Method::Emulator => None,
+        let expansion = match (plan.method(), centre) {
+            (Method::Expansion, Some(Centre { solver, displacement })) => {
+                Some(Emulator::series_about(solver, body, &displacement, 1)?)
+            }
+            _ => None,
         };
         let emulator = match plan.method() {
             Method::Emulator => trained,

@@ -181,11 +181,26 @@ impl<'b> Emulator<'b> {
     pub fn series(body: &'b Body, seed: u64) -> Result<Self> {
         require_some(body)?;
         let start = Instant::now();
-        let series = Some(Series::of(body, seed)?);
+        Ok(Self::of_series(body, Series::of(body, seed)?, start))
+    }
+
+    /// About the solution at the centre of the parameters' ranges, where a solver has it already.
+    pub(crate) fn series_about(
+        mut solver: Solver<'b>,
+        body: &'b Body,
+        solved: &[f64],
+        seed: u64,
+    ) -> Result<Self> {
+        let start = Instant::now();
+        let series = Series::about_solved(&mut solver, solved, seed)?;
+        Ok(Self { solvers: Mutex::new(vec![solver]), ..Self::of_series(body, series, start) })
+    }
+
+    fn of_series(body: &'b Body, series: Series, start: Instant) -> Self {
         let mut record = Record::new(Recipe::Series);
         record.prepare_s = start.elapsed().as_secs_f64();
         record.simulations = 1;
-        Ok(Self::new(body, Regressed { series, regression: None }.into(), record))
+        Self::new(body, Regressed { series: Some(series), regression: None }.into(), record)
     }
 
     pub(crate) fn new(body: &'b Body, model: Model, record: Record) -> Self {

@@ -9,6 +9,10 @@ use sinew_fem::{Options, Solver};
 /// Parameter sets below which the solver answers without a look at the alternatives: measuring them takes two solves.
 const FEW: usize = 4;
 
+/// Newton steps that an answer from a prediction costs as much as: three quasi-Newton steps with a neighbour's stiffness, and a Newton step for
+/// the sets at which these do not contract (measured: 0.3 for a left ventricle, 0.5 over a decade of stiffness).
+const ANSWER: f64 = 0.5;
+
 /// A method that can answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -63,7 +67,7 @@ impl Plan {
     /// Counts the Newton steps of a solve from rest at the centre of the ranges and of one from there to the first parameter set, and times a
     /// checked Newton step.
     ///
-    /// A `trained` emulator's own costs are steps alone. Below four sets without one the solver is taken at once.
+    /// A `trained` emulator's own costs are steps alone.
     ///
     /// # Errors
     /// An accuracy outside 1e-10 to 0.5, θ of the wrong length.
@@ -73,10 +77,30 @@ impl Plan {
         accuracy: f64,
         trained: Option<&Emulator<'_>>,
     ) -> Result<Self> {
+        Ok(Self::measured(body, thetas, accuracy, trained, 1)?.0)
+    }
+
+    /// For answers: below four sets nothing is measured. With the solution at the centre of the ranges where one was needed.
+    pub(crate) fn quick<'b>(
+        body: &'b Body,
+        thetas: &[Vec<f64>],
+        accuracy: f64,
+        trained: Option<&Emulator<'_>>,
+    ) -> Result<(Self, Option<Centre<'b>>)> {
+        Self::measured(body, thetas, accuracy, trained, FEW)
+    }
+
+    fn measured<'b>(
+        body: &'b Body,
+        thetas: &[Vec<f64>],
+        accuracy: f64,
+        trained: Option<&Emulator<'_>>,
+        fewest: usize,
+    ) -> Result<(Self, Option<Centre<'b>>)> {
         check_accuracy(accuracy)?;
         thetas.iter().try_for_each(|theta| check_length(body, theta))?;
         let sets = thetas.len();
-        let plan = |costs| Ok(Self { sets, accuracy, costs });
+        let plan = |costs, centre| Ok((Self { sets, accuracy, costs }, centre));
         let alone = |method| Cost {
             method,
             prepare_s: 0.0,
@@ -84,12 +108,12 @@ impl Plan {
             total_s: f64::NAN,
             newton_steps: f64::NAN,
         };
-        if sets < FEW {
+        if sets < fewest {
             let method = if trained.is_some() { Method::Emulator } else { Method::Solver };
-            return plan(vec![alone(method)]);
+            return plan(vec![alone(method)], None);
         }
-        let Some(timed) = Timed::measure(body, &thetas[0])? else {
-            return plan(vec![alone(Method::Solver)]);
+        let Some((timed, centre)) = Timed::measure(body, &thetas[0])? else {
+            return plan(vec![alone(Method::Solver)], None);
         };
         let threads = rayon::current_num_threads() as f64;
         let cost = |method, prepare: f64, each: f64| {
@@ -99,19 +123,26 @@ impl Plan {
         };
         let mut costs = vec![cost(Method::Solver, 0.0, timed.near)];
         if !body.parameters.is_empty() {
-            costs.push(cost(Method::Expansion, timed.expansion(body), 1.0));
+            costs.push(cost(Method::Expansion, timed.expansion(body), ANSWER));
         }
         if trained.is_some() {
-            costs.push(cost(Method::Emulator, 0.0, 1.0));
+            costs.push(cost(Method::Emulator, 0.0, ANSWER));
         }
         costs.sort_by(|a, b| a.newton_steps.total_cmp(&b.newton_steps));
-        plan(costs)
+        plan(costs, Some(centre))
     }
 
     /// The method that is taken.
     pub fn method(&self) -> Method {
         self.costs[0].method
     }
+}
+
+/// Solution at the centre of the ranges.
+pub(crate) struct Centre<'b> {
+    pub solver: Solver<'b>,
+    /// Displacement, node by node \[length\].
+    pub displacement: Vec<f64>,
 }
 
 /// Newton steps and seconds that a plan is made of.
@@ -126,7 +157,7 @@ struct Timed {
 
 impl Timed {
     /// `None` where the body has no equilibrium at the centre or at `theta`.
-    fn measure(body: &Body, theta: &[f64]) -> Result<Option<Self>> {
+    fn measure<'b>(body: &'b Body, theta: &[f64]) -> Result<Option<(Self, Centre<'b>)>> {
         let (mut solver, options) = (Solver::new(body)?, Options::default());
         let Ok(centre) = solver.solve(&body.centre(), &options) else { return Ok(None) };
         let Ok(near) = solver.solve_from(&centre.displacement, theta, &options) else {
@@ -135,7 +166,8 @@ impl Timed {
         let checked = solver.error_estimate(&near.displacement, theta)?;
         let [rest, near] = [&centre, &near].map(|found| found.iterations() as f64);
         let step_s = checked.seconds / checked.newton_steps.max(1) as f64;
-        Ok(Some(Self { near: near.min(rest), rest, step_s }))
+        let timed = Self { near: near.min(rest), rest, step_s };
+        Ok(Some((timed, Centre { solver, displacement: centre.displacement })))
     }
 
     /// Newton steps that a Taylor expansion of second order costs as much as: a solve, and a state for the derivatives by each parameter and each two of them.

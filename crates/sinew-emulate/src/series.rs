@@ -19,11 +19,17 @@ const FILE: &str = "series.json";
 impl Series {
     /// Solves once, at the centre of the parameters' ranges.
     pub(crate) fn of(body: &Body, seed: u64) -> Result<Self> {
+        let mut solver = Solver::new(body)?;
+        let solved = solver.solve(&body.centre(), &Options::default())?;
+        Self::about_solved(&mut solver, &solved.displacement, seed)
+    }
+
+    /// About the solution at the centre of the parameters' ranges.
+    pub(crate) fn about_solved(solver: &mut Solver<'_>, solved: &[f64], seed: u64) -> Result<Self> {
+        let body = solver.body();
         let topology = graph::topology_of_met(body, seed)?;
-        let (mut solver, centre) = (Solver::new(body)?, body.centre());
-        let solved = solver.solve(&centre, &Options::default())?.displacement;
         let tried = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
-        Self::about(&mut solver, &topology, &solved, &tried)
+        Self::about(solver, &topology, solved, &tried)
     }
 
     /// About a state near to equilibrium at that centre; orders and form are chosen at the parameter sets `tried`.

@@ -4,6 +4,7 @@ mod batch;
 pub(crate) mod evaluate;
 pub(crate) mod export;
 pub(crate) mod mesh;
+pub(crate) mod plan;
 pub(crate) mod predict;
 pub(crate) mod report;
 pub(crate) mod sample;

@@ -5,7 +5,7 @@ mod print;
 mod commands;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use commands::{evaluate, export, mesh, predict, report, sample, scenes, solve, train};
+use commands::{evaluate, export, mesh, plan, predict, report, sample, scenes, solve, train};
 use std::process::ExitCode;
 
 const HELP: &str = "\
@@ -48,7 +48,9 @@ enum Command {
     Merge(sample::Merge),
     /// Train an emulator.
     Train(train::Train),
-    /// Predict displacements with a trained emulator.
+    /// Expect the cost of answers to an accuracy, by each method.
+    Plan(plan::Plan),
+    /// Predict displacements, with a trained emulator or to an accuracy.
     Predict(predict::Predict),
     /// Predict, and come nearer to equilibrium by Newton steps.
     Correct(predict::Correct),
@@ -75,6 +77,7 @@ fn main() -> ExitCode {
         Command::Sample(command) => command.run(),
         Command::Merge(command) => command.run(),
         Command::Train(command) => command.run(),
+        Command::Plan(command) => command.run(),
         Command::Predict(command) => command.run(),
         Command::Correct(command) => command.run(),
         Command::Evaluate(command) => command.run(),

@@ -258,6 +258,9 @@ fn an_accuracy_is_met_without_an_emulator() {
         let (a, b) = (number(a, ours), number(b, theirs));
         assert!((a / b - 1.0).abs() < 1e-6, "{a} for {b}");
     }
+    let planned = done(folder.path(), "plan plate.toml --count 1,10000");
+    let taken: Vec<_> = planned.lines().filter(|line| line.starts_with("taken")).collect();
+    assert!(taken[0].contains("solver") && taken[1].contains("expansion"), "{planned}");
     let (code, told) = sinew(folder.path(), "predict plate.toml --accuracy 2");
     assert!(code == 2 && told.contains("1e-10 to 0.5"), "{code}: {told}");
 }

@@ -1,7 +1,6 @@
 //! Predictions and their corrections.
 
 mod answer;
-
 use super::{
     Answer, Batch, CaseArguments, MOST_WARNINGS, ThetaArguments, Written, refuse, trained,
     warn_of_locking,

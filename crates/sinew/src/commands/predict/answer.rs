@@ -1,11 +1,12 @@
 //! Answers to an accuracy that is asked for, by the method that costs least.
 
 use super::{Asked, others};
+use crate::commands::plan::table;
 use crate::commands::{Answer as Cells, trained, warn_of_locking};
 use anyhow::{Result, bail};
 use sinew::output::{Quality, displacement_in_words, mean_and_largest};
 use sinew::{Body, Case, Emulator};
-use sinew_emulate::{Answer, Answers, Plan, Source, Terminal};
+use sinew_emulate::{Answer, Answers, Source, Terminal};
 use std::path::Path;
 
 /// Name of the folder of answers.
@@ -28,7 +29,7 @@ pub(super) fn to(
     warn_of_locking(sinew_fem::locking_over_ranges(body)?);
     let thetas = batch.thetas();
     let found = Answers::to(body, &thetas, accuracy, emulator.as_ref(), &mut Terminal::default())?;
-    tell(&found.plan);
+    table(&found.plan);
     let open: Vec<usize> = batch.open().collect();
     let mut answers: Vec<Answer> = Vec::new();
     for (row, answer) in open.into_iter().zip(found.answers) {
@@ -68,23 +69,6 @@ pub(super) fn to(
             "{beyond} of {} answers are not within {accuracy:e}: the column `estimate` of cases.csv says how far they are",
             answers.len()
         ),
-    }
-}
-
-/// The table of costs.
-fn tell(plan: &Plan) {
-    for (place, cost) in plan.costs.iter().enumerate() {
-        let taken = if place == 0 { "taken" } else { "     " };
-        let name = cost.method.name();
-        match cost.total_s.is_finite() {
-            true => println!(
-                "{taken} {name:34} {:8.2} s expected: {:.2} s to prepare, {:.1} ms a set",
-                cost.total_s,
-                cost.prepare_s,
-                1e3 * cost.each_s
-            ),
-            false => println!("{taken} {name:34} for {} sets", plan.sets),
-        }
     }
 }
 

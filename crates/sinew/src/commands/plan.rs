@@ -1,0 +1,61 @@
+//! Expected costs of answers to an accuracy.
+
+use super::{CaseArguments, trained};
+use anyhow::Result;
+use clap::Args;
+use sinew::{Design, Emulator};
+use sinew_emulate::Plan as Costs;
+
+/// For how many parameter sets.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Solves twice, counts and times the Newton steps, and prints the expected cost of each method: the solver, a Taylor
+expansion with Newton steps, and a trained emulator where OUT holds exactly one. sinew predict --accuracy takes the first.
+
+Example: sinew plan LeftVentricle --count 100,10000")]
+pub(crate) struct Plan {
+    #[command(flatten)]
+    case: CaseArguments,
+    /// Numbers of parameter sets
+    #[arg(long, value_delimiter = ',', default_values_t = [1, 100, 10_000])]
+    count: Vec<usize>,
+    /// Largest mean nodal error, relative to the mean nodal displacement
+    #[arg(long, value_name = "TOLERANCE", default_value_t = 1e-3)]
+    accuracy: f64,
+}
+
+/// Of the first parameter set, near which the solver is timed.
+const SEED: u64 = 1;
+
+impl Plan {
+    pub(crate) fn run(&self) -> Result<()> {
+        let (_, body, folder) = self.case.open()?;
+        let emulator = match trained(&folder).as_deref() {
+            Ok([(_, path)]) => Some(Emulator::load(path, &body)?),
+            _ => None,
+        };
+        for &count in &self.count {
+            let thetas = Design::Uniform.sample(&body.parameters, count, SEED)?;
+            println!("{count} parameter sets to {:e}", self.accuracy);
+            table(&Costs::new(&body, &thetas, self.accuracy, emulator.as_ref())?);
+        }
+        Ok(())
+    }
+}
+
+/// The table of costs.
+pub(super) fn table(plan: &Costs) {
+    for (place, cost) in plan.costs.iter().enumerate() {
+        let taken = if place == 0 { "taken" } else { "     " };
+        let name = cost.method.name();
+        match cost.total_s.is_finite() {
+            true => println!(
+                "{taken} {name:34} {:8.2} s expected: {:.2} s to prepare, {:.1} ms a set",
+                cost.total_s,
+                cost.prepare_s,
+                1e3 * cost.each_s
+            ),
+            false => println!("{taken} {name:34} for {} sets", plan.sets),
+        }
+    }
+}
