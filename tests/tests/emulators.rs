@@ -2,11 +2,10 @@
 
 mod support;
 
+use sinew_coordinates::OutputScale;
 use sinew_energy::{Barriers, metrics::displacement_error};
 use sinew_fem::{Solution, Solver};
-use sinew_gnn::{
-    Budget, DataFit, FixedGeometry, MinimumPotential, OutputScale, Surrogate, TrainingConfig,
-};
+use sinew_gnn::{Budget, DataFit, FixedGeometry, MinimumPotential, Surrogate, TrainingConfig};
 use std::sync::Arc;
 use support::{Beam, centre, grid, norm};
 

@@ -60,7 +60,6 @@ mod rows;
 mod simd;
 #[cfg(test)]
 mod testing;
-mod turning;
 
 pub use activation::Activation;
 pub use combine::{normalised, sum};
@@ -71,7 +70,7 @@ pub use index::GatherPlan;
 pub use lanes::Lanes;
 pub use mlp::gathered_mlp;
 pub use moments::{AdamRule, adam_direction, descend, momentum_direction};
-pub use motions::{MotionTree, rigid_motions, rigid_motions_tangent};
+pub use motions::rigid_motions;
 pub use orthogonalise::orthogonalise;
 pub use perceptron::{Input, LayerNormalisation, PerceptronWeights};
 pub use potential::fused_potential;

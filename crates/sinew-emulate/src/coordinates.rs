@@ -13,9 +13,10 @@
 use crate::{Body, Result, parameters};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use sinew_coordinates::{Motions, PrincipalDirections};
 use sinew_energy::Barriers;
 use sinew_fem::{SolveError, Solver};
-use sinew_gnn::{Motions, PrincipalDirections, TrainingConfig};
+use sinew_gnn::TrainingConfig;
 use sinew_graph::Topology;
 
 /// What the outputs of a network mean.
@@ -227,8 +228,11 @@ pub(crate) fn of_simulations(
     /// which waste it on them (by trial).
     const POWER: f64 = 0.7;
     let scaling = parameters::scaling(body)?;
-    let parameters: Vec<Vec<f64>> =
-        thetas.iter().map(|theta| scaling.standardise(theta)).collect::<sinew_gnn::Result<_>>()?;
+    let parameters: Vec<Vec<f64>> = thetas
+        .iter()
+        .map(|theta| scaling.standardise(theta))
+        .collect::<std::result::Result<_, sinew_coordinates::CoordinateError>>(
+    )?;
     let fields = fields.iter().map(Vec::as_slice);
     Ok(PrincipalDirections::following(fields, &parameters, POWER)?)
 }

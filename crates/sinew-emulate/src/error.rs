@@ -32,6 +32,9 @@ pub enum Error {
     /// A network that cannot be made, trained or asked.
     #[error(transparent)]
     Network(#[from] sinew_gnn::Error),
+    /// Coordinates or scales that do not suit a body.
+    #[error(transparent)]
+    Coordinates(#[from] sinew_coordinates::CoordinateError),
     /// A mesh that has no valid graph.
     #[error("the mesh could not be turned into a graph: {0}")]
     Graph(#[from] sinew_graph::GraphError),

@@ -1,7 +1,8 @@
 //! The graph of a body: what every network starts from.
 
 use crate::{Body, Result};
-use sinew_gnn::{Coordinates, Dirichlet, Geometry, Motions};
+use sinew_coordinates::{Coordinates, Dirichlet, Motions};
+use sinew_gnn::Geometry;
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 
 /// Clusters of a layer in one of the next, where they go on to the whole body (docs/design.md, "Graph").

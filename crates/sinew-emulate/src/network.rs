@@ -13,11 +13,12 @@ use crate::{Body, Record, Result, graph, parameters};
 use course::Course;
 pub use course::{CurvePoint, Kept};
 use serde::{Deserialize, Serialize};
+use sinew_coordinates::Coordinates as Meaning;
+use sinew_coordinates::{Motions, OutputScale};
 use sinew_fem::{Options, Solver};
-use sinew_gnn::Coordinates as Meaning;
 use sinew_gnn::{
-    Backend, DataSet, Decoding, EmulatorConfig, FixedGeometry, Geometry, Motions, Objective,
-    OutputScale, Sample, Scales, Surrogate, Trainer, TrainingConfig,
+    Backend, DataSet, Decoding, EmulatorConfig, FixedGeometry, Geometry, Objective, Sample, Scales,
+    Surrogate, Trainer, TrainingConfig,
 };
 use std::path::Path;
 

@@ -2,8 +2,8 @@
 
 use crate::sampling::share_of;
 use crate::{Body, Error, Result, Warning};
+use sinew_coordinates::{ParameterRange, ParameterScaling};
 use sinew_energy::Parameter;
-use sinew_gnn::{ParameterRange, ParameterScaling};
 
 /// Relative slack within which a value counts as inside its range: rounding of a bound that went through a logarithm or
 /// a text file.

@@ -11,9 +11,9 @@ use crate::network::Network;
 use crate::{Body, Result, parameters};
 use rayon::ThreadPoolBuilder;
 use serde::{Deserialize, Serialize};
+use sinew_coordinates::OutputScale;
 use sinew_gnn::{
-    Backend, Budget, DataSet, Geometry, Lesson, OutputScale, Scales, StreamTrainer, Surrogate,
-    TrainingConfig,
+    Backend, Budget, DataSet, Geometry, Lesson, Scales, StreamTrainer, Surrogate, TrainingConfig,
 };
 use std::ops::ControlFlow;
 use std::sync::mpsc::{Receiver, sync_channel};

@@ -2,8 +2,8 @@
 
 use crate::store::{read_json, write_json};
 use crate::{Body, Design, Error, PodRegression, Result, coordinates, graph, parameters};
+use sinew_coordinates::Motions;
 use sinew_fem::{Options, Solver};
-use sinew_gnn::Motions;
 use sinew_graph::Topology;
 use std::path::Path;
 

@@ -1,5 +1,6 @@
 //! What can go wrong, with the numbers and what to try.
 
+use sinew_coordinates::CoordinateError;
 use std::path::PathBuf;
 
 /// Errors of emulators, data sets and training.
@@ -9,37 +10,6 @@ pub enum Error {
     /// A configuration value admits no network.
     #[error("emulator configuration: {what} is {value}, but must be at least 1")]
     Configuration { what: &'static str, value: usize },
-    /// An array does not have the length its meaning asks for.
-    #[error(
-        "{what}: {found} given, {expected} expected; check that geometry, topology, configuration and data belong together"
-    )]
-    Count { what: &'static str, found: usize, expected: usize },
-    /// An input holds NaN or an infinity.
-    #[error(
-        "{what} holds {value} at index {index}; remove or repair this entry before training or predicting"
-    )]
-    NotFinite { what: &'static str, index: usize, value: f64 },
-    /// A parameter on the log scale is not positive.
-    #[error(
-        "parameter {parameter} is {value}, but its scale is logarithmic; give a positive value or choose the linear scale"
-    )]
-    LogOfNonPositive { parameter: usize, value: f64 },
-    /// A sample that training would extrapolate to.
-    #[error(
-        "parameter {parameter} of sample {sample} is {value}, outside its range [{lower}, {upper}]; check the units, or \
-         widen the range"
-    )]
-    OutsideRange { sample: usize, parameter: usize, value: f64, lower: f64, upper: f64 },
-    /// A parameter range is empty.
-    #[error(
-        "parameter {parameter} ranges from {lower} to {upper}; the upper bound must exceed the lower one"
-    )]
-    EmptyRange { parameter: usize, lower: f64, upper: f64 },
-    /// A scale by which outputs or losses are divided is not positive.
-    #[error(
-        "{what} is {value}, but must be positive and finite; compute it from training displacements or from one linear solve"
-    )]
-    Scale { what: &'static str, value: f64 },
     /// The share of the budget that trains the node embeddings is none.
     #[error(
         "the share of the budget that trains the node embeddings is {0}; give a number from 0 to 1"
@@ -82,11 +52,9 @@ pub enum Error {
     /// A sample at which the potential cannot be evaluated.
     #[error("sample {sample} does not suit the potential: {reason}")]
     Parameters { sample: usize, reason: String },
-    /// A body whose stiffness cannot be formed.
-    #[error(
-        "the stiffness of the body is not finite at the displacement given: it inverts a cell, or an energy overflows; give a smaller one"
-    )]
-    NoStiffness,
+    /// Coordinates or scales that do not suit a body or a sample.
+    #[error(transparent)]
+    Coordinates(#[from] CoordinateError),
     /// Parameters that do not suit a body.
     #[error(transparent)]
     Theta(#[from] sinew_energy::ThetaError),
@@ -109,22 +77,3 @@ pub enum Error {
 
 /// Result with this crate's [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
-
-/// Requires `found == expected`.
-pub(crate) fn require_count(what: &'static str, found: usize, expected: usize) -> Result<()> {
-    if found == expected { Ok(()) } else { Err(Error::Count { what, found, expected }) }
-}
-
-/// Requires every value to be finite.
-pub(crate) fn require_finite<T: Copy + Into<f64>>(what: &'static str, values: &[T]) -> Result<()> {
-    let mut values = values.iter().map(|&value| value.into()).enumerate();
-    match values.find(|(_, value)| !value.is_finite()) {
-        None => Ok(()),
-        Some((index, value)) => Err(Error::NotFinite { what, index, value }),
-    }
-}
-
-/// Requires a positive, finite scale.
-pub(crate) fn require_positive(what: &'static str, value: f64) -> Result<()> {
-    if value.is_finite() && value > 0.0 { Ok(()) } else { Err(Error::Scale { what, value }) }
-}

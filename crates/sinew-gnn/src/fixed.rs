@@ -2,11 +2,11 @@
 
 use burn::tensor::{Tensor, TensorData};
 
-use crate::coordinates::OutputMap;
 use crate::emulator::Emulator;
 use crate::error::{Error, Result};
-use crate::scaling::ParameterScaling;
+use crate::map::OutputMap;
 use crate::surrogate::{GeometryTensors, Surrogate, parameter_tensor};
+use sinew_coordinates::ParameterScaling;
 
 /// Rows (parameter sets × nodes) decoded at once: their activations of 128 columns fill a few
 /// megabytes, beyond that a batch only costs memory.

@@ -66,7 +66,6 @@
 //! Nothing assumes one geometry or three dimensions.
 
 mod config;
-mod coordinates;
 mod data;
 mod device;
 mod emulator;
@@ -75,20 +74,19 @@ mod files;
 mod fixed;
 mod graph;
 mod kernels;
+mod map;
 mod objective;
 mod optimiser;
-mod packed;
 mod perceptron;
 mod random;
-mod scaling;
 mod schedule;
 mod store;
+mod supports;
 mod surrogate;
 mod training;
 
 pub use config::{Decoding, EmulatorConfig};
-pub use coordinates::{Coordinates, Motions, PrincipalDirections};
-pub use data::{DataSet, Dirichlet, Geometry, Sample};
+pub use data::{DataSet, Geometry, Sample};
 pub use device::Backend;
 pub use emulator::{Embedding, Emulator, Output};
 pub use error::{Error, Result};
@@ -100,7 +98,6 @@ pub use objective::{
     Objective, Potential,
 };
 pub use optimiser::{MuonConfig, OptimiserConfig};
-pub use scaling::{OutputScale, ParameterRange, ParameterScale, ParameterScaling};
 pub use schedule::Schedule;
 pub use sinew_burn::Activation;
 pub use surrogate::{Scales, Surrogate};

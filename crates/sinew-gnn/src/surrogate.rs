@@ -6,14 +6,16 @@ use serde::{Deserialize, Serialize};
 use sinew_graph::{ColumnStatistics, FeatureMatrix, FeatureStatistics};
 
 use crate::config::{Decoding, EmulatorConfig};
-use crate::coordinates::{Coordinates, OutputMap, all_terms, check_terms};
 use crate::data::{DataSet, Geometry, Sample};
 use crate::emulator::{Embedding, Emulator};
-use crate::error::{Result, require_count, require_finite};
+use crate::error::Result;
 use crate::fixed::{FixedGeometry, Prediction, values};
 use crate::graph::Graph;
 use crate::kernels::KernelChoice;
-use crate::scaling::{OutputScale, ParameterScaling};
+use crate::map::OutputMap;
+use sinew_coordinates::{Coordinates, all_terms, check_terms};
+use sinew_coordinates::{OutputScale, ParameterScaling};
+use sinew_coordinates::{require_count, require_finite};
 
 /// Everything that turns physical inputs into network inputs and network outputs into displacements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -296,8 +298,10 @@ pub(crate) fn parameter_tensor<'a>(
     device: &Device,
 ) -> Result<Tensor<2>> {
     let rows = thetas.len();
-    let values: Vec<Vec<f64>> =
-        thetas.map(|theta| scaling.standardise(theta)).collect::<Result<_>>()?;
+    let values: Vec<Vec<f64>> = thetas
+        .map(|theta| scaling.standardise(theta))
+        .collect::<std::result::Result<_, sinew_coordinates::CoordinateError>>(
+    )?;
     Ok(matrix(&values.concat(), rows, device))
 }
 

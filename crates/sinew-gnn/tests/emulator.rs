@@ -4,6 +4,7 @@ mod common;
 
 use burn::module::Module;
 use common::*;
+use sinew_coordinates::*;
 use sinew_gnn::*;
 
 /// Single precision through some fifteen layers.
@@ -135,9 +136,18 @@ fn a_batch_is_its_members_and_extrapolation_is_flagged() {
         assert_eq!(batch.extrapolated[set], set == 700);
     }
     let one = |theta: Vec<f64>| fixed.predict(&[theta]);
-    assert!(matches!(one(vec![1.0]), Err(Error::Count { found: 1, expected: 2, .. })));
-    assert!(matches!(one(vec![1.0, f64::NAN]), Err(Error::NotFinite { .. })));
-    assert!(matches!(one(vec![-1.0, 1.0]), Err(Error::LogOfNonPositive { .. })));
+    assert!(matches!(
+        one(vec![1.0]),
+        Err(Error::Coordinates(CoordinateError::Count { found: 1, expected: 2, .. }))
+    ));
+    assert!(matches!(
+        one(vec![1.0, f64::NAN]),
+        Err(Error::Coordinates(CoordinateError::NotFinite { .. }))
+    ));
+    assert!(matches!(
+        one(vec![-1.0, 1.0]),
+        Err(Error::Coordinates(CoordinateError::LogOfNonPositive { .. }))
+    ));
 }
 
 #[test]
@@ -208,20 +218,29 @@ fn misfits_are_refused() {
     let scales = Scales::over(&data.geometries, parameters, output).unwrap();
     let device = &devices()[0];
     let refused = Surrogate::new(&config, &data, scales.clone(), 0, device);
-    assert!(matches!(refused, Err(Error::Count { found: 1, expected: 2, .. })));
+    assert!(matches!(
+        refused,
+        Err(Error::Coordinates(CoordinateError::Count { found: 1, expected: 2, .. }))
+    ));
     let mut still = scales.clone();
     still.output.scale[1] = 0.0;
     let config = small_config(&data, 2);
-    assert!(matches!(Surrogate::new(&config, &data, still, 0, device), Err(Error::Scale { .. })));
+    assert!(matches!(
+        Surrogate::new(&config, &data, still, 0, device),
+        Err(Error::Coordinates(CoordinateError::Scale { .. }))
+    ));
     let surrogate = Surrogate::new(&config, &data, scales, 0, device).unwrap();
     let other = plane_cantilever(50.0).geometry(vec![1.0], |x| x);
     assert!(matches!(
         surrogate.fixed_geometry(&other),
-        Err(Error::Count { found: 1, expected: 2, .. })
+        Err(Error::Coordinates(CoordinateError::Count { found: 1, expected: 2, .. }))
     ));
     let mut broken = body.geometry(vec![40.0, 10.0], |x| x);
     broken.features.nodes.values[3] = f64::NAN;
-    assert!(matches!(surrogate.fixed_geometry(&broken), Err(Error::NotFinite { index: 3, .. })));
+    assert!(matches!(
+        surrogate.fixed_geometry(&broken),
+        Err(Error::Coordinates(CoordinateError::NotFinite { index: 3, .. }))
+    ));
 }
 
 #[test]

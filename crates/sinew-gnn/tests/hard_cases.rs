@@ -5,6 +5,7 @@ mod common;
 use std::sync::Arc;
 
 use common::*;
+use sinew_coordinates::*;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Barriers, Load, Parameter, Sampling, Scene, Support, Units};
 use sinew_gnn::*;
@@ -191,8 +192,13 @@ fn parameters_in_wrong_units_are_refused() {
         let value = sample.theta[1];
         let objective = data_fit(&surrogate);
         let refused = Trainer::new(surrogate.clone(), data, objective, config(1, 1e-3)).err();
-        let expected =
-            Error::OutsideRange { sample: index, parameter: 1, value, lower: 0.5, upper: 2.0 };
+        let expected = Error::Coordinates(CoordinateError::OutsideRange {
+            sample: index,
+            parameter: 1,
+            value,
+            lower: 0.5,
+            upper: 2.0,
+        });
         assert_eq!(refused.map(|error| error.to_string()), Some(expected.to_string()));
     }
     // A prediction there is made, and says that it is an extrapolation.

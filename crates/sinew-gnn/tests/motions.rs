@@ -4,6 +4,7 @@ mod common;
 
 use common::{devices, relative_difference, small_config, thetas};
 use nalgebra::{DMatrix, DVector};
+use sinew_coordinates::*;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Barriers, Body, Load, Parameter, Sampling, Scene, Stiffness, Support, Units};
 use sinew_gnn::*;
@@ -213,13 +214,16 @@ fn outputs_of_other_networks_and_bodies_are_refused() {
     let mut data = beam.data();
     let surrogate = beam.surrogate(&data, &devices()[0]);
     let plain = Geometry { coordinates: Coordinates::Components, ..data.geometries[0].clone() };
-    assert!(matches!(surrogate.fixed_geometry(&plain), Err(Error::Count { .. })));
+    assert!(matches!(
+        surrogate.fixed_geometry(&plain),
+        Err(Error::Coordinates(CoordinateError::Count { .. }))
+    ));
     let config = small_config(&data, 3);
     let scales = surrogate.scales().clone();
     let other = Surrogate::new(&config, &data, scales, 1, &devices()[0]);
-    assert!(matches!(other, Err(Error::Count { .. })));
+    assert!(matches!(other, Err(Error::Coordinates(CoordinateError::Count { .. }))));
     data.geometries[0].coordinates = Coordinates::Motions(Beam::hanging([3, 2, 2]).motions());
-    assert!(matches!(data.check(3), Err(Error::Count { .. })));
+    assert!(matches!(data.check(3), Err(Error::Coordinates(CoordinateError::Count { .. }))));
     let without = Topology { clusters: vec![], roots_per_layer: vec![], ..beam.topology.clone() };
     let rest = vec![0.0; 3 * beam.body.nodes];
     assert!(Motions::about(&rest, &without, &beam.body, &beam.theta).is_err());
@@ -396,7 +400,10 @@ fn outputs_follow_the_parameters_to_first_order() {
     let one = motions.following(&changes[..1], &beam.body).unwrap();
     data.geometries[0].coordinates = Coordinates::Motions(one);
     let scales = beam.surrogate(&beam.data(), &devices()[0]);
-    assert!(matches!(scales.fixed_geometry(&data.geometries[0]), Err(Error::Count { .. })));
+    assert!(matches!(
+        scales.fixed_geometry(&data.geometries[0]),
+        Err(Error::Coordinates(CoordinateError::Count { .. }))
+    ));
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod common;
 
 use burn::tensor::{Tensor, TensorData};
 use common::*;
+use sinew_coordinates::*;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Parameter, Sampling, Scene, Stiffness, Support, Units};
 use sinew_gnn::*;
@@ -86,12 +87,15 @@ fn an_energy_norm_needs_a_fitting_stiffness_and_simulations() {
     let (data, _) = prediction();
     let attempt =
         |cells, data: &DataSet| EnergyNormFit::new(vec![stiffness(cells)], data).unwrap_err();
-    assert!(matches!(attempt([2, 1, 1], &data), Error::Count { .. }));
+    assert!(matches!(attempt([2, 1, 1], &data), Error::Coordinates(CoordinateError::Count { .. })));
     let mut without = data.clone();
     without.training[1].displacement.clear();
-    assert!(matches!(attempt([3, 1, 1], &without), Error::Count { .. }));
+    assert!(matches!(
+        attempt([3, 1, 1], &without),
+        Error::Coordinates(CoordinateError::Count { .. })
+    ));
     let mut same = data.clone();
     same.training.truncate(1);
-    assert!(matches!(attempt([3, 1, 1], &same), Error::Scale { .. }));
+    assert!(matches!(attempt([3, 1, 1], &same), Error::Coordinates(CoordinateError::Scale { .. })));
     assert!(EnergyNormFit::new(vec![], &data).is_err());
 }

@@ -3,6 +3,7 @@
 mod common;
 
 use common::*;
+use sinew_coordinates::*;
 use sinew_gnn::*;
 
 /// Directions that mix all degrees of freedom, about displacements that follow two parameters.
@@ -63,7 +64,7 @@ fn supports_sensitivities_and_storage_hold_in_any_directions() {
 fn directions_of_another_body_are_refused() {
     let (_, mut data) = plane_data();
     data.geometries[0].coordinates = Coordinates::Principal(mixing_directions(4));
-    assert!(matches!(data.check(2), Err(Error::Count { .. })));
+    assert!(matches!(data.check(2), Err(Error::Coordinates(CoordinateError::Count { .. }))));
 }
 
 #[test]

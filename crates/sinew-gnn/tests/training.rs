@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use burn::tensor::{Device, Tensor, TensorData};
 use common::*;
+use sinew_coordinates::*;
 use sinew_gnn::*;
 use sinew_graph::FeatureMatrix;
 
@@ -401,10 +402,13 @@ fn data_that_cannot_be_trained_on_are_refused() {
         let config = TrainingConfig { embedding_share: share, ..settings(1) };
         assert!(matches!(config.check(), Err(Error::EmbeddingShare(_))));
     }
-    assert!(matches!(attempt(&|data| data.training[2].displacement.clear()), Error::Count { .. }));
+    assert!(matches!(
+        attempt(&|data| data.training[2].displacement.clear()),
+        Error::Coordinates(CoordinateError::Count { .. })
+    ));
     assert!(matches!(
         attempt(&|data| data.training[2].displacement[5] = f64::INFINITY),
-        Error::NotFinite { index: 5, .. }
+        Error::Coordinates(CoordinateError::NotFinite { index: 5, .. })
     ));
     assert!(matches!(
         attempt(&|data| data.training[1].geometry = 2),
@@ -412,7 +416,7 @@ fn data_that_cannot_be_trained_on_are_refused() {
     ));
     assert!(matches!(
         attempt(&|data| data.training[1].theta[0] = -1.0),
-        Error::LogOfNonPositive { .. }
+        Error::Coordinates(CoordinateError::LogOfNonPositive { .. })
     ));
 }
 
@@ -428,5 +432,11 @@ fn a_surrogate_of_other_meshes_is_refused() {
     let geometries = vec![flat(), flat()];
     let data = DataSet { geometries, training: vec![sample(0), sample(1)], validation: vec![] };
     let refused = Trainer::new(surrogate, data, objective, settings(1)).err().unwrap();
-    assert!(matches!(refused, Error::Count { what: "nodes of a geometry", .. }), "{refused}");
+    assert!(
+        matches!(
+            refused,
+            Error::Coordinates(CoordinateError::Count { what: "nodes of a geometry", .. })
+        ),
+        "{refused}"
+    );
 }

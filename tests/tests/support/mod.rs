@@ -1,12 +1,13 @@
 //! A small beam that bends under its own weight, as scene, as graph and as data set.
 #![allow(dead_code)] // every test program uses its part
 
+use sinew_coordinates::{Coordinates, Dirichlet, OutputScale, ParameterScaling};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Body, Load, Parameter, Sampling, Scene, Support, Units};
 use sinew_fem::{Options, Solution, Solver, sweep};
 use sinew_gnn::{
-    Backend, Coordinates, Dirichlet, EmulatorConfig, Geometry, Objective, OutputScale,
-    ParameterScaling, Sample, Scales, Surrogate, Trainer, TrainingConfig,
+    Backend, EmulatorConfig, Geometry, Objective, Sample, Scales, Surrogate, Trainer,
+    TrainingConfig,
 };
 use sinew_graph::{AugmentationConfig, FeatureMatrix, augment, graph_features};
 use sinew_mesh::{TetMesh, box_tetrahedra};

@@ -1,4 +1,4 @@
-use super::{MotionTree, rigid_motions, rigid_motions_tangent};
+use super::{MotionTree, rigid_motions};
 use crate::testing::{Comparison, device, random};
 use burn::tensor::{DType, Tensor};
 use std::sync::Arc;
@@ -86,58 +86,6 @@ fn it_is_the_composition_of_rigid_motions() {
                 },
                 |x| composed(&x[0], &x[1], &tree),
             );
-        }
-    }
-}
-
-#[test]
-fn tangents_are_derivatives() {
-    let (device, tree) = (device(), tree());
-    let values = |shape: [usize; 2], seed| -> Vec<f32> {
-        random(shape, seed, &device).into_data().iter::<f32>().collect()
-    };
-    let at = (values([2, 6 * CLUSTERS], 3), values([2, 3 * NODES], 4));
-    let along = (values([4, 6 * CLUSTERS], 5), values([4, 3 * NODES], 6));
-    let moved = |sample: usize, row: usize, step: f64| {
-        let shift = |at: &[f32], along: &[f32], length: usize| -> Vec<f64> {
-            let (at, along) = (&at[sample * length..], &along[row * length..]);
-            (0..length).map(|i| f64::from(at[i]) + step * f64::from(along[i])).collect()
-        };
-        let clusters = shift(&at.0, &along.0, 6 * CLUSTERS);
-        let nodes = shift(&at.1, &along.1, 3 * NODES);
-        tree.displacement(&tree.cluster_motions(&clusters), &nodes)
-    };
-    let found = rigid_motions_tangent((&at.0, &at.1), (&along.0, &along.1), &tree);
-    const STEP: f64 = 1e-6;
-    for (row, found) in found.chunks_exact(3 * NODES).enumerate() {
-        let (ahead, behind) = (moved(row % 2, row, STEP), moved(row % 2, row, -STEP));
-        for ((a, b), found) in ahead.iter().zip(&behind).zip(found) {
-            assert!(((a - b) / (2.0 * STEP) - found).abs() < 1e-7, "{found}");
-        }
-    }
-}
-
-#[test]
-fn slopes_of_turns_are_smooth_from_no_angle_to_full_ones() {
-    use crate::turning::Turn;
-    let axis = [0.48, -0.6, 0.64];
-    let moment = sinew_num::Mat3::from_fn(|i, j| ((3 * i + j) as f64).cos());
-    let value = |w: [f64; 3]| {
-        let e = Turn::new(w).less_identity();
-        (0..9).map(|ij| moment[ij / 3][ij % 3] * e[ij / 3][ij % 3]).sum::<f64>()
-    };
-    for angle in [0.0, 1e-9, 1e-3, 0.3162, 0.3163, 1.0, 3.0, std::f64::consts::PI, 6.0] {
-        let w = axis.map(|a| angle * a);
-        let slope = Turn::new(w).pull_back(&moment);
-        for i in 0..3 {
-            const STEP: f64 = 1e-5;
-            let at = |step: f64| {
-                let mut w = w;
-                w[i] += step;
-                value(w)
-            };
-            let finite = (at(STEP) - at(-STEP)) / (2.0 * STEP);
-            assert!((finite - slope[i]).abs() < 1e-8, "angle {angle}: {finite} {}", slope[i]);
         }
     }
 }

@@ -4,11 +4,12 @@ use super::template::Template;
 use super::{Axes, Loss, Population, Start, TRIED, frame};
 use crate::sampling::split_seed;
 use crate::{Body, Design, Result, coordinates, graph, parameters};
+use sinew_coordinates::Coordinates as Meaning;
+use sinew_coordinates::Motions;
 use sinew_energy::Barriers;
 use sinew_fem::{Options, Solution, SolveError, Solver, sweep};
-use sinew_gnn::Coordinates as Meaning;
 use sinew_gnn::{
-    DataFit, DataSet, EnergyNormFit, Geometry, Lesson, MinimumPotential, Motions, Objective, Sample,
+    DataFit, DataSet, EnergyNormFit, Geometry, Lesson, MinimumPotential, Objective, Sample,
 };
 use sinew_graph::Topology;
 use std::sync::Arc;
@@ -139,7 +140,7 @@ impl Population {
             Loss::SimulationsByStiffness => {
                 let motions = origin(&data.geometries[0]);
                 let stiffness = body.stiffness(motions, &body.centre());
-                let stiffness = stiffness.ok_or(sinew_gnn::Error::NoStiffness)?;
+                let stiffness = stiffness.ok_or(sinew_coordinates::CoordinateError::NoStiffness)?;
                 Box::new(EnergyNormFit::new(vec![stiffness], &data)?)
             }
             Loss::Simulations | Loss::Energy => {

@@ -52,8 +52,9 @@ impl Hybrid {
         let lesson = Lesson::of(&simulations, held_out);
         let body = session.body;
         let central = coordinates::admissible(body, lesson.central_simulation(body));
-        let stiffness =
-            body.stiffness(&central, &body.centre()).ok_or(sinew_gnn::Error::NoStiffness)?;
+        let stiffness = body
+            .stiffness(&central, &body.centre())
+            .ok_or(sinew_coordinates::CoordinateError::NoStiffness)?;
         let objective = |data: &DataSet| -> Result<Box<dyn Objective>> {
             Ok(Box::new(EnergyNormFit::new(vec![stiffness.clone()], data)?))
         };

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use sinew_coordinates::*;
 use sinew_energy::{Barriers, Load, Parameter, Sampling, Scene, Support, Units, laws::NeoHookean};
 use sinew_gnn::*;
 use sinew_graph::{AugmentationConfig, FeatureMatrix, augment, graph_features};

@@ -4,7 +4,8 @@ use burn::tensor::Tensor;
 
 use super::{Batch, Objective, SQUARED_NORM_FLOOR, require_displacements, simulated};
 use crate::data::DataSet;
-use crate::error::{Result, require_positive};
+use crate::error::Result;
+use sinew_coordinates::require_positive;
 
 /// Mean nodal distance between simulated and predicted displacement, `mean ‖u − û‖₂`
 /// (thesis, Equation 3.11), in units of a characteristic length.

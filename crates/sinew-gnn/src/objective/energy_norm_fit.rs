@@ -7,7 +7,8 @@ use sinew_energy::Stiffness;
 
 use super::{Batch, Objective, SQUARED_NORM_FLOOR, require_displacements};
 use crate::data::DataSet;
-use crate::error::{Result, require_count, require_positive};
+use crate::error::Result;
+use sinew_coordinates::{require_count, require_positive};
 
 /// Root of the energy that an error costs, `√((u − û)ᵀ K (u − û))`, in units of the simulations' own spread: where the
 /// plain [`DataFit`](super::DataFit) weighs all motions alike and so leaves the stiff ones, which make the strains, for last.

@@ -4,7 +4,8 @@ use burn::tensor::{Device, Int, Tensor, TensorData};
 
 use super::{Batch, DataFit, Objective, SQUARED_NORM_FLOOR};
 use crate::data::DataSet;
-use crate::error::{Error, Result, require_count, require_finite, require_positive};
+use crate::error::Result;
+use sinew_coordinates::{CoordinateError, require_count, require_finite, require_positive};
 
 /// Gradients of the shape functions of one geometry's linear simplices, constant per cell.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,11 +39,12 @@ impl DataFitWithGradient {
         for operator in &operators {
             require_finite("shape gradients", &operator.shape_gradients)?;
             if operator.nodes_per_cell == 0 || operator.cells.is_empty() {
-                return Err(Error::Count {
+                return Err(CoordinateError::Count {
                     what: "cells of a gradient operator",
                     found: 0,
                     expected: 1,
-                });
+                }
+                .into());
             }
             let loose = operator.cells.len() % operator.nodes_per_cell;
             require_count("cell nodes beyond whole cells", loose, 0)?;
@@ -61,11 +63,12 @@ impl Objective for DataFitWithGradient {
             let expected = operator.cells.len() * dimensions;
             require_count("shape gradients", operator.shape_gradients.len(), expected)?;
             if let Some(&node) = operator.cells.iter().find(|&&node| node >= nodes) {
-                return Err(Error::Count {
+                return Err(CoordinateError::Count {
                     what: "node index of a cell",
                     found: node,
                     expected: nodes,
-                });
+                }
+                .into());
             }
         }
         Ok(())

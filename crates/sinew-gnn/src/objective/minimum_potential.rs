@@ -7,7 +7,8 @@ use sinew_energy::Body;
 
 use super::{Batch, Objective};
 use crate::data::{DataSet, Sample};
-use crate::error::{Error, Result, require_count, require_finite, require_positive};
+use crate::error::{Error, Result};
+use sinew_coordinates::{require_count, require_finite, require_positive};
 
 /// A total potential energy Π(u; θ) of any dimension and material.
 pub trait Potential: Send + Sync {

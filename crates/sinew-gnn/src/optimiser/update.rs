@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use sinew_burn::{AdamRule, adam_direction, descend};
 
 use crate::emulator::Emulator;
-use crate::packed;
+use sinew_coordinates::packed;
 
 /// First and second moment of one parameter's gradient; a rule that needs none leaves it empty.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]

@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, Result, require_positive};
+use crate::error::{Error, Result};
 use crate::optimiser::OptimiserConfig;
 use crate::schedule::Schedule;
+use sinew_coordinates::require_positive;
 
 /// How long to train.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -95,6 +96,6 @@ impl TrainingConfig {
         if !(0.0..=1.0).contains(&self.embedding_share) {
             return Err(Error::EmbeddingShare(self.embedding_share));
         }
-        require_positive("the learning rate", self.learning_rate)
+        Ok(require_positive("the learning rate", self.learning_rate)?)
     }
 }

@@ -14,11 +14,12 @@ use super::progress::{HistoryPoint, Observer, Progress, StopReason, TrainingRepo
 use super::sampler::Sampler;
 use crate::data::{DataSet, Sample};
 use crate::emulator::{Embedding, Emulator};
-use crate::error::{Error, Result, require_count};
+use crate::error::{Error, Result};
 use crate::kernels::KernelChoice;
 use crate::objective::{Batch, Objective};
 use crate::optimiser::Optimiser;
 use crate::surrogate::{GeometryTensors, Surrogate};
+use sinew_coordinates::require_count;
 
 /// Share of the budget from which losses tell whether a training goes wrong: about a solution, zero outputs are good ones,
 /// and good trainings need a third of their steps to beat them.

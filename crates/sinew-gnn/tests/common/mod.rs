@@ -2,6 +2,7 @@
 #![allow(dead_code)] // every test program uses its part
 
 use burn::tensor::Device;
+use sinew_coordinates::*;
 use sinew_gnn::*;
 use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
 

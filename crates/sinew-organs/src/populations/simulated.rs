@@ -7,10 +7,11 @@ use anyhow::{Context, Result};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use sinew::{Body, Parameter};
+use sinew_coordinates::{OutputScale, ParameterRange, ParameterScaling};
 use sinew_emulate::PodRegression;
 use sinew_gnn::{
-    Activation, Backend, Budget, DataFit, DataSet, EmulatorConfig, Geometry, OutputScale,
-    ParameterRange, ParameterScaling, Sample, Scales, Surrogate, Trainer, TrainingConfig,
+    Activation, Backend, Budget, DataFit, DataSet, EmulatorConfig, Geometry, Sample, Scales,
+    Surrogate, Trainer, TrainingConfig,
 };
 use sinew_graph::Topology;
 use sinew_report::{Cell, Chart, Column, Distribution, Row, Series, Style, Table};

@@ -1,24 +1,14 @@
-//! What the numbers of a network mean: coordinates of a body's displacement.
+//! Coordinates in which displacements of a body are learned.
 
-mod map;
-mod motions;
-mod polynomial;
-mod principal;
-mod split;
-mod supports;
-
-pub(crate) use map::OutputMap;
-pub use motions::Motions;
-pub(crate) use polynomial::{all_terms, check_terms};
-pub use principal::PrincipalDirections;
-
+use crate::motions::Motions;
+use crate::principal::PrincipalDirections;
 use serde::{Deserialize, Serialize};
 
 /// Coordinates in which displacements of a body are learned.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Coordinates {
-    /// Displacements themselves, in units of [`crate::Scales::output`].
+    /// Displacements themselves, in units of an [`OutputScale`](crate::OutputScale).
     #[default]
     Components,
     /// Rigid motions of clusters and displacements of nodes within them.
@@ -29,7 +19,7 @@ pub enum Coordinates {
 
 impl Coordinates {
     /// Outputs per unit of each standardised parameter, and of each product of two; none where outputs do not follow.
-    pub(crate) fn slopes(&self) -> &[Vec<f64>] {
+    pub fn slopes(&self) -> &[Vec<f64>] {
         match self {
             Self::Components => &[],
             Self::Motions(motions) => motions.slopes(),
@@ -38,7 +28,7 @@ impl Coordinates {
     }
 
     /// Rates of the amplitude by which outputs follow, see [`Motions::in_proportion`]; none where they follow plainly.
-    pub(crate) fn rates(&self) -> &[f64] {
+    pub fn rates(&self) -> &[f64] {
         match self {
             Self::Motions(motions) => motions.rates(),
             Self::Components | Self::Principal(_) => &[],
@@ -46,7 +36,7 @@ impl Coordinates {
     }
 
     /// Displacements of zero outputs, if they are not those of the scale.
-    pub(crate) fn origin(&self) -> Option<&[f64]> {
+    pub fn origin(&self) -> Option<&[f64]> {
         match self {
             Self::Components => None,
             Self::Motions(motions) => Some(motions.origin()),

@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
-use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::polynomial::Polynomial;
-use crate::error::{Error, Result, require_count, require_finite};
+use crate::error::{CoordinateError, Result, require_count, require_finite};
 use crate::packed;
+use crate::polynomial::Polynomial;
 
 /// Displacements as `u = origin + U (s/s₁)^p s₁ Uᵀ · output` with the principal directions U and deviations s of simulations:
 /// simulated displacements vary in few directions, and nothing else is predicted, strains included.
@@ -33,10 +32,6 @@ impl Factor {
     fn new(columns: usize, entries: impl Iterator<Item = f64>) -> Self {
         Self { columns, entries: entries.map(|entry| entry as f32).collect() }
     }
-
-    fn rows(&self) -> usize {
-        self.entries.len() / self.columns.max(1)
-    }
 }
 
 /// Directions in which simulations vary less than this part of the largest variation are left out: single
@@ -44,14 +39,14 @@ impl Factor {
 const SMALLEST_DEVIATION: f64 = 1e-7;
 /// Accuracy and sweeps of the singular values: nalgebra's own accuracy, and more sweeps than any matrix needs.
 const DECOMPOSITION: (f64, usize) = (5.0 * f64::EPSILON, 10_000);
-pub(super) const NO_DIRECTIONS: &str = "directions need two simulations that differ";
+pub(crate) const NO_DIRECTIONS: &str = "directions need two simulations that differ";
 
 /// Left singular vectors and singular values.
 fn decomposed(matrix: DMatrix<f64>) -> Result<(DMatrix<f64>, DVector<f64>)> {
     let (accuracy, sweeps) = DECOMPOSITION;
     let found = matrix.try_svd(true, false, accuracy, sweeps);
     let found = found.and_then(|found| Some((found.u?, found.singular_values)));
-    found.ok_or(Error::NothingToTrain(NO_DIRECTIONS))
+    found.ok_or(CoordinateError::None(NO_DIRECTIONS))
 }
 
 impl PrincipalDirections {
@@ -72,7 +67,7 @@ impl PrincipalDirections {
         let fields: Vec<&[f64]> = fields.into_iter().collect();
         let (count, size) = (fields.len(), fields.first().map_or(0, |field| field.len()));
         if count < 2 || size == 0 {
-            return Err(Error::NothingToTrain(NO_DIRECTIONS));
+            return Err(CoordinateError::None(NO_DIRECTIONS));
         }
         for field in &fields {
             require_count("values of a simulated displacement", field.len(), size)?;
@@ -90,7 +85,7 @@ impl PrincipalDirections {
         let spread = DMatrix::from_fn(size, count, |i, j| fields[j][i] - mean[i]);
         let (modes, deviations) = decomposed(spread.clone())?;
         if deviations[0] == 0.0 {
-            return Err(Error::NothingToTrain(NO_DIRECTIONS));
+            return Err(CoordinateError::None(NO_DIRECTIONS));
         }
         // All that follows happens in the space of the simulations.
         let floor = SMALLEST_DEVIATION * deviations[0];
@@ -138,7 +133,7 @@ impl PrincipalDirections {
     }
 
     /// Displacement of a zero output \[length\].
-    pub(crate) fn origin(&self) -> &[f64] {
+    pub fn origin(&self) -> &[f64] {
         &self.origin
     }
 
@@ -147,13 +142,9 @@ impl PrincipalDirections {
         &self.slopes
     }
 
-    /// The map's matrices, to be applied from the right one after the other.
-    pub(crate) fn matrices(&self, device: &Device) -> Vec<Tensor<2>> {
-        let matrix = |factor: &Factor| {
-            let entries = TensorData::new(factor.entries.to_vec(), [factor.rows(), factor.columns]);
-            Tensor::from_data(entries, device)
-        };
-        self.factors.iter().map(matrix).collect()
+    /// The map's matrices, to be applied from the right one after the other: entries row by row, and columns.
+    pub fn matrices(&self) -> impl Iterator<Item = (&[f32], usize)> {
+        self.factors.iter().map(|factor| (&*factor.entries, factor.columns))
     }
 }
 
@@ -208,12 +199,16 @@ mod tests {
     use super::*;
 
     fn mapped(basis: &PrincipalDirections, output: &[f32]) -> Vec<f64> {
-        let device = Device::flex();
-        let row =
-            Tensor::<2>::from_data(TensorData::new(output.to_vec(), [1, output.len()]), &device);
-        let mapped = basis.matrices(&device).into_iter().fold(row, |row, m| row.matmul(m));
-        let increments = mapped.into_data();
-        increments.iter::<f64>().zip(basis.origin()).map(|(du, u)| u + du).collect()
+        let apply = |row: Vec<f64>, (entries, columns): (&[f32], usize)| -> Vec<f64> {
+            let column = |j: usize| {
+                let entries = entries.iter().skip(j).step_by(columns);
+                row.iter().zip(entries).map(|(x, &entry)| x * f64::from(entry)).sum()
+            };
+            (0..columns).map(column).collect()
+        };
+        let row = output.iter().map(|&x| f64::from(x)).collect();
+        let increments = basis.matrices().fold(row, apply);
+        increments.iter().zip(basis.origin()).map(|(du, u)| u + du).collect()
     }
 
     /// Of simulations without parameters.

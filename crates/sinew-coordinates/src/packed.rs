@@ -3,16 +3,21 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-pub(crate) fn doubles(values: &[f64]) -> String {
+/// Text of numbers of double precision.
+pub fn doubles(values: &[f64]) -> String {
     encoded(values.iter().map(|value| value.to_le_bytes()))
 }
 
-pub(crate) fn singles(values: &[f32]) -> String {
+/// Text of numbers of single precision.
+pub fn singles(values: &[f32]) -> String {
     encoded(values.iter().map(|value| value.to_le_bytes()))
 }
 
-/// `count` finite numbers.
-pub(crate) fn read_doubles(text: &str, count: usize) -> Result<Vec<f64>, String> {
+/// `count` finite numbers of double precision.
+///
+/// # Errors
+/// Text that is none, another count, a number that is not finite.
+pub fn read_doubles(text: &str, count: usize) -> Result<Vec<f64>, String> {
     let values: Vec<f64> = decoded(text)?.into_iter().map(f64::from_le_bytes).collect();
     if values.len() != count {
         return Err(format!("{} packed numbers, {count} expected", values.len()));
@@ -23,7 +28,11 @@ pub(crate) fn read_doubles(text: &str, count: usize) -> Result<Vec<f64>, String>
     }
 }
 
-pub(crate) fn read_singles(text: &str) -> Result<Vec<f32>, String> {
+/// Numbers of single precision.
+///
+/// # Errors
+/// Text that is none.
+pub fn read_singles(text: &str) -> Result<Vec<f32>, String> {
     Ok(decoded(text)?.into_iter().map(f32::from_le_bytes).collect())
 }
 

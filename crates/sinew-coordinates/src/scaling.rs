@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use sinew_energy::{Parameter, Sampling};
 
-use crate::error::{Error, Result, require_count, require_finite, require_positive};
+use crate::error::{CoordinateError, Result, require_count, require_finite, require_positive};
 
 /// How a parameter enters the network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -58,10 +58,10 @@ impl ParameterScaling {
         for (parameter, &ParameterRange { lower, upper, scale }) in ranges.iter().enumerate() {
             require_finite("parameter range", &[lower, upper])?;
             if scale == ParameterScale::Log && lower <= 0.0 {
-                return Err(Error::LogOfNonPositive { parameter, value: lower });
+                return Err(CoordinateError::LogOfNonPositive { parameter, value: lower });
             }
             if lower >= upper {
-                return Err(Error::EmptyRange { parameter, lower, upper });
+                return Err(CoordinateError::EmptyRange { parameter, lower, upper });
             }
         }
         Ok(Self { ranges })
@@ -78,7 +78,7 @@ impl ParameterScaling {
     }
 
     /// The ranges, in the order of θ.
-    pub(crate) fn ranges(&self) -> &[ParameterRange] {
+    pub fn ranges(&self) -> &[ParameterRange] {
         &self.ranges
     }
 
@@ -92,7 +92,7 @@ impl ParameterScaling {
         let scaled =
             theta.iter().zip(&self.ranges).enumerate().map(|(parameter, (&value, range))| {
                 if range.scale == ParameterScale::Log && value <= 0.0 {
-                    return Err(Error::LogOfNonPositive { parameter, value });
+                    return Err(CoordinateError::LogOfNonPositive { parameter, value });
                 }
                 let (centre, deviation) = range.centre_and_deviation();
                 Ok((range.scale.of(value) - centre) / deviation)
@@ -121,12 +121,18 @@ impl ParameterScaling {
     ///
     /// # Errors
     /// As [`ParameterScaling::standardise`], and the first parameter outside.
-    pub(crate) fn require_inside(&self, sample: usize, theta: &[f64]) -> Result<()> {
+    pub fn require_inside(&self, sample: usize, theta: &[f64]) -> Result<()> {
         self.standardise(theta)?;
         let outside = theta.iter().zip(&self.ranges).position(|(&v, range)| !range.contains(v));
         outside.map_or(Ok(()), |parameter| {
             let ParameterRange { lower, upper, .. } = self.ranges[parameter];
-            Err(Error::OutsideRange { sample, parameter, value: theta[parameter], lower, upper })
+            Err(CoordinateError::OutsideRange {
+                sample,
+                parameter,
+                value: theta[parameter],
+                lower,
+                upper,
+            })
         })
     }
 
@@ -143,13 +149,13 @@ impl ParameterScaling {
     }
 
     /// Whether every parameter lies in its trained range.
-    pub(crate) fn contains(&self, theta: &[f64]) -> bool {
+    pub fn contains(&self, theta: &[f64]) -> bool {
         theta.iter().zip(&self.ranges).all(|(&value, range)| range.contains(value))
     }
 }
 
 impl TryFrom<Vec<ParameterRange>> for ParameterScaling {
-    type Error = Error;
+    type Error = CoordinateError;
 
     fn try_from(ranges: Vec<ParameterRange>) -> Result<Self> {
         Self::new(ranges)
@@ -235,7 +241,10 @@ impl OutputScale {
         statistics: impl Fn(&[f64]) -> (f64, f64),
     ) -> Result<Self> {
         if dimensions == 0 {
-            return Err(Error::Scale { what: "the scale of no displacement", value: 0.0 });
+            return Err(CoordinateError::Scale {
+                what: "the scale of no displacement",
+                value: 0.0,
+            });
         }
         let mut components = vec![Vec::new(); dimensions];
         for displacement in displacements {
@@ -263,7 +272,7 @@ impl OutputScale {
     ///
     /// # Errors
     /// A wrong count or a scale that is not positive.
-    pub(crate) fn check(&self, dimensions: usize, degrees_of_freedom: usize) -> Result<()> {
+    pub fn check(&self, dimensions: usize, degrees_of_freedom: usize) -> Result<()> {
         if self.scale.len() != dimensions {
             require_count("output scales", self.scale.len(), degrees_of_freedom)?;
         }
@@ -324,15 +333,15 @@ mod tests {
     fn bad_parameters_are_named() {
         assert!(matches!(
             ParameterScaling::logarithmic(&[0.0], &[1.0]),
-            Err(Error::LogOfNonPositive { parameter: 0, .. })
+            Err(CoordinateError::LogOfNonPositive { parameter: 0, .. })
         ));
         assert!(matches!(
             ParameterScaling::logarithmic(&[1.0, 2.0], &[2.0, 2.0]),
-            Err(Error::EmptyRange { parameter: 1, .. })
+            Err(CoordinateError::EmptyRange { parameter: 1, .. })
         ));
         let scaling = ParameterScaling::logarithmic(&[1.0], &[2.0]).unwrap();
-        assert!(matches!(scaling.standardise(&[f64::NAN]), Err(Error::NotFinite { .. })));
-        assert!(matches!(scaling.standardise(&[1.0, 1.0]), Err(Error::Count { .. })));
+        assert!(matches!(scaling.standardise(&[f64::NAN]), Err(CoordinateError::NotFinite { .. })));
+        assert!(matches!(scaling.standardise(&[1.0, 1.0]), Err(CoordinateError::Count { .. })));
     }
 
     #[test]
@@ -340,8 +349,8 @@ mod tests {
         let displacement = [0.0, 3.0, 0.0, -3.0];
         let scale = OutputScale::root_mean_square(2, [&displacement[..]]).unwrap();
         assert_eq!(scale.scale, [3e-3, 3.0]);
-        assert!(matches!(OutputScale::standardising(2, []), Err(Error::Scale { .. })));
-        assert!(matches!(OutputScale::standardising(0, []), Err(Error::Scale { .. })));
+        assert!(matches!(OutputScale::standardising(2, []), Err(CoordinateError::Scale { .. })));
+        assert!(matches!(OutputScale::standardising(0, []), Err(CoordinateError::Scale { .. })));
     }
 
     #[test]
@@ -352,6 +361,6 @@ mod tests {
         assert_eq!(scale.scale, [1e-3, 1.0, 1e-3, 1.0]);
         assert!(scale.check(2, 4).is_ok() && scale.check(2, 6).is_err());
         let uneven = OutputScale::standardising(4, [&first[..], &second[..2]]);
-        assert!(matches!(uneven, Err(Error::Count { .. })));
+        assert!(matches!(uneven, Err(CoordinateError::Count { .. })));
     }
 }

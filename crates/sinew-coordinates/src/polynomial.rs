@@ -2,21 +2,21 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::error::{Error, Result, require_count};
+use crate::error::{CoordinateError, Result, require_count};
 
 /// Terms of a polynomial: the parameters, and then their products `p_i p_j` with `j ≥ i`, those with the first, with the second and so
 /// on.
-pub(super) fn terms(parameters: &[f64]) -> Vec<f64> {
+pub(crate) fn terms(parameters: &[f64]) -> Vec<f64> {
     let products = (0..parameters.len())
         .flat_map(|i| parameters[i..].iter().map(move |other| parameters[i] * other));
     parameters.iter().copied().chain(products).collect()
 }
 
 /// The logarithm of an amplitude is at most about this: displacements between a twentieth and twenty times those at the centre.
-pub(super) const MOST: f64 = 3.0;
+pub const MOST: f64 = 3.0;
 
 /// The terms times an amplitude `a = exp(s)`, `s = MOST tanh(Σ rateₖ termₖ / MOST)`, and after them `1 − a`; without rates the terms alone.
-pub(super) fn with_amplitude(mut terms: Vec<f64>, rates: &[f64]) -> Vec<f64> {
+pub(crate) fn with_amplitude(mut terms: Vec<f64>, rates: &[f64]) -> Vec<f64> {
     if !rates.is_empty() {
         let sum: f64 = rates.iter().zip(&terms).map(|(rate, term)| rate * term).sum();
         let amplitude = (MOST * (sum / MOST).tanh()).exp();
@@ -27,12 +27,12 @@ pub(super) fn with_amplitude(mut terms: Vec<f64>, rates: &[f64]) -> Vec<f64> {
 }
 
 /// Number of terms up to second order.
-pub(crate) fn all_terms(parameters: usize) -> usize {
+pub fn all_terms(parameters: usize) -> usize {
     parameters + parameters * (parameters + 1) / 2
 }
 
 /// Requires no terms, those of first order in so many parameters, or those of second order.
-pub(crate) fn check_terms(found: usize, parameters: usize) -> Result<()> {
+pub fn check_terms(found: usize, parameters: usize) -> Result<()> {
     match found {
         0 => Ok(()),
         all if all == all_terms(parameters) => Ok(()),
@@ -41,7 +41,7 @@ pub(crate) fn check_terms(found: usize, parameters: usize) -> Result<()> {
 }
 
 /// Least squares through values at parameters.
-pub(super) struct Polynomial {
+pub(crate) struct Polynomial {
     pub constant: DVector<f64>,
     /// Coefficients of the terms, as many as the order has.
     pub terms: Vec<DVector<f64>>,
@@ -51,7 +51,7 @@ pub(super) struct Polynomial {
 
 impl Polynomial {
     /// Of the order, zero, one or two, that foretells each row of `values` best from all others.
-    pub(super) fn fit(values: &DMatrix<f64>, parameters: &[Vec<f64>]) -> Result<Self> {
+    pub(crate) fn fit(values: &DMatrix<f64>, parameters: &[Vec<f64>]) -> Result<Self> {
         let count = parameters.first().map_or(0, Vec::len);
         let rows: Vec<Vec<f64>> = parameters.iter().map(|p| terms(p)).collect();
         let mut orders = vec![0, count, all_terms(count)];
@@ -67,7 +67,7 @@ impl Polynomial {
                 best = Some((missed, found));
             }
         }
-        let best = best.ok_or(Error::NothingToTrain(super::principal::NO_DIRECTIONS))?;
+        let best = best.ok_or(CoordinateError::None(crate::principal::NO_DIRECTIONS))?;
         Ok(best.1)
     }
 

@@ -2,16 +2,16 @@
 
 use std::sync::Arc;
 
+use crate::tree::MotionTree;
 use nalgebra::{DMatrix, SMatrix, SymmetricEigen};
 use serde::{Deserialize, Serialize};
-use sinew_burn::MotionTree;
 use sinew_energy::{Body, Stiffness};
 use sinew_graph::{FeatureMatrix, Topology, pool_positions};
 
-use super::polynomial::{all_terms, check_terms, terms, with_amplitude};
-use crate::data::Dirichlet;
-use crate::error::{Error, Result, require_count, require_finite, require_positive};
+use crate::dirichlet::Dirichlet;
+use crate::error::{CoordinateError, Result, require_count, require_finite, require_positive};
 use crate::packed;
+use crate::polynomial::{all_terms, check_terms, terms, with_amplitude};
 
 /// Outputs at every scale: each virtual node moves the nodes below it as a rigid body, and each node adds its own
 /// displacement, `u = T_root ∘ … ∘ T_parent(X + d) − X`.
@@ -70,7 +70,7 @@ impl Motions {
             .collect();
         let node_parents: Option<Vec<usize>> = parents[..nodes].iter().copied().collect();
         let node_parents = node_parents
-            .ok_or(Error::NothingToTrain("outputs at every scale need virtual nodes"))?;
+            .ok_or(CoordinateError::None("outputs at every scale need virtual nodes"))?;
         let table = dirichlet.projectors(3);
         let (rows, _) = table.as_chunks::<3>();
         let (free, _) = rows.as_chunks::<3>();
@@ -182,7 +182,8 @@ impl Motions {
         for (slope, term) in self.slopes.iter().zip(terms) {
             outputs.iter_mut().zip(slope).for_each(|(y, slope)| *y += term * slope);
         }
-        let moved = self.tree.moved(&outputs);
+        let (clusters, nodes) = outputs.split_at(6 * self.tree.centres.len());
+        let moved = self.tree.moved(clusters, nodes);
         let moved: Vec<f64> = moved.iter().zip(&*self.origin).map(|(u, at)| u + at).collect();
         Ok(Dirichlet::of_body(body).write_over(&moved))
     }
@@ -208,11 +209,12 @@ impl Motions {
     }
 
     /// What [`Motions::following`] made of its changes: outputs of clusters, six each, and then of nodes, three each.
-    pub(crate) fn slopes(&self) -> &[Vec<f64>] {
+    pub fn slopes(&self) -> &[Vec<f64>] {
         &self.slopes
     }
 
-    pub(crate) fn rates(&self) -> &[f64] {
+    /// Logarithm of the amplitude per unit of each term, see [`Motions::in_proportion`]; none where outputs follow without one.
+    pub fn rates(&self) -> &[f64] {
         &self.rates
     }
 
@@ -258,7 +260,8 @@ impl Motions {
         &self.origin
     }
 
-    pub(crate) fn tree(&self) -> &Arc<MotionTree> {
+    /// The clusters, with their scales.
+    pub fn tree(&self) -> &Arc<MotionTree> {
         &self.tree
     }
 }
@@ -274,7 +277,7 @@ fn stiffness(body: &Body, displacement: &[f64], theta: &[f64]) -> Result<Stiffne
     require_count("displacement values", displacement.len(), 3 * body.nodes)?;
     require_finite("a displacement", displacement)?;
     body.check_theta(theta)?;
-    body.stiffness(displacement, theta).ok_or(Error::NoStiffness)
+    body.stiffness(displacement, theta).ok_or(CoordinateError::NoStiffness)
 }
 
 /// What motions of nodes and of clusters cost.
@@ -362,7 +365,7 @@ fn inverse_root<const N: usize>(cost: SMatrix<f64, N, N>) -> [[f64; N]; N] {
 }
 
 /// A function of a symmetric matrix by that of its eigenvalues, zero for those below a part of the largest.
-pub(super) fn of_eigenvalues(
+pub(crate) fn of_eigenvalues(
     symmetric: DMatrix<f64>,
     smallest: f64,
     function: impl Fn(f64) -> f64,
@@ -374,7 +377,7 @@ pub(super) fn of_eigenvalues(
 }
 
 /// Displacement of a node by translations and small turns about a place so far from it.
-pub(super) fn rigid_motions([x, y, z]: [f64; 3]) -> SMatrix<f64, 3, 6> {
+pub(crate) fn rigid_motions([x, y, z]: [f64; 3]) -> SMatrix<f64, 3, 6> {
     SMatrix::from_row_slice(&[
         1.0, 0.0, 0.0, 0.0, z, -y, //
         0.0, 1.0, 0.0, -z, 0.0, x, //

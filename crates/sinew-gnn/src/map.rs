@@ -3,15 +3,14 @@
 use std::sync::Arc;
 
 use burn::tensor::{Device, Tensor, TensorData};
-use sinew_burn::{MotionTree, rigid_motions, rigid_motions_tangent};
+use sinew_burn::rigid_motions;
+use sinew_coordinates::{Coordinates, MOST, MotionTree};
 
-use super::Coordinates;
-use super::polynomial::MOST;
-use super::supports::Supports;
 use crate::data::Geometry;
 use crate::emulator::Output;
-use crate::scaling::OutputScale;
+use crate::supports::Supports;
 use crate::surrogate::matrix;
+use sinew_coordinates::OutputScale;
 
 /// From network outputs to displacements, prescribed ones written over them.
 #[derive(Debug, Clone)]
@@ -143,7 +142,13 @@ impl OutputMap {
         let rule = match &geometry.coordinates {
             Coordinates::Components => Rule::Scale(field(&scales.scale)),
             Coordinates::Motions(motions) => Rule::Motions(motions.tree().clone()),
-            Coordinates::Principal(directions) => Rule::Matrices(directions.matrices(device)),
+            Coordinates::Principal(directions) => {
+                let matrix = |(entries, columns): (&[f32], usize)| {
+                    let shape = [entries.len() / columns.max(1), columns];
+                    Tensor::from_data(TensorData::new(entries.to_vec(), shape), device)
+                };
+                Rule::Matrices(directions.matrices().map(matrix).collect())
+            }
         };
         let clusters = match &rule {
             Rule::Motions(tree) => tree.centres.len(),
@@ -213,7 +218,7 @@ impl OutputMap {
                     |x: &Tensor<3>| -> Vec<f32> { x.clone().into_data().iter::<f32>().collect() };
                 let at = (&numbers(clusters)[..], &numbers(&output.nodes)[..]);
                 let along = (&numbers(&cluster_change)[..], &numbers(&change.nodes)[..]);
-                let tangent = rigid_motions_tangent(at, along, tree);
+                let tangent = tree.tangent(at, along);
                 let tangent: Vec<f32> = tangent.into_iter().map(|t| t as f32).collect();
                 Tensor::from_data(TensorData::new(tangent, shape), &change.nodes.device())
             }

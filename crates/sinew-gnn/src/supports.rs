@@ -2,12 +2,12 @@
 
 use burn::tensor::{Device, Tensor};
 
-use crate::data::Dirichlet;
 use crate::surrogate::matrix;
+use sinew_coordinates::Dirichlet;
 
 /// Replaces what supports hold and leaves the rest: `u ↦ Q u + v` with the projector Q of each node.
 #[derive(Debug, Clone)]
-pub(super) struct Supports {
+pub(crate) struct Supports {
     /// Columns of the projectors, or their diagonal alone where all are along the coordinate axes: `[1, nodes, D]` each.
     projectors: Vec<Tensor<3>>,
     /// v, `[1, nodes, D]`.
@@ -15,7 +15,7 @@ pub(super) struct Supports {
 }
 
 impl Supports {
-    pub(super) fn new(dirichlet: &Dirichlet, dimensions: usize, device: &Device) -> Self {
+    pub(crate) fn new(dirichlet: &Dirichlet, dimensions: usize, device: &Device) -> Self {
         let nodes = dirichlet.prescribed.len() / dimensions;
         let field = |values: Vec<f64>| matrix(&values, nodes, device).unsqueeze_dim::<3>(0);
         let table = dirichlet.projectors(dimensions);
@@ -31,12 +31,12 @@ impl Supports {
         Self { projectors, held: field(dirichlet.held(dimensions)) }
     }
 
-    pub(super) fn write_over(&self, displacement: Tensor<3>) -> Tensor<3> {
+    pub(crate) fn write_over(&self, displacement: Tensor<3>) -> Tensor<3> {
         self.project(displacement) + self.held.clone()
     }
 
     /// The part of a change that supports leave.
-    pub(super) fn project(&self, change: Tensor<3>) -> Tensor<3> {
+    pub(crate) fn project(&self, change: Tensor<3>) -> Tensor<3> {
         if let [diagonal] = &self.projectors[..] {
             return change * diagonal.clone();
         }
@@ -46,7 +46,7 @@ impl Supports {
         terms.reduce(|sum, term| sum + term).unwrap_or(change)
     }
 
-    pub(super) fn lifted(&self) -> Self {
+    pub(crate) fn lifted(&self) -> Self {
         Self {
             projectors: self.projectors.iter().cloned().map(Tensor::from_inner).collect(),
             held: Tensor::from_inner(self.held.clone()),
@@ -54,7 +54,7 @@ impl Supports {
     }
 
     /// Nodes and components.
-    pub(super) fn dims(&self) -> [usize; 2] {
+    pub(crate) fn dims(&self) -> [usize; 2] {
         let [_, nodes, dimensions] = self.held.dims();
         [nodes, dimensions]
     }

@@ -1,12 +1,12 @@
 //! What part of a change each cluster makes.
 
+use crate::tree::MotionTree;
 use nalgebra::{DMatrix, SMatrix, SVector};
-use sinew_burn::MotionTree;
 
-use super::Motions;
-use super::motions::{of_eigenvalues, rigid_motions};
-use crate::data::Dirichlet;
+use crate::dirichlet::Dirichlet;
 use crate::error::{Result, require_count};
+use crate::motions::Motions;
+use crate::motions::{of_eigenvalues, rigid_motions};
 
 /// Part of the largest eigenvalue below which an output counts as one that moves nothing.
 const SMALLEST: f64 = 1e-10;
@@ -17,7 +17,7 @@ type Place = SVector<f64, 3>;
 impl Motions {
     /// Outputs of clusters and then of nodes that make small changes of the displacement \[length\]: from the whole body down,
     /// each cluster moves as near to what its nodes still lack as it can (least squares), and nodes do the rest.
-    pub(super) fn outputs_of(
+    pub(crate) fn outputs_of(
         &self,
         changes: &[Vec<f64>],
         dirichlet: &Dirichlet,
