@@ -11,6 +11,9 @@ const HEAD: &str = "| crate | holds | depends on (ours) | heavy dependency |";
 /// Packages that are named in the last column; no crate has one that is not named by it or a crate below it.
 const HEAVY: &[&str] = &["burn", "faer", "kiddo", "kuva", "linfa", "quick-xml"];
 
+/// Crates, and a heavy package that they must do without when their default features are off.
+const OPTIONAL: &[(&str, &str)] = &[("sinew", "burn")];
+
 /// Names of ours and of heavy packages that a crate depends on directly.
 #[derive(Debug, Default, PartialEq)]
 struct Row {
@@ -34,6 +37,11 @@ pub(crate) fn check() -> Result<()> {
             if !reaches(&table, &package.name, heavy) {
                 wrong.push(format!("{} has {heavy} below it through none of ours", package.name));
             }
+        }
+    }
+    for (name, heavy) in OPTIONAL {
+        if bare_tree(name)?.lines().any(|line| line.split(' ').next() == Some(heavy)) {
+            wrong.push(format!("{name} has {heavy} below it without its default features"));
         }
     }
     if !wrong.is_empty() {
@@ -108,6 +116,19 @@ fn reaches(table: &BTreeMap<String, Row>, name: &str, heavy: &str) -> bool {
     table.get(name).is_some_and(|row| {
         row.heavy.contains(heavy) || row.ours.iter().any(|below| reaches(table, below, heavy))
     })
+}
+
+/// Packages below one without its default features, a line each.
+fn bare_tree(name: &str) -> Result<String> {
+    let arguments =
+        ["tree", "-p", name, "--no-default-features", "-e", "normal", "--prefix", "none"];
+    let found = std::process::Command::new("cargo").args(arguments).output()?;
+    ensure!(
+        found.status.success(),
+        "cargo tree -p {name}: {}",
+        String::from_utf8_lossy(&found.stderr)
+    );
+    Ok(String::from_utf8(found.stdout)?)
 }
 
 /// Names of all packages in the tree of normal dependencies below `root`.

@@ -1,7 +1,7 @@
 //! How well the error estimate does, measured on held-out cases.
 
-use crate::coordinates::dot;
 use crate::evaluate::{Errors, TestSet, share};
+use crate::identity::dot;
 use crate::{Distance, Emulator, Result, Warning};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,7 @@
 //! Corrections of a prediction: steps of Newton's method, or quasi-Newton steps with one stiffness for all.
 
 use crate::parameters::{check_length, extrapolation};
-use crate::{Emulator, Estimate, Prediction, Result, Warning, coordinates};
+use crate::{Emulator, Estimate, Prediction, Result, Warning, taylor};
 use rayon::prelude::*;
 use sinew_energy::metrics::displacement_error;
 use sinew_fem::{Descent, HeldStiffness, NewtonStep, SolveError, Solver};
@@ -94,7 +94,7 @@ impl<'b> Emulator<'b> {
         }
         let centre = self.body.centre();
         let state = self.predict(std::slice::from_ref(&centre))?.displacement;
-        let state = coordinates::admissible(self.body, &state);
+        let state = taylor::admissible(self.body, &state);
         let held = self.with_solver(|solver| Ok(solver.held_stiffness(&state, &centre)?))?;
         Ok(kept().get_or_insert_with(|| Arc::new(held)).clone())
     }

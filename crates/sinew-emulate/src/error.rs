@@ -26,12 +26,9 @@ pub enum Error {
     /// The solver cannot solve the body at all, or not where it was asked to.
     #[error(transparent)]
     Solve(#[from] sinew_fem::SolveError),
-    /// A body of a population that could not be drawn.
-    #[error("body {index} of the population could not be made: {reason}")]
-    Draw { index: u64, reason: String },
-    /// A network that cannot be made, trained or asked.
-    #[error(transparent)]
-    Network(#[from] sinew_gnn::Error),
+    /// A network, or another predictor from outside of this crate, that cannot be made, trained or asked.
+    #[error("{0}")]
+    Network(Box<dyn std::error::Error + Send + Sync>),
     /// Coordinates or scales that do not suit a body.
     #[error(transparent)]
     Coordinates(#[from] sinew_coordinates::CoordinateError),
@@ -103,6 +100,13 @@ pub enum Error {
         "{} lies in {}, which the new run replaces; give the new run another folder", from.display(), folder.display()
     )]
     OwnSource { folder: PathBuf, from: PathBuf },
+    /// An emulator whose kind of predictor nobody here can load.
+    #[error(
+        "{} holds an emulator of the kind `{kind}`, which this build does not load; build with the feature `networks`, or load it with \
+         the crate that trained it",
+        folder.display()
+    )]
+    UnknownKind { folder: PathBuf, kind: String },
     /// A folder without an emulator.
     #[error("{} holds no emulator; train one first", folder.display())]
     NoEmulator { folder: PathBuf },
@@ -136,12 +140,6 @@ pub enum Error {
          or give a parameter a range"
     )]
     NoParameters { known: String },
-    /// A body of other parameters than those of the population that was learned.
-    #[error(
-        "the parameters of the population are {population}; those of the body are {body}: give it the same ones, in this order, \
-         with these ranges"
-    )]
-    OtherParameters { population: String, body: String },
     /// A prediction that left the range of numbers.
     #[error("the prediction for {theta} is not finite; {reason}")]
     NotFinite { theta: String, reason: String },

@@ -183,7 +183,7 @@ impl<'b> TestSet<'b> {
 ///
 /// An error relative to nothing, of a case at rest, has no square. It counts as none, as that of a prediction that is exact there, so that
 /// the other cases decide; where there are no others it is the largest number.
-pub(crate) fn root_mean_square(cases: &[CaseErrors]) -> f64 {
+pub fn root_mean_square(cases: &[CaseErrors]) -> f64 {
     let squared = cases.iter().map(|case| case.relative.powi(2));
     let finite: Vec<f64> = squared.filter(|square| !square.is_infinite()).collect();
     let squares = if finite.is_empty() { f64::MAX } else { finite.iter().sum() };
@@ -201,7 +201,7 @@ pub(crate) fn share(difference: f64, size: f64) -> f64 {
 
 impl Errors {
     /// Over cases.
-    pub(crate) fn of(cases: &[CaseErrors]) -> Self {
+    pub fn of(cases: &[CaseErrors]) -> Self {
         let [err_u, err_f, err_i1, err_pi] =
             METRICS.map(|metric| Quantiles::of(metric.pooled(cases)));
         let mut volumes = cases.iter().flat_map(|case| case.err_volume.iter().copied()).peekable();

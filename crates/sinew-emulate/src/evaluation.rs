@@ -111,7 +111,7 @@ impl Emulator<'_> {
         let seconds: Vec<f64> = steps.iter().flatten().map(|step| step.seconds).collect();
         let step_s = if seconds.is_empty() { 0.0 } else { median(&seconds) };
         Ok(Evaluation {
-            recipe: self.record.recipe.key().into(),
+            recipe: self.record.recipe.clone(),
             cases: raw.len(),
             corrected: corrected.collect::<Result<_>>()?,
             within_two: estimated.iter().filter(|ratios| within_two(ratios)).count() as f64

@@ -1,25 +1,17 @@
-//! The graph of a body: what every network starts from.
+//! The graph of a body, with its clusters.
 
 use crate::{Body, Result};
-use sinew_coordinates::{Coordinates, Dirichlet, Motions};
-use sinew_gnn::Geometry;
-use sinew_graph::{AugmentationConfig, FeatureMatrix, Topology, augment, graph_features};
+use sinew_graph::{AugmentationConfig, Topology, augment};
 
 /// Clusters of a layer in one of the next, where they go on to the whole body (docs/design.md, "Graph").
 const SHRINKAGE: usize = 2;
 
-/// Augmented graph and features of a body (thesis Algorithm 1): the indicator of the Dirichlet boundary
-/// on the nodes, difference and distance of positions on the edges. `to_one_root` continues the clusters, halving them, up to the whole
-/// body.
+/// Augmented graph of a body (thesis Algorithm 1), which bodies of one connectivity may share. `to_one_root` continues the clusters, halving
+/// them, up to the whole body.
 ///
 /// # Errors
 /// A mesh that has no valid graph.
-pub(crate) fn geometry(body: &Body, to_one_root: bool, seed: u64) -> Result<Geometry> {
-    geometry_at(&body.positions, body, topology(body, to_one_root, seed)?)
-}
-
-/// The graph alone, which bodies of one connectivity may share.
-pub(crate) fn topology(body: &Body, to_one_root: bool, seed: u64) -> Result<Topology> {
+pub fn topology(body: &Body, to_one_root: bool, seed: u64) -> Result<Topology> {
     let config = match to_one_root {
         true => AugmentationConfig::to_one_root(body.nodes, SHRINKAGE),
         false => AugmentationConfig::for_nodes(body.nodes),
@@ -29,31 +21,11 @@ pub(crate) fn topology(body: &Body, to_one_root: bool, seed: u64) -> Result<Topo
 }
 
 /// The graph of a body that is met, not trained on: up to the whole body, by one start of k-means, where ten take longer than all else.
-pub(crate) fn topology_of_met(body: &Body, seed: u64) -> Result<Topology> {
+///
+/// # Errors
+/// As [`topology`].
+pub fn topology_of_met(body: &Body, seed: u64) -> Result<Topology> {
     let config = AugmentationConfig::to_one_root(body.nodes, SHRINKAGE);
     let config = AugmentationConfig { seed, runs: 1, ..config };
     Ok(augment(&body.positions, &body.mesh.edges(), &config)?)
-}
-
-/// Features of a body on a graph of its connectivity, its nodes at these positions.
-pub(crate) fn geometry_at(
-    positions: &[[f64; 3]],
-    body: &Body,
-    topology: Topology,
-) -> Result<Geometry> {
-    let nodes = body.nodes;
-    let held = body.prescribed.chunks_exact(3).enumerate();
-    let held: Vec<usize> =
-        held.filter(|(_, row)| row.iter().all(Option::is_some)).map(|(node, _)| node).collect();
-    let indicator = FeatureMatrix::indicator(nodes, &held)?;
-    let features = graph_features(&topology, positions, &indicator, 3)?;
-    let (dirichlet, coordinates) = (Dirichlet::of_body(body), Coordinates::Components);
-    Ok(Geometry { topology, features, global: Vec::new(), dirichlet, coordinates })
-}
-
-/// Puts what outputs follow beside the features of the nodes.
-pub(crate) fn add_features(geometry: &mut Geometry, motions: &Motions) -> Result<()> {
-    let nodes = &mut geometry.features.nodes;
-    *nodes = nodes.beside(&motions.features())?;
-    Ok(())
 }

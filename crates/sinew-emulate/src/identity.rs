@@ -27,7 +27,7 @@ pub(crate) struct Identity {
 
 /// A parameter as emulators know it: another one of these is another input.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Axis {
+pub struct Axis {
     name: String,
     range: [f64; 2],
     unit: String,
@@ -35,7 +35,7 @@ pub(crate) struct Axis {
 }
 
 /// Parameters of a body, in the order of θ.
-pub(crate) fn axes(body: &Body) -> Vec<Axis> {
+pub fn axes(body: &Body) -> Vec<Axis> {
     let axis = |p: &Parameter| Axis {
         name: p.name.clone(),
         range: p.range,
@@ -69,8 +69,13 @@ pub(crate) fn of(body: &Body) -> Identity {
         known: body.known.clone(),
         size,
         held: body.prescribed.iter().enumerate().filter_map(held).sum(),
-        probe: crate::coordinates::dot(&force, &probe),
+        probe: dot(&force, &probe),
     }
+}
+
+/// Inner product.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
 /// What differs between a stored body and another one: the name, and how it is there and here.
@@ -115,7 +120,7 @@ pub(crate) fn difference(
 }
 
 /// Parameters in words.
-pub(crate) fn listed(parameters: &[Axis]) -> String {
+pub fn listed(parameters: &[Axis]) -> String {
     let one = |Axis { name, range: [low, high], unit, logarithmic }: &Axis| {
         let scale = if *logarithmic { "logarithmic" } else { "linear" };
         format!("{name} from {low} to {high} {unit} ({scale})")

@@ -3,7 +3,7 @@
 //! A soft bar that bends under its own weight, for any stiffness in a range:
 //!
 //! ```
-//! use sinew_emulate::{Recipe, TrainingOptions};
+//! use sinew_emulate::{Train, TrainingOptions, recipe::Regression};
 //! use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
 //! use sinew_mesh::box_tetrahedra;
 //!
@@ -14,9 +14,9 @@
 //!     .support(Support::clamped("x_min"))
 //!     .lower()?;
 //!
-//! // Solves, trains, measures itself on held-out cases, and says why it is what it is.
-//! let emulator = Recipe::auto().train(&body, &TrainingOptions::default(), &mut ())?;
-//! println!("{}", emulator.record.choice.as_ref().ok_or("auto chooses")?);
+//! // Solves, fits, measures itself on held-out cases, and says why it is what it is.
+//! let emulator = Regression::default().train(&body, &TrainingOptions::default(), &mut ())?;
+//! println!("{}", emulator.record.choice.as_ref().ok_or("a regression chooses")?);
 //! assert!(emulator.record.warnings.is_empty());
 //!
 //! // Microseconds; what extrapolates is marked.
@@ -32,12 +32,12 @@
 //! ```
 //!
 //! - [`Design`] samples the box of the parameters; [`simulate()`] solves there, stores, resumes and lists failures.
-//! - [`Recipe`]: [`recipe::Regression`] on few simulations, and networks: [`recipe::DataDriven`],
-//!   [`recipe::PhysicsInformed`], [`recipe::Hybrid`]; [`recipe::Auto`] chooses by errors on held-out cases.
+//! - [`recipe::Taylor`] and [`recipe::Regression`] make a [`Predictor`] of a body ([`Train`]); networks are in `sinew-networks`.
 //! - [`Emulator`] predicts, estimates its error by Newton steps that contract ([`Estimate`], checked on held-out cases:
 //!   [`Calibration`]), corrects ([`Correction`]), is stored and loaded, and is evaluated against a [`TestSet`]
 //!   ([`Evaluation`]).
-//! - [`OneStiffness`] and [`Population`]: bodies that are met, not trained on.
+//! - [`Answers`]: displacements to an accuracy that is asked for, by the method that costs least.
+//! - [`OneStiffness`]: unseen bodies.
 //! - [`TrainingOptions`]: budget, seed, folder for what is kept and resumed. [`Observer`] hears of progress; what makes a
 //!   result less trustworthy is a [`Warning`] in it.
 
@@ -46,7 +46,6 @@ mod answers;
 mod calibration;
 mod campaign;
 mod checksums;
-mod coordinates;
 mod correction;
 mod emulator;
 mod error;
@@ -55,23 +54,24 @@ mod evaluate;
 mod evaluation;
 mod graph;
 mod identity;
-mod network;
 mod one_stiffness;
 mod options;
 mod parameters;
 mod plan;
-mod population;
+mod predictor;
 mod progress;
 mod quantiles;
 pub mod recipe;
+mod record;
+mod regressed;
 mod regression;
 mod sampling;
 mod sensitivity;
-mod series;
 mod session;
 mod shared;
 mod simulate;
 pub mod store;
+mod taylor;
 #[cfg(feature = "terminal")]
 mod terminal;
 mod timing;
@@ -81,26 +81,37 @@ pub use answer::{Answer, Source};
 pub use answers::Answers;
 pub use calibration::Calibration;
 pub use campaign::{Shard, merge, simulate_shard};
-pub use coordinates::Coordinates;
 pub use correction::Correction;
-pub use emulator::{Emulator, Prediction, Record};
+pub use emulator::{Emulator, Load, Prediction};
 pub use error::{Error, Result};
 pub use estimate::{Distance, Estimate};
 pub use evaluate::{CaseErrors, Errors, METRICS, Metric, TestSet, median_and_worst};
 pub use evaluation::{Corrected, Evaluation, Times};
-pub use network::{CurvePoint, Kept, Network};
 pub use one_stiffness::OneStiffness;
 pub use options::{Budget, TrainingOptions};
 pub use plan::{Cost, Method, Plan};
-pub use population::{Axes, Draw, Loss, Population, PopulationEmulator, Start, StreamProgress};
+pub use predictor::Predictor;
 pub use progress::{Counter, Observer, Progress};
 pub use quantiles::Quantiles;
-pub use recipe::Recipe;
+pub use recipe::{Train, train};
+pub use record::{Candidate, Choice, CurvePoint, Kept, Record};
 pub use regression::{Interpolation, PodRegression, RegressionError};
 pub use sampling::{Design, share_of, split_seed};
 pub use simulate::{Failure, MOST_COMPARED, Simulations, read_simulations, simulate, simulate_by};
 pub use sinew_energy::Body;
-pub use sinew_gnn::Backend;
+pub use taylor::TaylorExpansion;
 #[cfg(feature = "terminal")]
 pub use terminal::Terminal;
 pub use warning::Warning;
+
+/// Parts that recipes outside of this crate are made of, such as those of networks.
+pub mod parts {
+    pub use crate::evaluate::root_mean_square;
+    pub use crate::graph::{topology, topology_of_met};
+    pub use crate::identity::{Axis, axes, dot, listed};
+    pub use crate::parameters::{check_length, not_finite, require_finite, require_some, scaling};
+    pub use crate::recipe::train_with;
+    pub use crate::session::{Session, Stream};
+    pub use crate::taylor::{admissible, following, work};
+    pub use crate::timing::timed;
+}

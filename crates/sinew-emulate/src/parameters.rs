@@ -10,7 +10,7 @@ use sinew_energy::Parameter;
 const SLACK: f64 = 1e-9;
 
 /// The body's parameters as inputs of a network.
-pub(crate) fn scaling(body: &Body) -> Result<ParameterScaling> {
+pub fn scaling(body: &Body) -> Result<ParameterScaling> {
     Ok(ParameterScaling::new(body.parameters.iter().map(ParameterRange::from).collect())?)
 }
 
@@ -40,7 +40,7 @@ pub(crate) fn in_words(body: &Body, theta: &[f64]) -> String {
 }
 
 /// Requires one value per parameter.
-pub(crate) fn check_length(body: &Body, theta: &[f64]) -> Result<()> {
+pub fn check_length(body: &Body, theta: &[f64]) -> Result<()> {
     let (found, expected) = (theta.len(), body.parameters.len());
     if found == expected {
         return Ok(());
@@ -50,7 +50,7 @@ pub(crate) fn check_length(body: &Body, theta: &[f64]) -> Result<()> {
 }
 
 /// Requires a parameter to emulate over.
-pub(crate) fn require_some(body: &Body) -> Result<()> {
+pub fn require_some(body: &Body) -> Result<()> {
     if !body.parameters.is_empty() {
         return Ok(());
     }
@@ -61,14 +61,14 @@ pub(crate) fn require_some(body: &Body) -> Result<()> {
 }
 
 /// Requires finite displacements, of which each θ has as many; otherwise says which parameter is to blame.
-pub(crate) fn require_finite(body: &Body, thetas: &[Vec<f64>], displacement: &[f64]) -> Result<()> {
+pub fn require_finite(body: &Body, thetas: &[Vec<f64>], displacement: &[f64]) -> Result<()> {
     let length = (displacement.len() / thetas.len().max(1)).max(1);
     let lost = displacement.iter().position(|u| !u.is_finite());
     lost.map_or(Ok(()), |index| Err(not_finite(body, &thetas[index / length])))
 }
 
 /// A prediction for θ that is not finite, and the parameter that is farthest outside of its range.
-pub(crate) fn not_finite(body: &Body, theta: &[f64]) -> Error {
+pub fn not_finite(body: &Body, theta: &[f64]) -> Error {
     let beyond = |p: &Parameter, value: f64| (share_of(p, value) - 0.5).abs();
     let farthest =
         outside(body, theta).max_by(|a, b| beyond(a.0, a.1).total_cmp(&beyond(b.0, b.1)));

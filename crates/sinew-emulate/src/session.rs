@@ -4,26 +4,34 @@ use crate::checksums::SEAL;
 use crate::evaluate::TestSet;
 use crate::parameters::{in_words, require_inside, require_some};
 use crate::progress::Observer;
+use crate::recipe::Train;
 use crate::sampling::split_seed;
 use crate::shared::Shared;
 use crate::simulate::{Simulations, read_simulations, simulate};
 use crate::store::{read_json, write_json};
-use crate::{Body, Design, Error, Recipe, Result, TrainingOptions, Warning, identity};
+use crate::{Body, Design, Error, Result, TrainingOptions, Warning, identity};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 /// Independent streams of random numbers, derived from the run's seed.
 #[derive(Clone, Copy)]
-pub(crate) enum Stream {
+pub enum Stream {
+    /// Parameters to train at.
     Training,
+    /// Held-out cases.
     HeldOut,
+    /// Simulations of a regression.
     Regression = 3,
 }
 
 /// One training under way.
-pub(crate) struct Session<'a, 'b> {
+pub struct Session<'a, 'b> {
+    /// The body.
     pub body: &'b Body,
+    /// Budget, seed, design and folders.
     pub options: &'a TrainingOptions,
+    /// Hears of progress.
     pub observer: &'a mut dyn Observer,
     /// Reasons not to trust the result so far.
     pub warnings: Vec<Warning>,
@@ -36,7 +44,11 @@ pub(crate) struct Session<'a, 'b> {
 /// What a run was started with, kept in its folder.
 #[derive(Serialize, Deserialize)]
 struct Started {
-    recipe: Recipe,
+    /// Short name and settings of the recipe.
+    key: String,
+    recipe: Value,
+    /// Sizes of its network.
+    network: Option<Value>,
     options: TrainingOptions,
     body: identity::Identity,
 }
@@ -47,7 +59,7 @@ impl<'a, 'b> Session<'a, 'b> {
     /// Prepares the folder: empty, emptied of a run that is to be replaced, or checked to hold the one to be resumed.
     pub(crate) fn begin(
         body: &'b Body,
-        recipe: &Recipe,
+        recipe: &dyn Train,
         options: &'a TrainingOptions,
         observer: &'a mut dyn Observer,
     ) -> Result<Self> {
@@ -72,28 +84,26 @@ impl<'a, 'b> Session<'a, 'b> {
     }
 
     /// A folder within that of the run.
-    pub(crate) fn folder(&self, name: &str) -> Option<PathBuf> {
+    pub fn folder(&self, name: &str) -> Option<PathBuf> {
         self.options.folder.as_ref().map(|folder| folder.join(name))
     }
 
     /// A seed of its own.
-    pub(crate) fn seed(&self, stream: Stream) -> u64 {
+    pub fn seed(&self, stream: Stream) -> u64 {
         split_seed(self.options.seed, stream as u64)
     }
 
     /// Keeps a reason for mistrust, and says it at once.
-    pub(crate) fn warn(&mut self, warning: Warning) {
+    pub fn warn(&mut self, warning: Warning) {
         self.observer.warning(&warning);
         self.warnings.push(warning);
     }
 
     /// Parameters to train at: those of the options, or `count` new ones.
-    pub(crate) fn thetas(
-        &self,
-        design: Design,
-        count: usize,
-        stream: Stream,
-    ) -> Result<Vec<Vec<f64>>> {
+    ///
+    /// # Errors
+    /// Parameters outside their ranges.
+    pub fn thetas(&self, design: Design, count: usize, stream: Stream) -> Result<Vec<Vec<f64>>> {
         match &self.options.thetas {
             Some(given) => {
                 require_inside(self.body, given)?;
@@ -104,7 +114,10 @@ impl<'a, 'b> Session<'a, 'b> {
     }
 
     /// Solves for `thetas`; those without a solution are left out with a warning.
-    pub(crate) fn simulate(&mut self, name: &str, thetas: &[Vec<f64>]) -> Result<Simulations> {
+    ///
+    /// # Errors
+    /// Fewer than two solutions, files that cannot be written, an observer that breaks.
+    pub fn simulate(&mut self, name: &str, thetas: &[Vec<f64>]) -> Result<Simulations> {
         let (stage, folder) = (format!("simulate {name}"), self.folder("simulations"));
         let folder = folder.map(|folder| folder.join(name));
         let found = self.solved(&stage, folder.as_deref(), thetas)?;
@@ -152,7 +165,10 @@ impl<'a, 'b> Session<'a, 'b> {
     }
 
     /// Solves for training.
-    pub(crate) fn training(&mut self, count: usize) -> Result<Simulations> {
+    ///
+    /// # Errors
+    /// As [`Session::simulate`], and a folder of other simulations.
+    pub fn training(&mut self, count: usize) -> Result<Simulations> {
         let found = match &self.options.simulations {
             Some(folder) => {
                 let mut found = read_simulations(self.body, folder)?;
@@ -181,9 +197,9 @@ impl<'a, 'b> Session<'a, 'b> {
 }
 
 /// Requires a finished run of the same recipe, with networks of the same sizes, for parameters of the same names.
-fn check_start(start: &Path, body: &Body, recipe: &Recipe) -> Result<()> {
+fn check_start(start: &Path, body: &Body, recipe: &dyn Train) -> Result<()> {
     let refuse = |reason: String| Err(Error::Start { folder: start.into(), reason });
-    let Some((_, network, _)) = recipe.network() else {
+    let Some(network) = recipe.network() else {
         return refuse(format!(
             "`{}` trains no network of its own; choose pi, hybrid or dd",
             recipe.key()
@@ -195,14 +211,10 @@ fn check_start(start: &Path, body: &Body, recipe: &Recipe) -> Result<()> {
     if !is_finished(start) {
         return refuse("its run is not finished".into());
     }
-    if stored.recipe.key() != recipe.key() {
-        return refuse(format!(
-            "it is of the recipe `{}`, not `{}`",
-            stored.recipe.key(),
-            recipe.key()
-        ));
+    if stored.key != recipe.key() {
+        return refuse(format!("it is of the recipe `{}`, not `{}`", stored.key, recipe.key()));
     }
-    if stored.recipe.network().is_none_or(|(_, stored, _)| stored != network) {
+    if stored.network != Some(network) {
         return refuse(
             "its network has other sizes; name the same under [training.network]".into(),
         );
@@ -251,9 +263,14 @@ fn require_nothing(folder: &Path) -> Result<()> {
     Err(Error::RunExists { folder: folder.into(), state, resumed })
 }
 
-fn prepare(folder: &Path, body: &Body, recipe: &Recipe, options: &TrainingOptions) -> Result<()> {
+fn prepare(
+    folder: &Path,
+    body: &Body,
+    recipe: &dyn Train,
+    options: &TrainingOptions,
+) -> Result<()> {
     let file = folder.join(STARTED);
-    let (recipe, body) = (recipe.clone(), identity::of(body));
+    let (settings, body) = (recipe.settings(), identity::of(body));
     // What a run replaces may be damaged or of an earlier form.
     if options.resume
         && let Some(stored) = read_json::<Started>(&file)?
@@ -265,7 +282,7 @@ fn prepare(folder: &Path, body: &Body, recipe: &Recipe, options: &TrainingOption
             restart: false,
             ..options.clone()
         };
-        let differs = if stored.recipe != recipe {
+        let differs = if stored.recipe != settings {
             Some("the recipe")
         } else if stored.options != others {
             Some("the options")
@@ -289,5 +306,6 @@ fn prepare(folder: &Path, body: &Body, recipe: &Recipe, options: &TrainingOption
             return Err(Error::ForeignFolder { folder: folder.into() });
         }
     }
-    write_json(&file, &Started { recipe, options: options.clone(), body })
+    let (key, network) = (recipe.key().into(), recipe.network());
+    write_json(&file, &Started { key, recipe: settings, network, options: options.clone(), body })
 }

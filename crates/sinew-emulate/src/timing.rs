@@ -28,7 +28,7 @@ pub(crate) fn median(values: &[f64]) -> f64 {
 }
 
 /// Does some work and adds its wall time to `total` \[s\].
-pub(crate) fn timed<T>(total: &mut f64, work: impl FnOnce() -> T) -> T {
+pub fn timed<T>(total: &mut f64, work: impl FnOnce() -> T) -> T {
     let start = Instant::now();
     let done = work();
     *total += start.elapsed().as_secs_f64();

@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 use sinew_energy::Unit;
-use sinew_gnn::Concern;
 
 /// A reason not to trust an emulator, a prediction or a correction. Printed it says what to do.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
@@ -12,7 +11,7 @@ use sinew_gnn::Concern;
 pub enum Warning {
     /// A training that went wrong though it did not diverge.
     #[error("training `{stage}`: {concern}")]
-    Training { stage: String, concern: Concern },
+    Training { stage: String, concern: String },
     /// The prediction for the centre of the parameter range is no equilibrium.
     #[error(
         "predictions are far from equilibrium: at the centre of the parameter range a Newton step would gain {:.1} % of \

@@ -1,7 +1,7 @@
 //! Answers to an accuracy against solves.
 
 use sinew_emulate::{
-    Answers, Body, Design, Emulator, Error, Method, Plan, Recipe, TrainingOptions,
+    Answers, Body, Design, Emulator, Error, Method, Plan, Train, TrainingOptions, recipe::Taylor,
 };
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::metrics::displacement_error;
@@ -63,7 +63,7 @@ fn a_plan_weighs_what_there_is() {
     assert_eq!((plan.sets, plan.costs.len()), (1000, 2));
     assert!(plan.costs.windows(2).all(|pair| pair[0].newton_steps <= pair[1].newton_steps));
     let options = TrainingOptions { held_out: 4, ..TrainingOptions::default() };
-    let trained = Recipe::Series.train(&body, &options, &mut ()).unwrap();
+    let trained = Taylor.train(&body, &options, &mut ()).unwrap();
     let plan = Plan::new(&body, &thetas[..1], 1e-3, Some(&trained)).unwrap();
     assert_eq!(plan.method(), Method::Emulator);
 }

@@ -5,6 +5,7 @@
 //! cantilever whose deflection is inverse to its stiffness:
 //!
 //! ```
+//! use sinew_coordinates::{Coordinates, Dirichlet, OutputScale, ParameterScaling};
 //! use sinew_gnn::*;
 //! use sinew_graph::{AugmentationConfig, FeatureMatrix, augment, graph_features};
 //!

@@ -14,11 +14,10 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew::case::{RecipeName, Training};
 use sinew::{Body, Emulator, Parameter, TrainingOptions};
-use sinew_emulate::{
-    Budget, Design, Error, Estimate, OneStiffness, Population, Prediction, split_seed, store,
-};
+use sinew_emulate::{Budget, Design, Error, Estimate, OneStiffness, Prediction, split_seed, store};
 use sinew_fem::Solver;
 use sinew_gnn::Budget as Length;
+use sinew_networks::Population;
 use sinew_study::program;
 use std::fmt::Write as _;
 use std::ops::ControlFlow;
@@ -115,7 +114,7 @@ fn of_body(options: &Options, name: &str, body: &Body) -> Result<Vec<Outcome>> {
         };
         let mut judge = |what: &str, prediction: &Prediction| -> Result<()> {
             let estimates = emulator.estimates(prediction)?;
-            let predictor = format!("{}{what}", emulator.record.recipe.key());
+            let predictor = format!("{}{what}", emulator.record.recipe);
             let answers: Vec<Answer<'_>> = estimates
                 .into_iter()
                 .enumerate()
@@ -178,9 +177,9 @@ fn unseen(options: &Options, shapes: Shapes) -> Result<Vec<Outcome>> {
     let mean = shapes.body(None)?;
     let stiffness = OneStiffness::new(&mean)?;
     let draw = |number: u64| {
-        shapes
-            .body(Some(split_seed(options.seed, number)))
-            .map_err(|error| Error::Draw { index: number, reason: format!("{error:#}") })
+        shapes.body(Some(split_seed(options.seed, number))).map_err(|error| {
+            sinew_networks::Error::Draw { index: number, reason: format!("{error:#}") }
+        })
     };
     let mut recipe = Population::default();
     recipe.training.budget = Length::Steps((options.effort * 2000.0) as usize);

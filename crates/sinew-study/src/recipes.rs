@@ -2,9 +2,10 @@
 
 use crate::options::{BeamOptions, Method};
 use crate::program;
-use sinew_emulate::recipe::{DataDriven, Hybrid, PhysicsInformed, Regression};
-use sinew_emulate::{Budget, Coordinates, Network, Recipe, TrainingOptions};
+use sinew_emulate::{Budget, TrainingOptions};
 use sinew_gnn::TrainingConfig;
+use sinew_networks::recipe::{DataDriven, Hybrid, PhysicsInformed, Regression};
+use sinew_networks::{Coordinates, Network, Recipe};
 use std::path::Path;
 
 /// Numbers of simulations.
@@ -68,7 +69,7 @@ pub(crate) fn training(options: &BeamOptions, recipe: &Recipe, folder: &Path) ->
     TrainingOptions {
         budget: budget(options, recipe),
         evaluations: if options.full { 500 } else { training.evaluations },
-        backend: options.backend,
+        backend: options.backend.to_string(),
         ..training
     }
 }

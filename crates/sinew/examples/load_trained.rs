@@ -5,7 +5,7 @@
 //! cargo run --release -p sinew --example load_trained -- OnceClampedBeam out/OnceClampedBeam/regression mu=75,lambda=80
 //! ```
 
-use sinew::{Case, Emulator, EmulatorError, parse_theta, theta_in_words};
+use sinew::{Case, EmulatorError, parse_theta, theta_in_words};
 use std::error::Error;
 use std::path::Path;
 
@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let body = Case::read(Path::new(case))?.body()?;
     // The folder of the run holds the emulator in a folder of its own; it is refused where it belongs to another body.
-    let emulator = match Emulator::load(&Path::new(folder).join("emulator"), &body) {
+    let emulator = match sinew::load(&Path::new(folder).join("emulator"), &body) {
         Err(EmulatorError::NoEmulator { folder }) => {
             return Err(
                 format!("train first, into {}: sinew train {case}", folder.display()).into()

@@ -4,8 +4,8 @@ use crate::theta::{range_in_words, theta_in_words};
 use crate::{Inflation, locking_in_words};
 use serde::{Deserialize, Serialize};
 use sinew_emulate::{
-    CaseErrors, CurvePoint, Emulator, Errors, Evaluation, METRICS, Quantiles, Recipe, Record,
-    TestSet, Warning, median_and_worst,
+    CaseErrors, CurvePoint, Emulator, Errors, Evaluation, METRICS, Quantiles, TestSet, Warning,
+    median_and_worst,
 };
 use sinew_report::format::seconds as duration;
 use sinew_report::{ReportError, Surfaces, density};
@@ -159,7 +159,7 @@ impl Comparison {
         }
         self.methods.push(Method {
             name: name.into(),
-            about: about(record),
+            about: record.about.clone(),
             simulations: record.simulations,
             steps: record.steps,
             evaluation: emulator.evaluate(test, corrections)?,
@@ -197,33 +197,6 @@ fn deformed(body: &sinew_energy::Body, field: &[f64]) -> Vec<[f64; 3]> {
 
 /// Name of the row that times are compared with.
 pub(crate) const SOLVER: &str = "Newton solver";
-
-/// What an emulator is, in one line.
-fn about(record: &Record) -> String {
-    match &record.recipe {
-        Recipe::DataDriven(recipe) => {
-            let and = if recipe.gradient_weight > 0.0 { " and their gradients" } else { "" };
-            format!("network on {} simulations{and}", record.simulations)
-        }
-        Recipe::Hybrid(_) => format!(
-            "network on {} simulations, errors weighed by the stiffness about one of them",
-            record.simulations
-        ),
-        Recipe::PhysicsInformed(_) => {
-            "network by minimum potential energy, without simulations; a few linear solves set its scale and what it follows by \
-             itself"
-                .into()
-        }
-        Recipe::Series => "one solution, followed to second order in the parameters".into(),
-        Recipe::Regression(_) | Recipe::Auto(_) => {
-            let choice = record.choice.as_ref();
-            let taken = choice.and_then(|choice| choice.candidates.get(choice.taken));
-            taken.map_or_else(String::new, |taken| {
-                format!("{} on {} simulations, {}", taken.recipe, taken.simulations, taken.detail)
-            })
-        }
-    }
-}
 
 /// Triangles of a mesh's boundary, by the corners of its facets.
 fn triangles(mesh: &sinew_mesh::AnyMesh) -> Vec<[usize; 3]> {

@@ -7,7 +7,7 @@
 //! Compile with `--release`: Sinew's own workspace optimises all profiles, a crate that depends on it does not.
 //!
 //! ```
-//! use sinew::{Case, Comparison, Recipe, TestSet, recipe::Regression, simulate};
+//! use sinew::{Case, Comparison, TestSet, Train, recipe::Regression, simulate};
 //!
 //! // Mesh, law, loads, supports and ranges: a body.
 //! let case = Case::parse(
@@ -24,7 +24,7 @@
 //! let body = case.body()?;
 //!
 //! // An emulator, from nine simulations.
-//! let recipe = Recipe::from(Regression { simulations: 9, most: 9, target: 0.0 });
+//! let recipe = Regression { simulations: 9, most: 9, target: 0.0 };
 //! let emulator = recipe.train(&body, &case.training.options(), &mut ())?;
 //!
 //! // A prediction, how far it is from equilibrium, and one Newton step nearer.
@@ -62,10 +62,12 @@ pub use comparison::{Comparison, ComparisonError, Method, Origin};
 pub use inflation::Inflation;
 pub use locking::locking_in_words;
 pub use page::Published;
+#[cfg(not(feature = "networks"))]
+pub use sinew_emulate::recipe;
 pub use sinew_emulate::{
-    Backend, Correction, Design, Emulator, Error as EmulatorError, Estimate, Evaluation,
-    OneStiffness, Prediction, Recipe, Record, Simulations, TestSet, TrainingOptions, Warning,
-    recipe, simulate,
+    Answer, Answers, Correction, Design, Emulator, Error as EmulatorError, Estimate, Evaluation,
+    OneStiffness, Prediction, Record, Simulations, TestSet, Train, TrainingOptions, Warning,
+    simulate,
 };
 pub use sinew_energy::{
     Body, Load, Parameter, Sampling, Scene, SceneError, Support, ThetaError, Unit, laws,
@@ -74,9 +76,20 @@ pub use sinew_fem::{
     BalanceSolver, HeldStiffness, Line, Options, Solution, SolveError, Solver, sweep,
 };
 pub use sinew_mesh::MeshError;
+#[cfg(feature = "networks")]
+pub use sinew_networks::{Backend, Recipe, load, recipe};
 pub use sinew_report::ReportError;
 pub use theta::{
     TableRow, ThetaText, admissible, outside, parse_theta, range_in_words, read_rows, read_thetas,
     theta_in_words,
 };
 pub use wall::ventricle;
+
+/// Reads an emulator of `body`; networks need the feature `networks`.
+///
+/// # Errors
+/// As [`Emulator::load`].
+#[cfg(not(feature = "networks"))]
+pub fn load<'b>(folder: &std::path::Path, body: &'b Body) -> sinew_emulate::Result<Emulator<'b>> {
+    Emulator::load(folder, body)
+}

@@ -1,17 +1,20 @@
 //! Decomposition of few simulations, or of what second order leaves of them, and a Gaussian process.
 
-use crate::emulator::Model;
+use super::Train;
 use crate::evaluate::{TestSet, root_mean_square};
-use crate::recipe::Candidate;
-use crate::series::{Regressed, Series};
+use crate::predictor::Predictor;
+use crate::record::{Candidate, Record};
+use crate::regressed::Regressed;
 use crate::session::{Session, Stream};
 use crate::simulate::{Simulations, read_simulations};
-use crate::{Body, Budget, Design, Error, Record, RegressionError, Result, Warning};
+use crate::taylor::TaylorExpansion;
+use crate::{Body, Budget, Design, Error, RegressionError, Result, Warning};
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
 use std::time::Instant;
 
 /// Proper orthogonal decomposition of few simulations and interpolation of its coefficients, see [`crate::PodRegression`]; or of
-/// what [`Recipe::Series`](crate::Recipe::Series) leaves of them, where that halves the error by leaving one out.
+/// what [`Taylor`](super::Taylor) leaves of them, where that halves the error by leaving one out.
 /// The number of simulations doubles until the error on the held-out cases meets the target; the fit of the least error is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -31,22 +34,59 @@ impl Default for Regression {
     }
 }
 
-impl Regression {
-    pub(crate) fn model(
+impl Train for Regression {
+    fn key(&self) -> &'static str {
+        "regression"
+    }
+
+    fn settings(&self) -> Value {
+        let Self { simulations, most, target } = self;
+        json!({ "recipe": self.key(), "simulations": simulations, "most": most, "target": target })
+    }
+
+    fn about(&self, record: &Record) -> String {
+        record.taken().map_or_else(String::new, |taken| {
+            format!("{} on {} simulations, {}", taken.recipe, taken.simulations, taken.detail)
+        })
+    }
+
+    fn check(&self) -> Result<()> {
+        let (what, value) = ("the target of a regression", self.target);
+        let advice = "give a finite number that is not negative";
+        let makes_sense = value >= 0.0 && value.is_finite();
+        if makes_sense { Ok(()) } else { Err(Error::Setting { what, value, advice }) }
+    }
+
+    fn predictor(
         &self,
         session: &mut Session<'_, '_>,
         held_out: &TestSet<'_>,
         record: &mut Record,
-    ) -> Result<Model> {
+    ) -> Result<Box<dyn Predictor>> {
         let (regression, error) = self.fit(session, held_out, record)?;
         if self.target > 0.0 && error > self.target {
             session.warn(Warning::TargetMissed { error, target: self.target });
         }
-        Ok(regression.into())
+        Ok(regression)
+    }
+}
+
+impl Regression {
+    /// The best regression and its error on the held-out cases; every number of simulations that was tried is in the record.
+    ///
+    /// # Errors
+    /// Simulations of which most fail, or that are too few.
+    pub fn fit(
+        &self,
+        session: &mut Session<'_, '_>,
+        held_out: &TestSet<'_>,
+        record: &mut Record,
+    ) -> Result<(Box<dyn Predictor>, f64)> {
+        let (regressed, error) = self.regressed(session, held_out, record)?;
+        Ok((Box::new(regressed), error))
     }
 
-    /// The best regression and its error on the held-out cases; every number of simulations that was tried is in the record.
-    pub(crate) fn fit(
+    fn regressed(
         &self,
         session: &mut Session<'_, '_>,
         held_out: &TestSet<'_>,
@@ -87,7 +127,7 @@ impl Regression {
 /// Fits to more and more simulations, and the best of them.
 struct Trial<'a> {
     regression: &'a Regression,
-    series: Option<&'a Series>,
+    series: Option<&'a TaylorExpansion>,
     held_out: &'a TestSet<'a>,
     record: &'a mut Record,
     best: Option<(Regressed, f64)>,
@@ -122,7 +162,7 @@ impl Trial<'_> {
 
     /// Error on the held-out cases.
     fn error(&self, body: &Body, fit: &Regressed) -> Result<f64> {
-        let fields = self.held_out.thetas.iter().map(|theta| fit.predict(body, theta));
+        let fields = self.held_out.thetas.iter().map(|theta| fit.at(body, theta));
         Ok(root_mean_square(&self.held_out.cases(&fields.collect::<Result<Vec<_>>>()?)?))
     }
 
@@ -135,9 +175,9 @@ impl Trial<'_> {
 }
 
 /// The series of second order; none for a body that has no solution at the centre of its parameters' ranges.
-fn series(session: &Session<'_, '_>, record: &mut Record) -> Option<Series> {
+fn series(session: &Session<'_, '_>, record: &mut Record) -> Option<TaylorExpansion> {
     let start = Instant::now();
-    let series = Series::of(session.body, session.options.seed).ok();
+    let series = TaylorExpansion::of(session.body, session.options.seed).ok();
     record.prepare_s += start.elapsed().as_secs_f64();
     series
 }
@@ -145,7 +185,7 @@ fn series(session: &Session<'_, '_>, record: &mut Record) -> Option<Series> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Recipe, TrainingOptions, simulate};
+    use crate::{TrainingOptions, simulate};
     use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
 
     #[test]
@@ -158,8 +198,8 @@ mod tests {
             .lower()
             .unwrap();
         let (recipe, options) = (Regression::default(), TrainingOptions::default());
-        let (of, mut observer) = (Recipe::from(recipe), ());
-        let mut session = Session::begin(&body, &of, &options, &mut observer).unwrap();
+        let mut observer = ();
+        let mut session = Session::begin(&body, &recipe, &options, &mut observer).unwrap();
         let held_out = session.held_out().unwrap();
         let thetas = Design::Sobol.sample(&body.parameters, 12, 1).unwrap();
         let mut all = simulate(&body, &thetas, "test", None, &mut ()).unwrap();
@@ -167,7 +207,7 @@ mod tests {
         good.keep(8);
         // Four more that a mistake has made half as large again.
         all.fields[8..].iter_mut().flatten().for_each(|u| *u *= 1.5);
-        let mut record = Record::new(of.clone());
+        let mut record = Record::new(recipe.key());
         let (regression, record) = (&recipe, &mut record);
         let mut trial = Trial { regression, series: None, held_out: &held_out, record, best: None };
         let [first, second] = [&good, &all].map(|found| trial.fit(&mut session, found).unwrap());
@@ -176,7 +216,7 @@ mod tests {
         let choice = record.choice.as_ref().unwrap();
         assert_eq!((error, choice.taken, session.simulations), (first, 0, 8));
         // What is returned is what was measured.
-        let fields = held_out.thetas.iter().map(|theta| fit.predict(&body, theta).unwrap());
+        let fields = held_out.thetas.iter().map(|theta| fit.at(&body, theta).unwrap());
         let cases = held_out.cases(&fields.collect::<Vec<_>>()).unwrap();
         assert_eq!(root_mean_square(&cases), error);
     }

@@ -6,8 +6,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use sinew::case::FibreRule;
 use sinew::{Body, Case, Parameter};
-use sinew_emulate::{Design, Error, Start};
+use sinew_emulate::Design;
 use sinew_mesh::{AnyMesh, BeamShape, Field, RingShape, ShapeError, VentricleShape};
+use sinew_networks::Start;
 use std::path::Path;
 
 /// A population of bodies.
@@ -267,11 +268,15 @@ impl Stage {
     }
 
     /// Bodies for a training, from a stream of their own.
-    pub(super) fn body_of_stream(&self, stream: u64, index: u64) -> Result<Body, Error> {
+    pub(super) fn body_of_stream(
+        &self,
+        stream: u64,
+        index: u64,
+    ) -> Result<Body, sinew_networks::Error> {
         let cells = self.training_cells[index as usize % self.training_cells.len()];
         let draw = Self { cells, ..self.clone() }.draw(stream, index);
         draw.map(|individual| individual.body)
-            .map_err(|error| Error::Draw { index, reason: format!("{error:#}") })
+            .map_err(|error| sinew_networks::Error::Draw { index, reason: format!("{error:#}") })
     }
 
     fn numbers(&self) -> usize {

@@ -1,8 +1,17 @@
 //! How an emulator is trained.
 
 use serde::{Deserialize, Serialize};
-use sinew_emulate::recipe::{Auto, DataDriven, Hybrid, PhysicsInformed, Regression};
-use sinew_emulate::{Budget, Design, Network, Recipe, TrainingOptions};
+use sinew_emulate::recipe::Regression;
+use sinew_emulate::{Body, Budget, Design, Emulator, Error, Observer, TrainingOptions};
+#[cfg(feature = "networks")]
+use sinew_networks::{
+    Network, Recipe,
+    recipe::{Auto, DataDriven, Hybrid, PhysicsInformed},
+};
+
+/// Sizes of a network, which a build without networks does not read.
+#[cfg(not(feature = "networks"))]
+type Network = toml::Table;
 
 /// How an emulator is trained; every key may be left out.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -48,6 +57,18 @@ pub enum RecipeName {
 }
 
 impl RecipeName {
+    /// Short name for files and tables.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Series => "series",
+            Self::Regression => "regression",
+            Self::Hybrid => "hybrid",
+            Self::Pi => "pi",
+            Self::Dd => "dd",
+        }
+    }
+
     /// Whether it always trains a network.
     pub fn is_network(self) -> bool {
         matches!(self, Self::Hybrid | Self::Pi | Self::Dd)
@@ -55,7 +76,50 @@ impl RecipeName {
 }
 
 impl Training {
+    /// Trains by the recipe.
+    ///
+    /// # Errors
+    /// As [`sinew_emulate::train`].
+    #[cfg(feature = "networks")]
+    pub fn train<'b>(
+        &self,
+        body: &'b Body,
+        options: &TrainingOptions,
+        observer: &mut dyn Observer,
+    ) -> Result<Emulator<'b>, Error> {
+        self.recipe().train(body, options, observer)
+    }
+
+    /// Trains by the recipe; `auto` is regression in a build without networks.
+    ///
+    /// # Errors
+    /// As [`sinew_emulate::train`], and recipes of networks.
+    #[cfg(not(feature = "networks"))]
+    pub fn train<'b>(
+        &self,
+        body: &'b Body,
+        options: &TrainingOptions,
+        observer: &mut dyn Observer,
+    ) -> Result<Emulator<'b>, Error> {
+        use sinew_emulate::{Train, recipe::Taylor};
+        match self.recipe {
+            RecipeName::Series => Taylor.train(body, options, observer),
+            RecipeName::Auto | RecipeName::Regression => {
+                self.regression().train(body, options, observer)
+            }
+            network => {
+                let key = network.key();
+                let reason = format!(
+                    "the recipe `{key}` trains a network, which this build leaves out; build with the feature `networks`, or \
+                     choose series or regression"
+                );
+                Err(Error::Network(reason.into()))
+            }
+        }
+    }
+
     /// The recipe with its settings.
+    #[cfg(feature = "networks")]
     pub fn recipe(&self) -> Recipe {
         let network = self.network.unwrap_or_default();
         match self.recipe {

@@ -3,7 +3,7 @@
 use super::{CaseArguments, refuse, solved, trained};
 use anyhow::Result;
 use clap::Args;
-use sinew::{Comparison, Design, Emulator, Origin, TestSet};
+use sinew::{Comparison, Design, Origin, TestSet};
 use sinew_emulate::{Counter, Terminal, store};
 use sinew_report::Provenance;
 use std::path::Path;
@@ -65,7 +65,7 @@ impl Evaluate {
         let mut terminal = Terminal::default();
         let mut counter = Counter::new(&mut terminal, "evaluate", 0, found.len());
         for (name, path) in &found {
-            let emulator = Emulator::load(path, &body)?;
+            let emulator = sinew::load(path, &body)?;
             comparison.add(name, &emulator, &test, self.corrections)?;
             if let Some(method) = comparison.methods.last_mut() {
                 method.options = stored_options(path);

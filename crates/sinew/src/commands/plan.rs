@@ -3,7 +3,7 @@
 use super::{CaseArguments, trained};
 use anyhow::Result;
 use clap::Args;
-use sinew::{Design, Emulator};
+use sinew::Design;
 use sinew_emulate::Plan as Costs;
 
 /// For how many parameter sets.
@@ -31,7 +31,7 @@ impl Plan {
     pub(crate) fn run(&self) -> Result<()> {
         let (_, body, folder) = self.case.open()?;
         let emulator = match trained(&folder).as_deref() {
-            Ok([(_, path)]) => Some(Emulator::load(path, &body)?),
+            Ok([(_, path)]) => Some(sinew::load(path, &body)?),
             _ => None,
         };
         for &count in &self.count {

@@ -86,7 +86,7 @@ impl Asked {
     fn open<'b>(&self, case: &Case, body: &'b Body, folder: &Path) -> Result<Opened<'b>> {
         let (name, path) = self.chosen(case, folder)?;
         let batch = self.theta.read(body)?;
-        let emulator = Emulator::load(&path, body)?;
+        let emulator = sinew::load(&path, body)?;
         for warning in &emulator.record.warnings {
             eprintln!("warning: the training of `{name}` said: {warning}");
         }
@@ -97,7 +97,7 @@ impl Asked {
     /// Name and folder of the emulator that is asked for.
     fn chosen(&self, case: &Case, folder: &Path) -> Result<(String, PathBuf)> {
         let mut found = trained(folder)?;
-        let own = case.training.recipe();
+        let own = case.training.recipe;
         let place = match (&self.emulator, &found[..]) {
             (None, [_]) => Some(0),
             (wanted, _) => {

@@ -48,6 +48,7 @@ pub(crate) struct Train {
     #[arg(long, value_name = "FOLDER")]
     from: Option<PathBuf>,
     /// Where a network is trained: flex (this processor), ndarray (deprecated), wgpu or cuda (graphics processors)
+    #[cfg(feature = "networks")]
     #[arg(long, default_value_t)]
     backend: sinew::Backend,
     /// Name of the emulator's folder within OUT [default: the recipe's]
@@ -84,16 +85,15 @@ impl Train {
             steps,
             ..own
         };
-        let recipe = training.recipe();
         if self.simulations.is_some()
             && matches!(training.recipe, RecipeName::Pi | RecipeName::Series)
         {
             return refuse(format!(
                 "`{}` learns from no simulations; leave --simulations out, or choose regression, hybrid, dd or auto",
-                recipe.key()
+                training.recipe.key()
             ));
         }
-        let name = self.name.as_deref().unwrap_or(recipe.key());
+        let name = self.name.as_deref().unwrap_or(training.recipe.key());
         if Path::new(name).file_name() != Some(name.as_ref()) {
             return refuse(format!("--name {name}: give the name of a folder within OUT"));
         }
@@ -107,14 +107,15 @@ impl Train {
             folder: Some(folder.clone()),
             simulations: self.simulations.clone(),
             start: self.from.clone(),
-            backend: self.backend,
+            #[cfg(feature = "networks")]
+            backend: self.backend.to_string(),
             shared: Some(shared),
             resume: self.resume,
             restart: self.restart,
             ..training.options()
         };
         let mut terminal = sinew_emulate::Terminal::default();
-        let emulator = recipe.train(&body, &options, &mut terminal)?;
+        let emulator = training.train(&body, &options, &mut terminal)?;
         tell(&emulator, &folder);
         Ok(())
     }

@@ -5,7 +5,7 @@ use crate::commands::plan::table;
 use crate::commands::{Answer as Cells, trained, warn_of_locking};
 use anyhow::{Result, bail};
 use sinew::output::{Quality, displacement_in_words, mean_and_largest};
-use sinew::{Body, Case, Emulator};
+use sinew::{Body, Case};
 use sinew_emulate::{Answer, Answers, Source, Terminal};
 use std::path::Path;
 
@@ -24,7 +24,7 @@ pub(super) fn to(
     let mut batch = asked.theta.read(body)?;
     let emulator = match (&asked.emulator, trained(folder)) {
         (None, Err(_)) => None,
-        _ => Some(Emulator::load(&asked.chosen(case, folder)?.1, body)?),
+        _ => Some(sinew::load(&asked.chosen(case, folder)?.1, body)?),
     };
     warn_of_locking(sinew_fem::locking_over_ranges(body)?);
     let thetas = batch.thetas();

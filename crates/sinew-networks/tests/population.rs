@@ -1,11 +1,12 @@
 //! One network for beams that it has never seen.
 
 use nalgebra::{Rotation3, Vector3};
-use sinew_emulate::{Axes, Body, Error, Population, Start, StreamProgress};
+use sinew_emulate::Body;
 use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
 use sinew_fem::{Options, Solver};
 use sinew_gnn::Budget;
 use sinew_mesh::BeamShape;
+use sinew_networks::{Axes, Error, Population, Start, StreamProgress};
 use std::ops::ControlFlow;
 
 /// A beam whose length, thickness and bend are different for every number.

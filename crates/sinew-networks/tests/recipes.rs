@@ -2,12 +2,12 @@
 
 mod support;
 
-use sinew_emulate::recipe::{Auto, DataDriven, Hybrid, PhysicsInformed, Regression};
 use sinew_emulate::{
-    Coordinates, Design, Emulator, Errors, Observer, Recipe, TestSet, TrainingOptions, Warning,
-    simulate,
+    Design, Emulator, Errors, Observer, TestSet, TrainingOptions, Warning, simulate,
 };
 use sinew_fem::{Options, Solver};
+use sinew_networks::recipe::{Auto, DataDriven, Hybrid, PhysicsInformed, Regression};
+use sinew_networks::{Coordinates, Recipe};
 use support::{beam, small_network, steps};
 
 /// Errors over cases that the emulator has not seen, neither in training nor in calibration.
@@ -22,7 +22,7 @@ fn check(emulator: &Emulator<'_>, relative: f64, energy_pct: f64) {
     let errors = errors(emulator);
     println!(
         "{}: relative {:.1e} (worst {:.1e}), err_u {:.1e} mm, err_F {:.1e} %, err_Pi {:.1e} %, {:?}",
-        emulator.record.recipe.key(),
+        emulator.record.recipe,
         errors.relative.q50,
         errors.relative.max,
         errors.err_u.q50,
@@ -64,7 +64,7 @@ fn one_solution_followed_to_second_order_needs_no_training() {
     let folder = tempfile::tempdir().unwrap();
     emulator.save(folder.path()).unwrap();
     let theta = [vec![60.0, 90.0]];
-    let loaded = Emulator::load(folder.path(), &body).unwrap().predict(&theta).unwrap();
+    let loaded = sinew_networks::load(folder.path(), &body).unwrap().predict(&theta).unwrap();
     let stored = emulator.predict(&theta).unwrap();
     assert!(apart(loaded.field(0), stored.field(0)) < 1e-12);
 }

@@ -2,10 +2,9 @@
 
 mod support;
 
-use sinew_emulate::recipe::{Auto, DataDriven, Hybrid, PhysicsInformed, Regression};
-use sinew_emulate::{
-    Coordinates, Emulator, Error, Observer, Progress, Recipe, TrainingOptions, simulate,
-};
+use sinew_emulate::{Emulator, Error, Observer, Progress, TrainingOptions, simulate};
+use sinew_networks::recipe::{Auto, DataDriven, Hybrid, PhysicsInformed, Regression};
+use sinew_networks::{Coordinates, Recipe};
 use std::ops::ControlFlow;
 use std::path::Path;
 use support::{beam, small_network, steps};
@@ -27,7 +26,7 @@ fn the_network_that_is_stored_is_the_best_of_its_curve() {
         let folder = Some(run.clone());
         let options = TrainingOptions { seed, folder, evaluations: 50, ..Default::default() };
         reckless().train(&body, &options, &mut ()).unwrap();
-        let emulator = Emulator::load(&run.join("emulator"), &body).unwrap();
+        let emulator = sinew_networks::load(&run.join("emulator"), &body).unwrap();
         let (record, history) = (&emulator.record, &emulator.record.history);
         let errors = || history.iter().map(|point| (point.error.unwrap(), point.step));
         let best = errors().min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
@@ -72,7 +71,7 @@ fn the_network_of_an_earlier_stage_is_kept_where_it_is_the_best() {
     assert!(train("pieces", false, 150).is_err());
     assert_eq!(train("pieces", true, usize::MAX).unwrap().1, predicted);
     // And it comes back from its files.
-    let stored = Emulator::load(&folder.path().join("whole/emulator"), &body).unwrap();
+    let stored = sinew_networks::load(&folder.path().join("whole/emulator"), &body).unwrap();
     assert_eq!(stored.predict(&[vec![9.0, 14.0]]).unwrap().displacement, predicted);
 }
 

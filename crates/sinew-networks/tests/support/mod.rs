@@ -1,11 +1,12 @@
 //! A small beam that bends under its own weight by a sixth to a third of its length.
 #![allow(dead_code, reason = "each program uses a part")]
 
-use sinew_emulate::{Body, Network};
+use sinew_emulate::Body;
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Parameter, Scene, Support};
 use sinew_gnn::{Budget, TrainingConfig};
 use sinew_mesh::box_tetrahedra;
+use sinew_networks::Network;
 
 /// Weight of a density of 1 g/cm³ at g = 9.8 m/s² [kPa/mm].
 const GRAVITY: f64 = 9.8e-3;

@@ -1,9 +1,9 @@
 //! What the first bodies of a population lend to others.
 
 use super::Start;
-use crate::identity::{self, Axis};
-use crate::parameters::require_some;
-use crate::{Body, Error, Result, graph};
+use crate::{Error, Result};
+use sinew_emulate::Body;
+use sinew_emulate::parts::{Axis, axes, listed, require_some, topology, topology_of_met};
 use sinew_fem::{Options, Solver};
 use sinew_graph::Topology;
 
@@ -28,13 +28,13 @@ pub(super) struct Solved {
 impl Template {
     pub(super) fn new(bodies: &[Body], start: Start, seed: u64) -> Result<Self> {
         let mut graphs: Vec<(Vec<[usize; 2]>, Topology)> = Vec::new();
-        let parameters = bodies.first().map(identity::axes).unwrap_or_default();
+        let parameters = bodies.first().map(axes).unwrap_or_default();
         for body in bodies {
             require_some(body)?;
             require_axes(&parameters, body)?;
             let edges = body.mesh.edges();
             if graphs.iter().all(|(known, _)| *known != edges) {
-                graphs.push((edges, graph::topology(body, true, seed)?));
+                graphs.push((edges, topology(body, true, seed)?));
             }
         }
         let solved = match (start, bodies.first()) {
@@ -58,18 +58,18 @@ impl Template {
         let edges = body.mesh.edges();
         match self.graphs.iter().find(|(known, _)| *known == edges) {
             Some((_, topology)) => Ok(topology.clone()),
-            None => graph::topology_of_met(body, seed),
+            None => Ok(topology_of_met(body, seed)?),
         }
     }
 }
 
 /// Requires these parameters of a body: names, order, ranges, units and scales, which inputs of a network mean.
 fn require_axes(parameters: &[Axis], body: &Body) -> Result<()> {
-    let own = identity::axes(body);
+    let own = axes(body);
     if own == parameters {
         return Ok(());
     }
-    let (population, body) = (identity::listed(parameters), identity::listed(&own));
+    let (population, body) = (listed(parameters), listed(&own));
     Err(Error::OtherParameters { population, body })
 }
 

@@ -1,66 +1,15 @@
 //! The course of a training over its stages: the curve on the held-out cases, and the weights that are kept.
 
 use super::{Lesson, Plan, trainer};
-use crate::evaluate::{CaseErrors, Errors, root_mean_square};
-use crate::progress::{Observer, Progress};
-use crate::session::Session;
-use crate::store::{read_json, write_json};
-use crate::{Error, Result, Warning};
-use serde::{Deserialize, Serialize};
+use crate::{Error, Result};
+use sinew_emulate::parts::Session;
+use sinew_emulate::store::{read_json, write_json};
+use sinew_emulate::{CurvePoint, Kept, Observer, Progress, Warning};
 use sinew_gnn::{
     Concern, DataSet, Geometry, HistoryPoint, StopReason, Surrogate, TrainingConfig, TrainingReport,
 };
 use std::ops::ControlFlow;
 use std::path::PathBuf;
-
-/// An evaluation on the held-out cases during training.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CurvePoint {
-    /// Steps made, of all stages.
-    pub step: u64,
-    /// Seconds of training.
-    pub train_s: f64,
-    /// Mean training loss since the evaluation before.
-    pub loss: f64,
-    /// Medians over the held-out cases, as in [`Errors`](crate::Errors): `err_u` \[length\], `err_F`, `err_I1` and `err_Π`
-    /// [%]. `None` where one is not finite.
-    pub medians: Option<[f64; 4]>,
-    /// Mean energy above the minimum [%]; `None` where it is not finite.
-    pub energy_excess_pct: Option<f64>,
-    /// Root mean square of `‖u − û‖ / ‖u‖` over the held-out cases, raised by the share of them whose prediction inverts a cell: the
-    /// weights of the least are kept. `None` where it is not finite.
-    #[serde(default)]
-    pub error: Option<f64>,
-    /// Held-out predictions that invert a cell.
-    #[serde(default)]
-    pub inverted: usize,
-}
-
-/// The weights that a training kept.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Kept {
-    /// Steps after which they were found, of all stages.
-    pub step: u64,
-    /// Their [`CurvePoint::error`]; `None` where none was finite, so that the last weights were kept.
-    pub error: Option<f64>,
-    /// How often the training had left its best weights, returned to them and gone on with half the learning rate, in all stages.
-    pub returns: usize,
-}
-
-impl CurvePoint {
-    /// Notes errors of the held-out cases; [`CurvePoint::error`], finite or not.
-    fn measure(&mut self, cases: &[CaseErrors]) -> f64 {
-        let errors = Errors::of(cases);
-        let medians = [errors.err_u, errors.err_f, errors.err_i1, errors.err_pi].map(|q| q.q50);
-        let excess = cases.iter().map(|case| 100.0 * case.energy_excess).sum::<f64>();
-        let (excess, error) = (excess / cases.len() as f64, root_mean_square(cases));
-        self.medians = medians.iter().all(|m| m.is_finite()).then_some(medians);
-        self.energy_excess_pct = excess.is_finite().then_some(excess);
-        self.error = error.is_finite().then_some(error);
-        self.inverted = cases.iter().filter(|case| case.inverted).count();
-        error
-    }
-}
 
 /// The stages of a training and what they leave.
 pub(super) struct Course {
@@ -109,7 +58,7 @@ impl Course {
         let report = trainer.run(&mut watch)?;
         watch.failure.take().map_or(Ok(()), Err)?;
         if report.stop == StopReason::Interrupted {
-            return Err(Error::Interrupted { stage });
+            return Err(sinew_emulate::Error::Interrupted { stage }.into());
         }
         self.finish(session, &stage, report);
         Ok(trainer.into_surrogate())
@@ -142,7 +91,7 @@ impl Course {
         });
         session.observer.finished(stage, &format!("{} steps{error}", report.steps), report.seconds);
         for concern in report.concerns {
-            session.warn(Warning::Training { stage: stage.into(), concern });
+            session.warn(Warning::Training { stage: stage.into(), concern: concern.to_string() });
         }
         self.before.0 += report.steps as u64;
         self.before.1 += report.seconds;
@@ -223,7 +172,7 @@ impl sinew_gnn::Observer for Watch<'_> {
     fn concern(&mut self, concern: &Concern) {
         if !std::mem::replace(&mut self.warned, true) {
             let stage = format!("{}, so far", self.stage);
-            self.observer.warning(&Warning::Training { stage, concern: *concern });
+            self.observer.warning(&Warning::Training { stage, concern: concern.to_string() });
         }
     }
 }

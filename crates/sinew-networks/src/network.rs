@@ -2,19 +2,15 @@
 
 mod course;
 
+use crate::budget::scale;
 use crate::coordinates::{self, Coordinates};
-use crate::evaluate::TestSet;
-use crate::options::scale;
-use crate::sampling::share_of;
-use crate::session::Session;
-use crate::simulate::Simulations;
-use crate::timing::timed;
-use crate::{Body, Record, Result, graph, parameters};
+use crate::{Error, Result, graph};
 use course::Course;
-pub use course::{CurvePoint, Kept};
 use serde::{Deserialize, Serialize};
 use sinew_coordinates::Coordinates as Meaning;
 use sinew_coordinates::{Motions, OutputScale};
+use sinew_emulate::parts::{Session, following, not_finite, scaling, timed};
+use sinew_emulate::{Body, Load, Predictor, Record, Simulations, TestSet, share_of};
 use sinew_fem::{Options, Solver};
 use sinew_gnn::{
     Backend, DataSet, Decoding, EmulatorConfig, FixedGeometry, Geometry, Objective, Sample, Scales,
@@ -80,10 +76,60 @@ impl TrainedNetwork {
         Ok(Self { surrogate, geometry, fixed })
     }
 
-    pub(crate) fn load(folder: &Path, backend: Backend) -> Result<Self> {
-        let surrogate = Surrogate::load(folder, &backend.device()?)?;
+    fn load(folder: &Path) -> Result<Self> {
+        let surrogate = Surrogate::load(folder, &Backend::default().device()?)?;
         let geometry = surrogate.geometries()[0].clone();
         Self::new(surrogate, geometry)
+    }
+}
+
+/// Kind of the predictors that are networks.
+const KIND: &str = "network";
+
+/// Kinds of predictors that [`Emulator::load_with`](sinew_emulate::Emulator::load_with) reads beside those that it knows.
+pub const KINDS: &[(&str, &Load)] = &[(KIND, &load)];
+
+fn load(folder: &Path, _: &Body) -> sinew_emulate::Result<Box<dyn Predictor>> {
+    Ok(Box::new(TrainedNetwork::load(folder)?))
+}
+
+/// Displacements of a prediction.
+fn displacement(
+    body: &Body,
+    thetas: &[Vec<f64>],
+    predicted: sinew_gnn::Result<sinew_gnn::Prediction>,
+) -> sinew_emulate::Result<Vec<f64>> {
+    match predicted {
+        Ok(predicted) => Ok(predicted.displacement),
+        Err(sinew_gnn::Error::PredictionNotFinite { sample }) => {
+            Err(not_finite(body, &thetas[sample]))
+        }
+        Err(other) => Err(Error::from(other).into()),
+    }
+}
+
+impl Predictor for TrainedNetwork {
+    fn kind(&self) -> &'static str {
+        KIND
+    }
+
+    fn predict(&self, body: &Body, thetas: &[Vec<f64>]) -> sinew_emulate::Result<Vec<f64>> {
+        displacement(body, thetas, self.fixed.predict(thetas))
+    }
+
+    fn predict_in_full(&self, body: &Body, thetas: &[Vec<f64>]) -> sinew_emulate::Result<Vec<f64>> {
+        displacement(body, thetas, self.surrogate.predict_unseen(&self.geometry, thetas))
+    }
+
+    /// Exact, in forward mode through the decoders.
+    fn sensitivity(&self, _: &Body, theta: &[f64]) -> sinew_emulate::Result<Vec<Vec<f64>>> {
+        let found = self.fixed.sensitivity(&[theta.to_vec()]).map_err(Error::from)?.derivative;
+        let length = found.len() / theta.len();
+        Ok(found.chunks(length).map(<[f64]>::to_vec).collect())
+    }
+
+    fn save(&self, folder: &Path) -> sinew_emulate::Result<()> {
+        Ok(self.surrogate.save(folder).map_err(Error::from)?)
     }
 }
 
@@ -185,7 +231,7 @@ fn follow(
     /// Parameter sets that orders are tried at.
     const TRIED: usize = 32;
     let tried = &lesson.thetas[..lesson.thetas.len().min(TRIED)];
-    let (motions, first) = coordinates::following(&mut Solver::new(body)?, motions, tried)?;
+    let (motions, first) = following(&mut Solver::new(body)?, motions, tried)?;
     graph::add_features(geometry, &first)?;
     Ok(Meaning::Motions(motions))
 }
@@ -256,13 +302,13 @@ fn trainer(
     plan: &Plan<'_>,
     config: &TrainingConfig,
 ) -> Result<Trainer> {
-    let device = session.options.backend.device()?;
+    let device = backend(session)?.device()?;
     let objective = (plan.objective)(data)?;
     if let Some(folder) = checkpoint.filter(|folder| session.options.resume && folder.exists()) {
         return Ok(Trainer::resume(folder, data.clone(), objective, &device)?);
     }
     let surrogate = match &session.options.start {
-        Some(folder) => learned(folder, session.options.backend)?.carried_to(data)?,
+        Some(folder) => learned(folder, backend(session)?)?.carried_to(data)?,
         None => untrained(session, data, lesson, plan, config.seed)?,
     };
     let trainer = Trainer::new(surrogate, data.clone(), objective, config.clone())?;
@@ -270,6 +316,12 @@ fn trainer(
         Some(folder) => trainer.with_checkpoints(folder),
         None => trainer,
     })
+}
+
+/// The backend that is asked for.
+fn backend(session: &Session<'_, '_>) -> Result<Backend> {
+    let parsed = session.options.backend.parse();
+    parsed.map_err(|reason: String| sinew_emulate::Error::Network(reason.into()).into())
 }
 
 /// What a finished run has learned.
@@ -284,9 +336,9 @@ fn untrained(
     plan: &Plan<'_>,
     seed: u64,
 ) -> Result<Surrogate> {
-    let device = session.options.backend.device()?;
+    let device = backend(session)?.device()?;
     let sizes = plan.network.on(&data.geometries[0], session.body.parameters.len());
-    let inputs = parameters::scaling(session.body)?;
+    let inputs = scaling(session.body)?;
     let scales = Scales::over(&data.geometries, inputs, lesson.output_scale()?)?;
     Ok(Surrogate::new(&sizes, data, scales, seed, &device)?)
 }

@@ -2,8 +2,9 @@
 
 mod support;
 
-use sinew_emulate::recipe::PhysicsInformed;
-use sinew_emulate::{Backend, Budget, Coordinates, Network, Recipe, TrainingOptions};
+use sinew_emulate::{Budget, TrainingOptions};
+use sinew_networks::recipe::PhysicsInformed;
+use sinew_networks::{Backend, Coordinates, Network, Recipe};
 use std::io::Write;
 use support::{beam, small_network, steps};
 
@@ -20,12 +21,12 @@ fn a_training_goes_the_same_way_on_every_device() {
         network: Network { message_passing_steps: 2, ..small_network() },
         training: steps(&defaults.training, 12),
     });
-    let train = |backend| {
+    let train = |backend: Backend| {
         let options = TrainingOptions {
             budget: Budget::Effort(1.0),
             held_out: 2,
             evaluations: 1,
-            backend,
+            backend: backend.to_string(),
             ..TrainingOptions::default()
         };
         recipe.train(&body, &options, &mut ()).unwrap().predict(&[body.centre()]).unwrap()

@@ -7,11 +7,13 @@ mod template;
 
 pub use emulator::PopulationEmulator;
 
+use crate::Result;
 use crate::network::Network;
-use crate::{Body, Result, parameters};
 use rayon::ThreadPoolBuilder;
 use serde::{Deserialize, Serialize};
 use sinew_coordinates::OutputScale;
+use sinew_emulate::Body;
+use sinew_emulate::parts::scaling;
 use sinew_gnn::{
     Backend, Budget, DataSet, Geometry, Lesson, Scales, StreamTrainer, Surrogate, TrainingConfig,
 };
@@ -76,7 +78,8 @@ pub enum Loss {
 /// One body, the first, is solved: its equilibrium is another state that bodies may start from.
 ///
 /// ```
-/// use sinew_emulate::{Body, Error, Population};
+/// use sinew_emulate::Body;
+/// use sinew_networks::{Error, Population};
 /// use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
 /// use sinew_gnn::Budget;
 /// use sinew_mesh::BeamShape;
@@ -252,7 +255,7 @@ impl Population {
         let body = &bodies[0];
         let sizes = self.network.on(&geometries[0], body.parameters.len());
         let output = OutputScale::root_mean_square(3, geometries.iter().map(lesson::origin))?;
-        let scales = Scales::over(&geometries, parameters::scaling(body)?, output)?;
+        let scales = Scales::over(&geometries, scaling(body)?, output)?;
         let data = DataSet {
             geometries: vec![geometries[0].clone()],
             training: Vec::new(),

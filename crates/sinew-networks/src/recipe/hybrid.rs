@@ -1,12 +1,11 @@
 //! A network on simulated displacements, errors weighed by the stiffness.
 
-use crate::coordinates::{self, Coordinates};
-use crate::emulator::Model;
-use crate::evaluate::TestSet;
-use crate::network::{Lesson, Network, Plan, train};
-use crate::session::Session;
-use crate::{Record, Result};
+use crate::Result;
+use crate::coordinates::Coordinates;
+use crate::network::{Lesson, Network, Plan, TrainedNetwork, train};
 use serde::{Deserialize, Serialize};
+use sinew_emulate::parts::{Session, admissible};
+use sinew_emulate::{Record, TestSet};
 use sinew_gnn::{Budget, DataSet, EnergyNormFit, Objective, TrainingConfig};
 
 /// Distance to simulated displacements in the energy norm, `‖K^½ (u − û)‖`, in coordinates in which that is plain.
@@ -47,11 +46,11 @@ impl Hybrid {
         session: &mut Session<'_, '_>,
         held_out: &TestSet<'_>,
         record: &mut Record,
-    ) -> Result<Model> {
+    ) -> Result<TrainedNetwork> {
         let simulations = session.training(self.simulations)?;
         let lesson = Lesson::of(&simulations, held_out);
         let body = session.body;
-        let central = coordinates::admissible(body, lesson.central_simulation(body));
+        let central = admissible(body, lesson.central_simulation(body));
         let stiffness = body
             .stiffness(&central, &body.centre())
             .ok_or(sinew_coordinates::CoordinateError::NoStiffness)?;
@@ -65,6 +64,6 @@ impl Hybrid {
             training: &self.training,
             objective: &objective,
         };
-        Ok(train(session, &lesson, &plan, record)?.into())
+        train(session, &lesson, &plan, record)
     }
 }

@@ -1,98 +1,10 @@
-//! Coordinates of the displacement in which networks are trained: the one place where they are chosen.
-//!
-//! A strain energy weighs stretching a million times heavier than bending, so an emulator that is
-//! trained on the energy in plain displacements learns the bending last, and bending is what
-//! moves. In [rigid motions](Motions) of nested clusters, each scaled by the energy that it costs alone, the energy is nearly round,
-//! and stays so when the body turns: all motions are learned at one pace, in memory and time proportional to the body. They
-//! can be taken about rest, so that one training needs nothing else; about one solution for the centre of the
-//! parameter range, predicted by a first, short training or simulated, they leave less than half of the error.
-//!
-//! Training on simulations needs no stiffness: the directions in which they differ are few, and
-//! outputs in these directions have the strains of simulations.
+//! First and second derivatives of a solution in the parameters, as motions that follow them.
 
 use crate::{Body, Result, parameters};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
-use sinew_coordinates::{Motions, PrincipalDirections};
+use sinew_coordinates::Motions;
 use sinew_energy::Barriers;
 use sinew_fem::{SolveError, Solver};
-use sinew_gnn::TrainingConfig;
-use sinew_graph::Topology;
-
-/// What the outputs of a network mean.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Coordinates {
-    /// Displacements, one scale per component (thesis).
-    Components,
-    /// The directions in which the simulations differ.
-    Simulations,
-    /// Rigid motions of clusters and displacements of nodes within them, about rest.
-    Motions,
-    /// The same about a simulation near the centre of the parameter range.
-    MotionsOfSimulation,
-    /// The same about what a first, short training in [`Coordinates::Motions`] predicts for the centre, so without
-    /// simulations.
-    MotionsAfter(TrainingConfig),
-}
-
-impl Coordinates {
-    /// Whether virtual nodes are read too, which then form clusters up to the whole body.
-    pub(crate) fn are_motions(&self) -> bool {
-        !matches!(self, Self::Components | Self::Simulations)
-    }
-}
-
-/// Energy that outputs of one cost together about rest, in units of that of the linear response (by trial).
-pub(crate) const FIRST_SHARE: f64 = 9.0;
-
-/// The same about a solution, in units of the loads' work: over the parameter
-/// range the energy varies by less than its own size, and smaller first steps are safer.
-pub(crate) const ENERGY_SHARE: f64 = 0.05;
-
-/// Motions about rest; `energy` is that of the linear response.
-pub(crate) fn at_rest(body: &Body, topology: &Topology, energy: f64) -> Result<Motions> {
-    let motions = Motions::about(&vec![0.0; 3 * body.nodes], topology, body, &body.centre())?;
-    Ok(motions.of_energy(FIRST_SHARE * energy)?)
-}
-
-/// Motions about a displacement, such as one that a first training predicts for the centre of the parameter range.
-pub(crate) fn at_anchor(body: &Body, topology: &Topology, anchor: &[f64]) -> Result<Motions> {
-    let anchor = admissible(body, anchor);
-    let motions = Motions::about(&anchor, topology, body, &body.centre())?;
-    Ok(motions.of_energy(ENERGY_SHARE * work(body, &anchor))?)
-}
-
-/// A state near to equilibrium at the centre of the parameter range: as much of the linear response, or of a `guess`, as has the least energy, made by
-/// motions of the clusters, which turn where it would stretch; and some Newton steps from there.
-pub(crate) fn nearby(
-    solver: &mut Solver<'_>,
-    topology: &Topology,
-    guess: Vec<f64>,
-    newton_steps: usize,
-) -> Result<Vec<f64>> {
-    /// Parts that are tried, the first and factor from one to the next: laws that stiffen leave little of the linear response.
-    const PARTS: (f64, f64, i32) = (1.4, 0.75, 20);
-    let body = solver.body();
-    let (centre, rest) = (body.centre(), vec![0.0; 3 * body.nodes]);
-    let response = solver.linear_response(&centre)?;
-    let motions =
-        Motions::about(&rest, topology, body, &centre)?.following(&[response, guess], body)?;
-    let mut best = (f64::INFINITY, rest);
-    let parts = (0..PARTS.2).map(|k| PARTS.0 * PARTS.1.powi(k));
-    for part in parts.flat_map(|part| [[part, 0.0], [0.0, part]]) {
-        let moved = motions.followed(&part, body)?;
-        let energy = body.value(&moved, &centre);
-        if energy < best.0 {
-            best = (energy, moved);
-        }
-    }
-    if newton_steps == 0 || !best.0.is_finite() {
-        return Ok(best.1);
-    }
-    let steps = solver.newton_steps(&best.1, &centre, newton_steps)?;
-    Ok(steps.into_iter().next_back().map_or(best.1, |step| step.displacement))
-}
 
 /// Motions that follow the parameters by themselves, so that a network learns what is beyond, and the derivatives of the solution as
 /// features of the graph's nodes, in units of outputs: what fibres, loads and supports make of every part of the body.
@@ -102,7 +14,7 @@ pub(crate) fn nearby(
 /// order goes too far, as exponential laws do, less is taken.
 ///
 /// Returns these motions, and those of first order for the features.
-pub(crate) fn following(
+pub fn following(
     solver: &mut Solver<'_>,
     motions: Motions,
     thetas: &[Vec<f64>],
@@ -218,43 +130,8 @@ fn second_order(
     Ok(Some(products))
 }
 
-/// Coordinates in which simulations at `thetas` differ beyond a polynomial in the parameters.
-pub(crate) fn of_simulations(
-    body: &Body,
-    thetas: &[Vec<f64>],
-    fields: &[Vec<f64>],
-) -> Result<PrincipalDirections> {
-    /// Between the spread of the simulations, which hides the small directions from the network, and equal sizes,
-    /// which waste it on them (by trial).
-    const POWER: f64 = 0.7;
-    let scaling = parameters::scaling(body)?;
-    let parameters: Vec<Vec<f64>> = thetas
-        .iter()
-        .map(|theta| scaling.standardise(theta))
-        .collect::<std::result::Result<_, sinew_coordinates::CoordinateError>>(
-    )?;
-    let fields = fields.iter().map(Vec::as_slice);
-    Ok(PrincipalDirections::following(fields, &parameters, POWER)?)
-}
-
-/// A displacement one Newton step nearer to equilibrium at the centre of the parameter range, or the same where it inverts a cell.
-pub(crate) fn nearer(body: &Body, displacement: &[f64]) -> Result<Vec<f64>> {
-    match Solver::new(body)?.newton_step(displacement, &body.centre()) {
-        Ok(step) => Ok(step.displacement),
-        Err(SolveError::Inadmissible { .. }) => Ok(displacement.to_vec()),
-        Err(other) => Err(other.into()),
-    }
-}
-
-/// Energy that a Newton step from `displacement` would gain at the centre of the parameter range, relative to the
-/// work of the loads: how far it is from equilibrium.
-pub(crate) fn excess(body: &Body, displacement: &[f64]) -> Result<f64> {
-    let step = Solver::new(body)?.newton_step(displacement, &body.centre())?;
-    Ok(0.5 * step.energy_norm.powi(2) / work(body, displacement))
-}
-
 /// A displacement that inverts a cell is halved until it does not.
-pub(crate) fn admissible(body: &Body, displacement: &[f64]) -> Vec<f64> {
+pub fn admissible(body: &Body, displacement: &[f64]) -> Vec<f64> {
     let (mut anchor, centre) = (displacement.to_vec(), body.centre());
     while !body.value(&anchor, &centre).is_finite() {
         anchor.iter_mut().for_each(|u| *u *= 0.5);
@@ -263,11 +140,7 @@ pub(crate) fn admissible(body: &Body, displacement: &[f64]) -> Vec<f64> {
 }
 
 /// Work of the loads, or the energy where there are none to speak of [energy].
-pub(crate) fn work(body: &Body, displacement: &[f64]) -> f64 {
+pub fn work(body: &Body, displacement: &[f64]) -> f64 {
     let energy = body.value(displacement, &body.centre());
     body.load_value(displacement, &body.centre()).abs().max(energy.abs())
-}
-
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }

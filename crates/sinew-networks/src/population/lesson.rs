@@ -2,10 +2,11 @@
 
 use super::template::Template;
 use super::{Axes, Loss, Population, Start, TRIED, frame};
-use crate::sampling::split_seed;
-use crate::{Body, Design, Result, coordinates, graph, parameters};
+use crate::{Result, coordinates, graph};
 use sinew_coordinates::Coordinates as Meaning;
 use sinew_coordinates::Motions;
+use sinew_emulate::parts::{dot, following, scaling, work};
+use sinew_emulate::{Body, Design, split_seed};
 use sinew_energy::Barriers;
 use sinew_fem::{Options, Solution, SolveError, Solver, sweep};
 use sinew_gnn::{
@@ -35,7 +36,7 @@ impl Population {
         let anchor = self.anchor(&mut solver, &topology, template)?;
         let motions = Motions::about(&anchor, &topology, body, &centre)?;
         let thetas = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
-        let (motions, first) = coordinates::following(&mut solver, motions, &thetas)?;
+        let (motions, first) = following(&mut solver, motions, &thetas)?;
         let (motions, first, positions) = match self.axes {
             Axes::Mesh => (motions, first, None),
             Axes::Body => {
@@ -44,7 +45,7 @@ impl Population {
                 (motions.along(&axes), first.along(&axes), Some(positions))
             }
         };
-        let work = coordinates::work(body, &anchor);
+        let work = work(body, &anchor);
         let (step, gain, energy) = match self.start {
             Start::Near { .. } => {
                 let (step, gain) = missing_step(&mut solver, &anchor, &centre)?;
@@ -145,7 +146,7 @@ impl Population {
             }
             Loss::Simulations | Loss::Energy => {
                 let state = origin(&data.geometries[0]);
-                let size = coordinates::dot(state, state);
+                let size = dot(state, state);
                 Box::new(DataFit::new((size / body.nodes as f64).sqrt())?)
             }
         };
@@ -173,7 +174,7 @@ fn gains(
     /// That part: displacements that are off by a thousandth or so.
     const LEAST: f64 = 1e-5;
     let body = solver.body();
-    let scaling = parameters::scaling(body)?;
+    let scaling = scaling(body)?;
     let of = |theta: &Vec<f64>| -> Result<[f64; 2]> {
         let state = motions.followed(&scaling.standardise(theta)?, body)?;
         let energy = body.value(&state, theta);
@@ -193,6 +194,6 @@ fn missing_step(solver: &mut Solver<'_>, state: &[f64], theta: &[f64]) -> Result
     step.iter_mut().zip(state).for_each(|(to, from)| *to -= from);
     let mut gradient = vec![0.0; state.len()];
     solver.body().value_and_gradient(state, theta, &mut gradient);
-    let gain = 0.5 * coordinates::dot(&gradient, &step).abs();
+    let gain = 0.5 * dot(&gradient, &step).abs();
     Ok((step, gain))
 }

@@ -3,13 +3,12 @@
 mod support;
 
 use nalgebra::DMatrix;
-use sinew_emulate::recipe::{DataDriven, Regression};
-use sinew_emulate::{
-    Body, Emulator, Error, Population, Recipe, Start, TrainingOptions, read_simulations, simulate,
-};
+use sinew_emulate::{Body, Emulator, Error, TrainingOptions, read_simulations, simulate};
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Magnitude, Parameter, Scene, Support};
 use sinew_gnn::Budget;
+use sinew_networks::recipe::{DataDriven, Regression};
+use sinew_networks::{Population, Recipe, Start};
 use std::path::{Path, PathBuf};
 use support::{beam, small_network, steps};
 
@@ -101,7 +100,7 @@ fn refused(body: &Body, [recipe, other]: [&Recipe; 2], times: usize) -> usize {
                 None => std::fs::remove_file(&files[*file].0).unwrap(),
             }
         }
-        match Emulator::load(&place, body) {
+        match sinew_networks::load(&place, body) {
             // Damage that changes nothing, such as a file that is swapped with itself.
             Ok(emulator) => assert_eq!(predicted(&emulator), truth, "{time}: damaged unnoticed"),
             Err(error) => {
@@ -152,14 +151,14 @@ fn a_file_that_was_added_or_lost_is_named() {
         of(simulations).train(&body, &options, &mut ()).unwrap().save(&place).unwrap();
         place
     });
-    let told = |place: &Path| Emulator::load(place, &body).err().unwrap().to_string();
+    let told = |place: &Path| sinew_networks::load(place, &body).err().unwrap().to_string();
     // A plain regression with another one's series would predict both together.
     let series = plain.join("regression/series.json");
     assert!(!series.exists());
     std::fs::copy(about_series.join("regression/series.json"), &series).unwrap();
     assert!(told(&plain).contains("series.json was not stored with the other files"));
     std::fs::remove_file(&series).unwrap();
-    Emulator::load(&plain, &body).unwrap();
+    sinew_networks::load(&plain, &body).unwrap();
     std::fs::remove_file(plain.join("checksums.json")).unwrap();
     assert!(told(&plain).contains("checksums.json is missing"));
     std::fs::remove_file(about_series.join("regression/series.json")).unwrap();
@@ -232,8 +231,8 @@ fn a_body_without_free_parameters_is_refused_in_words() {
     let known = body.clone();
     let draw = move |_: u64| Ok(known.clone());
     let population = Population::default().prepare(&draw, 1).err().unwrap();
-    for error in trained.into_iter().chain([series, population]) {
-        let told = error.to_string();
+    let told = trained.into_iter().chain([series]).map(|error| error.to_string());
+    for told in told.chain([population.to_string()]) {
         assert!(told.contains("no free parameters") && told.contains("mu = 10"), "{told}");
     }
 }
@@ -270,7 +269,7 @@ fn a_population_meets_bodies_with_its_own_parameters_only() {
         for error in
             [emulator.meet(&body).err().unwrap(), emulator.carried(&body, &theta, 1).unwrap_err()]
         {
-            assert!(matches!(error, Error::OtherParameters { .. }), "{error}");
+            assert!(matches!(error, sinew_networks::Error::OtherParameters { .. }), "{error}");
             let told = error.to_string();
             assert!(told.contains("those of the body are") && told.contains("mu from 8"), "{told}");
         }
@@ -280,12 +279,15 @@ fn a_population_meets_bodies_with_its_own_parameters_only() {
     assert!(told.contains("those of the body are mu from 8 to 16 kPa (logarithmic):"), "{told}");
     assert!(matches!(
         emulator.carried(&beam_of(own()), &[vec![10.0]], 1),
-        Err(Error::ThetaLength { .. })
+        Err(sinew_networks::Error::Emulate(Error::ThetaLength { .. }))
     ));
     // Bodies that disagree are no population.
     let mixed =
         |number: u64| Ok(if number.is_multiple_of(2) { beam_of(own()) } else { fewer.clone() });
-    assert!(matches!(population().prepare(&mixed, 1), Err(Error::OtherParameters { .. })));
+    assert!(matches!(
+        population().prepare(&mixed, 1),
+        Err(sinew_networks::Error::OtherParameters { .. })
+    ));
 }
 
 #[test]

@@ -2,14 +2,15 @@
 
 mod support;
 
-use sinew_emulate::recipe::{DataDriven, Hybrid, Regression};
 use sinew_emulate::{
-    Budget, Coordinates, Design, Emulator, Error, Observer, Progress, Recipe, TestSet,
-    TrainingOptions, Warning, simulate,
+    Budget, Design, Emulator, Error, Observer, Progress, TestSet, TrainingOptions, Warning,
+    simulate,
 };
 use sinew_energy::laws::NeoHookean;
 use sinew_energy::{Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::Solver;
+use sinew_networks::recipe::{DataDriven, Hybrid, Regression};
+use sinew_networks::{Coordinates, Recipe};
 use std::ops::ControlFlow;
 use std::path::Path;
 use support::{beam, small_network, steps};
@@ -130,15 +131,15 @@ fn saved_and_loaded(recipe: &Recipe) {
     let folder = tempfile::tempdir().unwrap();
     let emulator = recipe.train(&body, &TrainingOptions::default(), &mut ()).unwrap();
     emulator.save(folder.path()).unwrap();
-    let loaded = Emulator::load(folder.path(), &body).unwrap();
+    let loaded = sinew_networks::load(folder.path(), &body).unwrap();
     assert_eq!(loaded.record, emulator.record);
     let thetas = [vec![9.0, 14.0], vec![30.0, 12.0]];
     assert_eq!(loaded.predict(&thetas).unwrap(), emulator.predict(&thetas).unwrap());
 
     let heavier = beam(1.1);
-    let error = Emulator::load(folder.path(), &heavier).err().unwrap().to_string();
+    let error = sinew_networks::load(folder.path(), &heavier).err().unwrap().to_string();
     assert!(error.contains("another body") && error.contains("work"), "{error}");
-    let nothing = Emulator::load(&folder.path().join("nothing"), &body).err().unwrap();
+    let nothing = sinew_networks::load(&folder.path().join("nothing"), &body).err().unwrap();
     assert!(matches!(nothing, Error::NoEmulator { .. }), "{nothing}");
 }
 
@@ -190,7 +191,7 @@ fn a_resumed_run_equals_an_uninterrupted_one_bit_for_bit() {
     let known = losses(&whole);
     // An interruption adds a point to the curve; the others are the same.
     assert!(known.iter().all(|point| losses(&pieces).contains(point)));
-    assert!(Emulator::load(&folder.path().join("pieces/emulator"), &body).is_ok());
+    assert!(sinew_networks::load(&folder.path().join("pieces/emulator"), &body).is_ok());
 }
 
 #[test]

@@ -1,13 +1,11 @@
 //! A network by minimum potential energy.
 
+use crate::Result;
 use crate::coordinates::{self, Coordinates};
-use crate::emulator::Model;
-use crate::evaluate::TestSet;
-use crate::network::{Lesson, Network, Plan, train};
-use crate::session::{Session, Stream};
-use crate::timing::timed;
-use crate::{Record, Result, Warning};
+use crate::network::{Lesson, Network, Plan, TrainedNetwork, train};
 use serde::{Deserialize, Serialize};
+use sinew_emulate::parts::{Session, Stream, timed};
+use sinew_emulate::{Record, TestSet, Warning};
 use sinew_energy::Barriers;
 use sinew_fem::{SolveError, Solver};
 use sinew_gnn::{Budget, DataSet, MinimumPotential, Objective, TrainingConfig};
@@ -54,7 +52,7 @@ impl PhysicsInformed {
         session: &mut Session<'_, '_>,
         held_out: &TestSet<'_>,
         record: &mut Record,
-    ) -> Result<Model> {
+    ) -> Result<TrainedNetwork> {
         let (body, centre) = (session.body, session.body.centre());
         let thetas =
             session.thetas(session.options.design, self.parameter_sets, Stream::Training)?;
@@ -83,7 +81,7 @@ impl PhysicsInformed {
         let network = train(session, &lesson, &plan, record)?;
         let predicted = network.fixed.predict(std::slice::from_ref(&centre))?.displacement;
         judge_equilibrium(session, &predicted)?;
-        Ok(network.into())
+        Ok(network)
     }
 }
 

@@ -1,67 +1,28 @@
-//! The solution at the centre of the parameters' ranges, followed to second order, and a regression of what that leaves.
+//! Regressions of simulations, of what a Taylor expansion leaves of them, and the expansion alone.
 
+use crate::predictor::Predictor;
 use crate::store::{read_json, write_json};
-use crate::{Body, Design, Error, PodRegression, Result, coordinates, graph, parameters};
-use sinew_coordinates::Motions;
-use sinew_fem::{Options, Solver};
-use sinew_graph::Topology;
+use crate::taylor::TaylorExpansion;
+use crate::{Body, Error, PodRegression, Result};
+use rayon::prelude::*;
 use std::path::Path;
 
-/// Displacements that follow the parameters from one solution: derivatives by the implicit function theorem, second order
-/// with the stiffness of that solution, both in motions of the body's clusters, which turn where a displacement would stretch.
-#[derive(Clone, Debug)]
-pub(crate) struct Series(Motions);
-
-/// Parameter sets that parts of the orders are tried at.
-const TRIED: usize = 16;
 const FILE: &str = "series.json";
-
-impl Series {
-    /// Solves once, at the centre of the parameters' ranges.
-    pub(crate) fn of(body: &Body, seed: u64) -> Result<Self> {
-        let mut solver = Solver::new(body)?;
-        let solved = solver.solve(&body.centre(), &Options::default())?;
-        Self::about_solved(&mut solver, &solved.displacement, seed)
-    }
-
-    /// About the solution at the centre of the parameters' ranges.
-    pub(crate) fn about_solved(solver: &mut Solver<'_>, solved: &[f64], seed: u64) -> Result<Self> {
-        let body = solver.body();
-        let topology = graph::topology_of_met(body, seed)?;
-        let tried = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
-        Self::about(solver, &topology, solved, &tried)
-    }
-
-    /// About a state near to equilibrium at that centre; orders and form are chosen at the parameter sets `tried`.
-    pub(crate) fn about(
-        solver: &mut Solver<'_>,
-        topology: &Topology,
-        state: &[f64],
-        tried: &[Vec<f64>],
-    ) -> Result<Self> {
-        let body = solver.body();
-        let motions = Motions::about(state, topology, body, &body.centre())?;
-        Ok(Self(coordinates::following(solver, motions, tried)?.0))
-    }
-
-    /// Displacement at θ, node by node \[length\].
-    pub(crate) fn at(&self, body: &Body, theta: &[f64]) -> Result<Vec<f64>> {
-        Ok(self.0.followed(&parameters::scaling(body)?.standardise(theta)?, body)?)
-    }
-}
+/// Kind of these predictors, by which a stored one is known.
+pub(crate) const KIND: &str = "regression";
 
 /// What a series, a regression of simulations, or a regression of what a series leaves of them, predicts.
 #[derive(Clone, Debug)]
 pub(crate) struct Regressed {
     /// What the regression is about; its mean alone where there is none.
-    pub series: Option<Series>,
+    pub series: Option<TaylorExpansion>,
     /// None where nothing but the series was asked for.
     pub regression: Option<PodRegression>,
 }
 
 impl Regressed {
     /// Displacement at θ, node by node \[length\].
-    pub(crate) fn predict(&self, body: &Body, theta: &[f64]) -> Result<Vec<f64>> {
+    pub(crate) fn at(&self, body: &Body, theta: &[f64]) -> Result<Vec<f64>> {
         let mut field = match &self.regression {
             Some(regression) => regression.predict(theta)?,
             None => vec![0.0; 3 * body.nodes],
@@ -79,7 +40,7 @@ impl Regressed {
     /// that error, root mean square norm relative to that of the fields.
     pub(crate) fn fit(
         body: &Body,
-        series: Option<&Series>,
+        series: Option<&TaylorExpansion>,
         thetas: &[Vec<f64>],
         fields: &[Vec<f64>],
     ) -> Result<(Self, f64)> {
@@ -115,22 +76,32 @@ impl Regressed {
         }
     }
 
-    /// Writes a folder that [`Regressed::load`] reads.
-    pub(crate) fn save(&self, folder: &Path) -> Result<()> {
-        if let Some(Series(motions)) = &self.series {
-            write_json(&folder.join(FILE), motions)?;
-        }
-        self.regression.as_ref().map_or(Ok(()), |regression| regression.save(folder))
-    }
-
-    /// Reads a folder that [`Regressed::save`] wrote.
+    /// Reads a folder that [`Predictor::save`] wrote.
     pub(crate) fn load(folder: &Path, body: &Body) -> Result<Self> {
-        let series = read_json::<Motions>(&folder.join(FILE))?.map(Series);
+        let series = read_json::<TaylorExpansion>(&folder.join(FILE))?;
         let regression = match PodRegression::load(folder, &body.parameters) {
             Err(Error::NoEmulator { .. }) if series.is_some() => None,
             found => Some(found?),
         };
         Ok(Self { series, regression })
+    }
+}
+
+impl Predictor for Regressed {
+    fn kind(&self) -> &'static str {
+        KIND
+    }
+
+    fn predict(&self, body: &Body, thetas: &[Vec<f64>]) -> Result<Vec<f64>> {
+        let fields: Result<Vec<_>> = thetas.par_iter().map(|theta| self.at(body, theta)).collect();
+        Ok(fields?.concat())
+    }
+
+    fn save(&self, folder: &Path) -> Result<()> {
+        if let Some(series) = &self.series {
+            write_json(&folder.join(FILE), series)?;
+        }
+        self.regression.as_ref().map_or(Ok(()), |regression| regression.save(folder))
     }
 }
 

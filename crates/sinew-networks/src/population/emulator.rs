@@ -2,12 +2,10 @@
 
 use super::template::Template;
 use super::{Population, TRIED};
-use crate::coordinates::{self, Coordinates};
+use crate::Result;
 use crate::network::TrainedNetwork;
-use crate::parameters::{check_length, require_finite};
-use crate::recipe::PhysicsInformed;
-use crate::series::Series;
-use crate::{Body, Design, Emulator, Recipe, Record, Result};
+use sinew_emulate::parts::{admissible, check_length, require_finite};
+use sinew_emulate::{Body, Design, Emulator, Record, TaylorExpansion};
 use sinew_fem::Solver;
 use sinew_gnn::Surrogate;
 use std::time::Instant;
@@ -30,15 +28,10 @@ impl PopulationEmulator {
         let start = Instant::now();
         let (geometry, ..) = self.recipe.geometry(body, &self.template, self.seed)?;
         let network = TrainedNetwork::new(self.surrogate.clone(), geometry)?;
-        let recipe = Recipe::from(PhysicsInformed {
-            parameter_sets: 0,
-            coordinates: Coordinates::Motions,
-            network: self.recipe.network,
-            training: self.recipe.training.clone(),
-        });
-        let mut record = Record::new(recipe);
+        let mut record = Record::new("pi");
+        record.about = "network that has learned a population".into();
         record.prepare_s = start.elapsed().as_secs_f64();
-        Ok(Emulator::new(body, network.into(), record))
+        Ok(Emulator::new(body, Box::new(network), record))
     }
 
     /// Displacements of a body at each of `thetas` \[length\], from one state: what the network predicts for the centre of the
@@ -57,15 +50,16 @@ impl PopulationEmulator {
         let centre = body.centre();
         let state = emulator.predict(std::slice::from_ref(&centre))?.displacement;
         let mut solver = Solver::new(body)?;
-        let steps =
-            solver.newton_steps(&coordinates::admissible(body, &state), &centre, newton_steps)?;
+        let steps = solver.newton_steps(&admissible(body, &state), &centre, newton_steps)?;
         let state = steps.into_iter().next_back().map_or(state, |step| step.displacement);
         let topology = self.template.graph(body, self.seed)?;
         // The form is not chosen at `thetas`, so that an answer does not depend on what else was asked.
         let tried = Design::LatinHypercube.sample(&body.parameters, TRIED, self.seed)?;
-        let series = Series::about(&mut solver, &topology, &state, &tried)?;
-        let fields: Vec<_> =
-            thetas.iter().map(|theta| series.at(body, theta)).collect::<Result<_>>()?;
+        let series = TaylorExpansion::about(&mut solver, &topology, &state, &tried)?;
+        let fields: Vec<_> = thetas
+            .iter()
+            .map(|theta| series.at(body, theta))
+            .collect::<sinew_emulate::Result<Vec<_>>>()?;
         require_finite(body, thetas, &fields.concat())?;
         Ok(fields)
     }

@@ -1,12 +1,11 @@
 //! A network on simulated displacements.
 
+use crate::Result;
 use crate::coordinates::Coordinates;
-use crate::emulator::Model;
-use crate::evaluate::TestSet;
-use crate::network::{Lesson, Network, Plan, train};
-use crate::session::Session;
-use crate::{Body, Record, Result};
+use crate::network::{Lesson, Network, Plan, TrainedNetwork, train};
 use serde::{Deserialize, Serialize};
+use sinew_emulate::parts::Session;
+use sinew_emulate::{Body, Record, TestSet};
 use sinew_gnn::{
     Budget, DataFit, DataFitWithGradient, DataSet, GradientOperator, Objective, TrainingConfig,
 };
@@ -52,7 +51,7 @@ impl DataDriven {
         session: &mut Session<'_, '_>,
         held_out: &TestSet<'_>,
         record: &mut Record,
-    ) -> Result<Model> {
+    ) -> Result<TrainedNetwork> {
         let simulations = session.training(self.simulations)?;
         let lesson = Lesson::of(&simulations, held_out);
         let (body, length) = (session.body, lesson.output_scale()?.length());
@@ -63,7 +62,7 @@ impl DataDriven {
             training: &self.training,
             objective: &|_: &DataSet| self.objective(body, length),
         };
-        Ok(train(session, &lesson, &plan, record)?.into())
+        train(session, &lesson, &plan, record)
     }
 
     fn objective(&self, body: &Body, length: f64) -> Result<Box<dyn Objective>> {

@@ -1,0 +1,90 @@
+//! Predictors: displacements of one body at parameter sets, by any method.
+
+use crate::parameters::check_length;
+use crate::{Body, Result};
+use std::fmt::Debug;
+use std::path::Path;
+
+/// Step of central differences, as a share of a parameter's range: predictors are smooth, and half of the digits of a double is left.
+const STEP: f64 = 1e-5;
+
+/// Displacements of one body at parameter sets: a Taylor expansion, a regression, a network, or a method of your own.
+///
+/// [`Emulator::new`](crate::Emulator::new) makes it an emulator, which estimates its errors and corrects them.
+///
+/// ```
+/// use sinew_emulate::{Body, Emulator, Error, Predictor, Record};
+/// use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
+/// use std::path::Path;
+///
+/// /// The displacement of one parameter set, in inverse proportion to the first parameter.
+/// #[derive(Debug)]
+/// struct Proportional(Vec<f64>, f64);
+///
+/// impl Predictor for Proportional {
+///     fn kind(&self) -> &'static str { "proportional" }
+///     fn predict(&self, _: &Body, thetas: &[Vec<f64>]) -> Result<Vec<f64>, Error> {
+///         Ok(thetas.iter().flat_map(|theta| self.0.iter().map(|u| u * self.1 / theta[0])).collect())
+///     }
+///     fn save(&self, _: &Path) -> Result<(), Error> { Ok(()) }
+/// }
+///
+/// let beam = Scene::new(sinew_mesh::box_tetrahedra([30.0, 10.0, 10.0], [6, 2, 2]), NeoHookean)
+///     .parameter(Parameter::log("mu", "kPa", 50.0..=100.0))
+///     .parameter(Parameter::log("lambda", "kPa", 50.0..=100.0))
+///     .load(Load::BodyForce([0.0, 0.0, -1e-2])) // kPa/mm
+///     .support(Support::clamped("x_min"))
+///     .lower()?
+///     .with_known(&[("lambda", 80.0)])?;
+/// let solved = sinew_fem::Solver::new(&beam)?.solve(&[70.0], &sinew_fem::Options::default())?;
+/// let predictor = Proportional(solved.displacement, 70.0);
+/// let emulator = Emulator::new(&beam, Box::new(predictor), Record::new("proportional"));
+/// let answer = emulator.answer(&[72.0], 1e-4)?;
+/// assert!(answer.is_within(1e-4));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub trait Predictor: Debug + Send + Sync {
+    /// Kind by which a stored one is known: the folder of its files within the emulator's.
+    fn kind(&self) -> &'static str;
+
+    /// Displacements at each of `thetas`, set by set, node by node \[length\].
+    ///
+    /// # Errors
+    /// θ that the predictor has no place for.
+    fn predict(&self, body: &Body, thetas: &[Vec<f64>]) -> Result<Vec<f64>>;
+
+    /// As [`Predictor::predict`], but as if the body were unseen, where that makes a difference: a network passes messages again.
+    ///
+    /// # Errors
+    /// As [`Predictor::predict`].
+    fn predict_in_full(&self, body: &Body, thetas: &[Vec<f64>]) -> Result<Vec<f64>> {
+        self.predict(body, thetas)
+    }
+
+    /// `∂û/∂θ` at θ: a field for every parameter, node by node [length per unit of the parameter]; by central differences unless the
+    /// predictor knows better.
+    ///
+    /// # Errors
+    /// As [`Predictor::predict`].
+    fn sensitivity(&self, body: &Body, theta: &[f64]) -> Result<Vec<Vec<f64>>> {
+        check_length(body, theta)?;
+        let derivative = |p: usize| -> Result<Vec<f64>> {
+            let [low, high] = body.parameters[p].range;
+            let step = STEP * (high - low);
+            let at = |sign: f64| {
+                let mut moved = theta.to_vec();
+                moved[p] += sign * step;
+                self.predict(body, &[moved])
+            };
+            let (ahead, behind) = (at(1.0)?, at(-1.0)?);
+            Ok(ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * step)).collect())
+        };
+        (0..theta.len()).map(derivative).collect()
+    }
+
+    /// Writes its files into a folder of its own.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    fn save(&self, folder: &Path) -> Result<()>;
+}

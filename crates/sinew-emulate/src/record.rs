@@ -1,0 +1,166 @@
+//! How an emulator was made.
+
+use crate::Warning;
+use crate::calibration::Calibration;
+use crate::evaluate::{CaseErrors, Errors, root_mean_square};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// How an emulator was made.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// Short name of its recipe.
+    pub recipe: String,
+    /// What it is, in one line.
+    pub about: String,
+    /// Simulations that it learned from.
+    pub simulations: usize,
+    /// Wall time of them \[s\].
+    pub simulate_s: f64,
+    /// Wall time of graph and coordinates \[s\].
+    pub prepare_s: f64,
+    /// Wall time of training \[s\].
+    pub train_s: f64,
+    /// Optimiser steps of all stages.
+    pub steps: u64,
+    /// Errors on the held-out cases on the way; empty for a regression.
+    pub history: Vec<CurvePoint>,
+    /// Weights of the networks that were kept, where some were trained.
+    #[serde(default)]
+    pub kept: Option<Kept>,
+    /// What was tried and why this was taken, where there was a choice.
+    pub choice: Option<Choice>,
+    /// How well the error estimate does.
+    pub calibration: Calibration,
+    /// Errors on the held-out cases.
+    pub held_out: Option<Errors>,
+    /// Reasons not to trust it; none after a training that went well.
+    pub warnings: Vec<Warning>,
+}
+
+impl Record {
+    /// The candidate that was taken, where there was a choice.
+    pub fn taken(&self) -> Option<&Candidate> {
+        self.choice.as_ref().and_then(|choice| choice.candidates.get(choice.taken))
+    }
+
+    /// Of a recipe by its short name; nothing else is known yet.
+    pub fn new(recipe: &str) -> Self {
+        Self {
+            recipe: recipe.into(),
+            about: String::new(),
+            simulations: 0,
+            simulate_s: 0.0,
+            prepare_s: 0.0,
+            train_s: 0.0,
+            steps: 0,
+            history: Vec::new(),
+            kept: None,
+            choice: None,
+            calibration: Calibration::default(),
+            held_out: None,
+            warnings: Vec::new(),
+        }
+    }
+}
+
+/// An evaluation on the held-out cases during training.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CurvePoint {
+    /// Steps made, of all stages.
+    pub step: u64,
+    /// Seconds of training.
+    pub train_s: f64,
+    /// Mean training loss since the evaluation before.
+    pub loss: f64,
+    /// Medians over the held-out cases, as in [`Errors`]: `err_u` \[length\], `err_F`, `err_I1` and `err_Π`
+    /// [%]. `None` where one is not finite.
+    pub medians: Option<[f64; 4]>,
+    /// Mean energy above the minimum [%]; `None` where it is not finite.
+    pub energy_excess_pct: Option<f64>,
+    /// Root mean square of `‖u − û‖ / ‖u‖` over the held-out cases, raised by the share of them whose prediction inverts a cell: the
+    /// weights of the least are kept. `None` where it is not finite.
+    #[serde(default)]
+    pub error: Option<f64>,
+    /// Held-out predictions that invert a cell.
+    #[serde(default)]
+    pub inverted: usize,
+}
+
+/// The weights that a training kept.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Kept {
+    /// Steps after which they were found, of all stages.
+    pub step: u64,
+    /// Their [`CurvePoint::error`]; `None` where none was finite, so that the last weights were kept.
+    pub error: Option<f64>,
+    /// How often the training had left its best weights, returned to them and gone on with half the learning rate, in all stages.
+    pub returns: usize,
+}
+
+impl CurvePoint {
+    /// Notes errors of the held-out cases; [`CurvePoint::error`], finite or not.
+    pub fn measure(&mut self, cases: &[CaseErrors]) -> f64 {
+        let errors = Errors::of(cases);
+        let medians = [errors.err_u, errors.err_f, errors.err_i1, errors.err_pi].map(|q| q.q50);
+        let excess = cases.iter().map(|case| 100.0 * case.energy_excess).sum::<f64>();
+        let (excess, error) = (excess / cases.len() as f64, root_mean_square(cases));
+        self.medians = medians.iter().all(|m| m.is_finite()).then_some(medians);
+        self.energy_excess_pct = excess.is_finite().then_some(excess);
+        self.error = error.is_finite().then_some(error);
+        self.inverted = cases.iter().filter(|case| case.inverted).count();
+        error
+    }
+}
+
+/// A recipe that was tried, and how well it did.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Candidate {
+    /// Short name of the recipe.
+    pub recipe: String,
+    /// Simulations that it learned from.
+    pub simulations: usize,
+    /// Root mean square of `‖u − û‖ / ‖u‖` over the held-out cases, raised by the share of them whose prediction inverts a cell: the
+    /// same measure for every candidate.
+    pub error: f64,
+    /// Wall time of simulations and training \[s\].
+    pub seconds: f64,
+    /// What was tried, in words.
+    pub detail: String,
+}
+
+/// What was tried and what was taken; printed, it says why.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Choice {
+    /// In the order they were tried.
+    pub candidates: Vec<Candidate>,
+    /// Index of the one that was taken.
+    pub taken: usize,
+    /// Error that settles the choice for a regression.
+    pub target: f64,
+}
+
+impl fmt::Display for Choice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for candidate in &self.candidates {
+            let Candidate { recipe, simulations, error, seconds, detail } = candidate;
+            writeln!(
+                f,
+                "{recipe} on {simulations} simulations: error {error:.1e} after {seconds:.1} s ({detail})"
+            )?;
+        }
+        let Some(taken) = self.candidates.get(self.taken) else { return Ok(()) };
+        let (recipe, error, target) = (&taken.recipe, taken.error, self.target);
+        if error <= target {
+            write!(
+                f,
+                "{recipe} was taken, for its error {error:.1e} meets the target of {target:.1e}"
+            )
+        } else {
+            write!(
+                f,
+                "{recipe} was taken, for nothing met the target of {target:.1e} and its error {error:.1e} is the least"
+            )
+        }
+    }
+}

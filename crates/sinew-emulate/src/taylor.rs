@@ -1,0 +1,60 @@
+//! Taylor expansion of second order about the solution at the centre of the parameters' ranges.
+
+mod derivatives;
+
+pub use derivatives::{admissible, following, work};
+
+use crate::{Body, Design, Result, graph, parameters};
+use serde::{Deserialize, Serialize};
+use sinew_coordinates::Motions;
+use sinew_fem::{Options, Solver};
+use sinew_graph::Topology;
+
+/// Displacements by the Taylor expansion of second order about one solution: derivatives by the implicit function theorem, second order
+/// with the stiffness of that solution, both in motions of the body's clusters, which turn where a displacement would stretch.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct TaylorExpansion(Motions);
+
+/// Parameter sets that parts of the orders are tried at.
+const TRIED: usize = 16;
+
+impl TaylorExpansion {
+    /// Solves once, at the centre of the parameters' ranges.
+    pub(crate) fn of(body: &Body, seed: u64) -> Result<Self> {
+        let mut solver = Solver::new(body)?;
+        let solved = solver.solve(&body.centre(), &Options::default())?;
+        Self::about_solved(&mut solver, &solved.displacement, seed)
+    }
+
+    /// About the solution at the centre of the parameters' ranges.
+    pub(crate) fn about_solved(solver: &mut Solver<'_>, solved: &[f64], seed: u64) -> Result<Self> {
+        let body = solver.body();
+        let topology = graph::topology_of_met(body, seed)?;
+        let tried = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
+        Self::about(solver, &topology, solved, &tried)
+    }
+
+    /// About a state near to equilibrium at that centre; orders and form are chosen at the parameter sets `tried`.
+    ///
+    /// # Errors
+    /// A graph that does not belong to the body, a state that inverts a cell.
+    pub fn about(
+        solver: &mut Solver<'_>,
+        topology: &Topology,
+        state: &[f64],
+        tried: &[Vec<f64>],
+    ) -> Result<Self> {
+        let body = solver.body();
+        let motions = Motions::about(state, topology, body, &body.centre())?;
+        Ok(Self(following(solver, motions, tried)?.0))
+    }
+
+    /// Displacement at θ, node by node \[length\].
+    ///
+    /// # Errors
+    /// θ of the wrong length, or not positive where samples are uniform in the logarithm.
+    pub fn at(&self, body: &Body, theta: &[f64]) -> Result<Vec<f64>> {
+        Ok(self.0.followed(&parameters::scaling(body)?.standardise(theta)?, body)?)
+    }
+}

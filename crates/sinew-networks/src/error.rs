@@ -1,0 +1,46 @@
+//! Errors of recipes that train networks.
+
+/// Result of this crate.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// Errors of recipes that train networks.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// Simulations, settings, folders or observers, as in every recipe.
+    #[error(transparent)]
+    Emulate(#[from] sinew_emulate::Error),
+    /// A network that cannot be made, trained or asked.
+    #[error(transparent)]
+    Network(#[from] sinew_gnn::Error),
+    /// Coordinates or scales that do not suit a body.
+    #[error(transparent)]
+    Coordinates(#[from] sinew_coordinates::CoordinateError),
+    /// A mesh that has no valid graph.
+    #[error("the mesh could not be turned into a graph: {0}")]
+    Graph(#[from] sinew_graph::GraphError),
+    /// A solve on the way.
+    #[error(transparent)]
+    Solve(#[from] sinew_fem::SolveError),
+    /// A body of a population that could not be drawn.
+    #[error("body {index} of the population could not be made: {reason}")]
+    #[expect(missing_docs, reason = "the message says what the fields are")]
+    Draw { index: u64, reason: String },
+    /// A body of other parameters than those of the population that was learned.
+    #[error(
+        "the parameters of the population are {population}; those of the body are {body}: give it the same ones, in this order, \
+         with these ranges"
+    )]
+    #[expect(missing_docs, reason = "the message says what the fields are")]
+    OtherParameters { population: String, body: String },
+}
+
+impl From<Error> for sinew_emulate::Error {
+    fn from(error: Error) -> Self {
+        match error {
+            Error::Emulate(error) => error,
+            Error::Solve(error) => error.into(),
+            other => Self::Network(Box::new(other)),
+        }
+    }
+}
