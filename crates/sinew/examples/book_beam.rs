@@ -4,8 +4,8 @@
 
 use sinew::laws::NeoHookean;
 use sinew::{
-    Design, Load, Options, Parameter, Recipe, Scene, Solver, Support, TestSet, TrainingOptions,
-    simulate,
+    Design, Load, Options, Parameter, Scene, Solver, Support, TestSet, Train, TrainingOptions,
+    recipe::Taylor, simulate,
 };
 use sinew_mesh::box_tetrahedra;
 use std::error::Error;
@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // All parameter sets: one solution at the centre of the ranges, followed to second order.
     let options = TrainingOptions { held_out: 4, ..TrainingOptions::default() };
-    let emulator = Recipe::Series.train(&body, &options, &mut ())?;
+    let emulator = Taylor.train(&body, &options, &mut ())?;
 
     // Its error, on parameter sets drawn apart from everything above.
     let thetas = Design::Uniform.sample(&body.parameters, 4, 99)?;

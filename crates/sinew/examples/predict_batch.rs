@@ -5,7 +5,7 @@
 //! cargo run -p sinew --example predict_batch -- OnceClampedBeam 200
 //! ```
 
-use sinew::{Case, Comparison, Design, Recipe, TestSet, recipe::Regression, simulate};
+use sinew::{Case, Comparison, Design, TestSet, Train, recipe::Regression, simulate};
 use std::error::Error;
 use std::path::Path;
 
@@ -17,8 +17,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let case = Case::read(Path::new(&name))?;
     let body = case.body()?;
-    let emulator =
-        Recipe::from(Regression::default()).train(&body, &case.training.options(), &mut ())?;
+    let emulator = Regression::default().train(&body, &case.training.options(), &mut ())?;
 
     let thetas = Design::Uniform.sample(&body.parameters, count.max(1), 99)?;
     let test = TestSet::new(&body, simulate(&body, &thetas, "test", None, &mut ())?);

@@ -132,7 +132,7 @@ fn a_cavity_has_a_curve_of_pressure_and_volume() {
     assert!(volumes.len() == 9 && volumes.is_sorted(), "{volumes:?}");
     let pressures = &inflation.pressures;
     assert!(pressures.is_sorted() && [pressures[0], pressures[8]] == [0.2, 1.0], "{pressures:?}");
-    let emulator = sinew::Recipe::Series.train(&body, &case.training.options(), &mut ()).unwrap();
+    let emulator = sinew::Emulator::series(&body, 1).unwrap();
     let predicted = inflation.predicted(&emulator).unwrap();
     // The series is about the middle.
     assert!((predicted[0][4] / volumes[4] - 1.0).abs() < 1e-3, "{predicted:?} for {volumes:?}");
