@@ -1,10 +1,10 @@
 //! What continuous integration runs, cheapest first.
 
-use crate::{arrows, command::cargo};
+use crate::{arrows, circles, command::cargo};
 use anyhow::Result;
 use std::time::Instant;
 
-/// Format, dependency arrows, lints, documentation, tests.
+/// Format, dependency arrows, circles of imports, tests, lints, a build without networks, documentation.
 pub(crate) fn run() -> Result<()> {
     let start = Instant::now();
     let done =
@@ -13,10 +13,14 @@ pub(crate) fn run() -> Result<()> {
     done("format");
     arrows::check()?;
     done("dependency arrows");
+    circles::check()?;
+    done("circles of imports");
     cargo(&["test", "--workspace"], &[])?;
     done("tests");
     cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"], &[])?;
     done("lints");
+    cargo(&["check", "-p", "sinew", "--no-default-features"], &[])?;
+    done("without networks");
     cargo(&["doc", "--workspace", "--no-deps"], &[("RUSTDOCFLAGS", "-D warnings")])?;
     done("documentation");
     Ok(())

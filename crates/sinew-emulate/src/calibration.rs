@@ -2,27 +2,10 @@
 
 use crate::evaluate::{Errors, TestSet, share};
 use crate::identity::dot;
-use crate::{Distance, Emulator, Result, Warning};
+use crate::record::Calibration;
+use crate::{Distance, Emulator, Result};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use sinew_energy::metrics::displacement_error;
-
-/// True errors beside their estimates, over held-out cases.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Calibration {
-    /// Held-out cases.
-    pub cases: usize,
-    /// Cases without an estimate: not near an equilibrium, by its own checks.
-    pub refused: usize,
-    /// Cases of these whose prediction inverts a cell.
-    pub inverted: usize,
-    /// Share of the estimated cases whose true error is within a factor of two of the estimate, both in the energy norm and in the
-    /// mean distance.
-    pub within_two: f64,
-}
-
-/// Estimates are to be within a factor of two this often.
-const EXPECTED: f64 = 0.95;
 
 impl Calibration {
     /// From the emulator's predictions for held-out cases, whose errors are returned with it.
@@ -45,18 +28,6 @@ impl Calibration {
                 .count(),
             within_two: within as f64 / estimated.max(1) as f64,
         }
-    }
-
-    /// What to say about estimates that are absent, or hold less often than they should.
-    pub(crate) fn warnings(&self) -> Vec<Warning> {
-        let Self { cases, refused, inverted, within_two } = *self;
-        let turned = (inverted > 0)
-            .then(|| Warning::Inverted { of: format!("for {inverted} of {cases} held-out cases") });
-        let refused_more =
-            (refused > inverted).then_some(Warning::RefusedEstimates { refused, cases });
-        let poor = (refused < cases && within_two < EXPECTED)
-            .then_some(Warning::PoorEstimates { share: within_two, cases: cases - refused });
-        turned.into_iter().chain(refused_more).chain(poor).collect()
     }
 }
 
@@ -118,6 +89,7 @@ fn ratio(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Warning;
 
     #[test]
     fn estimates_are_counted_by_both_ratios() {

@@ -4,11 +4,10 @@ use crate::checksums::{self, SEAL};
 use crate::identity::{self, Identity};
 use crate::parameters::{check_length, extrapolation, require_finite, require_some};
 use crate::predictor::Predictor;
-use crate::recipe::{Taylor, Train};
 use crate::record::Record;
 use crate::regressed::{self, Regressed};
 use crate::store::{content, read_json, write_json};
-use crate::taylor::TaylorExpansion;
+use crate::taylor::{self, TaylorExpansion};
 use crate::{Body, Error, Result, Warning};
 use serde::{Deserialize, Serialize};
 use sinew_fem::{HeldStiffness, Solver};
@@ -113,8 +112,8 @@ impl<'b> Emulator<'b> {
     }
 
     fn of_series(body: &'b Body, series: TaylorExpansion, start: Instant) -> Self {
-        let mut record = Record::new(Taylor.key());
-        record.about = Taylor.about(&record);
+        let mut record = Record::new(taylor::KEY);
+        record.about = taylor::ABOUT.into();
         record.prepare_s = start.elapsed().as_secs_f64();
         record.simulations = 1;
         Self::new(body, Box::new(Regressed { series: Some(series), regression: None }), record)

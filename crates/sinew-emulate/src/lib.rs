@@ -79,7 +79,6 @@ mod warning;
 
 pub use answer::{Answer, Source};
 pub use answers::Answers;
-pub use calibration::Calibration;
 pub use campaign::{Shard, merge, simulate_shard};
 pub use correction::Correction;
 pub use emulator::{Emulator, Load, Prediction};
@@ -94,7 +93,7 @@ pub use predictor::Predictor;
 pub use progress::{Counter, Observer, Progress};
 pub use quantiles::Quantiles;
 pub use recipe::{Train, train};
-pub use record::{Candidate, Choice, CurvePoint, Kept, Record};
+pub use record::{Calibration, Candidate, Choice, CurvePoint, Kept, Record};
 pub use regression::{Interpolation, PodRegression, RegressionError};
 pub use sampling::{Design, share_of, split_seed};
 pub use simulate::{Failure, MOST_COMPARED, Simulations, read_simulations, simulate, simulate_by};

@@ -9,7 +9,7 @@ pub use taylor::Taylor;
 use crate::evaluate::TestSet;
 use crate::predictor::Predictor;
 use crate::record::Record;
-use crate::session::{Session, is_finished};
+use crate::session::{Described, Session, is_finished};
 use crate::{Body, Calibration, Emulator, Observer, Result, TrainingOptions};
 use serde_json::Value;
 use std::fmt::Debug;
@@ -96,7 +96,8 @@ pub fn train_with<'b>(
     observer: &mut dyn Observer,
     kinds: &[(&str, &crate::emulator::Load)],
 ) -> Result<Emulator<'b>> {
-    let mut session = Session::begin(body, recipe, options, observer)?;
+    recipe.check()?;
+    let mut session = Session::begin(body, &described(recipe), options, observer)?;
     if let Some(folder) = &options.folder
         && is_finished(folder)
     {
@@ -120,4 +121,9 @@ pub fn train_with<'b>(
         emulator.save(&folder.join("emulator"))?;
     }
     Ok(emulator)
+}
+
+/// A recipe as its session knows it.
+fn described(recipe: &dyn Train) -> Described {
+    Described { key: recipe.key().into(), recipe: recipe.settings(), network: recipe.network() }
 }

@@ -1,7 +1,6 @@
 //! How an emulator was made.
 
 use crate::Warning;
-use crate::calibration::Calibration;
 use crate::evaluate::{CaseErrors, Errors, root_mean_square};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -162,5 +161,36 @@ impl fmt::Display for Choice {
                 "{recipe} was taken, for nothing met the target of {target:.1e} and its error {error:.1e} is the least"
             )
         }
+    }
+}
+
+/// True errors beside their estimates, over held-out cases.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Calibration {
+    /// Held-out cases.
+    pub cases: usize,
+    /// Cases without an estimate: not near an equilibrium, by its own checks.
+    pub refused: usize,
+    /// Cases of these whose prediction inverts a cell.
+    pub inverted: usize,
+    /// Share of the estimated cases whose true error is within a factor of two of the estimate, both in the energy norm and in the
+    /// mean distance.
+    pub within_two: f64,
+}
+
+/// Estimates are to be within a factor of two this often.
+const EXPECTED: f64 = 0.95;
+
+impl Calibration {
+    /// What to say about estimates that are absent, or hold less often than they should.
+    pub(crate) fn warnings(&self) -> Vec<Warning> {
+        let Self { cases, refused, inverted, within_two } = *self;
+        let turned = (inverted > 0)
+            .then(|| Warning::Inverted { of: format!("for {inverted} of {cases} held-out cases") });
+        let refused_more =
+            (refused > inverted).then_some(Warning::RefusedEstimates { refused, cases });
+        let poor = (refused < cases && within_two < EXPECTED)
+            .then_some(Warning::PoorEstimates { share: within_two, cases: cases - refused });
+        turned.into_iter().chain(refused_more).chain(poor).collect()
     }
 }

@@ -4,7 +4,6 @@ use crate::checksums::SEAL;
 use crate::evaluate::TestSet;
 use crate::parameters::{in_words, require_inside, require_some};
 use crate::progress::Observer;
-use crate::recipe::Train;
 use crate::sampling::split_seed;
 use crate::shared::Shared;
 use crate::simulate::{Simulations, read_simulations, simulate};
@@ -41,14 +40,22 @@ pub struct Session<'a, 'b> {
     pub simulations: usize,
 }
 
+/// A recipe as a session knows it.
+#[derive(Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Described {
+    /// Short name.
+    pub key: String,
+    /// Settings.
+    pub recipe: Value,
+    /// Sizes of its network.
+    pub network: Option<Value>,
+}
+
 /// What a run was started with, kept in its folder.
 #[derive(Serialize, Deserialize)]
 struct Started {
-    /// Short name and settings of the recipe.
-    key: String,
-    recipe: Value,
-    /// Sizes of its network.
-    network: Option<Value>,
+    #[serde(flatten)]
+    recipe: Described,
     options: TrainingOptions,
     body: identity::Identity,
 }
@@ -59,12 +66,11 @@ impl<'a, 'b> Session<'a, 'b> {
     /// Prepares the folder: empty, emptied of a run that is to be replaced, or checked to hold the one to be resumed.
     pub(crate) fn begin(
         body: &'b Body,
-        recipe: &dyn Train,
+        recipe: &Described,
         options: &'a TrainingOptions,
         observer: &'a mut dyn Observer,
     ) -> Result<Self> {
         options.check()?;
-        recipe.check()?;
         require_some(body)?;
         if let Some(start) = &options.start {
             check_start(start, body, recipe)?;
@@ -197,12 +203,12 @@ impl<'a, 'b> Session<'a, 'b> {
 }
 
 /// Requires a finished run of the same recipe, with networks of the same sizes, for parameters of the same names.
-fn check_start(start: &Path, body: &Body, recipe: &dyn Train) -> Result<()> {
+fn check_start(start: &Path, body: &Body, recipe: &Described) -> Result<()> {
     let refuse = |reason: String| Err(Error::Start { folder: start.into(), reason });
-    let Some(network) = recipe.network() else {
+    let Some(network) = &recipe.network else {
         return refuse(format!(
             "`{}` trains no network of its own; choose pi, hybrid or dd",
-            recipe.key()
+            recipe.key
         ));
     };
     let Some(stored) = read_json::<Started>(&start.join(STARTED))? else {
@@ -211,10 +217,13 @@ fn check_start(start: &Path, body: &Body, recipe: &dyn Train) -> Result<()> {
     if !is_finished(start) {
         return refuse("its run is not finished".into());
     }
-    if stored.key != recipe.key() {
-        return refuse(format!("it is of the recipe `{}`, not `{}`", stored.key, recipe.key()));
+    if stored.recipe.key != recipe.key {
+        return refuse(format!(
+            "it is of the recipe `{}`, not `{}`",
+            stored.recipe.key, recipe.key
+        ));
     }
-    if stored.network != Some(network) {
+    if stored.recipe.network.as_ref() != Some(network) {
         return refuse(
             "its network has other sizes; name the same under [training.network]".into(),
         );
@@ -266,11 +275,11 @@ fn require_nothing(folder: &Path) -> Result<()> {
 fn prepare(
     folder: &Path,
     body: &Body,
-    recipe: &dyn Train,
+    recipe: &Described,
     options: &TrainingOptions,
 ) -> Result<()> {
     let file = folder.join(STARTED);
-    let (settings, body) = (recipe.settings(), identity::of(body));
+    let body = identity::of(body);
     // What a run replaces may be damaged or of an earlier form.
     if options.resume
         && let Some(stored) = read_json::<Started>(&file)?
@@ -282,7 +291,7 @@ fn prepare(
             restart: false,
             ..options.clone()
         };
-        let differs = if stored.recipe != settings {
+        let differs = if stored.recipe != *recipe {
             Some("the recipe")
         } else if stored.options != others {
             Some("the options")
@@ -306,6 +315,5 @@ fn prepare(
             return Err(Error::ForeignFolder { folder: folder.into() });
         }
     }
-    let (key, network) = (recipe.key().into(), recipe.network());
-    write_json(&file, &Started { key, recipe: settings, network, options: options.clone(), body })
+    write_json(&file, &Started { recipe: recipe.clone(), options: options.clone(), body })
 }

@@ -1,8 +1,8 @@
 //! A few equilibria by the length of their curve, where a path of rising loads comes near to a limit point: do loads fall beyond it?
 
-use crate::newton::Equilibrium;
 use crate::outlook::Turn;
 use crate::path::{Along, Path, Point};
+use crate::search::Equilibrium;
 use crate::vector::norm;
 use crate::watch::Log;
 

@@ -1,7 +1,8 @@
 //! Energy, nodal forces and stiffness of a body.
 
 use crate::cell::{NodalBlocks, Rounding, add_pressure, add_stiffness, complete, inverse, product};
-use crate::cells::{CellValue, MOST_WORST, least, per_cell};
+use crate::cells::{MOST_WORST, least, per_cell};
+use crate::named::CellValue;
 use crate::patch::PatchResponse;
 use crate::sparsity::Sparsity;
 use crate::state::State;

@@ -1,8 +1,8 @@
 //! Equilibria that are not minima: incompressible bodies and pressures on surfaces with a loose rim.
 
 use crate::check::check_length;
-use crate::newton::Equilibrium;
 use crate::path::Path;
+use crate::search::Equilibrium;
 use crate::system::{System, Unknowns};
 use crate::watch::{Log, Progress};
 use crate::{History, LockingWarning, Options, SolveError};

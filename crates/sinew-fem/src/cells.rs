@@ -1,27 +1,11 @@
 //! Volume ratios and shapes of cells, and the worst of them.
 
-use crate::SolveError;
+use crate::{CellValue, SolveError};
 use nalgebra::{Matrix3, Vector3};
 use sinew_energy::Body;
-use std::fmt;
 
 /// So many of the worst cells are named.
 pub(crate) const MOST_WORST: usize = 5;
-
-/// A number and the cell that has it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CellValue {
-    /// Index of the cell.
-    pub cell: usize,
-    /// The number.
-    pub value: f64,
-}
-
-impl fmt::Display for CellValue {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:.4} (cell {})", self.value, self.cell)
-    }
-}
 
 /// The cells of least value, at most `count`, worst first.
 pub(crate) fn least(values: &[f64], count: usize) -> Vec<CellValue> {

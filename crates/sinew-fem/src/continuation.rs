@@ -7,8 +7,8 @@
 
 use crate::control::{Control, Plane};
 use crate::line::Line;
-use crate::newton::Equilibrium;
 use crate::path::{Along, Path, Point};
+use crate::search::Equilibrium;
 use crate::supports::place;
 use crate::system::{System, Unknowns};
 use crate::vector::{dot, norm};

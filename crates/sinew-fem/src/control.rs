@@ -1,6 +1,5 @@
 //! What an equilibrium meets whose place on a line in loads and parameters is unknown.
 
-use crate::newton::Search;
 use crate::system::System;
 use crate::vector::dot;
 use sinew_energy::PressureSurface;
@@ -32,8 +31,7 @@ pub(crate) struct Missing {
 }
 
 impl Control {
-    pub(crate) fn missing(&self, system: &System<'_>, search: &Search<'_>) -> Missing {
-        let displacement = &search.at.displacement;
+    pub(crate) fn missing(&self, system: &System<'_>, displacement: &[f64], place: f64) -> Missing {
         match self {
             Self::Volume(surface, volume) => {
                 let mut slope = vec![0.0; displacement.len()];
@@ -43,7 +41,7 @@ impl Control {
             }
             Self::Plane(Plane { normal: (slope, by_place), distance }) => {
                 let free: Vec<f64> = system.sparsity.gather(displacement).collect();
-                let gap = distance - dot(slope, &free) - by_place * search.place;
+                let gap = distance - dot(slope, &free) - by_place * place;
                 let (slope, by_place) = (slope.clone(), *by_place);
                 Missing { gap, relative: gap.abs(), slope, by_place }
             }

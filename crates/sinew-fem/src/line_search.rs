@@ -1,7 +1,7 @@
 //! How far a step of Newton's method goes.
 
 use crate::cell::{is_short, volume_ratios_along};
-use crate::newton::{Search, Watch};
+use crate::search::{Search, Watch};
 use crate::state::State;
 use crate::system::System;
 use sinew_energy::Body;

@@ -1,7 +1,7 @@
 //! The whole load: at once where that works, else by load steps, unless evidence says that the body does not bear it.
 
-use crate::newton::{Equilibrium, Goal, Start};
 use crate::path::{FIRST_GRADIENT, Path};
+use crate::search::{Equilibrium, Goal, Start};
 use crate::system::Unknowns;
 use crate::watch::Log;
 use crate::{Advice, LoadSteps, SolveError};

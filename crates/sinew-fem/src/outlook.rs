@@ -1,6 +1,6 @@
 //! Evidence that loads which rise further have no equilibrium: the curve of equilibria bends over to a limit point.
 
-use crate::newton::Equilibrium;
+use crate::search::Equilibrium;
 use crate::vector::{dot, norm};
 
 /// Equilibria that a parabola is laid through.

@@ -4,8 +4,8 @@
 use crate::assembly::PredictedStress;
 use crate::control::{Control, Plane};
 use crate::line::Line;
-use crate::newton::{Equilibrium, Goal, Start};
 use crate::outlook::Outlook;
+use crate::search::{Equilibrium, Goal, Start};
 use crate::supports::place as place_supports;
 use crate::system::{System, Unknowns};
 use crate::turn::far_turn;

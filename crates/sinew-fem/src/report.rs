@@ -9,9 +9,10 @@ pub use reaction::Reaction;
 pub use warning::Warning;
 
 use crate::cells::{
-    CellValue, MOST_WORST, largest, largest_stretches, least, mean_ratios, per_cell, volume_ratios,
+    MOST_WORST, largest, largest_stretches, least, mean_ratios, per_cell, volume_ratios,
 };
 use crate::check::{check_arrays, check_length};
+use crate::named::CellValue;
 use crate::{BalanceSolution, LockingWarning, Solution, SolveError};
 use forces::Forces;
 use sinew_energy::{Body, ForceBalance};

@@ -1,59 +1,14 @@
 //! Supports that leave a body free to move.
 
-use crate::SolveError;
 use crate::hinges::free_piece;
+use crate::{RigidMode, SolveError};
 use nalgebra::{Matrix6, SymmetricEigen, Vector3, Vector6};
 use sinew_energy::Body;
 use std::collections::HashMap;
-use std::fmt;
 
 /// A motion counts as free when the supports resist it by less than this, relative to what they
 /// resist most; a support that grips a millionth of the body's size still holds.
 const FREE: f64 = 1e-12;
-/// Components of a unit vector below this are left out of its name.
-const NAMED: f64 = 1e-6;
-
-/// A rigid motion to first order, `translation + rotation × (X − centre)` with the centre of the held
-/// nodes (of all nodes when none is held), or of the joints of a part that hangs on others by a node or edge.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RigidMode {
-    /// Velocity of the centre.
-    pub translation: [f64; 3],
-    /// Angular velocity.
-    pub rotation: [f64; 3],
-}
-
-impl fmt::Display for RigidMode {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let norm = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let (translation, rotation) = (norm(&self.translation), norm(&self.rotation));
-        if translation > NAMED {
-            write!(f, "translation along {}", Axis(&self.translation))?;
-        }
-        if translation > NAMED && rotation > NAMED {
-            write!(f, " with ")?;
-        }
-        if rotation > NAMED {
-            write!(f, "rotation about {}", Axis(&self.rotation))?;
-        }
-        Ok(())
-    }
-}
-
-/// An axis by name, or by components when it is none of the coordinate axes.
-struct Axis<'a>(&'a [f64; 3]);
-
-impl fmt::Display for Axis<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let largest = self.0.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let present: Vec<_> = (0..3).filter(|&i| self.0[i].abs() > NAMED * largest).collect();
-        match present[..] {
-            [i] => write!(f, "{}", ["x", "y", "z"][i]),
-            _ => write!(f, "({:.3}, {:.3}, {:.3})", self.0[0], self.0[1], self.0[2]),
-        }
-    }
-}
-
 /// Checks that each connected part of the body, and each piece of it that is only hinged to the others, is held
 /// against all rigid motions.
 pub(crate) fn check_supports(potential: &Body) -> Result<(), SolveError> {

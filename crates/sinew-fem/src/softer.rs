@@ -1,8 +1,8 @@
 //! Nearly incompressible bodies, reached by way of others that resist changes of volume less.
 
 use crate::Options;
-use crate::newton::{Equilibrium, Goal, Start};
 use crate::path::Path;
+use crate::search::{Equilibrium, Goal, Start};
 use crate::system::{System, Unknowns};
 use crate::watch::Log;
 use sinew_energy::Body;

@@ -1,6 +1,6 @@
 //! Watching a solve while it runs.
 
-use crate::cells::CellValue;
+use crate::named::CellValue;
 use crate::{Advice, History, Iteration, NotConverged, SolveError};
 use std::fmt;
 

@@ -1,11 +1,13 @@
 //! Prediction on one geometry, whose message passing is done once.
 
-use burn::tensor::{Tensor, TensorData};
+use burn::tensor::Tensor;
 
+use crate::arrays::{parameter_tensor, values};
 use crate::emulator::Emulator;
 use crate::error::{Error, Result};
 use crate::map::OutputMap;
-use crate::surrogate::{GeometryTensors, Surrogate, parameter_tensor};
+use crate::surrogate::Surrogate;
+use crate::tensors::GeometryTensors;
 use sinew_coordinates::ParameterScaling;
 
 /// Rows (parameter sets × nodes) decoded at once: their activations of 128 columns fill a few
@@ -147,13 +149,4 @@ impl FixedGeometry {
     fn sets_per_chunk(&self, copies: usize) -> usize {
         (ROWS_PER_CHUNK / (copies * self.output.dims()[0])).max(1)
     }
-}
-
-/// Values of a tensor on the host.
-pub(crate) fn values<const D: usize>(tensor: Tensor<D>) -> Result<Vec<f64>> {
-    let data: TensorData = tensor.into_data();
-    Ok(match data.as_slice::<f32>() {
-        Ok(values) => values.iter().map(|&value| f64::from(value)).collect(),
-        Err(_) => data.iter::<f64>().collect(),
-    })
 }

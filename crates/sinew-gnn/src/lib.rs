@@ -66,6 +66,7 @@
 //!
 //! Nothing assumes one geometry or three dimensions.
 
+mod arrays;
 mod config;
 mod data;
 mod device;
@@ -84,6 +85,7 @@ mod schedule;
 mod store;
 mod supports;
 mod surrogate;
+mod tensors;
 mod training;
 
 pub use config::{Decoding, EmulatorConfig};

@@ -6,10 +6,10 @@ use burn::tensor::{Device, Tensor, TensorData};
 use sinew_burn::rigid_motions;
 use sinew_coordinates::{Coordinates, MOST, MotionTree};
 
+use crate::arrays::matrix;
 use crate::data::Geometry;
 use crate::emulator::Output;
 use crate::supports::Supports;
-use crate::surrogate::matrix;
 use sinew_coordinates::OutputScale;
 
 /// From network outputs to displacements, prescribed ones written over them.

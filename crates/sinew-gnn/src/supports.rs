@@ -2,7 +2,7 @@
 
 use burn::tensor::{Device, Tensor};
 
-use crate::surrogate::matrix;
+use crate::arrays::matrix;
 use sinew_coordinates::Dirichlet;
 
 /// Replaces what supports hold and leaves the rest: `u ↦ Q u + v` with the projector Q of each node.

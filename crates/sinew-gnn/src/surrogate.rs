@@ -1,18 +1,20 @@
 //! An emulator with its units, supports and geometries: what is trained, stored and asked.
 
 use burn::module::Module;
-use burn::tensor::{Device, Tensor, TensorData};
+use burn::tensor::{Device, Tensor};
 use serde::{Deserialize, Serialize};
 use sinew_graph::{ColumnStatistics, FeatureMatrix, FeatureStatistics};
 
+use crate::arrays::{matrix, parameter_tensor, values};
 use crate::config::{Decoding, EmulatorConfig};
 use crate::data::{DataSet, Geometry, Sample};
 use crate::emulator::{Embedding, Emulator};
 use crate::error::Result;
-use crate::fixed::{FixedGeometry, Prediction, values};
+use crate::fixed::{FixedGeometry, Prediction};
 use crate::graph::Graph;
 use crate::kernels::KernelChoice;
 use crate::map::OutputMap;
+use crate::tensors::GeometryTensors;
 use sinew_coordinates::{Coordinates, all_terms, check_terms};
 use sinew_coordinates::{OutputScale, ParameterScaling};
 use sinew_coordinates::{require_count, require_finite};
@@ -59,21 +61,6 @@ pub struct Surrogate {
     pub(crate) scales: Scales,
     pub(crate) geometries: Vec<Geometry>,
     pub(crate) prepared: Vec<GeometryTensors>,
-}
-
-/// A geometry's tensors, without automatic differentiation.
-#[derive(Debug, Clone)]
-pub(crate) struct GeometryTensors {
-    /// Its edges and layers.
-    pub graph: Graph,
-    /// `[nodes, features]`, standardised.
-    pub nodes: Tensor<2>,
-    /// `[edges, features]`, standardised.
-    pub edges: Tensor<2>,
-    /// `[1, global features]`, standardised.
-    pub global: Option<Tensor<2>>,
-    /// From outputs to displacements.
-    pub output: OutputMap,
 }
 
 impl Surrogate {
@@ -253,61 +240,8 @@ impl Surrogate {
     }
 }
 
-impl GeometryTensors {
-    /// Embeddings of its nodes by message passing.
-    pub(crate) fn embedding(&self, emulator: &Emulator) -> Embedding {
-        emulator.local_embedding(&self.graph, self.nodes.clone(), self.edges.clone())
-    }
-
-    /// Displacements at standardised parameters \[length\], from the embeddings of its nodes.
-    pub(crate) fn displacement(
-        &self,
-        emulator: &Emulator,
-        local: Embedding,
-        mut parameters: Tensor<2>,
-    ) -> Tensor<3> {
-        if self.nodes.is_autodiff() {
-            parameters = Tensor::from_inner(parameters);
-        }
-        let output = emulator.decode(local, self.global.clone(), parameters.clone());
-        self.output.displacement(self.output.complete(output, parameters))
-    }
-
-    /// The same tensors ready to meet those of an automatically differentiated network.
-    pub(crate) fn lifted(&self) -> Self {
-        Self {
-            graph: self.graph.clone(),
-            nodes: Tensor::from_inner(self.nodes.clone()),
-            edges: Tensor::from_inner(self.edges.clone()),
-            global: self.global.clone().map(Tensor::from_inner),
-            output: self.output.lifted(),
-        }
-    }
-}
-
 /// The embedding of a geometry's global shape, as a table of one row.
 fn shape(geometry: &Geometry) -> FeatureMatrix {
     let values = geometry.global.clone();
     FeatureMatrix { rows: 1, columns: values.len(), values }
-}
-
-/// Standardised parameters `[batch, parameters]`.
-pub(crate) fn parameter_tensor<'a>(
-    scaling: &ParameterScaling,
-    thetas: impl ExactSizeIterator<Item = &'a [f64]>,
-    device: &Device,
-) -> Result<Tensor<2>> {
-    let rows = thetas.len();
-    let values: Vec<Vec<f64>> = thetas
-        .map(|theta| scaling.standardise(theta))
-        .collect::<std::result::Result<_, sinew_coordinates::CoordinateError>>(
-    )?;
-    Ok(matrix(&values.concat(), rows, device))
-}
-
-/// `[rows, columns]` in single precision.
-pub(crate) fn matrix(values: &[f64], rows: usize, device: &Device) -> Tensor<2> {
-    let columns = values.len() / rows.max(1);
-    let values: Vec<f32> = values.iter().map(|&value| value as f32).collect();
-    Tensor::from_data(TensorData::new(values, [rows, columns]), device)
 }

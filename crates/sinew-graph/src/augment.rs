@@ -1,8 +1,10 @@
 //! Thesis Algorithm 1.
 
 use crate::{
-    AugmentationConfig, GraphError, Topology, kmeans::cluster, neighbours::nearest_pairs,
-    pool::cluster_means,
+    AugmentationConfig, GraphError, Topology,
+    kmeans::cluster,
+    neighbours::nearest_pairs,
+    positions::{Extent, check_positions, cluster_means},
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -76,33 +78,6 @@ pub fn augment(
 
 fn all_pairs(roots: usize) -> Vec<[usize; 2]> {
     (0..roots).flat_map(|larger| (0..larger).map(move |smaller| [larger, smaller])).collect()
-}
-
-/// Lowest corner and longest side of the bounding box.
-type Extent = ([f64; 3], f64);
-
-/// All coordinates must be finite, and so their differences.
-pub(crate) fn check_positions(positions: &[[f64; 3]]) -> Result<Extent, GraphError> {
-    let (mut corner, mut longest) = ([0.0; 3], 0.0f64);
-    for axis in 0..3 {
-        if let Some(node) = positions.iter().position(|x| !x[axis].is_finite()) {
-            let value = positions[node][axis];
-            return Err(GraphError::NonFinitePosition { node, axis, value });
-        }
-        let [lowest, highest] = range(positions, axis);
-        if highest - lowest == f64::INFINITY {
-            return Err(GraphError::ExtentOverflow { axis, lowest, highest });
-        }
-        corner[axis] = lowest;
-        longest = longest.max(highest - lowest);
-    }
-    Ok((corner, longest))
-}
-
-/// Smallest and largest of one coordinate.
-pub(crate) fn range(positions: &[[f64; 3]], axis: usize) -> [f64; 2] {
-    let ends = [f64::INFINITY, f64::NEG_INFINITY];
-    positions.iter().fold(ends, |[low, high], x| [low.min(x[axis]), high.max(x[axis])])
 }
 
 /// Positions relative to the bounding box, so that k-means' tolerance has a meaning.

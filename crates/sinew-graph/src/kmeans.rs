@@ -6,7 +6,7 @@
 //! 0.2 s. linfa's parallel loops treat points one by one, so the result does not depend on the
 //! number of threads.
 
-use crate::{GraphError, pool::cluster_means};
+use crate::{GraphError, positions::cluster_means};
 use linfa::DatasetBase;
 use linfa::traits::{Fit, Predict};
 use linfa_clustering::{KMeans, KMeansInit};

@@ -1,6 +1,9 @@
 //! From mesh nodes to virtual nodes, through the clusters of a topology.
 
-use crate::{FeatureMatrix, GraphError, Topology, augment::check_positions};
+use crate::{
+    FeatureMatrix, GraphError, Topology,
+    positions::{check_positions, cluster_means},
+};
 
 /// Positions of all nodes of a geometry: a virtual node is the mean of its leaves (thesis
 /// Eq. 2.16), found through the clusters of the shared topology instead of by k-means.
@@ -46,34 +49,6 @@ fn pool(topology: &Topology, real: &[f64], columns: usize) -> Vec<f64> {
         all.extend(means);
     }
     all
-}
-
-/// Means over clusters, summed relative to each cluster's first leaf: a constant stays exactly
-/// constant, and positions far from the origin lose no digits.
-pub(crate) fn cluster_means(
-    leaves: &[f64],
-    columns: usize,
-    clusters: &[usize],
-    roots: usize,
-) -> Vec<f64> {
-    let mut first = vec![None; roots];
-    let mut sizes = vec![0usize; roots];
-    let mut sums = vec![0.0; roots * columns];
-    for (leaf, &root) in clusters.iter().enumerate() {
-        let origin = *first[root].get_or_insert(leaf);
-        sizes[root] += 1;
-        for c in 0..columns {
-            sums[root * columns + c] += leaves[leaf * columns + c] - leaves[origin * columns + c];
-        }
-    }
-    for (root, (&size, first)) in sizes.iter().zip(first).enumerate() {
-        let origin = first.unwrap_or(0);
-        for c in 0..columns {
-            let sum = &mut sums[root * columns + c];
-            *sum = leaves[origin * columns + c] + *sum / size as f64;
-        }
-    }
-    sums
 }
 
 #[cfg(test)]

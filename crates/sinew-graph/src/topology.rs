@@ -1,6 +1,9 @@
 //! Nodes, edges and clusters of an augmented graph.
 
-use crate::{GraphError, components::component_sizes, kmeans::squared_distances, pool_positions};
+use crate::{
+    GraphError, TopologyError, components::component_sizes, kmeans::squared_distances,
+    pool_positions,
+};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -28,51 +31,6 @@ pub struct Topology {
     /// `clusters[l][i]` is the root of leaf `i`, both counted from 0 within their layers:
     /// leaves in layer `l` (0 are the mesh nodes), roots in layer `l + 1`.
     pub clusters: Vec<Vec<usize>>,
-}
-
-/// Why a [`Topology`] is not a valid augmented graph.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[expect(missing_docs, reason = "the messages say what the fields are")]
-pub enum TopologyError {
-    /// Counts contradict each other.
-    #[error("{what}: {expected} expected, {found} found; build the topology with `augment`")]
-    Count { what: &'static str, expected: usize, found: usize },
-    /// An edge whose sender is not the larger, existing index.
-    #[error(
-        "edge {edge} runs from {sender} to {receiver} in a graph of {nodes} nodes: senders must \
-         exist and exceed their receivers, a pair is stored once"
-    )]
-    Edge { edge: usize, sender: usize, receiver: usize, nodes: usize },
-    /// Fewer edges than connecting the nodes takes.
-    #[error("{edges} edges cannot connect {nodes} nodes: is the file complete?")]
-    TooFewEdges { nodes: usize, edges: usize },
-    /// Edges repeat or are not ascending.
-    #[error("edge {edge} does not follow its predecessor in order: sort the edges, drop repeats")]
-    EdgeOrder { edge: usize },
-    /// A leaf's root is not in the next layer.
-    #[error("leaf {leaf} of layer {layer} names root {root}, the layer above has {roots}")]
-    Root { layer: usize, leaf: usize, root: usize, roots: usize },
-    /// A root without leaves.
-    #[error("root {root} of layer {layer} has no leaves: its features would be undefined")]
-    EmptyCluster { layer: usize, root: usize },
-    /// A leaf is not joined to exactly its own root, or two layers are joined otherwise.
-    #[error(
-        "node {node} of layer {layer} is joined to {found} nodes of the layer above, of which \
-         {own} is its root: it must be exactly its root"
-    )]
-    RootEdges { node: usize, layer: usize, found: usize, own: usize },
-    /// An edge skips a layer.
-    #[error("edge {edge} joins layer {from} to layer {to}, which do not follow each other")]
-    LayerSkipped { edge: usize, from: usize, to: usize },
-    /// The last layer is not fully connected.
-    #[error("the {roots} roots of the last layer share {found} edges, all {expected} are needed")]
-    LastLayer { roots: usize, expected: usize, found: usize },
-    /// Messages cannot reach every node.
-    #[error(
-        "the graph falls into {components} parts of {largest} down to {smallest} nodes: merge \
-         coincident nodes, drop nodes no cell uses, or add a layer of virtual nodes to join them"
-    )]
-    Disconnected { components: usize, largest: usize, smallest: usize },
 }
 
 impl Topology {

@@ -199,7 +199,9 @@ mod tests {
             .unwrap();
         let (recipe, options) = (Regression::default(), TrainingOptions::default());
         let mut observer = ();
-        let mut session = Session::begin(&body, &recipe, &options, &mut observer).unwrap();
+        let mut session =
+            Session::begin(&body, &super::super::described(&recipe), &options, &mut observer)
+                .unwrap();
         let held_out = session.held_out().unwrap();
         let thetas = Design::Sobol.sample(&body.parameters, 12, 1).unwrap();
         let mut all = simulate(&body, &thetas, "test", None, &mut ()).unwrap();

@@ -5,7 +5,7 @@ use crate::evaluate::TestSet;
 use crate::predictor::Predictor;
 use crate::record::Record;
 use crate::session::Session;
-use crate::{Emulator, Result};
+use crate::{Emulator, Result, taylor};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
@@ -15,7 +15,7 @@ pub struct Taylor;
 
 impl Train for Taylor {
     fn key(&self) -> &'static str {
-        "series"
+        taylor::KEY
     }
 
     fn settings(&self) -> Value {
@@ -23,7 +23,7 @@ impl Train for Taylor {
     }
 
     fn about(&self, _: &Record) -> String {
-        "Taylor expansion of second order about one solution".into()
+        taylor::ABOUT.into()
     }
 
     fn predictor(

@@ -2,19 +2,8 @@
 
 use burn::module::Module;
 
-use super::trainer::Trainer;
-use crate::emulator::Emulator;
+use super::trainer::{Best, Trainer};
 use crate::error::Error;
-use crate::optimiser::Optimiser;
-
-/// The best weights so far, with the history of the optimiser that made them.
-pub(super) struct Best {
-    /// The observer's error, or the validation loss.
-    pub error: f64,
-    pub step: usize,
-    pub emulator: Emulator,
-    pub optimiser: Optimiser,
-}
 
 /// A run whose error is so many times the least one has left its best weights. Those of a run that goes well, or that is on its way
 /// back, vary by less from one evaluation to the next.

@@ -5,15 +5,17 @@ use std::path::Path;
 use burn::tensor::Device;
 use serde::{Deserialize, Serialize};
 
-use super::best::Best;
 use super::config::TrainingConfig;
-use super::sampler::SamplerState;
-use super::trainer::{RunState, Trainer};
+use super::sampler::{Sampler, SamplerState};
+use super::trainer::{Best, RunState, Trainer};
+use crate::data::DataSet;
 use crate::error::Result;
 use crate::files::{open_directory, read_json, replace_directory, write_json};
+use crate::objective::Objective;
 use crate::optimiser::Optimiser;
 use crate::store::{check_version, load_weights, read_surrogate, save_weights, write_surrogate};
 use crate::surrogate::Surrogate;
+use sinew_coordinates::require_count;
 
 /// Version of the checkpoint format.
 const VERSION: u32 = 5;
@@ -54,7 +56,39 @@ impl BestRun {
     }
 }
 
-pub(super) fn write(trainer: &Trainer, directory: &Path) -> Result<()> {
+impl Trainer {
+    /// Continues from the checkpoint in `directory`, exactly where it was written if the budget
+    /// is in steps. Data and objective are given again, as they were.
+    ///
+    /// # Errors
+    /// A checkpoint that cannot be read, or that does not fit the data.
+    pub fn resume(
+        directory: &Path,
+        data: DataSet,
+        objective: Box<dyn Objective>,
+        device: &burn::tensor::Device,
+    ) -> Result<Self> {
+        let (surrogate, run, best) = read(directory, device)?;
+        let mut trainer = Self::new(surrogate, data, objective, run.config)?;
+        let (samples, geometries) = (&trainer.data.training, trainer.data.geometries.len());
+        require_count("training samples", samples.len(), run.samples)?;
+        trainer.sampler = Sampler::resume(samples, geometries, trainer.config.batch, run.sampler);
+        trainer.optimiser = run.optimiser;
+        trainer.progress = run.progress;
+        trainer.best = best;
+        Ok(trainer.with_checkpoints(directory))
+    }
+
+    /// Writes weights, optimiser, position and random state to `directory`, replacing what is there at once.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub(crate) fn save_checkpoint(&self, directory: &Path) -> Result<()> {
+        write(self, directory)
+    }
+}
+
+fn write(trainer: &Trainer, directory: &Path) -> Result<()> {
     let run = Run {
         version: VERSION,
         config: trainer.config.clone(),
@@ -73,7 +107,7 @@ pub(super) fn write(trainer: &Trainer, directory: &Path) -> Result<()> {
     })
 }
 
-pub(super) fn read(directory: &Path, device: &Device) -> Result<(Surrogate, Run, Option<Best>)> {
+fn read(directory: &Path, device: &Device) -> Result<(Surrogate, Run, Option<Best>)> {
     let folder = open_directory(directory);
     check_version(&folder.join(RUN), VERSION)?;
     let run: Run = read_json(&folder.join(RUN))?;

@@ -1,12 +1,11 @@
 //! The training loop.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use burn::module::Module;
 use burn::tensor::Tensor;
 
-use super::best::Best;
 use super::clock::Clock;
 use super::concern::Thoroughness;
 use super::config::TrainingConfig;
@@ -18,7 +17,8 @@ use crate::error::{Error, Result};
 use crate::kernels::KernelChoice;
 use crate::objective::{Batch, Objective};
 use crate::optimiser::Optimiser;
-use crate::surrogate::{GeometryTensors, Surrogate};
+use crate::surrogate::Surrogate;
+use crate::tensors::GeometryTensors;
 use sinew_coordinates::require_count;
 
 /// Share of the budget from which losses tell whether a training goes wrong: about a solution, zero outputs are good ones,
@@ -43,7 +43,16 @@ pub struct Trainer {
     /// Mean training loss of a network without outputs, once it was needed.
     pub(super) loss_of_zero_output: Option<f64>,
     lifted: Vec<GeometryTensors>,
-    checkpoints: Option<PathBuf>,
+    pub(super) checkpoints: Option<PathBuf>,
+}
+
+/// The best weights so far, with the history of the optimiser that made them.
+pub(super) struct Best {
+    /// The observer's error, or the validation loss.
+    pub error: f64,
+    pub step: usize,
+    pub emulator: Emulator,
+    pub optimiser: Optimiser,
 }
 
 /// Counters of a run that a checkpoint keeps.
@@ -123,28 +132,6 @@ impl Trainer {
     pub fn with_checkpoints(mut self, directory: impl Into<PathBuf>) -> Self {
         self.checkpoints = Some(directory.into());
         self
-    }
-
-    /// Continues from the checkpoint in `directory`, exactly where it was written if the budget
-    /// is in steps. Data and objective are given again, as they were.
-    ///
-    /// # Errors
-    /// A checkpoint that cannot be read, or that does not fit the data.
-    pub fn resume(
-        directory: &Path,
-        data: DataSet,
-        objective: Box<dyn Objective>,
-        device: &burn::tensor::Device,
-    ) -> Result<Self> {
-        let (surrogate, run, best) = super::checkpoint::read(directory, device)?;
-        let mut trainer = Self::new(surrogate, data, objective, run.config)?;
-        let (samples, geometries) = (&trainer.data.training, trainer.data.geometries.len());
-        require_count("training samples", samples.len(), run.samples)?;
-        trainer.sampler = Sampler::resume(samples, geometries, trainer.config.batch, run.sampler);
-        trainer.optimiser = run.optimiser;
-        trainer.progress = run.progress;
-        trainer.best = best;
-        Ok(trainer.with_checkpoints(directory))
     }
 
     /// Trains until the budget is spent, the error stalls or the observer breaks.
@@ -346,13 +333,5 @@ impl Trainer {
             Some(directory) => self.save_checkpoint(&directory),
             None => Ok(()),
         }
-    }
-
-    /// Writes weights, optimiser, position and random state to `directory`, replacing what is there at once.
-    ///
-    /// # Errors
-    /// A file that cannot be written.
-    pub(crate) fn save_checkpoint(&self, directory: &Path) -> Result<()> {
-        super::checkpoint::write(self, directory)
     }
 }

@@ -1,7 +1,7 @@
 //! An emulator of any body, by a network that has learned a population.
 
+use super::settings::{Population, TRIED};
 use super::template::Template;
-use super::{Population, TRIED};
 use crate::Result;
 use crate::network::TrainedNetwork;
 use sinew_emulate::parts::{admissible, check_length, require_finite};

@@ -1,7 +1,8 @@
 //! What a body is for the network, and what the network learns there.
 
+use super::frame;
+use super::settings::{Axes, Loss, Population, Start, TRIED};
 use super::template::Template;
-use super::{Axes, Loss, Population, Start, TRIED, frame};
 use crate::{Result, coordinates, graph};
 use sinew_coordinates::Coordinates as Meaning;
 use sinew_coordinates::Motions;

@@ -1,6 +1,6 @@
 //! What the first bodies of a population lend to others.
 
-use super::Start;
+use super::settings::Start;
 use crate::{Error, Result};
 use sinew_emulate::Body;
 use sinew_emulate::parts::{Axis, axes, listed, require_some, topology, topology_of_met};

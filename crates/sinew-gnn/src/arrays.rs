@@ -1,0 +1,35 @@
+//! Numbers as tensors, and back.
+
+use crate::error::Result;
+use burn::tensor::{Device, Tensor, TensorData};
+use sinew_coordinates::ParameterScaling;
+
+/// Standardised parameters `[batch, parameters]`.
+pub(crate) fn parameter_tensor<'a>(
+    scaling: &ParameterScaling,
+    thetas: impl ExactSizeIterator<Item = &'a [f64]>,
+    device: &Device,
+) -> Result<Tensor<2>> {
+    let rows = thetas.len();
+    let values: Vec<Vec<f64>> = thetas
+        .map(|theta| scaling.standardise(theta))
+        .collect::<std::result::Result<_, sinew_coordinates::CoordinateError>>(
+    )?;
+    Ok(matrix(&values.concat(), rows, device))
+}
+
+/// `[rows, columns]` in single precision.
+pub(crate) fn matrix(values: &[f64], rows: usize, device: &Device) -> Tensor<2> {
+    let columns = values.len() / rows.max(1);
+    let values: Vec<f32> = values.iter().map(|&value| value as f32).collect();
+    Tensor::from_data(TensorData::new(values, [rows, columns]), device)
+}
+
+/// Values of a tensor on the host.
+pub(crate) fn values<const D: usize>(tensor: Tensor<D>) -> Result<Vec<f64>> {
+    let data: TensorData = tensor.into_data();
+    Ok(match data.as_slice::<f32>() {
+        Ok(values) => values.iter().map(|&value| f64::from(value)).collect(),
+        Err(_) => data.iter::<f64>().collect(),
+    })
+}

@@ -1,0 +1,53 @@
+//! A geometry as tensors.
+
+use crate::emulator::{Embedding, Emulator};
+use crate::graph::Graph;
+use crate::map::OutputMap;
+use burn::tensor::Tensor;
+
+/// A geometry's tensors, without automatic differentiation.
+#[derive(Debug, Clone)]
+pub(crate) struct GeometryTensors {
+    /// Its edges and layers.
+    pub graph: Graph,
+    /// `[nodes, features]`, standardised.
+    pub nodes: Tensor<2>,
+    /// `[edges, features]`, standardised.
+    pub edges: Tensor<2>,
+    /// `[1, global features]`, standardised.
+    pub global: Option<Tensor<2>>,
+    /// From outputs to displacements.
+    pub output: OutputMap,
+}
+
+impl GeometryTensors {
+    /// Embeddings of its nodes by message passing.
+    pub(crate) fn embedding(&self, emulator: &Emulator) -> Embedding {
+        emulator.local_embedding(&self.graph, self.nodes.clone(), self.edges.clone())
+    }
+
+    /// Displacements at standardised parameters \[length\], from the embeddings of its nodes.
+    pub(crate) fn displacement(
+        &self,
+        emulator: &Emulator,
+        local: Embedding,
+        mut parameters: Tensor<2>,
+    ) -> Tensor<3> {
+        if self.nodes.is_autodiff() {
+            parameters = Tensor::from_inner(parameters);
+        }
+        let output = emulator.decode(local, self.global.clone(), parameters.clone());
+        self.output.displacement(self.output.complete(output, parameters))
+    }
+
+    /// The same tensors ready to meet those of an automatically differentiated network.
+    pub(crate) fn lifted(&self) -> Self {
+        Self {
+            graph: self.graph.clone(),
+            nodes: Tensor::from_inner(self.nodes.clone()),
+            edges: Tensor::from_inner(self.edges.clone()),
+            global: self.global.clone().map(Tensor::from_inner),
+            output: self.output.lifted(),
+        }
+    }
+}
