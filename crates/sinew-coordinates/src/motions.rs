@@ -218,27 +218,6 @@ impl Motions {
         &self.rates
     }
 
-    /// With outputs along other orthonormal axes, one in each row: those that turn with the body make what a network sees and
-    /// says independent of how the body lies.
-    pub fn along(mut self, axes: &[[f64; 3]; 3]) -> Self {
-        // A scale S of outputs becomes S Aᵀ, outputs y become A y.
-        let turned = |row: &[f64]| -> [f64; 3] {
-            std::array::from_fn(|k| axes[k].iter().zip(row).map(|(a, y)| a * y).sum())
-        };
-        let turn = |row: &mut [f64]| {
-            for part in row.chunks_exact_mut(3) {
-                part.copy_from_slice(&turned(part));
-            }
-        };
-        let tree = Arc::make_mut(&mut self.tree);
-        tree.node_scales.as_flattened_mut().iter_mut().for_each(|row| turn(row));
-        tree.cluster_scales.as_flattened_mut().iter_mut().for_each(|row| turn(row));
-        let mut slopes = self.slopes.to_vec();
-        slopes.iter_mut().for_each(|slope| turn(slope));
-        self.slopes = slopes.into();
-        self
-    }
-
     /// With outputs so large that, if all displacements of nodes were of size one, they would cost this `energy`.
     ///
     /// # Errors

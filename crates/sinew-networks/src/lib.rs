@@ -37,7 +37,7 @@ pub mod recipe;
 pub use coordinates::Coordinates;
 pub use error::{Error, Result};
 pub use network::{KINDS, Network};
-pub use population::{Axes, Draw, Loss, Population, PopulationEmulator, Start, StreamProgress};
+pub use population::{Draw, Loss, Population, PopulationEmulator, Start, StreamProgress};
 pub use recipe::{Recipe, train};
 pub use sinew_gnn::Backend;
 

@@ -1,13 +1,12 @@
 //! One network for all bodies of a population, trained on a stream of bodies by energy or on simulations of each.
 
 mod emulator;
-mod frame;
 mod lesson;
 mod settings;
 mod template;
 
 pub use emulator::PopulationEmulator;
-pub use settings::{Axes, Draw, Loss, Population, Start};
+pub use settings::{Draw, Loss, Population, Start};
 
 use crate::Result;
 use rayon::ThreadPoolBuilder;

@@ -1,7 +1,6 @@
 //! What a body is for the network, and what the network learns there.
 
-use super::frame;
-use super::settings::{Axes, Loss, Population, Start, TRIED};
+use super::settings::{Loss, Population, Start, TRIED};
 use super::template::Template;
 use crate::{Result, coordinates, graph};
 use sinew_coordinates::Coordinates as Meaning;
@@ -38,14 +37,6 @@ impl Population {
         let motions = Motions::about(&anchor, &topology, body, &centre)?;
         let thetas = Design::LatinHypercube.sample(&body.parameters, TRIED, seed)?;
         let (motions, first) = following(&mut solver, motions, &thetas)?;
-        let (motions, first, positions) = match self.axes {
-            Axes::Mesh => (motions, first, None),
-            Axes::Body => {
-                let axes = frame::frame(&body.positions);
-                let positions = frame::along(&axes, &body.positions);
-                (motions.along(&axes), first.along(&axes), Some(positions))
-            }
-        };
         let work = work(body, &anchor);
         let (step, gain, energy) = match self.start {
             Start::Near { .. } => {
@@ -64,8 +55,7 @@ impl Population {
             }
         };
         let (motions, first) = (motions.of_energy(energy)?, first.of_energy(energy)?);
-        let positions = positions.as_deref().unwrap_or(&body.positions);
-        let mut geometry = graph::geometry_at(positions, body, topology)?;
+        let mut geometry = graph::geometry_at(&body.positions, body, topology)?;
         if let Some(step) = step {
             graph::add_features(&mut geometry, &first.clone().following(&[step], body)?)?;
         }

@@ -29,19 +29,6 @@ impl Default for Start {
     }
 }
 
-/// Axes that features and outputs of a body are written in.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Axes {
-    /// Those of the mesh: for populations whose bodies all lie alike.
-    #[default]
-    Mesh,
-    /// The principal axes of the body's nodes: a body that is turned with its fibres and loads has the turned prediction, but for single
-    /// precision, and but for a state that [`Start::Near`] carries over from the first body, which goes by the axes of the mesh. Another
-    /// mesh of the same body has slightly other axes, and a symmetric body none of its own.
-    Body,
-}
-
 /// What a network that learns a population minimises.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -104,8 +91,6 @@ pub struct Population {
     pub network: Network,
     /// The state that the outputs of a body are about.
     pub start: Start,
-    /// What features and outputs are written in.
-    pub axes: Axes,
     /// What is minimised.
     pub loss: Loss,
     /// Bodies in a step.
@@ -119,7 +104,6 @@ impl Default for Population {
         Self {
             network: Network::default(),
             start: Start::default(),
-            axes: Axes::default(),
             loss: Loss::default(),
             bodies: 2,
             training: TrainingConfig {

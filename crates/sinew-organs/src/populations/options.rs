@@ -43,10 +43,6 @@ pub struct Options {
     #[arg(long, value_name = "COUNT", conflicts_with_all = ["quick", "shard"], value_parser = clap::value_parser!(u64).range(8..=850))]
     #[serde(default)]
     pub simulations: Option<u64>,
-    /// Networks in the principal axes of each body, so that their predictions turn with it
-    #[arg(long)]
-    #[serde(default)]
-    pub body_axes: bool,
     /// Folder of the surfaces of a real heart, patient1_LV_ENDOCARDIAL_000.vtk and its like
     #[arg(long, default_value = "../shared/meshes/biv-me")]
     pub hearts: PathBuf,

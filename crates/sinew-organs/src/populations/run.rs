@@ -8,7 +8,7 @@ use super::stage::{INFLATED, Individual, RECTANGLES, Stage};
 use super::{inflated, rectangles};
 use anyhow::{Context, Result};
 use sinew_emulate::{Emulator, OneStiffness};
-use sinew_networks::{Axes, Loss, Population, PopulationEmulator, Start};
+use sinew_networks::{Loss, Population, PopulationEmulator, Start};
 use sinew_report::{Report, Section};
 use sinew_study::program::Growing;
 use std::ops::ControlFlow;
@@ -223,8 +223,7 @@ fn network(
     (loss, steps): (Loss, usize),
     study: &mut Study,
 ) -> Result<()> {
-    let axes = if options.body_axes { Axes::Body } else { Axes::Mesh };
-    let mut recipe = Population { start: stage.start, axes, loss, ..Population::default() };
+    let mut recipe = Population { start: stage.start, loss, ..Population::default() };
     recipe.training.budget = match options.budget {
         Some(time) => sinew_gnn::Budget::Seconds(time.as_secs_f64()),
         None => sinew_gnn::Budget::Steps(steps),
