@@ -53,7 +53,7 @@ pub(crate) fn coverage(options: &[String]) -> Result<()> {
     cargo(&build.into_iter().chain(options).collect::<Vec<_>>(), &[])
 }
 
-/// What a build from nothing takes on two cores (docs/design.md, "Building").
+/// Time of a first build on two cores (docs/design.md, "Building").
 const STUDIES_COLD: &str = "seven minutes";
 const VERIFY_COLD: &str = "two minutes";
 

@@ -10,6 +10,7 @@ mod command;
 mod imports;
 mod miri;
 mod page;
+mod words;
 
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
@@ -38,7 +39,7 @@ enum Task {
     /// Train emulators of the thesis' organs and measure them against the finite-element solver, on their own meshes and on
     /// meshes and shapes they were not trained on
     ReproduceOrgans(Options),
-    /// Train one emulator for a population of shapes by energy alone and measure it on shapes that it has never seen, beside
+    /// Train one emulator for a population of shapes by energy alone and measure it on unseen shapes, beside
     /// regression and the solver
     ReproducePopulations(Options),
     /// Repeat the thesis' experiments with Gaussian processes and networks that satisfy boundary
@@ -55,6 +56,8 @@ enum Task {
     Ci,
     /// Hold the crates' dependencies against the table in docs/architecture.md
     Arrows,
+    /// Find words and sentences that the style guide replaces
+    Words,
     /// Find circles of imports of more than two files inside a crate
     Circles,
     /// Run the tests of the matrix product, whose code is unsafe, under Miri on the nightly toolchain
@@ -86,6 +89,7 @@ fn main() -> Result<()> {
         Task::Verify(Options { options }) => command::verify(&options),
         Task::Ci => ci::run(),
         Task::Arrows => arrows::check(),
+        Task::Words => words::check(),
         Task::Circles => circles::check(),
         Task::Miri => miri::run(),
         Task::Page { pages } => page::check(&pages),

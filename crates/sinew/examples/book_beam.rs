@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         solution.displacement[3 * tip + 2]
     );
 
-    // All parameter sets: one solution at the centre of the ranges, followed to second order.
+    // All parameter sets: Taylor expansion of second order about one solution, at the centre of the ranges.
     let options = TrainingOptions { held_out: 4, ..TrainingOptions::default() };
     let emulator = Taylor.train(&body, &options, &mut ())?;
 
