@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What a page quotes: the file that the comment `<!-- file -->` before the code names, and the code.
+/// Quotation of a page: the file that the comment `<!-- file -->` before the code names, and the code.
 struct Quotation {
     page: PathBuf,
     file: String,

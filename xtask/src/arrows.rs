@@ -78,7 +78,7 @@ fn rows(text: &str) -> Result<BTreeMap<String, Row>> {
     Ok(table)
 }
 
-/// What `cargo metadata` says of a package.
+/// Dependencies of a package by `cargo metadata`.
 fn row(package: &Package, ours: &BTreeSet<&str>) -> Row {
     let normal = |name: &&str| {
         let of_kind = |d: &&cargo_metadata::Dependency| d.kind == DependencyKind::Normal;

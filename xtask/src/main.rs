@@ -22,7 +22,7 @@ struct Arguments {
     task: Task,
 }
 
-/// What a program is handed as it is, `--help` included.
+/// Arguments handed on to a program, `--help` included.
 #[derive(Args)]
 #[command(disable_help_flag = true)]
 struct Options {

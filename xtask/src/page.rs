@@ -44,7 +44,7 @@ fn browser() -> Option<PathBuf> {
     chosen.into_iter().chain(known).find(runs)
 }
 
-/// What is wrong with one page in one window.
+/// Faults of one page in one window.
 fn look(browser: &Path, page: &Path, width: u32, dark: bool) -> Result<Vec<String>> {
     let text = std::fs::read_to_string(page).context("the page cannot be read")?;
     let (body, end) = text.rsplit_once("</body>").context("the page has no end")?;

@@ -32,7 +32,7 @@ pub(crate) struct Assembly {
     pub worst_cell: usize,
     /// Displacement gradient, stress and tangent at each quadrature point.
     points: Vec<(Mat3<f64>, Response)>,
-    /// What the points of each patch have in common, if there are patches.
+    /// Shared quantities of the points of each patch, if there are patches.
     patches: Vec<PatchResponse>,
 }
 
@@ -202,7 +202,7 @@ impl Assembly {
         let parameters = potential.law_parameters(theta);
         self.least_volume_ratio = f64::INFINITY;
         self.patches.clear();
-        // Of all points first: a patch that is turned over ends the assembly, and must be found among the worst.
+        // Of all points first: a patch with an inverted cell ends the assembly, and must be found among the worst.
         for (point, (gradient, _)) in self.points.iter_mut().enumerate() {
             *gradient = potential.displacement_gradient(point, displacement);
             let ratio = 1.0 + gradient.volume_change();

@@ -4,7 +4,7 @@ use crate::{CellValue, SolveError};
 use nalgebra::{Matrix3, Vector3};
 use sinew_energy::Body;
 
-/// So many of the worst cells are named.
+/// Number of the worst cells that are named.
 pub(crate) const MOST_WORST: usize = 5;
 
 /// The cells of least value, at most `count`, worst first.

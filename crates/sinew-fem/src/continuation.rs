@@ -1,4 +1,4 @@
-//! Curves of equilibria along lines in loads and parameters, followed by their length, through limit points
+//! Curves of equilibria along lines in loads and parameters, by arc-length continuation, through limit points
 //! (E. Riks, Int. J. Solids Struct. 15, 1979).
 //!
 //! The length counts the place on the line and displacements, these relative to what moves per place at the start. Each next
@@ -55,7 +55,7 @@ pub struct CurvePoint<S> {
     pub solution: S,
 }
 
-/// What comes next.
+/// Next step of the continuation.
 enum Stage {
     /// The equilibrium at the line's start, from a state near it.
     Start(Option<Unknowns>),
@@ -105,7 +105,7 @@ impl<'p> Solver<'p> {
         Curve::new(&mut self.system, None, line, options, Solution::new)
     }
 
-    /// The same from an equilibrium at the line's start, or a displacement \[length\] near to it, where there are several.
+    /// As [`Solver::follow`], from an equilibrium at the line's start, or a displacement \[length\] near to it, where there are several.
     ///
     /// # Errors
     /// As for [`Solver::follow`], and a displacement of the wrong length or that is not finite.
@@ -134,7 +134,7 @@ impl<'p> BalanceSolver<'p> {
         Curve::new(&mut self.system, None, line, options, BalanceSolution::new)
     }
 
-    /// The same from an equilibrium at or near the line's start, where there are several.
+    /// As `follow`, from an equilibrium at or near the line's start, where there are several.
     ///
     /// # Errors
     /// As for [`Solver::follow`], and a solution of another body.
@@ -255,7 +255,7 @@ impl<'s, 'p, S> Curve<'s, 'p, S> {
         self.path.meeting(Some(&plane), guess, self.path.options.accuracy, log)
     }
 
-    /// Where the next equilibrium should be.
+    /// Predictor of the next equilibrium.
     fn guess(&mut self, last: &Point) -> Point {
         let (by_place, rising) = &self.tangent;
         let slope = self.scaled(by_place);

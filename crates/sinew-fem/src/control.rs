@@ -4,7 +4,7 @@ use crate::system::System;
 use crate::vector::dot;
 use sinew_energy::PressureSurface;
 
-/// What is met.
+/// Constraint that closes the equations of a continuation.
 pub(crate) enum Control {
     /// The surface of a unit pressure has swept a volume \[length³\].
     Volume(PressureSurface, f64),
@@ -20,7 +20,7 @@ pub(crate) struct Plane {
     pub distance: f64,
 }
 
-/// What is missing, and its derivatives.
+/// Residual of the constraint, and its derivatives.
 pub(crate) struct Missing {
     pub gap: f64,
     /// The gap relative to what counts as one.

@@ -46,7 +46,7 @@ pub enum SolveError {
         "the stiffness is singular at this equilibrium (a limit or bifurcation point); move theta a little"
     )]
     Singular,
-    /// Nothing was found beyond a place of a line in loads and parameters.
+    /// No equilibrium was found beyond a place of a line in loads and parameters.
     #[error(
         "the curve of equilibria was followed to place {place:.4}, theta = ({}); {failure}",
         sinew_energy::listed(theta)
@@ -90,11 +90,11 @@ pub struct NotConverged {
     pub history: History,
     /// The cells of least volume ratio J where the iteration ended, worst first; five at most.
     pub worst_cells: Vec<CellValue>,
-    /// What to try.
+    /// Advice.
     pub advice: Advice,
 }
 
-/// Part of a load, with as many digits as tell it from nothing and from all.
+/// Part of a load, with as many digits as tell it from 0 and from 1.
 fn part(load_factor: f64) -> String {
     if load_factor == 0.0 || load_factor >= 1e-3 {
         format!("{load_factor:.4}")
@@ -108,7 +108,7 @@ fn list(worst: &[CellValue]) -> String {
     format!("least J where the iteration ended: {}\n", cells.join(", "))
 }
 
-/// What to try after a failed solve.
+/// Advice after a failed solve.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
@@ -125,7 +125,7 @@ pub enum Advice {
          what the body carries; reduce it, stiffen the material, or refine the mesh around that cell"
     )]
     TurnedOver { cell: usize },
-    /// The energy overflows although no cell is turned over.
+    /// The energy overflows although no cell is inverted.
     #[error(
         "the energy overflows where the search ended, though no cell is turned over: a law with an exponential is \
          stretched too far; reduce load or prescribed motion, or the exponents' factors in theta"
@@ -171,7 +171,7 @@ impl Advice {
     /// Squeezed below this J a cell is named as the culprit.
     const SQUEEZED: f64 = 0.05;
 
-    /// States that a step was tried to and taken back from, with cells turned over or an infinite energy, are counted as
+    /// States that a step was tried to and taken back from, with inverted cells or an infinite energy, are counted as
     /// such and never quoted: their numbers say how long the step was, not what the body does.
     pub(crate) fn from_history(history: &History) -> Self {
         let tail = history.iterations.iter().rev().take(20);

@@ -63,7 +63,7 @@ pub struct HeldStiffness<'p> {
     pub displacement: Vec<f64>,
 }
 
-/// What a descent came to.
+/// Result of a quasi-Newton descent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Descent {
     /// Displacement `[u_x, u_y, u_z]` node by node \[length\].
@@ -72,7 +72,7 @@ pub struct Descent {
     pub energy: f64,
     /// Norm of the unbalanced nodal forces where it began \[stress·length²\].
     pub residual_before: f64,
-    /// The same where it ended.
+    /// Norm of the residual where it ended.
     pub residual_after: f64,
     /// Norm of loads and reactions where it ended \[stress·length²\].
     pub force_scale: f64,
@@ -147,8 +147,8 @@ impl<'p> HeldStiffness<'p> {
         self.system.relax(potential, from, steps, BALANCED)
     }
 
-    /// The same for another body with the same cells between its nodes and as many held directions at each: another shape, another material,
-    /// other loads. The less alike both are, the more steps it takes; where
+    /// This frozen stiffness for another body with the same cells between its nodes and as many held directions at each: another shape, another
+    /// material, other loads. The less alike both are, the more steps it takes; where
     /// both are nearly incompressible ([`Descent::unbalanced`] stays about one) none are enough, for stiff are changes of another shape's volumes.
     ///
     /// # Errors
@@ -225,7 +225,7 @@ fn nearest(to: &[[f64; 3]], space: &[[f64; 3]]) -> Option<Vec<[f64; 3]>> {
     Some(found)
 }
 
-/// What a descent lowers the energy of, and the frames of its unknowns.
+/// Potential that a descent lowers, and the frames of its unknowns.
 #[derive(Clone, Copy)]
 pub(crate) struct Potential<'a> {
     pub body: &'a Body,
@@ -414,7 +414,7 @@ impl Memory {
 }
 
 impl Pair {
-    /// What a step tells of the stiffness, where that is positive along it.
+    /// Curvature pair of a step, where the stiffness is positive along it.
     fn between(
         from: &Last,
         to: &At,

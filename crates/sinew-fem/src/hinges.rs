@@ -57,7 +57,7 @@ pub(crate) fn free_piece(potential: &Body, parts: usize) -> Option<(usize, usize
     })
 }
 
-/// What joints and supports forbid, as unit velocities that must vanish: six columns per piece.
+/// Constraints of joints and supports, as unit velocities that must vanish: six columns per piece.
 fn rows(potential: &Body, pieces: &[Piece]) -> Vec<DVector<f64>> {
     let mut owners = vec![Vec::new(); potential.nodes];
     for (index, piece) in pieces.iter().enumerate() {

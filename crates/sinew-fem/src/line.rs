@@ -7,7 +7,7 @@ use crate::system::System;
 ///
 /// ```
 /// use sinew_fem::Line;
-/// // All loads from nothing, at one θ; and one θ to another under the whole load.
+/// // All loads from zero, at one θ; and one θ to another under the whole load.
 /// let loading = Line::of_loads(&[75.0, 75.0]);
 /// let softening = Line::of_theta([&[75.0, 75.0], &[50.0, 75.0]]);
 /// assert_eq!(loading.at(0.5), (0.5, vec![75.0, 75.0]));
@@ -22,7 +22,7 @@ pub struct Line {
 }
 
 impl Line {
-    /// All loads and prescribed motions from nothing to the whole.
+    /// All loads and prescribed motions from zero to the whole.
     pub fn of_loads(theta: &[f64]) -> Self {
         Self { load_factors: [0.0, 1.0], thetas: [theta.to_vec(), theta.to_vec()] }
     }
@@ -40,7 +40,7 @@ impl Line {
         (between(self.load_factors[0], self.load_factors[1]), theta)
     }
 
-    /// What both gain from place to place.
+    /// Increment of both from place to place.
     pub(crate) fn rates(&self) -> (f64, Vec<f64>) {
         let [from, to] = &self.thetas;
         let rates = from.iter().zip(to).map(|(a, b)| b - a).collect();

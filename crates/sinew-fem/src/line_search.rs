@@ -165,7 +165,7 @@ pub(crate) fn flattens(h: &Mat3<f64>, step: &Mat3<f64>, length: f64) -> bool {
     !is_short(h, step, length) && flat()
 }
 
-/// Whether the law forbids cells that are turned over; linear elasticity does not.
+/// Whether the law forbids inverted cells; linear elasticity does not.
 pub(crate) fn minds_turned_cells(body: &Body, theta: &[f64]) -> bool {
     let parameters = body.law_parameters(theta);
     let mirrored = Mat3::from_fn(|i, j| if (i, j) == (0, 0) { -2.0 } else { 0.0 });

@@ -10,11 +10,11 @@ use std::ops::Range;
 /// A body that does not minimise a potential starts in steps where the linear model foresees that the whole load changes a
 /// displacement gradient by more than this: beams under a loose pressure wasted five iterations on the attempt.
 const FAR: f64 = 2.5;
-/// Where an attempt at it fails, the whole load is far beyond what a body bears if the linear model foresees displacement gradients of more
+/// Parts of a load beyond the limit: where an attempt at it fails, the whole load is far beyond what a body bears if the linear model foresees displacement gradients of more
 /// than 1e4, as a first step in this range says. The softest ventricle under 1000 mmHg, which is solved, has 6e-4. Below are loads near
 /// overflow, which exponential laws may bear.
 const FAR_BEYOND: Range<f64> = 1e-9..2.5e-5;
-/// What holds of such a load is looked for in this many iterations, and in so many at least after the attempt at all of it.
+/// Iterations of the search for the part of such a load that the body bears, and the least number after the attempt at all of it.
 const GLANCE: [usize; 2] = [50, 15];
 /// Steps in a row with an indefinite stiffness after which the first load steps are taken before more of the whole load's: they tell bodies that
 /// come to rest far away from those that never will.
@@ -116,7 +116,7 @@ impl Path<'_, '_> {
         self.follow(1.0, step, history)
     }
 
-    /// What holds of a load that is far beyond what the body bears.
+    /// Part that the body bears of a load far beyond its limit.
     fn glance(
         &mut self,
         step: f64,

@@ -74,7 +74,7 @@ pub fn locking(potential: &Body, theta: &[f64]) -> Result<Option<LockingWarning>
     Ok(locking_of(potential, theta, || Proportions::of(potential)))
 }
 
-/// The same for the corner of the ranges of the law's parameters that loses the most.
+/// Locking at the corner of the ranges of the law's parameters that loses the most.
 ///
 /// ```
 /// # use sinew_energy::{Load, Parameter, Scene, Support, laws::{ByYoungPoisson, NeoHookean}};
@@ -108,7 +108,7 @@ pub fn locking_over_ranges(potential: &Body) -> Result<Option<LockingWarning>, T
     Ok(worst)
 }
 
-/// The same for θ that was checked, with the body's proportions from elsewhere.
+/// Locking at a checked θ, with the body's proportions given.
 pub(crate) fn locking_of(
     potential: &Body,
     theta: &[f64],

@@ -24,7 +24,7 @@ use crate::vector::dot;
 use crate::watch::Log;
 use crate::{Iteration, Options};
 
-/// What is unbalanced \[relative to forces and volume\] is at its floor below this when it stops falling: with a
+/// Residual \[relative to forces and volume\] below which it is at its floor when it stops falling: with a
 /// potential and without, where linear systems are solved by iteration.
 const STALLED: [f64; 2] = [1e-9, 1e-7];
 /// Steps without progress before a residual counts as stalled.

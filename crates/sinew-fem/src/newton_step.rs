@@ -23,15 +23,15 @@ pub struct NewtonStep {
     pub energy_norm: f64,
     /// Norm of the unbalanced nodal forces before the step \[stress·length²\].
     pub residual_before: f64,
-    /// The same after it.
+    /// Norm of the unbalanced nodal forces after the step \[stress·length²\].
     pub residual_after: f64,
     /// Norm of loads and reactions \[stress·length²\], to compare residuals with.
     pub force_scale: f64,
     /// Total potential energy before the step \[stress·length³\].
     pub energy_before: f64,
-    /// The same after it.
+    /// Total potential energy after the step \[stress·length³\].
     pub energy_after: f64,
-    /// Part of the whole step that was taken: shorter ones keep cells from turning over and lower the energy; 0 when
+    /// Part of the whole step that was taken: shorter ones keep cells from inverting and lower the energy; 0 when
     /// none does, and the displacement is the one that was given.
     pub length: f64,
     /// Multiple of the mean diagonal that made the stiffness positive definite; 0 when it was.

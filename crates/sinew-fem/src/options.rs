@@ -4,7 +4,7 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LoadSteps {
-    /// Where the whole load at once fails, which takes the fewest iterations. A body with several stable equilibria comes to one of them.
+    /// Only where the whole load at once fails, which takes the fewest iterations. A body with several stable equilibria comes to one of them.
     #[default]
     WhenNeeded,
     /// Always, from rest: the equilibrium that the body comes to under a load that rises slowly, until it snaps. States to start from are not
@@ -33,7 +33,7 @@ pub struct Options {
     /// equilibrium without a potential, where the accuracy of linear systems bounds what can be had. Minima of a
     /// potential have it on the way to another load, and go down to what rounding errors amount to in the end.
     pub accuracy: f64,
-    /// The same without a potential on the way to another load, from where the next step starts and no more.
+    /// Accuracy without a potential on the way to another load, where only the next step starts.
     pub accuracy_on_the_way: f64,
 }
 

@@ -16,13 +16,13 @@ pub(crate) struct Outlook {
     /// Places on the line with displacements \[length\], ascending, all on one branch.
     points: Vec<(f64, Vec<f64>)>,
     pub refused: Option<f64>,
-    /// What was found by the length of the curve.
+    /// States found by arc-length continuation.
     pub turn: Turn,
     /// Whether the body has snapped from one branch to another on the way.
     pub jumped: bool,
 }
 
-/// Where a curve of equilibria turns back to smaller loads.
+/// Limit point of a curve of equilibria, from which it turns back to smaller loads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Turn {
     /// Not looked at.
@@ -33,7 +33,7 @@ pub(crate) enum Turn {
 }
 
 impl Outlook {
-    /// Of the body at rest.
+    /// Outlook of the body at rest.
     pub(crate) fn from(rest: &[f64]) -> Self {
         Self {
             points: vec![(0.0, rest.to_vec())],
@@ -90,7 +90,7 @@ impl Outlook {
         self.turn == Turn::Unknown && self.limit().is_some_and(|limit| *reached >= NEAR * limit)
     }
 
-    /// Where to look for the next equilibrium instead of at `target`, once one was refused, on the way to the place `goal`.
+    /// Place of the next equilibrium instead of `target`, once one was refused, on the way to the place `goal`.
     pub(crate) fn target(&self, target: f64, goal: f64) -> f64 {
         match (self.turn, self.refused, self.points.last(), self.limit()) {
             (Turn::At(limit), ..) => goal.min(BEYOND * limit),

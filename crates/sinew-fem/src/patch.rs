@@ -152,7 +152,7 @@ impl PatchResponse {
         (product(&self.mean), product(&self.mixed))
     }
 
-    /// What a change of all degrees of freedom does to the stress at each point beyond M, to first order.
+    /// First-order change of the stress at each point beyond M with a change of all degrees of freedom.
     pub(crate) fn common_stress(&self, direction: &[f64]) -> impl Iterator<Item = Mat3<f64>> {
         let (mean, mixed) = self.along(direction);
         self.rates.iter().map(move |[own, common]| {

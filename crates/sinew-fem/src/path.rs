@@ -19,7 +19,7 @@ use sinew_num::Mat3;
 pub(crate) const FIRST_GRADIENT: f64 = 0.25;
 /// A step after a failure, and the least after a success, as a part of the one before.
 const CUT: f64 = 0.5;
-/// The same after a failure before anything was reached: what holds is looked for by orders of magnitude.
+/// Factor of a step after a failure at the start: the load that the body bears is searched by orders of magnitude.
 const SCAN: f64 = 0.2;
 /// Equilibria that the next one is extrapolated from, without a field of pressure and with one. Those on the way are
 /// rough, pressures more than displacements, and a curve through more of them goes astray: four take a third more
@@ -28,22 +28,22 @@ const POINTS: [usize; 2] = [3, 2];
 /// Unbalanced forces \[relative to loads and reactions\] that a step should begin with. They grow with the step
 /// to the power of the [`POINTS`], as the error of what is extrapolated; 0.1–0.3 take about as many iterations.
 const BEGIN: f64 = 0.2;
-/// Those of its second iteration, where that allows longer steps: bodies with a stiff response to changes of volume begin far from balance, and
+/// Residual of the second iteration, where that allows longer steps: bodies with a stiff response to changes of volume begin far from balance, and
 /// are near to it at once. They grow with the step to twice that power, as errors of Newton's method. The softest inflated ventricle of
 /// the hard cases takes 298 iterations, with a tenth of this 320.
 const SECOND: f64 = 1e-2;
 /// Below this part of the load, what holds is looked for to as many digits as it has: it is refused anyway.
 const FAR_BELOW: f64 = 1e-2;
-/// Nothing is looked for below this part of the load.
+/// Smallest part of the load that is tried.
 const LEAST_LOAD: f64 = 1e-12;
 
 /// Steps in a row with an indefinite stiffness that end a search on the way, where a shorter load step costs less; those of equilibria take
 /// fewer. Beyond a limit point there is no end to them.
 const MOST_INDEFINITE: usize = 8;
-/// The same where the body may have snapped to other equilibria.
+/// Smallest part of the load where the body may have snapped to other equilibria.
 const SNAPPING: usize = 12;
 
-/// What grows along a path.
+/// Quantities that grow along a path.
 pub(crate) enum Along {
     /// The place on the line.
     Place,
@@ -74,7 +74,7 @@ pub(crate) struct Path<'s, 'p> {
     pub along: Along,
     /// The last ones that were reached.
     pub points: Vec<Point>,
-    /// What they say of larger loads.
+    /// Extrapolation to larger loads.
     pub outlook: Outlook,
 }
 
@@ -91,7 +91,7 @@ impl<'s, 'p> Path<'s, 'p> {
         Self { system, line, options: *options, along, points: vec![rest], outlook }
     }
 
-    /// What stresses the body at rest grows with the loads.
+    /// Stress of the body at rest, which grows with the loads.
     pub(crate) fn release_stresses(&mut self) {
         let [start, end] = &mut self.line.thetas;
         self.system.stressing_entries(end).into_iter().for_each(|entry| start[entry] = 0.0);
@@ -110,7 +110,7 @@ impl<'s, 'p> Path<'s, 'p> {
         self.steps(goal, step, history).map_err(|advice| self.failure(advice, history))
     }
 
-    /// The same, or why it was not come to, where that is known.
+    /// The equilibrium, or the reason for its absence, where that is known.
     pub(crate) fn steps(
         &mut self,
         goal: f64,
@@ -277,7 +277,7 @@ impl<'s, 'p> Path<'s, 'p> {
         if step > LEAST_LOAD { step } else { most }
     }
 
-    /// What is returned where a path ends: the last equilibrium, as accurate as any.
+    /// Last equilibrium of a path that ends, as accurate as any.
     /// With the advice that is known, or what the last iterations give.
     pub(crate) fn failure(&mut self, advice: Option<Advice>, history: &mut Log<'_>) -> SolveError {
         let turned = far_turn(self.system.body).map(|degrees| Advice::Turned { degrees });

@@ -40,7 +40,7 @@ pub struct SolutionReport {
     /// The cells of worst shape at rest, by the mean ratio of their corners: 1 for equal edges and angles, 0
     /// for flat ones; worst first, five at most.
     pub worst_reference_shapes: Vec<CellValue>,
-    /// The same of the deformed cells.
+    /// Quality of the deformed cells.
     pub worst_deformed_shapes: Vec<CellValue>,
     /// Forces of the supports on the body, for each group of held nodes that share cells.
     pub reactions: Vec<Reaction>,
@@ -48,7 +48,7 @@ pub struct SolutionReport {
     pub loads: [f64; 3],
     /// Resultant of the elastic supports on the body \[stress·length²\].
     pub elastic_supports: [f64; 3],
-    /// What to be careful about.
+    /// Warnings.
     pub warnings: Vec<Warning>,
 }
 
@@ -107,7 +107,7 @@ pub fn report_balance(
     Ok(assess(potential, displacement, &forces, outcome))
 }
 
-/// What the solver says of its solution.
+/// Diagnosis of a solution.
 struct Outcome {
     relative_residual: f64,
     negative_pivots: usize,
@@ -148,7 +148,7 @@ fn assess(
 }
 
 impl SolutionReport {
-    /// What loads, supports and elastic supports together leave unbalanced \[stress·length²\]: rounding errors
+    /// Sum of the forces of loads, supports and elastic supports \[stress·length²\]: rounding errors
     /// and the residual, when the solution is an equilibrium.
     pub fn imbalance(&self) -> [f64; 3] {
         let reaction = |i: usize| self.reactions.iter().map(|r| r.force[i]).sum::<f64>();

@@ -6,11 +6,11 @@ use crate::line::Line;
 use crate::state::State;
 use crate::system::{Residual, Unknowns};
 
-/// What is searched: an equilibrium at one place of a line in loads and parameters, or wherever on it something else is met.
+/// Goal of a search: an equilibrium at one place of a line in loads and parameters, or wherever on it something else is met.
 #[derive(Clone, Copy)]
 pub(crate) struct Goal<'a> {
     pub line: &'a Line,
-    /// What is met where the place is unknown.
+    /// Constraint where the place is unknown.
     pub control: Option<&'a Control>,
     /// Unbalanced forces and volumes \[relative\] that are enough without a potential, or on the way to another load.
     pub accuracy: f64,
@@ -18,7 +18,7 @@ pub(crate) struct Goal<'a> {
     pub most_indefinite: usize,
 }
 
-/// Where a search starts.
+/// Start of a search.
 pub(crate) struct Start {
     pub unknowns: Unknowns,
     /// Place on the line.

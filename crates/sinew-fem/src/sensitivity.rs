@@ -26,7 +26,7 @@ impl Solver<'_> {
         self.system.sensitivity(&Unknowns::of(displacement), theta, *load_factor)
     }
 
-    /// The same at a displacement \[length\] near to an equilibrium under the whole load, as if it were one.
+    /// Sensitivities at a displacement \[length\] near to an equilibrium under the whole load, as if it were one.
     ///
     /// # Errors
     /// As [`Solver::sensitivity`].

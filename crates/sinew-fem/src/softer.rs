@@ -10,7 +10,7 @@ use sinew_energy::Body;
 /// Resistance to changes of volume from one softer body to the next: from a hundredth a handful of iterations lead on, and fewer
 /// bodies are tried than by tenths.
 const SOFTER: f64 = 1e-2;
-/// So many are tried: materials whose volume responds ten thousand times as stiffly as their shape.
+/// Number of softer materials that are tried: those whose volume responds ten thousand times as stiffly as their shape.
 const MOST_RUNGS: i32 = 2;
 
 /// Its load steps get this part of all iterations.

@@ -40,7 +40,7 @@ pub struct Solution {
 }
 
 impl Solution {
-    /// Of what was found last.
+    /// Solution of the equilibrium found last.
     pub(crate) fn new(
         system: &System<'_>,
         (found, load_steps): (Equilibrium, usize),

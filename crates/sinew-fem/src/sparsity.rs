@@ -19,15 +19,15 @@ pub(crate) struct Sparsity {
     pub frames: Frames,
     /// The lower half, compressed by columns.
     pub pattern: SymbolicSparseColMat<usize>,
-    /// Where the matrices of the cells go, or of the patches if there are any.
+    /// Places of the matrices of cells, or of patches if there are any.
     pub cells: Slots,
-    /// The same for the facets of all pressures, one after the other, those without a potential last.
+    /// Places of the matrices of the facets of all pressures, one after the other, those without a potential last.
     pub facets: Slots,
-    /// The same for the springs.
+    /// Places of the matrices of springs.
     pub springs: Slots,
 }
 
-/// Where small matrices go in the values of the stiffness matrix.
+/// Places of small matrices among the values of the stiffness matrix.
 #[derive(Debug, Default)]
 pub(crate) struct Slots {
     /// First place of each matrix, and the end of the last.
@@ -99,7 +99,7 @@ impl Sparsity {
         self.gather_along(&self.frames, vector)
     }
 
-    /// The same of a body whose unknowns are along other axes.
+    /// [`Self::gather`] for a body whose unknowns are along other axes.
     pub(crate) fn gather_along(
         &self,
         frames: &Frames,
@@ -113,7 +113,7 @@ impl Sparsity {
         self.scatter_along(&self.frames, values, vector);
     }
 
-    /// The same of a body whose unknowns are along other axes.
+    /// [`Self::scatter`] for a body whose unknowns are along other axes.
     pub(crate) fn scatter_along(
         &self,
         frames: &Frames,

@@ -2,7 +2,7 @@
 
 use sinew_energy::Body;
 
-/// Where a potential is evaluated.
+/// State at which a potential is evaluated.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct State<'a> {
     /// Nodal displacements \[length\].

@@ -104,7 +104,7 @@ pub fn sweep(
     )
 }
 
-/// The same for a balance of forces: incompressible bodies, and pressures on surfaces with a loose rim. Within a chain each solve starts
+/// Sweep of a balance of forces: incompressible bodies, and pressures on surfaces with a loose rim. Within a chain each solve starts
 /// from its predecessor's solution.
 ///
 /// # Errors

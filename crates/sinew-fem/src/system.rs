@@ -24,13 +24,13 @@ pub(crate) struct Unknowns {
 }
 
 impl Unknowns {
-    /// Of a body without a field of pressure.
+    /// System of a body without a field of pressure.
     pub(crate) fn of(displacement: &[f64]) -> Self {
         Self { displacement: displacement.to_vec(), pressure: Vec::new() }
     }
 }
 
-/// What is left of forces and of changes of volume.
+/// Residual of forces and of changes of volume.
 #[derive(Clone, Debug)]
 pub(crate) struct Residual {
     /// Unbalanced forces of the free degrees of freedom, then changes of volume of the pressures.
@@ -44,7 +44,7 @@ pub(crate) struct Residual {
 /// The balance of a body with its derivatives.
 pub(crate) struct System<'p> {
     pub body: &'p Body,
-    /// What the body is a part of, where it has no potential.
+    /// Force balance that the body is a part of, where it has no potential.
     balance: Option<&'p ForceBalance>,
     pub sparsity: Arc<Sparsity>,
     pub assembly: Assembly,
@@ -157,7 +157,7 @@ impl<'p> System<'p> {
         self.body.volumes.iter().sum()
     }
 
-    /// What is unbalanced where assembled last: forces relative to loads and reactions, or volumes relative to the
+    /// Size of the residual assembled last: forces relative to loads and reactions, or volumes relative to the
     /// body's, whichever is larger. `None` where something overflows.
     pub(crate) fn size(&self, residual: &Residual) -> Option<f64> {
         let forces = residual.force / self.assembly.force_scale.max(f64::MIN_POSITIVE);

@@ -62,7 +62,7 @@ pub fn print_progress(progress: &Progress<'_>) {
     eprintln!("{progress}");
 }
 
-/// What a solve writes its iterations to.
+/// Log of the iterations of a solve.
 #[derive(Default)]
 pub(crate) struct Log<'w> {
     pub iterations: Vec<Iteration>,

@@ -91,7 +91,7 @@ fn the_pressure_of_a_thick_sphere_rises_to_its_limit_point_and_falls_beyond_as_t
     panic!("the curve ended before the sphere was three times as wide");
 }
 
-/// Where the material softens instead of the load rising the same states are met, and the limit point is one of the stiffness.
+/// A softening material passes the same states as a rising load, and the limit point is one of the stiffness.
 #[test]
 fn a_sphere_that_softens_under_its_pressure_turns_back_at_the_stiffness_of_its_limit_point() {
     let (scene, pole) = sphere();

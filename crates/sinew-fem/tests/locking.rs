@@ -12,7 +12,7 @@ use sinew_fem::{
 use sinew_mesh::{Mesh, TetMesh, TruncatedEllipsoid, box_hexahedra, box_tetrahedra};
 use support::parameters;
 
-/// What is foreseen may be half or twice of what is measured.
+/// Factor by which a foreseen share may differ from the measured one.
 const FACTOR: f64 = 2.0;
 const MU: f64 = 75.0;
 
@@ -100,7 +100,7 @@ const VOLUME: [(f64, f64, f64); 4] =
     [(5.0, 0.87, 0.94), (10.0, 0.77, 0.89), (50.0, 0.46, 0.70), (100.0, 0.33, 0.59)];
 /// Reached by averaged ones on the same mesh at lambda = mu.
 const AVERAGED: [f64; 2] = [37.3 / 55.8, 48.5 / 55.8];
-/// What is lost below this is not worth a warning.
+/// Smallest lost share that is worth a warning.
 const NEGLIGIBLE: f64 = 0.06;
 
 #[test]

@@ -33,7 +33,7 @@ impl FibreRule {
         Ok(Self { fibre, sheet: [0.0; 2] })
     }
 
-    /// The same fibres with sheets that turn from `endocardium` to `epicardium` \[degrees\].
+    /// These fibres with sheets that turn from `endocardium` to `epicardium` \[degrees\].
     ///
     /// # Errors
     /// [`FibreError::Angle`] when one is not finite.

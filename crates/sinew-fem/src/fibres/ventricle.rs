@@ -7,7 +7,7 @@ use super::{FibreError, FibreRule, Frame};
 use nalgebra::Vector3;
 use sinew_mesh::TetMesh;
 
-/// Where the points of a ventricle's wall lie between its surfaces, and from there its fibres: the
+/// Places of a ventricle's wall between its surfaces, and its fibres: the
 /// Laplace–Dirichlet rule of J. D. Bayer et al., Ann. Biomed. Eng. 40 (2012), for one ventricle.
 ///
 /// With one ventricle the rule's interpolation between the frames of two surfaces is a rotation by an angle
@@ -37,7 +37,7 @@ pub struct VentricleCoordinates {
     layers_of_nodes: Vec<Layer>,
 }
 
-/// What an angle is linear in.
+/// Coordinate that an angle is linear in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Depth {
     /// The way through the wall: the solution of `∇·(|∇φ| ∇d) = 0`, φ the potential. Its gradient is constant
@@ -153,7 +153,7 @@ fn edges(mesh: &TetMesh, cell: usize) -> Vec<Vector3<f64>> {
     edges
 }
 
-/// Where a node has no direction of its own it takes that of the first cell around it.
+/// Directions at nodes; a node without one takes that of the first cell around it.
 fn layers_of_nodes(
     mesh: &TetMesh,
     outward: &[Vector3<f64>],

@@ -29,7 +29,7 @@ enum Kind {
 /// Beams of linear tetrahedra never lose more than this times the displacement that they keep: 15 to 17 at K/μ = 1e4
 /// with one to six elements across.
 const BEAM: f64 = 15.0;
-/// The same of a cube, at K/μ = 500.
+/// Compliance that a cube loses, at K/μ = 500.
 const CUBE: f64 = 0.6;
 /// Slenderness of a cube by its principal extents, which may lie along its diagonals.
 const OF_A_CUBE: f64 = 2.0;

@@ -3,7 +3,7 @@
 /// A graph: the neighbours of each vertex, without itself, compressed.
 #[derive(Clone, Debug)]
 pub(super) struct Graph {
-    /// Where the neighbours of each vertex start, and their number.
+    /// Offset of the neighbours of each vertex, and their number.
     pub starts: Vec<u32>,
     pub neighbours: Vec<u32>,
     /// How many fine edges each neighbour stands for.

@@ -18,7 +18,7 @@ const PASSES: usize = 12;
 /// Moves without improvement that end a pass.
 const MOST_MOVES: usize = 300;
 
-/// Where a vertex lies: on one of two sides, or in between.
+/// Side of a vertex: one of two, or the separator in between.
 pub(super) const BETWEEN: u8 = 2;
 
 /// A division of the vertices: no edge joins side 0 and side 1.
@@ -143,11 +143,11 @@ impl Separation {
     }
 }
 
-/// What a pass of refinement keeps. Each moves vertices out of the separator to one side, so the separator
+/// State of a refinement pass. Each moves vertices out of the separator to one side, so the separator
 /// sweeps over the other: it gets over hills that moves to and fro do not.
 struct Pass<'g> {
     graph: &'g Graph,
-    /// By how much the separator gets lighter when a vertex of it goes to the side.
+    /// Weight that the separator loses when a vertex of it goes to the side.
     gain: Vec<i64>,
     moved: Vec<bool>,
     /// Vertices of the separator by gain; an entry whose gain is no longer true is void.

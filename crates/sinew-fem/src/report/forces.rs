@@ -6,7 +6,7 @@ use crate::state::load_gradient;
 use sinew_energy::{Body, ForceBalance};
 use sinew_num::Mat3;
 
-/// What acts on a body.
+/// Forces on a body.
 pub(super) struct Forces {
     /// Derivative of the energy in every degree of freedom; at prescribed ones it is the reaction.
     pub total: Vec<f64>,
@@ -21,7 +21,7 @@ pub(super) struct Forces {
 }
 
 impl Forces {
-    /// Of what has a potential, under a fraction of the loads.
+    /// Forces that have a potential, under a fraction of the loads.
     pub(super) fn of_potential(
         potential: &Body,
         displacement: &[f64],
@@ -46,7 +46,7 @@ impl Forces {
         }
     }
 
-    /// With loose followers and the field of pressure.
+    /// Forces with loose followers and the field of pressure.
     pub(super) fn of_balance(body: &ForceBalance, solution: &BalanceSolution) -> Self {
         let BalanceSolution { displacement, theta, load_factor, .. } = solution;
         let mut forces = Self::of_potential(&body.body, displacement, theta, *load_factor);

@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, FRAC_PI_6};
 
 /// Without its volumetric part (λ = 0) the law leaves all of the volume to the field of pressure.
 const PLAIN: NeoHookean = NeoHookean;
-/// What two or three quadratic elements through the wall are worth.
+/// Accuracy of two or three quadratic elements through the wall.
 const CLOSE: f64 = 0.005;
 
 /// A thick shell of radii 1 and 2 and μ = 1, inflated through its limit point: the pressure at inner radius a is
@@ -100,7 +100,7 @@ fn growths_of_steps_that_make_no_sense_end_in_a_trace_or_a_typed_failure() {
     }
 }
 
-/// The same tube of tetrahedra, whose pressure has no potential: its rim slides in two parallel planes.
+/// This tube of tetrahedra, whose pressure has no potential: its rim slides in two parallel planes.
 #[test]
 fn a_thick_tube_of_tetrahedra_inflates_as_the_closed_form_says() {
     let mesh = cylinder_quarter([1.0, 2.0], 0.3, [2, 3, 1]).quadratic_tetrahedra();

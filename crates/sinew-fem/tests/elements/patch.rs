@@ -6,7 +6,7 @@ use sinew_energy::{Body, FiniteElement, Law, Nodes, Scene, Support};
 use sinew_fem::{BalanceSolver, Options, Solver};
 use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
 
-/// Of positions in a unit cube; of forces relative to the reactions.
+/// Rounding errors of positions in a unit cube, and of forces relative to the reactions.
 const TOLERANCE: f64 = 1e-10;
 
 /// As above where GMRES solves the linear systems to a finite accuracy.

@@ -18,7 +18,7 @@ pub(crate) fn scene<L: Law<D>, const D: usize>(law: L, mesh: TetMesh) -> Scene<L
     }
 }
 
-/// The same directions in every cell.
+/// Equal directions in every cell.
 pub(crate) fn with_directions<L: Law<D>, const D: usize>(
     law: L,
     mesh: TetMesh,

@@ -29,7 +29,7 @@ pub(crate) fn assert_sound(potential: &Body, solution: &Solution) {
     assert_minimum(potential, solution);
 }
 
-/// Supports obeyed, forces balanced, no cell turned over: by the potential, not by the solver's own assembly.
+/// Supports obeyed, forces balanced, no cell inverted: by the potential, not by the solver's own assembly.
 #[track_caller]
 pub(crate) fn assert_equilibrium(potential: &Body, solution: &Solution) {
     let Solution { displacement, theta, .. } = solution;

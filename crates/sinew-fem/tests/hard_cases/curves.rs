@@ -6,7 +6,7 @@ use sinew_energy::{Load, Magnitude, Scene};
 use sinew_fem::{BalanceSolver, CurvePoint, Line, Options, SolveError, Solver};
 use sinew_mesh::box_tetrahedra;
 
-/// Nothing but equilibria, or an error with numbers, within so many points.
+/// Only equilibria, or an error with numbers, within so many points.
 const MOST: usize = 60;
 
 /// A beam that a pressure without a rim rolls up meets the equilibrium that a solve finds.

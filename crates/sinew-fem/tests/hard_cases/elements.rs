@@ -53,7 +53,7 @@ fn deflection<const N: usize>(
     part
 }
 
-/// What elements that do not lock reach of beam theory on a coarse mesh, its clamp being stiffer than the theory's.
+/// Share of beam theory that elements without locking reach on a coarse mesh, its clamp being stiffer than the theory's.
 const FREE_OF_LOCKING: std::ops::Range<f64> = 0.9..1.02;
 
 #[test]

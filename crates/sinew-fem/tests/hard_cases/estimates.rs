@@ -167,7 +167,7 @@ fn an_equilibrium_of_another_branch_is_named() {
     assert!(distance.mean < 1e-9, "{distance:?}");
 }
 
-/// What a descent leaves is relative to the forces of the body that it is of, not to those of the stiffness held.
+/// The residual of a descent is relative to the forces of its own body, not to those of the body of the frozen stiffness.
 #[test]
 fn unbalanced_forces_are_relative_to_the_own_ones() {
     let block = |size: f64| {

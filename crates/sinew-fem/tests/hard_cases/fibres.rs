@@ -10,7 +10,7 @@ const HO: sinew_energy::NearlyIncompressible<HolzapfelOgden> =
     HolzapfelOgden.nearly_incompressible(50.0);
 const SOFT: [f64; 4] = [1.0, 2.0, 5.0, 3.0];
 
-/// What lowering says about a block whose cell 4 has this fibre.
+/// Error of lowering a block whose cell 4 has this fibre.
 #[track_caller]
 fn refused_fibre(fibre: [f64; 3]) -> SceneError {
     let mut scene = with_directions(HO, cube(1), [[0.0, 0.0, 1.0]]);

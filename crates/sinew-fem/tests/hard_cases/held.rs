@@ -43,7 +43,7 @@ fn stiffness_of_another_size_leads_to_equilibrium() {
     }
 }
 
-/// The cell that is turned over is the one that is named, not the worst of a state that was assembled before.
+/// The inverted cell is the one that is named, not the worst of a state that was assembled before.
 #[test]
 fn steps_from_an_inverted_cell_name_it() {
     let body = beam(-0.01);
@@ -159,7 +159,7 @@ fn the_stiffness_of_another_body_leads_to_equilibrium_or_is_refused() {
     assert!(refused(&shaped(0.1, vec![Support::clamped("x_max")])).contains("held components"));
 }
 
-/// A nearly incompressible body of another shape is out of reach, and what is left of the forces says so although the residual has become
+/// A nearly incompressible body of another shape is out of reach, and the residual says so although the residual has become
 /// a hundred times smaller; the same body with a softer volume is reached.
 #[test]
 fn a_descent_that_arrives_nowhere_says_so() {

@@ -11,7 +11,7 @@ fn pressure(facets: &str, magnitude: Magnitude) -> Load {
     Load::Pressure { facets: facets.into(), magnitude }
 }
 
-/// What lowering says about a clamped cube under these loads.
+/// Error of lowering a clamped cube under these loads.
 #[track_caller]
 fn refused(loads: Vec<Load>) -> SceneError {
     let error = Scene { loads, ..scene(NeoHookean, cube(2)) }.lower().unwrap_err();

@@ -9,7 +9,7 @@ use sinew_fem::{Advice, SolveError};
 use sinew_mesh::{VentricleShape, box_tetrahedra};
 use sinew_num::{Mat3, Scalar};
 
-/// Where a golden-section search ends: it sees the square root of rounding.
+/// Accuracy of a golden-section search: it sees the square root of rounding.
 const SEARCHED: f64 = 1e-7;
 
 /// The argument in `[low, high]` at which a function with one valley is least.

@@ -24,7 +24,7 @@ fn norm(values: impl Iterator<Item = f64> + Clone) -> f64 {
     if largest > 0.0 { largest * sum.sqrt() } else { 0.0 }
 }
 
-/// What is unbalanced of `forces`, as a part of the reactions and of the `loads`.
+/// Residual of `forces`, as a part of the reactions and of the `loads`.
 fn unbalanced(prescribed: &[Option<f64>], forces: &[f64], loads: &[f64]) -> f64 {
     let of = |held: bool| {
         forces.iter().zip(prescribed).filter(move |(_, p)| p.is_some() == held).map(|(f, _)| *f)
