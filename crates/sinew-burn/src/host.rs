@@ -68,7 +68,7 @@ impl HostTensor {
 
 /// A differentiable function of host tensors with one output.
 pub(crate) trait HostOperation: Clone + Debug + Send + Sync + 'static {
-    /// What the backward pass needs.
+    /// Tensors that the backward pass needs.
     type Saved: Clone + Debug + Send + 'static;
 
     /// The output, and when `tracked` what the backward pass needs.
@@ -106,7 +106,7 @@ fn forward<B: Backend, O: HostOperation, const N: usize>(
     (output.clone().write::<B>(&device), output, saved)
 }
 
-/// What a backward step keeps: the operation's own, and the shapes of the gradients.
+/// State of a backward step: the operation's own, and the shapes of the gradients.
 #[derive(Clone, Debug)]
 struct Kept<O: HostOperation, const N: usize> {
     operation: O,

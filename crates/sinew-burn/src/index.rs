@@ -94,7 +94,7 @@ impl GatherPlan {
         })
     }
 
-    /// The same with one more source, of a single row that every row reads.
+    /// This plan with one more source, of a single row that every row reads.
     pub fn and_shared(&self) -> Arc<Self> {
         let Self { rows, mut sources, mut source_rows } = self.clone();
         sources.push(Gather::Repeated { times: rows.max(1) });

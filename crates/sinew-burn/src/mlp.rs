@@ -152,13 +152,13 @@ struct GatheredMlp {
     activation: Activation,
     /// Per input, see [`Input::first_row`].
     first_rows: Vec<Option<usize>>,
-    /// Of the normalisation, if there is one.
+    /// Epsilon of the normalisation, if there is one.
     epsilon: Option<f32>,
     /// See [`KEPT_BYTES`].
     kept_bytes: usize,
 }
 
-/// What the backward pass needs: inputs, parameters and activations.
+/// Tensors of the backward pass: inputs, parameters and activations.
 #[derive(Clone, Debug)]
 struct Saved {
     tensors: Vec<HostTensor>,
@@ -180,7 +180,7 @@ impl GatheredMlp {
             .collect()
     }
 
-    /// Of the tensors after the inputs.
+    /// Parameters among the tensors, after the inputs.
     fn parameters<'a>(&self, tensors: &'a [HostTensor]) -> Parameters<'a> {
         let tensors = &tensors[self.first_rows.len()..];
         Parameters {

@@ -24,7 +24,7 @@ const TILES_FOR_ALL_GROUPS: usize = 64;
 
 /// Gradients of a scalar with respect to inputs and parameters, in the order of the operation.
 pub(crate) struct Gradients {
-    /// Of those inputs that were asked for.
+    /// Gradients of the inputs that were asked for.
     pub inputs: Vec<Option<Vec<f32>>>,
     /// First weight and bias, second, third; gain and offset.
     pub parameters: [Vec<f32>; 8],
@@ -82,9 +82,9 @@ struct Pass<'a> {
 
 /// Gradients per row of the result, filled by all groups.
 struct RowGradients {
-    /// Of the sums in the first layer, where a source is gathered by index.
+    /// Gradients of the sums in the first layer, where a source is gathered by index.
     first: Buffer,
-    /// Of the inputs that are read row by row.
+    /// Gradients of the inputs that are read row by row.
     inputs: Vec<Vec<f32>>,
 }
 

@@ -104,7 +104,7 @@ pub(crate) fn multiply_in_parallel(
 pub(crate) struct FirstLayer<'a> {
     sources: &'a [Source<'a>],
     products: &'a [Buffer],
-    /// Of the sources multiplied in tiles.
+    /// Weights of the sources multiplied in tiles.
     weights: Vec<Option<Panels>>,
 }
 
@@ -151,10 +151,10 @@ impl<'a> FirstLayer<'a> {
     }
 }
 
-/// What the forward pass leaves for the backward pass. A hidden layer not kept is empty.
+/// Activations kept for the backward pass. A hidden layer not kept is empty.
 #[derive(Debug)]
 pub(crate) struct Activations {
-    /// Of the sources with the first weight, see [`Source::product`].
+    /// Products of the sources with the first weight, see [`Source::product`].
     pub products: Vec<Buffer>,
     pub first: Buffer,
     pub second: Buffer,

@@ -20,7 +20,7 @@ pub(crate) struct Panels {
 }
 
 impl Panels {
-    /// Of a matrix with rows of `columns` numbers.
+    /// Panels of a matrix with rows of `columns` numbers.
     pub(crate) fn new(matrix: &[f32], columns: usize) -> Self {
         let depth = matrix.len() / columns.max(1);
         Self::pack(depth, columns, |row, column, panel| {
@@ -28,7 +28,7 @@ impl Panels {
         })
     }
 
-    /// Of the transpose of a matrix with rows of `columns` numbers.
+    /// Panels of the transpose of a matrix with rows of `columns` numbers.
     pub(crate) fn transposed(matrix: &[f32], columns: usize) -> Self {
         let rows = matrix.len() / columns.max(1);
         Self::pack(columns, rows, |row, column, panel| {
@@ -77,10 +77,10 @@ fn panels(columns: usize) -> impl Iterator<Item = Panel> {
     .fuse()
 }
 
-/// What a product is added to.
+/// Summand of a product.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Start {
-    /// Nothing: it is written over the output.
+    /// Zero: the product is written over the output.
     Zero,
     /// The output.
     Kept,
@@ -207,7 +207,7 @@ struct Task<'a> {
     panel: &'a [f32],
     /// Distance of the panel's rows.
     stride: usize,
-    /// Of the output.
+    /// Columns of the output.
     columns: usize,
     /// First column of the panel.
     start: usize,
@@ -215,7 +215,7 @@ struct Task<'a> {
 }
 
 impl Task<'_> {
-    /// With a panel of `width` columns.
+    /// Product with a panel of `width` columns.
     fn run(&self, width: usize, output: &mut [f32]) {
         // What the blocks below rely on.
         let Factor { values, row_stride, step } = self.factor;

@@ -35,7 +35,7 @@ impl Dirichlet {
         Ok(Self { prescribed, axes: BTreeMap::new() })
     }
 
-    /// What the supports of a body prescribe.
+    /// Dirichlet conditions of a body's supports.
     pub fn of_body(body: &Body) -> Self {
         let frame = |node| body.frames.get(node).map(|axes| (node, axes.0));
         let axes = body.frames.nodes().filter_map(frame).collect();
@@ -47,7 +47,7 @@ impl Dirichlet {
         self.axes.get(&node).map_or(f64::from(u8::from(i == k)), |axes| axes[k][i])
     }
 
-    /// What supports leave of every node's displacement: matrices over its components, row by row.
+    /// Projectors onto the free directions of every node: matrices over its components, row by row.
     pub fn projectors(&self, dimensions: usize) -> Vec<f64> {
         let mut table = Vec::with_capacity(self.prescribed.len() * dimensions);
         for (node, prescribed) in self.prescribed.chunks(dimensions).enumerate() {
@@ -59,7 +59,7 @@ impl Dirichlet {
         table
     }
 
-    /// What supports prescribe of every node's displacement, zero where they prescribe nothing.
+    /// Prescribed displacement of every node, zero where it is free.
     pub fn held(&self, dimensions: usize) -> Vec<f64> {
         let nodes = self.prescribed.chunks(dimensions).enumerate();
         let of_node = |(node, prescribed): (usize, &[Option<f64>])| -> Vec<f64> {

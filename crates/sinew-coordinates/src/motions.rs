@@ -98,7 +98,7 @@ impl Motions {
         })
     }
 
-    /// With outputs that follow the parameters by themselves, so that a network adds what is beyond: `changes` are the changes of
+    /// Outputs with a Taylor expansion in the parameters, to which a network adds the remainder: `changes` are the changes of
     /// the displacement with each standardised parameter p, node by node \[length\] (the solution's derivatives, times what
     /// a unit of the standardised parameter is), and after those, or not, with each of the products `p_i p_j`, `j ≥ i`.
     ///
@@ -156,7 +156,7 @@ impl Motions {
         Ok(self)
     }
 
-    /// The same with outputs that follow the first `count` changes, and the others, only these parts of the way.
+    /// Outputs whose Taylor terms are damped: the first `count` changes by one factor, the others by the second.
     pub fn damped(mut self, [first, others]: [f64; 2], count: usize) -> Self {
         let part = |k: usize| if k < count { first } else { others };
         let rest = self.rates.len();
@@ -208,7 +208,7 @@ impl Motions {
         FeatureMatrix { rows: nodes + clusters, columns, values }
     }
 
-    /// What [`Motions::following`] made of its changes: outputs of clusters, six each, and then of nodes, three each.
+    /// Taylor coefficients of [`Motions::following`]: outputs of clusters, six each, and then of nodes, three each.
     pub fn slopes(&self) -> &[Vec<f64>] {
         &self.slopes
     }
@@ -218,7 +218,7 @@ impl Motions {
         &self.rates
     }
 
-    /// With outputs so large that, if all displacements of nodes were of size one, they would cost this `energy`.
+    /// Outputs scaled so that, if all displacements of nodes were of size one, they would cost this `energy`.
     ///
     /// # Errors
     /// An energy that is not positive.
@@ -259,10 +259,10 @@ fn stiffness(body: &Body, displacement: &[f64], theta: &[f64]) -> Result<Stiffne
     body.stiffness(displacement, theta).ok_or(CoordinateError::NoStiffness)
 }
 
-/// What motions of nodes and of clusters cost.
+/// Energies of motions of nodes and of clusters.
 struct Costs<'a> {
     stiffness: &'a Stiffness,
-    /// What supports leave of each node's displacement.
+    /// Projector onto the free directions of each node.
     free: &'a [[[f64; 3]; 3]],
     places: &'a [[f64; 3]],
 }

@@ -45,12 +45,12 @@ pub(crate) struct Polynomial {
     pub constant: DVector<f64>,
     /// Coefficients of the terms, as many as the order has.
     pub terms: Vec<DVector<f64>>,
-    /// What it leaves of the values, a row for each of them.
+    /// Residuals of the values, a row for each of them.
     pub residual: DMatrix<f64>,
 }
 
 impl Polynomial {
-    /// Of the order, zero, one or two, that foretells each row of `values` best from all others.
+    /// Polynomial of the order, zero, one or two, that predicts each row of `values` best from all others.
     pub(crate) fn fit(values: &DMatrix<f64>, parameters: &[Vec<f64>]) -> Result<Self> {
         let count = parameters.first().map_or(0, Vec::len);
         let rows: Vec<Vec<f64>> = parameters.iter().map(|p| terms(p)).collect();

@@ -211,7 +211,7 @@ mod tests {
         increments.iter().zip(basis.origin()).map(|(du, u)| u + du).collect()
     }
 
-    /// Of simulations without parameters.
+    /// Directions of simulations without parameters.
     fn about_mean(fields: &[Vec<f64>], power: f64) -> Result<PrincipalDirections> {
         let parameters = vec![Vec::new(); fields.len()];
         PrincipalDirections::following(fields.iter().map(Vec::as_slice), &parameters, power)

@@ -11,7 +11,7 @@ use crate::error::{CoordinateError, Result, require_count, require_finite, requi
 pub enum ParameterScale {
     /// As it is.
     Linear,
-    /// By its logarithm, for stiffnesses that range over orders of magnitude.
+    /// Logarithmic, for stiffnesses that range over orders of magnitude.
     Log,
 }
 

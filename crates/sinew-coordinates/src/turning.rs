@@ -68,7 +68,7 @@ fn series(q: f64, first: f64, n: f64) -> [f64; 2] {
 }
 
 impl<S: Number> Turn<S> {
-    /// By the angle `‖ω‖` \[rad\] about the axis along ω.
+    /// Rotation by the angle `‖ω‖` \[rad\] about the axis along ω.
     pub(crate) fn new(vector: [S; 3]) -> Self {
         let [x, y, z] = vector.clone();
         Self { square: x.squared() + y.squared() + z.squared(), vector }

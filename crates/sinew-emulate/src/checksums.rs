@@ -51,7 +51,7 @@ pub(crate) fn seal(folder: &Path, file: &str, part: &str) -> Result<()> {
     write_json(&folder.join(SEAL), &of(folder, names)?)
 }
 
-/// What a folder was sealed with, each file of which is as it was.
+/// Checksums of a sealed folder whose files are unchanged.
 ///
 /// # Errors
 /// No seal, or a file that is not as it was sealed.

@@ -117,7 +117,7 @@ impl<'b> Emulator<'b> {
     }
 }
 
-/// What to say about steps from a prediction.
+/// Warnings about Newton steps from a prediction.
 fn misgivings(predicted: &[f64], steps: &[NewtonStep]) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if let Some(first) = steps.first() {

@@ -69,8 +69,8 @@ struct Description {
 pub type Load = dyn Fn(&Path, &Body) -> Result<Box<dyn Predictor>>;
 
 impl<'b> Emulator<'b> {
-    /// What [`recipe::Taylor`](crate::recipe::Taylor) makes of a body, without held-out cases that measure it: one solve at the centre of the parameters' ranges,
-    /// followed to second order. The quickest way to many answers for a body that nothing has seen. The seed draws clusters of nodes, and the
+    /// Taylor expansion of second order about one solve at the centre of the parameters' ranges, as [`recipe::Taylor`](crate::recipe::Taylor) but without
+    /// held-out cases: the quickest way to many answers for an unseen body. The seed draws clusters of nodes, and the
     /// parameter sets that parts of both orders are tried at.
     ///
     /// ```
@@ -119,7 +119,7 @@ impl<'b> Emulator<'b> {
         Self::new(body, Box::new(Regressed { series: Some(series), regression: None }), record)
     }
 
-    /// Of a predictor of `body`.
+    /// Emulator of a predictor of `body`.
     pub fn new(body: &'b Body, predictor: Box<dyn Predictor>, record: Record) -> Self {
         Self { body, predictor, record, solvers: Mutex::default(), held: Mutex::new(None) }
     }
@@ -144,7 +144,7 @@ impl<'b> Emulator<'b> {
         self.predicted(thetas, self.predictor.predict(self.body, thetas))
     }
 
-    /// As [`Emulator::predict`], but as if a network had never seen the geometry, which takes message passing, and is less
+    /// As [`Emulator::predict`], but as if the geometry were unseen by a network, which takes message passing, and is less
     /// accurate than with the embeddings that training gave to its nodes. The same as `predict` for other predictors.
     ///
     /// # Errors

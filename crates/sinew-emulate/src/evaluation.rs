@@ -28,7 +28,7 @@ pub struct Evaluation {
     pub corrected: Vec<Corrected>,
     /// True error over its [`Estimate`](crate::Estimate) in the energy norm, where there is one.
     pub estimates: Option<Quantiles>,
-    /// The same of mean nodal distances.
+    /// True mean nodal distance over its estimate.
     pub distances: Option<Quantiles>,
     /// Share of the estimated cases in which the true error is within a factor of two of the estimate, in both.
     pub within_two: f64,
@@ -38,7 +38,7 @@ pub struct Evaluation {
     pub inverted: usize,
     /// Relative error of `∂û/∂θ` [%] for every parameter, medians over some cases.
     pub sensitivity_errors: Vec<f64>,
-    /// What it costs.
+    /// Times.
     pub times: Times,
 }
 

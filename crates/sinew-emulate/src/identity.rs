@@ -10,7 +10,7 @@ pub(crate) struct Identity {
     nodes: usize,
     cells: usize,
     unknowns: usize,
-    /// Of length and of stress.
+    /// Units of length and of stress.
     #[serde(default)]
     units: [String; 2],
     pub(crate) parameters: Vec<Axis>,
@@ -78,7 +78,7 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-/// What differs between a stored body and another one: the name, and how it is there and here.
+/// First difference between a stored body and another one: its name and both values.
 pub(crate) fn difference(
     stored: &Identity,
     found: &Identity,

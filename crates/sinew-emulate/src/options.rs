@@ -29,7 +29,7 @@ impl Default for Budget {
     }
 }
 
-/// What all recipes need to know.
+/// Options of all recipes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrainingOptions {

@@ -21,7 +21,7 @@ fn outside<'a>(body: &'a Body, theta: &'a [f64]) -> impl Iterator<Item = (&'a Pa
     body.parameters.iter().zip(theta.iter().copied()).filter(move |pair| !inside(pair))
 }
 
-/// What to say about parameters outside the trained ranges.
+/// Warnings about parameters outside the trained ranges.
 pub(crate) fn extrapolation(body: &Body, theta: &[f64]) -> Vec<Warning> {
     let warning = |(p, value): (&Parameter, f64)| Warning::OutsideRange {
         parameter: p.name.clone(),

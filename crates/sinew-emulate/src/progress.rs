@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 /// How far a stage is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress<'a> {
-    /// What is being done, such as `"simulate training"`.
+    /// Stage, such as `"simulate training"`.
     pub stage: &'a str,
     /// Share of the stage that is done, from 0 to 1.
     pub fraction: f64,

@@ -22,7 +22,7 @@ pub struct Quantiles {
 }
 
 impl Quantiles {
-    /// Of values; all NaN without any.
+    /// Quantiles of values; all NaN without any.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Self {
         let mut sorted: Vec<f64> =
             values.into_iter().map(|v| if v.is_nan() { f64::NAN } else { v }).collect();

@@ -22,7 +22,7 @@ pub trait Train: Debug {
     /// Its settings, stored with a run and compared when one is resumed.
     fn settings(&self) -> Value;
 
-    /// What it makes, in one line.
+    /// Description of its predictor, in one line.
     fn about(&self, record: &Record) -> String;
 
     /// Refuses settings that make no sense.

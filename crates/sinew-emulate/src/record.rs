@@ -10,7 +10,7 @@ use std::fmt;
 pub struct Record {
     /// Short name of its recipe.
     pub recipe: String,
-    /// What it is, in one line.
+    /// Description, in one line.
     pub about: String,
     /// Simulations that it learned from.
     pub simulations: usize,
@@ -27,7 +27,7 @@ pub struct Record {
     /// Weights of the networks that were kept, where some were trained.
     #[serde(default)]
     pub kept: Option<Kept>,
-    /// What was tried and why this was taken, where there was a choice.
+    /// Candidates and the reason for the one taken, where there was a choice.
     pub choice: Option<Choice>,
     /// How well the error estimate does.
     pub calibration: Calibration,
@@ -43,7 +43,7 @@ impl Record {
         self.choice.as_ref().and_then(|choice| choice.candidates.get(choice.taken))
     }
 
-    /// Of a recipe by its short name; nothing else is known yet.
+    /// Empty record of a recipe, by its short name.
     pub fn new(recipe: &str) -> Self {
         Self {
             recipe: recipe.into(),
@@ -124,11 +124,11 @@ pub struct Candidate {
     pub error: f64,
     /// Wall time of simulations and training \[s\].
     pub seconds: f64,
-    /// What was tried, in words.
+    /// Details of the candidate, in words.
     pub detail: String,
 }
 
-/// What was tried and what was taken; printed, it says why.
+/// Candidates and the one taken; printed, it says why.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Choice {
     /// In the order they were tried.
@@ -182,7 +182,7 @@ pub struct Calibration {
 const EXPECTED: f64 = 0.95;
 
 impl Calibration {
-    /// What to say about estimates that are absent, or hold less often than they should.
+    /// Warnings about estimates that are absent, or hold less often than they should.
     pub(crate) fn warnings(&self) -> Vec<Warning> {
         let Self { cases, refused, inverted, within_two } = *self;
         let turned = (inverted > 0)

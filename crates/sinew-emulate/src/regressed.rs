@@ -11,10 +11,10 @@ const FILE: &str = "series.json";
 /// Kind of these predictors, by which a stored one is known.
 pub(crate) const KIND: &str = "regression";
 
-/// What a series, a regression of simulations, or a regression of what a series leaves of them, predicts.
+/// Predictor by a Taylor expansion, by a regression of simulations, or by a regression of the remainder of the expansion.
 #[derive(Clone, Debug)]
 pub(crate) struct Regressed {
-    /// What the regression is about; its mean alone where there is none.
+    /// Expansion that the regression is about; its mean alone where there is none.
     pub series: Option<TaylorExpansion>,
     /// None where nothing but the series was asked for.
     pub regression: Option<PodRegression>,
@@ -62,7 +62,7 @@ impl Regressed {
         Ok((Self { series: Some(series.clone()), regression: Some(regression) }, error))
     }
 
-    /// What it is, in words.
+    /// Description in words.
     pub(crate) fn detail(&self) -> String {
         let regression = self.regression.as_ref().map(|regression| {
             format!("{} modes, {}", regression.modes(), regression.interpolation())

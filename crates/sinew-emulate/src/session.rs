@@ -51,7 +51,7 @@ pub(crate) struct Described {
     pub network: Option<Value>,
 }
 
-/// What a run was started with, kept in its folder.
+/// Recipe, options and body of a run, kept in its folder.
 #[derive(Serialize, Deserialize)]
 struct Started {
     #[serde(flatten)]

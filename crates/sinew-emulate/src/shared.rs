@@ -5,7 +5,7 @@ use crate::simulate::{Simulations, stored};
 use crate::{Body, Result};
 use std::path::{Path, PathBuf};
 
-/// Where runs leave the simulations that are whole, for runs of the same body and samples to find. A set gets there by renaming its
+/// Folder of complete simulations that runs of one body and one set of samples share. A set gets there by renaming its
 /// folder: two runs at once both solve, and the first that ends leaves what later ones read.
 pub(crate) struct Shared {
     place: PathBuf,
@@ -23,7 +23,7 @@ impl Shared {
         Self { place, body }
     }
 
-    /// What another run has solved.
+    /// Simulations that another run has solved.
     ///
     /// # Errors
     /// Files that are damaged.

@@ -43,11 +43,11 @@ pub struct Simulations {
 pub struct Failure {
     /// Its parameters.
     pub theta: Vec<f64>,
-    /// What the solver says.
+    /// Error of the solver, in words.
     pub reason: String,
 }
 
-/// What is stored beside the fields; written last, so that it says how many rows count.
+/// Log stored beside the fields; written last, so that it says how many rows count.
 #[derive(Serialize, Deserialize)]
 struct Log {
     body: Identity,
@@ -129,7 +129,7 @@ pub fn simulate(
     simulate_by(body, thetas, stage, folder, &Options::default(), observer)
 }
 
-/// The same by a solver's own options, such as load steps for bodies with several stable equilibria. A folder does not keep them: resume with
+/// [`simulate`] by a solver's own options, such as load steps for bodies with several stable equilibria. A folder does not keep them: resume with
 /// the same.
 ///
 /// # Errors
@@ -245,7 +245,7 @@ pub fn read_simulations(body: &Body, folder: &Path) -> Result<Simulations> {
     found.ok_or_else(|| Error::NoSimulations { folder: folder.into() })
 }
 
-/// What a folder holds of a body, and how many samples were tried; `None` where it holds no simulations.
+/// Simulations of a body in a folder, and how many samples were tried; `None` where it holds no simulations.
 fn read(folder: &Path, body: &Identity) -> Result<Option<(usize, Simulations)>> {
     let Some(log) = read_json::<Log>(&folder.join(LOG))? else { return Ok(None) };
     let solved = log.solve_seconds.len();
@@ -272,7 +272,7 @@ fn alike(a: &[f64], b: &[f64]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(close)
 }
 
-/// What a folder holds of the samples `thetas` of a body, and how many of them were tried.
+/// Simulations of the samples `thetas` of a body in a folder, and how many of them were tried.
 ///
 /// # Errors
 /// Other samples, or those of another body.

@@ -5,7 +5,7 @@ use sinew_burn::Activation;
 
 use crate::error::{Error, Result};
 
-/// What an emulator reads from the embeddings of nodes.
+/// Decoding of the embeddings of nodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Decoding {
@@ -47,7 +47,7 @@ pub struct EmulatorConfig {
     pub parameters: usize,
     /// Length of the embedding of the global shape, `z_global`; zero where there is one geometry.
     pub global_features: usize,
-    /// What is read from the embeddings.
+    /// Decoding of the embeddings.
     pub decoding: Decoding,
 }
 

@@ -17,7 +17,7 @@ pub struct Geometry {
     pub global: Vec<f64>,
     /// Supports.
     pub dirichlet: Dirichlet,
-    /// What the network's numbers mean on this body.
+    /// Coordinates of the network's outputs on this body.
     pub coordinates: Coordinates,
 }
 
@@ -32,7 +32,7 @@ pub struct Sample {
     pub displacement: Vec<f64>,
 }
 
-/// What an emulator learns from: geometries, each with its own graph, and samples of parameters on them.
+/// Data set of an emulator: geometries, each with its own graph, and samples of parameters on them.
 #[derive(Debug, Clone)]
 pub struct DataSet {
     /// The bodies.

@@ -11,7 +11,7 @@ use crate::kernels::{KernelChoice, Kernels};
 use crate::perceptron::{Normalisation, Perceptron};
 use crate::random::Initialiser;
 
-/// What a network reads from the embeddings of nodes, or a change of it.
+/// Outputs of a network, decoded from the embeddings of nodes, or a change of them.
 #[derive(Debug, Clone)]
 pub struct Output {
     /// `[batch, real nodes, D]`.
@@ -98,13 +98,13 @@ impl Emulator {
         &self.config
     }
 
-    /// The same weights computed with other kernels.
+    /// Network of the same weights with other kernels.
     pub(crate) fn with_kernels(mut self, choice: KernelChoice) -> Self {
         self.kernels.choice = choice;
         self
     }
 
-    /// The same network with embeddings of each geometry that no longer come from message passing, but are weights to
+    /// Network whose embeddings of each geometry no longer come from message passing, but are weights to
     /// be trained themselves.
     pub(crate) fn with_embeddings(mut self, embeddings: Vec<Embedding>) -> Self {
         /// Beyond the identities of all other parameters.
@@ -124,7 +124,7 @@ impl Emulator {
         Some(self.embeddings.get(geometry)?.iter().map(Param::val).collect())
     }
 
-    /// Where the weights are.
+    /// Device of the weights.
     pub(crate) fn device(&self) -> Device {
         self.decoders[0].layers[0].bias.device()
     }
@@ -177,7 +177,7 @@ impl Emulator {
         update.evaluate(inputs, &graph.plan, &self.kernels)
     }
 
-    /// What is decoded, part by part: the index of a decoder, and the embeddings that it reads.
+    /// Parts that are decoded: the index of a decoder, and the embeddings that it reads.
     ///
     /// Layers of virtual nodes are counted from the whole body down, so that the decoder of the largest clusters reads
     /// the largest clusters of every graph; layers that are finer than any the network has are read by its finest.

@@ -55,7 +55,7 @@ pub struct Sensitivity {
 }
 
 impl FixedGeometry {
-    /// Of a geometry that was trained on, at index `known`, or of another one.
+    /// Binds a surrogate to a geometry of its training, at index `known`, or to another one.
     pub(crate) fn new(
         surrogate: &Surrogate,
         known: Option<usize>,

@@ -18,7 +18,7 @@ pub struct Graph {
 }
 
 impl Graph {
-    /// Of a topology's edges.
+    /// Graph of a topology's edges.
     ///
     /// # Errors
     /// Edges between nodes that do not exist, or more than 32-bit indices can number.

@@ -52,7 +52,7 @@ impl Kernels {
         }
     }
 
-    /// Of two tensors of one shape.
+    /// Sum of two tensors of one shape.
     pub(crate) fn sum(&self, a: Tensor<2>, b: Tensor<2>) -> Tensor<2> {
         match self.choice {
             KernelChoice::Fused => sinew_burn::sum(a, b),

@@ -53,7 +53,7 @@ impl Slopes {
         })
     }
 
-    /// What follows at parameters, a row for each sample.
+    /// Taylor terms at parameters, a row for each sample.
     fn terms(&self, parameters: Tensor<2>) -> Tensor<2> {
         let plain = Tensor::cat(terms(parameters), 1);
         match &self.rates {
@@ -189,7 +189,7 @@ impl OutputMap {
         self.complete(Output { nodes: zeros(nodes, dimensions), clusters }, parameters)
     }
 
-    /// The same for derivatives of the outputs in the standardised parameters, those of all samples by the first before those by
+    /// Completes derivatives of the outputs in the standardised parameters, those of all samples by the first before those by
     /// the second.
     pub(crate) fn complete_tangents(&self, change: Output, parameters: Tensor<2>) -> Output {
         let Some(slopes) = &self.slopes else { return change };
@@ -245,7 +245,7 @@ impl OutputMap {
         }
     }
 
-    /// The same ready to meet tensors of an automatically differentiated network.
+    /// Map on the device of an automatically differentiated network.
     pub(crate) fn lifted(&self) -> Self {
         Self {
             origin: Tensor::from_inner(self.origin.clone()),

@@ -51,7 +51,7 @@ impl Default for OptimiserConfig {
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(crate) struct Optimiser {
     steps: usize,
-    /// By parameter.
+    /// Moments by parameter.
     moments: BTreeMap<u64, Moments>,
 }
 

@@ -97,7 +97,7 @@ pub(crate) struct Perceptron {
 }
 
 impl Perceptron {
-    /// With a normalised output.
+    /// Perceptron with a normalised output.
     pub(crate) fn normalised(
         source: &mut Initialiser<'_>,
         config: &EmulatorConfig,
@@ -118,14 +118,14 @@ impl Perceptron {
         Self { layers, normalisation: None }
     }
 
-    /// Of whole inputs.
+    /// Output for whole inputs.
     pub(crate) fn forward(&self, x: Tensor<2>, kernels: &Kernels) -> Tensor<2> {
         let plan = GatherPlan::identity(x.dims()[0], 1);
         let input = Input::Features { values: x, first_row: 0 };
         self.evaluate(vec![input], &plan, kernels)
     }
 
-    /// Of inputs whose parts are rows of `inputs`, as the plan tells.
+    /// Output for inputs whose parts are rows of `inputs`, as the plan tells.
     pub(crate) fn evaluate(
         &self,
         inputs: Vec<Input>,

@@ -5,7 +5,7 @@ use burn::tensor::{Device, Tensor};
 use crate::arrays::matrix;
 use sinew_coordinates::Dirichlet;
 
-/// Replaces what supports hold and leaves the rest: `u ↦ Q u + v` with the projector Q of each node.
+/// Imposes Dirichlet conditions and leaves free directions: `u ↦ Q u + v` with the projector Q of each node.
 #[derive(Debug, Clone)]
 pub(crate) struct Supports {
     /// Columns of the projectors, or their diagonal alone where all are along the coordinate axes: `[1, nodes, D]` each.

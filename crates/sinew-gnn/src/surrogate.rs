@@ -82,7 +82,7 @@ impl Surrogate {
         Self::assemble(emulator, scales, data.geometries.clone())
     }
 
-    /// The same network and scales on the geometries of other data, to be trained further there. Embeddings that are
+    /// Network and scales on the geometries of other data, to be fine-tuned there. Embeddings that are
     /// weights go along if all these geometries are known.
     ///
     /// # Errors
@@ -142,7 +142,7 @@ impl Surrogate {
         &self.geometries
     }
 
-    /// The same weights computed with other kernels.
+    /// Surrogate of the same weights with other kernels.
     pub fn with_kernels(mut self, choice: KernelChoice) -> Self {
         self.emulator = self.emulator.with_kernels(choice);
         self
@@ -202,7 +202,7 @@ impl Surrogate {
         (0..self.prepared.len()).map(|index| self.embedding(emulator, index)).collect()
     }
 
-    /// Those of geometry `index`.
+    /// Embeddings of the nodes of geometry `index`.
     pub(crate) fn embedding(&self, emulator: &Emulator, index: usize) -> Embedding {
         let passed = || self.prepared[index].embedding(emulator);
         emulator.embedding(index).unwrap_or_else(passed)

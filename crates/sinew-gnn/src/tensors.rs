@@ -40,7 +40,7 @@ impl GeometryTensors {
         self.output.displacement(self.output.complete(output, parameters))
     }
 
-    /// The same tensors ready to meet those of an automatically differentiated network.
+    /// Tensors on the device of an automatically differentiated network.
     pub(crate) fn lifted(&self) -> Self {
         Self {
             graph: self.graph.clone(),

@@ -78,7 +78,7 @@ impl Beam {
         response(&self.body, &self.theta)
     }
 
-    /// Of the linear response.
+    /// Energy of the linear response.
     fn energy(&self) -> f64 {
         -0.5 * self.body.load_value(&self.response(), &self.theta)
     }
@@ -231,7 +231,7 @@ fn outputs_of_other_networks_and_bodies_are_refused() {
     assert!(Motions::about(&rest, &beam.topology, &beam.body, &[75.0]).is_err());
 }
 
-/// What a Newton step gains, by a dense solve.
+/// Energy that a Newton step gains, by a dense solve.
 fn newton_gain(beam: &Beam, stiffness: &Stiffness, gradient: &[f64]) -> f64 {
     let (free, frames) = (beam.body.free_degrees_of_freedom(), &beam.body.frames);
     let unit = |dof: usize| {
@@ -269,7 +269,7 @@ fn memory_and_time_grow_with_the_body() {
     assert!(relative_difference(&bend, &found) < 1e-3);
 }
 
-/// The same motions on a turned body give turned displacements.
+/// Motions on a turned body give turned displacements.
 #[test]
 fn coordinates_turn_with_the_body() {
     let turn = |x: [f64; 3]| [x[1], x[2], x[0]];

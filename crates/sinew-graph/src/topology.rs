@@ -184,7 +184,7 @@ fn count(what: &'static str, expected: usize, found: usize) -> Result<(), Topolo
     if expected == found { Ok(()) } else { Err(TopologyError::Count { what, expected, found }) }
 }
 
-/// What a file may hold before it is checked.
+/// Content of a file before it is checked.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct UncheckedTopology {

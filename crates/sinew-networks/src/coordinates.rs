@@ -19,7 +19,7 @@ use sinew_fem::{SolveError, Solver};
 use sinew_gnn::TrainingConfig;
 use sinew_graph::Topology;
 
-/// What the outputs of a network mean.
+/// Coordinates of a network's outputs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Coordinates {
@@ -29,9 +29,9 @@ pub enum Coordinates {
     Simulations,
     /// Rigid motions of clusters and displacements of nodes within them, about rest.
     Motions,
-    /// The same about a simulation near the centre of the parameter range.
+    /// Rigid motions about a simulation near the centre of the parameter range.
     MotionsOfSimulation,
-    /// The same about what a first, short training in [`Coordinates::Motions`] predicts for the centre, so without
+    /// Rigid motions about the prediction of a first, short training in [`Coordinates::Motions`] for the centre, so without
     /// simulations.
     MotionsAfter(TrainingConfig),
 }
@@ -46,7 +46,7 @@ impl Coordinates {
 /// Energy that outputs of one cost together about rest, in units of that of the linear response (by trial).
 pub(crate) const FIRST_SHARE: f64 = 9.0;
 
-/// The same about a solution, in units of the loads' work: over the parameter
+/// Energy of outputs of one about a solution, in units of the loads' work: over the parameter
 /// range the energy varies by less than its own size, and smaller first steps are safer.
 pub(crate) const ENERGY_SHARE: f64 = 0.05;
 

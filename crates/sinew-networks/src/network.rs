@@ -133,7 +133,7 @@ impl Predictor for TrainedNetwork {
     }
 }
 
-/// What a network learns from.
+/// Training data of a network.
 pub(crate) struct Lesson<'a> {
     pub thetas: &'a [Vec<f64>],
     /// Simulated displacements at the parameters; `None` for training without any.
@@ -324,7 +324,7 @@ fn backend(session: &Session<'_, '_>) -> Result<Backend> {
     parsed.map_err(|reason: String| sinew_emulate::Error::Network(reason.into()).into())
 }
 
-/// What a finished run has learned.
+/// Network of a finished run.
 fn learned(run: &Path, backend: Backend) -> Result<Surrogate> {
     Ok(Surrogate::load(&run.join("emulator/network"), &backend.device()?)?)
 }

@@ -22,7 +22,7 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::Instant;
 use template::Template;
 
-/// Where a training on a stream stands.
+/// Progress of a training on a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StreamProgress {
     /// Steps made.
@@ -39,7 +39,7 @@ pub struct StreamProgress {
 
 /// Numbers of the bodies that scales and graphs are taken from, far from those trained on.
 const FIRST_OF_SCALES: u64 = 1 << 40;
-/// So many.
+/// Number of these bodies.
 const OF_SCALES: u64 = 16;
 fn first_bodies(draw: &Draw<'_>) -> Result<Vec<Body>> {
     (0..OF_SCALES).map(|index| draw(FIRST_OF_SCALES + index)).collect()
@@ -137,7 +137,7 @@ impl Population {
     }
 }
 
-/// So many lessons, and how many bodies before them could not be prepared.
+/// Lessons of a step, and how many bodies before them could not be prepared.
 fn prepared(
     lessons: &Receiver<Result<Result<Lesson>>>,
     count: usize,

@@ -31,7 +31,7 @@ pub enum Recipe {
     PhysicsInformed(PhysicsInformed),
     /// A network on simulated displacements whose errors are weighed by the body's stiffness.
     Hybrid(Hybrid),
-    /// One solution, at the centre of the parameters' ranges, followed to second order: nothing is trained.
+    /// Taylor expansion of second order about the solution at the centre of the parameters' ranges: nothing is trained.
     Series,
     /// Decomposition of few simulations and a Gaussian process: the best of a fixed geometry with few parameters.
     Regression(Regression),

@@ -4,7 +4,7 @@ use nalgebra::{Cholesky, DMatrix, RowDVector};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// What predicts the coefficients, for reports.
+/// Interpolation of the coefficients, for reports.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Interpolation {

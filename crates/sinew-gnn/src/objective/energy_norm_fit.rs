@@ -22,7 +22,7 @@ pub struct EnergyNormFit {
 const SIMULATIONS_OF_SPREAD: usize = 32;
 
 impl EnergyNormFit {
-    /// With one stiffness per geometry. `data` sets the unit of the loss: the root mean square of `√(eᵀ K e)` with the
+    /// Objective with one stiffness per geometry. `data` sets the unit of the loss: the root mean square of `√(eᵀ K e)` with the
     /// departures e of its simulations from their mean.
     ///
     /// # Errors

@@ -30,7 +30,7 @@ pub struct DataFitWithGradient {
 }
 
 impl DataFitWithGradient {
-    /// With one operator per geometry.
+    /// Objective with one operator per geometry.
     ///
     /// # Errors
     /// A length or weight that is not positive, gradients that are not finite or do not fit the cells.

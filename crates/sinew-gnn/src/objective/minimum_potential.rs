@@ -43,7 +43,7 @@ pub struct MinimumPotential {
 }
 
 impl MinimumPotential {
-    /// With one potential per geometry. `energy` makes the loss dimensionless; an estimate of the
+    /// Objective with one potential per geometry. `energy` makes the loss dimensionless; an estimate of the
     /// typical |Π| does, for instance by [`MinimumPotential::energy_of_linear_response`].
     ///
     /// # Errors
@@ -53,7 +53,7 @@ impl MinimumPotential {
         Ok(Self { potentials, energy, limit: None, references: None })
     }
 
-    /// With the logarithm in place of what an energy exceeds `limit` times the characteristic one by, so that no single
+    /// Takes the logarithm of what exceeds `limit` times the characteristic energy, so that no single
     /// sample, far off under an exponential law, hides what the others say: minima stay where they are.
     ///
     /// # Errors
@@ -63,7 +63,7 @@ impl MinimumPotential {
         Ok(Self { limit: Some(limit), ..self })
     }
 
-    /// With the energy of each sample relative to a reference of its own, and in a unit of its own, in place of the characteristic energy:
+    /// Takes the energy of each sample relative to a reference of its own, and in a unit of its own, in place of the characteristic energy:
     /// `[reference, unit]`, in the order of the samples of a batch, as in a [`crate::Lesson`], whose samples all are in it. With what
     /// can still be gained at each sample for its unit, samples near to equilibrium count as much as those far from it.
     ///

@@ -22,7 +22,7 @@ const VERSION: u32 = 5;
 const RUN: &str = "run.json";
 const BEST: &str = "best.bpk";
 
-/// What a checkpoint keeps beside weights.
+/// State of a run beside its weights.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Run {
     version: u32,
@@ -35,7 +35,7 @@ pub(super) struct Run {
     best: Option<BestRun>,
 }
 
-/// What a checkpoint keeps of the best weights beside themselves.
+/// State of the best weights beside themselves.
 #[derive(Serialize, Deserialize)]
 struct BestRun {
     error: f64,

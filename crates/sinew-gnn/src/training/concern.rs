@@ -30,7 +30,7 @@ pub enum Concern {
 /// How many predictions are looked at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Thoroughness {
-    /// Those of one batch per geometry.
+    /// Predictions of one batch per geometry.
     OneBatch,
     /// All parameters of the training.
     AllSamples,

@@ -9,7 +9,7 @@ use crate::error::Result;
 /// some six batches each is easily four off.
 const NOISE: f64 = 5.0;
 
-/// What the losses of a run tell beyond their noise, of which `exact`, that of all samples after the last step, has none. A loss of
+/// Concern that the losses of a run raise beyond their noise. `exact`, the loss of all samples after the last step, has no noise. A loss of
 /// zero outputs that is not finite is no measure of anything.
 fn of_losses(history: &[HistoryPoint], of_zero_output: f64, exact: Option<f64>) -> Option<Concern> {
     let last = history.last()?;
@@ -28,7 +28,7 @@ fn of_losses(history: &[HistoryPoint], of_zero_output: f64, exact: Option<f64>) 
 }
 
 impl Trainer {
-    /// What is wrong with the weights of the latest evaluation.
+    /// Concern about the weights of the latest evaluation.
     pub(super) fn concerns(&mut self, thoroughness: Thoroughness) -> Result<Vec<Concern>> {
         let of_zero_output = match self.loss_of_zero_output {
             Some(loss) => loss,
@@ -57,7 +57,7 @@ impl Trainer {
         })
     }
 
-    /// What is wrong with predictions, and their mean loss.
+    /// Concern about predictions, and their mean loss.
     fn of_states(&self, thoroughness: Thoroughness) -> Result<(Option<Concern>, f64)> {
         let mut batches = self.batches(&self.data.training);
         if thoroughness == Thoroughness::OneBatch {

@@ -17,7 +17,7 @@ pub(crate) struct Sampler {
     epoch: Vec<Vec<usize>>,
 }
 
-/// What it takes to continue a sampler exactly.
+/// State from which a sampler continues exactly.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SamplerState {
     /// Generator as it was before the current epoch was shuffled.

@@ -17,7 +17,7 @@ pub struct Lesson {
     pub geometry: Geometry,
     /// Parameter sets on it, all with the geometry's index zero.
     pub samples: Vec<Sample>,
-    /// What is minimised there; it knows one geometry.
+    /// Objective there; it knows one geometry.
     pub objective: Box<dyn Objective>,
 }
 
@@ -35,7 +35,7 @@ pub struct StreamTrainer {
     lost: usize,
 }
 
-/// So many lost steps in a row are a training that diverged.
+/// Number of lost steps in a row from which on a training has diverged.
 const MOST_LOST: usize = 10;
 
 impl StreamTrainer {

@@ -121,7 +121,7 @@ impl Trainer {
         self
     }
 
-    /// The same training computed with other kernels.
+    /// Training with other kernels.
     pub fn with_kernels(mut self, choice: KernelChoice) -> Self {
         self.emulator = self.emulator.with_kernels(choice);
         self.surrogate = self.surrogate.with_kernels(choice);
@@ -273,7 +273,7 @@ impl Trainer {
         }
     }
 
-    /// What the weights of the latest evaluation predict for a batch, without gradients.
+    /// Prediction of the latest weights for a batch, without gradients.
     pub(super) fn predictions(&self) -> impl Fn(&Batch<'_>) -> Result<Tensor<3>> + '_ {
         let emulator = &self.surrogate.emulator;
         let embeddings = self.surrogate.embeddings(emulator);

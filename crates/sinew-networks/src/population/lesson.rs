@@ -19,7 +19,7 @@ use std::sync::Arc;
 const FORGIVEN: f64 = 1.0;
 
 impl Population {
-    /// What a body is for the network, and the work of its loads there, or what a Newton step would gain if that is more.
+    /// Geometry of a body, and the work of its loads, or the gain of a Newton step if that is more.
     ///
     /// Near equilibrium, outputs of one cost nine times the energy that a Newton step would still gain, and a part of the loads' work; the
     /// step itself, in outputs, is among the features of the nodes, before the derivatives in the parameters, unless it is rounding. From

@@ -9,14 +9,14 @@ use sinew_gnn::{Budget, TrainingConfig};
 /// A body of the population by its number, the same for the same number.
 pub type Draw<'a> = dyn Fn(u64) -> Result<Body> + Sync + 'a;
 
-/// What is known of a body before the network.
+/// State of a body that the network starts from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Start {
     /// A state near to equilibrium at the centre of the parameters' ranges: the linear response, or the first body's equilibrium carried
     /// over, and Newton steps from there. The network has to find the equilibrium.
     Near {
-        /// So many steps.
+        /// Number of Newton steps.
         newton_steps: usize,
     },
     /// Equilibrium there, by one solve of every body. The network has to find what the parameters do beyond second order.
@@ -29,7 +29,7 @@ impl Default for Start {
     }
 }
 
-/// What a network that learns a population minimises.
+/// Loss of a network that learns a population.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Loss {
@@ -91,7 +91,7 @@ pub struct Population {
     pub network: Network,
     /// The state that the outputs of a body are about.
     pub start: Start,
-    /// What is minimised.
+    /// Loss.
     pub loss: Loss,
     /// Bodies in a step.
     pub bodies: usize,

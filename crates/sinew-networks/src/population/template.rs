@@ -7,13 +7,13 @@ use sinew_emulate::parts::{Axis, axes, listed, require_some, topology, topology_
 use sinew_fem::{Options, Solver};
 use sinew_graph::Topology;
 
-/// What first bodies lend to others: the graphs of their connectivities, and the equilibrium of the very first one.
+/// Template from the first bodies: the graphs of their connectivities, and the equilibrium of the very first one.
 #[derive(Clone, Debug)]
 pub(super) struct Template {
     graphs: Vec<(Vec<[usize; 2]>, Topology)>,
-    /// Of every body.
+    /// Parameters of every body.
     parameters: Vec<Axis>,
-    /// Where outputs start near to equilibrium.
+    /// Equilibrium of the first body, where outputs start near to one.
     pub solved: Option<Solved>,
 }
 

@@ -14,7 +14,7 @@ use sinew_emulate::{
 pub struct Auto {
     /// Regression, with the error that settles the choice.
     pub regression: Regression,
-    /// What is tried where regression misses it.
+    /// Recipes that are tried where regression misses it.
     pub rivals: Vec<Recipe>,
 }
 

@@ -19,7 +19,7 @@ pub struct DataDriven {
     pub simulations: usize,
     /// Weight of the distance between deformation gradients, thesis (B.1); 0 leaves them out.
     pub gradient_weight: f64,
-    /// What the outputs mean.
+    /// Coordinates of the outputs.
     pub coordinates: Coordinates,
     /// Sizes of the network.
     pub network: Network,

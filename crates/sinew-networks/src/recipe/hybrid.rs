@@ -14,7 +14,7 @@ use sinew_gnn::{Budget, DataSet, EnergyNormFit, Objective, TrainingConfig};
 pub struct Hybrid {
     /// Simulations to learn from.
     pub simulations: usize,
-    /// What the outputs mean.
+    /// Coordinates of the outputs.
     pub coordinates: Coordinates,
     /// Sizes of the network.
     pub network: Network,

@@ -19,7 +19,7 @@ use std::sync::Arc;
 pub struct PhysicsInformed {
     /// Parameter sets to train at.
     pub parameter_sets: usize,
-    /// What the outputs mean.
+    /// Coordinates of the outputs.
     pub coordinates: Coordinates,
     /// Sizes of the network.
     pub network: Network,
