@@ -72,7 +72,7 @@ fn perceptron(
     }
 }
 
-/// Of edge, receiver and sender; of node and sum.
+/// Widths of edge, receiver and sender, and of node and sum.
 struct Step {
     edge: PerceptronWeights,
     node: PerceptronWeights,

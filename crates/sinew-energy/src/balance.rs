@@ -9,7 +9,7 @@ use sinew_mesh::Mesh;
 /// and incompressible bodies, whose pressure is an unknown field (a saddle point).
 #[derive(Clone, Debug)]
 pub struct ForceBalance {
-    /// What has a potential.
+    /// Part with a potential.
     pub body: Body,
     /// True follower pressures without one.
     pub followers: Vec<PressureSurface>,

@@ -30,7 +30,7 @@ pub struct Body {
     pub mesh: Arc<AnyMesh>,
     /// The law with its directions at the quadrature points.
     pub material: Arc<dyn Material>,
-    /// What keeps the energy finite in training; `None` for the energy as it is, +∞ outside its domain.
+    /// Barriers that keep the energy finite in training; `None` for the energy as it is, +∞ outside its domain.
     pub barriers: Option<Barriers>,
     /// Number of nodes.
     pub nodes: usize,
@@ -83,7 +83,7 @@ macro_rules! with_nodes {
 }
 
 impl Body {
-    /// What a cell looks like.
+    /// Shape of a cell.
     pub fn element(&self) -> &'static Element {
         Element::with_nodes(self.nodes_per_cell)
     }
@@ -345,12 +345,12 @@ impl Body {
         rows.filter(|(_, row)| row.contains(&None)).map(|(node, _)| node).collect()
     }
 
-    /// The same body with barriers that keep its energy finite, for training.
+    /// Body with barriers that keep its energy finite, for training.
     pub fn with_barriers(self, barriers: Barriers) -> Self {
         Self { barriers: Some(barriers), ..self }
     }
 
-    /// The same body whose material resists changes of volume so many times as much, where its law can say it
+    /// Body whose volumetric response is multiplied by a factor, where its law can say it
     /// ([`crate::Law::with_softer_volume`]).
     pub fn with_softer_volume(&self, factor: f64) -> Option<Self> {
         Some(Self { material: self.material.with_softer_volume(factor)?, ..self.clone() })

@@ -13,7 +13,7 @@ pub struct Cavity {
     pub name: String,
     /// Triangles that cover the surface, counterclockwise seen from outside the solid.
     pub triangles: Vec<[usize; 3]>,
-    /// Where the lid meets \[length\].
+    /// Point where the lid meets \[length\].
     pub apex: [f64; 3],
 }
 

@@ -16,7 +16,7 @@ pub use failure::{Failure, Property};
 use sinew_num::{Mat3, Single};
 use states::{States, difference, moved, norm, shifted};
 
-/// What a law claims beyond being smooth; a hyperelastic solid claims all.
+/// Claims of a law beyond being smooth; a hyperelastic solid claims all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Claims {
     /// Without strain there is no stress.

@@ -67,7 +67,7 @@ pub enum SceneError {
          loads act on its surface: leave inner facets out"
     )]
     InnerFacet { name: String, cell: usize, opposite: usize },
-    /// Nothing holds the body along an axis.
+    /// The body is free along an axis.
     #[error(
         "no support holds the body along {axes}: it is free to move there and has no unique \
          equilibrium; add a support, such as Support::clamped"
@@ -245,7 +245,7 @@ pub enum ThetaError {
     OutOfBounds { index: usize, name: &'static str, value: f64, least: f64, most: f64 },
 }
 
-/// What a value outside its bounds must be, for people, to follow "it must be": `positive`, `at least 0 and less than 0.5`.
+/// Bounds that a value misses, in words that follow "it must be": `positive`, `at least 0 and less than 0.5`.
 pub fn requirement(bounds: &RangeInclusive<f64>, value: f64) -> String {
     let (least, most) = (*bounds.start(), *bounds.end());
     let (tiny, huge) = (*POSITIVE.start(), *POSITIVE.end());

@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 impl Body {
-    /// The same body with known values of some parameters, of its law or its loads: θ lists the others, and emulators learn in those
+    /// Body with known values of some parameters, of its law or its loads: θ lists the others, and emulators learn in those
     /// alone. A body of a [`ForceBalance`] takes [`ForceBalance::with_known`], as the balance has loads of its own.
     ///
     /// ```
@@ -76,7 +76,7 @@ impl Body {
 }
 
 impl ForceBalance {
-    /// The same balance with known values of some parameters, see [`Body::with_known`].
+    /// Balance with known values of some parameters, see [`Body::with_known`].
     ///
     /// # Errors
     /// As [`Body::with_known`].

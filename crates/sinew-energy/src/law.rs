@@ -64,7 +64,7 @@ pub trait Law<const D: usize>: Clone + Debug + Send + Sync + 'static {
         Vec::new()
     }
 
-    /// The same law with its resistance to changes of volume times a factor, where that is a constant of the law: a solver
+    /// Law with its volumetric response times a factor, where that is a constant of the law: a solver
     /// reaches nearly incompressible equilibria from those of softer bodies.
     fn with_softer_volume(&self, _factor: f64) -> Option<Self> {
         None

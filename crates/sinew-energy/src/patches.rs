@@ -33,7 +33,7 @@ where
         Ok(Body { patches: self.patches(cells), ..self.lower()? })
     }
 
-    /// The same for pressures that may act on surfaces with a loose rim, as [`Scene::lower_follower`].
+    /// Averaged volume ratios with pressures that may act on surfaces with a loose rim, as [`Scene::lower_follower`].
     ///
     /// # Errors
     /// The first thing found wrong, with advice.

@@ -4,7 +4,7 @@ use crate::SurfaceResponse;
 use crate::lower::geometry::{add, cross, dot3};
 use sinew_num::{Jet, Scalar, Slope};
 
-/// Where the size of a load comes from.
+/// Source of a load's size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Magnitude {
     /// A fixed size \[stress\].

@@ -26,9 +26,9 @@ pub struct Scene<L, const D: usize, const N: usize = 4> {
     pub directions: Vec<[[f64; 3]; D]>,
     /// Names, units and ranges of θ.
     pub parameters: Vec<Parameter>,
-    /// What acts on the body.
+    /// Loads.
     pub loads: Vec<Load>,
-    /// Where the body is held.
+    /// Supports.
     pub supports: Vec<Support>,
 }
 
@@ -233,7 +233,7 @@ pub struct Support {
 /// depend on each other.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Prescribed {
-    /// The same at every node.
+    /// One value at every node.
     Uniform([Option<f64>; 3]),
     /// One row per node of the set, in its order.
     PerNode(Vec<[Option<f64>; 3]>),
@@ -259,7 +259,7 @@ impl Support {
         Self::uniform(nodes, [Some(0.0); 3])
     }
 
-    /// The same components \[length\] prescribed at all nodes of the set, `None` where they are free.
+    /// Equal components \[length\] prescribed at all nodes of the set, `None` where they are free.
     pub fn uniform(nodes: impl Into<String>, components: [Option<f64>; 3]) -> Self {
         Self { nodes: nodes.into(), displacement: Prescribed::Uniform(components) }
     }

@@ -106,19 +106,19 @@ pub struct Solid<M, V, A = Passive> {
 pub type NearlyIncompressible<M> = Solid<M, Penalty>;
 
 impl<M, V> Solid<M, V> {
-    /// Of the isochoric part of the strain, with a response to changes of volume.
+    /// Solid by the isochoric part of the strain, with a volumetric response.
     pub const fn new(shape: M, volume: V) -> Self {
         Self { shape, volume, active: Passive, strain: Strain::Isochoric }
     }
 }
 
 impl<M, V, A> Solid<M, V, A> {
-    /// The same solid with an active stress.
+    /// Solid with an active stress.
     pub fn with_active<B>(self, active: B) -> Solid<M, V, B> {
         Solid { shape: self.shape, volume: self.volume, active, strain: self.strain }
     }
 
-    /// The same solid with a shape energy of the whole strain in place of its isochoric part.
+    /// Solid with a shape energy of the whole strain in place of its isochoric part.
     pub fn of_whole_strain(self) -> Self {
         Self { strain: Strain::Whole, ..self }
     }

@@ -3,7 +3,7 @@
 use crate::{Body, SceneError};
 
 impl Body {
-    /// The same body with the energy of its material times the mean of `factors` over the nodes of each cell: a scar that is ten times
+    /// Body with the energy of its material times the mean of `factors` over the nodes of each cell: a scar that is ten times
     /// as stiff, or tissue whose stiffness was measured from place to place. Parameters keep their meaning where the factor is one.
     ///
     /// ```

@@ -8,7 +8,7 @@ use crate::Body;
 /// volume ratios count with their own: it is meant for scales and preconditioners, not for Newton's method.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stiffness {
-    /// Where each node's row of blocks begins, and where the last one ends.
+    /// Offset of each node's row of blocks, and the end of the last one.
     starts: Vec<usize>,
     /// Node of each block's columns, ascending within a row.
     columns: Vec<usize>,
@@ -60,7 +60,7 @@ impl Stiffness {
         Self { starts, blocks: vec![[[0.0; 3]; 3]; columns.len()], columns }
     }
 
-    /// Where the block of two neighbours is.
+    /// Place of the block of two neighbours.
     fn block(&self, row: usize, column: usize) -> usize {
         let start = self.starts[row];
         start + self.columns[start..self.starts[row + 1]].partition_point(|&c| c < column)

@@ -22,7 +22,7 @@ pub struct PressureSurface {
     pub positions: Vec<[f64; 3]>,
 }
 
-/// What unit pressure on one facet does; the derivatives are in the displacement components of its nodes,
+/// Potential of a unit pressure on one facet; the derivatives are in the displacement components of its nodes,
 /// component `i` of node `a` at `3a + i`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurfaceResponse {

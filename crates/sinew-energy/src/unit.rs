@@ -74,7 +74,7 @@ impl Unit {
         number + &self.suffix()
     }
 
-    /// What stands behind a number: a space and the name; nothing for numbers without unit.
+    /// Suffix of a number: a space and the name; empty for numbers without unit.
     pub fn suffix(&self) -> String {
         if self.name == "1" { String::new() } else { format!(" {}", self.name) }
     }

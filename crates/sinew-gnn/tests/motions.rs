@@ -324,7 +324,7 @@ fn bodies_of_different_graphs_train_together_and_a_network_goes_on_to_others() {
         let left = energy_left(beam, &surrogate.fixed_geometry(geometry).unwrap());
         assert!((-0.05..0.1).contains(&left), "{left}");
     }
-    // On a mesh with more layers than the network has, a few steps from what it has learned do more than from nothing.
+    // On a mesh with more layers than the network has, a few steps of fine-tuning do more than training from scratch.
     let finer = Beam::hanging([8, 3, 3]);
     assert!(finer.topology.roots_per_layer.len() > layers[1]);
     let data = finer.data();

@@ -45,7 +45,7 @@ macro_rules! each {
 pub(crate) use each;
 
 impl AnyMesh {
-    /// What a cell looks like.
+    /// Shape of a cell.
     pub fn element(&self) -> &'static Element {
         fn of<const N: usize>(_: &Mesh<N>) -> &'static Element {
             Mesh::<N>::ELEMENT

@@ -10,7 +10,7 @@ const HALVINGS: usize = 6;
 impl<const N: usize> Mesh<N> {
     /// The mesh with its inner nodes moved at random, by up to `amplitude` times the shortest edge at
     /// the node along each axis (triangles within x and y); nodes on the boundary stay. The same seed
-    /// gives the same mesh. No cell is turned over: at its nodes each keeps a fifth of its Jacobian, and
+    /// gives the same mesh. No cell is inverted: at its nodes each keeps a fifth of its Jacobian, and
     /// moves beyond that are turned around and shortened, at last to nothing.
     ///
     /// Middle nodes move as well and curve their cells; for straight cells distort the linear mesh and

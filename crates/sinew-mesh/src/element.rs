@@ -2,7 +2,7 @@
 
 use crate::{Facet, Mesh};
 
-/// What a kind of cell looks like. Node numbers are local and in the order of VTK.
+/// Shape of a kind of cell. Node numbers are local and in the order of VTK.
 ///
 /// ```
 /// use sinew_mesh::QuadraticTetMesh;

@@ -49,7 +49,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// What is wrong with a file's content.
+/// Fault in a file's content.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what the fields are")]

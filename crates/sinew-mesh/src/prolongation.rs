@@ -104,7 +104,7 @@ impl Neighbourhood {
         Self { nodes, total, centre, spread: spread.symmetric_eigen() }
     }
 
-    /// What a direction counts in which nodes spread so much: nothing where they do not.
+    /// Weight of a direction by the spread of the nodes along it: zero where they do not spread.
     fn slope(&self, spread: f64) -> f64 {
         let flat = FLAT * self.spread.eigenvalues.max();
         if spread > flat { 1.0 / spread } else { 0.0 }

@@ -7,7 +7,7 @@ use crate::{
 use std::collections::BTreeMap;
 
 impl TetMesh {
-    /// The same cells with a node in the middle of each edge; the nodes so far keep their numbers.
+    /// Cells with a node in the middle of each edge; the nodes so far keep their numbers.
     ///
     /// Facet sets, cell sets and cell fields stay as they are. A middle node joins a node set with the
     /// facet set of the same name, when both have the same nodes, and otherwise when both ends of its
@@ -26,7 +26,7 @@ impl TetMesh {
 }
 
 impl TriangleMesh {
-    /// The same cells with a node in the middle of each edge; see [`TetMesh::quadratic`].
+    /// Cells with a node in the middle of each edge; see [`TetMesh::quadratic`].
     pub fn quadratic(&self) -> QuadraticTriangleMesh {
         with_middle_nodes(self)
     }

@@ -135,7 +135,7 @@ impl SurfaceTree {
     }
 }
 
-/// Where a line meets a triangle, in lengths of its direction (Möller and Trumbore, J. Graphics Tools 2, 1997). With a
+/// Intersection of a line and a triangle, in lengths of its direction (Möller and Trumbore, J. Graphics Tools 2, 1997). With a
 /// positive margin the edges do not count, with a negative one a strip beyond them does.
 pub(crate) fn crossing(
     [a, b, c]: &[Point; 3],

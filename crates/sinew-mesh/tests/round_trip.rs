@@ -32,7 +32,7 @@ fn name() -> impl Strategy<Value = String> {
     "[a-zA-Z0-9 _:%\"'<>&;äλ𝛼/\\\\-]{1,12}"
 }
 
-/// With sets, fields and nodes moved by up to `shift` along x.
+/// Mesh with sets, fields and nodes moved by up to `shift` along x.
 fn decorated<const N: usize>(mesh: Mesh<N>, shift: f64) -> impl Strategy<Value = Mesh<N>> {
     let (nodes, cells) = (mesh.points.len(), mesh.cells.len());
     let facet = (0..cells, 0..Mesh::<N>::ELEMENT.facets.len())

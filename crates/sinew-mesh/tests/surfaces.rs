@@ -15,7 +15,7 @@ fn corners(mesh: &TriangleMesh) -> Vec<[[f64; 3]; 3]> {
     mesh.cells.iter().map(|cell| cell.map(|node| mesh.points[node])).collect()
 }
 
-/// What `vtk_surface` of the generator made: the fan of a quadrilateral, a triangle, two triangles of a strip.
+/// Surface by `vtk_surface` of the generator: the fan of a quadrilateral, a triangle, two triangles of a strip.
 const TRIANGLES: [[usize; 3]; 5] = [[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4], [4, 5, 2]];
 
 fn point(node: usize) -> [f64; 3] {

@@ -1,4 +1,4 @@
-//! One network for beams that it has never seen.
+//! One network for unseen beams.
 
 use sinew_emulate::Body;
 use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};

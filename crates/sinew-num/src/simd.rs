@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 /// Sets of vector instructions that loops are compiled for, the widest last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Instructions {
-    /// What every processor of the target has.
+    /// Instructions of every processor of the target.
     Baseline,
     /// AVX2 and fused multiply-add.
     #[cfg(target_arch = "x86_64")]

@@ -53,7 +53,7 @@ impl Distribution {
         Some(Self { q0, q2_5, q25, q50, q75, q97_5, q100, mean, density: Vec::new() })
     }
 
-    /// The same with the density over log₁₀ x ([`density`]); `field` names the samples in errors.
+    /// Distribution with the density over log₁₀ x ([`density`]); `field` names the samples in errors.
     ///
     /// # Errors
     /// [`ReportError::Missing`] without samples, [`ReportError::Number`] for one that is NaN, infinite or negative.

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub struct Figure {
     /// Title.
     pub title: String,
-    /// What is to be seen; may be empty.
+    /// Caption; may be empty.
     pub caption: String,
     /// Its drawings.
     pub panels: Vec<Panel>,
@@ -55,7 +55,7 @@ pub struct Series {
     /// Lower and upper end of a band at each point; may be empty.
     #[serde(with = "nullable", skip_serializing_if = "Vec::is_empty")]
     pub band: Vec<[f64; 2]>,
-    /// What is said of each point under the pointer; may be empty.
+    /// Label of each point under the pointer; may be empty.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub hints: Vec<String>,
 }
@@ -106,7 +106,7 @@ impl Chart {
         Self { title: title.into(), axes: axes.map(String::from), logarithmic, ..Self::default() }
     }
 
-    /// With one more curve.
+    /// Adds a curve.
     pub fn with(mut self, series: Series) -> Self {
         self.series.push(series);
         self

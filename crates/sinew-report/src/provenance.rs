@@ -30,7 +30,7 @@ pub struct Provenance {
 }
 
 impl Provenance {
-    /// Of the running program, `program` being how it is called. `source` is a folder of its sources, such as
+    /// Provenance of the running program; `program` is its command. `source` is a folder of its sources, such as
     /// `env!("CARGO_MANIFEST_DIR")`. Seed, versions and configuration are left to the caller.
     pub fn of_this_run(program: &str, source: impl AsRef<Path>) -> Self {
         let arguments = std::env::args().skip(1);
@@ -45,7 +45,7 @@ impl Provenance {
         }
     }
 
-    /// The same at the end of the run, after `wall_s` seconds.
+    /// Provenance at the end of the run, after `wall_s` seconds.
     pub fn finished(self, wall_s: f64) -> Self {
         Self { finished: now(), wall_s, ..self }
     }

@@ -13,13 +13,13 @@ pub struct Report {
     pub schema: u32,
     /// Title.
     pub title: String,
-    /// What it is about, in a line.
+    /// Subject, in a line.
     pub about: String,
     /// The result in a sentence; may be empty.
     pub headline: String,
-    /// What it was made with.
+    /// Provenance.
     pub provenance: Provenance,
-    /// What has to be known beside the numbers.
+    /// Notes beside the numbers.
     pub notes: Vec<String>,
     /// The sections.
     pub sections: Vec<Section>,
@@ -34,7 +34,7 @@ pub struct Section {
     pub name: String,
     /// Title.
     pub title: String,
-    /// What stands in it, from top to bottom.
+    /// Sections, from top to bottom.
     pub blocks: Vec<Block>,
 }
 

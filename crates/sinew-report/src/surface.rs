@@ -19,7 +19,7 @@ pub struct SurfaceCase {
 /// A surface and the cases drawn on it, with one view and one scale of colours for all.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Surfaces {
-    /// What the values are.
+    /// Name of the values.
     pub quantity: String,
     /// Unit of the values.
     pub unit: String,

@@ -4,11 +4,11 @@ use crate::format::{digits, factor, rounded};
 use crate::{Distribution, ReportError};
 use serde::{Deserialize, Serialize};
 
-/// What stands in a cell.
+/// Content of a cell.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Value {
-    /// Nothing: not measured, or without meaning for this row.
+    /// Empty: not measured, or without meaning for this row.
     #[default]
     Nothing,
     /// A single number.
@@ -128,10 +128,10 @@ pub struct Row {
     pub subject: String,
     /// The method, by which colours are chosen: one name, one colour on the whole page.
     pub method: String,
-    /// What it does or how it is set, in a line.
+    /// Description or settings, in a line.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub about: String,
-    /// What its errors are measured against. Rows with another reference than the first are not ranked.
+    /// Reference of its errors. Rows with another reference than the first are not ranked.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub reference: String,
     /// Reasons not to trust it, shown below its name and at the head of the page.
@@ -141,7 +141,7 @@ pub struct Row {
     pub errors: Vec<Cell>,
     /// Times \[s\] in the order of the table's columns.
     pub times: Vec<Cell>,
-    /// What else there is, in the order of the table's columns.
+    /// Further values, in the order of the table's columns.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub others: Vec<Cell>,
 }
@@ -170,19 +170,19 @@ impl Row {
         Ok(row)
     }
 
-    /// With one more error.
+    /// Adds an error.
     pub fn error(mut self, cell: impl Into<Cell>) -> Self {
         self.errors.push(cell.into());
         self
     }
 
-    /// With one more time \[s\].
+    /// Adds a time \[s\].
     pub fn time(mut self, cell: impl Into<Cell>) -> Self {
         self.times.push(cell.into());
         self
     }
 
-    /// With something else.
+    /// Adds a further value.
     pub fn other(mut self, cell: impl Into<Cell>) -> Self {
         self.others.push(cell.into());
         self
@@ -193,12 +193,12 @@ impl Row {
         Self { subject: subject.into(), about: about.into(), ..self }
     }
 
-    /// What it does, and what its errors are measured against.
+    /// Sets the description and the reference of its errors.
     pub fn described(self, about: impl Into<String>, reference: impl Into<String>) -> Self {
         Self { about: about.into(), reference: reference.into(), ..self }
     }
 
-    /// With reasons not to trust it.
+    /// Adds reasons not to trust it.
     pub fn warned(self, warnings: impl IntoIterator<Item = impl Into<String>>) -> Self {
         Self { warnings: warnings.into_iter().map(Into::into).collect(), ..self }
     }
@@ -252,7 +252,7 @@ impl Column {
         Self { name: name.into(), unit: unit.into(), ..Self::default() }
     }
 
-    /// With a definition.
+    /// Adds a definition.
     pub fn about(self, about: impl Into<String>) -> Self {
         Self { about: about.into(), ..self }
     }
@@ -279,7 +279,7 @@ pub struct Table {
     pub errors: Vec<Column>,
     /// Times \[s\], at least one.
     pub times: Vec<Column>,
-    /// What else there is.
+    /// Further columns.
     #[serde(default)]
     pub others: Vec<Column>,
     /// The method whose times the others are compared with, such as a solver.

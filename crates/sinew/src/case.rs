@@ -38,7 +38,7 @@ pub(crate) use source::advise;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// What a case file says.
+/// Content of a case file.
 ///
 /// ```
 /// use sinew::case::Case;
@@ -68,10 +68,10 @@ pub struct Case {
     /// Name of the scene, for reports and folders; that of the file where there is none.
     #[serde(default)]
     pub name: String,
-    /// What it is, in a line.
+    /// Description, in a line.
     #[serde(default)]
     pub about: String,
-    /// Where the mesh comes from.
+    /// Source of the mesh.
     pub mesh: MeshSource,
     /// The law, by its name, with its constants.
     pub law: Law,
@@ -82,10 +82,10 @@ pub struct Case {
     pub parameters: BTreeMap<String, Range>,
     /// Directions of fibres, for laws that read them.
     pub fibres: Option<Fibres>,
-    /// What acts on the body.
+    /// Loads.
     #[serde(default)]
     pub loads: Vec<Load>,
-    /// Where it is held.
+    /// Supports.
     pub supports: Vec<Support>,
     /// Sets of nodes and facets by name, chosen by where they are.
     #[serde(default)]
@@ -160,13 +160,13 @@ impl Case {
         Ok(case)
     }
 
-    /// The same with the mesh of another file.
+    /// Case with the mesh of another file.
     pub fn with_mesh(mut self, file: PathBuf) -> Self {
         self.mesh = MeshSource { file: Some(file), unit: self.mesh.unit, ..MeshSource::default() };
         self
     }
 
-    /// The same in another formulation.
+    /// Case in another formulation.
     pub fn with_formulation(self, formulation: Formulation) -> Self {
         Self { formulation, ..self }
     }
@@ -256,7 +256,7 @@ impl Case {
         body.with_known(&known).map_err(|error| self.place(error))
     }
 
-    /// What may be wrong with the case though it can be solved: fibres that disagree, sizes and stiffnesses that no tissue has,
+    /// Doubts about a case that can be solved: fibres that disagree, sizes and stiffnesses that no tissue has,
     /// supports that hold everything; `body` is the one that it was lowered to.
     pub fn warnings(&self, body: &Body) -> Vec<String> {
         let fibres = self.fibres.as_ref().and_then(|fibres| fibres.warning(body));

@@ -46,7 +46,7 @@ impl CaseArguments {
         Ok((case, folder))
     }
 
-    /// The same with the body, of which warnings are told on standard error.
+    /// Case, body and folder; warnings of the body are told on standard error.
     pub(crate) fn open(&self) -> Result<(Case, Body, PathBuf)> {
         let (case, folder) = self.read()?;
         let body = case.body()?;
@@ -114,7 +114,7 @@ pub(crate) fn solved(
     Ok(found)
 }
 
-/// The same by a solver's own options; what has other stable equilibria is told as well.
+/// Solves by a solver's own options; other stable equilibria are told as well.
 pub(crate) fn solved_by(
     body: &Body,
     thetas: &[Vec<f64>],

@@ -28,10 +28,10 @@ pub struct Comparison {
     pub parameters: Vec<String>,
     /// Nodal displacements of the test cases \[length\].
     pub displacement: Quantiles,
-    /// What the case and the command were.
+    /// Case and command.
     #[serde(default)]
     pub origin: Origin,
-    /// What makes the solver's own solutions doubtful, which are the truth here.
+    /// Doubts about the solver's own solutions, which are the truth here.
     #[serde(default)]
     pub doubts: Vec<String>,
     /// The emulators.
@@ -51,7 +51,7 @@ pub struct Comparison {
 pub struct Method {
     /// Its name, such as that of its recipe.
     pub name: String,
-    /// What it is, in a line.
+    /// Description, in a line.
     #[serde(default)]
     pub about: String,
     /// Simulations that it learned from.
@@ -74,7 +74,7 @@ pub struct Method {
     pub volumes: Vec<Vec<f64>>,
 }
 
-/// What a comparison was made from.
+/// Origin of a comparison.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Origin {
     /// The command line.
@@ -97,7 +97,7 @@ pub enum ComparisonError {
 }
 
 impl Comparison {
-    /// Of no emulator yet.
+    /// Comparison without emulators yet.
     ///
     /// # Errors
     /// A surface that cannot be drawn.

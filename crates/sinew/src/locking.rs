@@ -2,7 +2,7 @@
 
 use sinew_fem::LockingWarning;
 
-/// What a warning of [`sinew_fem::locking`] says to the author of a case file: how much of the displacement is expected
+/// Text of a warning of [`sinew_fem::locking`] for the author of a case file: how much of the displacement is expected
 /// to be lost, why, and which key cures it.
 ///
 /// ```

@@ -14,7 +14,7 @@ use sinew_report::{
 pub struct Published {
     /// Who prints them, such as `"thesis"`.
     pub source: &'static str,
-    /// By the name of the method that they are held against, which is empty for all, in the order of [`METRICS`], then err_V;
+    /// Published errors by the name of the method (empty for all), in the order of [`METRICS`], then err_V;
     /// `None` where nothing is printed.
     pub errors: &'static [(&'static str, [Option<f64>; 5])],
     /// Mean and largest nodal displacement \[length\], as a check that the scene is the same.
@@ -22,7 +22,7 @@ pub struct Published {
 }
 
 impl Published {
-    /// What a method is held against.
+    /// Published errors that a method is compared with.
     fn of(&self, method: &str) -> [Option<f64>; 5] {
         let found = self.errors.iter().find(|(name, _)| name.is_empty() || *name == method);
         found.map_or([None; 5], |(_, errors)| *errors)
@@ -343,7 +343,7 @@ fn row(
     Ok(row.time(times.simulate_s + times.prepare_s + times.train_s))
 }
 
-/// What a method learned from, how its estimates hold, how many there are not, and no corrections that hurt.
+/// Simulations of a method, calibration and absence of its estimates, and corrections that hurt.
 fn standing(method: &Method) -> [Cell; 4] {
     let Evaluation { within_two, refused, inverted, cases, .. } = &method.evaluation;
     let steps = match method.steps {

@@ -157,7 +157,7 @@ pub fn admissible(body: &Body, theta: &[f64]) -> Result<(), String> {
     Ok(())
 }
 
-/// What a parameter outside the bounds of its law must be; these have numbers in the unit of the scene, which is said where the parameter
+/// Bounds of a parameter's law, for a value outside; these have numbers in the unit of the scene, which is said where the parameter
 /// has another.
 pub(crate) fn required(
     parameter: &Parameter,
@@ -172,7 +172,7 @@ pub(crate) fn required(
     }
 }
 
-/// What to say about parameters outside their ranges.
+/// Warnings about parameters outside their ranges.
 pub fn outside(parameters: &[Parameter], theta: &[f64]) -> Vec<String> {
     let say = |(parameter, value): (&Parameter, &f64)| {
         let [low, high] = parameter.range;
@@ -196,7 +196,7 @@ fn head(text: &str) -> (&str, &str) {
     }
 }
 
-/// Where each parameter stands among names.
+/// Place of each parameter among names.
 fn columns(names: &[&str], parameters: &[Parameter]) -> Result<Vec<usize>, String> {
     let known = || parameters.iter().map(|parameter| parameter.name.as_str());
     if let Some(name) = names.iter().find(|name| known().all(|known| known != **name)) {

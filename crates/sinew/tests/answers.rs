@@ -44,7 +44,7 @@ fn sinew(folder: &Path, arguments: &str) -> (i32, String) {
     (status.code().unwrap(), text)
 }
 
-/// What is printed by a command that succeeds.
+/// Output of a command that succeeds.
 fn done(folder: &Path, arguments: &str) -> String {
     let (code, told) = sinew(folder, arguments);
     assert_eq!(code, 0, "sinew {arguments}: {told}");
@@ -203,7 +203,7 @@ fn large_archives_are_written_only_when_asked_for() {
     assert!(size < MOST_BYTES && column(folder.path(), "cases.csv", "case") == ["0"]);
 }
 
-/// What is said of a plate with another text in it.
+/// Message about a plate with another text in it.
 fn warnings(from: &str, to: &str) -> Vec<String> {
     assert!(PLATE.contains(from));
     let case = Case::parse(&PLATE.replacen(from, to, 1), "plate.toml").unwrap();

@@ -19,7 +19,7 @@ fn chamber() -> &'static str {
     blocks().into_iter().find(|block| block.contains("Chamber")).unwrap()
 }
 
-/// What is said about a case that must be refused.
+/// Message about a case that must be refused.
 fn refusal(text: &str) -> String {
     let body = Case::parse(text, "case.toml").and_then(|case| case.body());
     let error = body.err().unwrap_or_else(|| panic!("was to be refused:\n{text}")).to_string();
@@ -56,7 +56,7 @@ fn each_key(value: &mut Value, root: &mut dyn FnMut(&str)) {
     }
 }
 
-/// The same document with its `wanted`-th key misspelt, and that key.
+/// Document with its `wanted`-th key misspelt, and that key.
 fn misspelt(document: &Table, wanted: usize) -> Option<(String, String)> {
     fn visit(value: &mut Value, left: &mut usize) -> Option<String> {
         match value {

@@ -49,7 +49,7 @@ fn bases() -> Vec<String> {
     bases
 }
 
-/// The same on a coarse mesh, without comments.
+/// Case on a coarse mesh, without comments.
 fn coarse(text: &str) -> String {
     let mut lines: Vec<String> = Vec::new();
     for line in text.lines() {
@@ -108,7 +108,7 @@ fn rewritten() -> impl Strategy<Value = String> {
     })
 }
 
-/// Where the words of a text are.
+/// Places of the words of a text.
 fn spans(text: &str) -> Vec<Range<usize>> {
     let mut at = 0;
     let pieces = text.split_inclusive(|c| !is_word(c)).map(|piece| {

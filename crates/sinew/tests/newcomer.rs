@@ -24,7 +24,7 @@ samples = 12
 held_out = 4
 "#;
 
-/// What is taken out of the case, what stands there instead, and what must be said.
+/// Text of the case, its replacement, and the words of the message.
 type Mistake = (&'static str, &'static str, &'static [&'static str]);
 
 /// Words of a debugger or a compiler, which no message may hold.
@@ -46,7 +46,7 @@ const FOREIGN: [&str; 15] = [
     "unwrap",
 ];
 
-/// What is wrong with messages, all of them before the test ends.
+/// Faults of all messages, before the test ends.
 #[derive(Default)]
 struct Faults(Vec<String>);
 

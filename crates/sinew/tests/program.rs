@@ -27,7 +27,7 @@ fn sinew(folder: &Path, arguments: &str) -> Output {
     command.current_dir(folder).args(arguments.split_whitespace()).output().unwrap()
 }
 
-/// What it printed; it must succeed.
+/// Output of a command that must succeed.
 fn done(folder: &Path, arguments: &str) -> String {
     let output = sinew(folder, arguments);
     let [out, err] =

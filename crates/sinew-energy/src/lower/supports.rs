@@ -119,7 +119,7 @@ impl<const N: usize> Setup<'_, N> {
         })
     }
 
-    /// What a support prescribes along the coordinate axes.
+    /// Prescribed components of a support along the coordinate axes.
     fn hold_components(
         &self,
         support: &Support,
@@ -143,7 +143,7 @@ impl<const N: usize> Setup<'_, N> {
         }
     }
 
-    /// What a support prescribes along other directions.
+    /// Prescribed components of a support along other directions.
     fn hold_directions(&self, support: &Support, held: &mut Held) -> Result<(), SceneError> {
         let name = &support.nodes;
         let nodes = self.node_set(name)?;

@@ -105,7 +105,7 @@ pub(crate) fn trainer(
     trainer_of(surrogate, data, batch, objective, optimiser)
 }
 
-/// The same from given weights.
+/// Trainer from given weights.
 pub(crate) fn trainer_of(
     surrogate: Surrogate,
     data: &DataSet,

@@ -35,7 +35,7 @@ pub struct TrainingConfig {
     pub gradient_norm_limit: Option<f64>,
     /// Share of the steps in which message passing is trained. From then on the embeddings of every geometry's nodes are
     /// weights of their own, trained with decoders and parameter encoder at a fraction of the cost; 1 trains message
-    /// passing to the end, as a network for shapes never seen needs it.
+    /// passing to the end, as a network for unseen shapes needs it.
     pub embedding_share: f64,
     /// Seed of the order of the samples.
     pub seed: u64,

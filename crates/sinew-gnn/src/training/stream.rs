@@ -22,7 +22,7 @@ pub struct Lesson {
 }
 
 /// Trains a [`Surrogate`] on geometries that come one after the other, so that it learns what they have in common: for
-/// shapes never seen.
+/// unseen shapes.
 ///
 /// A step takes as many lessons as it is given, and forgets them. Message passing is trained to the end.
 pub struct StreamTrainer {

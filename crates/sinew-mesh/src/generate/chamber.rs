@@ -98,7 +98,7 @@ impl Chamber<'_> {
         }
     }
 
-    /// Where grids begin to count around the axis: towards the other ventricle, so that grids of one heart agree.
+    /// Direction at which grids begin to count around the axis: towards the other ventricle, so that grids of one heart agree.
     fn towards(&self) -> Option<Point> {
         let points = &self.septum?.points;
         Some(points.iter().map(|&x| Point::from(x)).sum::<Point>() / points.len().max(1) as f64)
@@ -176,7 +176,7 @@ impl ChamberWall {
         Ok(mesh)
     }
 
-    /// What was made, and how well it fits.
+    /// Mesh, and how well it fits.
     pub fn report(&self) -> &ChamberReport {
         &self.report
     }

@@ -24,7 +24,7 @@ pub enum ShapeError {
     /// Cells that make no mesh.
     #[error("{found:?} cells make no mesh: give {needed}")]
     Cells { found: Vec<usize>, needed: &'static str },
-    /// A cell without volume \[length³\], or turned over.
+    /// A cell without volume \[length³\], or inverted.
     #[error("cell {cell} has a volume of {volume:.3e}: the shape is folded; draw other numbers")]
     Folded { cell: usize, volume: f64 },
     /// Too few shapes for modes.

@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 /// numbering rather than for names of facet sets.
 const MOST_LABELS: usize = 64;
 
-/// What a reader did to make a mesh out of a file.
+/// Changes of a reader that made a mesh out of a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ReadReport {
     /// Cells whose negative orientation was repaired by [`repair_orientation`].
@@ -239,7 +239,7 @@ fn name_sides<const N: usize>(
     }
 }
 
-/// Where no group names facets, each value of an integer cell field names the facets that have it, such as
+/// Facet sets without groups: each value of an integer cell field names the facets that have it, such as
 /// `region:1`; without such a field there is one set `facets`.
 fn name_labels<const N: usize>(
     mesh: &mut Mesh<N>,

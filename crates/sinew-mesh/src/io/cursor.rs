@@ -4,7 +4,7 @@ use super::number::NumberType;
 use crate::{FieldValues, Place, Problem};
 use std::str::FromStr;
 
-/// Where and why a file cannot be read.
+/// Place and reason of a file that cannot be read.
 pub(crate) type Fault = (Place, Problem);
 
 /// Order of the bytes of a number.
@@ -25,7 +25,7 @@ pub(crate) enum Encoding {
 pub(crate) struct Cursor<'a> {
     bytes: &'a [u8],
     position: usize,
-    /// Where the last item began, which is where errors point to.
+    /// Start of the last item, which errors point to.
     item: usize,
     /// Encoding of numbers; keywords are always text.
     pub encoding: Encoding,
@@ -34,7 +34,7 @@ pub(crate) struct Cursor<'a> {
 /// Longest piece of a file that an error repeats, in bytes.
 const EXCERPT: usize = 40;
 
-/// What some editors put before a text in UTF-8.
+/// Byte-order mark that some editors put before a text in UTF-8.
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// A file without its byte-order mark.
@@ -48,7 +48,7 @@ pub(crate) fn excerpt(text: &[u8]) -> String {
 }
 
 impl Problem {
-    /// What was found in the place of something else.
+    /// Text found in the place of something else.
     pub(super) fn expected(expected: &'static str, found: impl AsRef<[u8]>) -> Self {
         Problem::Expected { expected, found: excerpt(found.as_ref()) }
     }
@@ -72,7 +72,7 @@ impl<'a> Cursor<'a> {
         (self.place(self.item), problem)
     }
 
-    /// Where the next item begins.
+    /// Start of the next item.
     pub(super) fn here(&self) -> Place {
         self.place(self.position)
     }
@@ -135,7 +135,7 @@ impl<'a> Cursor<'a> {
         number(self.word().ok_or(Problem::Missing { expected })?, expected)
     }
 
-    /// Where the next item is read from.
+    /// Position that the next item is read from.
     pub(super) fn position(&self) -> usize {
         self.position
     }

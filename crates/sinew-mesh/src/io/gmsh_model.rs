@@ -14,7 +14,7 @@ pub(super) enum Version {
     Four,
 }
 
-/// What has been read so far.
+/// Entities read so far.
 pub(super) struct Gmsh<'a> {
     pub cursor: Cursor<'a>,
     pub version: Version,

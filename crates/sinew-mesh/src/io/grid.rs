@@ -20,9 +20,9 @@ pub(crate) struct UnstructuredGrid {
     pub node_sets: BTreeMap<String, Vec<usize>>,
     /// Named sets of facets: cells, each with our number of its facet.
     pub sides: BTreeMap<String, Vec<(usize, usize)>>,
-    /// Where the points are, for errors.
+    /// Place of the points, for errors.
     pub points_at: Place,
-    /// Where the cells are, for errors.
+    /// Place of the cells, for errors.
     pub cells_at: Place,
 }
 

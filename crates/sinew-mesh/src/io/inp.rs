@@ -41,12 +41,12 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
 /// A problem and the byte of its line.
 pub(super) type Wrong = (usize, Problem);
 
-/// What has been read so far.
+/// Blocks read so far.
 pub(super) struct Model {
     pub grid: UnstructuredGrid,
     pub nodes: Sets,
     pub elements: Sets,
-    /// Of each cell of the grid.
+    /// Number of each cell of the grid.
     pub kinds: Vec<Kind>,
     /// The instance of the part, in files with an assembly.
     pub instance: Option<Name>,
@@ -90,7 +90,7 @@ fn read(blocks: &[Block<'_>], bytes: usize) -> Result<UnstructuredGrid, Wrong> {
     surfaces.finish(model).map_err(|problem| (end, problem))
 }
 
-/// Where each block belongs. There may be one part, and one instance of it.
+/// Level of each block. There may be one part, and one instance of it.
 fn scopes<'b, 'a>(blocks: &'b [Block<'a>]) -> Result<Vec<(Scope, &'b Block<'a>)>, Wrong> {
     let has = |keyword: &str| blocks.iter().any(|block| block.keyword == keyword);
     let has_assembly = has("ASSEMBLY");

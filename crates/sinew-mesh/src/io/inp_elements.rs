@@ -19,7 +19,7 @@ const PLANES: [&str; 5] = ["CPS", "CPE", "CPEG", "DC2D", "AC2D"];
 const SHELLS: [&str; 6] = ["S", "M3D", "SFM3D", "R3D", "DS", "STRI"];
 const LINES: [&str; 5] = ["T3D", "B", "R2D", "T2D", "CONN3D"];
 
-/// What the name of a type says, such as `C3D10H`: family, number of nodes, letters of the variant.
+/// Meaning of a type's name, such as `C3D10H`: family, number of nodes, letters of the variant.
 pub(super) fn kind(name: &str) -> Result<Kind, Problem> {
     let unknown = || Problem::Unsupported {
         what: "the element type",

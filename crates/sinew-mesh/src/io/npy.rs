@@ -85,7 +85,7 @@ pub fn to_npy(shape: &[usize], values: &[f64]) -> Vec<u8> {
     bytes
 }
 
-/// What follows a key of the header.
+/// Text after a key of the header.
 fn entry<'h>(header: &'h str, key: &'static str) -> Result<&'h str, Problem> {
     let value = header.split_once(key).map(|(_, value)| value.trim_start());
     value.ok_or(Problem::Missing { expected: key })
@@ -130,7 +130,7 @@ fn shape(header: &str) -> Result<Vec<usize>, Problem> {
     }
 }
 
-/// Where the numbers are, last index fastest, in an array whose first index is fastest.
+/// Order of the numbers, last index fastest, in an array whose first index is fastest.
 fn c_order(count: usize, shape: &[usize]) -> impl Iterator<Item = usize> {
     let place = move |mut at: usize| {
         let (mut place, mut stride) = (0, count);

@@ -12,7 +12,7 @@ pub(crate) struct CellList {
     /// `nodes[offsets[c]..offsets[c + 1]]` are those of cell `c`.
     pub offsets: Vec<usize>,
     pub nodes: Vec<i64>,
-    /// Where the nodes are in the file.
+    /// Place of the nodes in the file.
     pub at: Place,
 }
 
@@ -32,7 +32,7 @@ pub(crate) struct PolyData {
 }
 
 impl Kind {
-    /// By the keyword of legacy files.
+    /// Kind by the keyword of legacy files.
     pub(super) fn of_keyword(keyword: &[u8]) -> Option<Self> {
         Some(match keyword {
             b"VERTICES" => Kind::Vertices,

@@ -6,7 +6,7 @@ use super::grid::UnstructuredGrid;
 use crate::{Place, Problem};
 use std::collections::HashMap;
 
-/// Where a binary file has the number of its triangles, where these begin, and the bytes of each.
+/// Offsets of a binary file's number of triangles and of the first one, and the bytes of each.
 const COUNT: usize = 80;
 const HEAD: usize = 84;
 const TRIANGLE: usize = 50;

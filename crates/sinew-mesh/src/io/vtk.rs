@@ -26,7 +26,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
     Ok(reader.grid)
 }
 
-/// What the attributes that follow belong to.
+/// Points or cells that the following attributes belong to.
 #[derive(Clone, Copy)]
 enum Owner {
     Points(usize),

@@ -37,9 +37,9 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<UnstructuredGrid, Fault> {
 #[derive(Clone, Copy)]
 struct Appended<'a> {
     raw: bool,
-    /// What follows the underscore.
+    /// Bytes after the underscore.
     data: &'a [u8],
-    /// Where it begins in the file.
+    /// Its offset in the file.
     start: usize,
 }
 
@@ -88,7 +88,7 @@ struct Header {
 
 struct Parser<'a> {
     xml: Reader<&'a [u8]>,
-    /// Where the last item began, which is where errors point to.
+    /// Start of the last item, which errors point to.
     item: usize,
     layout: Layout,
     appended: Option<Appended<'a>>,
@@ -105,7 +105,7 @@ struct Parser<'a> {
 struct Arrays {
     nodes: Vec<i64>,
     nodes_at: usize,
-    /// Where each cell ends, behind a 0.
+    /// End of each cell, behind a 0.
     offsets: Option<Vec<i64>>,
     offsets_at: usize,
 }

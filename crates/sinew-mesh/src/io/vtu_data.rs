@@ -11,7 +11,7 @@ use std::io::Read;
 /// block that declares more is broken and nothing is allocated for it.
 const MOST_DEFLATE: usize = 1032;
 
-/// What the file's header says about all its arrays.
+/// Properties of all arrays, from the file's header.
 #[derive(Clone, Copy)]
 pub(crate) struct Layout {
     pub endian: Endian,
@@ -22,7 +22,7 @@ pub(crate) struct Layout {
 
 /// Bytes read in order from base64 text or as they are.
 pub(crate) struct Source<'a> {
-    /// Where `data` begins in the file.
+    /// Offset of `data` in the file.
     at: usize,
     data: &'a [u8],
     position: usize,
@@ -36,7 +36,7 @@ impl<'a> Source<'a> {
         Source { at, data, position: 0, base64, ready: Vec::new() }
     }
 
-    /// Where the next byte is in the file.
+    /// Offset of the next byte in the file.
     pub(super) fn place(&self) -> usize {
         // Inline text may have been gathered around nested elements, so its start is the
         // closest place that is known for sure.

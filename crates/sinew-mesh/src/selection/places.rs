@@ -7,7 +7,7 @@ use std::collections::HashSet;
 
 type Point = Vector3<f64>;
 
-/// Where the nodes and the facets of the boundary are.
+/// Places of the nodes and facets of the boundary.
 pub(super) struct Places<'m, const N: usize> {
     mesh: &'m Mesh<N>,
     pub boundary: Vec<Facet>,

@@ -42,7 +42,7 @@ pub enum Loss {
     SimulationsByStiffness,
 }
 
-/// How a network learns a population: every step takes bodies that it has never seen and never sees again.
+/// How a network learns a population: every step takes unseen bodies, each once.
 ///
 /// Each body is prepared by a few linear systems: a state to [start](Start) from, and derivatives in the parameters, which outputs follow to
 /// second order. The network learns what is beyond.

@@ -23,7 +23,7 @@ const MARKERS: [MarkerShape; COLOURS] = [
 ];
 /// kuva takes what is below 1e-10 on a logarithmic axis for 1e-10; smaller data are scaled up to this.
 const LEAST: f64 = 1e-6;
-/// What has a place on a logarithmic axis: scaled values stay finite.
+/// Range of a logarithmic axis: scaled values stay finite.
 const LOGARITHMIC: std::ops::Range<f64> = 1e-100..1e100;
 
 /// One axis: what can be drawn on it, and by how much it is scaled.
@@ -170,7 +170,7 @@ fn draw(chart: &Chart, palette: &Palette, wide: bool, axes: [Axis; 2]) -> String
     inline(&kuva::render_to_svg(plots, layout), size, &chart.title, palette)
 }
 
-/// What letters reach below their line, and a margin.
+/// Descent of letters below their line, and a margin.
 const BELOW: f64 = 8.0;
 
 /// Lines are broken where a point cannot be drawn.

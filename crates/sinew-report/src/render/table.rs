@@ -113,7 +113,7 @@ fn key(row: &Row, palette: &Palette) -> Markup {
     html! { (palette.key(&row.method)) (name) }
 }
 
-/// What errors are measured against: one line per reference.
+/// References of the errors: one line per reference.
 fn references(table: &Table) -> Markup {
     let mut references: Vec<&str> = table.rows.iter().map(|row| row.reference.as_str()).collect();
     references.dedup();

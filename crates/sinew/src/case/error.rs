@@ -25,7 +25,7 @@ pub enum CaseError {
         line: Option<usize>,
         /// The key with those of the tables around it, such as `parameters.mu`.
         key: String,
-        /// What is wrong and what to do.
+        /// Fault and advice.
         reason: String,
     },
 }

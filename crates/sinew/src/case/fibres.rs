@@ -11,7 +11,7 @@ use sinew_fem::fibres::{
 };
 use sinew_mesh::{AnyMesh, Field};
 
-/// Where directions come from: a field of the mesh, one direction for all of it, or a rule.
+/// Source of directions: a field of the mesh, one direction for all of it, or a rule.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Fibres {
@@ -20,7 +20,7 @@ pub struct Fibres {
     pub field: Option<String>,
     /// Cell or point field with the sheets, for laws that read them.
     pub sheets: Option<String>,
-    /// The same direction everywhere.
+    /// One direction everywhere.
     #[serde(deserialize_with = "exactly_if_any")]
     pub direction: Option<[f64; 3]>,
     /// A rule for ventricles.

@@ -29,7 +29,7 @@ pub struct Law {
 pub struct Row {
     /// Its name.
     pub name: &'static str,
-    /// What it is, with its source.
+    /// Description, with its source.
     pub about: &'static str,
     /// Its parameters, in the order of θ.
     pub parameters: &'static [&'static str],
@@ -118,7 +118,7 @@ impl Row {
         Self { bulk_modulus: true, ..self }
     }
 
-    /// The same whatever the directions across the first one.
+    /// Transversely isotropic: independent of the directions across the first one.
     const fn about_one_axis(self) -> Self {
         Self { needed: 1, ..self }
     }

@@ -44,7 +44,7 @@ pub struct FoundationLoad {
 /// How large a pressure is.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pressure {
-    /// The same always \[kPa\].
+    /// Constant value \[kPa\].
     Fixed(f64),
     /// An entry of θ, by name.
     Parameter(String),

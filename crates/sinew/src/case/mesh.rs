@@ -8,7 +8,7 @@ use sinew_energy::listed;
 use sinew_mesh::{AnyMesh, Biventricle, TruncatedEllipsoid, box_hexahedra, box_tetrahedra};
 use std::path::{Path, PathBuf};
 
-/// Where a mesh comes from: one of the first four keys.
+/// Source of a mesh: one of the first four keys.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MeshSource {

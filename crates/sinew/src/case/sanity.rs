@@ -46,7 +46,7 @@ impl Case {
     }
 }
 
-/// What to say about a displacement that is hardly one; `None` where everything is held.
+/// Warning about a displacement that is almost zero; `None` where everything is held.
 pub fn hardly_moves(body: &Body, displacement: &[f64]) -> Option<String> {
     let largest = displacement.iter().fold(0.0f64, |largest, u| largest.max(u.abs()));
     let size = size(body);

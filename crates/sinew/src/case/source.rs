@@ -110,7 +110,7 @@ fn keys_at(table: &DeTable<'_>, byte: usize) -> Option<Vec<String>> {
 
 const IS_MISSING: &str = " is missing";
 
-/// What the reader says, in words, with the key or name that was meant.
+/// Message of the TOML reader, in words, with the key or name that was meant.
 fn explain(message: &str) -> String {
     let message = message.trim_end();
     let mut quoted = message.split('`').skip(1).step_by(2);
@@ -147,7 +147,7 @@ fn kind(found: &str) -> String {
     }
 }
 
-/// What the reader expected, in words.
+/// Expectation of the TOML reader, in words.
 fn wanted(expected: &str) -> String {
     match expected {
         "f64" | "f32" => "a number".into(),
@@ -161,7 +161,7 @@ fn wanted(expected: &str) -> String {
     }
 }
 
-/// What may have been meant by a word, or all there is.
+/// Suggestion for a misspelt word, or all known ones.
 pub(crate) fn advise<'a>(
     word: &str,
     known: impl IntoIterator<Item = &'a str>,

@@ -20,9 +20,9 @@ pub struct Support {
     pub nodes: Option<String>,
     /// Prescribed displacement along x \[mm\]; free where it is left out.
     pub x: Option<f64>,
-    /// The same along y.
+    /// Displacement along y \[mm\].
     pub y: Option<f64>,
-    /// The same along z.
+    /// Displacement along z \[mm\].
     pub z: Option<f64>,
     /// Normal of the plane that the nodes stay in: rollers.
     #[serde(deserialize_with = "exactly_if_any")]

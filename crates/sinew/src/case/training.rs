@@ -44,7 +44,7 @@ pub enum RecipeName {
     /// The one that does best on the held-out cases: regression, and hybrid where that misses the target.
     #[default]
     Auto,
-    /// One solution, followed to second order in the parameters: nothing is trained.
+    /// Taylor expansion of second order about one solution: nothing is trained.
     Series,
     /// Few simulations, their main modes, and a Gaussian process.
     Regression,

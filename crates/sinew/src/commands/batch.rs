@@ -36,7 +36,7 @@ struct Asked {
     failure: Option<String>,
 }
 
-/// What was found for an open row.
+/// Answer to an open row.
 #[derive(Debug, Default)]
 pub(crate) struct Answer<'a> {
     /// Displacements, one by each name.

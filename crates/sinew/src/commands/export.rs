@@ -37,7 +37,7 @@ impl Export {
     }
 }
 
-/// What of a body the arrays do not hold.
+/// Facts of a body beside its arrays.
 fn left_out(body: &Body) -> Vec<&'static str> {
     let parts = [
         ("pressures", !body.pressures.is_empty()),

@@ -9,7 +9,7 @@ use sinew_mesh::{Chamber, Size, TriangleMesh, Trim, WallOptions, read_mesh};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// What is meshed.
+/// Kind of body that is meshed.
 #[derive(Debug, Args)]
 pub(crate) struct Mesh {
     #[command(subcommand)]
@@ -53,7 +53,7 @@ struct Ventricle {
     /// Layers of cells [default: as many as make them about as thick as wide, two at least]
     #[arg(long, value_name = "COUNT")]
     layers: Option<usize>,
-    /// Where the base is: auto (the highest plane below the valves that cuts a whole wall), a fraction of the way from the
+    /// Base: auto (the highest plane below the valves that cuts a whole wall), a fraction of the way from the
     /// apex to the middle of the valves, or the plane x,y,z,nx,ny,nz by a point and a normal
     #[arg(long, value_name = "PLANE", default_value = "auto", allow_hyphen_values = true)]
     trim: String,
@@ -63,7 +63,7 @@ struct Ventricle {
     /// Angles of the fibres to the circumference at the inner and outer surface [degrees]
     #[arg(long, value_name = "INNER,OUTER", default_value = "60,-60", allow_hyphen_values = true)]
     angles: String,
-    /// Where the mesh goes: a VTU file
+    /// Output: a VTU file
     #[arg(short, long, value_name = "FILE", default_value = "wall.vtu")]
     out: PathBuf,
 }

@@ -24,7 +24,7 @@ pub(crate) struct Plan {
     accuracy: f64,
 }
 
-/// Of the first parameter set, near which the solver is timed.
+/// Seed of the first parameter set, near which the solver is timed.
 const SEED: u64 = 1;
 
 impl Plan {

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// Estimates between two signs of progress.
 const AT_ONCE: usize = 64;
 
-/// What both commands read.
+/// Arguments of both commands.
 #[derive(Debug, Args)]
 pub(crate) struct Asked {
     #[command(flatten)]
@@ -73,7 +73,7 @@ pub(crate) struct Correct {
     steps: u32,
 }
 
-/// What both commands begin with.
+/// Opened case, parameter sets and emulator of both commands.
 struct Opened<'b> {
     batch: Batch,
     emulator: Emulator<'b>,

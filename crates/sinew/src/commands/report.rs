@@ -5,7 +5,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 use sinew::Comparison;
 
-/// Of which case.
+/// Case and output.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Run sinew evaluate first; this reads OUT/evaluation.json and writes OUT/report.html and\nOUT/report.json."

@@ -121,7 +121,7 @@ impl Sample {
     }
 }
 
-/// Of which case.
+/// Case and output.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Checks that every shard is done and undamaged, and writes what one process with --solve would have written to OUT/sample,

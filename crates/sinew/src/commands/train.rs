@@ -7,7 +7,7 @@ use sinew::case::{RecipeName, Training};
 use sinew_emulate::Kept;
 use std::path::{Path, PathBuf};
 
-/// By which recipe, and how long.
+/// Recipe and budget.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Options replace those of the case's [training]. The emulator and everything it was made of go to OUT/RECIPE; a run that
@@ -47,7 +47,7 @@ pub(crate) struct Train {
     /// Folder of another run to start from, of the same recipe and parameters on any mesh; with --steps 0 its network is taken as it is
     #[arg(long, value_name = "FOLDER")]
     from: Option<PathBuf>,
-    /// Where a network is trained: flex (this processor), ndarray (deprecated), wgpu or cuda (graphics processors)
+    /// Backend of a network's training: flex (this processor), ndarray (deprecated), wgpu or cuda (graphics processors)
     #[cfg(feature = "networks")]
     #[arg(long, default_value_t)]
     backend: sinew::Backend,

@@ -181,7 +181,7 @@ impl Section {
     }
 }
 
-/// Where a ray from the cavity meets the endocardium.
+/// Point at which a ray from the cavity meets the endocardium.
 pub(super) fn wall(trees: &Trees, origin: Point, direction: Point) -> Result<Point, ChamberError> {
     let hits = trees.endocardium.hits(origin, direction);
     let (Some(&first), Some(&last)) = (hits.first(), hits.last()) else {

@@ -10,7 +10,7 @@ use crate::generate::wall::Sheet;
 use crate::quality::Spread;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// Where the rays' origins begin to follow the axis, as a fraction of the way from the apex to the base; below, all rays
+/// Start of the rays' origins along the axis, as a fraction of the way from the apex to the base; below, all rays
 /// leave the same point.
 const POLE: f64 = 1.0 / 3.0;
 /// Rows and columns of the table of points that ways along the surface are measured on.

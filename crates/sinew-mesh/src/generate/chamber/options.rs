@@ -7,7 +7,7 @@ pub struct WallOptions {
     pub size: Size,
     /// Layers of cells; where left out as many as make cells about as thick as wide, two at least.
     pub layers: Option<usize>,
-    /// Where the base is.
+    /// Base.
     pub trim: Trim,
 }
 
@@ -26,7 +26,7 @@ pub enum Size {
     Edge(f64),
 }
 
-/// Where the base of a ventricle is: what lies beyond is left out.
+/// Base of a ventricle: cells beyond it are left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Trim {
     /// The highest plane across the axis that is below the rims of the endocardium (its valves) and cuts a wall of at least

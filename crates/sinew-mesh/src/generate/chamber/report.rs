@@ -33,11 +33,11 @@ pub struct ChamberReport {
     pub missed: usize,
     /// Volume of the cavity below the base.
     pub cavity_volume: f64,
-    /// The same, as the given endocardium encloses it.
+    /// Volume that the given endocardium encloses.
     pub cavity_volume_of_surface: f64,
     /// Mean and largest distance of the mesh's endocardium from the given one, at its nodes and the middles of its triangles.
     pub endocardium_distance: [f64; 2],
-    /// The same of its outer surface from the nearest one given.
+    /// Distances of its outer surface from the nearest one given.
     pub outer_distance: [f64; 2],
     /// Pairs of triangles of the given surfaces that pass through each other below the base, and where the first is.
     pub crossings: (usize, Option<[f64; 3]>),
@@ -132,7 +132,7 @@ fn crossings(chamber: &Chamber<'_>, base: &Base) -> (usize, Option<[f64; 3]>) {
 }
 
 impl ChamberReport {
-    /// What to look at before the mesh is used, in words; nothing where all is well.
+    /// Warnings before the mesh is used, in words; empty where all is well.
     pub fn warnings(&self) -> Vec<String> {
         let (missed, [columns, _], own) = (self.missed, self.columns, self.own_crossings);
         let mut warnings = Vec::new();

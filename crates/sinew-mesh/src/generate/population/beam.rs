@@ -33,7 +33,7 @@ impl BeamShape {
     /// Numbers of a shape.
     pub const NUMBERS: usize = 12;
 
-    /// Of at most so many numbers; those left out are zero.
+    /// Shape of at most [`Self::NUMBERS`] numbers; those left out are zero.
     ///
     /// # Errors
     /// More numbers, or one that is not finite.

@@ -34,7 +34,7 @@ pub struct ShapeModes {
 const SMALLEST: f64 = 1e-7;
 
 impl ShapeModes {
-    /// Of the places of the nodes of some shapes \[length\].
+    /// Modes of the nodal positions of some shapes \[length\].
     ///
     /// # Errors
     /// Fewer than two shapes, of different numbers of nodes, or all the same.

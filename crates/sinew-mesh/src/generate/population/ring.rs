@@ -41,7 +41,7 @@ impl RingShape {
     /// Numbers of a shape.
     pub const NUMBERS: usize = 2 * (2 * WAVES + 1);
 
-    /// Of at most so many numbers; those left out are zero.
+    /// Shape of at most [`Self::NUMBERS`] numbers; those left out are zero.
     ///
     /// # Errors
     /// More numbers, one that is not finite, or a ring that is too small, large, thin or thick at one of 56 angles.

@@ -34,7 +34,7 @@ pub struct VentricleShape {
     amounts: SVector<f64, { Self::NUMBERS }>,
 }
 
-/// What a mode does, and with which of `cos m φ` and `sin m φ`.
+/// Effect of a mode, and with which of `cos m φ` and `sin m φ`.
 #[derive(Clone, Copy, Debug)]
 enum Mode {
     Size,
@@ -118,7 +118,7 @@ impl VentricleShape {
     /// Numbers of a shape.
     pub const NUMBERS: usize = 32;
 
-    /// Of at most so many numbers; those left out are zero.
+    /// Shape of at most [`Self::NUMBERS`] numbers; those left out are zero.
     ///
     /// # Errors
     /// More numbers, one that is not finite, or a wall that is too thin or thick, a cavity too short, long, narrow or wide.
