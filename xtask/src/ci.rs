@@ -1,10 +1,10 @@
 //! What continuous integration runs, cheapest first.
 
-use crate::{arrows, circles, command::cargo};
+use crate::{arrows, circles, command::cargo, words};
 use anyhow::Result;
 use std::time::Instant;
 
-/// Format, dependency arrows, circles of imports, tests, lints, a build without networks, documentation.
+/// Format, dependency arrows, circles of imports, words, tests, lints, a build without networks, documentation.
 pub(crate) fn run() -> Result<()> {
     let start = Instant::now();
     let done =
@@ -15,6 +15,8 @@ pub(crate) fn run() -> Result<()> {
     done("dependency arrows");
     circles::check()?;
     done("circles of imports");
+    words::check()?;
+    done("words");
     cargo(&["test", "--workspace"], &[])?;
     done("tests");
     cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"], &[])?;

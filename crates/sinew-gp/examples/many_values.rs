@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 use std::time::Instant;
 
 const VALUES: usize = 20_000;
-/// Of measurements.
+/// Standard deviation of measurements.
 const ERROR: f64 = 0.05;
 
 /// Errors without a generator of random numbers: uniform digits of a sine.

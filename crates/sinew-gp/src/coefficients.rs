@@ -71,7 +71,7 @@ pub(crate) fn register(
 }
 
 impl<const D: usize> PointCoefficients<D> {
-    /// Of `operator` on `prior` at `points`, in errors those of `whose`; `parameters` are all that
+    /// Coefficients of `operator` on `prior` at `points`, in errors those of `whose`; `parameters` are all that
     /// occur in the model.
     pub(crate) fn new(
         prior: &Prior<D>,
@@ -130,7 +130,7 @@ impl<const D: usize> PointCoefficients<D> {
         }
     }
 
-    /// Of a multiple of the operator.
+    /// Coefficients of a multiple of the operator.
     pub(crate) fn scaled(mut self, factor: f64) -> Self {
         let arrays = self.parts.iter_mut().flat_map(|part| &mut part.arrays);
         let numbers = arrays.chain(&mut self.mean).flatten();

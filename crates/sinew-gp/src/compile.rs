@@ -25,7 +25,7 @@ pub(crate) struct Compiled<const D: usize> {
     pub number: usize,
     /// Points of the problem's equation; empty for other operators.
     pub places: Vec<[f64; D]>,
-    /// What is observed is the sum of the operator's values over these: one set of points, or the
+    /// Legs of an observation, which is the sum of the operator's values over these: one set of points, or the
     /// two ends of a jump, the second with the opposite sign.
     pub legs: Vec<PointCoefficients<D>>,
     /// Number of the first among the legs of all groups.

@@ -86,7 +86,7 @@ impl<const D: usize> Condition<D> {
         Self::Derivatives(vec![(1, constant(0.0)), (3, constant(0.0))])
     }
 
-    /// Of a condition on the slope: factors of value and slope, and the right-hand side.
+    /// Parts of a condition on the slope: factors of value and slope, and the right-hand side.
     pub(crate) fn spring(&self) -> Option<(Field<D>, f64, &Field<D>)> {
         match self {
             Self::Neumann(slope) => Some((Field::zero(), 1.0, slope)),
@@ -150,7 +150,7 @@ impl<const D: usize> Condition<D> {
     }
 }
 
-/// What the two ends of a periodic axis share.
+/// Quantities that the two ends of a periodic axis share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Periodicity {
     /// Values only.

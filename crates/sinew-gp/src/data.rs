@@ -33,7 +33,7 @@ pub(crate) enum Role {
 /// Values of one linear functional of u at several points.
 #[derive(Clone, Debug)]
 pub(crate) struct Group<const D: usize> {
-    /// Nothing for the operator of the problem's equation.
+    /// `None` for the operator of the problem's equation.
     pub operator: Option<Operator<D>>,
     pub points: Vec<[f64; D]>,
     /// Further points of each observation, with the factor that their values are added with: −1 at the other end of a jump,
@@ -72,7 +72,7 @@ impl<const D: usize> Data<D> {
         self.groups.iter().map(|group| group.points.len()).sum()
     }
 
-    /// The same with at most `count` values of each measured group, drawn at random: enough for parameters where there are
+    /// Data with at most `count` values of each measured group, drawn at random: enough for parameters where there are
     /// tens of thousands (see [`crate::Model::reduced`]).
     pub fn thinned(&self, count: usize, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -293,7 +293,7 @@ pub(crate) fn unplaced() -> GpError {
     )
 }
 
-/// Nothing to condition on.
+/// Empty data: nothing to condition on.
 pub(crate) fn no_data() -> GpError {
     GpError::Data("the model has no observations; add values or an equation".into())
 }

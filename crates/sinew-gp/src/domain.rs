@@ -9,9 +9,9 @@ use rand_chacha::ChaCha8Rng;
 /// One end of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// Where the coordinate is least; the start of a time axis.
+    /// Least coordinate; the start of a time axis.
     Lower,
-    /// Where the coordinate is largest.
+    /// Largest coordinate.
     Upper,
 }
 

@@ -159,7 +159,7 @@ fn no_draws() -> GpError {
     GpError::Request("the ensemble has no draws; keep at least one".into())
 }
 
-/// Of ascending values, at least one, by linear interpolation.
+/// Quantile of ascending values, at least one, by linear interpolation.
 fn quantile(sorted: &[f64], share: f64) -> f64 {
     let last = sorted.len() - 1;
     let position = share.clamp(0.0, 1.0) * last as f64;

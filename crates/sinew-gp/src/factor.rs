@@ -60,7 +60,7 @@ fn factorise(mut matrix: MatMut<'_, f64>, par: Par) -> Option<()> {
 }
 
 impl Factor {
-    /// Of a symmetric matrix by its lower triangle; none where it is not positive
+    /// Cholesky factor of a symmetric matrix by its lower triangle; none where it is not positive
     /// definite or not finite.
     pub(crate) fn new(mut entries: Vec<f64>, size: usize, par: Par) -> Option<Self> {
         let finite = |(number, column): (usize, &[f64])| {

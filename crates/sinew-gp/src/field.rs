@@ -10,7 +10,7 @@ type Function<const D: usize> = dyn Fn([Series; D]) -> Series + Send + Sync;
 /// and derivatives of any order follow.
 #[derive(Clone)]
 pub struct Field<const D: usize> {
-    /// Nothing for the zero function, which needs no work.
+    /// `None` for the zero function, which needs no work.
     function: Option<Arc<Function<D>>>,
 }
 

@@ -33,7 +33,7 @@ impl Default for FitOptions {
 pub struct Restart {
     /// Parameters it began at, on their scales.
     pub start: Vec<f64>,
-    /// What came of it.
+    /// Outcome.
     pub outcome: Result<Outcome, GpError>,
 }
 
@@ -168,7 +168,7 @@ impl<const D: usize> Model<D> {
 }
 
 impl<const D: usize> Fit<D> {
-    /// What was taken: the best restart.
+    /// Outcome of the best restart.
     pub fn outcome(&self) -> &Outcome {
         self.restarts[self.best].outcome.as_ref().expect("the best restart succeeded")
     }

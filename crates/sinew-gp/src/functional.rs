@@ -11,7 +11,7 @@ use faer::{Mat, Side as Triangle};
 pub struct Functional<const D: usize> {
     /// The operator L.
     pub operator: Operator<D>,
-    /// Where it is evaluated.
+    /// Place of evaluation.
     pub points: Vec<[f64; D]>,
     /// Weight of each point.
     pub weights: Vec<f64>,

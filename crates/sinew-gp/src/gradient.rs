@@ -97,7 +97,7 @@ impl<const D: usize> State<'_, D> {
         matmul(corner, low, Accum::Replace, inverse.transpose(), high, inverse, low, 1.0, par);
     }
 
-    /// Of ln evidence in all parameters, on their scales.
+    /// Gradient of ln evidence in all parameters, on their scales.
     pub(crate) fn gradient(&self, factored: &Factored) -> Vec<f64> {
         let size = self.model.size;
         let (mut cotangent, w) = self.cotangents(factored);
@@ -119,8 +119,8 @@ impl<const D: usize> State<'_, D> {
         gradient
     }
 
-    /// What cotangents of the covariance (as [`State::cotangents`] has them) and of the residual mean
-    /// for all parameters but the noise, on their scales.
+    /// Gradient in all parameters but the noise, on their scales, from cotangents of the covariance (as
+    /// [`State::cotangents`] has them) and of the residual.
     pub(crate) fn propagated(&self, cotangent: &[f64], w: &[f64]) -> Vec<f64> {
         let mut gradient = vec![0.0; self.model.parameters.len()];
         let pulled = self.pull_back(cotangent);

@@ -74,13 +74,13 @@ pub(crate) struct Block<'a, const D: usize> {
     pub second: Side<'a, D>,
 }
 
-/// Where a column's cotangents are added up.
+/// Sums of a column's cotangents.
 pub(crate) struct Cotangents<'a> {
-    /// Of the first points' coefficients, in their layout.
+    /// Cotangents of the first points' coefficients, in their layout.
     pub first: &'a mut [f64],
-    /// Of the coefficients of the column's own point, one for each order.
+    /// Cotangents of the coefficients of the column's own point, one for each order.
     pub second: &'a mut [f64],
-    /// Of the logarithms of the kernel's hyperparameters.
+    /// Cotangents of the logarithms of the kernel's hyperparameters.
     pub hyperparameters: &'a mut [f64],
 }
 

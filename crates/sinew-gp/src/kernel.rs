@@ -27,7 +27,7 @@ pub use squared_exponential::SquaredExponential;
 
 use table::{from_formula, pull_back_from_formula};
 
-/// What a hyperparameter measures, from which its bounds and restarts follow.
+/// Kind of a hyperparameter, from which its bounds and restarts follow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measure {
     /// A length along an axis, bounded relative to the axis' extent.
@@ -49,7 +49,7 @@ pub enum Measure {
 pub struct Hyperparameter {
     /// Name, as `lengthscale`.
     pub name: &'static str,
-    /// What it measures.
+    /// Kind.
     pub measure: Measure,
 }
 
@@ -137,7 +137,7 @@ pub trait Kernel<const D: usize>: Debug + Send + Sync {
     /// The hyperparameters, in the order in which their values are handed over.
     fn hyperparameters(&self) -> Vec<Hyperparameter>;
 
-    /// The same kernel as a function of these axes only.
+    /// Kernel as a function of these axes only.
     fn on_axes(&self, axes: &[usize]) -> Box<dyn Kernel<D>>;
 
     /// k(x, x′) over Taylor series, at positive `hyperparameters`.

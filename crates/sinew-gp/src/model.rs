@@ -29,7 +29,7 @@ fn positive(
     FreeParameter { name, logarithmic: true, bounds, start, hyperprior }
 }
 
-/// What a kernel of the part of this number leaves free.
+/// Hyperparameters of the kernel of the part of this number.
 fn of_kernel<const D: usize>(
     hyperparameter: &Hyperparameter,
     number: usize,
@@ -288,12 +288,12 @@ const AMPLITUDE_BOUNDS: [f64; 2] = [1e-2, 1e3];
 const AMPLITUDE_START: [f64; 2] = [0.3, 3.0];
 const LENGTH_BOUNDS: [f64; 2] = [0.03, 30.0];
 const LENGTH_START: [f64; 2] = [0.3, 1.5];
-/// Of logarithms of amplitudes and lengths about the size of data and domain.
+/// Hyperprior of logarithms of amplitudes and lengths about the size of data and domain.
 const DEVIATION: f64 = 1.0;
 /// In units of the spread of the values: from far below any instrument to nothing but noise.
 const NOISE_BOUNDS: [f64; 2] = [1e-5, 2.0];
 const NOISE_START: [f64; 2] = [0.01, 0.1];
-/// What is believed of measurement errors: 95 % between 0.3 % and all of the spread. A few values tell their errors hardly at
+/// Hyperprior of measurement errors: 95 % between 0.3 % and all of the spread. A few values tell their errors hardly at
 /// all; without a belief these would be taken for next to nothing.
 const NOISE_MEDIAN: f64 = 0.05;
 const NOISE_DEVIATION: f64 = 1.5;

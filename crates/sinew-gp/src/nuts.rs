@@ -62,7 +62,7 @@ const MOST_DOUBLINGS: u64 = 8;
 /// The density that is sampled.
 struct Density<'a, const D: usize>(&'a Space<'a, D>);
 
-/// Where the evidence has no value, which ends a trajectory.
+/// Error of a state at which the evidence has no value, which ends a trajectory.
 #[derive(Debug, thiserror::Error)]
 #[error("the evidence has no value")]
 struct Undefined;

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-/// Where a minimisation ended.
+/// End of a minimisation.
 #[derive(Clone, Debug)]
 pub(crate) struct Minimum {
     pub point: Vec<f64>,

@@ -9,7 +9,7 @@ pub struct FreeParameter {
     pub logarithmic: bool,
     /// Lower and upper bound, in its own unit.
     pub bounds: [f64; 2],
-    /// Where restarts begin, in its own unit.
+    /// Range in which restarts begin, in its own unit.
     pub start: [f64; 2],
     /// Its prior density, that of a hyperparameter a hyperprior.
     pub hyperprior: Hyperprior,
@@ -18,7 +18,7 @@ pub struct FreeParameter {
 /// Prior density of a parameter on the scale that it is adjusted on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Hyperprior {
-    /// The same everywhere within the bounds.
+    /// Uniform within the bounds.
     Flat,
     /// Normal in the logarithm. Amplitudes and lengthscales are believed to be the size of the
     /// data and of the domain, give or take a factor e: without that unit information has

@@ -36,7 +36,7 @@ const COLLAPSE: f64 = 0.1;
 pub(crate) enum Whitening {
     /// L⁻¹, by its inverse.
     Inverse(Factor),
-    /// By its entries.
+    /// Covariance by its entries.
     Matrix(Mat<f64>),
 }
 
@@ -77,7 +77,7 @@ impl<const D: usize> Query<D> {
 }
 
 impl<const D: usize> Posterior<D> {
-    /// Of `model` at `parameters` on their scales.
+    /// Posterior of `model` at `parameters` on their scales.
     ///
     /// # Errors
     /// If their number is wrong or the covariance is not positive definite.
@@ -186,7 +186,7 @@ impl<const D: usize> Posterior<D> {
         self.sample_operator(&Operator::identity(), points, count, seed)
     }
 
-    /// What an operator makes of functions drawn from the posterior, as samples of a flux along a wall.
+    /// Operator applied to functions drawn from the posterior, as samples of a flux along a wall.
     ///
     /// # Errors
     /// As [`Posterior::mean_of`].
@@ -233,7 +233,7 @@ impl<const D: usize> Posterior<D> {
         left > (1.0 - COLLAPSE) * variation && variation > 0.0
     }
 
-    /// What an exact observation is off by when it is predicted from all others: α / (K⁻¹) at its row.
+    /// Leave-one-out residual of an exact observation: α / (K⁻¹) at its row.
     pub(crate) fn left_out(&self, row: usize) -> f64 {
         let Whitening::Inverse(factor) = &self.whitening else { return 0.0 };
         let mut column = vec![0.0; self.model.size];

@@ -127,13 +127,13 @@ impl<const D: usize> Problem<D> {
         &self.equation
     }
 
-    /// The same conditions on another equation.
+    /// These conditions on another equation.
     pub(crate) fn with_equation(&self, equation: Operator<D>) -> Result<Self, GpError> {
         check_orders(&self.domain, &equation)?;
         Ok(Self { equation, ..self.clone() })
     }
 
-    /// What an edge cannot carry.
+    /// Error of a condition that an edge cannot carry.
     fn check_edge(&self, edge: usize, condition: &Condition<D>, face: &str) -> Result<(), GpError> {
         if let Condition::Derivatives(_) = condition {
             return Err(GpError::Problem(format!(
@@ -162,7 +162,7 @@ impl<const D: usize> Problem<D> {
     }
 }
 
-/// What takes the place of conditions on the axes of a polygon.
+/// Edges of a polygon, in place of conditions on its axes.
 const ON_EDGES: &str = "`Problem::boundary` for all of its edges, `Problem::edge` for one";
 
 /// Places on a face where conditions are looked at.

@@ -40,7 +40,7 @@ pub struct Reduced<const D: usize> {
     pub posterior: Posterior<D>,
     /// Observations that were chosen.
     pub chosen: usize,
-    /// What the divergence of Kullback and Leibler from the exact posterior at the same parameters is at most \[nats\]. At
+    /// Upper bound of the Kullback–Leibler divergence from the exact posterior at the same parameters \[nats\]. At
     /// 0.01, bands and means differ by less than a tenth of a standard deviation.
     pub divergence: f64,
 }
@@ -219,7 +219,7 @@ impl<const D: usize> State<'_, D> {
     }
 }
 
-/// What is left of a variance, relative to it, that rounding cannot tell from zero.
+/// Remainder of a variance, relative to it, that rounding cannot tell from zero.
 const ROUNDING: f64 = 1e-14;
 
 /// Upper bound of the divergence: ½ t + ½ rᵀ((Q + 1)⁻¹ − (Q + C)⁻¹) r with the trace t of what is left of K − Q, and C = 1 plus

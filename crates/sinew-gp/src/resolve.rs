@@ -12,12 +12,12 @@ const GROWTH: f64 = 1.6;
 /// Share of an interval's width that its ends and the estimate may move by: twice what 400 draws leave open.
 const MOVE: f64 = 0.15;
 const DRAWS: usize = 400;
-/// Of u, where no parameter of the equation is sought, relative to its largest value.
+/// Accuracy of u, where no parameter of the equation is sought, relative to its largest value.
 const MOVE_OF_U: f64 = 1e-3;
 /// Seeds of the places where u is compared, and of draws.
 const SEEDS: [u64; 2] = [0x100c, 0xd4a3];
 
-/// What is watched while points are added.
+/// Quantities watched while points are added.
 struct Watched {
     /// For each parameter of the equation, on its scale: lower end, estimate, upper end.
     intervals: Vec<[f64; 3]>,

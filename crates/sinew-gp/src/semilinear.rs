@@ -21,7 +21,7 @@ use crate::problem::Problem;
 use crate::series::{MOST_VARIABLES, Series};
 use std::sync::Arc;
 
-/// Of the arguments, and of the term's parameters.
+/// Numbers of the arguments and of the term's parameters.
 type Term<const M: usize> = dyn Fn([Series; M], &[Series]) -> Series + Send + Sync;
 
 /// A problem whose equation has a nonlinear term in M derivatives of u.
@@ -34,7 +34,7 @@ pub struct SemiLinear<const D: usize, const M: usize> {
     term: Arc<Term<M>>,
 }
 
-/// Where the linearisations of an equation have led.
+/// Result of the linearisations of an equation.
 #[derive(Clone, Debug)]
 pub struct Solution<const D: usize> {
     /// The fit of the last linearisation.

@@ -151,7 +151,7 @@ impl Series {
         self.coefficients[self.degrees.position(orders)] * factorials
     }
 
-    /// The same polynomial with one more, last variable on which it does not depend.
+    /// Polynomial with one more, last variable on which it does not depend.
     pub(crate) fn lifted(&self, degree: usize) -> Self {
         let mut degrees: Vec<usize> =
             self.degrees.as_slice().iter().map(|d| usize::from(*d)).collect();

@@ -105,7 +105,7 @@ impl<'a, const D: usize> State<'a, D> {
         }
     }
 
-    /// Of one part between a leg of one group and a leg of another, each by group and leg.
+    /// Covariance of one part between a leg of one group and a leg of another, each by group and leg.
     pub(crate) fn block(&self, part: usize, first: [usize; 2], second: [usize; 2]) -> Block<'_, D> {
         Block {
             kernel: &*self.model.prior.parts[part].kernel,

@@ -66,19 +66,19 @@ fn trace<const D: usize>(axis: usize, shape: Shape) -> Factor<D> {
     Factor { field: Some(field), free: false, varies: false }
 }
 
-/// What is held across one axis: `value` u + `factor` ∂u of some order along the axis at one end, or what that is more at the
-/// upper end than at the lower one.
+/// Functional held across one axis: `value` u + `factor` ∂u of some order along the axis at one end, or the difference of this
+/// functional between the upper and the lower end.
 #[derive(Clone, Debug)]
 pub(crate) struct Lift<const D: usize> {
     pub axis: usize,
     ends: [f64; 2],
-    /// Nothing for both ends.
+    /// `None` for both ends.
     pub at: Option<Side>,
     value: Field<D>,
     order: usize,
     factor: f64,
     pub data: Field<D>,
-    /// What carries the data: one under this functional, zero under the others of the axis.
+    /// Function that carries the data: one under this functional, zero under the others of the axis.
     pub shape: Shape,
 }
 
@@ -98,7 +98,7 @@ impl<const D: usize> Lift<D> {
         domain.face(self.axis, self.side())
     }
 
-    /// What u is multiplied by, if that is not zero.
+    /// Factor of u, if it is not zero.
     pub(crate) fn value_factor(&self) -> Option<&Field<D>> {
         (!self.value.is_zero()).then_some(&self.value)
     }
@@ -161,10 +161,10 @@ fn on_face<const D: usize>(
     function.at(face).last_derivative(order)
 }
 
-/// What a free function is multiplied by: of all coordinates, or of those on a face.
+/// Factor of a free function: of all coordinates, or of those on a face.
 #[derive(Clone, Debug)]
 pub(crate) struct Factor<const D: usize> {
-    /// Nothing for one.
+    /// `None` for one.
     pub field: Option<Field<D>>,
     /// Whether the function varies along the axis.
     pub free: bool,
@@ -193,7 +193,7 @@ impl Basis {
         Shape { lower, length: upper - lower, coefficients: coefficients.to_vec() }
     }
 
-    /// Of a derivative alone.
+    /// Functional of a derivative alone.
     fn lift<const D: usize>(&self, at: Option<Side>, order: usize, shape: Shape) -> Lift<D> {
         let (axis, ends, data) = (self.axis, self.ends, Field::zero());
         Lift { axis, ends, at, value: Field::zero(), order, factor: 1.0, data, shape }
@@ -244,7 +244,7 @@ fn mirrored(coefficients: &[f64]) -> Vec<f64> {
 }
 
 impl<const D: usize> AxisStructure<D> {
-    /// Of an axis, from the conditions at its two ends, or that they are joined.
+    /// Structure of an axis, from the conditions at its two ends, or that they are joined.
     pub(crate) fn new(problem: &Problem<D>, axis: usize) -> Self {
         let ends = problem.domain().ends(axis);
         let conditions = &problem.faces[axis];
@@ -308,7 +308,7 @@ impl<const D: usize> AxisStructure<D> {
         self.factors.extend(orders.map(|order| trace(basis.axis, shape(order).normalised())));
     }
 
-    /// Of a periodic axis.
+    /// Structure of a periodic axis.
     fn join(&mut self, basis: &Basis, periodicity: Periodicity) {
         self.factors.push(trace(basis.axis, basis.shape(&[1.0])));
         self.lifts.push(basis.lift(None, 0, basis.shape_of(Side::Upper, 0)));

@@ -123,7 +123,7 @@ const NOTHING: f64 = 1e-3;
 const MOST_LEFT_OUT: usize = 200;
 
 impl<const D: usize> Fit<D> {
-    /// What to know before trusting the fit; empty if nothing is wrong that could be seen. Takes twice as many evaluations
+    /// Warnings about the fit; empty if no fault was found. Takes twice as many evaluations
     /// of the evidence's gradient as there are parameters.
     ///
     /// # Errors

@@ -9,7 +9,7 @@ use sinew_gp::{
 };
 use std::f64::consts::PI;
 
-/// What came of a case: intervals that hold the truth, warnings or an error, or neither.
+/// Outcome of a case: intervals that hold the truth, warnings or an error, or neither.
 struct Verdict {
     held: bool,
     said: bool,
@@ -69,7 +69,7 @@ struct Slab {
     /// Factor of the condition at first, and the value at the end if one is imposed.
     loaded: f64,
     last: Option<f64>,
-    /// What becomes of measured values.
+    /// Treatment of measured values.
     spoil: fn(usize, f64) -> f64,
 }
 

@@ -27,7 +27,7 @@ struct Outcome {
     memory_gb: Option<f64>,
 }
 
-/// Trains on the coarsest mesh, goes on to each finer one, and compares with networks that start from nothing there.
+/// Trains on the coarsest mesh, goes on to each finer one, and compares with networks that start from scratch there.
 pub(crate) fn section(options: &Options) -> Result<Section> {
     let meshes = if options.quick { &MESHES[..2] } else { &MESHES };
     let mut table = Table::new(
@@ -65,7 +65,7 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
         chart = chart.with(Series::new(name, Style::Marked, points));
     }
     let about = "Thesis Table 3.2: the twisting cube on five meshes. One network is trained by energy on the coarsest and goes on \
-                 to each finer mesh; beside it networks that start from nothing with the same time. The thesis trains one per \
+                 to each finer mesh; beside it networks that start from scratch with the same time. The thesis trains one per \
                  mesh, for 150 to 2325 minutes of a GPU.";
     let blocks = vec![
         Block::Text(about.into()),
@@ -95,7 +95,7 @@ fn outcomes(
         runs.push(("trained on", "carried", budget, before.clone()));
     }
     if mesh.own || before.is_none() {
-        runs.push(("from nothing", "own", budget, None));
+        runs.push(("from scratch", "own", budget, None));
     }
     let recipe = Recipe::from(PhysicsInformed::default());
     let mut outcomes = Vec::new();

@@ -23,7 +23,7 @@ pub struct Options {
     /// Wall time of all trainings together, such as 20m or 2h; each scene gets its share
     #[arg(long, value_parser = humantime::parse_duration, conflicts_with = "quick")]
     pub budget: Option<Duration>,
-    /// The same code on small meshes with few simulations and steps: a check, not a result
+    /// Same code on small meshes with few simulations and steps: a check, not a result
     #[arg(long)]
     pub quick: bool,
     /// Recipes to train
@@ -67,7 +67,7 @@ impl Options {
         }
     }
 
-    /// The same \[s\].
+    /// Budget \[s\].
     fn seconds(&self, minutes: f64) -> f64 {
         let share =
             self.budget.map_or(1.0, |budget| budget.as_secs_f64() / (60.0 * self.minutes()));

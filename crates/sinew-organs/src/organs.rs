@@ -22,11 +22,11 @@ pub struct Organ {
     pub simulations: usize,
     /// Training time of a network by default \[min\].
     pub minutes: f64,
-    /// What the thesis prints: medians of err_u \[mm\], err_F, err_I1, err_Π and err_V [%], and displacements.
+    /// Printed figures of the thesis: medians of err_u \[mm\], err_F, err_I1, err_Π and err_V [%], and displacements.
     pub thesis: Published,
     /// Whether errors are drawn over the plane of its two parameters, beyond their ranges too.
     pub map: bool,
-    /// What has to be known beside the numbers.
+    /// Notes beside the numbers.
     pub note: &'static str,
 }
 

@@ -15,7 +15,7 @@ const HALVES: [&str; 2] = ["inner half", "outer half"];
 /// Fields of a map along the axis and around it.
 const FIELDS: [usize; 2] = [6, 12];
 
-/// Where a node lies in the wall of a ventricle.
+/// Region of a node in the wall of a ventricle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// Part of the way along the axis, from the middle of the cavity's rim to the node farthest from it.

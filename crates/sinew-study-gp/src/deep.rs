@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 
 /// Units of each hidden layer.
 pub(crate) const WIDTH: usize = 16;
-/// Where each group of weights starts: input weights and biases, matrix and biases, output weights and bias.
+/// Offset of each group of weights: input weights and biases, matrix and biases, output weights and bias.
 const FIRST_BIAS: usize = WIDTH;
 const MATRIX: usize = 2 * WIDTH;
 const SECOND_BIAS: usize = MATRIX + WIDTH * WIDTH;
@@ -38,7 +38,7 @@ pub(crate) fn random_weights(seed: u64) -> Vec<f64> {
     weights
 }
 
-/// What the backward pass needs of a forward one.
+/// Activations that the backward pass needs.
 pub(crate) struct Trace {
     input: f64,
     before: [Layer; 2],

@@ -11,7 +11,7 @@ pub(crate) const BAND: f64 = 1.959_964;
 /// Points per axis of maps, and of curves.
 const MAP_POINTS: usize = 41;
 const CURVE_POINTS: usize = 101;
-/// Of maps and curves in a check.
+/// Size of maps and curves in a check.
 const FEW_POINTS: usize = 11;
 
 /// Solution, posterior mean, error and band: as curves on an interval, else as maps over the first
@@ -132,7 +132,7 @@ pub(crate) fn curve<const D: usize>(name: &str, points: &[[f64; D]], values: &[f
     Series::new(name, Style::Line, points.iter().zip(values).map(|(x, y)| [x[0], *y]))
 }
 
-/// With as many digits as a drawing shows.
+/// Number with as many digits as a drawing shows.
 fn rounded(value: f64) -> f64 {
     format::rounded(value, 5)
 }

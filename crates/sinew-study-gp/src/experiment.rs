@@ -36,7 +36,7 @@ impl Task {
     }
 }
 
-/// What a seed is for.
+/// Purpose of a seed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Purpose {
     Places,
@@ -45,9 +45,9 @@ pub(crate) enum Purpose {
     Collocation,
     /// Pseudo-observations of the boundary.
     Boundary,
-    /// Of the optimiser.
+    /// Seed of the optimiser.
     Starts,
-    /// Of parameters or functions.
+    /// Seed of parameters or functions.
     Draws,
 }
 
@@ -63,7 +63,7 @@ pub(crate) type Runner = Box<dyn Fn(&Task) -> Result<Run> + Send + Sync>;
 
 /// One method on one problem.
 pub struct Case {
-    /// What it is about.
+    /// Subject.
     pub label: Label,
     /// Seconds that one task takes, roughly: what the time left is reckoned with.
     pub cost: f64,
@@ -72,7 +72,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// Of a method on a problem with parameters: what one task does, and the seconds it takes.
+    /// Case of a method on a problem with parameters: the work of one task, and its seconds.
     pub(crate) fn new(
         (problem, truth): (&str, &[Truth]),
         method: Method,
@@ -90,19 +90,19 @@ impl Case {
         Self { label, cost, run: Box::new(run) }
     }
 
-    /// With what distinguishes it from others of the same problem and method.
+    /// Case with a label that distinguishes it from others of the same problem and method.
     pub(crate) fn at(mut self, setting: impl Into<String>) -> Self {
         self.label.setting = setting.into();
         self
     }
 
-    /// With the number that varies in a sweep.
+    /// Case with the number that varies in a sweep.
     pub(crate) fn sweep(mut self, abscissa: f64) -> Self {
         self.label.abscissa = Some(abscissa);
         self
     }
 
-    /// With the thesis' figures: err_u, and parameters each with one unit of its last digit.
+    /// Case with the thesis' figures: err_u, and parameters each with one unit of its last digit.
     pub(crate) fn thesis(mut self, err_u: f64, theta: &[(f64, f64)]) -> Self {
         self.label.thesis = Thesis { err_u: Some(err_u), err_f: None, theta: theta.to_vec() };
         self
@@ -122,7 +122,7 @@ impl Case {
 pub struct Experiment {
     /// Title, with the thesis' section.
     pub title: &'static str,
-    /// What is done, and what is to be known.
+    /// Description and notes.
     pub about: &'static str,
     /// The cases.
     pub cases: Vec<Case>,

@@ -53,7 +53,7 @@ pub enum Name {
 }
 
 impl Name {
-    /// What a choice of names comes to, each once and in the order given.
+    /// Experiments of a choice of names, each once and in the order given.
     pub(crate) fn chosen(only: &[Self]) -> Vec<Self> {
         let all = if only.is_empty() { Self::value_variants() } else { only };
         let mut distinct = Vec::new();

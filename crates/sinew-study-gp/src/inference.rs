@@ -13,14 +13,14 @@ use std::time::Instant;
 
 /// Observations of u and of the right-hand side.
 pub(crate) struct Observed<const D: usize> {
-    /// Where u is observed.
+    /// Places where u is observed.
     pub places: Vec<[f64; D]>,
     pub values: Vec<f64>,
-    /// Where the equation is imposed.
+    /// Collocation points.
     pub collocation: Vec<[f64; D]>,
     /// Its right-hand side there.
     pub load: Vec<f64>,
-    /// What the model knows of the errors of values and of loads.
+    /// Noise model of values and of loads.
     pub noise: [Noise; 2],
 }
 
@@ -58,7 +58,7 @@ pub(crate) struct Sampling {
 pub(crate) enum Error {
     /// A share of the standard deviation of u over the domain, on u only; its level is inferred.
     Relative(f64),
-    /// The same for u and f, and known.
+    /// Equal for u and f, and known.
     Known(f64),
 }
 
@@ -138,7 +138,7 @@ impl Approach {
     }
 }
 
-/// What is drawn of a fit.
+/// Drawing of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Drawings {
     None,
@@ -165,7 +165,7 @@ pub(crate) struct Inference<const D: usize> {
 }
 
 impl<const D: usize> Inference<D> {
-    /// With data at random places.
+    /// Inference with data at random places.
     pub(crate) fn sampled(
         setting: &Setting<D>,
         approach: Approach,
@@ -175,7 +175,7 @@ impl<const D: usize> Inference<D> {
         Self::new(setting, approach, scale, move |setting, task| setting.observe(sampling, task))
     }
 
-    /// With data of any kind.
+    /// Inference with data of any kind.
     pub(crate) fn new(
         setting: &Setting<D>,
         approach: Approach,
@@ -193,12 +193,12 @@ impl<const D: usize> Inference<D> {
         }
     }
 
-    /// The same from ten starts, with a drawing of how each moves (Fig. 4.9).
+    /// Inference from ten starts, with a drawing of how each moves (Fig. 4.9).
     pub(crate) fn traced(self) -> Self {
         Self { restarts: self.scale.pick(10, 2), drawings: Drawings::PosteriorAndTraces, ..self }
     }
 
-    /// The same without drawings.
+    /// Inference without drawings.
     pub(crate) fn undrawn(self) -> Self {
         Self { drawings: Drawings::None, ..self }
     }
@@ -241,7 +241,7 @@ impl<const D: usize> Inference<D> {
         Ok(Run { seconds, restarts: self.ends(&fit)?, ..run })
     }
 
-    /// What a fit came to, with errors over a grid.
+    /// Result of a fit, with errors over a grid.
     pub(crate) fn measured(
         &self,
         fit: &Fit<D>,

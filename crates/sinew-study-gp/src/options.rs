@@ -13,7 +13,7 @@ pub struct Options {
     /// Experiments to run, separated by commas [default: all]
     #[arg(long, value_enum, value_delimiter = ',')]
     pub only: Vec<Name>,
-    /// The same code with one data set, few starts and steps, within half a minute: a check, not a result
+    /// Same code with one data set, few starts and steps, within half a minute: a check, not a result
     #[arg(long)]
     pub quick: bool,
     /// Seed that all seeds of the run derive from

@@ -58,7 +58,7 @@ fn harmonics([x, y]: [f64; 2]) -> Vec<f64> {
 }
 
 impl Pentagon {
-    /// By least squares on the boundary.
+    /// Coefficients by least squares on the boundary.
     pub(crate) fn solve() -> Self {
         let [a, b, ..] = corners();
         let point = |number: usize, of: usize| {

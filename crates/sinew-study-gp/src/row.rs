@@ -14,9 +14,9 @@ pub enum Method {
     Ucgp,
     /// Neural network with the conditions built in
     Hcnn,
-    /// The same, trained on the strong form of the equation (1.21)
+    /// Network trained on the strong form of the equation (1.21)
     StrongForm,
-    /// The same, trained on the energy (1.22)
+    /// Network trained on the energy (1.22)
     EnergyForm,
     /// Least squares for the equation's parameters with its exact solutions: what noise alone leaves
     LeastSquares,
@@ -35,7 +35,7 @@ impl Method {
     }
 }
 
-/// Where one random start of a fit led.
+/// Result of one random start of a fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RestartEnd {
     /// Evaluations of evidence and gradient.
@@ -85,7 +85,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// The same, with numbers that can be told.
+    /// Row with numbers that can be printed.
     ///
     /// # Errors
     /// If error or time is not finite or negative, or a parameter not finite.
@@ -100,7 +100,7 @@ impl Run {
     }
 }
 
-/// What the thesis prints.
+/// Printed figures of the thesis.
 #[derive(Clone, Debug, Default)]
 pub struct Thesis {
     /// Mean |u − û|.
@@ -131,12 +131,12 @@ pub struct Truth {
     pub value: f64,
 }
 
-/// What a row is about.
+/// Subject of a row.
 #[derive(Clone, Debug)]
 pub struct Label {
     /// The boundary value problem.
     pub problem: String,
-    /// What distinguishes the row within it, such as `N_f = 4`; may be empty.
+    /// Label of the row within it, such as `N_f = 4`; may be empty.
     pub setting: String,
     /// Method.
     pub method: Method,
@@ -151,7 +151,7 @@ pub struct Label {
 /// One method on one problem, over all data sets.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// What it is about.
+    /// Subject.
     pub label: Label,
     runs: Vec<Run>,
     /// Data sets that gave no result, by reason.
@@ -159,12 +159,12 @@ pub struct Row {
 }
 
 impl Row {
-    /// Of the runs of one case; `None` without runs.
+    /// Row of the runs of one case; `None` without runs.
     pub fn of(label: Label, runs: Vec<Run>, failures: Vec<String>) -> Option<Self> {
         (!runs.is_empty()).then_some(Self { label, runs, failures })
     }
 
-    /// Of every data set, in order; one at least.
+    /// Values of every data set, in order; one at least.
     pub(crate) fn runs(&self) -> &[Run] {
         &self.runs
     }
@@ -174,7 +174,7 @@ impl Row {
         Distribution::of(self.runs.iter().map(value).collect()).expect("a row has runs")
     }
 
-    /// The same, where all runs have it.
+    /// Median, where all runs have the value.
     pub(crate) fn optional(&self, value: impl Fn(&Run) -> Option<f64>) -> Option<Distribution> {
         self.runs.iter().map(value).collect::<Option<_>>().and_then(Distribution::of)
     }

@@ -16,7 +16,7 @@ use sinew_study::timing::WallClock;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
-/// What one fit came to, as it is stored.
+/// Result of one fit, as it is stored.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum Outcome {
@@ -136,7 +136,7 @@ struct Work<'a> {
 /// For each experiment and each case, what came of its data sets.
 type Outcomes = Vec<Vec<Vec<Outcome>>>;
 
-/// What the threads that do it write to.
+/// Shared state that the threads write to.
 struct Shared<'a> {
     /// One for each piece.
     outcomes: Vec<Option<Outcome>>,

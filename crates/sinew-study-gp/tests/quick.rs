@@ -28,7 +28,7 @@ fn numbers(row: &Row) -> Vec<f64> {
     row.errors.iter().chain(&row.others).flat_map(|cell| cell.value.numbers()).collect()
 }
 
-/// What the restarts of all fits came to.
+/// Results of the restarts of all fits.
 fn restarts(report: &Report) -> Vec<f64> {
     let blocks = report.sections.iter().flat_map(|section| &section.blocks);
     let listings = blocks.filter_map(|block| match block {

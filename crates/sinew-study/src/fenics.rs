@@ -9,7 +9,7 @@ use sinew_fem::{Options, Solver, sweep};
 use sinew_report::{Column, Distribution, ReportError, Row, Table};
 use std::path::Path;
 
-/// What the comparison came to.
+/// Result of the comparison.
 pub(crate) struct Found {
     /// Rows `fem_cold` and `fem_warm`.
     pub table: Table,

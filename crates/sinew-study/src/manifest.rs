@@ -15,7 +15,7 @@ const NUMERIC: &[&str] = &[
     "rand_chacha",
 ];
 
-/// Of the running program, with the versions in the lock file it was built with.
+/// Manifest of the running program, with the versions in the lock file it was built with.
 pub fn of_this_run(
     program: &str,
     seed: u64,

@@ -24,7 +24,7 @@ pub struct BeamOptions {
     /// Steps of all trainings relative to the default run: repeatable, where a time budget depends on the machine
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = parse_effort, conflicts_with_all = ["quick", "full", "budget"])]
     pub effort: f64,
-    /// The same code with few simulations and steps, within a minute: a check, not a result
+    /// Same code with few simulations and steps, within a minute: a check, not a result
     #[arg(long, conflicts_with = "full")]
     pub quick: bool,
     /// The thesis' schedule: a million steps of batch 1 with Adam at 1e-4 (more than a day)
@@ -33,7 +33,7 @@ pub struct BeamOptions {
     /// Seed that all seeds of the run derive from
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Where networks are trained: flex (this processor), ndarray (deprecated), wgpu or cuda (graphics processors)
+    /// Backend of networks: flex (this processor), ndarray (deprecated), wgpu or cuda (graphics processors)
     #[arg(long, default_value_t)]
     pub backend: Backend,
     /// Folder for report, tables, fields and checkpoints
@@ -78,7 +78,7 @@ impl SceneChoice {
 pub enum Method {
     /// On simulated displacements, thesis (3.11)
     Dd,
-    /// By minimum potential energy, without any simulation, thesis (3.12)
+    /// Minimum potential energy, without any simulation, thesis (3.12)
     Pi,
     /// On simulated displacements, errors weighed by the body's stiffness
     Hybrid,

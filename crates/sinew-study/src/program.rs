@@ -27,7 +27,7 @@ pub fn end(report: Result<PathBuf>) -> ExitCode {
     }
 }
 
-/// What an earlier run left in a file, where this one goes on; or what is made now, and left there.
+/// Result of an earlier run in a file, where this one goes on; or a new one, written there.
 ///
 /// # Errors
 /// Those of making it; a file that cannot be read or written.
@@ -47,7 +47,7 @@ pub fn kept<T: Serialize + DeserializeOwned>(
 
 /// A report that is written anew after every section.
 pub struct Growing {
-    /// What there is of it.
+    /// Sections present.
     pub report: Report,
     provenance: Provenance,
     start: Instant,
@@ -55,7 +55,7 @@ pub struct Growing {
 }
 
 impl Growing {
-    /// Of a study, by its program and options; what it holds is said by its sections. A quick check means nothing.
+    /// Report of a study, by its program and options; its sections say what it holds. A quick check means nothing.
     ///
     /// # Errors
     /// Options that cannot be written down.

@@ -74,7 +74,7 @@ pub(crate) fn training(options: &BeamOptions, recipe: &Recipe, folder: &Path) ->
     }
 }
 
-/// What simulations, evaluation of the tests, regression and report of one scene take \[s\].
+/// Time of simulations, evaluation of the tests, regression and report of one scene \[s\].
 const FIXED_SECONDS: f64 = 10.0;
 /// Share of a budget that emulators get at least.
 const LEAST_SHARE: f64 = 0.2;

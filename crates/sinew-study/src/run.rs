@@ -103,7 +103,7 @@ fn notes(options: &BeamOptions) -> Vec<String> {
     notes
 }
 
-/// What a scene contributes to the report.
+/// Part of the report on one scene.
 struct SceneRun {
     body: Body,
     section: Section,

@@ -17,7 +17,7 @@ fn read(out: &Path) -> Report {
     Report::read(&out.join("report.json")).unwrap()
 }
 
-/// With gaps where the solver has no error: it is the truth.
+/// Errors with gaps where the solver has none: it is the truth.
 fn medians(report: &Report) -> Vec<Option<f64>> {
     let rows = report.tables().flat_map(|table| &table.rows);
     rows.flat_map(|row| row.errors.iter().map(|cell| cell.value.median())).collect()

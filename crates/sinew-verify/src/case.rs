@@ -6,9 +6,9 @@ use std::time::Instant;
 pub struct Case {
     /// Short name for `--only`, in lower case with hyphens.
     pub name: &'static str,
-    /// What is solved, in a line.
+    /// Problem, in a line.
     pub title: &'static str,
-    /// Where the reference values come from.
+    /// Source of the reference values.
     pub provenance: &'static str,
     /// Solves and compares; rows given before an error count, and the case counts as failed.
     pub run: fn(Effort, &mut Rows<'_>) -> anyhow::Result<()>,
@@ -33,7 +33,7 @@ impl Effort {
     }
 }
 
-/// What a body is discretised with; each has its own colour and marker in plots.
+/// Discretisation of a body; each has its own colour and marker in plots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Formulation {
     /// Linear simplices.
@@ -68,7 +68,7 @@ impl Formulation {
     }
 }
 
-/// What a row is about.
+/// Subject of a row.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Label {
     /// The element.
@@ -90,7 +90,7 @@ impl Label {
     }
 }
 
-/// Where an error must lie. A lower end larger than zero states a known weakness, such as locking: a
+/// Band of an error. A lower end larger than zero states a known weakness, such as locking: a
 /// smaller error would mean that the benchmark no longer measures it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Band {
@@ -126,7 +126,7 @@ pub enum Measure {
     Absolute,
 }
 
-/// What a value took.
+/// Cost of a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
     /// Unknowns of the linear systems, pressures included.
@@ -146,19 +146,19 @@ impl Cost {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Row {
-    /// What it is about.
+    /// Subject.
     pub label: Label,
-    /// What the solver gives.
+    /// Value of the solver.
     pub value: f64,
-    /// What it should be.
+    /// Reference value.
     pub reference: f64,
     /// How `error` is measured.
     pub measure: Measure,
     /// Distance of both.
     pub error: f64,
-    /// Where the error must lie.
+    /// Band of the error.
     pub band: Band,
-    /// What the value took.
+    /// Cost of the value.
     pub cost: Cost,
 }
 
@@ -176,7 +176,7 @@ pub struct RowError {
 }
 
 impl Row {
-    /// Of a value and its reference.
+    /// Error of a value and its reference.
     ///
     /// # Errors
     /// [`RowError`] for numbers that are not finite, and for a relative error beside a reference of zero.

@@ -4,14 +4,14 @@ use crate::case::{Case, Effort, Row, Rows};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
-/// What a case gave.
+/// Results of a case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     /// Short name.
     pub name: String,
-    /// What was solved.
+    /// Problem.
     pub title: String,
-    /// Where the reference values come from.
+    /// Source of the reference values.
     pub provenance: String,
     /// Wall-clock time of all of it \[s\].
     pub seconds: f64,

@@ -26,7 +26,7 @@ pub(crate) fn scene<L: Law<D>, const D: usize, const N: usize>(
     Scene { parameters, loads, supports, ..Scene::new(mesh, law) }
 }
 
-/// The same directions in every cell.
+/// Equal directions in every cell.
 pub(crate) fn with_directions<L: Law<D>, const D: usize, const N: usize>(
     scene: Scene<L, D, N>,
     directions: [[f64; 3]; D],
@@ -70,7 +70,7 @@ pub(crate) struct Found<const N: usize> {
     pub mesh: Mesh<N>,
     /// Displacement node by node.
     pub displacement: Vec<f64>,
-    /// What it took.
+    /// Cost.
     pub cost: Cost,
 }
 

@@ -40,7 +40,7 @@ pub fn table(outcome: &Outcome) -> String {
     text
 }
 
-/// What a row is about: quantity, element and mesh.
+/// Subject of a row: quantity, element and mesh.
 pub(crate) fn subject(row: &Row) -> String {
     let label = &row.label;
     let setup = if label.setup.is_empty() { "" } else { ", " };
@@ -68,7 +68,7 @@ pub(crate) fn error(value: f64, measure: Measure) -> String {
     }
 }
 
-/// Where the error must lie.
+/// Band of the error.
 pub(crate) fn band(row: &Row) -> String {
     let most = error(row.band.most, row.measure);
     if row.band.least == 0.0 {

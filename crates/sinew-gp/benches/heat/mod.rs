@@ -31,7 +31,7 @@ pub(crate) fn middle(model: &Model<2>) -> Vec<f64> {
     model.parameters().iter().map(|p| p.to_scale((p.start[0] * p.start[1]).sqrt())).collect()
 }
 
-/// Of the derivative along the diagonal, against a difference of fourth order.
+/// Error of the derivative along the diagonal, against a difference of fourth order.
 pub(crate) fn relative_error(model: &Model<2>, at: &[f64]) -> Result<f64, GpError> {
     const STEP: f64 = 1e-3;
     let value = |steps: f64| {

@@ -28,7 +28,7 @@ const TWO_SIDED: f64 = 1.96;
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 
-/// What one ensemble says.
+/// Result of one ensemble.
 #[derive(Default)]
 struct Held {
     theta: Vec<bool>,
@@ -38,7 +38,7 @@ struct Held {
     seconds: f64,
 }
 
-/// What one set of data gives: by NUTS, and by Laplace.
+/// Results of one data set: by NUTS, and by Laplace.
 struct Outcome {
     ensembles: [Held; 2],
     /// Errors of estimates in units of the Cramér–Rao deviation.
@@ -236,7 +236,7 @@ fn study<const D: usize>(case: Result<Case<D>, GpError>, options: &Options) -> R
     Ok(())
 }
 
-/// What the command line asks for.
+/// Options of the command line.
 struct Options {
     sets: u64,
     only: Vec<String>,

@@ -19,7 +19,7 @@ pub(crate) struct Case<const D: usize> {
     pub given: fn(&Self, Data<D>) -> Result<Data<D>, GpError>,
 }
 
-/// Nothing besides the equation.
+/// Equation alone.
 pub(crate) fn nothing<const D: usize>(_: &Case<D>, data: Data<D>) -> Result<Data<D>, GpError> {
     Ok(data)
 }
@@ -80,7 +80,7 @@ pub(crate) fn at_first(solution: &Field<2>) -> Field<2> {
     })
 }
 
-/// With 25 values and 25 points.
+/// Problem with 25 values and 25 points.
 pub(crate) fn two(
     name: &'static str,
     problem: Problem<2>,

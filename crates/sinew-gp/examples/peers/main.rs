@@ -16,23 +16,23 @@ use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-/// What all are given.
+/// Data that all are given.
 pub struct Given<const D: usize> {
-    /// Where u is measured.
+    /// Places where u is measured.
     pub places: Vec<[f64; D]>,
     /// Measured values.
     pub values: Vec<f64>,
-    /// Where the equation is imposed.
+    /// Collocation points.
     pub points: Vec<[f64; D]>,
     /// Its right-hand side there.
     pub loads: Vec<f64>,
-    /// Where u is asked for.
+    /// Places where u is predicted.
     pub grid: Vec<[f64; D]>,
 }
 
-/// What all answer.
+/// Answer of each program.
 pub struct Answer {
-    /// Of the parameter.
+    /// Interval of the parameter.
     pub estimate: f64,
     /// Its 95 % interval.
     pub interval: [f64; 2],

@@ -8,7 +8,7 @@ use crate::field::Field;
 /// that agree to rounding where they agree at all.
 const CORNER_TOLERANCE: f64 = 1e-8;
 
-/// What the condition of one face implies at a corner, and what that of the other asks for.
+/// Value that the condition of one face implies at a corner, and the one that the other face requires.
 pub(super) fn conflict(corner: &str, implied: f64, asked: f64) -> GpError {
     GpError::Problem(format!(
         "conditions conflict at the corner {corner}: {implied} from one face, {asked} from the other"

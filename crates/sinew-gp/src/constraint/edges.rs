@@ -96,7 +96,7 @@ impl<const D: usize> Conditioned<D> {
         })
     }
 
-    /// What a free trace is multiplied by, if the condition leaves one.
+    /// Factor of a free trace, if the condition leaves one.
     fn free_trace(&self, x: &[Series; D]) -> Option<Series> {
         let (a, b, _) = self.condition.spring()?;
         let (f, s) = (self.edge.height(&x[0], &x[1]), self.edge.fraction(&x[0], &x[1]));
@@ -119,7 +119,7 @@ impl<const D: usize> Conditioned<D> {
 /// The conditions on a polygon's edges.
 #[derive(Clone, Debug)]
 pub(super) struct Edges<const D: usize> {
-    /// The same function on all edges, which needs no blending.
+    /// One function on all edges, which needs no blending.
     boundary: Option<Field<D>>,
     inner: Option<Arc<Blend<D>>>,
     /// A function near the conditions, and the blend of what it leaves of them.
@@ -287,7 +287,7 @@ impl<const D: usize> Blend<D> {
         })
     }
 
-    /// What is held on each edge, where it is a value or a slope alone.
+    /// Condition on each edge, where it is a value or a slope alone.
     fn held(&self) -> Vec<Option<Held>> {
         let mut held = vec![None; self.corners.len()];
         for own in &self.edges {
@@ -332,7 +332,7 @@ impl<const D: usize> Blend<D> {
         planes
     }
 
-    /// What one free number of a corner adds.
+    /// Term of one free number of a corner.
     fn corner(&self, number: usize, mode: usize, x: &[Series; D]) -> Series {
         let Some(corner) = &self.corners[number] else { return x[0].constant(0.0) };
         let [u, ux, uy] = corner.free[mode];

@@ -18,17 +18,17 @@ pub struct Feature<const D: usize> {
 }
 
 impl<const D: usize> Feature<D> {
-    /// With a kernel on all axes.
+    /// Feature with a kernel on all axes.
     pub(super) fn everywhere(factor: Field<D>) -> Self {
         Self { factor, axes: (0..D).collect(), direction: None }
     }
 
-    /// With a kernel on the axes behind the plane of a polygon.
+    /// Feature with a kernel on the axes behind the plane of a polygon.
     pub(super) fn beyond_plane(factor: Field<D>) -> Self {
         Self { factor, axes: (2..D).collect(), direction: None }
     }
 
-    /// With one more factor.
+    /// Feature with one more factor.
     pub(super) fn times(&self, axis: usize, own: &Factor<D>) -> Self {
         let axes = self.axes.iter().copied().filter(|d| *d != axis || own.free).collect();
         let factor = match (self.factor.clone(), own.field.clone()) {

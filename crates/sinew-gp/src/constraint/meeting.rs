@@ -17,7 +17,7 @@ struct Row<const D: usize> {
     coefficients: [f64; 3],
     factor: f64,
     data: Field<D>,
-    /// Nothing for the data itself, else along this direction.
+    /// `None` for the data itself, else its derivative along this direction.
     derivative: Option<[f64; 2]>,
 }
 
@@ -28,7 +28,7 @@ pub(super) struct Corner<const D: usize> {
     rows: Vec<Row<D>>,
     /// Pseudo-inverse of the equations: 3 × rows.
     inverse: Mat<f64>,
-    /// What the equations leave free of (u, size ∇u).
+    /// Null space of the equations in (u, size ∇u).
     pub free: Vec<[f64; 3]>,
     pub size: f64,
 }

@@ -34,7 +34,7 @@ pub(super) struct Wedge {
     far: f64,
 }
 
-/// What is held on an edge of a corner.
+/// Condition on an edge of a corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Held {
     Value,
@@ -154,7 +154,7 @@ impl Wedge {
         Some(square.powf(0.5 * exponent) * around * sign)
     }
 
-    /// The same, ending at the radius along rays from the corner, so that slopes across its edges stay zero.
+    /// Singular function that ends at the radius along rays from the corner, so that slopes across its edges stay zero.
     fn singular(&self, order: (usize, f64), held: [Held; 2], x: &Series, y: &Series) -> Series {
         let square = (x - self.place[0]).squared() + (y - self.place[1]).squared();
         let square = square / (self.radius * self.radius);

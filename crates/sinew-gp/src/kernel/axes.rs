@@ -13,12 +13,12 @@ impl Axes {
         Self(Some(axes.to_vec()))
     }
 
-    /// Those among the first `D`.
+    /// Axes among the first `D`.
     pub(super) fn of<const D: usize>(&self) -> &[usize] {
         self.0.as_deref().unwrap_or(&ALL[..D])
     }
 
-    /// Those that are among `axes` too.
+    /// Axes that are among `axes` too.
     pub(super) fn among<const D: usize>(&self, axes: &[usize]) -> Self {
         Self(Some(self.of::<D>().iter().copied().filter(|d| axes.contains(d)).collect()))
     }

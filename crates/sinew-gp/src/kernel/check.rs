@@ -65,7 +65,7 @@ fn check_declarations<const D: usize>(
     Ok(())
 }
 
-/// What keeps a hyperparameter from being adjusted, if anything does.
+/// Reason for which a hyperparameter cannot be adjusted, if there is one.
 pub(crate) fn unusable<const D: usize>(hyperparameter: &Hyperparameter) -> Option<&'static str> {
     match hyperparameter.measure {
         Measure::Length { axis } => (axis >= D).then_some("its axis is not one of the domain's"),
@@ -126,7 +126,7 @@ const TAYLOR_TOLERANCE: f64 = 1e-11;
 /// a hyperparameter.
 const DIFFERENCE_TOLERANCE: f64 = 1e-6;
 const STEP: f64 = 1e-5;
-/// Of second differences about x = x′, whose truncation is of first order for rough kernels: half a per cent where the
+/// Tolerance of second differences about x = x′, whose truncation is of first order for rough kernels: half a per cent where the
 /// lengthscale is a twentieth of the extent.
 const WIDE_STEP: f64 = 1e-4;
 const SLOPE_TOLERANCE: f64 = 0.02;
@@ -155,7 +155,7 @@ impl<const D: usize> Checked<'_, D> {
         Ok(())
     }
 
-    /// By the smallest eigenvalue, which moves by no more than the norm of what rounding adds to
+    /// Test of definiteness by the smallest eigenvalue, which moves by no more than the norm of what rounding adds to
     /// the matrix (Weyl): at most the error of an entry for each point. Elimination would not do,
     /// because rounding grows with every tiny pivot that it passes.
     fn definiteness(&self, points: &[[f64; D]]) -> Result<(), GpError> {
@@ -201,7 +201,7 @@ impl<const D: usize> Checked<'_, D> {
         orders
     }
 
-    /// What a derivative is multiplied by so that it is one along the unit of the extents.
+    /// Factor of a derivative so that it is one along the unit of the extents.
     fn unit(&self, order: &Orders<D>) -> f64 {
         std::iter::zip(self.extents, order.sums())
             .map(|(extent, n)| extent.powi(n as i32))

@@ -17,7 +17,7 @@ pub struct Combined<const D: usize, const MULTIPLIED: bool> {
 }
 
 impl<const D: usize, const MULTIPLIED: bool> Combined<D, MULTIPLIED> {
-    /// Of two kernels; more by nesting.
+    /// Combination of two kernels; more by nesting.
     pub fn new(first: impl Kernel<D> + 'static, second: impl Kernel<D> + 'static) -> Self {
         Self { kernels: [Box::new(first), Box::new(second)] }
     }
@@ -26,7 +26,7 @@ impl<const D: usize, const MULTIPLIED: bool> Combined<D, MULTIPLIED> {
         self.kernels[0].hyperparameters().len()
     }
 
-    /// What is asked of each of the two.
+    /// Derivatives asked of each of the two.
     fn requests<'a>(&self, request: &Request<'a, D>) -> [Request<'a, D>; 2] {
         let (first, second) = request.hyperparameters.split_at(self.split());
         [first, second].map(|hyperparameters| Request { hyperparameters, ..*request })

@@ -32,7 +32,7 @@ impl Matern {
     }
 }
 
-/// With h_μ(z) = z^μ K_μ(z), of which h_ν is the kernel up to scale at z = √(4 ν s), it holds that
+/// Recurrence of the derivatives. With h_μ(z) = z^μ K_μ(z), of which h_ν is the kernel up to scale at z = √(4 ν s), it holds that
 /// (1/z d/dz) h_μ = −h_{μ−1}, hence d/ds h_μ = −2ν h_{μ−1}.
 #[derive(Clone, Debug)]
 pub struct Bessel {

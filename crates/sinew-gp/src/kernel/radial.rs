@@ -25,7 +25,7 @@ pub trait Profile: Clone + Debug + Send + Sync + 'static {
     /// Fills `slopes` with g, g′, g″ … at s. Where a derivative at s = 0 does not exist it is 0.
     fn slopes(&self, s: f64, own: &[f64], slopes: &mut [f64]);
 
-    /// The same for the derivative of g in the logarithm of its own hyperparameter.
+    /// Derivatives of the derivative of g in the logarithm of its own hyperparameter.
     fn slopes_by_own(&self, _: f64, _: &[f64], _: &mut [f64]) {}
 }
 

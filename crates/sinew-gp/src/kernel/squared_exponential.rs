@@ -94,7 +94,7 @@ struct Hermite {
 /// Polynomials of all axes and the exponential of them together, kept from call to call.
 struct Scratch {
     exponential: [f64; MOST_PAIRS],
-    /// By order along the axis at hand.
+    /// Factors by order along the axis at hand.
     gathered: Vec<[f64; MOST_PAIRS]>,
     axes: Vec<Hermite>,
 }

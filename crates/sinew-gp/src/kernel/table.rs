@@ -7,7 +7,7 @@ use crate::series::Series;
 struct Expansion<'a, K: ?Sized, const D: usize> {
     kernel: &'a K,
     request: &'a Request<'a, D>,
-    /// Of the coordinates, then of a hyperparameter.
+    /// Orders in the coordinates, then in a hyperparameter.
     degrees: Vec<usize>,
 }
 
@@ -20,7 +20,7 @@ impl<'a, K: Kernel<D> + ?Sized, const D: usize> Expansion<'a, K, D> {
         Self { kernel, request, degrees }
     }
 
-    /// Of pair `lane`; the hyperparameter `varied` is the last variable, the others are numbers.
+    /// Variables of pair `lane`; the hyperparameter `varied` is the last variable, the others are numbers.
     fn at(&self, lane: usize, varied: Option<usize>) -> Series {
         let variable = |value, number| Series::variable(value, number, &self.degrees);
         let first = self.request.point(lane);

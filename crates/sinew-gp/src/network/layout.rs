@@ -27,7 +27,7 @@ impl Input {
     }
 }
 
-/// Where a part's weights are: for each unit an output weight, a bias and one weight for each
+/// Offsets of a part's weights: for each unit an output weight, a bias and one weight for each
 /// input; last a constant. A part without inputs is its constant alone.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
@@ -57,7 +57,7 @@ fn tanh_derivatives(a: f64, values: &mut [f64]) {
     }
 }
 
-/// What a part of the prior depends on.
+/// Inputs of a part of the prior.
 fn inputs<const D: usize>(prior: &Prior<D>, part: &Feature<D>) -> Vec<Input> {
     let domain = &prior.domain;
     let ends = |axis: usize| match (axis, part.direction, domain.cross_section()) {

@@ -16,9 +16,9 @@ pub(super) struct Mesh {
     pub(super) cells: usize,
     /// Cases that errors are measured on.
     pub(super) cases: usize,
-    /// Minutes of training, once from the mesh before and once from nothing.
+    /// Minutes of training, once from the mesh before and once from scratch.
     pub(super) minutes: f64,
-    /// Whether a network starts from nothing too.
+    /// Whether a network starts from scratch too.
     pub(super) own: bool,
     /// Mean error in the slice that the thesis prints \[mm\], and its prediction times \[s\] on a GPU.
     pub(super) thesis: [f64; 3],

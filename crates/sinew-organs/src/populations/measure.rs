@@ -15,7 +15,7 @@ const ANOTHER: f64 = 1e-3;
 /// Individuals with their true displacements.
 #[derive(Debug, Default)]
 pub(super) struct Group {
-    /// What they are.
+    /// Description.
     pub name: String,
     /// The individuals that the solver solved.
     pub individuals: Vec<Individual>,
@@ -27,12 +27,12 @@ pub(super) struct Group {
     pub unsolved: usize,
 }
 
-/// What a method does on a group; an entry for each individual.
+/// Results of a method on a group; an entry for each individual.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Outcome {
     /// The method.
     pub method: String,
-    /// What it is made from.
+    /// Simulations and training behind it.
     pub about: String,
     /// The group.
     pub group: String,
@@ -54,7 +54,7 @@ pub(super) struct Outcome {
     pub inverted: usize,
     /// Predictions from which a solve ends at another equilibrium than from rest.
     pub elsewhere: usize,
-    /// Of these, such whose equilibrium has less energy than the one reached from rest.
+    /// Number of these whose equilibrium has less energy than the one reached from rest.
     pub lower: usize,
 }
 

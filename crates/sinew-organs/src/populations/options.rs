@@ -9,7 +9,7 @@ use sinew_study::program;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Train one emulator for a population of shapes by energy alone, and measure it on shapes that it has never seen, against
+/// Train one emulator for a population of shapes by energy alone, and measure it on unseen shapes, against
 /// regression on simulations of registered shapes and against the solver (thesis, chapter 2).
 #[derive(Parser, Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[command(name = "cargo xtask reproduce-populations", version, max_term_width = 110)]
@@ -20,7 +20,7 @@ pub struct Options {
     /// Wall time of the training of each population, such as 6m, in place of the default number of steps
     #[arg(long, value_parser = humantime::parse_duration, conflicts_with = "quick")]
     pub budget: Option<Duration>,
-    /// The same code on small meshes with few shapes and steps: a check, not a result
+    /// Same code on small meshes with few shapes and steps: a check, not a result
     #[arg(long)]
     pub quick: bool,
     /// The ventricles of chapter 2 on a mesh like the thesis', 6788 nodes: hours
@@ -71,7 +71,7 @@ fn one() -> u64 {
     1
 }
 
-/// What a population's study found, with the options of its run.
+/// Results of a population's study, with the options of its run.
 #[derive(Serialize, Deserialize)]
 struct Kept<S> {
     options: Options,
@@ -80,7 +80,7 @@ struct Kept<S> {
 }
 
 impl Options {
-    /// The same with each of its seeds.
+    /// Options with each of its seeds.
     pub(super) fn of_each_seed(&self) -> impl Iterator<Item = Self> {
         let of = |k| Self { seed: self.seed.wrapping_add(k), seeds: 1, ..self.clone() };
         (0..self.seeds).map(of)

@@ -9,7 +9,7 @@ use sinew_fem::{Options, Solver, coarse_displacement};
 
 /// A method that learned from simulations.
 pub(super) struct Rival<'a> {
-    /// What it is, and what it is made from.
+    /// Description, and simulations behind it.
     pub names: [String; 2],
     /// CPU time of its simulations and its fit \[s\].
     pub cpu_s: f64,

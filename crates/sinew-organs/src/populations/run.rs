@@ -156,7 +156,7 @@ fn groups(options: &Options, stage: &Stage, tests: u64) -> Result<Vec<Group>> {
     Ok(groups)
 }
 
-/// What bodies tell without a network.
+/// Methods without a network.
 fn followed(options: &Options, stage: &Stage, groups: &[Group], study: &mut Study) -> Result<()> {
     let about = "the same body on a mesh of few cells, by moving least squares";
     study.outcomes.push(groups[0].measure(["coarse solution", about], 0.0, |individual| {

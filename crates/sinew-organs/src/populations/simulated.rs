@@ -26,7 +26,7 @@ pub(super) trait Simulated {
     /// Node by node, in components that networks predict.
     fn displacement(&self) -> &[f64];
 
-    /// What networks see of it on the graph that all share.
+    /// Features for networks, on the graph that all share.
     fn geometry(&self, topology: &Topology, told: Seen) -> Result<Geometry>;
 
     /// Inputs of a regression.
@@ -38,7 +38,7 @@ pub(super) trait Simulated {
     /// Lengths of the displacements of nodes \[mm\].
     fn lengths(displacement: &[f64]) -> Vec<f64>;
 
-    /// What is learned: the displacement, or what is left of it.
+    /// Target of the learning: the displacement, or the remainder of it.
     fn target(&self, _told: Seen) -> Vec<f64> {
         self.displacement().to_vec()
     }
@@ -60,17 +60,17 @@ pub(super) trait Simulated {
     }
 }
 
-/// What a method is told of a body.
+/// Input of a method.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Seen {
-    /// So many numbers of its shape.
+    /// Number of coefficients of its shape.
     pub numbers: usize,
     /// Its solution on the coarse mesh, which is then corrected.
     pub coarse: bool,
 }
 
 impl Seen {
-    /// What of it is not the rule, for a table.
+    /// Deviation from the default, for a table.
     pub(super) fn name(self) -> &'static str {
         if self.coarse { ", about the coarse solution" } else { "" }
     }
@@ -80,7 +80,7 @@ impl Seen {
 pub(super) struct Compared<'a, B> {
     pub options: &'a Options,
     pub training: &'a [B],
-    /// By these the best weights of a training are chosen.
+    /// Validation set, by which the best weights of a training are chosen.
     pub validation: &'a [B],
     pub unseen: &'a [B],
     pub pace: Pace,
@@ -197,7 +197,7 @@ impl<B: Simulated> Compared<'_, B> {
         Ok(Surrogate::new(&sizes, data, scales, self.options.seed, &device)?)
     }
 
-    /// What the nodes of the first body tested are to a network: the first two principal components of their embeddings, in as many
+    /// Embeddings of the nodes of the first body tested: the first two principal components of their embeddings, in as many
     /// colours as the body has thirds of its length along an axis, and the share of the variance that these hold.
     pub(super) fn embedding(
         &self,
@@ -254,7 +254,7 @@ pub(super) struct Variant {
     pub latent: usize,
     /// Virtual nodes, η.
     pub virtual_nodes: &'static [usize],
-    /// What it sees.
+    /// Input.
     pub told: Seen,
     /// Medians that the thesis prints of it \[mm, %\].
     pub printed: [Option<f64>; 2],
@@ -263,13 +263,13 @@ pub(super) struct Variant {
 /// A method, its errors and its costs.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Measured {
-    /// What it is.
+    /// Description.
     pub method: String,
-    /// What it is made from.
+    /// Simulations and training behind it.
     pub about: String,
     /// Bodies that it was tested on, where not on those of the population.
     pub group: String,
-    /// Of every node of every body tested \[mm\].
+    /// Errors of every node of every body tested \[mm\].
     pub errors: Vec<f64>,
     /// `|V − V̂| / V` of each cavity, where there is one.
     pub volumes: Vec<f64>,
@@ -315,7 +315,7 @@ fn train(surrogate: Surrogate, data: DataSet, pace: Pace, options: &Options) -> 
 }
 
 impl Variant {
-    /// What it is, for a table.
+    /// Description for a table.
     pub(super) fn name(&self) -> String {
         let Self { steps, latent, virtual_nodes, .. } = self;
         match virtual_nodes {

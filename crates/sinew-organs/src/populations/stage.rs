@@ -14,19 +14,19 @@ use std::path::Path;
 /// A population of bodies.
 #[derive(Clone, Debug)]
 pub(super) struct Stage {
-    /// What it is.
+    /// Description.
     pub about: &'static str,
     /// Law, loads, supports and parameters.
     pub case: Case,
     pub kind: Kind,
     pub cells: [usize; 3],
-    /// Of a mesh that is solved in milliseconds.
+    /// Cells of a mesh that is solved in milliseconds.
     pub coarse_cells: [usize; 3],
-    /// Of meshes coarser and finer than those of the population.
+    /// Cells of meshes coarser and finer than those of the population.
     pub other_cells: [[usize; 3]; 2],
     /// Meshes of the bodies trained on, one after the other.
     pub training_cells: Vec<[usize; 3]>,
-    /// What is known of a body before the network.
+    /// State of a body that the network starts from.
     pub start: Start,
     /// Deviation of the shape numbers, in those of the population.
     pub spread: f64,
@@ -323,7 +323,7 @@ impl Scar {
         body.positions.iter().map(at).collect()
     }
 
-    /// What a regression may know of it, of about size one.
+    /// Inputs of a regression, of about size one.
     fn numbers(&self) -> [f64; 5] {
         let [x, y, z] = self.centre.map(|x| x / 30.0);
         [x, y, z, (self.radius - 15.0) / 3.0, (self.factor / 10.0).ln() / 0.4]

@@ -40,7 +40,7 @@ struct Verdict {
 }
 
 impl Entry {
-    /// With errors in %.
+    /// Verdict with errors in %.
     pub(super) fn of_outcome(outcome: &Outcome) -> Option<Self> {
         let percent = |step: usize| Some(100.0 * median(outcome.errors.get(step)?)?);
         let start = outcome.about.split(';').next();
@@ -57,7 +57,7 @@ impl Entry {
         })
     }
 
-    /// With errors in mm, which nothing has corrected.
+    /// Verdict with errors in mm, before any correction.
     pub(super) fn of_measured(measured: &Measured) -> Option<Self> {
         let group = if measured.group.is_empty() { "population" } else { &measured.group };
         Some(Self {
@@ -192,7 +192,7 @@ pub(super) fn blocks(seeds: &[Vec<Entry>], unit: &str) -> Result<Vec<Block>> {
     Ok(blocks)
 }
 
-/// The same for methods whose errors are in mm: those of each seed.
+/// Verdict on methods whose errors are in mm: those of each seed.
 pub(super) fn of_measured<'a, S: Iterator<Item = &'a Measured>>(
     seeds: impl Iterator<Item = S>,
 ) -> Result<Vec<Block>> {

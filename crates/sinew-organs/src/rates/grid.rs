@@ -5,7 +5,7 @@ pub(crate) const KEY: &str = "learning-rates";
 /// Training time by default \[min\].
 pub(crate) const MINUTES: f64 =
     SECONDS / 60.0 * (SCENES.len() * (THESIS.len() + OURS.len())) as f64;
-/// Of one network \[s\].
+/// Time of one network \[s\].
 pub(super) const SECONDS: f64 = 20.0;
 pub(super) const SCENES: [&str; 4] =
     ["OnceClampedBeam", "TwiceClampedBeam", "TractionBeamHO", "TractionBeamGuccione"];

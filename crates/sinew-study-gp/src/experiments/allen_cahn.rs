@@ -21,7 +21,7 @@ const COLLOCATION: usize = 50;
 const VALUES: usize = 40;
 /// Errors of the values in standard deviations of u, which is one half.
 const NOISE: f64 = 0.025 * 0.5;
-/// Where they are measured: the front passes late, and u depends on ε.
+/// Places of measurement: the front passes late, and u depends on ε.
 const WINDOW: [[f64; 2]; 2] = [[-0.2, 0.4], [0.5, 1.0]];
 /// κ of an axis that is even to a millionth, and of one stretched about the front at t = 0.
 const EVEN: f64 = 1e-3;
@@ -61,7 +61,7 @@ struct Front {
     equation: SemiLinear<2, 1>,
     inference: Inference<2>,
     kappa: f64,
-    /// What distinguishes it from the others.
+    /// Label that distinguishes it from the others.
     name: String,
 }
 

@@ -15,7 +15,7 @@ use sinew_report::{Chart, Figure, Panel, Series, Style};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Where both random starts of a network are shown (Fig. 4.3 c, d).
+/// Places at which both random starts of a network are shown (Fig. 4.3 c, d).
 const SHOWN: usize = 8;
 /// Functions drawn from the prior (Fig. 4.3 a).
 const SAMPLES: usize = 10;

@@ -10,7 +10,7 @@ use sinew_mesh::{Mesh, cook_membrane};
 
 const THETA: [f64; 1] = [80.1938];
 const BULK: f64 = 400_942.0;
-/// What the law of mixed elements keeps of it, next to nothing: the field of pressure bears the rest.
+/// Bulk modulus that the law of mixed elements keeps, almost zero: the field of pressure bears the rest.
 const OWN_BULK: f64 = 1e-4;
 /// Dead force per reference area, 100 per unit thickness.
 const SHEAR: f64 = 6.25;

@@ -15,7 +15,7 @@ const THETA: [f64; 2] = [0.5, 0.0];
 /// Bending stiffness EI of the unit square.
 const BENDING: f64 = 1.0 / 12.0;
 
-/// What remains on the finest mesh is shear, stretching and the clamp's finite thickness, about (1/100)²,
+/// Error that remains on the finest mesh: shear, stretching and the clamp's finite thickness, about (1/100)²,
 /// and the strain of bending squared.
 const QUADRATIC: &Boxes = &[
     ([20, 1, 1], Band::below(0.006)),

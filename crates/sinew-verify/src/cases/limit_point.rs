@@ -18,7 +18,7 @@ const STRETCHES: [f64; 9] = [1.1, 1.3, 1.5, 1.7, 1.8, 1.9, 2.1, 2.5, 3.0];
 const AROUND: [usize; 3] = [3, 4, 5];
 /// Longest step along the curve of equilibria.
 const LONGEST: f64 = 0.3;
-/// What is wanted.
+/// Wanted quantity.
 const BAND: Band = Band::below(0.005);
 /// The coarse mesh of a quick run.
 const COARSE: Band = Band::below(0.02);

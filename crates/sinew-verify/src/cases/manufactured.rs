@@ -103,7 +103,7 @@ fn distorted<const N: usize>(mut mesh: Mesh<N>) -> Mesh<N> {
     mesh
 }
 
-/// What errors are of, in the order in which they are given.
+/// Quantities of the errors, in the order in which they are given.
 const QUANTITIES: [&str; 3] = ["displacement in L²", "displacement in H¹", "pressure in L²"];
 
 /// Solves on meshes of rising fineness; errors on each, and between the last two the orders that are given.

@@ -16,7 +16,7 @@ pub enum Elastica {
     UniformLoad(f64),
 }
 
-/// Where the tip is, as parts of the length.
+/// Place of the tip, as parts of the length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tip {
     /// Distance from the clamp along the straight beam, over the length.

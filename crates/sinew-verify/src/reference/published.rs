@@ -12,7 +12,7 @@ pub(crate) const BEAM_ENERGY_DEGREE_2: f64 = -1316.53294;
 /// Deformed z \[mm\] of (10, ½, 1) in problem 1 of S. Land et al., Proc. R. Soc. A 471 (2015) 20150641: 4.16 ± 0.01
 /// by FEniCS, quadratic–linear incompressible elements on 20×2×2 (4.14169) and 30×3×3 (4.15503) boxes.
 pub(crate) const LAND_BAR: f64 = 4.16;
-/// The same by the same program on as many boxes; elements without a field of pressure have ½κ(J − 1)², κ = 1000 kPa. The
+/// Values of that program on as many boxes; elements without a field of pressure have ½κ(J − 1)², κ = 1000 kPa. The
 /// linear ones lose nine tenths of the deflection.
 pub(crate) const LAND_BAR_BY_MESH: [(Formulation, [usize; 3], f64); 4] = [
     (Formulation::Mixed, [20, 2, 2], 4.14169),
@@ -23,7 +23,7 @@ pub(crate) const LAND_BAR_BY_MESH: [(Formulation, [usize; 3], f64); 4] = [
 /// z \[mm\] of the apex inside and outside in problem 2 of Land et al.: FEniCS on the axisymmetric problem in two
 /// dimensions, exact geometry, quadratic–linear incompressible elements, up to 14 853 unknowns; ± 0.001.
 pub(crate) const LAND_VENTRICLE: [f64; 2] = [-26.612, -28.280];
-/// The same in problem 3: a converged axisymmetric computation of our own; two published codes spread by 3 %.
+/// Values of problem 3: a converged axisymmetric computation of our own; two published codes spread by 3 %.
 pub(crate) const LAND_ACTIVE: [f64; 2] = [-12.335, -15.465];
 /// u_y \[mm\] of (48, 60) of Cook's membrane in plane strain with μ = 80.1938, κ = 400942 and a shear of 6.25 per area
 /// in the limit of fine meshes: 6.93 ± 0.01, from [`COOK_BY_MESH`].

@@ -37,7 +37,7 @@ impl ThickSphere {
         self.shear * (term(outside) - term(inside))
     }
 
-    /// Where the pressure is largest.
+    /// Stretch at which the pressure is largest.
     ///
     /// # Errors
     /// [`NoSignChange`] when the maximum is not below a stretch of 100.

@@ -19,7 +19,7 @@ const ONE_SHAPE: [usize; 3] = [85, 15, 100];
 /// Points of the map along each parameter.
 const POINTS: usize = 8;
 
-/// What the study works on.
+/// Data of the study.
 pub(super) struct Data<'a> {
     pub ventricles: &'a Ventricles,
     pub compared: Compared<'a, Ventricle>,
@@ -163,7 +163,7 @@ impl Data<'_> {
     }
 }
 
-/// What the coarse mesh says, by itself.
+/// Prediction of the coarse mesh alone.
 pub(super) fn coarse_alone(compared: &Compared<'_, Ventricle>) -> Result<Measured> {
     let about = "the equilibrium of the ventricle on a coarse mesh, by moving least squares";
     let told = Seen { numbers: ALL, coarse: true };

@@ -22,7 +22,7 @@ pub(super) struct Perceptron(Vec<DMatrix<f32>>);
 /// Inputs in columns, and what is to be found for each, of mean zero and variance one.
 pub(super) type Samples = (DMatrix<f32>, DMatrix<f32>);
 
-/// Where a training ended that waits so many epochs for less error on what it validates with.
+/// End of a training that waits so many epochs for less error on what it validates with.
 #[derive(Clone, Debug)]
 pub(super) struct Stopped {
     pub epoch: usize,
@@ -51,7 +51,7 @@ impl Perceptron {
         Self(sizes.windows(2).map(layer).collect())
     }
 
-    /// What every layer is handed, and what the last one says.
+    /// Inputs of every layer, and the output of the last one.
     fn forward(&self, x: &DMatrix<f32>) -> (Vec<DMatrix<f32>>, DMatrix<f32>) {
         let (mut handed, mut x) = (Vec::new(), x.clone());
         for (index, weights) in self.0.iter().enumerate() {
@@ -66,7 +66,7 @@ impl Perceptron {
         self.forward(x).1
     }
 
-    /// Of half the mean squared error, by layer.
+    /// Gradient of half the mean squared error, by layer.
     fn gradients(&self, (x, y): &Samples) -> Vec<DMatrix<f32>> {
         let (handed, found) = self.forward(x);
         let (mut slope, mut gradients) = ((found - y) / x.ncols() as f32, Vec::new());

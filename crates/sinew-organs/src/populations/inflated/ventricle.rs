@@ -40,7 +40,7 @@ pub(super) struct Ventricles {
 /// A ventricle with its parameters and what the solver found.
 #[derive(Debug)]
 pub(super) struct Ventricle {
-    /// Of its shape, of mean zero and variance near one.
+    /// Coefficients of its shape, of mean zero and variance near one.
     pub numbers: Vec<f64>,
     /// a, b, a_f, b_f.
     pub theta: Vec<f64>,
@@ -48,7 +48,7 @@ pub(super) struct Ventricle {
     pub body: Body,
     /// Node by node \[mm\].
     pub displacement: Vec<f64>,
-    /// What a coarse mesh says of it.
+    /// Solution on a coarse mesh.
     pub coarse: Coarse,
 }
 
@@ -74,7 +74,7 @@ impl Ventricles {
         self.stage.shape(&mut ChaCha8Rng::seed_from_u64(seed))
     }
 
-    /// Those of the first `count` of the population that are wanted, by number, with their solutions, from files within `folder` where these are;
+    /// Wanted ventricles among the first `count` of the population, by number, with their solutions, from files within `folder` where these are;
     /// those without equilibrium are left out. With a shard only its part.
     pub(super) fn simulated(
         &self,
@@ -197,7 +197,7 @@ impl Ventricles {
 
     /// How far every number of a shape moves the nodes \[mm\], root mean square.
     pub(super) fn sizes(&self) -> Result<Vec<f64>> {
-        /// Of a deviation: small, for the mean shape to stay a ventricle.
+        /// Size of a deviation: small, for the mean shape to stay a ventricle.
         const PART: f64 = 0.1;
         let points = |numbers: &[f64]| -> Result<Vec<[f64; 3]>> {
             Ok(VentricleShape::new(numbers)?.hexahedra(self.stage.cells)?.points)
@@ -290,7 +290,7 @@ impl Simulated for Ventricle {
         numbers.chain(self.body.parameters.iter().cloned()).chain(growth).collect()
     }
 
-    /// What networks see of it (thesis §2.4.1): on nodes the base, the endocardium, the vector across the wall, the fibre and the radial
+    /// Features for networks (thesis §2.4.1): on nodes the base, the endocardium, the vector across the wall, the fibre and the radial
     /// direction, and what the coarse mesh says; the first numbers of its shape for all of it.
     fn geometry(&self, topology: &Topology, told: Seen) -> Result<Geometry> {
         let Body { positions, mesh, nodes, .. } = &self.body;
@@ -330,7 +330,7 @@ impl Simulated for Ventricle {
         })
     }
 
-    /// What is learned: the displacement \[mm\], or what the coarse mesh leaves of it, relative to the root mean square of its own.
+    /// Target of the learning: the displacement \[mm\], or the error of the coarse mesh, relative to the root mean square of its own.
     fn target(&self, told: Seen) -> Vec<f64> {
         if !told.coarse {
             return self.displacement.clone();

@@ -15,7 +15,7 @@ use std::time::Instant;
 /// Patience \[epochs\] that trainings have, and last none.
 const PATIENCE: [usize; 4] = [10, 25, 50, 100];
 
-/// What the thesis prints of a training: when it ended, quartiles of the errors \[%\] of its best weights and of its last.
+/// Printed figures of a training: when it ended, quartiles of the errors \[%\] of its best weights and of its last.
 struct Printed {
     epochs: usize,
     best: [f64; 3],
