@@ -1,0 +1,178 @@
+//! Newton's method on the positions at rest, and load steps where it fails.
+
+use super::state::{Level, Trial};
+use super::unloaded::volume_ratios;
+use super::{Image, Unload, UnloadError, UnloadOptions};
+use crate::CellValue;
+use crate::gmres::gmres;
+use crate::supports::place;
+use crate::vector::norm;
+
+/// Unbalanced forces \[relative to loads and reactions\] that are at their floor.
+const BALANCED: f64 = 1e-14;
+/// The same where they no longer fall: rounding errors of large bodies.
+const STALLED: f64 = 1e-9;
+/// A step that leaves more than this part of the forces no longer falls.
+const FALLING: f64 = 0.5;
+/// A step leaves each cell at least this part of its volume.
+const LEAST_SHRINK: f64 = 0.1;
+/// Forces fall by this part of what the linear model foresees, at least (Armijo).
+const SUFFICIENT: f64 = 1e-4;
+/// Most halvings of a step.
+const MOST_HALVINGS: i32 = 8;
+/// Residual and iterations of the linear systems, whose factor is that of the matrix but for pivots across fronts.
+const LINEAR: (f64, usize) = (1e-12, 20);
+/// The first load step [part of the load], what a step is of the one before after a failure, and after a success.
+const FIRST_STEP: f64 = 0.25;
+const CUT: f64 = 0.4;
+const GROWTH: f64 = 1.6;
+
+/// Where a search came to.
+pub(super) struct Reached {
+    pub trial: Trial,
+    pub iterations: usize,
+    pub load_steps: usize,
+}
+
+impl Unload<'_> {
+    /// The trial that is balanced under the whole load.
+    pub(super) fn search(
+        &mut self,
+        start: Vec<f64>,
+        theta: &[f64],
+        options: &UnloadOptions,
+    ) -> Result<Reached, UnloadError> {
+        let whole = Level { factor: 1.0, theta: theta.to_vec() };
+        let mut iterations = 0;
+        if let Some(trial) = self.newton(start, &whole, options, &mut iterations) {
+            return Ok(Reached { trial, iterations, load_steps: 1 });
+        }
+        let stressing = self.image.system.stressing_entries(theta);
+        let level = |factor: f64| {
+            let mut theta = theta.to_vec();
+            stressing.iter().for_each(|&entry| theta[entry] *= factor);
+            Level { factor, theta }
+        };
+        let rest = vec![0.0; self.image.system.body.prescribed.len()];
+        let mut points = vec![(0.0, rest)];
+        let (mut step, mut load_steps) = (FIRST_STEP, 0);
+        loop {
+            let (reached, _) = points[points.len() - 1];
+            let factor = if reached + step >= 1.0 - 1e-9 { 1.0 } else { reached + step };
+            let guess = extrapolated(&points, factor);
+            match self.newton(guess, &level(factor), options, &mut iterations) {
+                Some(trial) => {
+                    load_steps += 1;
+                    if factor == 1.0 {
+                        return Ok(Reached { trial, iterations, load_steps });
+                    }
+                    points.push((factor, trial.motion));
+                    step *= GROWTH;
+                }
+                None => step *= CUT,
+            }
+            if step < options.least_load_step || iterations >= options.iterations {
+                return Err(self.image.not_found(&points, iterations));
+            }
+        }
+    }
+
+    /// The trial that is balanced at one load; `None` when there is no progress.
+    fn newton(
+        &mut self,
+        start: Vec<f64>,
+        level: &Level,
+        options: &UnloadOptions,
+        iterations: &mut usize,
+    ) -> Option<Trial> {
+        let mut trial = Trial::new(&self.image, start, level)?;
+        for _ in 0..options.iterations_per_load {
+            let gap = self.image.gap(&trial.motion, level.factor);
+            if gap.is_none() && trial.size() <= BALANCED {
+                return Some(trial);
+            }
+            if *iterations >= options.iterations {
+                return None;
+            }
+            *iterations += 1;
+            let step = self.step(&trial, level, gap.as_deref())?;
+            let next = self.image.along(&trial, &step, level, gap.is_some());
+            let size = trial.size();
+            match next {
+                _ if gap.is_some() => trial = next?,
+                Some(next) if next.force <= FALLING * trial.force => trial = next,
+                // At the floor of rounding errors: whichever is closer to balance.
+                Some(next) if size <= STALLED => {
+                    return Some(if next.force < trial.force { next } else { trial });
+                }
+                None if size <= STALLED => return Some(trial),
+                next => trial = next?,
+            }
+        }
+        None
+    }
+
+    /// Newton's step from a trial, `gap` to the supports included \[length\].
+    fn step(&mut self, trial: &Trial, level: &Level, gap: Option<&[f64]>) -> Option<Vec<f64>> {
+        let tangent = self.image.tangent(trial, level, gap)?;
+        let sparsity = self.image.system.sparsity.clone();
+        if !self.factor.factorise(&sparsity, &tangent.entries) {
+            return None;
+        }
+        let by_motion = sparsity.gather(&tangent.by_motion);
+        let right: Vec<f64> = trial.residual.iter().zip(by_motion).map(|(r, k)| -r - k).collect();
+        let mut change = vec![0.0; right.len()];
+        let apply = |from: &[f64], to: &mut [f64]| tangent.entries.multiply(&sparsity, from, to);
+        let precondition = |from: &[f64], to: &mut [f64]| {
+            to.copy_from_slice(from);
+            self.factor.solve(to);
+        };
+        gmres(apply, precondition, &right, &mut change, LINEAR.0, LINEAR.1);
+        let mut step = gap.map_or_else(|| vec![0.0; trial.motion.len()], <[f64]>::to_vec);
+        sparsity.scatter(change, &mut step);
+        step.iter().all(|s| s.is_finite()).then_some(step)
+    }
+}
+
+impl Image<'_> {
+    /// What supports still have to move, if anything.
+    fn gap(&self, motion: &[f64], factor: f64) -> Option<Vec<f64>> {
+        let mut there = motion.to_vec();
+        place(self.system.body, -factor, &mut there);
+        let gap: Vec<f64> = there.iter().zip(motion).map(|(to, from)| to - from).collect();
+        (norm(&gap) > 0.0).then_some(gap)
+    }
+
+    /// The longest of the steps 1, ½, ¼, … that keeps all cells and, unless supports move, lowers the unbalanced forces.
+    fn along(&self, from: &Trial, step: &[f64], level: &Level, moving: bool) -> Option<Trial> {
+        let lengths = (0..=MOST_HALVINGS).map(|k| 0.5f64.powi(k));
+        let found = lengths.map(|length| {
+            let motion = from.motion.iter().zip(step).map(|(w, s)| w + length * s).collect();
+            let next = Trial::new(self, motion, level)?;
+            let sound = next.least >= LEAST_SHRINK * from.least;
+            let lower = next.force <= (1.0 - SUFFICIENT * length) * from.force;
+            (sound && (moving || lower)).then_some(next)
+        });
+        found.flatten().next()
+    }
+
+    fn not_found(&self, points: &[(f64, Vec<f64>)], iterations: usize) -> UnloadError {
+        let (part, motion) = &points[points.len() - 1];
+        let nothing = CellValue { cell: 0, value: f64::NAN };
+        let ratios = self.moved(motion).map(|rest| volume_ratios(self.system.body, &rest.body));
+        let [least, largest] = ratios.unwrap_or([nothing; 2]);
+        UnloadError::NotFound { part: *part, iterations, least, largest }
+    }
+}
+
+/// The line through the last two points.
+fn extrapolated(points: &[(f64, Vec<f64>)], to: f64) -> Vec<f64> {
+    match points {
+        [.., (a, first), (b, second)] => {
+            let way = (to - b) / (b - a);
+            first.iter().zip(second).map(|(u, v)| v + way * (v - u)).collect()
+        }
+        [(_, only)] => only.clone(),
+        [] => Vec::new(),
+    }
+}
