@@ -20,7 +20,6 @@ use crate::system::System;
 use crate::{Options, SolveError};
 use entries::Places;
 use multifrontal::Multifrontal;
-use newton::Reached;
 use sinew_energy::{Body, Fibres, ForceBalance};
 use std::time::Instant;
 
@@ -176,7 +175,20 @@ impl<'p> Unload<'p> {
         let start = Instant::now();
         self.image.system.check_theta(theta).map_err(SolveError::from)?;
         crate::check::check_displacement(self.image.system.body, &motion)?;
-        let Reached { trial, iterations, load_steps } = self.search(motion, theta, options)?;
+        let mut iterations = 0;
+        let mut refused = None;
+        if let Some(trial) = self.at_once(motion, theta, options, &mut iterations) {
+            match self.image.judge(&trial, theta, options) {
+                Ok(loading) => {
+                    let found = (trial, iterations, 1);
+                    return Ok(Unloaded::new(&self.image, found, theta, loading, start));
+                }
+                Err(error) => refused = Some(error),
+            }
+        }
+        // Of several bodies at rest, the one that a rising load leads to.
+        let found = self.step_by_step(theta, options, &mut iterations);
+        let (trial, load_steps) = found.map_err(|error| refused.unwrap_or(error))?;
         let loading = self.image.judge(&trial, theta, options)?;
         let found = (trial, iterations, load_steps);
         Ok(Unloaded::new(&self.image, found, theta, loading, start))

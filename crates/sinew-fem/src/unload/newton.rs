@@ -16,8 +16,9 @@ const STALLED: f64 = 1e-9;
 const FALLING: f64 = 0.5;
 /// A step leaves each cell at least this part of its volume.
 const LEAST_SHRINK: f64 = 0.1;
-/// Forces fall by this part of what the linear model foresees, at least (Armijo).
-const SUFFICIENT: f64 = 1e-4;
+/// Unbalanced forces may be so many times the lowest ones, for so many steps in a row.
+const MOST_GROWTH: f64 = 100.0;
+const MOST_RISES: usize = 4;
 /// Most halvings of a step.
 const MOST_HALVINGS: i32 = 8;
 /// Residual and iterations of the linear systems, whose factor is that of the matrix but for pivots across fronts.
@@ -27,26 +28,26 @@ const FIRST_STEP: f64 = 0.25;
 const CUT: f64 = 0.4;
 const GROWTH: f64 = 1.6;
 
-/// Where a search came to.
-pub(super) struct Reached {
-    pub trial: Trial,
-    pub iterations: usize,
-    pub load_steps: usize,
-}
-
 impl Unload<'_> {
-    /// The trial that is balanced under the whole load.
-    pub(super) fn search(
+    /// The trial that is balanced under the whole load at once.
+    pub(super) fn at_once(
         &mut self,
         start: Vec<f64>,
         theta: &[f64],
         options: &UnloadOptions,
-    ) -> Result<Reached, UnloadError> {
+        iterations: &mut usize,
+    ) -> Option<Trial> {
         let whole = Level { factor: 1.0, theta: theta.to_vec() };
-        let mut iterations = 0;
-        if let Some(trial) = self.newton(start, &whole, options, &mut iterations) {
-            return Ok(Reached { trial, iterations, load_steps: 1 });
-        }
+        self.newton(start, &whole, options, iterations)
+    }
+
+    /// The same under a load that rises from zero, where the image is the body at rest.
+    pub(super) fn step_by_step(
+        &mut self,
+        theta: &[f64],
+        options: &UnloadOptions,
+        iterations: &mut usize,
+    ) -> Result<(Trial, usize), UnloadError> {
         let stressing = self.image.system.stressing_entries(theta);
         let level = |factor: f64| {
             let mut theta = theta.to_vec();
@@ -60,24 +61,26 @@ impl Unload<'_> {
             let (reached, _) = points[points.len() - 1];
             let factor = if reached + step >= 1.0 - 1e-9 { 1.0 } else { reached + step };
             let guess = extrapolated(&points, factor);
-            match self.newton(guess, &level(factor), options, &mut iterations) {
+            match self.newton(guess, &level(factor), options, iterations) {
                 Some(trial) => {
                     load_steps += 1;
                     if factor == 1.0 {
-                        return Ok(Reached { trial, iterations, load_steps });
+                        return Ok((trial, load_steps));
                     }
                     points.push((factor, trial.motion));
                     step *= GROWTH;
                 }
                 None => step *= CUT,
             }
-            if step < options.least_load_step || iterations >= options.iterations {
-                return Err(self.image.not_found(&points, iterations));
+            if step < options.least_load_step || *iterations >= options.iterations {
+                return Err(self.image.not_found(&points, *iterations));
             }
         }
     }
 
     /// The trial that is balanced at one load; `None` when there is no progress.
+    ///
+    /// A linear step that bends a slender body stretches it, so forces may rise as long as they fall soon after.
     fn newton(
         &mut self,
         start: Vec<f64>,
@@ -86,28 +89,33 @@ impl Unload<'_> {
         iterations: &mut usize,
     ) -> Option<Trial> {
         let mut trial = Trial::new(&self.image, start, level)?;
+        let (mut lowest, mut rises) = (f64::INFINITY, 0);
         for _ in 0..options.iterations_per_load {
             let gap = self.image.gap(&trial.motion, level.factor);
-            if gap.is_none() && trial.size() <= BALANCED {
+            let size = trial.size();
+            if gap.is_none() && size <= BALANCED {
                 return Some(trial);
             }
-            if *iterations >= options.iterations {
+            if *iterations >= options.iterations || rises > MOST_RISES {
                 return None;
             }
             *iterations += 1;
             let step = self.step(&trial, level, gap.as_deref())?;
-            let next = self.image.along(&trial, &step, level, gap.is_some());
-            let size = trial.size();
-            match next {
-                _ if gap.is_some() => trial = next?,
-                Some(next) if next.force <= FALLING * trial.force => trial = next,
-                // At the floor of rounding errors: whichever is closer to balance.
-                Some(next) if size <= STALLED => {
-                    return Some(if next.force < trial.force { next } else { trial });
-                }
-                None if size <= STALLED => return Some(trial),
-                next => trial = next?,
+            if gap.is_none() {
+                lowest = trial.force.min(lowest);
             }
+            let next = self.image.along(&trial, &step, level, MOST_GROWTH * lowest);
+            if gap.is_none() && size <= STALLED {
+                // At the floor of rounding errors: whichever is closer to balance.
+                match next {
+                    Some(next) if next.force <= FALLING * trial.force => trial = next,
+                    Some(next) if next.force < trial.force => return Some(next),
+                    _ => return Some(trial),
+                }
+                continue;
+            }
+            trial = next?;
+            rises = if trial.force < lowest { 0 } else { rises + 1 };
         }
         None
     }
@@ -143,15 +151,14 @@ impl Image<'_> {
         (norm(&gap) > 0.0).then_some(gap)
     }
 
-    /// The longest of the steps 1, ½, ¼, … that keeps all cells and, unless supports move, lowers the unbalanced forces.
-    fn along(&self, from: &Trial, step: &[f64], level: &Level, moving: bool) -> Option<Trial> {
+    /// The longest of the steps 1, ½, ¼, … that keeps all cells and leaves at most so much of forces.
+    fn along(&self, from: &Trial, step: &[f64], level: &Level, most: f64) -> Option<Trial> {
         let lengths = (0..=MOST_HALVINGS).map(|k| 0.5f64.powi(k));
         let found = lengths.map(|length| {
             let motion = from.motion.iter().zip(step).map(|(w, s)| w + length * s).collect();
             let next = Trial::new(self, motion, level)?;
             let sound = next.least >= LEAST_SHRINK * from.least;
-            let lower = next.force <= (1.0 - SUFFICIENT * length) * from.force;
-            (sound && (moving || lower)).then_some(next)
+            (sound && next.force <= most).then_some(next)
         });
         found.flatten().next()
     }
