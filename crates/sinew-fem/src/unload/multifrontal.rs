@@ -110,6 +110,11 @@ impl Multifrontal {
         Self { fronts: in_order(fronts), blocks: Vec::new() }
     }
 
+    /// Whether something was factorised.
+    pub(super) fn is_ready(&self) -> bool {
+        self.blocks.len() == self.fronts.len()
+    }
+
     /// Factorises; false where a pivot vanishes or is not finite.
     pub(super) fn factorise(&mut self, sparsity: &Sparsity, entries: &Entries) -> bool {
         self.blocks.clear();

@@ -1,5 +1,6 @@
 //! Newton's method on the positions at rest, and load steps where it fails.
 
+use super::multifrontal::Entries;
 use super::state::{Level, Trial};
 use super::unloaded::volume_ratios;
 use super::{Image, Unload, UnloadError, UnloadOptions};
@@ -16,13 +17,21 @@ const STALLED: f64 = 1e-9;
 const FALLING: f64 = 0.5;
 /// A step leaves each cell at least this part of its volume.
 const LEAST_SHRINK: f64 = 0.1;
-/// Unbalanced forces may be so many times the lowest ones, for so many steps in a row.
-const MOST_GROWTH: f64 = 100.0;
-const MOST_RISES: usize = 4;
+/// Unbalanced forces, relative to loads and reactions and by themselves, may be so many times the lowest ones, for so many steps in a row: bending
+/// stretches a slender body and makes large reactions too, while a law with an exponential overshoots by orders of magnitude.
+const MOST_GROWTH: [f64; 2] = [6.0, 100.0];
+const MOST_RISES: usize = 8;
 /// Most halvings of a step.
 const MOST_HALVINGS: i32 = 8;
-/// Residual and iterations of the linear systems, whose factor is that of the matrix but for pivots across fronts.
-const LINEAR: (f64, usize) = (1e-12, 20);
+/// Bounds of the residual of linear systems \[relative\], and what it is of the unbalanced forces: Newton's method stays quadratic.
+const LINEAR: [f64; 2] = [1e-12, 1e-4];
+const FORCING: f64 = 1e-2;
+/// Residual that is a solution where rounding errors leave no less.
+const ROUGH: f64 = 1e-8;
+/// Iterations of a linear system that cost about as much as another factor.
+const MOST_LINEAR: usize = 12;
+/// Unbalanced forces \[relative to loads and reactions\] below which the factor of another state preconditions.
+const NEAR: f64 = 3e-2;
 /// The first load step [part of the load], what a step is of the one before after a failure, and after a success.
 const FIRST_STEP: f64 = 0.25;
 const CUT: f64 = 0.4;
@@ -89,7 +98,7 @@ impl Unload<'_> {
         iterations: &mut usize,
     ) -> Option<Trial> {
         let mut trial = Trial::new(&self.image, start, level)?;
-        let (mut lowest, mut rises) = (f64::INFINITY, 0);
+        let (mut lowest, mut rises) = ([f64::INFINITY; 2], 0);
         for _ in 0..options.iterations_per_load {
             let gap = self.image.gap(&trial.motion, level.factor);
             let size = trial.size();
@@ -102,9 +111,10 @@ impl Unload<'_> {
             *iterations += 1;
             let step = self.step(&trial, level, gap.as_deref())?;
             if gap.is_none() {
-                lowest = trial.force.min(lowest);
+                lowest = [size.min(lowest[0]), trial.force.min(lowest[1])];
             }
-            let next = self.image.along(&trial, &step, level, MOST_GROWTH * lowest);
+            let most = std::array::from_fn(|i| MOST_GROWTH[i] * lowest[i]);
+            let next = self.image.along(&trial, &step, level, most);
             if gap.is_none() && size <= STALLED {
                 // At the floor of rounding errors: whichever is closer to balance.
                 match next {
@@ -115,30 +125,49 @@ impl Unload<'_> {
                 continue;
             }
             trial = next?;
-            rises = if trial.force < lowest { 0 } else { rises + 1 };
+            rises = if trial.size() < lowest[0] { 0 } else { rises + 1 };
         }
         None
     }
 
-    /// Newton's step from a trial, `gap` to the supports included \[length\].
+    /// Newton's step from a trial, `gap` to the supports included \[length\]. Near to balance the last factor preconditions.
     fn step(&mut self, trial: &Trial, level: &Level, gap: Option<&[f64]>) -> Option<Vec<f64>> {
         let tangent = self.image.tangent(trial, level, gap)?;
-        let sparsity = self.image.system.sparsity.clone();
-        if !self.factor.factorise(&sparsity, &tangent.entries) {
-            return None;
-        }
+        let sparsity = &self.image.system.sparsity;
         let by_motion = sparsity.gather(&tangent.by_motion);
         let right: Vec<f64> = trial.residual.iter().zip(by_motion).map(|(r, k)| -r - k).collect();
+        let accuracy = (FORCING * trial.size()).clamp(LINEAR[0], LINEAR[1]);
+        let near = trial.size() <= NEAR && gap.is_none() && self.factor.is_ready();
+        let mut change = near.then(|| self.linear(&tangent.entries, &right, accuracy)).flatten();
+        if change.is_none() {
+            if !self.factor.factorise(sparsity, &tangent.entries) {
+                return None;
+            }
+            change = self.linear(&tangent.entries, &right, accuracy);
+        }
+        let mut step = gap.map_or_else(|| vec![0.0; trial.motion.len()], <[f64]>::to_vec);
+        self.image.system.sparsity.scatter(change?, &mut step);
+        step.iter().all(|s| s.is_finite()).then_some(step)
+    }
+
+    /// Solves a linear system by GMRES that the last factor preconditions; `None` where that takes too many iterations.
+    pub(super) fn linear(
+        &self,
+        entries: &Entries,
+        right: &[f64],
+        accuracy: f64,
+    ) -> Option<Vec<f64>> {
+        let sparsity = &self.image.system.sparsity;
         let mut change = vec![0.0; right.len()];
-        let apply = |from: &[f64], to: &mut [f64]| tangent.entries.multiply(&sparsity, from, to);
+        let apply = |from: &[f64], to: &mut [f64]| entries.multiply(sparsity, from, to);
         let precondition = |from: &[f64], to: &mut [f64]| {
             to.copy_from_slice(from);
             self.factor.solve(to);
         };
-        gmres(apply, precondition, &right, &mut change, LINEAR.0, LINEAR.1);
-        let mut step = gap.map_or_else(|| vec![0.0; trial.motion.len()], <[f64]>::to_vec);
-        sparsity.scatter(change, &mut step);
-        step.iter().all(|s| s.is_finite()).then_some(step)
+        let outcome = gmres(apply, precondition, right, &mut change, accuracy, MOST_LINEAR);
+        // Rounding errors of a stiffness of bad condition may end it early. Written so that a NaN is no solution.
+        let solved = outcome.relative_residual <= accuracy.max(ROUGH);
+        solved.then_some(change)
     }
 }
 
@@ -151,14 +180,14 @@ impl Image<'_> {
         (norm(&gap) > 0.0).then_some(gap)
     }
 
-    /// The longest of the steps 1, ½, ¼, … that keeps all cells and leaves at most so much of forces.
-    fn along(&self, from: &Trial, step: &[f64], level: &Level, most: f64) -> Option<Trial> {
+    /// The longest of the steps 1, ½, ¼, … that keeps all cells and leaves at most so much of the forces, relative and by themselves.
+    fn along(&self, from: &Trial, step: &[f64], level: &Level, most: [f64; 2]) -> Option<Trial> {
         let lengths = (0..=MOST_HALVINGS).map(|k| 0.5f64.powi(k));
         let found = lengths.map(|length| {
             let motion = from.motion.iter().zip(step).map(|(w, s)| w + length * s).collect();
             let next = Trial::new(self, motion, level)?;
             let sound = next.least >= LEAST_SHRINK * from.least;
-            (sound && next.force <= most).then_some(next)
+            (sound && next.size() <= most[0] && next.force <= most[1]).then_some(next)
         });
         found.flatten().next()
     }

@@ -3,12 +3,9 @@
 use super::state::{Level, Trial};
 use super::{Unload, UnloadError, Unloaded};
 use crate::SolveError;
-use crate::gmres::gmres;
 
-/// Residual of the linear systems, and beyond which a solution is no derivative.
+/// Residual of the linear systems \[relative\].
 const ACCURACY: f64 = 1e-13;
-const MOST_LEFT: f64 = 1e-6;
-const MOST_ITERATIONS: usize = 50;
 
 impl Unload<'_> {
     /// Derivative ∂X/∂θ of the positions at rest: one vector like [`Unloaded::motion`] per entry of θ.
@@ -25,31 +22,19 @@ impl Unload<'_> {
         let trial = Trial::new(&self.image, unloaded.motion.clone(), &level);
         let trial = trial.ok_or(UnloadError::Singular)?;
         let tangent = self.image.tangent(&trial, &level, None).ok_or(UnloadError::Singular)?;
-        let sparsity = self.image.system.sparsity.clone();
-        if !self.factor.factorise(&sparsity, &tangent.entries) {
+        if !self.factor.factorise(&self.image.system.sparsity, &tangent.entries) {
             return Err(UnloadError::Singular);
         }
         let balance = (!self.image.system.has_potential()).then_some(&trial.rest);
         let system = self.image.system.like(&trial.rest.body, balance)?;
-        let apply = |from: &[f64], to: &mut [f64]| tangent.entries.multiply(&sparsity, from, to);
-        let precondition = |from: &[f64], to: &mut [f64]| {
-            to.copy_from_slice(from);
-            self.factor.solve(to);
-        };
         let column = |index: usize| {
             let unit: Vec<_> = (0..theta.len()).map(|i| f64::from(u8::from(i == index))).collect();
             let mut right = system.rate_by_theta(&trial.displacement, theta, 1.0, &unit);
             right.iter_mut().for_each(|r| *r = -*r);
-            let mut change = vec![0.0; right.len()];
-            let outcome =
-                gmres(apply, precondition, &right, &mut change, ACCURACY, MOST_ITERATIONS);
-            // Written so that a NaN is an error as well.
-            let solved = outcome.relative_residual <= MOST_LEFT;
-            if !solved {
-                return Err(UnloadError::Singular);
-            }
+            let change = self.linear(&tangent.entries, &right, ACCURACY);
+            let change = change.ok_or(UnloadError::Singular)?;
             let mut slope = vec![0.0; trial.motion.len()];
-            sparsity.scatter(change, &mut slope);
+            self.image.system.sparsity.scatter(change, &mut slope);
             Ok(slope)
         };
         (0..theta.len()).map(column).collect()

@@ -4,6 +4,7 @@ use super::Image;
 use crate::followers::Followers;
 use crate::state::load_gradient;
 use crate::vector::{Norm, norm};
+use rayon::prelude::*;
 use sinew_energy::{Body, Fibres, ForceBalance};
 
 /// Part of a load and θ: what is continued where the whole load fails.
@@ -103,13 +104,13 @@ fn inner_forces(rest: &Body, displacement: &[f64], theta: &[f64]) -> Option<Vec<
         at_points.for_each(|(&point, stress)| rest.add_forces(point, stress, &mut forces));
     }
     let alone = if rest.patches.is_empty() { rest.volumes.len() } else { 0 };
-    for point in 0..alone {
+    let stress = |point: usize| {
         let h = rest.displacement_gradient(point, displacement);
         let (energy, stress) = rest.material.stress(point, parameters, &h, None);
-        if !energy.is_finite() {
-            return None;
-        }
-        rest.add_forces(point, &stress, &mut forces);
-    }
+        energy.is_finite().then_some(stress)
+    };
+    let stresses: Option<Vec<_>> = (0..alone).into_par_iter().map(stress).collect();
+    let at_points = stresses?.into_iter().enumerate();
+    at_points.for_each(|(point, stress)| rest.add_forces(point, &stress, &mut forces));
     Some(forces)
 }

@@ -5,7 +5,11 @@ use super::entries::Places;
 use super::multifrontal::Entries;
 use super::point::PointRate;
 use super::state::{Level, Trial};
+use rayon::prelude::*;
 use sinew_energy::{PressureForm, PressureSurface, ReferenceSurface, SurfaceResponse};
+
+/// So many cells are computed on all threads before they are added.
+const AT_ONCE: usize = 2048;
 
 /// What the derivative is added to.
 pub(super) struct Tangent {
@@ -83,14 +87,16 @@ impl Image<'_> {
             tangent.add(&self.places, self, block, places, motion);
         };
         let body = self.system.body;
-        if body.patches.is_empty() {
-            for (cell, nodes) in body.cell_nodes().enumerate() {
-                add(self.of_cell(trial, level, cell, nodes)?, Some(cell));
-            }
-        } else {
-            for (index, nodes) in self.patch_nodes.iter().enumerate() {
-                add(self.of_patch(trial, level, &body.patches[index], nodes)?, Some(index));
-            }
+        let matrices = if body.patches.is_empty() { body.cell_count() } else { body.patches.len() };
+        let of_matrix = |index: usize| match self.patch_nodes.get(index) {
+            Some(nodes) => self.of_patch(trial, level, &body.patches[index], nodes),
+            None => self.of_cell(trial, level, index, body.nodes_of_cell(index)),
+        };
+        for first in (0..matrices).step_by(AT_ONCE) {
+            // On all threads, then added one after the other: numbers do not depend on the count of threads.
+            let range = first..matrices.min(first + AT_ONCE);
+            let blocks: Option<Vec<_>> = range.into_par_iter().map(of_matrix).collect();
+            blocks?.into_iter().zip(first..).for_each(|(block, index)| add(block, Some(index)));
         }
         for surface in &body.reference_loads.surfaces {
             for facet in surface.facets() {
