@@ -176,19 +176,14 @@ impl<'p> Unload<'p> {
         self.image.system.check_theta(theta).map_err(SolveError::from)?;
         crate::check::check_displacement(self.image.system.body, &motion)?;
         let mut iterations = 0;
-        let mut refused = None;
-        if let Some(trial) = self.at_once(motion, theta, options, &mut iterations) {
-            match self.image.judge(&trial, theta, options) {
-                Ok(loading) => {
-                    let found = (trial, iterations, 1);
-                    return Ok(Unloaded::new(&self.image, found, theta, loading, start));
-                }
-                Err(error) => refused = Some(error),
-            }
+        if let Some(trial) = self.at_once(motion, theta, options, &mut iterations)
+            && let Ok(loading) = self.image.judge(&trial, theta, options)
+        {
+            let found = (trial, iterations, 1);
+            return Ok(Unloaded::new(&self.image, found, theta, loading, start));
         }
-        // Of several bodies at rest, the one that a rising load leads to.
-        let found = self.step_by_step(theta, options, &mut iterations);
-        let (trial, load_steps) = found.map_err(|error| refused.unwrap_or(error))?;
+        // Of several bodies at rest, the one that a rising load leads to; the verdict is the one on it.
+        let (trial, load_steps) = self.step_by_step(theta, options, &mut iterations)?;
         let loading = self.image.judge(&trial, theta, options)?;
         let found = (trial, iterations, load_steps);
         Ok(Unloaded::new(&self.image, found, theta, loading, start))
