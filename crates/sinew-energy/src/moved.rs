@@ -45,7 +45,8 @@ impl Body {
             std::array::from_fn(|i| self.positions[node][i] + motion[3 * node + i])
         };
         let positions: Vec<_> = (0..self.nodes).map(place).collect();
-        let volumes: Vec<_> = self.volumes.iter().zip(&ratios).map(|(v, ratio)| v * ratio).collect();
+        let volumes: Vec<_> =
+            self.volumes.iter().zip(&ratios).map(|(v, ratio)| v * ratio).collect();
         let mut shape_gradients = Vec::with_capacity(self.shape_gradients.len());
         for (point, (map, ratio)) in maps.iter().zip(&ratios).enumerate() {
             // ∂N/∂X = f⁻ᵀ ∂N/∂x, and f⁻ᵀ = cof f / det f.

@@ -47,10 +47,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let neighbour: Vec<f64> = theta.iter().zip(signs).map(|(t, s)| t * s).collect();
             let options = UnloadOptions { load: None, ..UnloadOptions::default() };
             let warm = unload.solve_from(&unloaded, &neighbour, &options)?;
-            println!("  a neighbour from there: {} systems, {:.3} s", warm.iterations, warm.seconds);
-            for (name, rausch) in [("Sellier", false), ("Rausch", true)].into_iter().filter(|_| rivals) {
+            println!(
+                "  a neighbour from there: {} systems, {:.3} s",
+                warm.iterations, warm.seconds
+            );
+            for (name, rausch) in
+                [("Sellier", false), ("Rausch", true)].into_iter().filter(|_| rivals)
+            {
                 let (systems, solves, seconds, off) = fixed_point(&body, &theta, rausch)?;
-                println!("  {name}: {solves} solves, {systems} systems, {seconds:.3} s, off by {off:.1e} mm");
+                println!(
+                    "  {name}: {solves} solves, {systems} systems, {seconds:.3} s, off by {off:.1e} mm"
+                );
             }
         }
     }
@@ -75,8 +82,14 @@ fn fixed_point(
             return Ok((systems, solve, start.elapsed().as_secs_f64(), f64::NAN));
         };
         systems += loaded.iterations();
-        let missed: Vec<f64> = loaded.displacement.iter().zip(&motion).map(|(u, w)| u + w).collect();
-        off = missed.as_chunks::<3>().0.iter().map(|r| r[0].hypot(r[1]).hypot(r[2])).fold(0.0, f64::max);
+        let missed: Vec<f64> =
+            loaded.displacement.iter().zip(&motion).map(|(u, w)| u + w).collect();
+        off = missed
+            .as_chunks::<3>()
+            .0
+            .iter()
+            .map(|r| r[0].hypot(r[1]).hypot(r[2]))
+            .fold(0.0, f64::max);
         if off <= CLOSE {
             return Ok((systems, solve, start.elapsed().as_secs_f64(), off));
         }

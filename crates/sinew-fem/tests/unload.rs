@@ -1,17 +1,15 @@
 //! Bodies at rest of loaded images: loading them gives the image back, whatever the formulation.
 
-#[path = "../../../fixtures/organ/ventricles.rs"]
-mod ventricles;
 #[path = "support/ventricle.rs"]
 mod ventricle;
+#[path = "../../../fixtures/organ/ventricles.rs"]
+mod ventricles;
 
 use sinew_energy::laws::{
     ActiveTension, Guccione, HolzapfelOgden, HolzapfelOgden2009, LinearElastic, NeoHookean,
     NeoHookeanShape, PlaneStress,
 };
-use sinew_energy::{
-    Body, Fibres, Law, Load, Magnitude, Parameter, Scene, Support,
-};
+use sinew_energy::{Body, Fibres, Law, Load, Magnitude, Parameter, Scene, Support};
 use sinew_fem::{Unload, UnloadOptions, Unloaded};
 use sinew_mesh::{
     Mesh, TruncatedEllipsoid, box_hexahedra, box_tetrahedra, rectangle_triangles, sphere_octant,
@@ -30,7 +28,11 @@ fn assert_closes(name: &str, unloaded: &Unloaded) {
     let loading = unloaded.loading.expect("loading is the default");
     println!(
         "{name}: {} iterations, {} load steps, det f {least} to {largest}, closes to {:.1e}, {:.3} s of which loading {:.3} s",
-        unloaded.iterations, unloaded.load_steps, loading.distance, unloaded.seconds, loading.seconds
+        unloaded.iterations,
+        unloaded.load_steps,
+        loading.distance,
+        unloaded.seconds,
+        loading.seconds
     );
     assert!(loading.distance <= CLOSED, "{name}: {:.2e}", loading.distance);
     let moved = unloaded.motion.iter().fold(0.0, |most: f64, w| most.max(w.abs()));
@@ -39,7 +41,8 @@ fn assert_closes(name: &str, unloaded: &Unloaded) {
 
 /// Unloads, and holds the derivatives in θ against central differences.
 fn check(name: &str, mut unload: Unload<'_>, theta: &[f64]) -> Unloaded {
-    let unloaded = unload.solve(theta, &UnloadOptions::default()).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let unloaded =
+        unload.solve(theta, &UnloadOptions::default()).unwrap_or_else(|e| panic!("{name}: {e}"));
     assert_closes(name, &unloaded);
     let slopes = unload.sensitivity(&unloaded).unwrap();
     for (index, slope) in slopes.iter().enumerate() {
@@ -62,7 +65,9 @@ fn check(name: &str, mut unload: Unload<'_>, theta: &[f64]) -> Unloaded {
 }
 
 fn parameters<L: Law<D>, const D: usize, const N: usize>(scene: Scene<L, D, N>) -> Scene<L, D, N> {
-    L::PARAMETERS.iter().fold(scene, |scene, name| scene.parameter(Parameter::linear(*name, "kPa", 0.0..=1e3)))
+    L::PARAMETERS
+        .iter()
+        .fold(scene, |scene, name| scene.parameter(Parameter::linear(*name, "kPa", 0.0..=1e3)))
 }
 
 fn beam<const N: usize>(mesh: Mesh<N>) -> Scene<NeoHookean, 0, N> {
@@ -141,7 +146,10 @@ fn frames<const N: usize>(mesh: &Mesh<N>) -> Vec<[[f64; 3]; 3]> {
 }
 
 /// A ventricle under pressure whose base moves along its radius only.
-fn ventricle_of<L: Law<D>, const D: usize, const N: usize>(mesh: Mesh<N>, law: L) -> Scene<L, D, N> {
+fn ventricle_of<L: Law<D>, const D: usize, const N: usize>(
+    mesh: Mesh<N>,
+    law: L,
+) -> Scene<L, D, N> {
     let directions = frames(&mesh).iter().map(|frame| std::array::from_fn(|d| frame[d])).collect();
     let index = L::PARAMETERS.len();
     parameters(Scene::new(mesh, law).directions(directions))
@@ -178,7 +186,9 @@ fn fibres_tension_and_radial_supports_on_every_element() {
 #[test]
 fn laws_of_two_and_three_directions() {
     let mesh = || TruncatedEllipsoid::LAND.wall([1, 8, 4]).tetrahedra();
-    let body = ventricle_of::<_, 2, 4>(mesh(), HolzapfelOgden2009.nearly_incompressible(25.0)).lower().unwrap();
+    let body = ventricle_of::<_, 2, 4>(mesh(), HolzapfelOgden2009.nearly_incompressible(25.0))
+        .lower()
+        .unwrap();
     let names: Vec<_> = body.parameters.iter().map(|p| p.name.clone()).collect();
     println!("{names:?}");
     let theta = |name: &String| match name.as_str() {
@@ -187,7 +197,9 @@ fn laws_of_two_and_three_directions() {
         _ => 4.0,
     };
     check_both("Holzapfel-Ogden 2009", &body, &names.iter().map(theta).collect::<Vec<_>>());
-    let body = ventricle_of::<_, 3, 4>(mesh(), Guccione.nearly_incompressible(25.0)).lower_averaged().unwrap();
+    let body = ventricle_of::<_, 3, 4>(mesh(), Guccione.nearly_incompressible(25.0))
+        .lower_averaged()
+        .unwrap();
     check_both("Guccione", &body, &[1.0, 8.0, 2.0, 4.0, 1.0]);
 }
 
@@ -247,15 +259,18 @@ fn a_thick_sphere_comes_to_the_radius_of_the_closed_form() {
     let inner = mesh.node_sets["inner"].clone();
     let sphere = parameters(Scene::new(mesh, NeoHookeanShape.nearly_incompressible(1e4)))
         .load(Load::Pressure { facets: "inner".into(), magnitude: Magnitude::Fixed(6.0) });
-    let sphere = ["x_min", "y_min", "z_min"].into_iter().enumerate().fold(sphere, |sphere, (axis, name)| {
-        let held = std::array::from_fn(|i| (i == axis).then_some(0.0));
-        sphere.support(Support::uniform(name, held))
-    });
+    let sphere =
+        ["x_min", "y_min", "z_min"].into_iter().enumerate().fold(sphere, |sphere, (axis, name)| {
+            let held = std::array::from_fn(|i| (i == axis).then_some(0.0));
+            sphere.support(Support::uniform(name, held))
+        });
     let body = sphere.lower().unwrap();
     let shear = 20.0;
     let unloaded = Unload::new(&body).unwrap().solve(&[shear], &UnloadOptions::default()).unwrap();
     assert_closes("sphere", &unloaded);
-    let radius = |&node: &usize| unloaded.rest.body.positions[node].iter().map(|x| x * x).sum::<f64>().sqrt();
+    let radius = |&node: &usize| {
+        unloaded.rest.body.positions[node].iter().map(|x| x * x).sum::<f64>().sqrt()
+    };
     let mean = inner.iter().map(radius).sum::<f64>() / inner.len() as f64;
     let exact = radius_at_rest(radii, shear, 6.0);
     println!("{mean} against {exact}");

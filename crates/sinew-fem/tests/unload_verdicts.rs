@@ -33,7 +33,8 @@ fn balloon(pressure: f64) -> Body {
         .load(Load::Pressure { facets: "inner".into(), magnitude: Magnitude::Fixed(pressure) });
     let held = |axis: usize| std::array::from_fn(|i| (i == axis).then_some(0.0));
     let sides = ["x_min", "y_min", "z_min"].into_iter().enumerate();
-    let sphere = sides.fold(sphere, |sphere, (i, side)| sphere.support(Support::uniform(side, held(i))));
+    let sphere =
+        sides.fold(sphere, |sphere, (i, side)| sphere.support(Support::uniform(side, held(i))));
     sphere.lower().unwrap()
 }
 
@@ -61,7 +62,9 @@ fn no_balloon_of_this_size_bears_such_a_pressure() {
         let error = unload(&balloon(pressure), &[20.0]).unwrap_err();
         let refused = matches!(
             error,
-            UnloadError::NotFound { .. } | UnloadError::CrossesItself { .. } | UnloadError::Unstable { .. }
+            UnloadError::NotFound { .. }
+                | UnloadError::CrossesItself { .. }
+                | UnloadError::Unstable { .. }
         );
         assert!(refused, "{error}");
     }
@@ -71,7 +74,8 @@ fn no_balloon_of_this_size_bears_such_a_pressure() {
 fn a_search_that_ends_early_says_how_far_it_came() {
     let options = UnloadOptions { iterations: 3, ..UnloadOptions::default() };
     let body = scene(small(), BULK_MODULUS).lower().unwrap();
-    let error = Unload::new(&body).unwrap().solve(&thetas(1, 20.0 * MMHG)[1], &options).unwrap_err();
+    let error =
+        Unload::new(&body).unwrap().solve(&thetas(1, 20.0 * MMHG)[1], &options).unwrap_err();
     assert!(matches!(error, UnloadError::NotFound { part: 0.0, iterations: 3, .. }), "{error}");
     let told = error.to_string();
     assert!(told.contains("no unloaded configuration") && told.contains("units"), "{told}");
@@ -114,7 +118,9 @@ fn a_body_that_crosses_itself_at_rest_is_refused() {
     };
     unload(&beams(0.001), &[50.0, 100.0]).unwrap();
     let error = unload(&beams(0.02), &[50.0, 100.0]).unwrap_err();
-    let UnloadError::CrossesItself { pairs, cells: [first, second] } = error else { panic!("{error}") };
+    let UnloadError::CrossesItself { pairs, cells: [first, second] } = error else {
+        panic!("{error}")
+    };
     assert!(pairs > 0 && first < cells && second >= cells);
 }
 
@@ -137,7 +143,12 @@ fn hard_ventricles_end_in_a_verdict() {
     let [softest, middle] = [0, 1].map(|at| thetas(1, 0.0)[at]);
     let options = UnloadOptions { iterations: 60, ..UnloadOptions::default() };
     let at = |[a, b, a_f, b_f, _]: [f64; 5], pressure: f64| [a, b, a_f, b_f, pressure];
-    for theta in [at(softest, 8.0 * MMHG), at(softest, 20.0 * MMHG), at(middle, 8.0), at(middle, 110.0 * MMHG)] {
+    for theta in [
+        at(softest, 8.0 * MMHG),
+        at(softest, 20.0 * MMHG),
+        at(middle, 8.0),
+        at(middle, 110.0 * MMHG),
+    ] {
         match Unload::new(&body).unwrap().solve(&theta, &options) {
             Ok(found) => assert!(found.loading.unwrap().distance < 1e-8),
             Err(UnloadError::Body(error)) => panic!("{error}"),

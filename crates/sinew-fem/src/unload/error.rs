@@ -49,7 +49,9 @@ pub enum UnloadError {
     )]
     OtherBranch { distance: f64, node: usize },
     /// Loading fails.
-    #[error("the image is a stable equilibrium of the unloaded body, but loading does not come there: {0}")]
+    #[error(
+        "the image is a stable equilibrium of the unloaded body, but loading does not come there: {0}"
+    )]
     NotLoaded(SolveError),
     /// A derivative that does not exist.
     #[error(

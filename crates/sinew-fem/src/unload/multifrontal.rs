@@ -209,8 +209,12 @@ fn scatter(
 /// Eliminates the first unknowns of a front; the rest is for the parent.
 fn eliminate(mut dense: Mat<f64>, count: usize) -> Option<(Block, Mat<f64>)> {
     let (mut order, mut inverse) = (vec![0; count], vec![0; count]);
-    let mut memory =
-        MemBuffer::new(lu_in_place_scratch::<usize, f64>(count, count, Par::Seq, Default::default()));
+    let mut memory = MemBuffer::new(lu_in_place_scratch::<usize, f64>(
+        count,
+        count,
+        Par::Seq,
+        Default::default(),
+    ));
     let (mut own, right, mut below, rest) = dense.as_mut().split_at_mut(count, count);
     lu_in_place(
         own.as_mut(),

@@ -34,7 +34,13 @@ impl<'n> Block<'n> {
     }
 
     /// Adds `weight × g_aj T_ijkl g_bl` of the nodes at `local` places.
-    fn add_point(&mut self, local: &[usize], shape: &[[f64; 3]], weight: f64, rate: &[[f64; 9]; 9]) {
+    fn add_point(
+        &mut self,
+        local: &[usize],
+        shape: &[[f64; 3]],
+        weight: f64,
+        rate: &[[f64; 9]; 9],
+    ) {
         let size = self.size();
         for (&a, g) in local.iter().zip(shape) {
             for i in 0..3 {
@@ -62,7 +68,13 @@ impl<'n> Block<'n> {
 }
 
 /// Adds `weight × v : ∇` of a matrix v to a vector over the nodes at `local` places.
-fn add_gradient(vector: &mut [f64], local: &[usize], shape: &[[f64; 3]], weight: f64, v: &[f64; 9]) {
+fn add_gradient(
+    vector: &mut [f64],
+    local: &[usize],
+    shape: &[[f64; 3]],
+    weight: f64,
+    v: &[f64; 9],
+) {
     for (&b, g) in local.iter().zip(shape) {
         for k in 0..3 {
             vector[3 * b + k] += weight * (0..3).map(|l| v[3 * k + l] * g[l]).sum::<f64>();

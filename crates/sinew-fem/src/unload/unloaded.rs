@@ -82,7 +82,8 @@ impl Unloaded {
 pub(super) fn volume_ratios(image: &Body, rest: &Body) -> [CellValue; 2] {
     let ratios = rest.volumes.iter().zip(&image.volumes).map(|(rest, image)| rest / image);
     let ratios: Vec<f64> = ratios.collect();
-    let [low, high] = [f64::min, f64::max].map(|pick| per_cell(&ratios, image.points_per_cell, pick));
+    let [low, high] =
+        [f64::min, f64::max].map(|pick| per_cell(&ratios, image.points_per_cell, pick));
     let least = least(&low, 1).first().copied();
     [least.unwrap_or(CellValue { cell: 0, value: f64::NAN }), largest(&high)]
 }
