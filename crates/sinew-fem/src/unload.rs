@@ -2,8 +2,10 @@
 
 mod entries;
 mod error;
+mod image;
 mod multifrontal;
 mod newton;
+mod options;
 mod point;
 mod sensitivity;
 mod state;
@@ -12,14 +14,14 @@ mod unloaded;
 mod verdict;
 
 pub use error::UnloadError;
+pub use options::UnloadOptions;
 pub use unloaded::{Loading, Unloaded};
 
-use crate::sparsity::patch_nodes_of;
-use crate::supports::is_moved_rim;
+use crate::SolveError;
+use crate::check::check_displacement;
 use crate::system::System;
-use crate::{Options, SolveError};
-use entries::Places;
-use multifrontal::Multifrontal;
+use image::Image;
+use newton::Search;
 use sinew_energy::{Body, Fibres, ForceBalance};
 use std::time::Instant;
 
@@ -60,42 +62,7 @@ use std::time::Instant;
 /// A search that converges is no answer yet: the body at rest may cross itself, the image may be unstable, and loading may lead to another
 /// equilibrium. Each has its [`UnloadError`].
 pub struct Unload<'p> {
-    image: Image<'p>,
-    factor: Multifrontal,
-}
-
-/// How a body at rest is searched and checked.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct UnloadOptions {
-    /// Most Newton iterations, all load steps together.
-    pub iterations: usize,
-    /// Most of them at one load.
-    pub iterations_per_load: usize,
-    /// Smallest load step before the search gives up [part of the load].
-    pub least_load_step: f64,
-    /// Whether the body at rest is loaded from rest to see that it comes to the image, beside the check that the image is one of its
-    /// stable equilibria. `None` saves that solve, where the body at rest is a neighbour of one that was loaded.
-    pub load: Option<Options>,
-}
-
-impl Default for UnloadOptions {
-    fn default() -> Self {
-        Self {
-            iterations: 300,
-            iterations_per_load: 25,
-            least_load_step: 1e-3,
-            load: Some(Options::default()),
-        }
-    }
-}
-
-/// The image with what is prepared once.
-pub(self) struct Image<'p> {
-    system: System<'p>,
-    places: Places,
-    /// Nodes of each patch, ascending.
-    patch_nodes: Vec<Vec<usize>>,
-    fibres: Fibres,
+    search: Search<'p>,
 }
 
 impl<'p> Unload<'p> {
@@ -119,24 +86,12 @@ impl<'p> Unload<'p> {
     }
 
     fn prepare(system: System<'p>) -> Result<Self, UnloadError> {
-        let body = system.body;
-        if !body.is_loaded_as_lowered() {
-            let (what, problem) = ("nodal forces or springs", "are not those of its loads");
-            return Err(SolveError::Malformed { what, problem }.into());
-        }
-        if let Some(node) = is_moved_rim(body) {
-            return Err(UnloadError::MovedRim { node });
-        }
-        let places = Places::new(&system.sparsity, body.prescribed.len());
-        let patch_nodes = body.patches.iter().map(|points| patch_nodes_of(body, points)).collect();
-        let factor = Multifrontal::new(&system.sparsity);
-        let image = Image { system, places, patch_nodes, fibres: Fibres::default() };
-        Ok(Self { image, factor })
+        Ok(Self { search: Search::new(Image::new(system)?) })
     }
 
     /// With fibres that move with the tissue, the default, or are kept at rest as they are in the image.
     pub fn fibres(mut self, fibres: Fibres) -> Self {
-        self.image.fibres = fibres;
+        self.search.image.fibres = fibres;
         self
     }
 
@@ -149,7 +104,7 @@ impl<'p> Unload<'p> {
         theta: &[f64],
         options: &UnloadOptions,
     ) -> Result<Unloaded, UnloadError> {
-        let motion = vec![0.0; self.image.system.body.prescribed.len()];
+        let motion = vec![0.0; self.search.image.system.body.prescribed.len()];
         self.solve_from_motion(motion, theta, options)
     }
 
@@ -173,19 +128,32 @@ impl<'p> Unload<'p> {
         options: &UnloadOptions,
     ) -> Result<Unloaded, UnloadError> {
         let start = Instant::now();
-        self.image.system.check_theta(theta).map_err(SolveError::from)?;
-        crate::check::check_displacement(self.image.system.body, &motion)?;
+        self.search.image.system.check_theta(theta).map_err(SolveError::from)?;
+        check_displacement(self.search.image.system.body, &motion)?;
         let mut iterations = 0;
-        if let Some(trial) = self.at_once(motion, theta, options, &mut iterations)
-            && let Ok(loading) = self.image.judge(&trial, theta, options)
+        if let Some(trial) = self.search.at_once(motion, theta, options, &mut iterations)
+            && let Ok(loading) = self.search.image.judge(&trial, theta, options)
         {
             let found = (trial, iterations, 1);
-            return Ok(Unloaded::new(&self.image, found, theta, loading, start));
+            return Ok(Unloaded::new(&self.search.image, found, theta, loading, start));
         }
         // Of several bodies at rest, the one that a rising load leads to; the verdict is the one on it.
-        let (trial, load_steps) = self.step_by_step(theta, options, &mut iterations)?;
-        let loading = self.image.judge(&trial, theta, options)?;
+        let (trial, load_steps) = self.search.step_by_step(theta, options, &mut iterations)?;
+        let loading = self.search.image.judge(&trial, theta, options)?;
         let found = (trial, iterations, load_steps);
-        Ok(Unloaded::new(&self.image, found, theta, loading, start))
+        Ok(Unloaded::new(&self.search.image, found, theta, loading, start))
+    }
+
+    /// Derivative ∂X/∂θ of the positions at rest: one vector like [`Unloaded::motion`] per entry of θ.
+    ///
+    /// By the implicit function theorem, with exact derivatives throughout and one factorisation for all entries.
+    ///
+    /// # Errors
+    /// The body of another image, or [`UnloadError::Singular`].
+    pub fn sensitivity(&mut self, unloaded: &Unloaded) -> Result<Vec<Vec<f64>>, UnloadError> {
+        let Unloaded { motion, theta, .. } = unloaded;
+        self.search.image.system.check_theta(theta).map_err(SolveError::from)?;
+        check_displacement(self.search.image.system.body, motion)?;
+        self.search.sensitivity(motion, theta)
     }
 }

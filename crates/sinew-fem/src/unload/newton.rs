@@ -1,9 +1,11 @@
 //! Newton's method on the positions at rest, and load steps where it fails.
 
-use super::multifrontal::Entries;
+use super::error::UnloadError;
+use super::image::Image;
+use super::multifrontal::{Entries, Multifrontal};
+use super::options::UnloadOptions;
 use super::state::{Level, Trial};
 use super::unloaded::volume_ratios;
-use super::{Image, Unload, UnloadError, UnloadOptions};
 use crate::CellValue;
 use crate::gmres::gmres;
 use crate::supports::place;
@@ -37,7 +39,18 @@ const FIRST_STEP: f64 = 0.25;
 const CUT: f64 = 0.4;
 const GROWTH: f64 = 1.6;
 
-impl Unload<'_> {
+/// Newton's method with the last factor.
+pub(super) struct Search<'p> {
+    pub image: Image<'p>,
+    pub factor: Multifrontal,
+}
+
+impl<'p> Search<'p> {
+    pub(super) fn new(image: Image<'p>) -> Self {
+        let factor = Multifrontal::new(&image.system.sparsity);
+        Self { image, factor }
+    }
+
     /// The trial that is balanced under the whole load at once.
     pub(super) fn at_once(
         &mut self,

@@ -1,25 +1,21 @@
 //! How the positions at rest move with θ.
 
+use super::error::UnloadError;
+use super::newton::Search;
 use super::state::{Level, Trial};
-use super::{Unload, UnloadError, Unloaded};
-use crate::SolveError;
 
 /// Residual of the linear systems \[relative\].
 const ACCURACY: f64 = 1e-13;
 
-impl Unload<'_> {
-    /// Derivative ∂X/∂θ of the positions at rest: one vector like [`Unloaded::motion`] per entry of θ.
-    ///
-    /// By the implicit function theorem, with exact derivatives throughout and one factorisation for all entries.
-    ///
-    /// # Errors
-    /// The body of another image, or [`UnloadError::Singular`].
-    pub fn sensitivity(&mut self, unloaded: &Unloaded) -> Result<Vec<Vec<f64>>, UnloadError> {
-        let theta = &unloaded.theta;
-        self.image.system.check_theta(theta).map_err(SolveError::from)?;
-        crate::check::check_displacement(self.image.system.body, &unloaded.motion)?;
-        let level = Level { factor: 1.0, theta: theta.clone() };
-        let trial = Trial::new(&self.image, unloaded.motion.clone(), &level);
+impl Search<'_> {
+    /// Derivative of the positions at rest in each entry of θ, at a motion that is balanced.
+    pub(super) fn sensitivity(
+        &mut self,
+        motion: &[f64],
+        theta: &[f64],
+    ) -> Result<Vec<Vec<f64>>, UnloadError> {
+        let level = Level { factor: 1.0, theta: theta.to_vec() };
+        let trial = Trial::new(&self.image, motion.to_vec(), &level);
         let trial = trial.ok_or(UnloadError::Singular)?;
         let tangent = self.image.tangent(&trial, &level, None).ok_or(UnloadError::Singular)?;
         if !self.factor.factorise(&self.image.system.sparsity, &tangent.entries) {

@@ -1,11 +1,11 @@
 //! The image under a load, seen from a body at rest that is tried.
 
-use super::Image;
+use super::image::Image;
 use crate::followers::Followers;
 use crate::state::load_gradient;
 use crate::vector::{Norm, norm};
 use rayon::prelude::*;
-use sinew_energy::{Body, Fibres, ForceBalance};
+use sinew_energy::{Body, ForceBalance};
 
 /// Part of a load and θ: what is continued where the whole load fails.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,22 +57,6 @@ impl Trial {
     /// Unbalanced forces relative to loads and reactions.
     pub(super) fn size(&self) -> f64 {
         if self.force == 0.0 { 0.0 } else { self.force / self.scale.max(f64::MIN_POSITIVE) }
-    }
-}
-
-impl Image<'_> {
-    /// The body at rest; `None` where a cell is inverted.
-    pub(super) fn moved(&self, motion: &[f64]) -> Option<ForceBalance> {
-        let moved = |surface: &sinew_energy::PressureSurface| surface.placed(motion);
-        let followers = self.system.followers.surfaces.iter().map(moved).collect();
-        let body = self.system.body.moved(motion, self.fibres)?;
-        Some(ForceBalance { body, followers, pressure_field: None })
-    }
-
-    /// Whether the law has directions that move with the tissue.
-    pub(super) fn carries(&self) -> bool {
-        let directed = !self.system.body.material.directions(0).is_empty();
-        self.fibres == Fibres::Carried && directed
     }
 }
 

@@ -1,6 +1,6 @@
 //! The body at rest.
 
-use super::Image;
+use super::image::Image;
 use super::state::Trial;
 use crate::cells::{largest, least, per_cell};
 use crate::{CellValue, LockingWarning};

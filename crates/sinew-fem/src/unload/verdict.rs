@@ -1,8 +1,10 @@
 //! Whether a balanced body at rest is an answer.
 
+use super::error::UnloadError;
+use super::image::Image;
+use super::options::UnloadOptions;
 use super::state::Trial;
 use super::unloaded::Loading;
-use super::{Image, UnloadError, UnloadOptions};
 use crate::system::{System, Unknowns};
 use crate::{BalanceSolver, LoadSteps, Options, SolveError, Solver};
 use sinew_mesh::{AnyMesh, TriangleMesh, self_intersections};
