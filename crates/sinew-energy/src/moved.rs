@@ -4,13 +4,13 @@ use crate::{Body, ForceBalance, PressureSurface};
 use sinew_num::Mat3;
 use std::sync::Arc;
 
-/// What becomes of material directions where a body is given another shape at rest.
+/// Material directions where a body is given another shape at rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Fibres {
     /// They move with the tissue: a direction m becomes f m / |f m|, those after the first orthonormal to the ones before.
     #[default]
     Carried,
-    /// The same vectors at the same quadrature points.
+    /// They stay as vectors at the quadrature points.
     Kept,
 }
 

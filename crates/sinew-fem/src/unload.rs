@@ -74,7 +74,7 @@ impl<'p> Unload<'p> {
         Self::prepare(System::new(image)?)
     }
 
-    /// The same with pressures that act on surfaces with a loose rim.
+    /// Prepares for a balance of forces, whose pressures may act on surfaces with a loose rim.
     ///
     /// # Errors
     /// As for [`Unload::new`], and [`UnloadError::PressureField`].
@@ -89,7 +89,7 @@ impl<'p> Unload<'p> {
         Ok(Self { search: Search::new(Image::new(system)?) })
     }
 
-    /// With fibres that move with the tissue, the default, or are kept at rest as they are in the image.
+    /// Chooses fibres that move with the tissue, the default, or are kept at rest as they are in the image.
     pub fn fibres(mut self, fibres: Fibres) -> Self {
         self.search.image.fibres = fibres;
         self
@@ -108,7 +108,7 @@ impl<'p> Unload<'p> {
         self.solve_from_motion(motion, theta, options)
     }
 
-    /// The same, starting from the body at rest for another θ that should be near.
+    /// Starts from the body at rest for another θ that should be near.
     ///
     /// # Errors
     /// As for [`Unload::solve`], and a body of another image.

@@ -11,7 +11,7 @@ impl<const N: usize> Setup<'_, N>
 where
     Nodes<N>: FiniteElement<N>,
 {
-    /// What is given per reference volume and area.
+    /// Loads and springs per reference volume and area.
     pub(super) fn reference_loads(
         &self,
         rule: &[QuadraturePoint],

@@ -13,7 +13,7 @@ use crate::vector::norm;
 
 /// Unbalanced forces \[relative to loads and reactions\] that are at their floor.
 const BALANCED: f64 = 1e-14;
-/// The same where they no longer fall: rounding errors of large bodies.
+/// Unbalanced forces where they no longer fall: rounding errors of large bodies.
 const STALLED: f64 = 1e-9;
 /// A step that leaves more than this part of the forces no longer falls.
 const FALLING: f64 = 0.5;
@@ -63,7 +63,7 @@ impl<'p> Search<'p> {
         self.newton(start, &whole, options, iterations)
     }
 
-    /// The same under a load that rises from zero, where the image is the body at rest.
+    /// The trial under a load that rises from zero, where the image is the body at rest.
     pub(super) fn step_by_step(
         &mut self,
         theta: &[f64],
@@ -185,7 +185,7 @@ impl<'p> Search<'p> {
 }
 
 impl Image<'_> {
-    /// What supports still have to move, if anything.
+    /// The motion that supports still have to make, if anything.
     fn gap(&self, motion: &[f64], factor: f64) -> Option<Vec<f64>> {
         let mut there = motion.to_vec();
         place(self.system.body, -factor, &mut there);

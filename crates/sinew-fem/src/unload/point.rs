@@ -30,7 +30,7 @@ fn contract(tensor: &[[f64; 9]; 9], g: &Mat3<f64>) -> Mat3<f64> {
 }
 
 impl PointRate {
-    /// Of the law at `scaled` = F̄ − I, which is `h` = F − I but for a scale. `None` outside the law's domain.
+    /// The rate of a law at `scaled` = F̄ − I, which is `h` = F − I but for a scale. `None` outside the law's domain.
     pub(super) fn new(
         rest: &Body,
         point: usize,

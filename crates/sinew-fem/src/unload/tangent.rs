@@ -8,10 +8,10 @@ use super::state::{Level, Trial};
 use rayon::prelude::*;
 use sinew_energy::{PressureForm, PressureSurface, ReferenceSurface, SurfaceResponse};
 
-/// So many cells are computed on all threads before they are added.
+/// Number of cells that are computed on all threads before they are added.
 const AT_ONCE: usize = 2048;
 
-/// What the derivative is added to.
+/// The derivative, and its product with a motion of the supports.
 pub(super) struct Tangent {
     pub entries: Entries,
     /// The derivative times a motion of the supports, Cartesian over all degrees of freedom.

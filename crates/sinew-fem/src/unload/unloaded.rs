@@ -16,7 +16,7 @@ pub struct Unloaded {
     pub motion: Vec<f64>,
     /// Parameters of law and loads.
     pub theta: Vec<f64>,
-    /// What the material directions did.
+    /// Convention of the material directions.
     pub fibres: Fibres,
     /// Least and largest ratio det f of a cell's volume at rest to that in the image.
     pub volume_ratios: [CellValue; 2],
@@ -24,7 +24,7 @@ pub struct Unloaded {
     pub residual: f64,
     /// Norm of the loads and reactions \[stress·length²\].
     pub force_scale: f64,
-    /// What loading from rest came to, where it was asked for.
+    /// The result of loading from rest, if it was asked for.
     pub loading: Option<Loading>,
     /// Elements that are too stiff for the body, so that it is unloaded too little.
     pub locking: Option<LockingWarning>,

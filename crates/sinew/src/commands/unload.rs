@@ -30,7 +30,7 @@ pub(crate) struct UnloadCommand {
     case: CaseArguments,
     #[command(flatten)]
     theta: ThetaArguments,
-    /// Where the body at rest goes
+    /// File of the body at rest
     #[arg(short, long, value_name = "FILE", default_value = "rest.vtu")]
     output: PathBuf,
     /// Whether fibres of the image move with the tissue, or are the same vectors at rest
@@ -153,7 +153,7 @@ fn at_rest(case: &Case, unloaded: &Unloaded, mesh: &Path) -> Result<String> {
     Ok(toml::to_string(&root)?)
 }
 
-/// What the case file at rest does not say as it is, if something is left.
+/// Differences of the case file at rest from the body, if something is left.
 fn left(file: &Path, unloaded: &Unloaded) -> Option<String> {
     let body = match Case::read(file).and_then(|case| case.body()) {
         Ok(body) => body,
