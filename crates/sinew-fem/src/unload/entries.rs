@@ -6,7 +6,7 @@ use crate::sparsity::Sparsity;
 /// Marks a degree of freedom that is prescribed.
 const PRESCRIBED: usize = usize::MAX;
 
-/// Where small matrices go in the entries of a sparsity.
+/// Places of small matrices in the entries of a sparsity.
 pub(super) struct Places {
     /// The unknown of each degree of freedom.
     unknown: Vec<usize>,
