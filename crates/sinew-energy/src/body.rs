@@ -2,8 +2,8 @@
 
 use crate::cavity::Cavity;
 use crate::{
-    Barriers, Frames, Magnitude, Material, Parameter, PressureSurface, Sampling, Spring,
-    ThetaError, Units,
+    Barriers, Frames, Magnitude, Material, Parameter, PressureSurface, ReferenceLoads, Sampling,
+    Spring, ThetaError, Units,
 };
 use sinew_mesh::{AnyMesh, Element};
 use sinew_num::Mat3;
@@ -49,6 +49,8 @@ pub struct Body {
     /// Quadrature points that share one volume ratio, see [`crate::Scene::lower_averaged`]: all of them in
     /// patches, or none.
     pub patches: Vec<Vec<usize>>,
+    /// The loads per reference volume and area that the next two are sums of.
+    pub reference_loads: ReferenceLoads,
     /// Dead loads lumped to the nodes [stress·length²], `3 × nodes`.
     pub nodal_force: Vec<f64>,
     /// Elastic supports lumped to the nodes.

@@ -29,12 +29,18 @@ impl Cavity {
             (1..corners - 1).map(|k| [nodes[0], nodes[k], nodes[k + 1]]).collect()
         };
         let triangles: Vec<_> = facets.iter().flat_map(fan).collect();
+        Self { name: name.into(), triangles, apex: [0.0; 3] }.among(points)
+    }
+
+    /// The cavity of the same surface with its nodes at other places.
+    pub(crate) fn among(&self, points: &[[f64; 3]]) -> Self {
+        let Self { name, triangles, .. } = self.clone();
         let surface = TriangleMesh { cells: triangles.clone(), ..TriangleMesh::default() };
         let rim = surface.nodes_of_facets(&boundary_facets(&surface));
         let count = rim.len().max(1) as f64;
         let apex =
             std::array::from_fn(|i| rim.iter().map(|&node| points[node][i]).sum::<f64>() / count);
-        Self { name: name.into(), triangles, apex }
+        Self { name, triangles, apex }
     }
 }
 

@@ -188,6 +188,10 @@ impl Material for Known {
         self.with(self.material.stiffened(factors))
     }
 
+    fn carried(&self, maps: &[Mat3<f64>]) -> Option<Arc<dyn Material>> {
+        Some(self.with(self.material.carried(maps)?))
+    }
+
     fn stress_rate(
         &self,
         point: usize,

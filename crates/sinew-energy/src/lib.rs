@@ -46,8 +46,10 @@ pub mod laws;
 mod lower;
 mod material;
 pub mod metrics;
+mod moved;
 mod patches;
 mod pressure;
+mod reference_loads;
 mod rim;
 mod scene;
 mod solid;
@@ -69,8 +71,10 @@ pub use guard::{Barriers, Exact, Guard};
 pub use invariants::{InvariantLaw, Invariants};
 pub use law::{Law, Response, response_by_jets, stress_by_slopes};
 pub use material::{Material, at_points};
+pub use moved::Fibres;
 pub use patches::PatchKinematics;
 pub use pressure::{Magnitude, PressureForm};
+pub use reference_loads::{ReferenceLoads, ReferenceSurface};
 pub use scene::{Load, Parameter, Prescribed, Sampling, Scene, Support, Units};
 pub use solid::{
     ActiveStress, NearlyIncompressible, Passive, ShapeEnergy, Solid, Strain, VolumeEnergy,

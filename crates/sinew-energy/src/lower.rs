@@ -155,8 +155,10 @@ where
         let material = material()?;
         let held = self.held()?;
         self.check_loads_on_boundary()?;
-        let nodal_force = self.nodal_force(rule, &volumes)?;
-        let springs = self.springs()?;
+        let reference_loads = self.reference_loads(rule)?;
+        let (cells, points) = (self.mesh.cells.as_flattened(), &self.mesh.points);
+        let nodal_force = self.nodal_force(&reference_loads, &volumes)?;
+        let springs = reference_loads.springs(points);
         let (pressures, followers) = self.pressures(&held, loose_rims)?;
         let body = Body {
             name: self.name.into(),
@@ -167,13 +169,14 @@ where
             material,
             barriers: None,
             nodes: self.mesh.points.len(),
-            positions: self.mesh.points.clone(),
+            positions: points.clone(),
             nodes_per_cell: N,
-            cells: self.mesh.cells.as_flattened().to_vec(),
+            cells: cells.to_vec(),
             points_per_cell: rule.len(),
             shape_gradients: shape_gradients.into_flattened(),
             volumes,
             patches: Vec::new(),
+            reference_loads,
             nodal_force,
             springs,
             pressures,

@@ -1,6 +1,7 @@
 //! A law at the quadrature points of a body, whatever the law is.
 
 use crate::dual::Dual;
+use crate::lower::geometry::dot3;
 use crate::{Barriers, Exact, Law, Response};
 use sinew_num::{Mat3, Slope};
 use std::fmt::Debug;
@@ -45,6 +46,9 @@ pub trait Material: Debug + Send + Sync {
     fn with_softer_volume(&self, factor: f64) -> Option<Arc<dyn Material>>;
     /// The material whose energy counts so many times at each point.
     fn stiffened(&self, factors: Vec<f64>) -> Arc<dyn Material>;
+    /// The material whose directions go with maps f of their points: d becomes f d / |f d|, those after the first orthonormal to the
+    /// ones before. `None` where there are no directions.
+    fn carried(&self, maps: &[Mat3<f64>]) -> Option<Arc<dyn Material>>;
     /// Change of the stress with the parameters along `rates`, one per parameter: `∂²Ψ/∂H∂θ · rates`.
     fn stress_rate(
         &self,
@@ -176,6 +180,16 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
         Arc::new(Self { law, directions, factors })
     }
 
+    fn carried(&self, maps: &[Mat3<f64>]) -> Option<Arc<dyn Material>> {
+        if D == 0 {
+            return None;
+        }
+        let rows = self.directions.iter().zip(maps);
+        let directions = rows.map(|(row, map)| orthonormal(row.map(|d| map.apply(&d)))).collect();
+        let (law, factors) = (self.law.clone(), self.factors.clone());
+        Some(Arc::new(Self { law, directions, factors }))
+    }
+
     fn stress_rate(
         &self,
         point: usize,
@@ -201,6 +215,20 @@ impl<L: Law<D>, const D: usize> Material for AtPoints<L, D> {
         let change = self.law.density(&parameters, &h, &directions, &Exact).derivative.gradient;
         times(self.factor(point), &Mat3::from_fn(|i, j| change[3 * i + j]))
     }
+}
+
+/// Vectors made orthonormal in their order.
+fn orthonormal<const D: usize>(mut vectors: [[f64; 3]; D]) -> [[f64; 3]; D] {
+    for at in 0..D {
+        let mut vector = vectors[at];
+        for other in &vectors[..at] {
+            let along = dot3(&vector, other);
+            (0..3).for_each(|i| vector[i] -= along * other[i]);
+        }
+        let length = dot3(&vector, &vector).sqrt();
+        vectors[at] = vector.map(|x| x / length);
+    }
+    vectors
 }
 
 #[inline]

@@ -41,6 +41,7 @@
 //!   it for ParaView; [`report()`] looks at what was found, [`locking`] at elements that are too stiff. A solve
 //!   that fails returns [`NotConverged`]: its best state, history, worst cells and advice. All of them at work:
 //!   `cargo run -p sinew-fem --example watch_iterations`.
+//! - [`Unload`] finds the body at rest of which a mesh shows the loaded state, with verdicts and ∂X/∂θ.
 //! - [`fibres`] lays muscle fibres into ventricles by rules.
 
 mod around;
@@ -94,6 +95,7 @@ mod supports;
 mod sweep;
 mod system;
 mod turn;
+mod unload;
 mod vector;
 mod volume;
 mod watch;
@@ -122,5 +124,6 @@ pub use series::IterationSeries;
 pub use solution::Solution;
 pub use solver::Solver;
 pub use sweep::{CHAIN, Sweep, SweepError, sweep, sweep_balances};
+pub use unload::{Loading, Unload, UnloadError, UnloadOptions, Unloaded};
 pub use volume::VolumeStep;
 pub use watch::{Progress, print_progress};

@@ -99,6 +99,26 @@ impl<'p> System<'p> {
         })
     }
 
+    /// One of a body of the same cells and supports with another shape at rest; it shares what is prepared.
+    pub(crate) fn like<'q>(
+        &self,
+        body: &'q Body,
+        balance: Option<&'q ForceBalance>,
+    ) -> Result<System<'q>, SolveError> {
+        let surfaces = balance.map_or(&[][..], |balance| &balance.followers);
+        let (points, degrees_of_freedom) = (body.volumes.len(), body.prescribed.len());
+        Ok(System {
+            body,
+            balance,
+            sparsity: self.sparsity.clone(),
+            assembly: Assembly::new(&self.sparsity, points, degrees_of_freedom),
+            factor: self.factor.fresh()?,
+            followers: Followers::new(surfaces),
+            coupling: None,
+            proportions: Arc::default(),
+        })
+    }
+
     /// Whether the balance is that of a potential's minima: no loose followers and no field of pressure.
     pub(crate) fn has_potential(&self) -> bool {
         self.followers.surfaces.is_empty() && self.coupling.is_none()

@@ -136,6 +136,14 @@ impl AnyMesh {
         each!(self, mesh => mesh.points.iter_mut().for_each(|x| *x = place(*x)));
     }
 
+    /// Puts the nodes at other places, one row per node.
+    ///
+    /// # Panics
+    /// If there are not as many places as nodes.
+    pub fn place_points(&mut self, places: &[[f64; 3]]) {
+        each!(self, mesh => mesh.points.copy_from_slice(places));
+    }
+
     /// Writes a VTU file, see [`crate::to_vtu`].
     ///
     /// # Errors

@@ -11,6 +11,7 @@ pub(crate) mod sample;
 pub(crate) mod scenes;
 pub(crate) mod solve;
 pub(crate) mod train;
+pub(crate) mod unload;
 
 use anyhow::{Context, Result};
 use batch::{Answer, Batch, ThetaArguments, Written};

@@ -5,7 +5,9 @@ mod print;
 mod commands;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use commands::{evaluate, export, mesh, plan, predict, report, sample, scenes, solve, train};
+use commands::{
+    evaluate, export, mesh, plan, predict, report, sample, scenes, solve, train, unload,
+};
 use std::process::ExitCode;
 
 const HELP: &str = "\
@@ -13,6 +15,7 @@ The way from a mesh to predictions:
   sinew scenes                                    what there is to start from
   sinew new OnceClampedBeam > beam.toml           a case file, to be edited: docs/case-file.md explains every key
   sinew solve beam.toml --theta mu=75,lambda=80   one equilibrium, for ParaView
+  sinew unload heart.toml --theta p=8mmHg -o rest.vtu   the body at rest of which the mesh shows the loaded state
   sinew train beam.toml                           an emulator; --recipe and --minutes say how
   sinew predict beam.toml --theta thetas.csv      displacements for every row of a table, with error estimates
   sinew correct beam.toml --theta mu=75,lambda=80 --steps 2
@@ -42,6 +45,8 @@ enum Command {
     Mesh(mesh::Mesh),
     /// Find equilibria by Newton's method.
     Solve(solve::Solve),
+    /// Find the body at rest of which the mesh shows the loaded state.
+    Unload(unload::UnloadCommand),
     /// Draw parameters from their ranges, and solve for them if wanted.
     Sample(sample::Sample),
     /// Put the shards of a campaign together.
@@ -74,6 +79,7 @@ fn main() -> ExitCode {
     let done = match arguments.unwrap_or_else(|error| error.exit()).command {
         Command::Mesh(command) => command.run(),
         Command::Solve(command) => command.run(),
+        Command::Unload(command) => command.run(),
         Command::Sample(command) => command.run(),
         Command::Merge(command) => command.run(),
         Command::Train(command) => command.run(),

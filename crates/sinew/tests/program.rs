@@ -357,3 +357,24 @@ fn surfaces_become_a_ventricle_that_solves() {
     let (code, told) = ask("--endocardium epi.vtk");
     assert!(code == 2 && told.contains("give the plane of the base"), "{told}");
 }
+
+#[test]
+fn an_image_is_unloaded_and_loaded_again_from_files() {
+    let folder = bar();
+    let folder = folder.path();
+    let told = done(folder, "unload bar.toml --theta lambda=12,mu=10 -o rest.vtu");
+    assert!(
+        told.contains("displacement to the image") && !told.contains("warning: loaded"),
+        "{told}"
+    );
+    let image = sinew::Case::read(&folder.join("bar.toml")).unwrap().body().unwrap();
+    let rest = sinew::Case::read(&folder.join("rest.toml")).unwrap().body().unwrap();
+    let mut solver = sinew::Solver::new(&rest).unwrap();
+    let loaded = solver.solve(&[10.0, 12.0], &sinew::Options::default()).unwrap();
+    for (i, x) in image.positions.as_flattened().iter().enumerate() {
+        let apart = rest.positions.as_flattened()[i] + loaded.displacement[i] - x;
+        assert!(apart.abs() < 1e-9, "{apart}");
+    }
+    let (code, text) = refused(folder, "unload bar.toml -o rest.vtk");
+    assert!(code == 2 && text.contains(".vtu"), "{text}");
+}

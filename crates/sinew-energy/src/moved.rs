@@ -1,0 +1,107 @@
+//! The same body with another shape at rest.
+
+use crate::{Body, ForceBalance, PressureSurface};
+use sinew_num::Mat3;
+use std::sync::Arc;
+
+/// Material directions where a body is given another shape at rest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Fibres {
+    /// They move with the tissue: a direction m becomes f m / |f m|, those after the first orthonormal to the ones before.
+    #[default]
+    Carried,
+    /// They stay as vectors at the quadrature points.
+    Kept,
+}
+
+impl Body {
+    /// The body whose nodes are displaced by `motion` \[length\] at rest, `3 × nodes`: of the same cells, law, θ, loads per reference
+    /// volume and area, supports and pressures. `None` where a cell is inverted.
+    ///
+    /// ```
+    /// use sinew_energy::{Fibres, Load, Parameter, Scene, Support, laws::NeoHookean};
+    ///
+    /// let body = Scene::new(sinew_mesh::box_tetrahedra([2.0, 1.0, 1.0], [2, 1, 1]), NeoHookean)
+    ///     .parameter(Parameter::log("mu", "kPa", 1.0..=100.0))
+    ///     .parameter(Parameter::log("lambda", "kPa", 1.0..=100.0))
+    ///     .load(Load::BodyForce([0.0, 0.0, -1.0]))
+    ///     .support(Support::clamped("x_min"))
+    ///     .lower()?;
+    /// let longer: Vec<f64> = body.positions.iter().flat_map(|x| [0.5 * x[0], 0.0, 0.0]).collect();
+    /// let longer = body.moved(&longer, Fibres::Carried).expect("no cell is inverted");
+    /// let weight: f64 = longer.nodal_force.iter().sum();
+    /// assert!((longer.volumes.iter().sum::<f64>() - 3.0).abs() < 1e-12 && (weight + 3.0).abs() < 1e-12);
+    /// # Ok::<(), sinew_energy::SceneError>(())
+    /// ```
+    pub fn moved(&self, motion: &[f64], fibres: Fibres) -> Option<Self> {
+        let maps: Vec<_> = (0..self.volumes.len())
+            .map(|point| self.displacement_gradient(point, motion).plus_identity())
+            .collect();
+        let ratios: Vec<_> = maps.iter().map(Mat3::determinant).collect();
+        if !ratios.iter().all(|ratio| *ratio > 0.0 && ratio.is_finite()) {
+            return None;
+        }
+        let place = |node: usize| -> [f64; 3] {
+            std::array::from_fn(|i| self.positions[node][i] + motion[3 * node + i])
+        };
+        let positions: Vec<_> = (0..self.nodes).map(place).collect();
+        let volumes: Vec<_> =
+            self.volumes.iter().zip(&ratios).map(|(v, ratio)| v * ratio).collect();
+        let mut shape_gradients = Vec::with_capacity(self.shape_gradients.len());
+        for (point, (map, ratio)) in maps.iter().zip(&ratios).enumerate() {
+            // ∂N/∂X = f⁻ᵀ ∂N/∂x, and f⁻ᵀ = cof f / det f.
+            let cofactors = map.cofactors();
+            let gradients = self.shape_of_point(point).iter();
+            shape_gradients.extend(gradients.map(|g| cofactors.apply(g).map(|x| x / ratio)));
+        }
+        let mut mesh = (*self.mesh).clone();
+        mesh.place_points(&positions);
+        let carried = match fibres {
+            Fibres::Carried => self.material.carried(&maps),
+            Fibres::Kept => None,
+        };
+        let material = carried.unwrap_or_else(|| self.material.clone());
+        let cavities = self.cavities.iter().map(|cavity| cavity.among(&positions)).collect();
+        let pressures = self.pressures.iter().map(|surface| surface.placed(motion)).collect();
+        let loads = &self.reference_loads;
+        Some(Self {
+            nodal_force: loads.nodal_force(&self.cells, &volumes, &positions),
+            springs: loads.springs(&positions),
+            mesh: Arc::new(mesh),
+            material,
+            positions,
+            shape_gradients,
+            volumes,
+            cavities,
+            pressures,
+            ..self.clone()
+        })
+    }
+
+    /// Whether nodal forces and springs are still those of [`Body::reference_loads`].
+    pub fn is_loaded_as_lowered(&self) -> bool {
+        let loads = &self.reference_loads;
+        loads.nodal_force(&self.cells, &self.volumes, &self.positions) == self.nodal_force
+            && loads.springs(&self.positions) == self.springs
+    }
+}
+
+impl ForceBalance {
+    /// The balance of [`Body::moved`].
+    pub fn moved(&self, motion: &[f64], fibres: Fibres) -> Option<Self> {
+        let body = self.body.moved(motion, fibres)?;
+        let followers = self.followers.iter().map(|surface| surface.placed(motion)).collect();
+        Some(Self { body, followers, pressure_field: self.pressure_field.clone() })
+    }
+}
+
+impl PressureSurface {
+    /// The surface whose nodes are displaced at rest.
+    pub fn placed(&self, motion: &[f64]) -> Self {
+        let mut moved = self.clone();
+        for (position, &node) in moved.positions.iter_mut().zip(&self.nodes) {
+            (0..3).for_each(|i| position[i] += motion[3 * node + i]);
+        }
+        moved
+    }
+}

@@ -1,0 +1,124 @@
+//! Loads per volume and area of the reference configuration, and what they come to at the nodes.
+
+use crate::lower::geometry::{cross, dot3};
+use crate::{FacetPoint, FacetRule, Spring};
+use std::collections::BTreeMap;
+
+/// Loads and elastic supports that are given per volume and area of the body at rest: what its nodal forces and springs are
+/// the sums of. They are lumped again where the body at rest changes its shape.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ReferenceLoads {
+    /// Force per reference volume \[stress/length\].
+    pub body_force: [f64; 3],
+    /// Values of the shape functions at each quadrature point of a cell.
+    pub shapes: Vec<Vec<f64>>,
+    /// Loaded and elastically held surfaces.
+    pub surfaces: Vec<ReferenceSurface>,
+}
+
+/// A surface with a dead traction or springs per reference area.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReferenceSurface {
+    /// Shape functions and quadrature of a facet.
+    pub rule: FacetRule,
+    /// Nodes of the facets, one facet after the other.
+    pub nodes: Vec<usize>,
+    /// Dead traction \[stress\].
+    pub traction: [f64; 3],
+    /// Stiffness of the springs along the normal [stress/length].
+    pub normal: f64,
+    /// Their stiffness across it [stress/length].
+    pub tangential: f64,
+}
+
+impl ReferenceSurface {
+    /// Nodes of each facet.
+    pub fn facets(&self) -> impl Iterator<Item = &[usize]> {
+        self.nodes.chunks_exact(self.rule.nodes)
+    }
+
+    /// Tangents of a facet at a quadrature point \[length\], of which the cross product times the weight is the area vector.
+    pub fn tangents(
+        &self,
+        facet: &[usize],
+        point: &FacetPoint,
+        positions: &[[f64; 3]],
+    ) -> [[f64; 3]; 2] {
+        let origin = positions[facet[0]];
+        let tangent = |slopes: &[f64]| {
+            facet.iter().zip(slopes).fold([0.0; 3], |sum: [f64; 3], (&node, s)| {
+                std::array::from_fn(|i| sum[i] + s * (positions[node][i] - origin[i]))
+            })
+        };
+        let plane = self.rule.dimension == 2;
+        let across = if plane { [0.0, 0.0, 1.0] } else { tangent(&point.slope[1]) };
+        [tangent(&point.slope[0]), across]
+    }
+
+    /// Calls `visit` with each node, `N_a dA` and the outward unit normal, point by point.
+    fn for_nodes(&self, positions: &[[f64; 3]], mut visit: impl FnMut(usize, f64, [f64; 3])) {
+        for facet in self.facets() {
+            for point in &self.rule.points {
+                let [along, across] = self.tangents(facet, point, positions);
+                let normal = cross(&along, &across).map(|x| point.weight * x);
+                let area = dot3(&normal, &normal).sqrt();
+                if area == 0.0 {
+                    continue;
+                }
+                for (&node, n) in facet.iter().zip(&point.shape) {
+                    visit(node, n * area, normal.map(|x| x / area));
+                }
+            }
+        }
+    }
+}
+
+impl ReferenceLoads {
+    /// Dead loads lumped to the nodes [stress·length²], `3 × nodes`, of cells with `points` quadrature points of these volumes.
+    pub(crate) fn nodal_force(
+        &self,
+        cells: &[usize],
+        volumes: &[f64],
+        positions: &[[f64; 3]],
+    ) -> Vec<f64> {
+        let mut force = vec![0.0; 3 * positions.len()];
+        let points = self.shapes.len().max(1);
+        let present = self.body_force != [0.0; 3];
+        for (point, volume) in volumes.iter().enumerate().filter(|_| present) {
+            let shape = &self.shapes[point % points];
+            let nodes = &cells[point / points * shape.len()..][..shape.len()];
+            for (&node, n) in nodes.iter().zip(shape) {
+                add(&mut force, node, &self.body_force, n * volume);
+            }
+        }
+        for surface in self.surfaces.iter().filter(|surface| surface.traction != [0.0; 3]) {
+            surface.for_nodes(positions, |node, area, _| {
+                add(&mut force, node, &surface.traction, area);
+            });
+        }
+        force
+    }
+
+    /// Springs lumped to the nodes, ascending.
+    pub(crate) fn springs(&self, positions: &[[f64; 3]]) -> Vec<Spring> {
+        let mut springs = BTreeMap::new();
+        for surface in self.surfaces.iter().filter(|s| s.normal != 0.0 || s.tangential != 0.0) {
+            let (normal, tangential) = (surface.normal, surface.tangential);
+            surface.for_nodes(positions, |node, area, n| {
+                let stiffness = springs.entry(node).or_insert([[0.0; 3]; 3]);
+                for i in 0..3 {
+                    stiffness[i][i] += area * tangential;
+                    for j in 0..3 {
+                        stiffness[i][j] += area * (normal - tangential) * n[i] * n[j];
+                    }
+                }
+            });
+        }
+        springs.into_iter().map(|(node, stiffness)| Spring { node, stiffness }).collect()
+    }
+}
+
+/// Adds `weight × density` to the force on a node.
+fn add(force: &mut [f64], node: usize, density: &[f64; 3], weight: f64) {
+    (0..3).for_each(|i| force[3 * node + i] += weight * density[i]);
+}

@@ -1,0 +1,105 @@
+//! Unloads the thesis' left ventricle by Newton's method and by the usual fixed points, and prints error against effort.
+
+#[path = "../tests/support/ventricle.rs"]
+mod ventricle;
+#[path = "../../../fixtures/organ/ventricles.rs"]
+mod ventricles;
+
+use sinew_energy::{Body, Fibres};
+use sinew_fem::{Options, Solver, Unload, UnloadOptions};
+use std::time::Instant;
+use ventricle::{BULK_MODULUS, MMHG, scene, thetas};
+use ventricles::ventricles;
+
+/// The fixed points end when no node is farther off than this \[mm\], or after so many forward solves.
+const CLOSE: f64 = 1e-4;
+const MOST_SOLVES: usize = 60;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let Some((name, mesh)) = ventricles().pop() else { return Ok(()) };
+    let body = scene(mesh, BULK_MODULUS).lower()?;
+    println!("the {name} ventricle, {} nodes", body.nodes);
+    let rivals = std::env::args().any(|argument| argument == "--rivals");
+    for pressure in [4.0, 8.0, 20.0] {
+        for theta in thetas(4, pressure * MMHG) {
+            println!("{pressure} mmHg, θ = {theta:.3?}");
+            let start = Instant::now();
+            let mut unload = Unload::new(&body)?;
+            let unloaded = match unload.solve(&theta, &UnloadOptions::default()) {
+                Ok(unloaded) => unloaded,
+                Err(error) => {
+                    println!("  {error}");
+                    continue;
+                }
+            };
+            let cold = start.elapsed().as_secs_f64();
+            let Some(loading) = unloaded.loading else { continue };
+            println!(
+                "  Newton: {} systems and {} of the check, {:.3} s and {:.3} s, off by {:.1e} mm",
+                unloaded.iterations,
+                loading.iterations,
+                cold - loading.seconds,
+                loading.seconds,
+                loading.distance
+            );
+            // Each entry but the pressure five per cent up or down.
+            let signs = [1.05, 0.95, 0.95, 1.05, 1.0];
+            let neighbour: Vec<f64> = theta.iter().zip(signs).map(|(t, s)| t * s).collect();
+            let options = UnloadOptions { load: None, ..UnloadOptions::default() };
+            let warm = unload.solve_from(&unloaded, &neighbour, &options)?;
+            println!(
+                "  a neighbour from there: {} systems, {:.3} s",
+                warm.iterations, warm.seconds
+            );
+            for (name, rausch) in
+                [("Sellier", false), ("Rausch", true)].into_iter().filter(|_| rivals)
+            {
+                let (systems, solves, seconds, off) = fixed_point(&body, &theta, rausch)?;
+                println!(
+                    "  {name}: {solves} solves, {systems} systems, {seconds:.3} s, off by {off:.1e} mm"
+                );
+            }
+        }
+    }
+    Ok(())
+}
+
+/// X ← X − α (x(X) − x) with α = 1 (M. Sellier, Engng Comput. 28, 2011), or by Aitken's rule (M. K. Rausch et al., 2017).
+fn fixed_point(
+    image: &Body,
+    theta: &[f64],
+    aitken: bool,
+) -> Result<(usize, usize, f64, f64), Box<dyn std::error::Error>> {
+    let start = Instant::now();
+    let (mut motion, mut before) = (vec![0.0; 3 * image.nodes], Vec::<f64>::new());
+    let (mut systems, mut factor, mut off) = (0, 1.0, f64::INFINITY);
+    for solve in 1..=MOST_SOLVES {
+        let Some(rest) = image.moved(&motion, Fibres::Carried) else {
+            return Ok((systems, solve, start.elapsed().as_secs_f64(), f64::NAN));
+        };
+        let solved = Solver::new(&rest)?.solve(theta, &Options::default());
+        let Ok(loaded) = solved else {
+            return Ok((systems, solve, start.elapsed().as_secs_f64(), f64::NAN));
+        };
+        systems += loaded.iterations();
+        let missed: Vec<f64> =
+            loaded.displacement.iter().zip(&motion).map(|(u, w)| u + w).collect();
+        off = missed
+            .as_chunks::<3>()
+            .0
+            .iter()
+            .map(|r| r[0].hypot(r[1]).hypot(r[2]))
+            .fold(0.0, f64::max);
+        if off <= CLOSE {
+            return Ok((systems, solve, start.elapsed().as_secs_f64(), off));
+        }
+        if aitken && !before.is_empty() {
+            let change: Vec<f64> = missed.iter().zip(&before).map(|(a, b)| a - b).collect();
+            let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+            factor *= -dot(&before, &change) / dot(&change, &change);
+        }
+        motion.iter_mut().zip(&missed).for_each(|(w, r)| *w -= factor * r);
+        before = missed;
+    }
+    Ok((systems, MOST_SOLVES, start.elapsed().as_secs_f64(), off))
+}

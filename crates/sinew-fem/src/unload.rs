@@ -1,0 +1,159 @@
+//! The body at rest of which an image shows the loaded state: inverse elastostatics.
+
+mod entries;
+mod error;
+mod image;
+mod multifrontal;
+mod newton;
+mod options;
+mod point;
+mod sensitivity;
+mod state;
+mod tangent;
+mod unloaded;
+mod verdict;
+
+pub use error::UnloadError;
+pub use options::UnloadOptions;
+pub use unloaded::{Loading, Unloaded};
+
+use crate::SolveError;
+use crate::check::check_displacement;
+use crate::system::System;
+use image::Image;
+use newton::Search;
+use sinew_energy::{Body, Fibres, ForceBalance};
+use std::time::Instant;
+
+/// Finds the body at rest whose loaded state is an image.
+///
+/// The scene is lowered *on the image*: its mesh is that of the loaded state x. The unknowns are the positions X at rest. With
+/// f = ∂X/∂x the stress of the law at F = f⁻¹ is in balance with the loads, whose surfaces are known:
+///
+/// ```
+/// use sinew_energy::{Load, Magnitude, Parameter, Scene, Support, laws::NeoHookean};
+/// use sinew_fem::{Options, Solver, Unload, UnloadOptions};
+/// use sinew_mesh::box_tetrahedra;
+///
+/// // A beam that was scanned under its own weight and a pressure from below.
+/// let scene = Scene::new(box_tetrahedra([60.0, 10.0, 10.0], [6, 2, 2]), NeoHookean)
+///     .parameter(Parameter::log("mu", "kPa", 20.0..=80.0))
+///     .parameter(Parameter::log("lambda", "kPa", 20.0..=80.0))
+///     .load(Load::BodyForce([0.0, 0.0, -9.8e-3]))
+///     .support(Support::clamped("x_min"));
+/// let image = scene.lower()?;
+/// let theta = [30.0, 60.0];
+/// let unloaded = Unload::new(&image)?.solve(&theta, &UnloadOptions::default())?;
+///
+/// // Loading the body at rest gives the image back; this was checked already.
+/// let loaded = Solver::new(&unloaded.rest.body)?.solve(&theta, &Options::default())?;
+/// for (node, x) in image.positions.iter().enumerate() {
+///     let rest = unloaded.rest.body.positions[node];
+///     let apart = (0..3).map(|i| rest[i] + loaded.displacement[3 * node + i] - x[i]);
+///     assert!(apart.map(f64::abs).fold(0.0, f64::max) < 1e-9); // mm
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// After S. Govindjee, P. A. Mihalic, Int. J. Numer. Meth. Engng 43 (1998), by Newton's method with the exact derivative of the
+/// forward balance at (x; X), which is not symmetric. So the round trip closes to rounding errors for every formulation. Supports, springs, loads
+/// per volume and area, and parameters are those of the body at rest; a prescribed motion leads from rest to the image.
+///
+/// A search that converges is no answer yet: the body at rest may cross itself, the image may be unstable, and loading may lead to another
+/// equilibrium. Each has its [`UnloadError`].
+pub struct Unload<'p> {
+    search: Search<'p>,
+}
+
+impl<'p> Unload<'p> {
+    /// Prepares for a body that was lowered on the image; its directions are those in the image, and move with the tissue.
+    ///
+    /// # Errors
+    /// A body that is malformed, whose supports leave a part of it free to move, or whose loads were changed after it was lowered.
+    pub fn new(image: &'p Body) -> Result<Self, UnloadError> {
+        Self::prepare(System::new(image)?)
+    }
+
+    /// Prepares for a balance of forces, whose pressures may act on surfaces with a loose rim.
+    ///
+    /// # Errors
+    /// As for [`Unload::new`], and [`UnloadError::PressureField`].
+    pub fn balance(image: &'p ForceBalance) -> Result<Self, UnloadError> {
+        if image.pressure_field.is_some() {
+            return Err(UnloadError::PressureField);
+        }
+        Self::prepare(System::balance(image)?)
+    }
+
+    fn prepare(system: System<'p>) -> Result<Self, UnloadError> {
+        Ok(Self { search: Search::new(Image::new(system)?) })
+    }
+
+    /// Chooses fibres that move with the tissue, the default, or are kept at rest as they are in the image.
+    pub fn fibres(mut self, fibres: Fibres) -> Self {
+        self.search.image.fibres = fibres;
+        self
+    }
+
+    /// The body at rest for θ, starting from the image itself; under a load that rises step by step where that fails.
+    ///
+    /// # Errors
+    /// θ that makes no sense, and each way in which there is no body at rest, see [`UnloadError`].
+    pub fn solve(
+        &mut self,
+        theta: &[f64],
+        options: &UnloadOptions,
+    ) -> Result<Unloaded, UnloadError> {
+        let motion = vec![0.0; self.search.image.system.body.prescribed.len()];
+        self.solve_from_motion(motion, theta, options)
+    }
+
+    /// Starts from the body at rest for another θ that should be near.
+    ///
+    /// # Errors
+    /// As for [`Unload::solve`], and a body of another image.
+    pub fn solve_from(
+        &mut self,
+        near: &Unloaded,
+        theta: &[f64],
+        options: &UnloadOptions,
+    ) -> Result<Unloaded, UnloadError> {
+        self.solve_from_motion(near.motion.clone(), theta, options)
+    }
+
+    fn solve_from_motion(
+        &mut self,
+        motion: Vec<f64>,
+        theta: &[f64],
+        options: &UnloadOptions,
+    ) -> Result<Unloaded, UnloadError> {
+        let start = Instant::now();
+        self.search.image.system.check_theta(theta).map_err(SolveError::from)?;
+        check_displacement(self.search.image.system.body, &motion)?;
+        let mut iterations = 0;
+        if let Some(trial) = self.search.at_once(motion, theta, options, &mut iterations)
+            && let Ok(loading) = self.search.image.judge(&trial, theta, options)
+        {
+            let found = (trial, iterations, 1);
+            return Ok(Unloaded::new(&self.search.image, found, theta, loading, start));
+        }
+        // Of several bodies at rest, the one that a rising load leads to; the verdict is the one on it.
+        let (trial, load_steps) = self.search.step_by_step(theta, options, &mut iterations)?;
+        let loading = self.search.image.judge(&trial, theta, options)?;
+        let found = (trial, iterations, load_steps);
+        Ok(Unloaded::new(&self.search.image, found, theta, loading, start))
+    }
+
+    /// Derivative ∂X/∂θ of the positions at rest: one vector like [`Unloaded::motion`] per entry of θ.
+    ///
+    /// By the implicit function theorem, with exact derivatives throughout and one factorisation for all entries.
+    ///
+    /// # Errors
+    /// The body of another image, or [`UnloadError::Singular`].
+    pub fn sensitivity(&mut self, unloaded: &Unloaded) -> Result<Vec<Vec<f64>>, UnloadError> {
+        let Unloaded { motion, theta, .. } = unloaded;
+        self.search.image.system.check_theta(theta).map_err(SolveError::from)?;
+        check_displacement(self.search.image.system.body, motion)?;
+        self.search.sensitivity(motion, theta)
+    }
+}

@@ -1,0 +1,51 @@
+//! The image: a body that was lowered on its loaded state.
+
+use super::entries::Places;
+use super::error::UnloadError;
+use crate::SolveError;
+use crate::sparsity::patch_nodes_of;
+use crate::supports::is_moved_rim;
+use crate::system::System;
+use sinew_energy::{Fibres, ForceBalance, PressureSurface};
+
+/// The image with what is prepared once.
+pub(super) struct Image<'p> {
+    pub system: System<'p>,
+    pub places: Places,
+    /// Nodes of each patch, ascending.
+    pub patch_nodes: Vec<Vec<usize>>,
+    pub fibres: Fibres,
+}
+
+impl<'p> Image<'p> {
+    /// Prepares for a body whose loads are those that it was lowered with.
+    pub(super) fn new(system: System<'p>) -> Result<Self, UnloadError> {
+        let body = system.body;
+        if !body.is_loaded_as_lowered() {
+            let (what, problem) = ("nodal forces or springs", "are not those of its loads");
+            return Err(SolveError::Malformed { what, problem }.into());
+        }
+        if let Some(node) = is_moved_rim(body) {
+            return Err(UnloadError::MovedRim { node });
+        }
+        let places = Places::new(&system.sparsity, body.prescribed.len());
+        let patch_nodes = body.patches.iter().map(|points| patch_nodes_of(body, points)).collect();
+        Ok(Self { system, places, patch_nodes, fibres: Fibres::default() })
+    }
+}
+
+impl Image<'_> {
+    /// The body at rest; `None` where a cell is inverted.
+    pub(super) fn moved(&self, motion: &[f64]) -> Option<ForceBalance> {
+        let moved = |surface: &PressureSurface| surface.placed(motion);
+        let followers = self.system.followers.surfaces.iter().map(moved).collect();
+        let body = self.system.body.moved(motion, self.fibres)?;
+        Some(ForceBalance { body, followers, pressure_field: None })
+    }
+
+    /// Whether the law has directions that move with the tissue.
+    pub(super) fn carries(&self) -> bool {
+        let directed = !self.system.body.material.directions(0).is_empty();
+        self.fibres == Fibres::Carried && directed
+    }
+}

@@ -1,0 +1,251 @@
+//! Factors of matrices that are not symmetric but have entries in symmetric places: the multifrontal method.
+//!
+//! I. S. Duff, J. K. Reid, ACM Trans. Math. Software 9 (1983). Columns of one structure are eliminated together in a dense front,
+//! with partial pivoting among their rows; what is left of the front is added to that of the parent. The order is that of the
+//! stiffness, so that fill is that of its Cholesky factor.
+
+use crate::sparsity::Sparsity;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
+use faer::linalg::matmul::matmul;
+use faer::linalg::triangular_solve as triangular;
+use faer::{Accum, Mat, MatRef, Par};
+
+/// Columns that join those of their parent although the front grows, by at most this part of its entries.
+const PADDING: f64 = 0.2;
+
+/// Values of an unsymmetric matrix in the places of a [`Sparsity`], with one more slot each for what is prescribed.
+#[derive(Clone, Debug)]
+pub(super) struct Entries {
+    /// Lower half by columns.
+    pub lower: Vec<f64>,
+    /// Upper half by rows, in the same places.
+    pub upper: Vec<f64>,
+}
+
+impl Entries {
+    pub(super) fn zero(sparsity: &Sparsity) -> Self {
+        let zeros = vec![0.0; sparsity.entries() + 1];
+        Self { lower: zeros.clone(), upper: zeros }
+    }
+
+    /// The matrix times a vector.
+    pub(super) fn multiply(&self, sparsity: &Sparsity, from: &[f64], to: &mut [f64]) {
+        to.fill(0.0);
+        let (starts, rows) = (sparsity.pattern.col_ptr(), sparsity.pattern.row_idx());
+        for column in 0..sparsity.unknowns() {
+            // The diagonal comes first in each column.
+            let start = starts[column];
+            let mut sum = self.lower[start] * from[column];
+            for slot in start + 1..starts[column + 1] {
+                to[rows[slot]] += self.lower[slot] * from[column];
+                sum += self.upper[slot] * from[rows[slot]];
+            }
+            to[column] += sum;
+        }
+    }
+}
+
+/// Columns that are eliminated together.
+#[derive(Debug)]
+struct Front {
+    /// The unknowns of the front, ascending: first those that are eliminated.
+    rows: Vec<usize>,
+    eliminated: usize,
+    children: Vec<usize>,
+}
+
+/// Numbers of a front: `P A₁₁ = L U`, `A₂₁ U⁻¹` and `L⁻¹ P A₁₂`.
+#[derive(Debug)]
+struct Block {
+    triangles: Mat<f64>,
+    order: Vec<usize>,
+    below: Mat<f64>,
+    right: Mat<f64>,
+}
+
+/// A factor of an unsymmetric matrix.
+#[derive(Debug)]
+pub(super) struct Multifrontal {
+    fronts: Vec<Front>,
+    blocks: Vec<Block>,
+}
+
+impl Multifrontal {
+    /// Finds the fronts of a sparsity.
+    pub(super) fn new(sparsity: &Sparsity) -> Self {
+        let size = sparsity.unknowns();
+        let (starts, rows) = (sparsity.pattern.col_ptr(), sparsity.pattern.row_idx());
+        let mut fronts: Vec<Front> = Vec::new();
+        // Fronts whose first remaining row is a column.
+        let mut waiting: Vec<Vec<usize>> = vec![Vec::new(); size];
+        for column in 0..size {
+            let children = std::mem::take(&mut waiting[column]);
+            let mut structure = rows[starts[column]..starts[column + 1]].to_vec();
+            for &child in &children {
+                structure.extend(&fronts[child].rows[fronts[child].eliminated..]);
+            }
+            structure.sort_unstable();
+            structure.dedup();
+            let at = match children.iter().position(|&child| joins(&fronts, child, &structure)) {
+                Some(position) => {
+                    let at = children[position];
+                    let Front { rows, eliminated, .. } = &mut fronts[at];
+                    rows.truncate(*eliminated);
+                    rows.extend(&structure);
+                    *eliminated += 1;
+                    let others = children.iter().filter(|&&child| child != at).copied();
+                    fronts[at].children.extend(others.collect::<Vec<_>>());
+                    at
+                }
+                None => {
+                    fronts.push(Front { rows: structure, eliminated: 1, children });
+                    fronts.len() - 1
+                }
+            };
+            if let Some(&parent) = fronts[at].rows.get(fronts[at].eliminated) {
+                waiting[parent].push(at);
+            }
+        }
+        Self { fronts: in_order(fronts), blocks: Vec::new() }
+    }
+
+    /// Whether something was factorised.
+    pub(super) fn is_ready(&self) -> bool {
+        self.blocks.len() == self.fronts.len()
+    }
+
+    /// Factorises; false where a pivot vanishes or is not finite.
+    pub(super) fn factorise(&mut self, sparsity: &Sparsity, entries: &Entries) -> bool {
+        self.blocks.clear();
+        let mut left: Vec<Option<Mat<f64>>> = Vec::with_capacity(self.fronts.len());
+        let mut local = vec![usize::MAX; sparsity.unknowns()];
+        for front in &self.fronts {
+            front.rows.iter().enumerate().for_each(|(at, &row)| local[row] = at);
+            let mut dense = Mat::<f64>::zeros(front.rows.len(), front.rows.len());
+            scatter(sparsity, entries, front, &local, &mut dense);
+            for &child in &front.children {
+                let Some(part) = left[child].take() else { continue };
+                let rows = &self.fronts[child].rows[self.fronts[child].eliminated..];
+                for (j, &column) in rows.iter().enumerate() {
+                    let to = dense.col_as_slice_mut(local[column]);
+                    let from = part.col_as_slice(j);
+                    rows.iter().zip(from).for_each(|(&row, value)| to[local[row]] += value);
+                }
+            }
+            let Some((block, rest)) = eliminate(dense, front.eliminated) else { return false };
+            self.blocks.push(block);
+            left.push(Some(rest));
+        }
+        true
+    }
+
+    /// Overwrites a right-hand side with the solution of the last factorised system.
+    pub(super) fn solve(&self, right: &mut [f64]) {
+        let fronts = || self.fronts.iter().zip(&self.blocks);
+        for (front, block) in fronts() {
+            let (own, rest) = front.rows.split_at(front.eliminated);
+            let mut values = Mat::from_fn(own.len(), 1, |i, _| right[own[block.order[i]]]);
+            let lower = block.triangles.as_ref();
+            triangular::solve_unit_lower_triangular_in_place(lower, values.as_mut(), Par::Seq);
+            own.iter().enumerate().for_each(|(i, &row)| right[row] = values[(i, 0)]);
+            subtract(&block.below, values.as_ref(), |i, value| right[rest[i]] -= value);
+        }
+        for (front, block) in fronts().rev() {
+            let (own, rest) = front.rows.split_at(front.eliminated);
+            let known = Mat::from_fn(rest.len(), 1, |i, _| right[rest[i]]);
+            let mut values = Mat::from_fn(own.len(), 1, |i, _| right[own[i]]);
+            subtract(&block.right, known.as_ref(), |i, value| values[(i, 0)] -= value);
+            let upper = block.triangles.as_ref();
+            triangular::solve_upper_triangular_in_place(upper, values.as_mut(), Par::Seq);
+            own.iter().enumerate().for_each(|(i, &row)| right[row] = values[(i, 0)]);
+        }
+    }
+}
+
+/// Whether a column of some structure joins the front of a child: it follows that front's columns, and adds few entries.
+fn joins(fronts: &[Front], child: usize, structure: &[usize]) -> bool {
+    let Front { rows, eliminated, .. } = &fronts[child];
+    let follows = rows[*eliminated - 1] + 1 == structure[0];
+    let added = (structure.len() + eliminated - rows.len()) * eliminated;
+    follows && added as f64 <= PADDING * ((structure.len() + eliminated) * (eliminated + 1)) as f64
+}
+
+/// Fronts with children before their parents, numbered anew.
+fn in_order(fronts: Vec<Front>) -> Vec<Front> {
+    let mut order: Vec<_> = (0..fronts.len()).collect();
+    order.sort_by_key(|&at| fronts[at].rows[fronts[at].eliminated - 1]);
+    let mut place = vec![0; fronts.len()];
+    order.iter().enumerate().for_each(|(new, &old)| place[old] = new);
+    let mut moved: Vec<Option<Front>> = fronts.into_iter().map(Some).collect();
+    let renumbered = order.into_iter().filter_map(|at| moved[at].take());
+    let renumber = |front: Front| {
+        let children = front.children.iter().map(|&child| place[child]).collect();
+        Front { children, ..front }
+    };
+    renumbered.map(renumber).collect()
+}
+
+/// Adds the matrix' entries of the eliminated columns and rows.
+fn scatter(
+    sparsity: &Sparsity,
+    entries: &Entries,
+    front: &Front,
+    local: &[usize],
+    dense: &mut Mat<f64>,
+) {
+    let (starts, rows) = (sparsity.pattern.col_ptr(), sparsity.pattern.row_idx());
+    for (at, &column) in front.rows[..front.eliminated].iter().enumerate() {
+        for slot in starts[column]..starts[column + 1] {
+            let row = local[rows[slot]];
+            dense[(row, at)] += entries.lower[slot];
+            if row != at {
+                dense[(at, row)] += entries.upper[slot];
+            }
+        }
+    }
+}
+
+/// Eliminates the first unknowns of a front; the rest is for the parent.
+fn eliminate(mut dense: Mat<f64>, count: usize) -> Option<(Block, Mat<f64>)> {
+    let (mut order, mut inverse) = (vec![0; count], vec![0; count]);
+    let mut memory = MemBuffer::new(lu_in_place_scratch::<usize, f64>(
+        count,
+        count,
+        Par::Seq,
+        Default::default(),
+    ));
+    let (mut own, right, mut below, rest) = dense.as_mut().split_at_mut(count, count);
+    lu_in_place(
+        own.as_mut(),
+        &mut order,
+        &mut inverse,
+        Par::Seq,
+        MemStack::new(&mut memory),
+        Default::default(),
+    );
+    let usable = (0..count).all(|i| own[(i, i)] != 0.0 && own[(i, i)].is_finite());
+    if !usable {
+        return None;
+    }
+    let triangles = own.as_ref();
+    let mut ordered = Mat::from_fn(count, right.ncols(), |i, j| right[(order[i], j)]);
+    triangular::solve_unit_lower_triangular_in_place(triangles, ordered.as_mut(), Par::Seq);
+    // A₂₁ U⁻¹ by its transpose.
+    let transposed = below.as_mut().transpose_mut();
+    triangular::solve_lower_triangular_in_place(triangles.transpose(), transposed, Par::Seq);
+    let mut left = rest.to_owned();
+    matmul(&mut left, Accum::Add, below.as_ref(), ordered.as_ref(), -1.0, Par::Seq);
+    let (triangles, below) = (triangles.to_owned(), below.as_ref().to_owned());
+    Some((Block { triangles, order, below, right: ordered }, left))
+}
+
+/// Calls `take` with each entry of `matrix × vector`.
+fn subtract(matrix: &Mat<f64>, vector: MatRef<'_, f64>, mut take: impl FnMut(usize, f64)) {
+    if matrix.nrows() == 0 || matrix.ncols() == 0 {
+        return;
+    }
+    let mut product = Mat::<f64>::zeros(matrix.nrows(), 1);
+    matmul(&mut product, Accum::Replace, matrix, vector, 1.0, Par::Seq);
+    (0..matrix.nrows()).for_each(|i| take(i, product[(i, 0)]));
+}

@@ -1,0 +1,100 @@
+//! The image under a load, seen from a body at rest that is tried.
+
+use super::image::Image;
+use crate::followers::Followers;
+use crate::state::load_gradient;
+use crate::vector::{Norm, norm};
+use rayon::prelude::*;
+use sinew_energy::{Body, ForceBalance};
+
+/// Part of a load and θ: what is continued where the whole load fails.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Level {
+    pub factor: f64,
+    pub theta: Vec<f64>,
+}
+
+/// A body at rest that is tried, and how far its image is from equilibrium.
+pub(super) struct Trial {
+    /// From the image to the body at rest \[length\], `3 × nodes`.
+    pub motion: Vec<f64>,
+    /// The body at rest.
+    pub rest: ForceBalance,
+    /// From there to the image: minus `motion`.
+    pub displacement: Vec<f64>,
+    /// Unbalanced forces in the unknowns.
+    pub residual: Vec<f64>,
+    /// Their norm \[stress·length²\].
+    pub force: f64,
+    /// Norm of loads and reactions \[stress·length²\].
+    pub scale: f64,
+    /// Least volume ratio of a cell at rest to its image.
+    pub least: f64,
+}
+
+impl Trial {
+    /// `None` where a cell is inverted or an energy overflows.
+    pub(super) fn new(image: &Image<'_>, motion: Vec<f64>, level: &Level) -> Option<Self> {
+        let rest = image.moved(&motion)?;
+        let displacement: Vec<f64> = motion.iter().map(|w| -w).collect();
+        let loads = loads(&rest, &displacement, level);
+        let mut forces = inner_forces(&rest.body, &displacement, &level.theta)?;
+        forces.iter_mut().zip(&loads).for_each(|(force, load)| *force += load);
+        let sparsity = &image.system.sparsity;
+        let residual: Vec<f64> = sparsity.gather(&forces).collect();
+        let mut size = Norm::default();
+        loads.iter().for_each(|&load| size.add(load));
+        let held = rest.body.prescribed.iter().enumerate().filter(|(_, held)| held.is_some());
+        held.for_each(|(dof, _)| size.add(rest.body.frames.component(dof, &forces)));
+        let force = norm(&residual);
+        let ratios = rest.body.volumes.iter().zip(&image.system.body.volumes);
+        let least = ratios.map(|(rest, image)| rest / image).fold(f64::INFINITY, f64::min);
+        let scale = size.value();
+        let finite = force.is_finite() && scale.is_finite();
+        finite.then_some(Self { motion, rest, displacement, residual, force, scale, least })
+    }
+
+    /// Unbalanced forces relative to loads and reactions.
+    pub(super) fn size(&self) -> f64 {
+        if self.force == 0.0 { 0.0 } else { self.force / self.scale.max(f64::MIN_POSITIVE) }
+    }
+}
+
+/// Derivative of the loads' potential, with the sign of a derivative.
+fn loads(rest: &ForceBalance, displacement: &[f64], level: &Level) -> Vec<f64> {
+    let mut loads = load_gradient(&rest.body, displacement, &level.theta);
+    Followers::new(&rest.followers).add_forces(displacement, &level.theta, &mut loads);
+    loads.iter_mut().for_each(|load| *load *= level.factor);
+    loads
+}
+
+/// Forces of the material and of springs.
+fn inner_forces(rest: &Body, displacement: &[f64], theta: &[f64]) -> Option<Vec<f64>> {
+    let parameters = rest.law_parameters(theta);
+    let mut forces = vec![0.0; displacement.len()];
+    for spring in &rest.springs {
+        spring.value_and_add_gradient(displacement, &mut forces);
+    }
+    for patch in &rest.patches {
+        let kinematics = rest.patch_kinematics(patch, displacement)?;
+        let volumes: Vec<_> = patch.iter().map(|&point| rest.volumes[point]).collect();
+        let stresses = patch.iter().zip(&kinematics.scaled).map(|(&point, h)| {
+            let (energy, stress) = rest.material.stress(point, parameters, h, None);
+            energy.is_finite().then_some(stress)
+        });
+        let mut stresses = stresses.collect::<Option<Vec<_>>>()?;
+        kinematics.work_conjugate(&volumes, &mut stresses);
+        let at_points = patch.iter().zip(&stresses);
+        at_points.for_each(|(&point, stress)| rest.add_forces(point, stress, &mut forces));
+    }
+    let alone = if rest.patches.is_empty() { rest.volumes.len() } else { 0 };
+    let stress = |point: usize| {
+        let h = rest.displacement_gradient(point, displacement);
+        let (energy, stress) = rest.material.stress(point, parameters, &h, None);
+        energy.is_finite().then_some(stress)
+    };
+    let stresses: Option<Vec<_>> = (0..alone).into_par_iter().map(stress).collect();
+    let at_points = stresses?.into_iter().enumerate();
+    at_points.for_each(|(point, stress)| rest.add_forces(point, &stress, &mut forces));
+    Some(forces)
+}

@@ -1,0 +1,333 @@
+//! The derivative of the balance of the image in the positions at rest.
+
+use super::entries::Places;
+use super::image::Image;
+use super::multifrontal::Entries;
+use super::point::PointRate;
+use super::state::{Level, Trial};
+use rayon::prelude::*;
+use sinew_energy::{PressureForm, PressureSurface, ReferenceSurface, SurfaceResponse};
+
+/// Number of cells that are computed on all threads before they are added.
+const AT_ONCE: usize = 2048;
+
+/// The derivative, and its product with a motion of the supports.
+pub(super) struct Tangent {
+    pub entries: Entries,
+    /// The derivative times a motion of the supports, Cartesian over all degrees of freedom.
+    pub by_motion: Vec<f64>,
+}
+
+/// A square matrix over the components of some nodes.
+struct Block<'n> {
+    nodes: &'n [usize],
+    values: Vec<f64>,
+}
+
+impl<'n> Block<'n> {
+    fn new(nodes: &'n [usize]) -> Self {
+        Self { nodes, values: vec![0.0; 9 * nodes.len() * nodes.len()] }
+    }
+
+    fn size(&self) -> usize {
+        3 * self.nodes.len()
+    }
+
+    /// Adds `weight × g_aj T_ijkl g_bl` of the nodes at `local` places.
+    fn add_point(
+        &mut self,
+        local: &[usize],
+        shape: &[[f64; 3]],
+        weight: f64,
+        rate: &[[f64; 9]; 9],
+    ) {
+        let size = self.size();
+        for (&a, g) in local.iter().zip(shape) {
+            for i in 0..3 {
+                let left: [f64; 9] = std::array::from_fn(|kl| {
+                    let column = |j: usize| g[j] * rate[3 * i + j][kl];
+                    weight * (column(0) + column(1) + column(2))
+                });
+                let row = &mut self.values[(3 * a + i) * size..][..size];
+                for (&b, g) in local.iter().zip(shape) {
+                    for k in 0..3 {
+                        row[3 * b + k] +=
+                            left[3 * k] * g[0] + left[3 * k + 1] * g[1] + left[3 * k + 2] * g[2];
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds `column ⊗ row`.
+    fn add_product(&mut self, column: &[f64], row: &[f64]) {
+        for (values, c) in self.values.chunks_exact_mut(row.len()).zip(column) {
+            values.iter_mut().zip(row).for_each(|(value, r)| *value += c * r);
+        }
+    }
+}
+
+/// Adds `weight × v : ∇` of a matrix v to a vector over the nodes at `local` places.
+fn add_gradient(
+    vector: &mut [f64],
+    local: &[usize],
+    shape: &[[f64; 3]],
+    weight: f64,
+    v: &[f64; 9],
+) {
+    for (&b, g) in local.iter().zip(shape) {
+        for k in 0..3 {
+            vector[3 * b + k] += weight * (0..3).map(|l| v[3 * k + l] * g[l]).sum::<f64>();
+        }
+    }
+}
+
+impl Image<'_> {
+    /// The derivative at a trial; `motion` is one of the supports that is still to be made. `None` where it overflows.
+    pub(super) fn tangent(
+        &self,
+        trial: &Trial,
+        level: &Level,
+        motion: Option<&[f64]>,
+    ) -> Option<Tangent> {
+        let entries = Entries::zero(&self.system.sparsity);
+        let by_motion = vec![0.0; trial.motion.len()];
+        let mut tangent = Tangent { entries, by_motion };
+        let sparsity = &self.system.sparsity;
+        let mut add = |block: Block<'_>, matrix: Option<usize>| {
+            let places = matrix.map(|matrix| sparsity.cells.of(matrix));
+            tangent.add(&self.places, self, block, places, motion);
+        };
+        let body = self.system.body;
+        let matrices = if body.patches.is_empty() { body.cell_count() } else { body.patches.len() };
+        let of_matrix = |index: usize| match self.patch_nodes.get(index) {
+            Some(nodes) => self.of_patch(trial, level, &body.patches[index], nodes),
+            None => self.of_cell(trial, level, index, body.nodes_of_cell(index)),
+        };
+        for first in (0..matrices).step_by(AT_ONCE) {
+            // On all threads, then added one after the other: numbers do not depend on the count of threads.
+            let range = first..matrices.min(first + AT_ONCE);
+            let blocks: Option<Vec<_>> = range.into_par_iter().map(of_matrix).collect();
+            blocks?.into_iter().zip(first..).for_each(|(block, index)| add(block, Some(index)));
+        }
+        for surface in &body.reference_loads.surfaces {
+            for facet in surface.facets() {
+                add(of_facet(surface, facet, trial, level), None);
+            }
+        }
+        let thesis = |p: &&PressureSurface| p.triangles == Some(PressureForm::Thesis);
+        for surface in trial.rest.body.pressures.iter().filter(thesis) {
+            let magnitude = level.factor * surface.magnitude.value(&level.theta);
+            for facet in 0..surface.facets() {
+                add(of_thesis_pressure(surface, facet, &trial.displacement, magnitude), None);
+            }
+        }
+        Some(tangent)
+    }
+
+    fn of_cell<'n>(
+        &self,
+        trial: &Trial,
+        level: &Level,
+        cell: usize,
+        nodes: &'n [usize],
+    ) -> Option<Block<'n>> {
+        let (body, rest) = (self.system.body, &trial.rest.body);
+        let parameters = rest.law_parameters(&level.theta);
+        let mut block = Block::new(nodes);
+        let local: Vec<_> = (0..nodes.len()).collect();
+        let first = cell * body.points_per_cell;
+        for point in first..first + body.points_per_cell {
+            let h = rest.displacement_gradient(point, &trial.displacement);
+            let rate = PointRate::new(rest, point, parameters, [&h, &h], self.carries())?;
+            let (shape, volume) = (body.shape_of_point(point), rest.volumes[point]);
+            block.add_point(&local, shape, volume, &rate.with_volume(0.0));
+            self.add_body_force(&mut block, &local, point, level.factor * volume, &rate);
+        }
+        Some(block)
+    }
+
+    /// The body force on a cell grows with its volume at rest.
+    fn add_body_force(
+        &self,
+        block: &mut Block<'_>,
+        local: &[usize],
+        point: usize,
+        weight: f64,
+        rate: &PointRate,
+    ) {
+        let (body, loads) = (self.system.body, &self.system.body.reference_loads);
+        if loads.body_force == [0.0; 3] {
+            return;
+        }
+        let mut row = vec![0.0; block.size()];
+        add_gradient(&mut row, local, body.shape_of_point(point), -weight, &rate.trace);
+        let mut column = vec![0.0; block.size()];
+        for (&a, n) in local.iter().zip(&loads.shapes[point % body.points_per_cell]) {
+            (0..3).for_each(|i| column[3 * a + i] += n * loads.body_force[i]);
+        }
+        block.add_product(&column, &row);
+    }
+
+    /// Points of one mean volume ratio J̄: with F̄ = eˢ F and s = ⅓ ln J̄/J forces are those of `V dev τ̄ + v π I`, where
+    /// π = Σ ⅓V tr τ̄ / Σv. What they have in common are β = δ ln J̄ = −Σ V tr D / ΣV and δπ.
+    fn of_patch<'n>(
+        &self,
+        trial: &Trial,
+        level: &Level,
+        points: &[usize],
+        nodes: &'n [usize],
+    ) -> Option<Block<'n>> {
+        let (body, rest) = (self.system.body, &trial.rest.body);
+        let parameters = rest.law_parameters(&level.theta);
+        let kinematics = rest.patch_kinematics(points, &trial.displacement)?;
+        let mut block = Block::new(nodes);
+        let vector = || vec![0.0; 3 * nodes.len()];
+        let (mut by_mean, mut mean) = (vector(), vector());
+        let (mut by_pressure, mut pressure, mut slope) = (vector(), vector(), 0.0);
+        let now: f64 = points.iter().map(|&point| body.volumes[point]).sum();
+        let places = |point: usize| -> Vec<usize> {
+            let place = |&node: &usize| nodes.partition_point(|&n| n < node);
+            body.nodes_of_point(point).iter().map(place).collect()
+        };
+        for (at, &point) in points.iter().enumerate() {
+            let (h, scaled) = (&kinematics.gradients[at], &kinematics.scaled[at]);
+            let rate = PointRate::new(rest, point, parameters, [h, scaled], self.carries())?;
+            let (shape, volume, local) =
+                (body.shape_of_point(point), rest.volumes[point], places(point));
+            let mut whole = rate.with_volume(1.0 / 3.0);
+            let third: [f64; 9] =
+                std::array::from_fn(|kl| (whole[0][kl] + whole[4][kl] + whole[8][kl]) / 3.0);
+            for row in [0, 4, 8] {
+                whole[row].iter_mut().zip(&third).for_each(|(entry, mean)| *entry -= mean);
+            }
+            block.add_point(&local, shape, volume, &whole);
+            let weight = level.factor * volume;
+            self.add_body_force(&mut block, &local, point, weight, &rate);
+            add_gradient(&mut mean, &local, shape, -volume / kinematics.volume, &rate.trace);
+            add_gradient(&mut pressure, &local, shape, volume / now, &third);
+            let trace = rate.by_scale.trace() / 3.0;
+            slope += volume * trace / (3.0 * now);
+            let deviator: [f64; 9] = std::array::from_fn(|ij| {
+                let mean = if ij % 4 == 0 { trace } else { 0.0 };
+                (rate.by_scale[ij / 3][ij % 3] - mean) / 3.0
+            });
+            add_gradient(&mut by_mean, &local, shape, volume, &deviator);
+            let identity = std::array::from_fn(|ij| f64::from(u8::from(ij % 4 == 0)));
+            add_gradient(&mut by_pressure, &local, shape, body.volumes[point], &identity);
+        }
+        pressure.iter_mut().zip(&mean).for_each(|(p, m)| *p += slope * m);
+        block.add_product(&by_mean, &mean);
+        block.add_product(&by_pressure, &pressure);
+        Some(block)
+    }
+}
+
+impl Tangent {
+    fn add(
+        &mut self,
+        to: &Places,
+        image: &Image<'_>,
+        mut block: Block<'_>,
+        places: Option<&[u32]>,
+        motion: Option<&[f64]>,
+    ) {
+        let size = block.size();
+        if let Some(motion) = motion {
+            let moved = |local: usize| motion[3 * block.nodes[local / 3] + local % 3];
+            let moved: Vec<f64> = (0..size).map(moved).collect();
+            for (local, row) in block.values.chunks_exact(size).enumerate() {
+                self.by_motion[3 * block.nodes[local / 3] + local % 3] +=
+                    row.iter().zip(&moved).map(|(k, m)| k * m).sum::<f64>();
+            }
+        }
+        let sparsity = &image.system.sparsity;
+        to.add(sparsity, block.nodes, places, &mut block.values, &mut self.entries);
+    }
+}
+
+/// The dead traction and the springs of a facet, whose area and normal change.
+fn of_facet<'n>(
+    surface: &ReferenceSurface,
+    facet: &'n [usize],
+    trial: &Trial,
+    level: &Level,
+) -> Block<'n> {
+    let mut block = Block::new(facet);
+    let size = block.size();
+    let dot = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    for point in &surface.rule.points {
+        let [s, t] = surface.tangents(facet, point, &trial.rest.body.positions);
+        let normal = cross(&s, &t);
+        let area = dot(&normal, &normal).sqrt();
+        if area == 0.0 {
+            continue;
+        }
+        let unit = normal.map(|x| x / area);
+        for (a, &node) in facet.iter().enumerate() {
+            let weight = point.weight * point.shape[a];
+            let u: [f64; 3] = std::array::from_fn(|i| trial.displacement[3 * node + i]);
+            let along = dot(&unit, &u);
+            let (tangential, more) = (surface.tangential, surface.normal - surface.tangential);
+            for column in 0..size {
+                let (b, k) = (column / 3, column % 3);
+                let axis: [f64; 3] = std::array::from_fn(|i| f64::from(u8::from(i == k)));
+                let across = if surface.rule.dimension == 2 { 0.0 } else { point.slope[1][b] };
+                let (first, second) = (cross(&axis, &t), cross(&s, &axis));
+                let turned: [f64; 3] =
+                    std::array::from_fn(|i| point.slope[0][b] * first[i] + across * second[i]);
+                let grown = dot(&unit, &turned);
+                for i in 0..3 {
+                    let mut change = -level.factor * surface.traction[i] * grown;
+                    change += tangential * grown * u[i];
+                    let spring = turned[i] * along + unit[i] * (dot(&turned, &u) - along * grown);
+                    change += more * spring;
+                    if a == b {
+                        let own = if i == k { tangential } else { 0.0 };
+                        change -= area * (own + more * unit[i] * unit[k]);
+                    }
+                    block.values[(3 * a + i) * size + column] += weight * change;
+                }
+            }
+        }
+    }
+    block
+}
+
+/// The thesis' formula for a pressure reads the displacement beside the place; in it alone it is linear, so that a difference is exact.
+fn of_thesis_pressure<'n>(
+    surface: &'n PressureSurface,
+    facet: usize,
+    displacement: &[f64],
+    magnitude: f64,
+) -> Block<'n> {
+    let nodes = surface.facet_nodes(facet);
+    let mut block = Block::new(nodes);
+    let size = block.size();
+    let alone = PressureSurface {
+        nodes: (0..nodes.len()).collect(),
+        positions: surface.positions[facet * nodes.len()..][..nodes.len()].to_vec(),
+        ..surface.clone()
+    };
+    let moved: Vec<f64> =
+        nodes.iter().flat_map(|&node| &displacement[3 * node..3 * node + 3]).copied().collect();
+    let forces = |step: f64, column: usize| {
+        let mut shift = vec![0.0; size];
+        shift[column] = step;
+        let moved: Vec<f64> = moved.iter().zip(&shift).map(|(u, s)| u - s).collect();
+        let mut response = SurfaceResponse::default();
+        alone.placed(&shift).facet_response(0, &moved, &mut response);
+        response.gradient
+    };
+    for column in 0..size {
+        let (before, after) = (forces(-0.5, column), forces(0.5, column));
+        for (row, (before, after)) in before.iter().zip(&after).enumerate() {
+            block.values[row * size + column] = magnitude * (after - before);
+        }
+    }
+    block
+}
+
+fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
+    std::array::from_fn(|i| a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3])
+}

@@ -1,0 +1,89 @@
+//! The body at rest.
+
+use super::image::Image;
+use super::state::Trial;
+use crate::cells::{largest, least, per_cell};
+use crate::{CellValue, LockingWarning};
+use sinew_energy::{Body, Fibres, ForceBalance};
+use std::time::Instant;
+
+/// A body at rest whose loaded state is the image.
+#[derive(Clone, Debug)]
+pub struct Unloaded {
+    /// The body at rest, ready to be solved: with its directions, loads and supports.
+    pub rest: ForceBalance,
+    /// From the image to the body at rest, `[w_x, w_y, w_z]` node by node \[length\]; minus the displacement that loading gives.
+    pub motion: Vec<f64>,
+    /// Parameters of law and loads.
+    pub theta: Vec<f64>,
+    /// Convention of the material directions.
+    pub fibres: Fibres,
+    /// Least and largest ratio det f of a cell's volume at rest to that in the image.
+    pub volume_ratios: [CellValue; 2],
+    /// Norm of the unbalanced nodal forces \[stress·length²\].
+    pub residual: f64,
+    /// Norm of the loads and reactions \[stress·length²\].
+    pub force_scale: f64,
+    /// The result of loading from rest, if it was asked for.
+    pub loading: Option<Loading>,
+    /// Elements that are too stiff for the body, so that it is unloaded too little.
+    pub locking: Option<LockingWarning>,
+    /// Newton iterations, all load steps together.
+    pub iterations: usize,
+    /// Number of load steps, 1 when the whole load was taken at once.
+    pub load_steps: usize,
+    /// Wall-clock time of search and checks \[s\].
+    pub seconds: f64,
+}
+
+/// How the body at rest was loaded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Loading {
+    /// Largest distance of a node from its image \[length\].
+    pub distance: f64,
+    /// Newton iterations.
+    pub iterations: usize,
+    /// Wall-clock time \[s\].
+    pub seconds: f64,
+}
+
+impl Unloaded {
+    pub(super) fn new(
+        image: &Image<'_>,
+        (trial, iterations, load_steps): (Trial, usize, usize),
+        theta: &[f64],
+        loading: Option<Loading>,
+        start: Instant,
+    ) -> Self {
+        let volume_ratios = volume_ratios(image.system.body, &trial.rest.body);
+        Self {
+            motion: trial.motion,
+            rest: trial.rest,
+            theta: theta.to_vec(),
+            fibres: image.fibres,
+            volume_ratios,
+            residual: trial.force,
+            force_scale: trial.scale,
+            loading,
+            locking: image.system.locking(theta),
+            iterations,
+            load_steps,
+            seconds: start.elapsed().as_secs_f64(),
+        }
+    }
+
+    /// From the body at rest to the image, as [`crate::Solution::displacement`] \[length\].
+    pub fn displacement(&self) -> Vec<f64> {
+        self.motion.iter().map(|w| -w).collect()
+    }
+}
+
+/// Least and largest volume of a cell at rest relative to that in the image, at a quadrature point.
+pub(super) fn volume_ratios(image: &Body, rest: &Body) -> [CellValue; 2] {
+    let ratios = rest.volumes.iter().zip(&image.volumes).map(|(rest, image)| rest / image);
+    let ratios: Vec<f64> = ratios.collect();
+    let [low, high] =
+        [f64::min, f64::max].map(|pick| per_cell(&ratios, image.points_per_cell, pick));
+    let least = least(&low, 1).first().copied();
+    [least.unwrap_or(CellValue { cell: 0, value: f64::NAN }), largest(&high)]
+}

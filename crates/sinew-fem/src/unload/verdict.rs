@@ -1,0 +1,115 @@
+//! Whether a balanced body at rest is an answer.
+
+use super::error::UnloadError;
+use super::image::Image;
+use super::options::UnloadOptions;
+use super::state::Trial;
+use super::unloaded::Loading;
+use crate::system::{System, Unknowns};
+use crate::{BalanceSolver, LoadSteps, Options, SolveError, Solver};
+use sinew_mesh::{AnyMesh, TriangleMesh, self_intersections};
+use std::time::Instant;
+
+/// Loading comes to the image when no node is farther off [relative to the largest displacement]: the solver is accurate to rounding errors,
+/// which a stiffness of bad condition multiplies.
+const SAME: f64 = 1e-6;
+
+impl Image<'_> {
+    /// Checks a body at rest: that it does not cross itself, that the image is one of its stable equilibria, and that loading leads there.
+    pub(super) fn judge(
+        &self,
+        trial: &Trial,
+        theta: &[f64],
+        options: &UnloadOptions,
+    ) -> Result<Option<Loading>, UnloadError> {
+        self.check_crossings(trial)?;
+        let rest = &trial.rest;
+        let balance = (!self.system.has_potential()).then_some(rest);
+        let mut system = self.system.like(&rest.body, balance)?;
+        system.assemble(&Unknowns::of(&trial.displacement), theta, 1.0, None);
+        let (_, negative_pivots) = system.factorise(false).ok_or(SolveError::Singular)?;
+        if negative_pivots > 0 {
+            return Err(UnloadError::Unstable { negative_pivots });
+        }
+        let Some(forward) = &options.load else { return Ok(None) };
+        let start = Instant::now();
+        let mut loaded = load(&self.system, trial, theta, forward)?;
+        let same = SAME * trial.motion.iter().fold(0.0, |most: f64, w| most.max(w.abs()));
+        let mut apart = farthest(&loaded.0, &trial.displacement);
+        if apart.0 > same {
+            let rising = Options { load_steps: LoadSteps::Always, ..*forward };
+            loaded = load(&self.system, trial, theta, &rising)?;
+            apart = farthest(&loaded.0, &trial.displacement);
+        }
+        let (distance, node) = apart;
+        if distance > same {
+            return Err(UnloadError::OtherBranch { distance, node });
+        }
+        let seconds = start.elapsed().as_secs_f64();
+        Ok(Some(Loading { distance, iterations: loaded.1, seconds }))
+    }
+
+    fn check_crossings(&self, trial: &Trial) -> Result<(), UnloadError> {
+        let rest = &trial.rest.body.mesh;
+        if rest.element().dimension != 3 {
+            return Ok(());
+        }
+        let (surface, cells) = surface_of(rest);
+        let found = self_intersections(&surface);
+        if found.is_empty() {
+            return Ok(());
+        }
+        // Those of the image are its own.
+        let points = self.system.body.positions.clone();
+        let before = self_intersections(&TriangleMesh { points, ..surface });
+        let new: Vec<_> = found.iter().filter(|pair| !before.contains(pair)).collect();
+        match new.first() {
+            None => Ok(()),
+            Some(pair) => {
+                let cells = pair.map(|triangle| cells[triangle]);
+                Err(UnloadError::CrossesItself { pairs: new.len(), cells })
+            }
+        }
+    }
+}
+
+/// The surface in flat triangles between corners, with the cell of each.
+fn surface_of(mesh: &AnyMesh) -> (TriangleMesh, Vec<usize>) {
+    let corners = mesh.element().facet_corners;
+    let mut surface = TriangleMesh { points: mesh.points().to_vec(), ..TriangleMesh::default() };
+    let mut cells = Vec::new();
+    for facet in mesh.boundary_facets() {
+        let nodes = mesh.nodes_of_facet(facet);
+        for k in 1..corners - 1 {
+            surface.cells.push([nodes[0], nodes[k], nodes[k + 1]]);
+            cells.push(facet.cell);
+        }
+    }
+    (surface, cells)
+}
+
+/// Loads a body from rest: the displacement \[length\], and how many iterations it took.
+fn load(
+    image: &System<'_>,
+    trial: &Trial,
+    theta: &[f64],
+    options: &Options,
+) -> Result<(Vec<f64>, usize), UnloadError> {
+    let rest = &trial.rest;
+    if image.has_potential() {
+        let mut solver = Solver { system: image.like(&rest.body, None)? };
+        let found = solver.solve(theta, options).map_err(UnloadError::NotLoaded)?;
+        return Ok((found.displacement, found.history.steps()));
+    }
+    let mut solver = BalanceSolver { system: image.like(&rest.body, Some(rest))? };
+    let found = solver.solve(theta, options).map_err(UnloadError::NotLoaded)?;
+    Ok((found.displacement, found.history.steps()))
+}
+
+/// Largest distance of a node between two displacements \[length\], and the node.
+fn farthest(first: &[f64], second: &[f64]) -> (f64, usize) {
+    let nodes = first.as_chunks::<3>().0.iter().zip(second.as_chunks::<3>().0);
+    let distances = nodes.map(|(a, b)| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt());
+    let largest = distances.zip(0..).max_by(|a, b| a.0.total_cmp(&b.0));
+    largest.unwrap_or((0.0, 0))
+}
