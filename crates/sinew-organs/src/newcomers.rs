@@ -83,7 +83,7 @@ fn meet(
     for (name, budget, start) in [
         ("as it is", Budget::Steps(0), start.clone()),
         ("trained on", budget, start),
-        ("from nothing", budget, None),
+        ("from scratch", budget, None),
     ] {
         let folder = folder.join(name.replace(' ', "-"));
         let emulator = train(options, &body, &recipe, budget, start, &folder)?;
