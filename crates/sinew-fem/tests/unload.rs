@@ -10,7 +10,7 @@ use sinew_energy::laws::{
     NeoHookeanShape, PlaneStress,
 };
 use sinew_energy::{Body, Fibres, Law, Load, Magnitude, Parameter, Scene, Support};
-use sinew_fem::{Unload, UnloadOptions, Unloaded};
+use sinew_fem::{Unload, UnloadError, UnloadOptions, Unloaded};
 use sinew_mesh::{
     Mesh, TruncatedEllipsoid, box_hexahedra, box_tetrahedra, rectangle_triangles, sphere_octant,
 };
@@ -19,6 +19,8 @@ use ventricles::ventricles;
 
 /// Nodes return to their image to this \[mm\], in bodies of some 10 to 100 mm.
 const CLOSED: f64 = 1e-8;
+/// Most Newton iterations on a ventricle.
+const MOST_ITERATIONS: usize = 12;
 /// Derivatives against central differences [relative to the largest].
 const DIFFERENCE: f64 = 1e-6;
 
@@ -114,16 +116,25 @@ fn ventricles_of_the_box_at_diastolic_pressures() {
         for fibres in [Fibres::Carried, Fibres::Kept] {
             let mut unload = Unload::new(&body).unwrap().fibres(fibres);
             for pressure in [4.0, 8.0, 20.0] {
-                for theta in thetas(2, pressure * MMHG) {
+                for (index, theta) in thetas(2, pressure * MMHG).iter().enumerate() {
                     let name = format!("{name} {fibres:?} {pressure} mmHg {theta:.3?}");
-                    match unload.solve(&theta, &UnloadOptions::default()) {
-                        Ok(unloaded) => assert_closes(&name, &unloaded),
-                        Err(error) => println!("{name}: {error}"),
+                    match unload.solve(theta, &UnloadOptions::default()) {
+                        Ok(unloaded) => {
+                            assert_closes(&name, &unloaded);
+                            assert!(unloaded.iterations <= MOST_ITERATIONS, "{name}");
+                        }
+                        // The softest corner of the box does not bear all pressures.
+                        Err(error) => assert!(index == 0 && is_branch(&error), "{name}: {error}"),
                     }
                 }
             }
         }
     }
+}
+
+/// Whether the image is a state that loading does not lead to.
+fn is_branch(error: &UnloadError) -> bool {
+    matches!(error, UnloadError::Unstable { .. } | UnloadError::OtherBranch { .. })
 }
 
 /// Unit vectors around the z axis, rising by an angle that turns through the wall, with the sheet normal to them.

@@ -60,7 +60,7 @@ impl UnloadCommand {
         };
         let mut unload = Unload::new(&image)?.fibres(fibres);
         let unloaded = unload.solve(theta, &UnloadOptions::default())?;
-        warn_of_locking(unloaded.locking.clone());
+        warn_of_locking(unloaded.locking);
         println!("{}{}", theta_in_words(&image, theta), said(&image, &unloaded));
         picture(&image, &unloaded).write_vtu(&self.output)?;
         let file = self.output.with_extension("toml");
