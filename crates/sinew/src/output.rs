@@ -5,7 +5,8 @@ use crate::theta::outside;
 use rayon::prelude::*;
 use sinew_energy::Body;
 pub use sinew_energy::metrics::mean_and_largest;
-use sinew_mesh::{Field, MeshError};
+use sinew_fem::{CellStress, Fibre, cell_stresses};
+use sinew_mesh::{Field, FieldValues, MeshError};
 use sinew_report::format::digits;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -34,7 +35,9 @@ impl Fields<'_> {
         };
         let rows = self.thetas.iter().enumerate().map(row).collect();
         let names = self.found.iter().map(|(name, _)| *name).collect();
-        Results { body: self.body, names, rows }.write(folder, pictures, true).map(|_| ())
+        Results { body: self.body, names, rows, stresses: false }
+            .write(folder, pictures, true)
+            .map(|_| ())
     }
 }
 
@@ -77,6 +80,8 @@ pub struct Results<'a> {
     pub names: Vec<&'a str>,
     /// The rows.
     pub rows: Vec<Row<'a>>,
+    /// Whether pictures hold stress, strain and fibres of the first of these displacements.
+    pub stresses: bool,
 }
 
 /// Largest archive of fields that is written unasked \[bytes\].
@@ -165,6 +170,13 @@ impl Results<'_> {
         for (name, field) in self.names.iter().zip(fields).skip(1) {
             let apart = sinew_energy::metrics::displacement_error(fields[0], field);
             mesh.point_fields_mut().insert(format!("difference_{name}"), Field::scalars(apart));
+        }
+        if self.stresses {
+            let (theta, field) = (&self.rows[case].theta, fields[0]);
+            // A displacement that inverts a cell has no stress.
+            if let Ok(cells) = cell_stresses(self.body, field, theta) {
+                add_stresses(&mut mesh, self.body, &cells);
+            }
         }
         mesh
     }
@@ -265,4 +277,54 @@ fn clear(folder: &Path) -> io::Result<()> {
 pub fn displacement_in_words(displacement: &[f64], unit: &str) -> String {
     let [mean, largest] = mean_and_largest(displacement).map(|length| digits(length, 4));
     format!("mean {mean} {unit}, largest {largest} {unit}")
+}
+
+/// Adds stress, strain and fibres to a mesh, at its cells and averaged to its nodes by volume.
+fn add_stresses(mesh: &mut sinew_mesh::AnyMesh, body: &Body, cells: &[CellStress]) {
+    let fibres: Option<Vec<Fibre>> = cells.iter().map(|cell| cell.fibre).collect();
+    let fibres = fibres.unwrap_or_default();
+    let tensor = |of: fn(&CellStress) -> &[[f64; 3]; 3]| -> (usize, Vec<f64>) {
+        (9, cells.iter().flat_map(|cell| of(cell).as_flattened().to_vec()).collect())
+    };
+    let triple = |of: fn(&CellStress) -> [f64; 3]| (3, cells.iter().flat_map(of).collect());
+    let fibre = |of: fn(&Fibre) -> f64| (1, fibres.iter().map(of).collect());
+    let fields: [(&str, (usize, Vec<f64>)); 8] = [
+        ("cauchy_stress", tensor(|cell| &cell.cauchy)),
+        ("green_lagrange_strain", tensor(|cell| &cell.green_lagrange)),
+        ("principal_stresses", triple(|cell| cell.principal_stresses)),
+        ("principal_stretches", triple(|cell| cell.principal_stretches)),
+        ("volume_ratio", (1, cells.iter().map(|cell| cell.volume_ratio).collect())),
+        ("fibre", (3, fibres.iter().flat_map(|fibre| fibre.direction).collect())),
+        ("fibre_stretch", fibre(|fibre| fibre.stretch)),
+        ("fibre_stress", fibre(|fibre| fibre.stress)),
+    ];
+    for (name, (components, values)) in fields {
+        if values.is_empty() {
+            continue;
+        }
+        // A direction and its opposite are one fibre, and have no mean.
+        if name != "fibre" {
+            let values = FieldValues::Float(at_nodes(body, components, &values));
+            mesh.point_fields_mut().insert(name.into(), Field { components, values });
+        }
+        let values = FieldValues::Float(values);
+        mesh.cell_fields_mut().insert(name.into(), Field { components, values });
+    }
+}
+
+/// Values of cells averaged to nodes by the volumes of the cells.
+fn at_nodes(body: &Body, components: usize, values: &[f64]) -> Vec<f64> {
+    let (mut sums, mut weights) = (vec![0.0; components * body.nodes], vec![0.0; body.nodes]);
+    let volumes = body.volumes.chunks(body.points_per_cell).map(|of| of.iter().sum::<f64>());
+    for ((nodes, volume), row) in body.cell_nodes().zip(volumes).zip(values.chunks(components)) {
+        for &node in nodes {
+            weights[node] += volume;
+            let sums = &mut sums[components * node..][..components];
+            sums.iter_mut().zip(row).for_each(|(sum, value)| *sum += volume * value);
+        }
+    }
+    sums.chunks_mut(components).zip(&weights).for_each(|(row, weight)| {
+        row.iter_mut().for_each(|value| *value /= weight.max(f64::MIN_POSITIVE));
+    });
+    sums
 }

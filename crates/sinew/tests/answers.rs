@@ -190,7 +190,8 @@ fn large_archives_are_written_only_when_asked_for() {
     let (field, theta) = (vec![0.0; 3 * body.nodes], body.centre());
     let count = MOST_BYTES / (8 * field.len()) + 1;
     let row = Row { theta: theta.clone(), fields: vec![&field[..]], ..Row::default() };
-    let results = Results { body: &body, names: vec!["predicted"], rows: vec![row; count] };
+    let results =
+        Results { body: &body, names: vec!["predicted"], rows: vec![row; count], stresses: false };
     let left_out = results.write(folder.path(), 1, false).unwrap();
     assert_eq!(left_out, Some(8 * field.len() * count));
     assert!(!folder.path().join("cases.npz").exists());
@@ -263,4 +264,27 @@ fn an_accuracy_is_met_without_an_emulator() {
     assert!(taken[0].contains("solver") && taken[1].contains("expansion"), "{planned}");
     let (code, told) = sinew(folder.path(), "predict plate.toml --accuracy 2");
     assert!(code == 2 && told.contains("1e-10 to 0.5"), "{code}: {told}");
+}
+
+#[test]
+fn pictures_hold_stress_and_strain_where_they_are_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("plate.toml"), PLATE).unwrap();
+    let picture = || {
+        let file = folder.path().join("out/plate/solve/0000.vtu");
+        sinew_mesh::read(&file).unwrap().0
+    };
+    done(folder.path(), "solve plate.toml --theta mu=10,p=1");
+    assert!(!picture().cell_fields().contains_key("cauchy_stress"));
+    done(folder.path(), "solve plate.toml --theta mu=10,p=1 --fields");
+    let mesh = picture();
+    let body = Case::parse(PLATE, "plate.toml").unwrap().body().unwrap();
+    let u = mesh.point_fields()["u_solved"].to_f64().into_owned();
+    let cells = sinew_fem::cell_stresses(&body, &u, &[10.0, 1.0]).unwrap();
+    let expected: Vec<f64> = cells.iter().flat_map(|cell| cell.cauchy.concat()).collect();
+    let cauchy = &mesh.cell_fields()["cauchy_stress"];
+    assert_eq!((cauchy.components, cauchy.to_f64().as_ref()), (9, &expected[..]));
+    assert_eq!(mesh.point_fields()["principal_stresses"].rows(), body.nodes);
+    // The law is isotropic.
+    assert!(!mesh.cell_fields().contains_key("fibre"));
 }

@@ -26,6 +26,9 @@ pub(crate) struct Written {
     /// Write cases.npz with all fields even where it takes more than 64 MB
     #[arg(long)]
     arrays: bool,
+    /// Write stress, strain and fibres for ParaView too, at cells and averaged to nodes
+    #[arg(long)]
+    fields: bool,
 }
 
 /// A row that was asked for.
@@ -172,8 +175,11 @@ impl Batch {
         };
         let rows = self.rows.iter().map(row).collect();
         let names = names.to_vec();
-        let left_out =
-            Results { body, names, rows }.write(folder, written.pictures, written.arrays)?;
+        let left_out = Results { body, names, rows, stresses: written.fields }.write(
+            folder,
+            written.pictures,
+            written.arrays,
+        )?;
         println!("written: {}", folder.display());
         if let Some(bytes) = left_out {
             let [bytes, most] = [bytes, MOST_BYTES].map(|bytes| bytes >> 20);
