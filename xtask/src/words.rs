@@ -92,7 +92,7 @@ fn pointers(text: &str) -> Vec<(usize, &str)> {
         let begins = |word: &&str| {
             said.strip_prefix(*word).is_some_and(|rest| !rest.starts_with(char::is_alphanumeric))
         };
-        POINTERS.iter().any(|word| begins(&word))
+        POINTERS.iter().any(begins)
     };
     (0..lines.len()).filter(first).filter(points).map(|at| (at, lines[at])).collect()
 }
