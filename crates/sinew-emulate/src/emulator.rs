@@ -15,7 +15,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
-/// An emulator of one body, from [`Train::train`] or [`Emulator::load`].
+/// An emulator of one body, from [`Train::train`](crate::Train::train) or [`Emulator::load`].
 pub struct Emulator<'b> {
     pub(crate) body: &'b Body,
     pub(crate) predictor: Box<dyn Predictor>,

@@ -13,7 +13,7 @@ pub enum Decoding {
     #[default]
     Components,
     /// Three numbers of each real node by one perceptron and six of each virtual node by another, one per layer: for
-    /// [`crate::Coordinates::Motions`].
+    /// [`sinew_coordinates::Coordinates::Motions`].
     Motions {
         /// Layers of virtual nodes with a perceptron of their own, counted from the whole body down; a graph may have
         /// fewer, or further ones that the last reads too.

@@ -84,7 +84,7 @@ pub enum GraphError {
     Topology(#[from] TopologyError),
 }
 
-/// Why a [`Topology`] is not a valid augmented graph.
+/// Why a [`Topology`](crate::Topology) is not a valid augmented graph.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what the fields are")]
 pub enum TopologyError {

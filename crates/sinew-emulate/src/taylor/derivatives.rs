@@ -139,7 +139,7 @@ pub fn admissible(body: &Body, displacement: &[f64]) -> Vec<f64> {
     anchor
 }
 
-/// Work of the loads, or the energy where there are none to speak of [energy].
+/// Work of the loads, or the energy where there are none to speak of \[energy\].
 pub fn work(body: &Body, displacement: &[f64]) -> f64 {
     let energy = body.value(displacement, &body.centre());
     body.load_value(displacement, &body.centre()).abs().max(energy.abs())

@@ -16,7 +16,7 @@ pub struct DataFit {
 
 impl DataFit {
     /// `length` makes distances dimensionless, usually
-    /// [`OutputScale::length`](crate::OutputScale::length) \[length\].
+    /// [`OutputScale::length`](sinew_coordinates::OutputScale::length) \[length\].
     ///
     /// # Errors
     /// A length that is not positive.
