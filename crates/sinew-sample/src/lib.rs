@@ -1,0 +1,1 @@
+//! Markov chains and their diagnostics, shared by calibration and Gaussian processes.
