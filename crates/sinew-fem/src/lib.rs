@@ -33,6 +33,7 @@
 //! - [`Solver::softest_mode`] gives the shape that a body buckles into, to nudge it from an unstable equilibrium.
 //! - [`Solver::follow`] and [`BalanceSolver::follow`] trace the curve of equilibria along a [`Line`] in loads and parameters, through limit
 //!   points.
+//! - [`Solver::trace`] and [`BalanceSolver::trace`] give the equilibria at parameters in their order, each from the one before.
 //! - [`HeldStiffness`] descends at many θ with a stiffness that is factorised once.
 //! - [`Solver::sensitivity`] gives ∂u/∂θ, [`Solver::adjoint_sensitivity`] the derivative of one quantity.
 //! - [`BalanceSolver`] finds equilibria that are not minima: incompressible bodies by the mixed elements of
@@ -95,6 +96,7 @@ mod stress;
 mod supports;
 mod sweep;
 mod system;
+mod trace;
 mod turn;
 mod unload;
 mod vector;
@@ -124,8 +126,9 @@ pub use report::{Reaction, SolutionReport, Warning, report, report_balance};
 pub use series::IterationSeries;
 pub use solution::Solution;
 pub use solver::Solver;
-pub use stress::{CellStress, Fibre, cell_stresses};
+pub use stress::{CellStress, Fibre, balance_stresses, cell_stresses};
 pub use sweep::{CHAIN, Sweep, SweepError, sweep, sweep_balances};
+pub use trace::{Trace, TraceEnd};
 pub use unload::{Loading, Unload, UnloadError, UnloadOptions, Unloaded};
 pub use volume::VolumeStep;
 pub use watch::{Progress, print_progress};
