@@ -15,6 +15,7 @@ The way from a mesh to predictions:
   sinew scenes                                    what there is to start from
   sinew new OnceClampedBeam > beam.toml           a case file, to be edited: docs/case-file.md explains every key
   sinew solve beam.toml --theta mu=75,lambda=80   one equilibrium, for ParaView
+  sinew solve IdealVentricle --along p=0..8mmHg   a body while its pressure rises, frame by frame
   sinew unload heart.toml --theta p=8mmHg -o rest.vtu   the body at rest of which the mesh shows the loaded state
   sinew train beam.toml                           an emulator; --recipe and --minutes say how
   sinew predict beam.toml --theta thetas.csv      displacements for every row of a table, with error estimates
