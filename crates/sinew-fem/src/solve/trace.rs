@@ -26,6 +26,9 @@ pub struct TraceEnd {
     pub error: Option<SolveError>,
 }
 
+/// Solves for a θ from another equilibrium, or from rest.
+type Solve<'a, S> = dyn FnMut(Option<&S>, &[f64]) -> Result<S, SolveError> + 'a;
+
 /// Largest change of the displacement per change of θ, relative to that of the step before, that counts as the same branch. Towards a limit point
 /// it grows as the inverse root of the distance: 2.4-fold from one step to the next of its length, 4-fold to one of an eighth.
 const GROWTH: f64 = 4.0;
@@ -123,10 +126,7 @@ fn both(options: &Options) -> (Options, Options) {
 }
 
 /// The equilibrium at the first θ.
-fn first<S>(
-    solve: &mut dyn FnMut(Option<&S>, &[f64]) -> Result<S, SolveError>,
-    thetas: &[Vec<f64>],
-) -> Result<S, SolveError> {
+fn first<S>(solve: &mut Solve<'_, S>, thetas: &[Vec<f64>]) -> Result<S, SolveError> {
     let Some(first) = thetas.first() else {
         return Err(SolveError::Line { problem: "it has no point" });
     };
@@ -144,7 +144,7 @@ fn extent(body: &Body) -> f64 {
 
 /// An equilibrium on its way.
 struct Follower<'a, S, D, B> {
-    solve: &'a mut dyn FnMut(Option<&S>, &[f64]) -> Result<S, SolveError>,
+    solve: &'a mut Solve<'a, S>,
     displacement: D,
     /// Whether nothing says that an equilibrium is on another branch.
     branch: B,
