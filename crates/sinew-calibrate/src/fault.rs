@@ -59,7 +59,9 @@ pub enum CalibrateError {
     )]
     Unconfirmed(Box<Correction>),
     /// The time is over.
-    #[error("the budget of {budget:.0} s is over {stage}, after {solves} solves; go on with --resume and a larger --budget")]
+    #[error(
+        "the budget of {budget:.0} s is over {stage}, after {solves} solves; go on with --resume and a larger --budget"
+    )]
     Budget {
         /// Budget \[s\].
         budget: f64,

@@ -40,7 +40,11 @@ impl Unknown {
 
     /// Head of a column: `a [kPa]`.
     pub fn head(&self) -> String {
-        if self.unit.is_empty() { self.name.clone() } else { format!("{} [{}]", self.name, self.unit) }
+        if self.unit.is_empty() {
+            self.name.clone()
+        } else {
+            format!("{} [{}]", self.name, self.unit)
+        }
     }
 
     /// A value in the unit that people read.

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 /// Observables at one θ, or a reason why there are none.
 pub type Answer = Result<Observed, ForwardError>;
 /// Told of each stage with solves done and to do.
-pub type Told<'t> = dyn FnMut(&str, usize, usize) + Send + 't;
+pub(crate) type Told<'t> = dyn FnMut(&str, usize, usize) + Send + 't;
 
 /// Solves in one call to the thread pool: enough for many cores, few enough to tell of progress.
 const AT_ONCE: usize = 16;
@@ -61,9 +61,8 @@ impl<'f> Solves<'f> {
         identity: &str,
         resume: bool,
     ) -> Result<Self, CalibrateError> {
-        let wrong = |error: std::io::Error| {
-            CalibrateError::Store(format!("{}: {error}", path.display()))
-        };
+        let wrong =
+            |error: std::io::Error| CalibrateError::Store(format!("{}: {error}", path.display()));
         if resume && path.exists() {
             let text = std::fs::read_to_string(path).map_err(wrong)?;
             // What was killed while writing has no end of line.
@@ -132,9 +131,10 @@ impl<'f> Solves<'f> {
         for chunk in new.chunks(AT_ONCE) {
             (self.told)(stage, done, thetas.len());
             self.in_time(stage)?;
+            let (forward, file) = (self.forward, self.file.as_ref());
             let solve = |&place: &usize| {
-                let answer = checked(self.forward, &thetas[place]);
-                self.keep(&thetas[place], &answer);
+                let answer = checked(forward, &thetas[place]);
+                keep(file, &thetas[place], &answer);
                 (keys[place].clone(), answer)
             };
             let answers: Vec<_> = chunk.par_iter().map(solve).collect();
@@ -156,14 +156,14 @@ impl<'f> Solves<'f> {
             _ => Ok(()),
         }
     }
+}
 
-    /// A file that can no longer be written costs a later run its solves, and this one nothing.
-    fn keep(&self, theta: &[f64], answer: &Answer) {
-        if let Some(file) = &self.file
-            && let Ok(mut file) = file.lock()
-        {
-            let _ = file.write_all(line(theta, answer).as_bytes());
-        }
+/// Appends an answer. A file that can no longer be written costs a later run its solves, and this one nothing.
+fn keep(file: Option<&Mutex<File>>, theta: &[f64], answer: &Answer) {
+    if let Some(file) = file
+        && let Ok(mut file) = file.lock()
+    {
+        let _ = file.write_all(line(theta, answer).as_bytes());
     }
 }
 
