@@ -17,8 +17,8 @@ const LEAST_SHARE: f64 = 0.5;
 const MOST_ERROR: f64 = 0.1;
 /// Share of draws whose error counts: tails hold the rest.
 const ERROR_SHARE: f64 = 0.95;
-/// Ratios that differ by no more than this are equal: weights within .1 % have no tail.
-const EQUAL: f64 = 1e-3;
+/// Logarithms of weights that differ by no more than this: no weight decides a mean, whatever the shape of their tail.
+const EQUAL: f64 = 0.1;
 /// Seed stream of the sweep.
 const SWEEP: u64 = 0x5357;
 
@@ -118,7 +118,7 @@ fn pick(ratios: &[f64], uniform: f64) -> usize {
     drawn.unwrap_or_else(|| ratios.iter().position(|r| *r == most).unwrap_or(0))
 }
 
-/// Pareto k̂, and 0 where all ratios are equal.
+/// Pareto k̂, and 0 where the weights hardly differ.
 fn k_hat(ratios: &[f64]) -> f64 {
     let ends = ratios
         .iter()

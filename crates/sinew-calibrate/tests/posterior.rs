@@ -249,8 +249,8 @@ fn volumes_alone_are_wide_and_it_is_said_in_words() {
 #[test]
 fn a_volume_that_falls_while_pressure_rises_is_named() {
     let exact = Sphere.observe(&truth(), false).unwrap().values;
-    let falling = [(1, exact[1]), (3, exact[3]), (4, exact[1])];
-    let posterior = run(falling.map(|(at, value)| volume(at, value, 0.02 * value)).to_vec());
+    let falling = [(1, exact[1]), (3, exact[4]), (4, 0.97 * exact[3])];
+    let posterior = run(falling.map(|(at, value)| volume(at, value, 0.015 * value)).to_vec());
     let named: Vec<_> = posterior.predictive.contradicting().map(|d| d.name.as_str()).collect();
     assert!(named.contains(&"volume at 3 kPa"), "{:?}", posterior.predictive);
     let said = posterior.predictive.in_words();
