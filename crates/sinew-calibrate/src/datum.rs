@@ -19,6 +19,20 @@ pub struct Datum {
     pub size: f64,
 }
 
+impl Datum {
+    /// A datum whose value and standard deviation are in the unit of the observable, which is not named.
+    pub fn new(
+        name: impl Into<String>,
+        kind: impl Into<String>,
+        observable: usize,
+        value: f64,
+        deviation: f64,
+    ) -> Self {
+        let (name, kind, unit) = (name.into(), kind.into(), String::new());
+        Self { name, kind, observable, value, deviation, unit, size: 1.0 }
+    }
+}
+
 /// Errors that a kind of measurement has beyond the given standard deviations.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Kind {
