@@ -99,7 +99,7 @@ fn said(image: &Body, unloaded: &Unloaded) -> String {
 }
 
 /// The mesh at rest with its fields.
-fn picture(image: &Body, unloaded: &Unloaded) -> AnyMesh {
+pub(crate) fn picture(image: &Body, unloaded: &Unloaded) -> AnyMesh {
     let rest = &unloaded.rest.body;
     let mut mesh = (*rest.mesh).clone();
     let to_image = Field::vectors(unloaded.displacement().as_chunks::<3>().0);
