@@ -14,6 +14,7 @@ use crate::observables::Quantity;
 use anchor::Anchor;
 use parts::Parts;
 use sinew_energy::{Body, ForceBalance};
+use sinew_fem::ThinWall;
 use std::sync::OnceLock;
 
 /// A body whose image shows it loaded, unloaded for each θ and loaded again in phases, with what is seen of it.
@@ -54,6 +55,11 @@ impl<'p> Patient<'p> {
     /// Names of the phases.
     pub fn phases(&self) -> &[String] {
         &self.parts.phases
+    }
+
+    /// Whether the wall under a pressure has one layer of linear tetrahedra.
+    pub fn thin_wall(&self) -> Option<ThinWall> {
+        self.parts.unload.thin_wall()
     }
 
     /// The observables, in the order of their values.

@@ -126,6 +126,6 @@ pub use solution::Solution;
 pub use solver::Solver;
 pub use stress::{CellStress, Fibre, cell_stresses};
 pub use sweep::{CHAIN, Sweep, SweepError, sweep, sweep_balances};
-pub use unload::{Loading, Unload, UnloadError, UnloadOptions, Unloaded};
+pub use unload::{Loading, ThinWall, Unload, UnloadError, UnloadOptions, Unloaded};
 pub use volume::VolumeStep;
 pub use watch::{Progress, print_progress};

@@ -11,11 +11,13 @@ mod point;
 mod sensitivity;
 mod state;
 mod tangent;
+mod thin;
 mod unloaded;
 mod verdict;
 
 pub use error::UnloadError;
 pub use options::UnloadOptions;
+pub use thin::ThinWall;
 pub use unloaded::{Loading, Unloaded};
 
 use crate::check::{check_displacement, check_length};
@@ -94,6 +96,11 @@ impl<'p> Unload<'p> {
     pub fn fibres(mut self, fibres: Fibres) -> Self {
         self.search.image.fibres = fibres;
         self
+    }
+
+    /// Whether the wall under a pressure has one layer of linear tetrahedra.
+    pub fn thin_wall(&self) -> Option<ThinWall> {
+        ThinWall::of(&self.search.image.system)
     }
 
     /// Checks that θ is one of the image.

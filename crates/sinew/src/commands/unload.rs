@@ -59,6 +59,9 @@ impl UnloadCommand {
             Convention::Kept => Fibres::Kept,
         };
         let mut unload = Unload::new(&image)?.fibres(fibres);
+        if let Some(thin) = unload.thin_wall() {
+            eprintln!("warning: {thin}");
+        }
         let unloaded = unload.solve(theta, &UnloadOptions::default())?;
         warn_of_locking(unloaded.locking);
         println!("{}{}", theta_in_words(&image, theta), said(&image, &unloaded));
