@@ -47,7 +47,7 @@ impl Default for CalibrateOptions {
             design: 60,
             degree: 4,
             checks: 100,
-            draws: 480,
+            draws: 560,
             rounds: 5,
             warmup: 400,
             steps: 1200,

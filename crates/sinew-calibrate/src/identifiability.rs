@@ -119,23 +119,18 @@ impl Identifiability {
 
     /// The parameters that make up a direction.
     fn direction_in_words(&self, direction: &[f64]) -> String {
-        let mut named: Vec<usize> =
-            (0..direction.len()).filter(|&at| direction[at].abs() >= NAMED).collect();
+        let mut named: Vec<usize> = (0..direction.len()).collect();
         named.sort_by(|&a, &b| direction[b].abs().total_cmp(&direction[a].abs()));
-        let (first, others) = (self.names[named[0]].as_str(), &named[1..]);
-        let part = |way: &str, sign: f64| {
-            let names: Vec<&str> = others
-                .iter()
-                .filter(|&&at| direction[at] * sign > 0.0)
-                .map(|&at| self.names[at].as_str())
-                .collect();
-            (!names.is_empty()).then(|| format!(" with {} {way}", names.join(" and ")))
+        let first = self.names[named[0]].as_str();
+        let others = named[1..].iter().filter(|&&at| direction[at].abs() >= NAMED);
+        let part = |&at: &usize| {
+            let way = if direction[at] > 0.0 { "up" } else { "down" };
+            format!("{} {way}", self.names[at])
         };
-        let parts: String =
-            [part("rising", 1.0), part("falling", -1.0)].into_iter().flatten().collect();
+        let parts: Vec<String> = others.map(part).collect();
         match parts.is_empty() {
             true => format!("{first} alone is"),
-            false => format!("{first} rising{parts} is"),
+            false => format!("The direction {first} up, {} is", parts.join(", ")),
         }
     }
 }

@@ -7,7 +7,9 @@ use nalgebra::DVector;
 use sinew_sample::psis;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
-/// Probability below which a datum contradicts the others, and the sum of all misfits its noise.
+/// Probability of one false alarm or more among all data: each datum has its share (Bonferroni).
+const FALSE_ALARMS: f64 = 0.05;
+/// Probability below which the sum of all misfits contradicts the noise.
 const UNLIKELY: f64 = 0.01;
 /// Pareto k̂ from which on a datum cannot be left out by weights.
 const MOST_K: f64 = 0.7;
@@ -29,6 +31,13 @@ pub struct DatumCheck {
     pub p: f64,
     /// The same from the posterior without this datum; none where importance weights do not get there.
     pub p_left_out: Option<f64>,
+}
+
+impl DatumCheck {
+    /// The smaller of both probabilities.
+    fn least(&self) -> f64 {
+        self.p.min(self.p_left_out.unwrap_or(1.0))
+    }
 }
 
 /// All data beside their predictions.
@@ -57,9 +66,10 @@ impl Predictive {
         Self { data, p_overall }
     }
 
-    /// Data that contradict the others, by name.
+    /// Data that contradict the others.
     pub fn contradicting(&self) -> impl Iterator<Item = &DatumCheck> {
-        self.data.iter().filter(|datum| datum.p.min(datum.p_left_out.unwrap_or(1.0)) < UNLIKELY)
+        let least = FALSE_ALARMS / self.data.len() as f64;
+        self.data.iter().filter(move |datum| datum.least() < least)
     }
 
     /// Sentences about what does not fit; none if all does.
@@ -69,7 +79,7 @@ impl Predictive {
                 "{} contradicts the other data: measured {:.1} standard deviations from its prediction, p = {:.1e}.",
                 datum.name,
                 datum.residual,
-                datum.p.min(datum.p_left_out.unwrap_or(1.0))
+                datum.least()
             )
         };
         let mut said: Vec<String> = self.contradicting().map(contradicts).collect();

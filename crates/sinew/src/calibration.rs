@@ -15,6 +15,8 @@ const PRESSURES: [f64; 10] = [2.0, 5.0, 8.0, 11.0, 14.0, 17.0, 20.0, 23.0, 26.0,
 const CURVE_DRAWS: usize = 48;
 /// One millilitre in mm³.
 const MILLILITRE: f64 = 1e3;
+/// Draws in a plot of two parameters.
+const MOST_POINTS: usize = 150;
 /// Parameters at most for a plot of each pair.
 const MOST_PAIRED: usize = 5;
 
@@ -126,7 +128,6 @@ pub fn parameter_in_words(posterior: &Posterior, parameter: usize) -> String {
 pub fn volumes_in_words(prepared: &Prepared, posterior: &Posterior) -> Vec<String> {
     let unmeasured = prepared.reported.iter().filter(|seen| {
         posterior.problem.data.iter().all(|datum| datum.observable != seen.observable)
-            && !seen.name.ends_with(" at image")
     });
     let line = |seen: &crate::patient::Seen| {
         let draws = posterior.observable(seen.observable).concat();
@@ -239,7 +240,11 @@ fn parameters(posterior: &Posterior) -> Section {
 fn pair(posterior: &Posterior, prior: &[Vec<f64>], a: usize, b: usize) -> Chart {
     let [x, y] = [a, b].map(|at| posterior.problem.unknowns[at].head());
     let [u, v] = [a, b].map(|at| posterior.shown(at).concat());
-    let points = |u: &[f64], v: &[f64]| u.iter().zip(v).map(|(u, v)| [*u, *v]).collect::<Vec<_>>();
+    // As many as can be told apart.
+    let points = |u: &[f64], v: &[f64]| {
+        let every = u.len().div_ceil(MOST_POINTS).max(1);
+        u.iter().zip(v).step_by(every).map(|(u, v)| [*u, *v]).collect::<Vec<_>>()
+    };
     Chart::new(format!("{x} and {y}"), [&x, &y], [true, true])
         .with(Series::new("prior", Style::Points, points(&prior[a], &prior[b])))
         .with(Series::new("posterior", Style::Points, points(&u, &v)))

@@ -158,21 +158,20 @@ fn told(error: CalibrateError) -> anyhow::Error {
     }
 }
 
-/// Progress of solves on the terminal.
+/// Progress of solves on the terminal; a stage ends when the next one begins.
 fn teller() -> Box<dyn FnMut(&str, usize, usize) + Send> {
     let mut terminal = Terminal::default();
-    let mut started = (String::new(), 0, Instant::now());
+    let mut stage_now = String::new();
+    let (mut first, mut clock) = (0, Instant::now());
     Box::new(move |stage, done, of| {
-        if started.0 != stage {
-            started = (stage.to_string(), done, Instant::now());
+        if stage_now != stage {
+            if !stage_now.is_empty() {
+                terminal.finished(&stage_now, "done", clock.elapsed().as_secs_f64());
+            }
+            stage_now = stage.to_string();
+            (first, clock) = (done, Instant::now());
         }
-        let seconds = started.2.elapsed().as_secs_f64();
-        if done >= of {
-            terminal.finished(stage, &format!("{of} solves"), seconds);
-            started.0.clear();
-            return;
-        }
-        let pace = seconds / (done - started.1) as f64;
+        let pace = clock.elapsed().as_secs_f64() / (done - first.min(done)) as f64;
         let _ = terminal.progress(&Progress {
             stage,
             fraction: done as f64 / of.max(1) as f64,
@@ -186,7 +185,7 @@ fn teller() -> Box<dyn FnMut(&str, usize, usize) + Send> {
 fn identity(text: &str, prepared: &Prepared) -> String {
     let mut hash = DefaultHasher::new();
     text.hash(&mut hash);
-    prepared.body.positions.iter().for_each(|x| x.to_bits().hash(&mut hash));
+    prepared.body.positions.iter().flatten().for_each(|x| x.to_bits().hash(&mut hash));
     format!("# solves of a patient, {:016x}", hash.finish())
 }
 

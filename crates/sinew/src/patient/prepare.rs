@@ -415,7 +415,8 @@ impl Prepared {
     /// Adds the volumes of cavities in all states to what is observed.
     fn report_volumes(&mut self) {
         let mut states: Vec<String> = vec!["rest".into()];
-        states.extend(self.phases.keys().cloned());
+        // The image's own volume is known.
+        states.extend(self.phases.keys().filter(|phase| *phase != IMAGE).cloned());
         for cavity in &self.body.cavities {
             for state in &states {
                 let observable = Observable::volume(&cavity.name, state.as_str());
