@@ -45,6 +45,8 @@ enum Task {
     /// Repeat the thesis' experiments with Gaussian processes and networks that satisfy boundary
     /// conditions exactly, beside the figures it prints
     ReproduceGp(Options),
+    /// Calibrate synthetic patients: how often intervals hold the truth, and how far posteriors are from brute force
+    ReproduceCalibration(Options),
     /// How often 95 % intervals of Gaussian processes hold the truth, on eighteen problems that are not the thesis': sets of
     /// data, `--only NAME,…`, `--evidence joint|unit`, `--points N`, `--laplace`
     Coverage(Options),
@@ -84,6 +86,9 @@ fn main() -> Result<()> {
             study("sinew-populations", "reproduce-populations", options)
         }
         Task::ReproduceGp(options) => study("sinew-study-gp", "reproduce-gp", options),
+        Task::ReproduceCalibration(options) => {
+            study("sinew-study-calibrate", "reproduce-calibration", options)
+        }
         Task::Coverage(Options { options }) => command::coverage(&options),
         Task::CoverageEstimates(options) => study("sinew-coverage", "coverage-estimates", options),
         Task::Verify(Options { options }) => command::verify(&options),

@@ -79,4 +79,4 @@ pub use solve::solver::Solver;
 pub use solve::sweep::{CHAIN, Sweep, SweepError, sweep, sweep_balances};
 pub use solve::volume::VolumeStep;
 pub use solve::watch::{Progress, print_progress};
-pub use unload::{Loading, Unload, UnloadError, UnloadOptions, Unloaded};
+pub use unload::{Loading, ThinWall, Unload, UnloadError, UnloadOptions, Unloaded};

@@ -32,6 +32,7 @@ pub use units::stress_in_kpa;
 pub(crate) use units::{number_and_unit, stress};
 
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use sinew_energy::{Body, Magnitude, SceneError};
 use source::Source;
 pub(crate) use source::advise;
@@ -93,6 +94,15 @@ pub struct Case {
     /// How an emulator is trained.
     #[serde(default)]
     pub training: Training,
+    /// States of a patient, which [`crate::PatientFile`] reads.
+    #[serde(default)]
+    phases: IgnoredAny,
+    /// Measurements of a patient.
+    #[serde(default)]
+    data: IgnoredAny,
+    /// Settings of a calibration.
+    #[serde(default)]
+    calibration: IgnoredAny,
     #[serde(skip)]
     pub(crate) source: Source,
 }

@@ -1,6 +1,7 @@
 //! The commands, one file each, and what they share.
 
 mod batch;
+pub(crate) mod calibrate;
 pub(crate) mod evaluate;
 pub(crate) mod export;
 pub(crate) mod mesh;
@@ -10,6 +11,7 @@ pub(crate) mod report;
 pub(crate) mod sample;
 pub(crate) mod scenes;
 pub(crate) mod solve;
+pub(crate) mod synthesise;
 pub(crate) mod train;
 pub(crate) mod unload;
 

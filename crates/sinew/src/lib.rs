@@ -46,6 +46,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod calibration;
 pub mod case;
 mod comparison;
 mod inflation;
@@ -53,6 +54,7 @@ mod locking;
 pub mod npz;
 pub mod output;
 mod page;
+mod patient;
 pub mod scenes;
 mod theta;
 mod wall;
@@ -62,6 +64,7 @@ pub use comparison::{Comparison, ComparisonError, Method, Origin};
 pub use inflation::Inflation;
 pub use locking::locking_in_words;
 pub use page::Published;
+pub use patient::{PatientFile, Prepared, Seen};
 #[cfg(not(feature = "networks"))]
 pub use sinew_emulate::recipe;
 pub use sinew_emulate::{

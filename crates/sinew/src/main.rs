@@ -6,7 +6,8 @@ mod commands;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use commands::{
-    evaluate, export, mesh, plan, predict, report, sample, scenes, solve, train, unload,
+    calibrate, evaluate, export, mesh, plan, predict, report, sample, scenes, solve, synthesise,
+    train, unload,
 };
 use std::process::ExitCode;
 
@@ -24,6 +25,7 @@ The way from a mesh to predictions:
 Your own heart:
   sinew mesh ventricle --endocardium lv.vtk --epicardium epi.vtk -o wall.vtu    a wall with fibres, from its surfaces
   sinew train LeftVentricle --mesh wall.vtu
+  sinew calibrate patient.toml --check            what measurements of a patient can decide; without --check the posterior
 
 CASE is a case file or the name of a built-in scene. Results go to out/NAME (--out). Lengths are in mm, stresses in kPa; parameters
 are in the units that the case file gives them in, unless a value names its own (p=7mmHg).
@@ -47,6 +49,10 @@ enum Command {
     Solve(solve::Solve),
     /// Find the body at rest of which the mesh shows the loaded state.
     Unload(unload::UnloadCommand),
+    /// Infer a patient's parameters from an image, pressures and measurements.
+    Calibrate(calibrate::Calibrate),
+    /// Make the data of a patient file from parameters, with noise.
+    Synthesise(synthesise::Synthesise),
     /// Draw parameters from their ranges, and solve for them if wanted.
     Sample(sample::Sample),
     /// Put the shards of a campaign together.
@@ -80,6 +86,8 @@ fn main() -> ExitCode {
         Command::Mesh(command) => command.run(),
         Command::Solve(command) => command.run(),
         Command::Unload(command) => command.run(),
+        Command::Calibrate(command) => command.run(),
+        Command::Synthesise(command) => command.run(),
         Command::Sample(command) => command.run(),
         Command::Merge(command) => command.run(),
         Command::Train(command) => command.run(),

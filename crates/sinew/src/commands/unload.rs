@@ -59,6 +59,9 @@ impl UnloadCommand {
             Convention::Kept => Fibres::Kept,
         };
         let mut unload = Unload::new(&image)?.fibres(fibres);
+        if let Some(thin) = unload.thin_wall() {
+            eprintln!("warning: {thin}");
+        }
         let unloaded = unload.solve(theta, &UnloadOptions::default())?;
         warn_of_locking(unloaded.locking);
         println!("{}{}", theta_in_words(&image, theta), said(&image, &unloaded));
@@ -99,7 +102,7 @@ fn said(image: &Body, unloaded: &Unloaded) -> String {
 }
 
 /// The mesh at rest with its fields.
-fn picture(image: &Body, unloaded: &Unloaded) -> AnyMesh {
+pub(crate) fn picture(image: &Body, unloaded: &Unloaded) -> AnyMesh {
     let rest = &unloaded.rest.body;
     let mut mesh = (*rest.mesh).clone();
     let to_image = Field::vectors(unloaded.displacement().as_chunks::<3>().0);
