@@ -51,6 +51,7 @@ mod patches;
 mod pressure;
 mod reference_loads;
 mod rim;
+mod scaled;
 mod scene;
 mod solid;
 mod spring;

@@ -33,6 +33,7 @@
 //! - [`Solver::softest_mode`] gives the shape that a body buckles into, to nudge it from an unstable equilibrium.
 //! - [`Solver::follow`] and [`BalanceSolver::follow`] trace the curve of equilibria along a [`Line`] in loads and parameters, through limit
 //!   points.
+//! - [`Solver::trace`] and [`BalanceSolver::trace`] give the equilibria at parameters in their order, each from the one before.
 //! - [`HeldStiffness`] descends at many θ with a stiffness that is factorised once.
 //! - [`Solver::sensitivity`] gives ∂u/∂θ, [`Solver::adjoint_sensitivity`] the derivative of one quantity.
 //! - [`BalanceSolver`] finds equilibria that are not minima: incompressible bodies by the mixed elements of
@@ -59,7 +60,7 @@ pub use diagnose::locking::{
 };
 pub use diagnose::named::{CellValue, RigidMode};
 pub use diagnose::report::{Reaction, SolutionReport, Warning, report, report_balance};
-pub use diagnose::stress::{CellStress, Fibre, cell_stresses};
+pub use diagnose::stress::{CellStress, Fibre, balance_stresses, cell_stresses};
 pub use error::{Advice, NotConverged, SolveError};
 pub use linear::matrix::Stiffness;
 pub use solve::balance::{BalanceSolution, BalanceSolver};
@@ -77,6 +78,7 @@ pub use solve::series::IterationSeries;
 pub use solve::solution::Solution;
 pub use solve::solver::Solver;
 pub use solve::sweep::{CHAIN, Sweep, SweepError, sweep, sweep_balances};
+pub use solve::trace::{Trace, TraceEnd};
 pub use solve::volume::VolumeStep;
 pub use solve::watch::{Progress, print_progress};
 pub use unload::{Loading, ThinWall, Unload, UnloadError, UnloadOptions, Unloaded};

@@ -26,6 +26,7 @@ pub(crate) mod softer;
 pub(crate) mod solution;
 pub(crate) mod solver;
 pub(crate) mod sweep;
+pub(crate) mod trace;
 pub(crate) mod turn;
 pub(crate) mod volume;
 pub(crate) mod watch;

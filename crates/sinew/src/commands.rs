@@ -1,7 +1,9 @@
 //! The commands, one file each, and what they share.
 
+mod along;
 mod batch;
 pub(crate) mod calibrate;
+mod equilibria;
 pub(crate) mod evaluate;
 pub(crate) mod export;
 pub(crate) mod mesh;
@@ -18,7 +20,7 @@ pub(crate) mod unload;
 use anyhow::{Context, Result};
 use batch::{Answer, Batch, ThetaArguments, Written};
 use clap::Args;
-use sinew::case::Formulation;
+use sinew::case::{Formulation, Lowered};
 use sinew::{Body, Case, CaseError, EmulatorError, Simulations, ThetaText, theta_in_words};
 use sinew_emulate::{Terminal, simulate_by};
 use sinew_fem::Options;
@@ -49,16 +51,20 @@ impl CaseArguments {
         Ok((case, folder))
     }
 
-    /// Case, body and folder; warnings of the body are told on standard error.
+    /// Case, body and folder; warnings of the body are told on standard error. A case without a potential is refused.
     pub(crate) fn open(&self) -> Result<(Case, Body, PathBuf)> {
         let (case, folder) = self.read()?;
         let body = case.body()?;
-        case.warnings(&body).iter().for_each(|warning| eprintln!("warning: {warning}"));
-        if case.formulation == Formulation::Auto {
-            let averaged = if body.patches.is_empty() { "" } else { ", volume ratios averaged" };
-            eprintln!("formulation auto: {}{averaged}", body.element().plural);
-        }
+        tell_doubts(&case, &body);
         Ok((case, body, folder))
+    }
+
+    /// [`CaseArguments::open`] for what can do without a potential.
+    pub(crate) fn open_lowered(&self) -> Result<(Case, Lowered, PathBuf)> {
+        let (case, folder) = self.read()?;
+        let lowered = case.lowered()?;
+        tell_doubts(&case, lowered.body());
+        Ok((case, lowered, folder))
     }
 
     fn folder(&self, case: &Case) -> PathBuf {
@@ -66,6 +72,15 @@ impl CaseArguments {
         let kept = |c: char| if c.is_alphanumeric() || "-_ ".contains(c) { c } else { '_' };
         let name: String = case.name.chars().map(kept).collect();
         self.out.clone().unwrap_or_else(|| Path::new("out").join(name))
+    }
+}
+
+/// Tells warnings of a body on standard error, and the formulation that was chosen for it.
+fn tell_doubts(case: &Case, body: &Body) {
+    case.warnings(body).iter().for_each(|warning| eprintln!("warning: {warning}"));
+    if case.formulation == Formulation::Auto {
+        let averaged = if body.patches.is_empty() { "" } else { ", volume ratios averaged" };
+        eprintln!("formulation auto: {}{averaged}", body.element().plural);
     }
 }
 

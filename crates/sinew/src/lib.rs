@@ -56,6 +56,7 @@ pub mod output;
 mod page;
 mod patient;
 pub mod scenes;
+pub mod stresses;
 mod theta;
 mod wall;
 
@@ -83,8 +84,8 @@ pub use sinew_mesh::MeshError;
 pub use sinew_networks::{Backend, Recipe, load, recipe};
 pub use sinew_report::ReportError;
 pub use theta::{
-    TableRow, ThetaText, admissible, outside, parse_theta, range_in_words, read_rows, read_thetas,
-    theta_in_words,
+    TableRow, ThetaText, admissible, outside, parse_theta, parse_way, range_in_words, read_rows,
+    read_thetas, theta_in_words,
 };
 pub use wall::ventricle;
 

@@ -2,9 +2,9 @@
 
 use crate::SolveError;
 use crate::elements::cells::inadmissible;
-use crate::elements::check::check_state;
+use crate::elements::check::{check_displacement, check_length, check_state};
 use nalgebra::{Matrix3, SymmetricEigen};
-use sinew_energy::{Body, Mat3};
+use sinew_energy::{Body, ForceBalance, Mat3};
 
 /// Stress and strain of a cell: means over its quadrature points by volume.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,12 +69,70 @@ pub fn cell_stresses(
     theta: &[f64],
 ) -> Result<Vec<CellStress>, SolveError> {
     check_state(body, displacement, theta)?;
+    of_cells(body, displacement, theta, |_| 0.0)
+}
+
+/// [`cell_stresses`] of a balance of forces, with the pressures of its field \[stress\], which add to the stress of the law.
+///
+/// ```
+/// use sinew_energy::{Parameter, Scene, Support, laws::NeoHookeanShape};
+/// use sinew_fem::balance_stresses;
+///
+/// let mesh = sinew_mesh::box_tetrahedra([10.0, 1.0, 1.0], [4, 1, 1]).quadratic();
+/// let balance = Scene::new(mesh, NeoHookeanShape.nearly_incompressible(1.0))
+///     .parameter(Parameter::log("mu", "kPa", 1.0..=100.0))
+///     .support(Support::clamped("x_min"))
+///     .lower_mixed()?;
+/// let pressures = balance.pressure_field.as_ref().map_or(0, |field| field.unknowns);
+/// // Uniaxial tension of an incompressible bar: σ = μ (λ² − 1/λ) along it, and nothing across by the pressure p = −μ (1/λ − tr b/3).
+/// let stretch = 1.1_f64;
+/// let (along, across) = (stretch - 1.0, 1.0 / stretch.sqrt() - 1.0);
+/// let u: Vec<f64> =
+///     balance.body.positions.iter().flat_map(|x| [along * x[0], across * x[1], across * x[2]]).collect();
+/// let (mu, trace) = (30.0, stretch * stretch + 2.0 / stretch);
+/// let pressure = vec![-mu * (1.0 / stretch - trace / 3.0); pressures];
+/// for cell in balance_stresses(&balance, &u, &pressure, &[mu])? {
+///     assert!((cell.principal_stresses[0] - mu * (stretch * stretch - 1.0 / stretch)).abs() < 1e-12);
+///     assert!(cell.principal_stresses[2].abs() < 1e-12);
+/// }
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// As [`cell_stresses`], and pressures that are not those of the balance.
+pub fn balance_stresses(
+    balance: &ForceBalance,
+    displacement: &[f64],
+    pressure: &[f64],
+    theta: &[f64],
+) -> Result<Vec<CellStress>, SolveError> {
+    balance.check_theta(theta)?;
+    check_displacement(&balance.body, displacement)?;
+    let field = balance.pressure_field.as_ref();
+    check_length(field.map_or(0, |field| field.unknowns), pressure)?;
+    of_cells(&balance.body, displacement, theta, |point| {
+        let Some(field) = field else { return 0.0 };
+        let (_, unknowns, shape) = field.of_point(point);
+        unknowns.iter().zip(shape).map(|(&unknown, n)| n * pressure[unknown]).sum()
+    })
+}
+
+/// Stress and strain of every cell, with a pressure at each point that adds to the stress of the law.
+fn of_cells(
+    body: &Body,
+    displacement: &[f64],
+    theta: &[f64],
+    pressure: impl Fn(usize) -> f64,
+) -> Result<Vec<CellStress>, SolveError> {
     let gradients = gradients(body, displacement)?;
     let parameters = body.law_parameters(theta);
     let points: Vec<Point> = (gradients.iter().enumerate())
         .map(|(point, h)| {
             let (_, piola) = body.material.stress(point, parameters, h, None);
-            Point::new(h, &piola, body.material.directions(point).first())
+            let direction = body.material.directions(point).first();
+            let mut found = Point::new(h, &piola, direction);
+            found.cauchy += Matrix3::identity() * pressure(point);
+            found
         })
         .collect();
     let volumes = body.volumes.chunks(body.points_per_cell);

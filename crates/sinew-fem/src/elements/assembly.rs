@@ -22,7 +22,7 @@ pub(crate) struct Assembly {
     pub energy_noise: f64,
     /// Derivative of Π in every degree of freedom; at prescribed ones it is the reaction.
     pub gradient: Vec<f64>,
-    /// Norm of the loads and the reactions \[stress·length²\].
+    /// Norm of the loads and the reactions \[stress·length²\]; where these are down to rounding errors, that of the stress at rest too.
     pub force_scale: f64,
     /// Estimate of the rounding error in the norm of the gradient \[stress·length²\].
     pub floor: f64,
@@ -44,6 +44,21 @@ const FLOOR_FACTOR: f64 = 4.0;
 const MOST_LEFT: f64 = 1e-6;
 /// Strain from which on a body is not at rest.
 const STRAINED: f64 = 1e-6;
+
+/// Norm of the nodal forces of the stress at rest \[stress·length²\], which only an active tension makes: a load that may be balanced within
+/// the body, so that a muscle that contracts freely is left without loads and reactions.
+fn forces_at_rest(body: &Body, theta: &[f64]) -> f64 {
+    let parameters = body.law_parameters(theta);
+    let mut forces = vec![[0.0; 3]; body.nodes];
+    for (point, volume) in body.volumes.iter().enumerate() {
+        let (_, stress) = body.material.stress(point, parameters, &Mat3::ZERO, None);
+        for (&node, shape) in body.nodes_of_point(point).iter().zip(body.shape_of_point(point)) {
+            let force = stress.apply(shape);
+            (0..3).for_each(|i| forces[node][i] += volume * force[i]);
+        }
+    }
+    forces.as_flattened().iter().copied().collect::<Norm>().value()
+}
 
 /// Second Piola–Kirchhoff stress at each quadrature point as Newton's linear model foresees it.
 pub(crate) type PredictedStress = Vec<Mat3<f64>>;
@@ -109,6 +124,9 @@ impl Assembly {
         let held = potential.prescribed.iter().enumerate().filter(|(_, p)| p.is_some());
         let reactions = held.map(|(dof, _)| sparsity.frames.component(dof, &self.gradient));
         self.force_scale = loads.value() + reactions.collect::<Norm>().value();
+        if FLOOR_FACTOR * self.floor > MOST_LEFT * self.force_scale {
+            self.force_scale += forces_at_rest(potential, state.theta);
+        }
     }
 
     /// Whether everything that an equilibrium is judged by is a number.

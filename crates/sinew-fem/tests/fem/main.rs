@@ -13,6 +13,7 @@ mod hard_cases;
 mod locking;
 mod patch;
 mod patches;
+mod stresses;
 mod support;
 mod sweeps;
 mod unload;

@@ -81,6 +81,9 @@ pub enum Element {
     Tetrahedra,
     /// Trilinear hexahedra.
     Hexahedra,
+    /// Quadratic tetrahedra; the nodes in the middle of edges are on the curved surfaces.
+    #[value(skip)]
+    QuadraticTetrahedra,
 }
 
 /// Height of triangles along z from which on they are a surface in space rather than a plane body that is not quite plane
@@ -180,11 +183,19 @@ impl BoxMesh {
         Ok(match element {
             Element::Tetrahedra => box_tetrahedra(extent, cells).into(),
             Element::Hexahedra => box_hexahedra(extent, cells).into(),
+            Element::QuadraticTetrahedra => box_tetrahedra(extent, cells).quadratic().into(),
         })
     }
 }
 
 impl EllipsoidMesh {
+    /// The wall in a unit of length \[mm\].
+    pub(super) fn shape(self, scale: f64) -> TruncatedEllipsoid {
+        let Self { short, long, base, .. } = self;
+        let [short, long] = [short, long].map(|axes| axes.map(|axis| scale * axis));
+        TruncatedEllipsoid { short, long, base: scale * base }
+    }
+
     fn make(self, element: Element, source: &Source) -> Result<AnyMesh, CaseError> {
         let Self { short, long, base, cells } = self;
         let error = |key, reason: String| Err(source.error(&["mesh", "ellipsoid", key], reason));
@@ -217,10 +228,11 @@ impl EllipsoidMesh {
                 ),
             );
         }
-        let wall = TruncatedEllipsoid { short, long, base }.wall(cells);
+        let wall = self.shape(1.0).wall(cells);
         Ok(match element {
             Element::Tetrahedra => wall.tetrahedra().into(),
             Element::Hexahedra => wall.hexahedra().into(),
+            Element::QuadraticTetrahedra => wall.quadratic_tetrahedra().into(),
         })
     }
 }

@@ -142,6 +142,7 @@ impl Predict {
         });
         let answer = |place: usize| Answer {
             fields: vec![prediction.field(place)],
+            balance: None,
             quality: estimates.get(place).map(|found| quality(found, unit)),
             warnings: others(&prediction.warnings[place]),
         };
@@ -243,6 +244,7 @@ impl Correct {
         let unit = &body.units.length;
         let answers = corrected.iter().zip(&predicted).map(|(found, before)| Answer {
             fields: vec![&found.displacement, before],
+            balance: None,
             quality: Some(quality(&found.estimate, unit)),
             warnings: others(&found.warnings),
         });

@@ -4,9 +4,10 @@ use super::{CaseArguments, ThetaArguments, refuse, warn_of_locking};
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 use sinew::output::displacement_in_words;
+use sinew::stresses::add_stresses;
 use sinew::{Body, Case, theta_in_words};
 use sinew_energy::Fibres;
-use sinew_fem::{Unload, UnloadOptions, Unloaded};
+use sinew_fem::{Unload, UnloadOptions, Unloaded, balance_stresses};
 use sinew_mesh::{AnyMesh, Field};
 use sinew_report::format::trimmed;
 use std::path::{Path, PathBuf};
@@ -36,6 +37,9 @@ pub(crate) struct UnloadCommand {
     /// Whether fibres of the image move with the tissue, or are the same vectors at rest
     #[arg(long, value_name = "HOW", default_value = "carried")]
     fibres: Convention,
+    /// Write stress, strain and volumes of the image too, at cells and averaged to nodes, and its fibres as fibre_in_image
+    #[arg(long)]
+    fields: bool,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -65,7 +69,7 @@ impl UnloadCommand {
         let unloaded = unload.solve(theta, &UnloadOptions::default())?;
         warn_of_locking(unloaded.locking);
         println!("{}{}", theta_in_words(&image, theta), said(&image, &unloaded));
-        picture(&image, &unloaded).write_vtu(&self.output)?;
+        picture(&image, &unloaded, self.fields)?.write_vtu(&self.output)?;
         let file = self.output.with_extension("toml");
         let text = at_rest(&case, &unloaded, &self.output)?;
         std::fs::write(&file, text).with_context(|| file.display().to_string())?;
@@ -101,10 +105,22 @@ fn said(image: &Body, unloaded: &Unloaded) -> String {
     )
 }
 
-/// The mesh at rest with its fields.
-pub(crate) fn picture(image: &Body, unloaded: &Unloaded) -> AnyMesh {
+/// The mesh at rest with its fields, and with stresses of the image if they are wanted.
+pub(crate) fn picture(image: &Body, unloaded: &Unloaded, stresses: bool) -> Result<AnyMesh> {
     let rest = &unloaded.rest.body;
     let mut mesh = (*rest.mesh).clone();
+    if stresses {
+        let cells =
+            balance_stresses(&unloaded.rest, &unloaded.displacement(), &[], &unloaded.theta)?;
+        add_stresses(&mut mesh, rest, &cells);
+        // The name is that of the directions at rest, which the case file reads.
+        let fibrous = !rest.material.directions(0).is_empty();
+        if let Some(fibre) =
+            fibrous.then(|| mesh.cell_fields_mut().remove(DIRECTIONS[0].0)).flatten()
+        {
+            mesh.cell_fields_mut().insert("fibre_in_image".into(), fibre);
+        }
+    }
     let to_image = Field::vectors(unloaded.displacement().as_chunks::<3>().0);
     mesh.point_fields_mut().insert("u_to_image".into(), to_image);
     let sums = |volumes: &[f64]| -> Vec<f64> {
@@ -118,7 +134,7 @@ pub(crate) fn picture(image: &Body, unloaded: &Unloaded) -> AnyMesh {
         mesh.point_fields_mut().remove(name);
         mesh.cell_fields_mut().insert(name.into(), Field::vectors(&rows));
     }
-    mesh
+    Ok(mesh)
 }
 
 /// The mean direction of a cell; that of its point where it has one.

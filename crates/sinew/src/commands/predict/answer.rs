@@ -53,6 +53,7 @@ pub(super) fn to(
     );
     let cells = answers.iter().map(|answer| Cells {
         fields: vec![&answer.displacement],
+        balance: None,
         quality: Some(quality(answer)),
         warnings: others(&answer.warnings),
     });
