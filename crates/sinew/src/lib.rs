@@ -46,6 +46,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod at_rest;
 pub mod case;
 mod comparison;
 mod inflation;
@@ -57,6 +58,7 @@ pub mod scenes;
 mod theta;
 mod wall;
 
+pub use at_rest::mesh_at_rest;
 pub use case::{Case, CaseError};
 pub use comparison::{Comparison, ComparisonError, Method, Origin};
 pub use inflation::Inflation;
@@ -81,7 +83,7 @@ pub use sinew_networks::{Backend, Recipe, load, recipe};
 pub use sinew_report::ReportError;
 pub use theta::{
     TableRow, ThetaText, admissible, outside, parse_theta, range_in_words, read_rows, read_thetas,
-    theta_in_words,
+    theta_in_words, theta_of,
 };
 pub use wall::ventricle;
 
