@@ -76,6 +76,10 @@ fn build(root: &Path, python: &Path, folder: &Path) -> Result<PathBuf> {
     let out = folder.join("dist");
     let _ = std::fs::remove_dir_all(&out);
     let mut maturin = Command::new(python);
+    // Zig is found by way of the first python3 there.
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let first = python.parent().map(Path::to_path_buf).into_iter();
+    maturin.env("PATH", std::env::join_paths(first.chain(std::env::split_paths(&path)))?);
     maturin.args(["-m", "maturin", "build", "--release", "--locked", "--manifest-path"]);
     maturin.arg(root.join("crates/sinew-python/Cargo.toml")).arg("--out").arg(&out);
     if cfg!(all(target_os = "linux", target_arch = "x86_64")) {

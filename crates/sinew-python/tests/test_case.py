@@ -125,24 +125,20 @@ def test_several_sets_follow_theta(bar: Case) -> None:
 
 
 def test_sets_without_equilibrium_are_listed() -> None:
-    # A bar that is pulled so hard that the law cannot hold it.
-    case = Case(
-        mesh={"box": {"extent": [30, 6, 6], "cells": [4, 1, 1]}},
-        law={"name": "linear-elastic"},
-        parameters={"mu": [1e-3, 16.0], "lambda": [1e-3, 16.0]},
-        loads=[{"body_force": [0, 0, -9.8e-3]}],
-        supports=[{"clamped": "x_min"}],
-    )
+    # A ventricle whose wall bears the first pressure and not the second, far above the range.
+    case = Case.scene("IdealVentricle")
+    theta = {"a": 0.18, "b": 2.6, "a_f": 3.3, "b_f": 2.7, "p": ["8 mmHg", "1e5 mmHg"]}
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
-        found = case.solve([[10.0, 10.0], [1e-6, 1e-6]])
-    for row, reason in found.failures.items():
-        assert np.isnan(found.displacement[row]).all() and reason
-    assert np.isfinite(found.displacement[0]).all()
-    assert any("outside its range" in str(warning.message) for warning in told)
-    if found.failures:
-        with pytest.raises(SolveError):
-            case.solve([1e-6, 1e-6])
+        found = case.solve(theta, progress=False)
+    assert list(found.failures) == [1] and "equilibrium" in found.failures[1]
+    assert np.isnan(found.displacement[1]).all() and np.isfinite(found.displacement[0]).all()
+    assert np.isnan(found.seconds[1]) and np.isnan(found.volumes["endo"][1])
+    said = [str(warning.message) for warning in told]
+    assert any("outside its range" in text for text in said)
+    assert any("1 of 2 sets have no equilibrium, the first is set 1" in text for text in said)
+    with pytest.raises(SolveError, match="p = 100000 mmHg"):
+        case.solve({**theta, "p": "1e5 mmHg"}, progress=False)
 
 
 def test_a_doubtful_case_warns() -> None:

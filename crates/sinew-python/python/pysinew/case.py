@@ -182,6 +182,10 @@ class Case:
         """Nodes of the facets of each named set, (facets, nodes of a facet)."""
         return self._native.sets[1]
 
+    def quadratic(self) -> Case:
+        """The case in quadratic cells, to see what linear ones lose; its first nodes are the same."""
+        return Case._of(self._native.quadratic())
+
     def to_pyvista(self) -> Any:
         """The mesh as a `pyvista.UnstructuredGrid`."""
         return _views.pyvista_of(self)
