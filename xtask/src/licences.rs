@@ -1,8 +1,10 @@
 //! Licences of what is linked: every dependency must grant one that is on the list.
 
+use crate::command::cargo;
 use anyhow::{Context, Result, ensure};
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, PackageId};
 use std::collections::{BTreeMap, BTreeSet};
+use std::process::Command;
 
 /// Licences that ask for no more than their notice, by SPDX; the list of `deny.toml`.
 const ALLOWED: &[&str] = &[
@@ -47,7 +49,17 @@ pub(crate) fn check() -> Result<()> {
     }
     ensure!(wrong.is_empty(), "licences that are not on the list:\n  {}", wrong.join("\n  "));
     eprintln!("licences: {} crates are linked, each under one of the list", linked.len());
-    Ok(())
+    deny()
+}
+
+/// Runs `cargo deny` by the rules of `deny.toml`, where it is installed.
+fn deny() -> Result<()> {
+    let known = Command::new(env!("CARGO")).args(["deny", "--version"]).output()?;
+    if !known.status.success() {
+        eprintln!("licences: cargo deny is not installed; bans and sources are not checked");
+        return Ok(());
+    }
+    cargo(&["deny", "check", "licenses", "bans", "sources"], &[])
 }
 
 /// Packages below the workspace by normal dependencies.

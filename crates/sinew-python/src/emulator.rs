@@ -91,15 +91,13 @@ impl NativeEmulator {
         record.map_err(|error| Kind::Emulator.of(py, error))
     }
 
-    /// The record for people, a line each.
+    /// How it was made, for people.
     #[getter]
-    fn words(&self) -> Vec<String> {
+    fn words(&self) -> String {
         self.with(|emulator| {
             let record = &emulator.record;
-            let mut lines = vec![record.about.clone()];
-            lines.extend(record.choice.as_ref().map(ToString::to_string));
-            lines.retain(|line| !line.is_empty());
-            lines
+            let chosen = record.choice.as_ref().map(ToString::to_string);
+            chosen.unwrap_or_else(|| record.about.clone())
         })
     }
 

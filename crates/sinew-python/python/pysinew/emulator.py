@@ -32,7 +32,7 @@ class Emulator:
         return f"<Emulator of {self.case.name}: {self}>"
 
     def __str__(self) -> str:
-        lines = self._native.words
+        lines = [self._native.words]
         error = self.median_error
         if np.isfinite(error):
             lines.append(f"error on the held-out cases: median {error:.1e}, largest {self.largest_error:.1e} of the displacement")
