@@ -8,8 +8,12 @@ mod ci;
 mod circles;
 mod command;
 mod imports;
+mod licences;
 mod miri;
+mod package;
 mod page;
+mod readme;
+mod wheel;
 mod words;
 
 use anyhow::Result;
@@ -62,6 +66,18 @@ enum Task {
     Words,
     /// Find circles of imports of more than two files inside a crate
     Circles,
+    /// Build the Python wheel into target/wheel; skipped with a word where Python or its packages are missing
+    Wheel {
+        /// Try it: the README's program in a clean virtual environment, then the Python tests
+        #[arg(long)]
+        test: bool,
+    },
+    /// Pack all published crates, and build and test sinew-mesh and sinew-fem from their packages outside of the repository
+    Package,
+    /// Print the licences of what is linked; fails on one that is not on the list
+    Licences,
+    /// Write the README of every published crate: the beginning of its documentation
+    Readmes,
     /// Run the tests of the matrix product, whose code is unsafe, under Miri on the nightly toolchain
     Miri,
     /// Open reports in a headless Chromium: errors, overlapping labels, contrast, in light and dark
@@ -96,6 +112,10 @@ fn main() -> Result<()> {
         Task::Arrows => arrows::check(),
         Task::Words => words::check(),
         Task::Circles => circles::check(),
+        Task::Wheel { test } => wheel::run(test),
+        Task::Package => package::run(),
+        Task::Licences => licences::check(),
+        Task::Readmes => readme::write(),
         Task::Miri => miri::run(),
         Task::Page { pages } => page::check(&pages),
         Task::Bench { options } => command::benches(&options),

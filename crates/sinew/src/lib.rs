@@ -46,6 +46,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod at_rest;
 pub mod calibration;
 pub mod case;
 mod comparison;
@@ -60,6 +61,7 @@ pub mod stresses;
 mod theta;
 mod wall;
 
+pub use at_rest::mesh_at_rest;
 pub use case::{Case, CaseError};
 pub use comparison::{Comparison, ComparisonError, Method, Origin};
 pub use inflation::Inflation;
@@ -85,7 +87,7 @@ pub use sinew_networks::{Backend, Recipe, load, recipe};
 pub use sinew_report::ReportError;
 pub use theta::{
     TableRow, ThetaText, admissible, outside, parse_theta, parse_way, range_in_words, read_rows,
-    read_thetas, theta_in_words,
+    read_thetas, theta_in_words, theta_of,
 };
 pub use wall::ventricle;
 
