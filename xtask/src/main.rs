@@ -4,12 +4,14 @@
 //! that `cargo xtask ci` needs none of their dependencies.
 
 mod arrows;
+mod browser;
 mod ci;
 mod circles;
 mod command;
 mod imports;
 mod miri;
 mod page;
+mod viewer;
 mod words;
 
 use anyhow::Result;
@@ -62,7 +64,8 @@ enum Task {
     Circles,
     /// Run the tests of the matrix product, whose code is unsafe, under Miri on the nightly toolchain
     Miri,
-    /// Open reports in a headless Chromium: errors, overlapping labels, contrast, in light and dark
+    /// Open reports and pages of emulators in a headless Chromium: errors, overlapping labels, contrast, in light and dark; sliders, keys and
+    /// times of emulators
     Page {
         /// Files such as out/reproduce-beam/report.html
         pages: Vec<std::path::PathBuf>,

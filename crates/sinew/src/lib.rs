@@ -54,7 +54,9 @@ pub mod npz;
 pub mod output;
 mod page;
 pub mod scenes;
+pub mod serve;
 mod theta;
+mod viewer;
 mod wall;
 
 pub use case::{Case, CaseError};
@@ -83,6 +85,7 @@ pub use theta::{
     TableRow, ThetaText, admissible, outside, parse_theta, range_in_words, read_rows, read_thetas,
     theta_in_words,
 };
+pub use viewer::{ViewerError, viewer};
 pub use wall::ventricle;
 
 /// Reads an emulator of `body`; networks need the feature `networks`.

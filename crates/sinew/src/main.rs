@@ -6,7 +6,7 @@ mod commands;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use commands::{
-    evaluate, export, mesh, plan, predict, report, sample, scenes, solve, train, unload,
+    evaluate, export, mesh, plan, predict, report, sample, scenes, serve, solve, train, unload,
 };
 use std::process::ExitCode;
 
@@ -21,6 +21,8 @@ The way from a mesh to predictions:
   sinew correct beam.toml --theta mu=75,lambda=80 --steps 2
   sinew evaluate beam.toml                        errors and times of all emulators trained so far
   sinew report beam.toml                          the same as a page
+  sinew export beam.toml --page                   the emulator as one file for a browser: a slider for every parameter
+  sinew serve beam.toml                           models for samplers in Python, R, Julia, MATLAB and C++, by UM-Bridge
 Your own heart:
   sinew mesh ventricle --endocardium lv.vtk --epicardium epi.vtk -o wall.vtu    a wall with fibres, from its surfaces
   sinew train LeftVentricle --mesh wall.vtu
@@ -63,8 +65,10 @@ enum Command {
     Evaluate(evaluate::Evaluate),
     /// Write the last evaluation as a page.
     Report(report::Report),
-    /// Write the body as mesh, arrays and numbers for other programs.
+    /// Write the body as mesh, arrays and numbers for other programs, or the emulator as a page for a browser.
     Export(export::Export),
+    /// Answer samplers and other programs over HTTP, by UM-Bridge.
+    Serve(serve::Serve),
     /// List built-in scenes and laws.
     Scenes,
     /// Print the case file of a built-in scene.
@@ -89,6 +93,7 @@ fn main() -> ExitCode {
         Command::Evaluate(command) => command.run(),
         Command::Report(command) => command.run(),
         Command::Export(command) => command.run(),
+        Command::Serve(command) => command.run(),
         Command::Scenes => scenes::list(),
         Command::New(command) => command.run(),
     };

@@ -313,7 +313,7 @@ fn add_stresses(mesh: &mut sinew_mesh::AnyMesh, body: &Body, cells: &[CellStress
 }
 
 /// Values of cells averaged to nodes by the volumes of the cells.
-fn at_nodes(body: &Body, components: usize, values: &[f64]) -> Vec<f64> {
+pub(crate) fn at_nodes(body: &Body, components: usize, values: &[f64]) -> Vec<f64> {
     let (mut sums, mut weights) = (vec![0.0; components * body.nodes], vec![0.0; body.nodes]);
     let volumes = body.volumes.chunks(body.points_per_cell).map(|of| of.iter().sum::<f64>());
     for ((nodes, volume), row) in body.cell_nodes().zip(volumes).zip(values.chunks(components)) {
