@@ -52,6 +52,6 @@ pub use report::{Block, Report, SCHEMA, Section};
 pub use surface::{SurfaceCase, Surfaces};
 pub use table::{Cell, Column, Row, Table, Value, Verdict};
 pub use viewer::{
-    Model, Packed, Quantity, Slider, Source, Strokes, Viewer, ViewerCase, ViewerCavity,
-    ViewerEmulator,
+    Model, Packed, PackedRows, Quantity, Rows, Slider, Source, Strokes, Viewer, ViewerCase,
+    ViewerCavity, ViewerEmulator,
 };

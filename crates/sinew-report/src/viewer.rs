@@ -3,7 +3,7 @@
 mod packed;
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-pub use packed::Packed;
+pub use packed::{Packed, PackedRows, Rows};
 use serde::Serialize;
 
 pub(crate) const SCRIPT: &str = include_str!("viewer/viewer.js");
@@ -100,20 +100,16 @@ pub enum Source {
 pub struct Model {
     /// Mean, `f32`.
     pub mean: Packed,
-    /// First modes, `f32`, each as long as the mean.
-    pub fine: Packed,
-    /// The others, `i16`, in units of their steps.
-    pub coarse: Packed,
-    /// Steps of those, `f64`.
-    pub steps: Packed,
+    /// Modes, each as long as the mean.
+    pub modes: Rows,
     /// Lengths of the kernels.
     pub lengths: Vec<f64>,
     /// Points of the kernels, `f64`, row by row.
     pub points: Packed,
     /// Exponents of the monomials.
     pub exponents: Vec<Vec<i32>>,
-    /// Weights, `f64`, a row of one number per mode for every function.
-    pub weights: Packed,
+    /// Weights, for every mode a row of one number per function.
+    pub weights: Rows,
 }
 
 /// Emulator of a body's surface.

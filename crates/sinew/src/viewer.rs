@@ -29,6 +29,9 @@ const DEGREE: usize = 8;
 /// Largest error that a page may add, relative to the emulator's own.
 const MOST_ADDED: f64 = 1.0 / 3.0;
 
+/// Distance of the page's displacements from the program's by rounding alone, relative to their norm: below the 1e-6 that nobody sees.
+const ROUNDING: f64 = 8e-7;
+
 /// Why there is no page.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewerError {
@@ -93,7 +96,7 @@ pub fn viewer(
     let motion = Motion::of(emulator, &surface, &fitted, &checked)?;
     let mut viewer = Viewer {
         title: body.name.clone(),
-        about: emulator.record.about.clone(),
+        about: emulator.record.about.split(',').next().unwrap_or_default().into(),
         length: body.units.length.clone(),
         points: Packed::f32(surface.positions(body)),
         triangles: surface.packed(),
@@ -154,7 +157,7 @@ impl Motion {
     ) -> Result<Self, ViewerError> {
         if let Some(regression) = emulator.regression() {
             let rows = surface.rows();
-            let shown = Compact::of(regression.clone(), Some(&rows), &fitted.thetas)?;
+            let shown = Compact::of(regression.clone(), Some(&rows), &fitted.thetas, ROUNDING)?;
             return Ok(Self { shown, added: None });
         }
         let own = emulator.record.held_out.as_ref().ok_or(ViewerError::NotMeasured)?;
@@ -164,7 +167,7 @@ impl Motion {
         let parameters = &emulator.body().parameters;
         let regression =
             PodRegression::fit_polynomial(parameters, &fitted.thetas, &fields, DEGREE)?;
-        let shown = Compact::of(regression, None, &fitted.thetas)?;
+        let shown = Compact::of(regression, None, &fitted.thetas, ROUNDING)?;
         let added = relative(&shown, checked, at)?;
         // Written so that a NaN is refused as well.
         let bearable = added <= MOST_ADDED * own;
@@ -259,7 +262,7 @@ fn facts(emulator: &Emulator<'_>, motion: &Motion) -> Vec<(String, String)> {
     let mut facts = vec![
         fact("mesh", format!("{} nodes, {} cells", body.nodes, body.cell_count())),
         fact("law", body.material.name().to_string()),
-        fact("learned from", format!("{} simulations", record.simulations)),
+        fact("emulator", record.about.clone()),
     ];
     if let Some(errors) = &record.held_out {
         let [mean, largest] = [errors.relative.mean, errors.relative.max].map(percent);

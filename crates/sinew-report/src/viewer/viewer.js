@@ -9,31 +9,44 @@
   const shareOf = ({ range: [a, b], logarithmic }, value) => (logarithmic ? Math.log(value / a) / Math.log(b / a) : (value - a) / (b - a));
   const valueAt = ({ range: [a, b], logarithmic }, share) => (logarithmic ? a * (b / a) ** share : a + (b - a) * share);
 
+  /** Rows of numbers, each of integers of its own number of bits, the lowest first. */
+  const unpack = ({ bits, steps, integers }, size, Type) => {
+    const [bytes, step, values] = [array(Uint8Array, integers), array(Float64Array, steps), new Type(bits.length * size)];
+    let [at, held, count] = [0, 0, 0];
+    for (let i = 0; i < values.length; i++) {
+      const row = Math.floor(i / size);
+      for (; count < bits[row]; count += 8) held += bytes[at++] * 2 ** count;
+      const whole = 2 ** bits[row];
+      [values[i], held, count] = [((held % whole) - (whole / 2 - 1)) * step[row], Math.floor(held / whole), count - bits[row]];
+    }
+    return values;
+  };
   /** A function of the shares of θ that gives mean + Σ modes · (φ W); for all values, or for the three of some nodes. */
   const regression = (source) => {
-    const [mean, fine, coarse] = [array(Float32Array, source.mean), array(Float32Array, source.fine), array(Int16Array, source.coarse)];
-    const [steps, points, weights] = ["steps", "points", "weights"].map((name) => array(Float64Array, source[name]));
     const { lengths, exponents } = source;
-    const [size, inputs] = [mean.length, Math.max(lengths.length, 1)];
-    const [first, kernels] = [fine.length / size, points.length / inputs];
-    const count = first + steps.length;
-    const [coefficients, values] = [new Float64Array(count), new Float64Array(size)];
+    const [mean, points, inputs] = [array(Float32Array, source.mean), array(Float64Array, source.points), Math.max(lengths.length, 1)];
+    const [size, count, kernels] = [mean.length, source.modes.bits.length, points.length / inputs];
+    const functions = kernels + exponents.length;
+    const [weights, phi] = [unpack(source.weights, functions, Float64Array), new Float64Array(functions)];
+    // Four modes in one sweep over the values, for which there are zeros at the end.
+    const [modes, coefficients, values] = [new Float32Array((count + 3) * size), new Float64Array(count + 3), new Float64Array(size)];
+    modes.set(unpack(source.modes, size, Float32Array));
     const add = (from, to) => {
       for (let i = from; i < to; i++) values[i] = mean[i];
-      for (let k = 0; k < count; k++) {
-        const [modes, at] = k < first ? [fine, k * size] : [coarse, (k - first) * size];
-        const c = k < first ? coefficients[k] : coefficients[k] * steps[k - first];
-        for (let i = from; i < to; i++) values[i] += c * modes[at + i];
+      for (let k = 0, at = 0; k < count; k += 4, at += 4 * size) {
+        const [a, b, c, d] = [coefficients[k], coefficients[k + 1], coefficients[k + 2], coefficients[k + 3]];
+        for (let i = from, j = at + from; i < to; i++, j++)
+          values[i] += a * modes[j] + b * modes[j + size] + c * modes[j + 2 * size] + d * modes[j + 3 * size];
       }
     };
     return (shares, nodes) => {
       const x = shares.map((share) => Math.sqrt(12) * (share - 0.5));
-      coefficients.fill(0);
-      for (let b = 0; b < kernels + exponents.length; b++) {
+      for (let b = 0; b < functions; b++) {
         const square = b < kernels && x.reduce((sum, of, d) => sum + ((of - points[b * inputs + d]) / lengths[d]) ** 2, 0);
-        const value = b < kernels ? Math.exp(-0.5 * square) : exponents[b - kernels].reduce((v, e, d) => v * x[d] ** e, 1);
-        for (let k = 0; k < count; k++) coefficients[k] += value * weights[b * count + k];
+        phi[b] = b < kernels ? Math.exp(-0.5 * square) : exponents[b - kernels].reduce((v, e, d) => v * x[d] ** e, 1);
       }
+      coefficients.fill(0);
+      for (let k = 0, w = 0; k < count; k++) for (let b = 0; b < functions; b++, w++) coefficients[k] += phi[b] * weights[w];
       nodes ? nodes.forEach((node) => add(3 * node, 3 * node + 3)) : add(0, size);
       return values;
     };
@@ -137,8 +150,7 @@
       const vertices = gl.createVertexArray();
       gl.bindVertexArray(vertices);
       const own = Object.fromEntries(names.map(([name, size]) => {
-        const [buffer, place] = [gl.createBuffer(), gl.getAttribLocation(made, name)];
-        gl.bindBuffer(gl.ARRAY_BUFFER, buffer); gl.enableVertexAttribArray(place);
+        const [buffer, place] = [gl.createBuffer(), gl.getAttribLocation(made, name)]; gl.bindBuffer(gl.ARRAY_BUFFER, buffer); gl.enableVertexAttribArray(place);
         gl.vertexAttribPointer(place, size, gl.FLOAT, false, 0, 0); gl.vertexAttribDivisor(place, divisor);
         return [name, buffer];
       }));
@@ -147,8 +159,7 @@
       });
       return { vertices, fill };
     };
-    const [solid, lines] = [program(SOLID), program(LINES)];
-    const ends = [["from", 3], ["to", 3]];
+    const [solid, lines, ends] = [program(SOLID), program(LINES), [["from", 3], ["to", 3]]];
     const surface = buffers(solid, [["position", 3], ["normal", 3], ["value", 1]], 0);
     gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
     for (const name of ["MIN_FILTER", "MAG_FILTER"]) gl.texParameteri(gl.TEXTURE_2D, gl[`TEXTURE_${name}`], gl.LINEAR);
@@ -225,8 +236,7 @@
     // Elements.
     const canvas = make("canvas", { tabIndex: 0, role: "img" });
     const [legend, readings, charts, rows, tools] = ["legend", "readings", "charts", "rows", "tools"].map((className) => make("div", { className }));
-    const menu = make("div", { className: "menu", role: "group", label: "Colour by" });
-    const panel = make("div", { className: "panel" });
+    const [menu, panel] = [make("div", { className: "menu", role: "group", label: "Colour by" }), make("div", { className: "panel" })];
     if (data.title) panel.append(make("header", {}, make("h1", { textContent: data.title }), make("p", { textContent: data.about })));
     panel.append(menu, readings, rows, charts, ...data.notes.map((note) => make("p", { className: "warning", textContent: `⚠ ${note}` })));
     const facts = data.facts.flatMap((pair) => pair.map((textContent, index) => make(index ? "dd" : "dt", { textContent })));
@@ -234,20 +244,23 @@
     panel.append(make("p", { className: "keys", textContent: "Drag to turn, wheel or pinch to zoom, shift or two fingers to move. Keys on the " +
       "body: arrows turn, + and − zoom, 0 begins again, space plays, F fibres, E edges, R rest, C colours." }));
     root.append(make("div", { className: "stage" }, canvas, tools, legend), panel);
-    const paint = painter(canvas);
-    if (!paint) return void (legend.textContent = "This browser has no WebGL2, which the body is drawn with.");
+    const paint = painter(canvas); if (!paint) return void (legend.textContent = "This browser has no WebGL2, which the body is drawn with.");
     // State.
     const state = { shares: parameters.map(() => 0.5), active: pressure, quantity: 0, chosen: 0, playing: 0, cut: 0, normal: [1, 0, 0],
       fibres: !!strokes, edges: false, rest: true, camera: structuredClone(START), stale: true, mean: 0, largest: 0, error: null };
-    const model = emulator && regression(emulator.displacement);
-    const errors = emulator?.error && regression(emulator.error);
+    const [model, errors] = [emulator && regression(emulator.displacement), emulator?.error && regression(emulator.error)];
     const models = quantities.map((quantity) => quantity.model && regression(quantity.model));
     const cavities = (emulator?.cavities ?? []).map((cavity) => {
       const own = array(Uint32Array, cavity.triangles);
       return { ...cavity, triangles: own, nodes: [...new Set(own)], about: emulator.cavities.length > 1 ? `volume of ${cavity.name}` : "volume" };
     });
     const shown = cases.map((one) => ({ ...one, displacement: array(Float32Array, one.displacement), values: array(Float32Array, one.values) }));
-    const bounds = [0, 1, 2].map((axis) => points.filter((_, i) => i % 3 === axis)).map((x) => [x.reduce((a, b) => Math.min(a, b)), x.reduce((a, b) => Math.max(a, b))]);
+    // All that the body fills at rest and where it moves most.
+    const middle = emulator ? model(state.shares) : shown[0].displacement;
+    const peak = (u) => Math.sqrt(u.reduce((most, x, i) => (i % 3 ? most : Math.max(most, x ** 2 + u[i + 1] ** 2 + u[i + 2] ** 2)), 0));
+    const most = emulator ? quantities[0].scale[1] / (peak(middle) || 1) : 1;
+    const bounds = [0, 1, 2].map((axis) => points.reduce(([low, high], x, i) => (i % 3 === axis
+      ? [Math.min(low, x, x + most * middle[i]), Math.max(high, x, x + most * middle[i])] : [low, high]), [Infinity, -Infinity]));
     const [centre, radius] = [bounds.map(([low, high]) => 0.5 * (low + high)), 0.54 * Math.hypot(...bounds.map(([low, high]) => high - low))];
     // Geometry: normals of faces by their areas, corners with their own normals, fibres and outline.
     const areas = new Float64Array(3 * faces);
@@ -256,16 +269,15 @@
       const area = (a, b, c) => cross(side(a, b), side(a, c));
       for (let f = 0; f < 3 * faces; f += 3) areas.set(area(triangles[f], triangles[f + 1], triangles[f + 2]), f);
     };
-    normals();
-    const topology = topologyOf(triangles, (face) => unit(Array.from(areas.subarray(3 * face, 3 * face + 3))));
+    normals(); const topology = topologyOf(triangles, (face) => unit(Array.from(areas.subarray(3 * face, 3 * face + 3))));
     const corner = { position: new Float32Array(9 * faces), normal: new Float32Array(9 * faces), value: new Float32Array(3 * faces) };
     const [from, to] = [0, 1].map((end) => Float32Array.from(topology.sharp.flatMap((edge) => Array.from(points.subarray(3 * edge[end], 3 * edge[end] + 3)))));
     paint.outline.fill({ from, to });
     const fibres = strokes && { triangles: array(Uint32Array, strokes.triangles), along: array(Float32Array, strokes.along) };
     const fill = () => {
       normals();
-      const { logarithmic, scale } = quantities[state.quantity];
-      const [low, high] = logarithmic ? scale.map(Math.log) : scale;
+      const { logarithmic, scale: [a, b] } = quantities[state.quantity];
+      const [low, high] = logarithmic ? [Math.log(a), Math.log(b)] : [a, b];
       triangles.forEach((node, c) => {
         const value = logarithmic ? Math.log(Math.max(values[node], Number.MIN_VALUE)) : values[node];
         corner.value[c] = Number.isNaN(value) ? -1 : clamp((value - low) / (high - low || 1));
@@ -290,9 +302,9 @@
     // What is shown for θ, or for a case.
     const evaluate = () => {
       const u = emulator ? model(state.shares) : shown[state.chosen].displacement;
-      for (let i = 0; i < points.length; i++) position[i] = points[i] + u[i];
+      position.forEach((_, i) => (position[i] = points[i] + u[i]));
       for (let n = 0; n < nodes; n++) lengths[n] = Math.hypot(u[3 * n], u[3 * n + 1], u[3 * n + 2]);
-      [state.mean, state.largest] = [lengths.reduce((sum, x) => sum + x, 0) / nodes, lengths.reduce((most, x) => Math.max(most, x), 0)];
+      [state.mean, state.largest] = [lengths.reduce((sum, x) => sum + x, 0) / nodes, peak(u)];
       if (errors) state.error = Array.from(errors(state.shares), Math.exp);
       const { source } = quantities[state.quantity];
       values.set(source === "displacement" ? lengths : source === "case" ? shown[state.chosen].values : models[state.quantity](state.shares));
@@ -304,10 +316,6 @@
       if (u) for (const node of cavity.nodes) for (let i = 3 * node; i < 3 * node + 3; i++) place[i] = points[i] + u[i];
       return emulator.volume_scale * volumeOf(cavity.triangles, cavity.apex, shares ? place : position);
     };
-    const largest = (shares) => {
-      const u = model(shares);
-      return Math.sqrt(u.reduce((most, x, i) => (i % 3 ? most : Math.max(most, x ** 2 + u[i + 1] ** 2 + u[i + 2] ** 2)), 0));
-    };
     // Curves over one parameter: for the others as they are, computed when they change, and in the middle of their ranges.
     const kept = new Map();
     const curves = (name, index, of) => [["middle", parameters.map(() => 0.5)], ["own", state.shares]].map(([kind, shares]) => {
@@ -316,8 +324,7 @@
       if (kept.get(slot)?.key !== key) kept.set(slot, { key, points: Array.from({ length: CURVE }, (_, i) => at(i / (CURVE - 1))) });
       return [kind, kept.get(slot).points];
     });
-    const own = (index) => valueAt(parameters[index], state.shares[index]) / parameters[index].size;
-    const range = ({ range, size }) => range.map((v) => v / size);
+    const [own, range] = [(index) => valueAt(parameters[index], state.shares[index]) / parameters[index].size, ({ range, size }) => range.map((v) => v / size)];
     const drawCharts = () => {
       const pictures = cavities.filter((cavity) => cavity.pressure !== null).map((cavity) => {
         const p = parameters[cavity.pressure];
@@ -326,17 +333,15 @@
       });
       if (!pictures.length) {
         const [index, p] = [state.active, parameters[state.active]];
-        const found = curves(index, index, largest).map(([kind, list]) => [kind, list.map(([u, v]) => [v, u])]);
-        const axes = [head(p.name, p.unit), head("largest displacement", data.length)];
-        pictures.push(chart(axes, range(p), [0, quantities[0].scale[1]], found, [own(index), state.largest]));
+        const found = curves(index, index, (shares) => peak(model(shares))).map(([kind, list]) => [kind, list.map(([u, v]) => [v, u])]);
+        pictures.push(chart([head(p.name, p.unit), head("largest displacement", data.length)], range(p), [0, quantities[0].scale[1]], found, [own(index), state.largest]));
       }
       charts.innerHTML = `${pictures.join("")}<p>dashed: all other parameters in the middle of their ranges</p>`;
     };
     const tell = () => {
       const { name, unit: of, scale: [low, high], logarithmic, source } = quantities[state.quantity];
-      const half = logarithmic ? Math.sqrt(low * high) : 0.5 * (low + high);
       const bar = make("div", { className: "bar", style: `background:linear-gradient(90deg,${colours(source).map((hex) => `#${hex}`)})` });
-      const ends = [low, half, high].map((v) => make("span", { textContent: digits(v) }));
+      const ends = [low, logarithmic ? Math.sqrt(low * high) : 0.5 * (low + high), high].map((v) => make("span", { textContent: digits(v) }));
       legend.replaceChildren(make("b", { textContent: head(name, of) }), bar, make("div", { className: "ends" }, ...ends));
       if (!emulator) return;
       const reading = (text, value, of) => make("div", {}, make("span", { textContent: text }), make("b", { textContent: digits(value) + unitOf(of) }));
@@ -391,15 +396,13 @@
       const number = make("input", { type: "number", min: low, max: high, step: "any", label: `${about} as a number` });
       slider.addEventListener("input", () => { stop(); setShare(index, +slider.value); });
       number.addEventListener("change", () => { stop(); setShare(index, clamp(shareOf(p, (+number.value || low) * p.size))); });
-      const name = make("span", { textContent: p.name, title: `${about}, ${digits(low)} to ${digits(high)}` });
-      rows.append(make("label", {}, name, slider, number, make("small", { textContent: unitOf(p.unit) })));
+      rows.append(make("label", {}, make("span", { textContent: p.name, title: `${about}, ${digits(low)} to ${digits(high)}` }), slider, number, make("small", { textContent: unitOf(p.unit) })));
       return { slider, number };
     });
     const setShare = (index, share) => {
       [state.shares[index], state.active] = [share, index];
       const text = digits(own(index), 4);
-      [sliders[index].slider.value, sliders[index].number.value] = [share, text];
-      sliders[index].slider.setAttribute("aria-valuetext", text + unitOf(parameters[index].unit));
+      [sliders[index].slider.value, sliders[index].number.value] = [share, text]; sliders[index].slider.setAttribute("aria-valuetext", text + unitOf(parameters[index].unit));
       refresh(true);
     };
     if (shown.length > 1) {
@@ -415,7 +418,6 @@
       buttons.push(say); say(); return made;
     };
     const choose = (index) => { state.quantity = index; paint.palette(colours(quantities[index].source)); refresh(true); };
-    const flip = (name) => () => { state[name] = !state[name]; refresh(); };
     const menus = quantities.map((q, index) => button(q.name, `Colour by ${q.name}`, () => state.quantity === index, () => choose(index)));
     const stop = () => { state.playing = 0; play.textContent = "▶"; play.setAttribute("aria-pressed", false); };
     const play = emulator && button("▶", "Play", () => !!state.playing, () => {
@@ -424,20 +426,19 @@
       state.playing = performance.now() - BEAT * Math.acos(1 - 2 * clamp(state.shares[state.active]));
       play.textContent = "❚❚"; refresh();
     });
-    const fibre = strokes && button("fibres", "Fibres (F)", () => state.fibres, flip("fibres"));
-    const edges = button("edges", "Edges of the mesh (E)", () => state.edges, flip("edges"));
-    const rest = button("rest", "Outline of the body at rest (R)", () => state.rest, flip("rest"));
+    const toggle = (name, title) => button(name, title, () => state[name], () => { state[name] = !state[name]; refresh(); });
+    const [edges, rest] = [toggle("edges", "Edges of the mesh (E)"), toggle("rest", "Outline of the body at rest (R)")];
+    const fibre = strokes && toggle("fibres", "Fibres (F)");
     const again = button("⟲", "Begin again (0)", () => false, () => { state.camera = structuredClone(START); refresh(); });
     const dark = root.closest(".viewer-page") && button("◐", "Light or dark", () => false, () => {
       const { dataset } = document.documentElement;
       dataset.theme = (dataset.theme ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light")) === "dark" ? "light" : "dark"; refresh();
     });
-    if (menus.length > 1) menu.append(...menus);
     const knife = make("input", { type: "range", min: 0, max: 1, step: 0.01, value: 0, label: "Cut open", title: "Cut open" });
     knife.addEventListener("input", () => {
-      if (!state.cut) state.normal = unit([...camera().back.slice(0, 2), 0]);
-      state.cut = +knife.value; refresh();
+      state.normal = state.cut ? state.normal : unit([...camera().back.slice(0, 2), 0]); state.cut = +knife.value; refresh();
     });
+    menu.append(...(menus.length > 1 ? menus : []));
     tools.append(...[play, fibre, edges, rest, make("label", { className: "cut", textContent: "cut" }, knife), again, dark].filter(Boolean));
     // Pointer, touch, wheel and keys.
     const pointers = new Map();

@@ -18,6 +18,10 @@ const LEAST: usize = 40;
 const DEGREE: usize = 4;
 /// Least error of a node relative to the mean that has a colour of its own: held nodes have none at all.
 const FLOOR: f64 = 1e-2;
+/// Part of the logarithms' norm that the pattern of the error may lack: it says where the error is, in colours of a decade each.
+const PATTERN: f64 = 0.1;
+/// The same for its level.
+const LEVEL: f64 = 1e-4;
 /// Factor within which a shown error is said to be right.
 const FACTOR: f64 = 3.0;
 
@@ -83,7 +87,7 @@ impl ErrorModel {
             told += &format!("; {refused} of {} predictions have none", cases.len());
         }
         let pattern = PodRegression::fit_polynomial(parameters, &known.thetas, &known.patterns, 2)?;
-        let pattern = Compact::of(pattern, None, &known.thetas)?;
+        let pattern = Compact::of(pattern, None, &known.thetas, PATTERN)?;
         let quantity = Quantity {
             name: "Error".into(),
             unit: emulator.body().units.length.clone(),
@@ -92,7 +96,7 @@ impl ErrorModel {
             logarithmic: true,
             model: Some(pattern.packed()),
         };
-        let level = Compact::of(level, None, &known.thetas)?.packed();
+        let level = Compact::of(level, None, &known.thetas, LEVEL)?.packed();
         Ok(Self { level: Some(level), quantity: Some(quantity), told })
     }
 }

@@ -12,6 +12,8 @@ use sinew_report::{Quantity, Source};
 
 /// Highest total degree of the polynomials.
 const DEGREE: usize = 5;
+/// Part of the values that rounding may cost: a step of colour is larger.
+const ROUNDING: f64 = 1e-3;
 /// Shares of all values between which colours lie.
 const COLOURED: [f64; 2] = [0.005, 0.995];
 /// Predictions without an inverted cell that a regression needs.
@@ -58,7 +60,7 @@ pub(super) fn colours(
         let (samples, truth) = (values(&fitted), values(&checked));
         let regression =
             PodRegression::fit_polynomial(&body.parameters, &fitted.thetas, &samples, DEGREE)?;
-        let compact = Compact::of(regression, None, &fitted.thetas)?;
+        let compact = Compact::of(regression, None, &fitted.thetas, ROUNDING)?;
         let scale = scale(truth.iter().flatten().copied());
         let truth = Sampled { thetas: checked.thetas.clone(), fields: truth };
         let error = relative(&compact, &truth, Clone::clone)?;
