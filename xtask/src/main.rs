@@ -4,6 +4,7 @@
 //! that `cargo xtask ci` needs none of their dependencies.
 
 mod arrows;
+mod browser;
 mod ci;
 mod circles;
 mod command;
@@ -14,6 +15,7 @@ mod package;
 mod page;
 mod readme;
 mod wheel;
+mod viewer;
 mod words;
 
 use anyhow::Result;
@@ -80,7 +82,8 @@ enum Task {
     Readmes,
     /// Run the tests of the matrix product, whose code is unsafe, under Miri on the nightly toolchain
     Miri,
-    /// Open reports in a headless Chromium: errors, overlapping labels, contrast, in light and dark
+    /// Open reports and pages of emulators in a headless Chromium: errors, overlapping labels, contrast, in light and dark; sliders, keys and
+    /// times of emulators
     Page {
         /// Files such as out/reproduce-beam/report.html
         pages: Vec<std::path::PathBuf>,

@@ -8,7 +8,7 @@ use crate::record::Record;
 use crate::regressed::{self, Regressed};
 use crate::store::{content, read_json, write_json};
 use crate::taylor::{self, TaylorExpansion};
-use crate::{Body, Error, Result, Warning};
+use crate::{Body, Error, PodRegression, Result, Warning};
 use serde::{Deserialize, Serialize};
 use sinew_fem::{HeldStiffness, Solver};
 use std::path::Path;
@@ -127,6 +127,11 @@ impl<'b> Emulator<'b> {
     /// Its predictor and how that was made.
     pub fn into_parts(self) -> (Box<dyn Predictor>, Record) {
         (self.predictor, self.record)
+    }
+
+    /// The regression that predicts alone, see [`Predictor::regression`].
+    pub fn regression(&self) -> Option<&PodRegression> {
+        self.predictor.regression()
     }
 
     /// The body.

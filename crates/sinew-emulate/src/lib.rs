@@ -94,7 +94,7 @@ pub use progress::{Counter, Observer, Progress};
 pub use quantiles::Quantiles;
 pub use recipe::{Train, train};
 pub use record::{Calibration, Candidate, Choice, CurvePoint, Kept, Record};
-pub use regression::{Interpolation, PodRegression, RegressionError};
+pub use regression::{Interpolation, PodRegression, RegressionError, RegressionParts};
 pub use sampling::{Design, share_of, split_seed};
 pub use simulate::{Failure, MOST_COMPARED, Simulations, read_simulations, simulate, simulate_by};
 pub use sinew_energy::Body;

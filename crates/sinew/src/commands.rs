@@ -12,6 +12,7 @@ pub(crate) mod predict;
 pub(crate) mod report;
 pub(crate) mod sample;
 pub(crate) mod scenes;
+pub(crate) mod serve;
 pub(crate) mod solve;
 pub(crate) mod synthesise;
 pub(crate) mod train;
@@ -113,6 +114,33 @@ pub(crate) fn trained(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     // regression-25 before regression-100.
     found.sort_by(|(a, _), (b, _)| (a.len(), a).cmp(&(b.len(), b)));
     Ok(found)
+}
+
+/// Name and folder of the emulator that is asked for by its name, or of the only one, or of the one that the case's recipe makes.
+pub(crate) fn chosen(
+    wanted: Option<&str>,
+    case: &Case,
+    folder: &Path,
+) -> Result<(String, PathBuf)> {
+    let mut found = trained(folder)?;
+    let own = case.training.recipe;
+    let place = match (wanted, &found[..]) {
+        (None, [_]) => Some(0),
+        _ => found.iter().position(|(name, _)| name == wanted.unwrap_or(own.key())),
+    };
+    if let Some(place) = place {
+        return Ok(found.swap_remove(place));
+    }
+    let names: Vec<_> = found.iter().map(|(name, _)| name.as_str()).collect();
+    let (folder, names) = (folder.display(), names.join(", "));
+    match wanted {
+        Some(wanted) => refuse(format!(
+            "--emulator {wanted}: there is no emulator of that name in {folder}; there are: {names}"
+        )),
+        None => refuse(format!(
+            "{folder} holds several emulators; choose one with --emulator NAME: {names}"
+        )),
+    }
 }
 
 /// Solves with a bar on the terminal; what has no equilibrium is told on standard error.

@@ -57,8 +57,10 @@ pub mod output;
 mod page;
 mod patient;
 pub mod scenes;
+pub mod serve;
 pub mod stresses;
 mod theta;
+mod viewer;
 mod wall;
 
 pub use at_rest::mesh_at_rest;
@@ -89,6 +91,7 @@ pub use theta::{
     TableRow, ThetaText, admissible, outside, parse_theta, parse_way, range_in_words, read_rows,
     read_thetas, theta_in_words, theta_of,
 };
+pub use viewer::{ViewerError, viewer};
 pub use wall::ventricle;
 
 /// Reads an emulator of `body`; networks need the feature `networks`.

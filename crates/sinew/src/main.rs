@@ -6,8 +6,8 @@ mod commands;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use commands::{
-    calibrate, evaluate, export, mesh, plan, predict, report, sample, scenes, solve, synthesise,
-    train, unload,
+    calibrate, evaluate, export, mesh, plan, predict, report, sample, scenes, serve, solve,
+    synthesise, train, unload,
 };
 use std::process::ExitCode;
 
@@ -22,6 +22,8 @@ The way from a mesh to predictions:
   sinew correct beam.toml --theta mu=75,lambda=80 --steps 2
   sinew evaluate beam.toml                        errors and times of all emulators trained so far
   sinew report beam.toml                          the same as a page
+  sinew export beam.toml --page                   the emulator as one file for a browser: a slider for every parameter
+  sinew serve beam.toml                           models for samplers in Python, R, Julia, MATLAB and C++, by UM-Bridge
 Your own heart:
   sinew mesh ventricle --endocardium lv.vtk --epicardium epi.vtk -o wall.vtu    a wall with fibres, from its surfaces
   sinew train LeftVentricle --mesh wall.vtu
@@ -69,8 +71,10 @@ enum Command {
     Evaluate(evaluate::Evaluate),
     /// Write the last evaluation as a page.
     Report(report::Report),
-    /// Write the body as mesh, arrays and numbers for other programs.
+    /// Write the body as mesh, arrays and numbers for other programs, or the emulator as a page for a browser.
     Export(export::Export),
+    /// Answer samplers and other programs over HTTP, by UM-Bridge.
+    Serve(serve::Serve),
     /// List built-in scenes and laws.
     Scenes,
     /// Print the case file of a built-in scene.
@@ -97,6 +101,7 @@ fn main() -> ExitCode {
         Command::Evaluate(command) => command.run(),
         Command::Report(command) => command.run(),
         Command::Export(command) => command.run(),
+        Command::Serve(command) => command.run(),
         Command::Scenes => scenes::list(),
         Command::New(command) => command.run(),
     };

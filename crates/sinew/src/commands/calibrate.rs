@@ -1,7 +1,6 @@
 //! Posteriors of a patient's parameters.
 
 use super::Usage;
-use super::unload::picture;
 use anyhow::{Context, Result};
 use clap::Args;
 use sinew::calibration::{Curve, parameter_in_words, report, verdict, volumes_in_words};

@@ -2,7 +2,7 @@
 
 use super::{Asked, others};
 use crate::commands::plan::table;
-use crate::commands::{Answer as Cells, trained, warn_of_locking};
+use crate::commands::{Answer as Cells, chosen, trained, warn_of_locking};
 use anyhow::{Result, bail};
 use sinew::output::{Quality, displacement_in_words, mean_and_largest};
 use sinew::{Body, Case};
@@ -24,7 +24,7 @@ pub(super) fn to(
     let mut batch = asked.theta.read(body)?;
     let emulator = match (&asked.emulator, trained(folder)) {
         (None, Err(_)) => None,
-        _ => Some(sinew::load(&asked.chosen(case, folder)?.1, body)?),
+        _ => Some(sinew::load(&chosen(asked.emulator.as_deref(), case, folder)?.1, body)?),
     };
     warn_of_locking(sinew_fem::locking_over_ranges(body)?);
     let thetas = batch.thetas();
