@@ -40,6 +40,31 @@
 //! - [`OneStiffness`]: unseen bodies.
 //! - [`TrainingOptions`]: budget, seed, folder for what is kept and resumed. [`Observer`] hears of progress; what makes a
 //!   result less trustworthy is a [`Warning`] in it.
+//!
+//! # Equations
+//!
+//! Taylor expansion of second order about the equilibrium u₀ at the centre of the ranges, in standardised parameters δ; one factorised stiffness gives all
+//! coefficients (implicit function theorem; Nocedal & Wright, *Numerical Optimization*, A.2):
+//!
+//! ```math
+//! \hat u(\theta) = u_0 + \sum_i u_i\,\delta_i + \tfrac12\sum_{ij} u_{ij}\,\delta_i\delta_j, \qquad
+//! K u_i = -\frac{\partial r}{\partial\delta_i}, \qquad
+//! K u_{ij} = -\Bigl(\frac{\partial^2 r}{\partial\delta_i\,\partial\delta_j} + \frac{\partial K}{\partial\delta_i}u_j + \frac{\partial K}{\partial\delta_j}u_i + \frac{\partial K}{\partial u}[u_i]\,u_j\Bigr)
+//! ```
+//!
+//! Regression on orthonormal modes φ of simulations (proper orthogonal decomposition; Hesthaven, Rozza & Stamm, *Certified Reduced Basis Methods*, chapter 3), with leave-one-out
+//! errors in closed form (Rasmussen & Williams, *Gaussian Processes for Machine Learning*, 5.4.2):
+//!
+//! ```math
+//! \hat u(\theta) = \bar u + \sum_m a_m(\theta)\,\varphi_m, \qquad a_m(\theta) = \beta_m\cdot p(\theta) + g_m(\theta), \qquad g_m \sim \mathcal{GP}(0, k), \qquad
+//! a_i - \hat a_{-i} = \frac{[C^{-1}a]_i}{[C^{-1}]_{ii}}
+//! ```
+//!
+//! Error estimate of a prediction û: Newton steps until simplified ones contract; u⁺ is where they end (Deuflhard, *Newton Methods for Nonlinear Problems*, chapter 2):
+//!
+//! ```math
+//! e \approx \|\hat u - u^+\|, \qquad \|\Delta u_{k+1}\| \le \tfrac14\,\|\Delta u_k\| \ \text{ in the energy norm and in the mean nodal distance}
+//! ```
 
 mod answer;
 mod answers;

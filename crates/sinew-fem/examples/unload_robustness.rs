@@ -3,7 +3,7 @@
 //! `cargo run -p sinew-fem --example unload_robustness [SHAPES [FOLDER]]`: so many shapes, 100 unless told, with two layers and with
 //! one, each at a random θ of the box and 4, 8 or 20 mmHg; FOLDER holds the surfaces of biv-me, each frame at 3 θ and 3 pressures.
 
-#[path = "../tests/support/ventricle.rs"]
+#[path = "../tests/fem/support/ventricle.rs"]
 mod ventricle;
 
 use rand::{RngExt, SeedableRng};
