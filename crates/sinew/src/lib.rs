@@ -66,7 +66,7 @@ pub use page::Published;
 pub use sinew_emulate::recipe;
 pub use sinew_emulate::{
     Answer, Answers, Correction, Design, Emulator, Error as EmulatorError, Estimate, Evaluation,
-    OneStiffness, Prediction, Record, Simulations, TestSet, Train, TrainingOptions, Warning,
+    FrozenStiffness, Prediction, Record, Simulations, TestSet, Train, TrainingOptions, Warning,
     simulate,
 };
 pub use sinew_energy::{
