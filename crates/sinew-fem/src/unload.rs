@@ -18,8 +18,8 @@ pub use options::UnloadOptions;
 pub use unloaded::{Loading, Unloaded};
 
 use crate::SolveError;
-use crate::check::check_displacement;
-use crate::system::System;
+use crate::elements::check::check_displacement;
+use crate::elements::system::System;
 use image::Image;
 use newton::Search;
 use sinew_energy::{Body, Fibres, ForceBalance};

@@ -1,6 +1,6 @@
 //! Damaged case files: each is a body or an error that names the file, never a panic.
 
-#[path = "../../sinew-mesh/tests/damage/mod.rs"]
+#[path = "../../sinew-mesh/tests/mesh/damage.rs"]
 mod damage;
 
 use damage::damaged;

@@ -3,9 +3,9 @@
 use super::entries::Places;
 use super::error::UnloadError;
 use crate::SolveError;
-use crate::sparsity::patch_nodes_of;
-use crate::supports::is_moved_rim;
-use crate::system::System;
+use crate::elements::supports::is_moved_rim;
+use crate::elements::system::System;
+use crate::linear::sparsity::patch_nodes_of;
 use sinew_energy::{Fibres, ForceBalance, PressureSurface};
 
 /// The image with what is prepared once.

@@ -4,7 +4,7 @@
 //! with partial pivoting among their rows; what is left of the front is added to that of the parent. The order is that of the
 //! stiffness, so that fill is that of its Cholesky factor.
 
-use crate::sparsity::Sparsity;
+use crate::linear::sparsity::Sparsity;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
 use faer::linalg::matmul::matmul;

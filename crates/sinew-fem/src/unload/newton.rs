@@ -7,9 +7,9 @@ use super::options::UnloadOptions;
 use super::state::{Level, Trial};
 use super::unloaded::volume_ratios;
 use crate::CellValue;
-use crate::gmres::gmres;
-use crate::supports::place;
-use crate::vector::norm;
+use crate::elements::supports::place;
+use crate::linear::gmres::gmres;
+use crate::linear::vector::norm;
 
 /// Unbalanced forces \[relative to loads and reactions\] that are at their floor.
 const BALANCED: f64 = 1e-14;

@@ -1,9 +1,9 @@
 //! The image under a load, seen from a body at rest that is tried.
 
 use super::image::Image;
-use crate::followers::Followers;
-use crate::state::load_gradient;
-use crate::vector::{Norm, norm};
+use crate::elements::followers::Followers;
+use crate::elements::state::load_gradient;
+use crate::linear::vector::{Norm, norm};
 use rayon::prelude::*;
 use sinew_energy::{Body, ForceBalance};
 

@@ -5,7 +5,7 @@ use super::image::Image;
 use super::options::UnloadOptions;
 use super::state::Trial;
 use super::unloaded::Loading;
-use crate::system::{System, Unknowns};
+use crate::elements::system::{System, Unknowns};
 use crate::{BalanceSolver, LoadSteps, Options, SolveError, Solver};
 use sinew_mesh::{AnyMesh, TriangleMesh, self_intersections};
 use std::time::Instant;
