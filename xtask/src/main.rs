@@ -14,8 +14,8 @@ mod miri;
 mod package;
 mod page;
 mod readme;
-mod wheel;
 mod viewer;
+mod wheel;
 mod words;
 
 use anyhow::Result;

@@ -18,7 +18,7 @@ use std::time::Instant;
 /// An emulator of one body, from [`Train::train`](crate::Train::train) or [`Emulator::load`].
 pub struct Emulator<'b> {
     pub(crate) body: &'b Body,
-    pub(crate) predictor: Box<dyn Predictor>,
+    pub(crate) predictor: Box<dyn Predictor + 'b>,
     /// How it was made, and how far it is to be trusted.
     pub record: Record,
     /// Solvers that are not at work, prepared when they are first needed.
@@ -120,7 +120,7 @@ impl<'b> Emulator<'b> {
     }
 
     /// Emulator of a predictor of `body`.
-    pub fn new(body: &'b Body, predictor: Box<dyn Predictor>, record: Record) -> Self {
+    pub fn new(body: &'b Body, predictor: Box<dyn Predictor + 'b>, record: Record) -> Self {
         Self { body, predictor, record, solvers: Mutex::default(), held: Mutex::new(None) }
     }
 

@@ -61,6 +61,11 @@ pub trait Predictor: Debug + Send + Sync {
         self.predict(body, thetas)
     }
 
+    /// Cost of a prediction in Newton steps of the body, by which [`Plan`](crate::Plan) weighs it: about none unless it takes steps itself.
+    fn newton_steps(&self) -> f64 {
+        0.0
+    }
+
     /// `∂û/∂θ` at θ: a field for every parameter, node by node [length per unit of the parameter]; by central differences unless the
     /// predictor knows better.
     ///

@@ -22,7 +22,10 @@ use anyhow::{Context, Result};
 use batch::{Answer, Batch, ThetaArguments, Written};
 use clap::Args;
 use sinew::case::{Formulation, Lowered};
-use sinew::{Body, Case, CaseError, EmulatorError, Simulations, ThetaText, theta_in_words};
+use sinew::{
+    Body, Case, CaseError, Emulator, EmulatorError, FrozenStiffness, Simulations, ThetaText,
+    theta_in_words,
+};
 use sinew_emulate::{Terminal, simulate_by};
 use sinew_fem::Options;
 use std::path::{Path, PathBuf};
@@ -82,6 +85,42 @@ fn tell_doubts(case: &Case, body: &Body) {
     if case.formulation == Formulation::Auto {
         let averaged = if body.patches.is_empty() { "" } else { ", volume ratios averaged" };
         eprintln!("formulation auto: {}{averaged}", body.element().plural);
+    }
+}
+
+/// Another body whose solution and stiffness are known.
+#[derive(Debug, Args)]
+pub(crate) struct Neighbour {
+    /// Case file or built-in scene of another body with the same cells between its nodes and the same supports: its solution and its stiffness
+    /// give the predictions for an unseen body
+    #[arg(long, value_name = "CASE")]
+    from: Option<PathBuf>,
+}
+
+impl Neighbour {
+    /// The other body, where one was named.
+    ///
+    /// # Errors
+    /// A case that cannot be read.
+    pub(crate) fn body(&self) -> Result<Option<Body>> {
+        self.from.as_ref().map(|path| Ok(Case::read(path)?.body()?)).transpose()
+    }
+
+    /// Emulator of `body` by the solution and the stiffness of the other body.
+    ///
+    /// # Errors
+    /// Bodies whose cells or supports differ, another body that has no equilibrium.
+    pub(crate) fn emulator<'b>(&self, other: &'b Body, body: &'b Body) -> Result<Emulator<'b>> {
+        let unlike = |error: EmulatorError| {
+            let name = self.from.as_deref().unwrap_or(Path::new("")).display();
+            match error {
+                EmulatorError::Solve(sinew_fem::SolveError::OtherBody { .. }) => {
+                    Usage(format!("--from {name}: {error}")).into()
+                }
+                error => anyhow::anyhow!("--from {name}: {error}"),
+            }
+        };
+        FrozenStiffness::new(other).and_then(|known| known.on(body)).map_err(unlike)
     }
 }
 

@@ -74,7 +74,7 @@ pub use patient::{PatientFile, Prepared, Seen};
 pub use sinew_emulate::recipe;
 pub use sinew_emulate::{
     Answer, Answers, Correction, Design, Emulator, Error as EmulatorError, Estimate, Evaluation,
-    OneStiffness, Prediction, Record, Simulations, TestSet, Train, TrainingOptions, Warning,
+    FrozenStiffness, Prediction, Record, Simulations, TestSet, Train, TrainingOptions, Warning,
     simulate,
 };
 pub use sinew_energy::{

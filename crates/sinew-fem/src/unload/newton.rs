@@ -6,8 +6,8 @@ use super::multifrontal::{Entries, Multifrontal};
 use super::options::UnloadOptions;
 use super::state::{Level, Trial};
 use super::unloaded::volume_ratios;
-use crate::linear::gmres::gmres;
 use crate::elements::supports::place;
+use crate::linear::gmres::gmres;
 use crate::linear::vector::norm;
 use crate::{CellValue, SolveError};
 

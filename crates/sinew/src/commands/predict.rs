@@ -2,7 +2,8 @@
 
 mod answer;
 use super::{
-    Answer, Batch, CaseArguments, MOST_WARNINGS, ThetaArguments, Written, chosen, warn_of_locking,
+    Answer, Batch, CaseArguments, MOST_WARNINGS, Neighbour, ThetaArguments, Written, chosen,
+    refuse, warn_of_locking,
 };
 use anyhow::Result;
 use clap::Args;
@@ -39,6 +40,7 @@ is a row of cases.csv with the reason, and the exit code is not 0.
 
 With --accuracy no emulator is needed: solver, Taylor expansion or a trained emulator is taken, whichever takes the fewest
 Newton steps, and each answer is refined until its checked error is below the tolerance. Writes into OUT/predict/accuracy.
+For an unseen body, --from names the case of another one with the same cells: its solution and stiffness give predictions.
 
 Example: sinew sample OnceClampedBeam && sinew predict OnceClampedBeam --theta out/OnceClampedBeam/sample/thetas.csv")]
 pub(crate) struct Predict {
@@ -54,6 +56,8 @@ pub(crate) struct Predict {
     /// to be within it
     #[arg(long, value_name = "TOLERANCE", conflicts_with_all = ["refine", "quick"])]
     accuracy: Option<f64>,
+    #[command(flatten)]
+    neighbour: Neighbour,
 }
 
 /// For which parameters, and how often.
@@ -98,7 +102,10 @@ impl Predict {
     pub(crate) fn run(&self) -> Result<()> {
         let (case, body, folder) = self.asked.case.open()?;
         if let Some(accuracy) = self.accuracy {
-            return answer::to(&self.asked, accuracy, (&case, &body, &folder));
+            return answer::to(&self.asked, accuracy, &self.neighbour, (&case, &body, &folder));
+        }
+        if self.neighbour.body()?.is_some() {
+            return refuse("--from answers to an accuracy: add --accuracy 1e-3".into());
         }
         let Opened { mut batch, emulator, name } = self.asked.open(&case, &body, &folder)?;
         let prediction = predicted(&emulator, &mut batch, self.refine)?;
