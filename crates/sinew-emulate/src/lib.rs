@@ -37,9 +37,34 @@
 //!   [`Calibration`]), corrects ([`Correction`]), is stored and loaded, and is evaluated against a [`TestSet`]
 //!   ([`Evaluation`]).
 //! - [`Answers`]: displacements to an accuracy that is asked for, by the method that costs least.
-//! - [`OneStiffness`]: unseen bodies.
+//! - [`FrozenStiffness`]: unseen bodies, by the solution and the stiffness of another one.
 //! - [`TrainingOptions`]: budget, seed, folder for what is kept and resumed. [`Observer`] hears of progress; what makes a
 //!   result less trustworthy is a [`Warning`] in it.
+//!
+//! # Equations
+//!
+//! Taylor expansion of second order about the equilibrium u₀ at the centre of the ranges, in standardised parameters δ; one factorised stiffness gives all
+//! coefficients (implicit function theorem; Nocedal & Wright, *Numerical Optimization*, A.2):
+//!
+//! ```math
+//! \hat u(\theta) = u_0 + \sum_i u_i\,\delta_i + \tfrac12\sum_{ij} u_{ij}\,\delta_i\delta_j, \qquad
+//! K u_i = -\frac{\partial r}{\partial\delta_i}, \qquad
+//! K u_{ij} = -\Bigl(\frac{\partial^2 r}{\partial\delta_i\,\partial\delta_j} + \frac{\partial K}{\partial\delta_i}u_j + \frac{\partial K}{\partial\delta_j}u_i + \frac{\partial K}{\partial u}[u_i]\,u_j\Bigr)
+//! ```
+//!
+//! Regression on orthonormal modes φ of simulations (proper orthogonal decomposition; Hesthaven, Rozza & Stamm, *Certified Reduced Basis Methods*, chapter 3), with leave-one-out
+//! errors in closed form (Rasmussen & Williams, *Gaussian Processes for Machine Learning*, 5.4.2):
+//!
+//! ```math
+//! \hat u(\theta) = \bar u + \sum_m a_m(\theta)\,\varphi_m, \qquad a_m(\theta) = \beta_m\cdot p(\theta) + g_m(\theta), \qquad g_m \sim \mathcal{GP}(0, k), \qquad
+//! a_i - \hat a_{-i} = \frac{[C^{-1}a]_i}{[C^{-1}]_{ii}}
+//! ```
+//!
+//! Error estimate of a prediction û: Newton steps until simplified ones contract; u⁺ is where they end (Deuflhard, *Newton Methods for Nonlinear Problems*, chapter 2):
+//!
+//! ```math
+//! e \approx \|\hat u - u^+\|, \qquad \|\Delta u_{k+1}\| \le \tfrac14\,\|\Delta u_k\| \ \text{ in the energy norm and in the mean nodal distance}
+//! ```
 
 mod answer;
 mod answers;
@@ -52,9 +77,9 @@ mod error;
 mod estimate;
 mod evaluate;
 mod evaluation;
+mod frozen_stiffness;
 mod graph;
 mod identity;
-mod one_stiffness;
 mod options;
 mod parameters;
 mod plan;
@@ -70,6 +95,7 @@ mod sensitivity;
 mod session;
 mod shared;
 mod simulate;
+mod stages;
 pub mod store;
 mod taylor;
 #[cfg(feature = "terminal")]
@@ -77,7 +103,7 @@ mod terminal;
 mod timing;
 mod warning;
 
-pub use answer::{Answer, Source};
+pub use answer::Answer;
 pub use answers::Answers;
 pub use campaign::{Shard, merge, simulate_shard};
 pub use correction::Correction;
@@ -86,7 +112,7 @@ pub use error::{Error, Result};
 pub use estimate::{Distance, Estimate};
 pub use evaluate::{CaseErrors, Errors, METRICS, Metric, TestSet, median_and_worst};
 pub use evaluation::{Corrected, Evaluation, Times};
-pub use one_stiffness::OneStiffness;
+pub use frozen_stiffness::FrozenStiffness;
 pub use options::{Budget, TrainingOptions};
 pub use plan::{Cost, Method, Plan};
 pub use predictor::Predictor;
@@ -94,10 +120,11 @@ pub use progress::{Counter, Observer, Progress};
 pub use quantiles::Quantiles;
 pub use recipe::{Train, train};
 pub use record::{Calibration, Candidate, Choice, CurvePoint, Kept, Record};
-pub use regression::{Interpolation, PodRegression, RegressionError};
+pub use regression::{Interpolation, PodRegression, RegressionError, RegressionParts};
 pub use sampling::{Design, share_of, split_seed};
 pub use simulate::{Failure, MOST_COMPARED, Simulations, read_simulations, simulate, simulate_by};
 pub use sinew_energy::Body;
+pub use stages::Stage;
 pub use taylor::TaylorExpansion;
 #[cfg(feature = "terminal")]
 pub use terminal::Terminal;

@@ -29,6 +29,35 @@
 //! assert_eq!(body.value(&displacement, &theta), f64::INFINITY);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! # Equations
+//!
+//! Total potential energy of a displacement u with body force b, dead traction t, elastic foundation S and cavity pressure p (thesis (3.12);
+//! Bonet & Wood, *Nonlinear Continuum Mechanics*, chapter 8):
+//!
+//! ```math
+//! \Pi(u;\theta) = \int_{\Omega_0}\!\Psi(F;\theta)\,\mathrm dV - \int_{\Omega_0}\! b\cdot u\,\mathrm dV - \int_{\Gamma_t}\! t\cdot u\,\mathrm dA
+//!   + \tfrac12\int_{\Gamma_s}\! u\cdot S\,u\,\mathrm dA - p\,\bigl(V(u)-V_0\bigr), \qquad F = I + \nabla u
+//! ```
+//!
+//! First Piola–Kirchhoff stress, its tangent and the Cauchy stress (Bonet & Wood, 5.5 and 6.2), with J = det F:
+//!
+//! ```math
+//! P = \frac{\partial\Psi}{\partial F}, \qquad \mathbb A = \frac{\partial^2\Psi}{\partial F\,\partial F}, \qquad \sigma = J^{-1} P F^{\mathsf T}
+//! ```
+//!
+//! Weak form, for every virtual displacement v that vanishes at Dirichlet nodes; N is the outward normal in the reference configuration (Bonet & Wood, 8.2 and 8.5):
+//!
+//! ```math
+//! r(u)\cdot v = \int_{\Omega_0}\! P:\nabla v\,\mathrm dV - \int_{\Omega_0}\! b\cdot v\,\mathrm dV - \int_{\Gamma_t}\! t\cdot v\,\mathrm dA
+//!   + \int_{\Gamma_s}\! v\cdot S\,u\,\mathrm dA + p\int_{\Gamma_p}\! J F^{-\mathsf T} N\cdot v\,\mathrm dA = 0
+//! ```
+//!
+//! Tangent stiffness of the internal forces (Bonet & Wood, 9.4), and averaged volume ratios (de Souza Neto et al. 1996, 2005), with the mean J̄ of a patch:
+//!
+//! ```math
+//! v^{\mathsf T} K\,w = \int_{\Omega_0}\! \nabla v : \mathbb A : \nabla w\,\mathrm dV, \qquad \Psi\bigl((\bar J/J)^{1/3} F\bigr)
+//! ```
 
 mod balance;
 mod body;

@@ -44,6 +44,40 @@
 //!   `cargo run -p sinew-fem --example watch_iterations`.
 //! - [`Unload`] finds the body at rest of which a mesh shows the loaded state, with verdicts and ∂X/∂θ.
 //! - [`fibres`] lays muscle fibres into ventricles by rules.
+//!
+//! # Equations
+//!
+//! Newton's method with a line search on the potential energy; σ ≥ 0 is the least shift that makes the stiffness positive definite, D its mean diagonal, c = 1e-4
+//! (Nocedal & Wright, *Numerical Optimization*, 3.1 and 3.4; a watchdog, 15.6, allows two steps that raise the energy):
+//!
+//! ```math
+//! (K + \sigma D)\,\Delta u = -r(u), \qquad u \leftarrow u + \alpha\,\Delta u, \qquad \Pi(u+\alpha\,\Delta u) \le \Pi(u) + c\,\alpha\, r\cdot\Delta u
+//! ```
+//!
+//! Quasi-Newton (L-BFGS) update about a frozen stiffness K₀, from steps s and changes y of the residual (Nocedal & Wright, 7.2):
+//!
+//! ```math
+//! H_{k+1} = \bigl(I - \rho_k s_k y_k^{\mathsf T}\bigr)\,H_k\,\bigl(I - \rho_k y_k s_k^{\mathsf T}\bigr) + \rho_k s_k s_k^{\mathsf T}, \quad
+//! \rho_k = \frac{1}{y_k\cdot s_k}, \quad H_0 = \gamma K_0^{-1}, \quad \gamma = \frac{s\cdot y}{y\cdot K_0^{-1} y}
+//! ```
+//!
+//! Arc-length continuation along a [`Line`] with place λ; the constraint plane through the predictor (û, λ̂) is normal to its direction (n, ν), and ℓ scales lengths (Bonet & Wood, 9.6):
+//!
+//! ```math
+//! r(u;\lambda) = 0, \qquad \ell^{-2}\, n\cdot(u-\hat u) + \nu\,(\lambda-\hat\lambda) = 0
+//! ```
+//!
+//! Sensitivities by the implicit function theorem, and the adjoint of a quantity q(u) (Nocedal & Wright, A.2):
+//!
+//! ```math
+//! K\,\frac{\partial u}{\partial\theta_j} = -\frac{\partial r}{\partial\theta_j}, \qquad K z = \frac{\partial q}{\partial u}, \qquad \frac{\mathrm dq}{\mathrm d\theta_j} = -z\cdot\frac{\partial r}{\partial\theta_j}
+//! ```
+//!
+//! Error of an iterate from its contraction ratio κ, the larger of those in the mean nodal length and in the energy norm (Deuflhard, *Newton Methods for Nonlinear Problems*, 2.1); the safety factor is 4 in [`Solver::converge`]:
+//!
+//! ```math
+//! \|u - u^*\| \lesssim \frac{4}{1-\kappa}\,\|\Delta u\|, \qquad \kappa = \frac{\|\Delta u\|}{\|\Delta u_{\text{before}}\|} \le \tfrac12, \qquad \|v\|_K = \sqrt{v^{\mathsf T} K v}
+//! ```
 
 mod diagnose;
 mod elements;
@@ -81,4 +115,4 @@ pub use solve::sweep::{CHAIN, Sweep, SweepError, sweep, sweep_balances};
 pub use solve::trace::{Trace, TraceEnd};
 pub use solve::volume::VolumeStep;
 pub use solve::watch::{Progress, print_progress};
-pub use unload::{Loading, Unload, UnloadError, UnloadOptions, Unloaded};
+pub use unload::{Loading, ThinWall, Unload, UnloadError, UnloadOptions, Unloaded};

@@ -65,6 +65,32 @@
 //!   schedules, validation, checkpoints that continue bit for bit.
 //!
 //! Nothing assumes one geometry or three dimensions.
+//!
+//! # Equations
+//!
+//! K message-passing steps with embeddings v of nodes and e of stored edges, each edge from a sender s to a receiver i; sums are signed by the direction (thesis, Algorithm 2 and (2.28)):
+//!
+//! ```math
+//! m_{is} = \phi_e(e_{is}, v_i, v_s), \qquad v_i \leftarrow v_i + \phi_v\Bigl(v_i, \sum_s \pm\, m_{is}\Bigr), \qquad e_{is} \leftarrow e_{is} + m_{is}
+//! ```
+//!
+//! The decoder of each displacement component reads embeddings of the parameters, the shape and the node:
+//!
+//! ```math
+//! \hat u_d(X_i;\theta) = \psi_d\Bigl(z_\theta, z_{\text{global}}, \bigl[v_i, \textstyle\sum_s e_{is}\bigr]\Bigr)
+//! ```
+//!
+//! Losses: supervised ([`DataFit`], thesis (3.11)), with deformation gradients ([`DataFitWithGradient`], (B.1)), in the energy norm ([`EnergyNormFit`]), and
+//! physics-informed, without simulations ([`MinimumPotential`], (3.12) and (3.16)):
+//!
+//! ```math
+//! \mathcal L_{\text{data}} = \operatorname{mean}_i \|u_i - \hat u_i\|, \quad
+//! \mathcal L_{F} = \mathcal L_{\text{data}} + w \operatorname{mean}_e \|F_e - \hat F_e\|_F, \quad
+//! \mathcal L_K = \sqrt{(u-\hat u)^{\mathsf T} K (u-\hat u)}, \quad
+//! \mathcal L_\Pi = \Pi(\hat u;\theta)
+//! ```
+//!
+//! All are divided by a characteristic length or energy. Cells that training may invert are kept finite by barriers in Π (`sinew_energy::Barriers`).
 
 mod arrays;
 mod config;

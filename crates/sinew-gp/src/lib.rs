@@ -58,6 +58,34 @@
 //! - [`SemiLinear`]: equations with a nonlinear term, by Gauss and Newton.
 //!
 //! Everything is in double precision.
+//!
+//! # Equations
+//!
+//! Prior whose every function satisfies the boundary conditions (HCGP; thesis, Definition 4.4.1): m satisfies them, φₚ vanish where they are imposed, zₚ are free:
+//!
+//! ```math
+//! u = m + \sum_p \varphi_p z_p, \quad z_p \sim \mathcal{GP}(0,\sigma_p^2 k), \qquad
+//! \operatorname{cov}\bigl(u(x),u(x')\bigr) = \sum_p \sigma_p^2\,\varphi_p(x)\,\varphi_p(x')\,k(x,x')
+//! ```
+//!
+//! Measured values and values of the right-hand side of L u = f are jointly normal (thesis (4.18); Rasmussen & Williams, *Gaussian Processes for Machine Learning*, 9.4); the data covariance C contains the noise:
+//!
+//! ```math
+//! \operatorname{cov}(f,u') = L_x k(x,x'), \qquad \operatorname{cov}(f,f') = L_x L_{x'} k(x,x'), \qquad
+//! \ln p(y) = -\tfrac12 (y-m)^{\mathsf T} C^{-1}(y-m) - \tfrac12\ln\det C - \tfrac n2 \ln 2\pi
+//! ```
+//!
+//! Evidence of [`Evidence::Joint`] and [`Evidence::UnitInformation`]; the second counts all n_f imposed values as one observation:
+//!
+//! ```math
+//! \ln p(y_u, y_f), \qquad \ln p(y_u \mid y_f) + \tfrac1{n_f}\ln p(y_f)
+//! ```
+//!
+//! Posterior of any linear functional A u (Rasmussen & Williams, 2.2), averaged by [`laplace`] and [`nuts`] over draws of the parameters:
+//!
+//! ```math
+//! \mathbb E[A u] = A m + A k_{\cdot y}\,C^{-1}(y-m), \qquad \operatorname{var}[A u] = A A' k - A k_{\cdot y}\,C^{-1} (A k_{\cdot y})^{\mathsf T}
+//! ```
 
 mod coefficients;
 mod compile;

@@ -15,7 +15,9 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sinew::case::{RecipeName, Training};
 use sinew::{Body, Emulator, Parameter, TrainingOptions};
-use sinew_emulate::{Budget, Design, Error, Estimate, OneStiffness, Prediction, split_seed, store};
+use sinew_emulate::{
+    Budget, Design, Error, Estimate, FrozenStiffness, Prediction, split_seed, store,
+};
 use sinew_fem::Solver;
 use sinew_gnn::Budget as Length;
 use sinew_networks::Population;
@@ -175,7 +177,7 @@ fn train<'b>(
 /// Bodies of random shape by one stiffness and by a network for the population.
 fn unseen(options: &Options, shapes: Shapes) -> Result<Vec<Outcome>> {
     let mean = shapes.body(None)?;
-    let stiffness = OneStiffness::new(&mean)?;
+    let stiffness = FrozenStiffness::new(&mean)?;
     let draw = |number: u64| {
         shapes.body(Some(split_seed(options.seed, number))).map_err(|error| {
             sinew_networks::Error::Draw { index: number, reason: format!("{error:#}") }
@@ -205,7 +207,7 @@ fn unseen(options: &Options, shapes: Shapes) -> Result<Vec<Outcome>> {
             Ok(())
         };
         for steps in STEPS {
-            let found = stiffness.predict(&body, &theta, steps)?;
+            let found = stiffness.descend(&body, &theta, steps)?;
             let fields = found.into_iter().map(|descent| descent.displacement).collect();
             judge(&format!("one stiffness, {steps} steps"), fields)?;
         }

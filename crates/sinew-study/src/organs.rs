@@ -6,7 +6,7 @@
 
 mod cubes;
 pub mod map;
-mod newcomers;
+pub mod newcomers;
 pub mod options;
 mod rates;
 pub mod regions;

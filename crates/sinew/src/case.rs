@@ -38,11 +38,13 @@ pub use units::stress_in_kpa;
 pub(crate) use units::{number_and_unit, stress};
 
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 use sinew_energy::{Body, Magnitude, SceneError};
 use source::Source;
 pub(crate) use source::advise;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Content of a case file.
 ///
@@ -104,6 +106,15 @@ pub struct Case {
     /// How an emulator is trained.
     #[serde(default)]
     pub training: Training,
+    /// States of a patient, which [`crate::PatientFile`] reads.
+    #[serde(default)]
+    phases: IgnoredAny,
+    /// Measurements of a patient.
+    #[serde(default)]
+    data: IgnoredAny,
+    /// Settings of a calibration.
+    #[serde(default)]
+    calibration: IgnoredAny,
     #[serde(skip)]
     pub(crate) source: Source,
 }
@@ -177,6 +188,28 @@ impl Case {
     /// Case with the mesh of another file.
     pub fn with_mesh(mut self, file: PathBuf) -> Self {
         self.mesh = MeshSource { file: Some(file), unit: self.mesh.unit, ..MeshSource::default() };
+        self
+    }
+
+    /// Case on a mesh in memory, in the unit of length that its `mesh` names.
+    ///
+    /// ```
+    /// use sinew::Case;
+    ///
+    /// let text = r#"
+    ///     law = "neo-hookean"
+    ///     supports = [{ clamped = "x_min" }]
+    ///     mesh.unit = "cm"
+    ///     parameters = { mu = [8.0, 16.0], lambda = [8.0, 16.0] }
+    /// "#;
+    /// let mesh = sinew_mesh::box_tetrahedra([3.0, 1.0, 1.0], [3, 1, 1]);
+    /// let body = Case::parse(text, "bar.toml")?.on(mesh.into()).body()?;
+    /// assert_eq!(body.positions.iter().map(|x| x[0]).fold(0.0, f64::max), 30.0);
+    /// # Ok::<(), sinew::CaseError>(())
+    /// ```
+    pub fn on(mut self, mesh: sinew_mesh::AnyMesh) -> Self {
+        let given = Some(Arc::new(mesh));
+        self.mesh = MeshSource { given, unit: self.mesh.unit, ..MeshSource::default() };
         self
     }
 

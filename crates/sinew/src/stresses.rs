@@ -67,7 +67,7 @@ fn volumes_at_rest(body: &Body) -> impl Iterator<Item = f64> {
 }
 
 /// Values of cells averaged to nodes by the volumes of the cells.
-fn at_nodes(body: &Body, components: usize, values: &[f64]) -> Vec<f64> {
+pub(crate) fn at_nodes(body: &Body, components: usize, values: &[f64]) -> Vec<f64> {
     let (mut sums, mut weights) = (vec![0.0; components * body.nodes], vec![0.0; body.nodes]);
     let cells = body.cell_nodes().zip(volumes_at_rest(body)).zip(values.chunks(components));
     for ((nodes, volume), row) in cells {

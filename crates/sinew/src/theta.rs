@@ -66,11 +66,33 @@ pub fn parse_theta(text: &str, parameters: &[Parameter]) -> Result<Vec<f64>, The
         names.push(name.trim());
         values.push(value.trim());
     }
-    let columns = columns(&names, parameters).map_err(error)?;
+    named(&names, &values, parameters).map_err(error)
+}
+
+/// θ from names and texts such as `("p", "7 mmHg")`, in any order, as [`parse_theta`].
+///
+/// # Errors
+/// As [`parse_theta`].
+///
+/// ```
+/// use sinew::{Parameter, theta_of};
+/// let parameters = ["mu", "lambda"].map(|name| Parameter::log(name, "kPa", 1.0..=2.0));
+/// assert_eq!(theta_of(&[("lambda", "1.5"), ("mu", "2000 Pa")], &parameters).unwrap(), [2.0, 1.5]);
+/// ```
+pub fn theta_of(pairs: &[(&str, &str)], parameters: &[Parameter]) -> Result<Vec<f64>, ThetaText> {
+    let (names, values): (Vec<&str>, Vec<&str>) =
+        pairs.iter().map(|(name, value)| (name.trim(), value.trim())).unzip();
+    let error = |reason| ThetaText { place: "theta".into(), reason };
+    named(&names, &values, parameters).map_err(error)
+}
+
+/// Values by name, each in its parameter's unit unless it names its own.
+fn named(names: &[&str], values: &[&str], parameters: &[Parameter]) -> Result<Vec<f64>, String> {
+    let columns = columns(names, parameters)?;
     let read = |(parameter, &column): (&Parameter, &usize)| {
         number(values[column], &parameter.unit, parameter)
     };
-    parameters.iter().zip(&columns).map(read).collect::<Result<_, _>>().map_err(error)
+    parameters.iter().zip(&columns).map(read).collect()
 }
 
 /// A parameter, by its place in θ, with the ends of a way along it, from `name=START..END` such as `p=0..8mmHg`. A unit after the

@@ -124,6 +124,20 @@ impl Solver<'_> {
         displacement: &[f64],
         theta: &[f64],
     ) -> Result<ErrorEstimate, SolveError> {
+        self.error_estimate_within(displacement, theta, MOST_STEPS)
+    }
+
+    /// As [`Solver::error_estimate`], but by more than so many Newton steps only while each leaves at most a quarter of the unbalanced forces: for a
+    /// displacement that a solve from rest may do better than.
+    ///
+    /// # Errors
+    /// As for [`Solver::error_estimate`].
+    pub fn error_estimate_within(
+        &mut self,
+        displacement: &[f64],
+        theta: &[f64],
+        most: usize,
+    ) -> Result<ErrorEstimate, SolveError> {
         let start = Instant::now();
         self.check(displacement, theta)?;
         let body = self.body();
@@ -136,7 +150,7 @@ impl Solver<'_> {
             distance: Err(NotNearEquilibrium::Inadmissible { cell: 0 }),
             seconds: 0.0,
         };
-        let distance = self.contract(displacement, theta, &mut estimate);
+        let distance = self.contract(displacement, (theta, most), &mut estimate);
         estimate.distance = match distance {
             Ok(distance) => distance,
             Err(SolveError::Inadmissible { cell }) => {
@@ -155,7 +169,7 @@ impl Solver<'_> {
     fn contract(
         &mut self,
         displacement: &[f64],
-        theta: &[f64],
+        (theta, most): (&[f64], usize),
         estimate: &mut ErrorEstimate,
     ) -> Result<Result<Distance, NotNearEquilibrium>, SolveError> {
         let mut from = displacement.to_vec();
@@ -185,9 +199,12 @@ impl Solver<'_> {
                 return Ok(Err(NotNearEquilibrium::Indefinite { steps }));
             }
             from = step.displacement;
+            if steps >= most && step.residual_after > CONTRACTS * step.residual_before {
+                break;
+            }
         }
-        let residual = self.residual_at(&from, theta);
-        Ok(Err(NotNearEquilibrium::Diverges { steps: MOST_STEPS, residual }))
+        let (steps, residual) = (estimate.newton_steps, self.residual_at(&from, theta));
+        Ok(Err(NotNearEquilibrium::Diverges { steps, residual }))
     }
 
     /// Simplified steps after a whole Newton step, if each is at most a quarter of the one before. One alone may be short by chance: where a

@@ -115,7 +115,7 @@ impl<'p> System<'p> {
             factor: self.factor.fresh()?,
             followers: Followers::new(surfaces),
             coupling: None,
-            proportions: Arc::default(),
+            proportions: self.proportions.clone(),
         })
     }
 

@@ -147,6 +147,14 @@ impl<'p> HeldStiffness<'p> {
         self.system.relax(potential, from, steps, BALANCED)
     }
 
+    /// Requires another body with the same cells between its nodes and as many held directions at each.
+    ///
+    /// # Errors
+    /// [`SolveError::OtherBody`].
+    pub fn suits(&self, body: &Body) -> Result<(), SolveError> {
+        self.frames_of(body).map(|_| ())
+    }
+
     /// This frozen stiffness for another body with the same cells between its nodes and as many held directions at each: another shape, another
     /// material, other loads. The less alike both are, the more steps it takes; where
     /// both are nearly incompressible ([`Descent::unbalanced`] stays about one) none are enough, for stiff are changes of another shape's volumes.

@@ -122,7 +122,7 @@ impl System<'_> {
     }
 
     /// Factorises the stiffness at a displacement; returns the shift of the factor, which only preconditions then.
-    fn factorise_at(
+    pub(crate) fn factorise_at(
         &mut self,
         at: &Unknowns,
         theta: &[f64],

@@ -54,6 +54,12 @@ impl Trial {
         finite.then_some(Self { motion, rest, displacement, residual, force, scale, least })
     }
 
+    /// A body at rest whose image, itself for now, is in balance.
+    pub(super) fn balanced(rest: ForceBalance) -> Self {
+        let (motion, displacement, residual) = (Vec::new(), Vec::new(), Vec::new());
+        Self { motion, rest, displacement, residual, force: 0.0, scale: 0.0, least: 1.0 }
+    }
+
     /// Unbalanced forces relative to loads and reactions.
     pub(super) fn size(&self) -> f64 {
         if self.force == 0.0 { 0.0 } else { self.force / self.scale.max(f64::MIN_POSITIVE) }

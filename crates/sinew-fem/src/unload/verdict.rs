@@ -24,8 +24,7 @@ impl Image<'_> {
     ) -> Result<Option<Loading>, UnloadError> {
         self.check_crossings(trial)?;
         let rest = &trial.rest;
-        let balance = (!self.system.has_potential()).then_some(rest);
-        let mut system = self.system.like(&rest.body, balance)?;
+        let mut system = self.system_of(rest)?;
         system.assemble(&Unknowns::of(&trial.displacement), theta, 1.0, None);
         let (_, negative_pivots) = system.factorise(false).ok_or(SolveError::Singular)?;
         if negative_pivots > 0 {

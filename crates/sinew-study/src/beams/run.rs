@@ -3,8 +3,9 @@
 use crate::beams::options::BeamOptions;
 use crate::beams::recipes::{self, Samples};
 use crate::beams::scenes::{BEAMS, Beam};
+use crate::beams::{fenics, samples};
 use crate::timing::WallClock;
-use crate::{fenics, manifest, program, samples};
+use crate::{manifest, program};
 use anyhow::{Context, Result, ensure};
 use sinew::output::Fields;
 use sinew::{Body, Case, Comparison, TestSet};

@@ -35,7 +35,7 @@ macro_rules! fixture {
         }
     };
     ($folder:literal, $array:literal) => {
-        include_bytes!(concat!("../../../fixtures/beam/", $folder, "/", $array, ".npy"))
+        include_bytes!(concat!("../../../../fixtures/beam/", $folder, "/", $array, ".npy"))
     };
 }
 

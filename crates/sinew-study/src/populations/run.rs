@@ -8,7 +8,7 @@ use super::stage::{INFLATED, Individual, RECTANGLES, Stage};
 use super::{inflated, rectangles};
 use crate::program::Growing;
 use anyhow::{Context, Result};
-use sinew_emulate::{Emulator, OneStiffness};
+use sinew_emulate::{Emulator, FrozenStiffness};
 use sinew_networks::{Loss, Population, PopulationEmulator, Start};
 use sinew_report::{Report, Section};
 use std::ops::ControlFlow;
@@ -185,13 +185,13 @@ fn refined(method: &str) -> String {
 /// The mean body of the population, on the mesh of a group.
 fn one_stiffness(stage: &Stage, group: &Group, study: &mut Study) -> Result<()> {
     let Some(mean) = stage.mean_like(&group.individuals[0].body)? else { return Ok(()) };
-    let emulator = OneStiffness::new(&mean)?;
+    let emulator = FrozenStiffness::new(&mean)?;
     for steps in FROM_ANOTHER {
         let name = format!("one stiffness, {steps} steps");
         let about = "from solution and stiffness of the mean body, one solve in all";
         study.outcomes.push(group.measure([&name, about], 0.0, |individual| {
             let theta = std::slice::from_ref(&individual.theta);
-            Ok(emulator.predict(&individual.body, theta, steps)?.remove(0).displacement)
+            Ok(emulator.descend(&individual.body, theta, steps)?.remove(0).displacement)
         })?);
     }
     Ok(())

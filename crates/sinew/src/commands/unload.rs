@@ -5,16 +5,15 @@ use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 use sinew::output::displacement_in_words;
 use sinew::stresses::add_stresses;
-use sinew::{Body, Case, theta_in_words};
+use sinew::{Body, Case, mesh_at_rest, theta_in_words};
 use sinew_energy::Fibres;
 use sinew_fem::{Unload, UnloadOptions, Unloaded, balance_stresses};
-use sinew_mesh::{AnyMesh, Field};
+use sinew_mesh::AnyMesh;
 use sinew_report::format::trimmed;
 use std::path::{Path, PathBuf};
-use toml::{Table, Value};
 
-/// Fields of the directions in the file at rest, and their keys in a case file.
-const DIRECTIONS: [(&str, &str); 2] = [("fibre", "field"), ("sheet", "sheets")];
+/// Field of the fibres.
+const FIBRE: &str = "fibre";
 /// Unbalanced forces \[relative to loads and reactions\] of the image that the case file at rest may leave.
 const SAME: f64 = 1e-6;
 
@@ -63,12 +62,15 @@ impl UnloadCommand {
             Convention::Kept => Fibres::Kept,
         };
         let mut unload = Unload::new(&image)?.fibres(fibres);
+        if let Some(thin) = unload.thin_wall() {
+            eprintln!("warning: {thin}");
+        }
         let unloaded = unload.solve(theta, &UnloadOptions::default())?;
         warn_of_locking(unloaded.locking);
         println!("{}{}", theta_in_words(&image, theta), said(&image, &unloaded));
         picture(&image, &unloaded, self.fields)?.write_vtu(&self.output)?;
         let file = self.output.with_extension("toml");
-        let text = at_rest(&case, &unloaded, &self.output)?;
+        let text = case.text_at_rest(&unloaded, Some(&self.output))?;
         std::fs::write(&file, text).with_context(|| file.display().to_string())?;
         println!("written: {} and {}", self.output.display(), file.display());
         if let Some(left) = left(&file, &unloaded) {
@@ -104,69 +106,21 @@ fn said(image: &Body, unloaded: &Unloaded) -> String {
 
 /// The mesh at rest with its fields, and with stresses of the image if they are wanted.
 fn picture(image: &Body, unloaded: &Unloaded, stresses: bool) -> Result<AnyMesh> {
-    let rest = &unloaded.rest.body;
-    let mut mesh = (*rest.mesh).clone();
+    let mut mesh = mesh_at_rest(image, unloaded);
     if stresses {
-        let cells =
-            balance_stresses(&unloaded.rest, &unloaded.displacement(), &[], &unloaded.theta)?;
-        add_stresses(&mut mesh, rest, &cells);
-        // The name is that of the directions at rest, which the case file reads.
-        let fibrous = !rest.material.directions(0).is_empty();
-        if let Some(fibre) =
-            fibrous.then(|| mesh.cell_fields_mut().remove(DIRECTIONS[0].0)).flatten()
+        // The case file at rest reads the directions at rest under this name.
+        let at_rest = mesh.cell_fields_mut().remove(FIBRE);
+        let rest = &unloaded.rest;
+        let cells = balance_stresses(rest, &unloaded.displacement(), &[], &unloaded.theta)?;
+        add_stresses(&mut mesh, &rest.body, &cells);
+        let fields = mesh.cell_fields_mut();
+        if let Some(at_rest) = at_rest
+            && let Some(in_image) = fields.insert(FIBRE.into(), at_rest)
         {
-            mesh.cell_fields_mut().insert("fibre_in_image".into(), fibre);
+            fields.insert("fibre_in_image".into(), in_image);
         }
     }
-    let to_image = Field::vectors(unloaded.displacement().as_chunks::<3>().0);
-    mesh.point_fields_mut().insert("u_to_image".into(), to_image);
-    let sums = |volumes: &[f64]| -> Vec<f64> {
-        volumes.chunks(rest.points_per_cell).map(|of_cell| of_cell.iter().sum()).collect()
-    };
-    let ratios = sums(&rest.volumes).iter().zip(sums(&image.volumes)).map(|(r, i)| r / i).collect();
-    mesh.cell_fields_mut().insert("det_f".into(), Field::scalars(ratios));
-    let count = rest.material.directions(0).len();
-    for (direction, (name, _)) in DIRECTIONS.into_iter().enumerate().take(count) {
-        let rows: Vec<_> = (0..rest.cell_count()).map(|cell| mean(rest, cell, direction)).collect();
-        mesh.point_fields_mut().remove(name);
-        mesh.cell_fields_mut().insert(name.into(), Field::vectors(&rows));
-    }
     Ok(mesh)
-}
-
-/// The mean direction of a cell; that of its point where it has one.
-fn mean(rest: &Body, cell: usize, direction: usize) -> [f64; 3] {
-    let points = rest.points_per_cell;
-    let at = |point: usize| rest.material.directions(point)[direction];
-    if points == 1 {
-        return at(cell);
-    }
-    let sum = (cell * points..(cell + 1) * points)
-        .fold([0.0; 3], |sum: [f64; 3], point| std::array::from_fn(|i| sum[i] + at(point)[i]));
-    let length = sum.iter().map(|x| x * x).sum::<f64>().sqrt();
-    sum.map(|x| x / length)
-}
-
-/// The case file of the body at rest: that of the image with another mesh, its sets in it, and the directions as fields.
-fn at_rest(case: &Case, unloaded: &Unloaded, mesh: &Path) -> Result<String> {
-    let mut root: Table = case.text().parse().context("the case file cannot be read again")?;
-    let file = mesh.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    root.insert("name".into(), Value::String(format!("{} at rest", case.name)));
-    root.insert(
-        "mesh".into(),
-        Value::Table(Table::from_iter([("file".into(), Value::String(file))])),
-    );
-    let rest = &unloaded.rest.body;
-    let formulation = if rest.patches.is_empty() { "plain" } else { "averaged" };
-    root.insert("formulation".into(), Value::String(formulation.into()));
-    root.remove("select");
-    let count = rest.material.directions(0).len();
-    if count > 0 {
-        let named = DIRECTIONS.into_iter().take(count);
-        let fields = named.map(|(name, key)| (key.into(), Value::String(name.into())));
-        root.insert("fibres".into(), Value::Table(fields.collect()));
-    }
-    Ok(toml::to_string(&root)?)
 }
 
 /// Differences of the case file at rest from the body, if something is left.

@@ -6,7 +6,7 @@ use crate::populations::simulated::{
     Compared, Measured, Pace, Seen, Simulated, Variant, predicting,
 };
 use anyhow::{Context, Result, ensure};
-use sinew_emulate::{Design, OneStiffness};
+use sinew_emulate::{Design, FrozenStiffness};
 use sinew_gnn::{DataSet, Surrogate};
 use sinew_report::Distribution;
 use std::time::Instant;
@@ -179,12 +179,12 @@ pub(super) fn one_stiffness(
 ) -> Result<Measured> {
     const STEPS: usize = 32;
     let mean = ventricles.mean()?;
-    let emulator = OneStiffness::new(&mean)?;
+    let emulator = FrozenStiffness::new(&mean)?;
     let about = "from solution and stiffness of the mean ventricle, one solve in all";
     let names = [&*format!("one stiffness, {STEPS} steps"), about];
     let told = Seen { numbers: ALL, coarse: false };
     compared.measured(names, (0.0, 0), told, |ventricle| {
         let theta = std::slice::from_ref(&ventricle.theta);
-        Ok(emulator.predict(&ventricle.body, theta, STEPS)?.remove(0).displacement)
+        Ok(emulator.descend(&ventricle.body, theta, STEPS)?.remove(0).displacement)
     })
 }
