@@ -6,7 +6,7 @@ use clap::Args;
 use serde_json::json;
 use sinew::{Body, Sampling, npz};
 
-/// Which body.
+/// Body.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Writes into OUT/export: body.vtu (mesh with its sets, fields and fibres), body.npz (positions, cells, gradients of shape

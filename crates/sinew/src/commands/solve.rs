@@ -12,13 +12,13 @@ use sinew::{Body, Case, Simulations};
 use sinew_fem::{LoadSteps, LockingWarning, Options, compare_formulations, locking};
 use sinew_report::format::trimmed;
 
-/// Which equilibria.
+/// Equilibria to find.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Writes cases.csv, cases.npz, NNNN.vtu and cases.pvd for ParaView into OUT/solve. Parameters outside their ranges are
 solved with a warning. A row of a table that fails is a row of cases.csv with the reason, and the exit code is not 0.
-With --check-mesh the first of them is solved in quadratic cells as well, and the distance is printed: in the mean, at
-most, and the volumes of cavities.
+With --check-mesh the first case is solved with quadratic elements too. Printed are the mean and the largest difference,
+and the volumes of cavities.
 
 Example: sinew solve IdealVentricle --theta a=0.18,b=2.6,a_f=3.3,b_f=2.7,p=8mmHg")]
 pub(crate) struct Solve {
@@ -28,10 +28,10 @@ pub(crate) struct Solve {
     theta: ThetaArguments,
     #[command(flatten)]
     written: Written,
-    /// Solve the first case in quadratic cells too, and print the distance
+    /// Also solve the first case with quadratic elements, and print the difference
     #[arg(long)]
     check_mesh: bool,
-    /// Raise loads step by step from rest: of several stable equilibria the one that a slowly rising load leads to
+    /// Raise the load in increments from rest; of several stable equilibria, find the one that a slowly rising load reaches
     #[arg(long)]
     load_steps: bool,
 }
@@ -117,7 +117,9 @@ fn check_mesh(case: Case, body: &Body, found: &Simulations) -> Result<()> {
     let (theta, stage) = (std::slice::from_ref(theta), "solve in quadratic cells");
     let other = solved(&better, theta, stage, None)?;
     let Some(field) = other.fields.first() else {
-        anyhow::bail!("--check-mesh: there is no equilibrium in quadratic cells");
+        anyhow::bail!(
+            "--check-mesh: quadratic elements have no equilibrium at this load; lower it, or refine the mesh"
+        );
     };
     let difference = compare_formulations(body, own, &better, field)?;
     println!("{} against {}: {difference}", body.element().plural, better.element().plural);
