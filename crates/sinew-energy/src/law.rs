@@ -46,6 +46,7 @@ pub(crate) const POSITIVE: RangeInclusive<f64> = 1e-100..=1e100;
 /// let seed = 1;
 /// check_law(&Stiffening, &[1.0, 0.5, 2.0], &[], Claims::default(), seed).expect("all derivatives agree");
 /// ```
+#[doc(alias("constitutive law", "hyperelastic", "UMAT"))]
 pub trait Law<const D: usize>: Clone + Debug + Send + Sync + 'static {
     /// Name of the law, with its source.
     const NAME: &'static str;
