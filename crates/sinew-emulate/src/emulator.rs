@@ -126,7 +126,7 @@ impl<'b> Emulator<'b> {
     }
 
     /// Its predictor and how that was made.
-    pub fn into_parts(self) -> (Box<dyn Predictor>, Record) {
+    pub fn into_parts(self) -> (Box<dyn Predictor + 'b>, Record) {
         (self.predictor, self.record)
     }
 

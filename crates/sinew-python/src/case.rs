@@ -12,7 +12,7 @@ use sinew::case::{Formulation, hardly_moves};
 use sinew::{
     Body, Case, Simulations, admissible, locking_in_words, outside, theta_in_words, theta_of,
 };
-use sinew_emulate::{Answers, Design, Source, simulate_by};
+use sinew_emulate::{Answers, Design, Method, simulate_by};
 use sinew_energy::{Fibres, Sampling};
 use sinew_fem::{
     LoadSteps, LockingWarning, Options, Unload, UnloadOptions, cell_stresses, locking,
@@ -363,9 +363,9 @@ impl NativeCase {
                 Ok(answer) => {
                     fields.extend(&answer.displacement);
                     error.push(answer.error);
-                    source.push(match answer.source {
-                        Source::Predicted => "predicted",
-                        Source::Solved => "solved",
+                    source.push(match answer.method {
+                        Method::Solver => "solved",
+                        _ => "predicted",
                     });
                     said.push(answer.warnings.iter().map(ToString::to_string).collect());
                 }
@@ -374,7 +374,7 @@ impl NativeCase {
                     error.push(f64::NAN);
                     source.push("none");
                     said.push(Vec::new());
-                    failures.push((row, reason.clone()));
+                    failures.push((row, reason.to_string()));
                 }
             }
         }

@@ -134,9 +134,9 @@ fn an_expansion_is_regressed_and_its_added_error_is_told() {
 
 /// An expansion with a ripple that no polynomial follows.
 #[derive(Debug)]
-struct Rippled(Box<dyn Predictor>);
+struct Rippled<'b>(Box<dyn Predictor + 'b>);
 
-impl Predictor for Rippled {
+impl Predictor for Rippled<'_> {
     fn kind(&self) -> &'static str {
         "rippled"
     }

@@ -128,7 +128,7 @@ impl Calibrate {
         }
         let rest = patient.states_checked(&posterior.mode.theta, false)?;
         if let Some(unloaded) = &rest.unloaded {
-            sinew::mesh_at_rest(&prepared.body, unloaded).write_vtu(&folder.join("rest.vtu"))?;
+            sinew::mesh_at_rest(&prepared.body, unloaded).write_vtu(folder.join("rest.vtu"))?;
         }
         let provenance = Provenance::of_this_run("sinew", env!("CARGO_MANIFEST_DIR"));
         let provenance = Provenance {
