@@ -62,7 +62,8 @@ fn look(browser: &Path, page: &Path, width: u32, dark: bool) -> Result<Vec<Strin
         .args([
             "--headless=new",
             "--no-sandbox",
-            "--disable-gpu",
+            "--use-angle=swiftshader",
+            "--enable-unsafe-swiftshader",
             "--dump-dom",
             "--enable-logging=stderr",
         ])

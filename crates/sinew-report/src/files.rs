@@ -7,7 +7,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 impl Report {
-    /// The page: one file without scripts, fonts or links to anything outside. A function of the report alone.
+    /// The page: one file without fonts or links to anything outside, with a script only where a surface is to be turned. A function of
+    /// the report alone.
     pub fn to_html(&self) -> String {
         render::page(self).into_string()
     }

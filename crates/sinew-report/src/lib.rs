@@ -1,7 +1,8 @@
 //! One report for every result: errors beside times, charts and provenance.
 //!
 //! A [`Report`] is plain data in sections. It is written as `report.json` (documented in `docs/report-schema.md`) and as
-//! `report.html`, one file without scripts, fonts or links that is a function of the data alone, in light and dark.
+//! `report.html`, one file without fonts or links that is a function of the data alone, in light and dark. Its only script draws
+//! surfaces of bodies to be turned ([`Surfaces`]), and pages of emulators ([`Viewer`]).
 //! Methods, errors, times and units are the caller's: none is named here.
 //!
 //! ```

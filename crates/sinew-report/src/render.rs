@@ -16,6 +16,9 @@ const STYLE: &str = include_str!("render/style.css");
 /// The whole page.
 pub(crate) fn page(report: &Report) -> Markup {
     let palette = Palette::of(report);
+    let blocks = || report.sections.iter().flat_map(|section| &section.blocks);
+    let turned =
+        blocks().any(|block| matches!(block, Block::Surfaces(of) if surface::is_drawn(of)));
     html! {
         (DOCTYPE)
         html lang="en" {
@@ -24,7 +27,7 @@ pub(crate) fn page(report: &Report) -> Markup {
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 meta name="color-scheme" content="light dark";
                 title { (report.title) }
-                style { (PreEscaped(STYLE)) }
+                style { (PreEscaped(STYLE)) @if turned { (PreEscaped(crate::viewer::STYLE)) } }
             }
             body {
                 main {
@@ -33,6 +36,7 @@ pub(crate) fn page(report: &Report) -> Markup {
                     @for section in &report.sections { (self::section(section, &palette)) }
                     (making(report))
                 }
+                @if turned { script { (PreEscaped(crate::viewer::SCRIPT)) } }
             }
         }
     }
@@ -120,7 +124,7 @@ fn block(block: &Block, palette: &Palette) -> Markup {
             } } }
         },
         Block::Figure(figure) => self::figure(figure, palette),
-        Block::Surfaces(surfaces) => surface::surfaces(surfaces, palette),
+        Block::Surfaces(surfaces) => surface::surfaces(surfaces),
     }
 }
 

@@ -113,7 +113,7 @@ impl From<SolveError> for Fault {
 }
 
 impl<'b> Service<'b> {
-    /// Of a body, with the emulator that `emulator` and `corrected` use; `solver` alone without one.
+    /// Models of a body, with the emulator that `emulator` and `corrected` use; `solver` alone without one.
     pub fn new(body: &'b Body, emulator: Option<Emulator<'b>>) -> Self {
         Self { body, emulator, solvers: Mutex::default() }
     }

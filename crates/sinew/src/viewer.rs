@@ -3,27 +3,25 @@
 mod compact;
 mod error;
 mod fields;
+mod refused;
+mod sampled;
 mod surface;
 
 use crate::Emulator;
 use compact::Compact;
 use error::ErrorModel;
 use fields::Colour;
-use rayon::prelude::*;
-use sinew_emulate::{
-    Counter, Design, Error as EmulatorError, Observer, PodRegression, RegressionError, split_seed,
-};
+use refused::PREDICTIONS;
+pub use refused::ViewerError;
+use sampled::{Sampled, predicted, relative};
+use sinew_emulate::{Design, Observer, PodRegression, split_seed};
 use sinew_energy::{Body, Magnitude};
 use sinew_report::format::digits;
 use sinew_report::{Packed, Quantity, Slider, Source, Viewer, ViewerCavity, ViewerEmulator};
 use surface::Surface;
 
-/// Predictions that regressions of the page are fitted to.
-const PREDICTIONS: usize = 500;
 /// Predictions that they are measured on.
 const CHECKED: usize = 100;
-/// Predictions between two signs of progress.
-const AT_ONCE: usize = 20;
 /// Highest total degree of polynomials.
 const DEGREE: usize = 8;
 /// Largest error that a page may add, relative to the emulator's own.
@@ -31,43 +29,6 @@ const MOST_ADDED: f64 = 1.0 / 3.0;
 
 /// Distance of the page's displacements from the program's by rounding alone, relative to their norm: below the 1e-6 that nobody sees.
 const ROUNDING: f64 = 8e-7;
-
-/// Why there is no page.
-#[derive(Debug, thiserror::Error)]
-pub enum ViewerError {
-    /// The emulator cannot be asked, or has no error that it was measured by.
-    #[error(transparent)]
-    Emulator(#[from] EmulatorError),
-    /// The predictions, or what is shown of them, cannot be regressed.
-    #[error(transparent)]
-    Regression(#[from] RegressionError),
-    /// A body without a surface in three dimensions.
-    #[error("the body has no surface to be shown; a page needs a mesh of tetrahedra or hexahedra")]
-    NoSurface,
-    /// An emulator that was not measured on held-out cases.
-    #[error(
-        "the emulator was not measured on held-out cases, so the error that a page adds cannot be judged; train it by a recipe"
-    )]
-    NotMeasured,
-    /// A regression of the predictions that adds too much to their error.
-    #[error(
-        "a page cannot hold this emulator: a regression of {PREDICTIONS} of its predictions is {added:.1e} of the displacement off \
-         them, more than a third of the emulator's own error of {own:.1e}; export one of the recipe regression, or train over \
-         smaller ranges"
-    )]
-    Distilled {
-        /// Mean relative distance of the regression from the predictions.
-        added: f64,
-        /// Mean relative error of the emulator on its held-out cases.
-        own: f64,
-    },
-}
-
-/// Parameter sets with their predictions.
-struct Sampled {
-    thetas: Vec<Vec<f64>>,
-    fields: Vec<Vec<f64>>,
-}
 
 /// An emulator as a page: its displacements at the surface, stress or fibres, cavities, and its error over θ.
 ///
@@ -123,24 +84,6 @@ pub fn viewer(
     Ok(viewer)
 }
 
-/// Predictions with signs of progress.
-fn predicted(
-    emulator: &Emulator<'_>,
-    thetas: &[Vec<f64>],
-    observer: &mut dyn Observer,
-) -> Result<Vec<Vec<f64>>, EmulatorError> {
-    let stage = "predict for the page";
-    let mut counter = Counter::new(observer, stage, 0, thetas.len());
-    let mut fields = Vec::with_capacity(thetas.len());
-    for some in thetas.chunks(AT_ONCE) {
-        fields.extend(emulator.predict(some)?.fields());
-        if counter.step(some.len(), "").is_break() {
-            return Err(EmulatorError::Interrupted { stage: stage.into() });
-        }
-    }
-    Ok(fields)
-}
-
 /// Displacements as the page computes them.
 struct Motion {
     shown: Compact,
@@ -192,24 +135,6 @@ fn displacement(body: &Body, surface: &Surface, checked: &Sampled) -> Quantity {
         scale: [0.0, largest],
         ..Quantity::default()
     }
-}
-
-/// Mean relative distance of a regression from values of predictions.
-fn relative(
-    shown: &Compact,
-    checked: &Sampled,
-    values: impl Fn(&Vec<f64>) -> Vec<f64> + Sync,
-) -> Result<f64, RegressionError> {
-    let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>().sqrt();
-    let pairs = checked.thetas.par_iter().zip(&checked.fields);
-    let each: Vec<f64> = pairs
-        .map(|(theta, field)| {
-            let (own, truth) = (shown.at(theta)?, values(field));
-            let apart = norm(&mut own.iter().zip(&truth).map(|(a, b)| a - b));
-            Ok(apart / norm(&mut truth.iter().copied()).max(f64::MIN_POSITIVE))
-        })
-        .collect::<Result<_, RegressionError>>()?;
-    Ok(each.iter().sum::<f64>() / each.len().max(1) as f64)
 }
 
 fn sliders(body: &Body) -> Vec<Slider> {

@@ -1,8 +1,9 @@
 //! The error of what a page shows, over θ.
 
 use super::compact::Compact;
+use super::refused::ViewerError;
+use super::sampled::{AT_ONCE, Sampled};
 use super::surface::Surface;
-use super::{AT_ONCE, Sampled, ViewerError};
 use crate::Emulator;
 use rayon::prelude::*;
 use sinew_emulate::{Counter, Error as EmulatorError, Observer, PodRegression};
@@ -20,7 +21,7 @@ const DEGREE: usize = 4;
 const FLOOR: f64 = 1e-2;
 /// Part of the logarithms' norm that the pattern of the error may lack: it says where the error is, in colours of a decade each.
 const PATTERN: f64 = 0.1;
-/// The same for its level.
+/// Part of the logarithms' norm that its level may lack.
 const LEVEL: f64 = 1e-4;
 /// Factor within which a shown error is said to be right.
 const FACTOR: f64 = 3.0;
@@ -41,7 +42,7 @@ struct Errors {
 pub(super) struct ErrorModel {
     /// Logarithms of the mean and the largest; `None` where too few predictions have an estimate.
     pub(super) level: Option<Model>,
-    /// Where the error is.
+    /// Colours of the error at the nodes.
     pub(super) quantity: Option<Quantity>,
     /// How often it is right, in words.
     pub(super) told: String,

@@ -1,8 +1,9 @@
 //! Stress and strain at the surface, as regressions over θ.
 
 use super::compact::Compact;
+use super::refused::ViewerError;
+use super::sampled::{Sampled, relative};
 use super::surface::Surface;
-use super::{Sampled, ViewerError, relative};
 use crate::stresses::at_nodes;
 use rayon::prelude::*;
 use sinew_emulate::PodRegression;
