@@ -88,6 +88,19 @@ fn every_chapter_is_in_the_table_of_contents() {
     }
 }
 
+#[test]
+fn equations_are_set_by_one_header() {
+    let header = read(&root().join("docs/book/theme/head.hbs"));
+    for name in ["sinew-energy", "sinew-fem", "sinew-emulate", "sinew-gnn", "sinew-gp"] {
+        let folder = root().join("crates").join(name);
+        assert_eq!(read(&folder.join("katex-header.html")), header, "{name}");
+        let manifest = read(&folder.join("Cargo.toml"));
+        let argument = r#"rustdoc-args = ["--html-in-header", "katex-header.html"]"#;
+        assert!(manifest.contains(argument), "{name} names its header for docs.rs");
+        assert!(read(&folder.join("src/lib.rs")).contains("//! ```math"), "{name} has equations");
+    }
+}
+
 /// Cargo puts examples beside the tests it builds: `deps/this-test` and `examples/name`.
 fn program(name: &str) -> PathBuf {
     let test = std::env::current_exe().expect("a running program has a path");

@@ -74,7 +74,7 @@ fn collect(folder: &Path, module: &[String], files: &mut Files) -> Result<()> {
     Ok(())
 }
 
-/// Which file takes which names from which.
+/// Imports: file, names, and the file that they come from.
 fn arrows(files: &Files) -> Arrows {
     let mut arrows = Arrows::new();
     for (module, file) in files {

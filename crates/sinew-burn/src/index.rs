@@ -14,7 +14,7 @@ pub(crate) fn check(indices: &[usize], count: usize) -> Result<Vec<u32>, IndexEr
     indices.iter().enumerate().map(narrow).collect()
 }
 
-/// For every target the entries that refer to it, in ascending order (compressed rows).
+/// Entries that refer to each target, in ascending order (compressed rows).
 #[derive(Clone, Debug)]
 pub(crate) struct Inverse {
     starts: Vec<u32>,
@@ -49,7 +49,7 @@ impl Inverse {
     }
 }
 
-/// Which row of a source every row of a result reads.
+/// Row of the source that each row of the result reads.
 #[derive(Clone, Debug)]
 pub(crate) enum Gather {
     /// Row `r` reads row `r`.

@@ -72,7 +72,7 @@ struct Pass<'a> {
     cotangent: &'a [f32],
     needed: &'a [bool],
     layer: FirstLayer<'a>,
-    /// For a second layer that was not kept.
+    /// Recomputes a second layer that was not kept.
     second_weight: Option<Panels>,
     /// Transposed weights of sources multiplied in tiles that need gradients.
     first_transposed: Vec<Option<Panels>>,

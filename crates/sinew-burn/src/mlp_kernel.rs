@@ -164,7 +164,7 @@ pub(crate) struct Activations {
     pub inverse: Buffer,
 }
 
-/// Which hidden layers are kept.
+/// Hidden layers that are kept.
 #[derive(Clone, Copy)]
 pub(crate) struct Keep {
     pub first: bool,

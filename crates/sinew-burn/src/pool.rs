@@ -15,7 +15,7 @@ const KEPT_BYTES: usize = 256 << 20;
 /// A buffer is not given to a request smaller than this part of it.
 const LARGEST_MISFIT: usize = 4;
 
-/// As many numbers as a cache line holds, at its place: registers are as wide at most, and loads
+/// Numbers of a cache line, at its place: registers are as wide at most, and loads
 /// across two lines cost twice.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C, align(64))]

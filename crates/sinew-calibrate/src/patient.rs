@@ -22,6 +22,36 @@ use std::sync::OnceLock;
 /// θ are the parameters of the patient, in the unit of the scene: parameters of the law and, where [`crate::Setting`]s say so, factors
 /// of loads. Each state of each θ is solved from a prediction about one solved θ, so that numbers depend on θ
 /// alone, not on the order of calls or the number of threads.
+///
+/// ```
+/// use sinew_calibrate::{Forward, Observable, Patient};
+/// use sinew_energy::{Load, Magnitude, Parameter, Scene, Support, laws::NeoHookean};
+/// use sinew_mesh::TruncatedEllipsoid;
+///
+/// // A rubber cup that was imaged under a pressure of 1 kPa.
+/// let wall = TruncatedEllipsoid::LAND.wall([1, 8, 4]).tetrahedra();
+/// let image = Scene::new(wall, NeoHookean)
+///     .parameter(Parameter::log("mu", "kPa", 5.0..=50.0))
+///     .parameter(Parameter::log("lambda", "kPa", 20.0..=200.0))
+///     .parameter(Parameter::linear("pressure", "kPa", 0.0..=3.0))
+///     .load(Load::Pressure { facets: "endo".into(), magnitude: Magnitude::Theta(2) })
+///     .support(Support::clamped("base"))
+///     .lower()?;
+/// let patient = Patient::of(&image)
+///     .parameters(["mu", "lambda"])
+///     .image([("pressure", 1.0)])
+///     .phase("filled", [("pressure", 2.0)])
+///     .observe(Observable::volume("endo", "rest"))
+///     .observe(Observable::volume("endo", "filled"))
+///     .build()?;
+/// let seen = patient.observe(&[20.0, 80.0], true)?;
+/// let loaded = image.cavity_volumes(&vec![0.0; 3 * image.nodes])[0];
+/// assert!(seen.values[0] < loaded && loaded < seen.values[1]); // mm³
+///
+/// // The softer the rubber, the smaller it was at rest.
+/// assert!(seen.jacobian[0][0] > 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Patient<'p> {
     parts: Parts<'p>,
     observables: Vec<Observable>,

@@ -74,7 +74,7 @@ impl WallCoordinates {
         Ok(Self { heights, depths, angles: Vec::new(), frames, from_axis, axis })
     }
 
-    /// With angles from the septum, whose middle lies in a direction from the cavity.
+    /// Coordinates that have angles too, from the septum, whose middle lies in a direction from the cavity.
     ///
     /// # Errors
     /// A direction without length or along the axis.

@@ -2,45 +2,13 @@
 
 #[path = "support/heart.rs"]
 mod heart;
+#[path = "support/slopes.rs"]
+mod slopes;
 
 use heart::{MMHG, NAMES, THETA, beating, mesh, passive, segments, wall};
-use sinew_calibrate::{Direction, Forward, Observable, Observed, Patient, Setting};
+use sinew_calibrate::{Direction, Forward, Observable, Patient, Setting};
 use sinew_energy::Fibres;
-
-/// Derivatives against central differences of fourth order [relative to the largest of an observable].
-const DIFFERENCE: f64 = 1e-6;
-
-/// Holds the derivatives of all observables against differences.
-fn check(name: &str, patient: &Patient<'_>, theta: &[f64]) -> Observed {
-    let seen = patient.observe(theta, true).unwrap_or_else(|e| panic!("{name}: {e}"));
-    assert_eq!(seen.values.len(), patient.observables());
-    let mut worst: f64 = 0.0;
-    for index in 0..theta.len() {
-        let step = 1e-3 * theta[index];
-        let at = |steps: f64| {
-            let mut theta = theta.to_vec();
-            theta[index] += steps * step;
-            patient.observe(&theta, false).unwrap_or_else(|e| panic!("{name}: {e}")).values
-        };
-        let [a, b, c, d] = [2.0, 1.0, -1.0, -2.0].map(at);
-        for (row, slopes) in seen.jacobian.iter().enumerate() {
-            let difference = (8.0 * (b[row] - c[row]) - (a[row] - d[row])) / (12.0 * step);
-            // In the scaled parameter, so that entries of different units compare.
-            let scale = slopes.iter().zip(theta).map(|(s, t)| (s * t).abs()).fold(0.0, f64::max);
-            let error = (slopes[index] - difference).abs() * theta[index] / scale;
-            worst = worst.max(error);
-            assert!(
-                error <= DIFFERENCE,
-                "{name}: {} by {}: {} against {difference}",
-                patient.seen()[row],
-                patient.parameter_names()[index],
-                slopes[index]
-            );
-        }
-    }
-    println!("{name}: derivatives off by {worst:.1e}");
-    seen
-}
+use slopes::{SHORT_STEP, check, check_rows};
 
 #[test]
 fn volumes_and_strains_of_a_passive_heart_have_exact_derivatives() {
@@ -94,14 +62,15 @@ fn a_beating_heart_on_springs_has_exact_derivatives() {
                 ("T_a", Setting::parameter("tension")),
             ],
         )
-        .start(&[0.2, 2.0, 2.8, 2.1, 40.0, 1.0])
+        .start(&[0.2, 2.0, 2.8, 2.1, 34.0, 1.0])
         .wall(&wall)
         .segments(&segments)
         .observe(Observable::volume("endo", "end of systole"))
         .observe_strains(Direction::Circumferential, "image", "end of systole")
         .build()
         .unwrap();
-    let seen = check("beating", &patient, &[0.21, 1.9, 2.7, 2.2, 42.0, 1.02]);
+    let theta = [0.21, 1.9, 2.7, 2.2, 36.0, 1.02];
+    let seen = check_rows("beating", &patient, &theta, patient.observables(), SHORT_STEP);
     let image = body.cavity_volumes(&vec![0.0; 3 * body.nodes])[0];
     println!("{} of {image}", seen.values[0]);
     assert!(seen.values[0] < 0.95 * image);

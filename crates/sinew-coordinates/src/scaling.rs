@@ -9,7 +9,7 @@ use crate::error::{CoordinateError, Result, require_count, require_finite, requi
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ParameterScale {
-    /// As it is.
+    /// Unchanged.
     Linear,
     /// Logarithmic, for stiffnesses that range over orders of magnitude.
     Log,

@@ -9,7 +9,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// One of several parts of a set of samples that are solved apart, on as many machines as there are.
+/// Part of a set of samples that are solved apart, on as many machines as there are.
 ///
 /// Printed and read as `3/16`, counted from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -16,6 +16,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 /// An emulator of one body, from [`Train::train`](crate::Train::train) or [`Emulator::load`].
+#[doc(alias("surrogate", "metamodel", "ROM"))]
 pub struct Emulator<'b> {
     pub(crate) body: &'b Body,
     pub(crate) predictor: Box<dyn Predictor + 'b>,
@@ -149,7 +150,7 @@ impl<'b> Emulator<'b> {
         self.predicted(thetas, self.predictor.predict(self.body, thetas))
     }
 
-    /// As [`Emulator::predict`], but as if the geometry were unseen by a network, which takes message passing, and is less
+    /// Predicts as [`Emulator::predict`] does, but as if the geometry were unseen by a network, which takes message passing, and is less
     /// accurate than with the embeddings that training gave to its nodes. The same as `predict` for other predictors.
     ///
     /// # Errors
@@ -187,7 +188,7 @@ impl<'b> Emulator<'b> {
         Self::load_with(folder, body, &[])
     }
 
-    /// As [`Emulator::load`], with predictors of other kinds.
+    /// Loads an emulator as [`Emulator::load`] does, with predictors of other kinds.
     ///
     /// # Errors
     /// As [`Emulator::load`].

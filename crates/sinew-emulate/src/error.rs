@@ -62,7 +62,7 @@ pub enum Error {
     )]
     Fields { found: usize, expected: usize, length: usize },
     /// The observer asked to stop.
-    #[error("interrupted in the stage `{stage}`; resume to go on from what is stored")]
+    #[error("interrupted in the stage `{stage}`; resume to continue from the stored state")]
     Interrupted { stage: String },
     /// A folder with simulations of other parameters or of another body.
     #[error("{} holds simulations of other parameters or of another body; choose another folder, or delete it", folder.display())]
@@ -138,7 +138,7 @@ pub enum Error {
     Damaged { path: PathBuf, how: &'static str },
     /// Simulations that changed since they were stored.
     #[error(
-        "{} is not as it was stored, or an earlier version stored it; delete its folder, and the simulations are solved again",
+        "{} was changed after it was stored, or an earlier version stored it; delete its folder to solve the simulations again",
         path.display()
     )]
     DamagedSimulations { path: PathBuf },

@@ -54,7 +54,7 @@ impl From<ErrorEstimate> for Estimate {
 }
 
 impl Estimate {
-    /// For people, with the unit of lengths: `error 0.012 mm in the mean, 0.05 mm at most`, or why there is no estimate.
+    /// Text with the unit of lengths: `error 0.012 mm in the mean, 0.05 mm at most`, or why there is no estimate.
     pub fn in_words(&self, unit: &str) -> String {
         let Some(Distance { mean, largest, relative, .. }) = self.distance else {
             let reason = |warning: &Warning| match warning {

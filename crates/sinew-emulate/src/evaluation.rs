@@ -70,7 +70,7 @@ pub struct Times {
     pub predict_full_s: f64,
     /// One prediction by the decoder alone.
     pub predict_decoder_s: f64,
-    /// One of many predictions made together.
+    /// Time of one of many predictions made together.
     pub predict_batch_per_theta_s: f64,
     /// One Newton step; 0 where every prediction inverts a cell, so that none is made.
     pub correction_s: f64,

@@ -51,6 +51,7 @@ pub struct TrainingOptions {
     /// Folder of another run whose networks this one starts from, be it of another body with another mesh: the recipe
     /// and the parameters must be the same. Coordinates about a first training's prediction are then about one solution
     /// instead, for the centre of the ranges. With a budget of zero the networks are taken as they are.
+    #[doc(alias("fine-tuning", "transfer learning"))]
     pub start: Option<PathBuf>,
     /// Tensor backend of networks, by name.
     pub backend: String,

@@ -43,6 +43,7 @@ const STEP: f64 = 1e-5;
 /// assert!(answer.is_within(1e-4));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+#[doc(alias = "surrogate")]
 pub trait Predictor: Debug + Send + Sync {
     /// Kind by which a stored one is known: the folder of its files within the emulator's.
     fn kind(&self) -> &'static str;
@@ -53,7 +54,7 @@ pub trait Predictor: Debug + Send + Sync {
     /// θ that the predictor has no place for.
     fn predict(&self, body: &Body, thetas: &[Vec<f64>]) -> Result<Vec<f64>>;
 
-    /// As [`Predictor::predict`], but as if the body were unseen, where that makes a difference: a network passes messages again.
+    /// Predicts as [`Predictor::predict`] does, but as if the body were unseen, where that makes a difference: a network passes messages again.
     ///
     /// # Errors
     /// As [`Predictor::predict`].

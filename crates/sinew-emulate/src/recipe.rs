@@ -85,7 +85,7 @@ pub fn train<'b>(
     train_with(recipe, body, options, observer, &[])
 }
 
-/// As [`train`], where a finished run may have left predictors of other `kinds` ([`Emulator::load_with`]).
+/// Trains as [`train`] does, where a finished run may have left predictors of other `kinds` ([`Emulator::load_with`]).
 ///
 /// # Errors
 /// As [`train`].

@@ -87,6 +87,7 @@ pub struct CurvePoint {
 }
 
 /// The weights that a training kept.
+#[doc(alias = "early stopping")]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Kept {
     /// Steps after which they were found, of all stages.
@@ -131,7 +132,7 @@ pub struct Candidate {
 /// Candidates and the one taken; printed, it says why.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Choice {
-    /// In the order they were tried.
+    /// Candidates in the order they were tried.
     pub candidates: Vec<Candidate>,
     /// Index of the one that was taken.
     pub taken: usize,

@@ -16,7 +16,7 @@ pub(crate) const KIND: &str = "regression";
 pub(crate) struct Regressed {
     /// Expansion that the regression is about; its mean alone where there is none.
     pub series: Option<TaylorExpansion>,
-    /// None where nothing but the series was asked for.
+    /// `None` where only the Taylor expansion was asked for.
     pub regression: Option<PodRegression>,
 }
 

@@ -49,6 +49,7 @@ const HIGHEST_DEGREE: usize = 4;
 /// assert!((field[0] - 5.0 / 2.6).abs() < 1e-4 && (field[1] - 2.6f64.ln()).abs() < 1e-4);
 /// # Ok::<(), sinew_emulate::RegressionError>(())
 /// ```
+#[doc(alias("ROM", "reduced-order model", "POD", "proper orthogonal decomposition"))]
 #[derive(Clone, Debug, PartialEq)]
 pub struct PodRegression {
     mean: DVector<f64>,
@@ -129,7 +130,7 @@ impl PodRegression {
         self.modes.ncols()
     }
 
-    /// Which interpolation won, with its hyperparameters.
+    /// Interpolation with the lowest leave-one-out error, and its hyperparameters.
     pub fn interpolation(&self) -> &Interpolation {
         &self.fitted.interpolation
     }

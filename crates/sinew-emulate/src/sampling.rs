@@ -25,6 +25,7 @@ use sinew_energy::{Parameter, Sampling};
 pub enum Design {
     /// Every range is cut into as many slices as there are samples, and each slice holds one sample (McKay et al.
     /// 1979, thesis §3.3.1).
+    #[doc(alias = "LHS")]
     #[default]
     LatinHypercube,
     /// Sobol's sequence with Owen's scrambling (Burley 2020): more even than a hypercube, and the first samples are

@@ -119,6 +119,7 @@ impl Simulations {
 /// # Errors
 /// A body that cannot be solved for any θ, files that cannot be written or hold other samples or those of
 /// another body, an observer that breaks. Samples without a solution are no error, see [`Simulations::failures`].
+#[doc(alias("snapshots", "training data"))]
 pub fn simulate(
     body: &Body,
     thetas: &[Vec<f64>],

@@ -11,7 +11,8 @@ use sinew_fem::{Options, Solver};
 use sinew_graph::Topology;
 
 /// Displacements by the Taylor expansion of second order about one solution: derivatives by the implicit function theorem, second order
-/// with the stiffness of that solution, both in motions of the body's clusters, which turn where a displacement would stretch.
+/// with the stiffness of that solution, both in rigid motions of the body's clusters, so that rotations do not stretch.
+#[doc(alias = "series")]
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct TaylorExpansion(Motions);

@@ -78,7 +78,7 @@ pub enum Warning {
     NotNearEquilibrium { reason: String },
     /// Refined displacements that are not in balance.
     #[error(
-        "{:.1} % of the forces are unbalanced where the refinement ended: there may be no equilibrium near, or more steps are needed",
+        "the residual after the refinement is {:.1} % of the forces; take more steps, or solve: there may be no equilibrium nearby",
         100.0 * residual
     )]
     Unbalanced { residual: f64 },
@@ -97,7 +97,7 @@ pub enum Warning {
     ResidualRose { step: usize, before: f64, after: f64 },
     /// A step that had to be shortened.
     #[error(
-        "Newton step {step} was shortened to {length:.3} of its length, for the whole one inverts a cell or raises the energy"
+        "Newton step {step} was shortened to {length:.3} of its length, because the full step inverts a cell or raises the energy"
     )]
     ShortStep { step: usize, length: f64 },
 }

@@ -16,6 +16,7 @@ use std::sync::Arc;
 /// nor load is in its type. Everything is in plain arrays; a load that a scene does not list is an empty
 /// array. Displacements are flat, `[u_x, u_y, u_z]` node by node. Linear tetrahedra have one quadrature
 /// point each, which is exact for them.
+#[doc(alias("weak form", "potential energy"))]
 #[derive(Clone, Debug)]
 pub struct Body {
     /// Name, for reports and files.

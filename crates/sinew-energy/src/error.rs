@@ -271,7 +271,7 @@ fn rounded_up(bound: f64) -> f64 {
     format!("{bound:.12}").parse().unwrap_or(bound)
 }
 
-/// Which entries of θ a load may read.
+/// Entries of θ that a load may read.
 fn entries_of_loads(first: usize, count: usize) -> String {
     match count.saturating_sub(first) {
         0 => format!(

@@ -43,6 +43,7 @@ impl Guard for Exact {
 /// `least_volume_ratio` instead of crossing zero; above their thresholds invariants saturate
 /// like `tanh`. The exponent is bounded too: with the caps on the invariants alone a
 /// Holzapfel–Ogden energy still reaches 5e136 on a tangled mesh.
+#[doc(alias = "barrier")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Barriers {
     /// J_ch of (3.18): J above it is left alone.

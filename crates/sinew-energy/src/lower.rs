@@ -34,7 +34,7 @@ where
         Ok(self.lower_by(Nodes::<N>::QUADRATURE, false)?.body)
     }
 
-    /// As [`Scene::lower`], integrated by a rule of one's choice instead of [`FiniteElement::QUADRATURE`].
+    /// Lowers as [`Scene::lower`] does, integrated by a rule of one's choice instead of [`FiniteElement::QUADRATURE`].
     ///
     /// ```
     /// # use sinew_energy::{Parameter, Scene, Support, laws::NeoHookean};
@@ -72,6 +72,7 @@ where
     ///
     /// # Errors
     /// The first thing found wrong, with advice.
+    #[doc(alias = "follower load")]
     pub fn lower_follower(&self) -> Result<ForceBalance, SceneError> {
         self.lower_by(Nodes::<N>::QUADRATURE, true)
     }
@@ -84,6 +85,7 @@ where
     ///
     /// # Errors
     /// The first thing found wrong, with advice.
+    #[doc(alias("Taylor-Hood", "mixed formulation"))]
     pub fn lower_mixed(&self) -> Result<ForceBalance, SceneError>
     where
         Nodes<N>: TaylorHoodElement<N>,

@@ -21,11 +21,12 @@ where
     ///
     /// # Errors
     /// The first thing found wrong, with advice.
+    #[doc(alias("F-bar", "locking"))]
     pub fn lower_averaged(&self) -> Result<Body, SceneError> {
         self.lower_with_patches(CELLS_OF_PATCH)
     }
 
-    /// As [`Scene::lower_averaged`] with about `cells` tetrahedra per patch.
+    /// Lowers as [`Scene::lower_averaged`] does, with about `cells` tetrahedra per patch.
     ///
     /// # Errors
     /// The first thing found wrong, with advice.

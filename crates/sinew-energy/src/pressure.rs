@@ -26,7 +26,7 @@ impl Magnitude {
     }
 }
 
-/// Which potential stands for the pressure.
+/// Potential of the pressure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PressureForm {
     /// `p (V(u) − V(0))` with the volume V that the surface encloses, counted along the outward

@@ -156,8 +156,10 @@ pub enum Sampling {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Load {
     /// Force per reference volume [stress/length], the same everywhere: gravity.
+    #[doc(alias = "gravity")]
     BodyForce([f64; 3]),
     /// Dead force per reference area \[stress\].
+    #[doc(alias("Neumann", "dead load"))]
     Traction {
         /// Named facet set.
         facets: String,
@@ -166,6 +168,7 @@ pub enum Load {
     },
     /// An elastic foundation (Robin condition): the force per reference area `−normal (u·n)n −
     /// tangential (u − (u·n)n)` with the outward normal n at rest.
+    #[doc(alias("Robin", "spring"))]
     Foundation {
         /// Named facet set.
         facets: String,
@@ -177,6 +180,7 @@ pub enum Load {
     /// A true follower pressure, see [`crate::PressureForm::Follower`].
     ///
     /// Each edge of the surface's rim must be held, or slide in a coordinate plane.
+    #[doc(alias = "follower load")]
     Pressure {
         /// Named facet set.
         facets: String,
@@ -219,6 +223,7 @@ impl Load {
 }
 
 /// A support: prescribed displacements of a named node set.
+#[doc(alias("Dirichlet", "essential boundary condition"))]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Support {
     /// Named node set.
@@ -278,6 +283,7 @@ impl Support {
     /// let slope = Support::roller_on_plane("x_min", [1.0, 0.0, 0.2]);
     /// assert_eq!(slope, Support::along("x_min", [1.0, 0.0, 0.2], 0.0));
     /// ```
+    #[doc(alias = "symmetry")]
     pub fn roller_on_plane(nodes: impl Into<String>, normal: [f64; 3]) -> Self {
         Self::along(nodes, normal, 0.0)
     }

@@ -70,7 +70,7 @@ impl<const D: usize> ActiveStress<D> for Passive {
     }
 }
 
-/// Which strain resists changes of shape.
+/// Strain that resists changes of shape.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Strain {
     /// C̄ = J^(−2/3) C, without the change of volume, thesis eq. (3.4).
@@ -98,7 +98,7 @@ pub struct Solid<M, V, A = Passive> {
     pub volume: V,
     /// Stress of its own.
     pub active: A,
-    /// Which strain `shape` reads.
+    /// Strain that `shape` reads.
     pub strain: Strain,
 }
 

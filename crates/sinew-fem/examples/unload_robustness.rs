@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use sinew_energy::Body;
 use sinew_fem::fibres::{FibreRule, Surfaces, by_rule};
-use sinew_fem::{Options, Solver, Unload, UnloadError, UnloadOptions};
+use sinew_fem::{LoadSteps, Options, Solver, Unload, UnloadError, UnloadOptions, Unloaded};
 use sinew_mesh::{
     Chamber, Field, Size, TetMesh, TriangleMesh, VentricleShape, WallOptions, read_mesh,
 };
@@ -105,8 +105,9 @@ fn real(folder: &Path, frame: &str) -> Vec<Outcome> {
         Ok(body) => body,
         Err(error) => return vec![("no body", format!("frame {frame}: {error}"))],
     };
-    let thetas = ventricle::thetas(2, 0.0);
-    let cases = thetas.iter().flat_map(|theta| PRESSURES.map(|pressure| (theta, pressure)));
+    // Inside of the box: its softest corner, which comes first, is a hard case of its own.
+    let thetas = ventricle::thetas(3, 0.0);
+    let cases = thetas[1..].iter().flat_map(|theta| PRESSURES.map(|pressure| (theta, pressure)));
     cases
         .map(|([a, b, a_f, b_f, _], pressure)| {
             let (word, line) = outcome(&body, &[*a, *b, *a_f, *b_f, pressure * MMHG], "");
@@ -154,12 +155,10 @@ fn outcome(body: &Body, theta: &[f64], thin: &str) -> Outcome {
         Err(UnloadError::Body(error)) => return ("UNTYPED", line(&error.to_string())),
         Err(error) => return ("typed", line(&error.to_string())),
     };
-    let rest = &unloaded.rest.body;
-    let loaded = Solver::new(rest).and_then(|mut s| s.solve(theta, &Options::default()));
-    let off = loaded.map_or(f64::NAN, |loaded| {
-        let moved = loaded.displacement.iter().zip(&unloaded.motion).map(|(u, w)| u + w);
-        moved.fold(0.0, |most: f64, d| most.max(d.abs()))
-    });
+    // At once, or under a load that rises slowly, which is what a body goes through.
+    let rising = Options { load_steps: LoadSteps::Always, ..Options::default() };
+    let at_once = off(&unloaded, theta, &Options::default());
+    let off = if at_once <= CLOSED { at_once } else { off(&unloaded, theta, &rising) };
     // Written so that a NaN is wrong as well.
     let closed = off <= CLOSED && unloaded.volume_ratios[0].value > 0.0;
     match (closed, unloaded.iterations) {
@@ -167,4 +166,13 @@ fn outcome(body: &Body, theta: &[f64], thin: &str) -> Outcome {
         (true, ..=12) => ("clean", String::new()),
         (true, more) => ("clean in more than 12 iterations", line(&format!("{more} iterations"))),
     }
+}
+
+/// Farthest that a solver of its own comes to from the image [mm].
+fn off(unloaded: &Unloaded, theta: &[f64], options: &Options) -> f64 {
+    let loaded = Solver::new(&unloaded.rest.body).and_then(|mut s| s.solve(theta, options));
+    loaded.map_or(f64::NAN, |loaded| {
+        let moved = loaded.displacement.iter().zip(&unloaded.motion).map(|(u, w)| u + w);
+        moved.fold(0.0, |most: f64, d| most.max(d.abs()))
+    })
 }

@@ -62,7 +62,7 @@ pub enum SolveError {
     Line { problem: &'static str },
     /// A body that a stiffness is not of, nor like.
     #[error(
-        "the stiffness held is of a body with other {what}; give one of the same cells and supports"
+        "the frozen stiffness is of a body with other {what}; give a body with the same cells and supports"
     )]
     OtherBody { what: &'static str },
     /// A displacement at which a cell is inverted, or the energy or a derivative of it overflows.
@@ -78,7 +78,7 @@ pub enum SolveError {
 /// The best state of a failed solve and how it got there.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error(
-    "no equilibrium found after {} iterations; the largest part of the load that holds is {}\n{history}{}{advice}",
+    "no equilibrium found after {} iterations; the largest load factor with an equilibrium is {}\n{history}{}{advice}",
     history.iterations.len(), part(*load_factor), list(worst_cells)
 )]
 pub struct NotConverged {
@@ -121,13 +121,13 @@ pub enum Advice {
     Squeezed { cell: usize, volume_ratio: f64 },
     /// Steps as short as they may be still turn a cell over.
     #[error(
-        "cell {cell} is turned over by steps of the load as short as they may be: the load or prescribed motion may exceed \
+        "cell {cell} is inverted by the smallest load increments: the load or prescribed motion may exceed \
          what the body carries; reduce it, stiffen the material, or refine the mesh around that cell"
     )]
     TurnedOver { cell: usize },
     /// The energy overflows although no cell is inverted.
     #[error(
-        "the energy overflows where the search ended, though no cell is turned over: a law with an exponential is \
+        "the energy overflows where the search ended, though no cell is inverted: a law with an exponential is \
          stretched too far; reduce load or prescribed motion, or the exponents' factors in theta"
     )]
     Overflow,

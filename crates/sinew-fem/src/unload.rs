@@ -64,6 +64,7 @@ use std::time::Instant;
 ///
 /// A search that converges is no answer yet: the body at rest may cross itself, the image may be unstable, and loading may lead to another
 /// equilibrium. Each has its [`UnloadError`].
+#[doc(alias("inverse design", "stress-free configuration", "prestress"))]
 pub struct Unload<'p> {
     search: Search<'p>,
 }

@@ -29,6 +29,7 @@ pub type Embedding = Vec<Tensor<2>>;
 /// Node embeddings sum the stored edges a node *receives*, not those of all its neighbours.
 /// Inputs are standardised and outputs are standardised displacements; [`crate::Surrogate`]
 /// adds units, supports and parameter scales.
+#[doc(alias("MeshGraphNet", "GNN", "message passing"))]
 #[derive(Module, Debug)]
 pub struct Emulator {
     node_encoder: Perceptron,

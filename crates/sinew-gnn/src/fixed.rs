@@ -30,7 +30,7 @@ pub struct FixedGeometry {
 pub struct Prediction {
     /// Displacements, parameter set by set, node by node \[length\].
     pub displacement: Vec<f64>,
-    /// For every parameter set: whether it lies outside the trained ranges, so that the prediction extrapolates.
+    /// Whether each parameter set lies outside the trained ranges, so that the prediction extrapolates.
     pub extrapolated: Vec<bool>,
     degrees_of_freedom: usize,
 }

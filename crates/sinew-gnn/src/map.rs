@@ -19,7 +19,7 @@ pub(crate) struct OutputMap {
     origin: Tensor<3>,
     rule: Rule,
     supports: Supports,
-    /// Outputs that follow the parameters by themselves.
+    /// Outputs with a Taylor polynomial in the parameters.
     slopes: Option<Slopes>,
 }
 

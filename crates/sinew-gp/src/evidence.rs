@@ -4,6 +4,7 @@ use crate::compile::{Compiled, Variance};
 use crate::data::Role;
 
 /// The density of the data of which a fit takes the maximum and ensembles draw: one for both.
+#[doc(alias = "marginal likelihood")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Evidence {
     /// ln p(y_u, y_f) (4.18). Unbounded where noise-free collocation is met by the prior mean

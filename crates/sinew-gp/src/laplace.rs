@@ -20,6 +20,7 @@ const FREEDOM: i32 = 5;
 ///
 /// # Errors
 /// If the evidence cannot be evaluated next to the fit.
+#[doc(alias = "importance sampling")]
 pub fn laplace<const D: usize>(
     fit: &Fit<D>,
     draws: usize,

@@ -55,7 +55,7 @@
 //! - [`Fit::warnings`]: what the fit cannot tell;
 //! - [`Kernel`] and [`check_kernel`]: your own kernel from its formula, and whether it is one;
 //! - `log_evidence_tensor` (feature `burn`): the evidence inside a Burn graph;
-//! - [`SemiLinear`]: equations with a nonlinear term, by Gauss and Newton.
+//! - [`SemiLinear`]: equations with a nonlinear term, by the Gauss–Newton method.
 //!
 //! Everything is in double precision.
 //!
@@ -71,8 +71,10 @@
 //! Measured values and values of the right-hand side of L u = f are jointly normal (thesis (4.18); Rasmussen & Williams, *Gaussian Processes for Machine Learning*, 9.4); the data covariance C contains the noise:
 //!
 //! ```math
-//! \operatorname{cov}(f,u') = L_x k(x,x'), \qquad \operatorname{cov}(f,f') = L_x L_{x'} k(x,x'), \qquad
+//! \begin{gathered}
+//! \operatorname{cov}(f,u') = L_x k(x,x'), \qquad \operatorname{cov}(f,f') = L_x L_{x'} k(x,x'), \\
 //! \ln p(y) = -\tfrac12 (y-m)^{\mathsf T} C^{-1}(y-m) - \tfrac12\ln\det C - \tfrac n2 \ln 2\pi
+//! \end{gathered}
 //! ```
 //!
 //! Evidence of [`Evidence::Joint`] and [`Evidence::UnitInformation`]; the second counts all n_f imposed values as one observation:

@@ -35,6 +35,7 @@ impl Default for NutsOptions {
 ///
 /// # Errors
 /// If the evidence cannot be evaluated at the fit.
+#[doc(alias("MCMC", "HMC"))]
 pub fn nuts<const D: usize>(fit: &Fit<D>, options: &NutsOptions) -> Result<Ensemble<D>, GpError> {
     let model = fit.model();
     let space = Space::new(model, &fit.outcome().parameters)?;

@@ -1,4 +1,4 @@
-//! Equations with a nonlinear term, by Gauss and Newton.
+//! Equations with a nonlinear term, by the Gauss–Newton method.
 //!
 //! L u + g(D₁u, …, D_M u) = f is linearised about the posterior mean: with vᵢ = Dᵢu there,
 //! L + Σ ∂ᵢg(v) Dᵢ is a linear operator and f − g(v) + Σ ∂ᵢg(v) vᵢ its right-hand side. Each step is
@@ -25,6 +25,7 @@ use std::sync::Arc;
 type Term<const M: usize> = dyn Fn([Series; M], &[Series]) -> Series + Send + Sync;
 
 /// A problem whose equation has a nonlinear term in M derivatives of u.
+#[doc(alias = "Gauss-Newton")]
 #[derive(Clone)]
 pub struct SemiLinear<const D: usize, const M: usize> {
     problem: Problem<D>,

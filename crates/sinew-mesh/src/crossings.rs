@@ -60,7 +60,7 @@ fn pierces(
     })
 }
 
-/// For each point the first one at its place.
+/// First point at the place of each point.
 pub(crate) fn merged(points: &[[f64; 3]]) -> Vec<usize> {
     let mut first = HashMap::with_capacity(points.len());
     // Adding zero makes one of both zeros.

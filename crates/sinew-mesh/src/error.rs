@@ -64,7 +64,7 @@ pub enum Problem {
     )]
     UnknownFormat,
     /// Something else was expected.
-    #[error("expected {expected}, found {found:?}; correct it or export the file again")]
+    #[error("expected {expected}, found `{}`; correct it or export the file again", found.escape_debug())]
     Expected { expected: &'static str, found: String },
     /// A required part is missing.
     #[error("expected {expected}, which is missing; export the file again with it")]
@@ -82,7 +82,7 @@ pub enum Problem {
     #[error("{what} is {value}, which is outside {least}..={most}; export the file again")]
     Range { what: &'static str, value: i64, least: i64, most: i64 },
     /// A correct file of a kind that this crate does not read.
-    #[error("{what} {value:?} cannot be read; {advice}")]
+    #[error("{what} `{}` cannot be read; {advice}", value.escape_debug())]
     Unsupported { what: &'static str, value: String, advice: &'static str },
     /// A cell of another kind than the mesh has.
     #[error("cell {cell} is a {kind}, but the mesh wants {wanted}; {advice}")]
@@ -94,7 +94,7 @@ pub enum Problem {
     )]
     Compression { block: usize, declared: usize },
     /// Text that is not base64.
-    #[error("found {found:?} in base64 data; the file is damaged: export or copy it again")]
+    #[error("found `{}` in base64 data; the file is damaged: export or copy it again", found.escape_debug())]
     Base64 { found: String },
     /// Text that is no XML.
     #[error("not well-formed XML ({0}); export the file again")]
@@ -122,26 +122,28 @@ pub enum Defect {
     )]
     Folded { cell: usize, node: usize, jacobian: f64 },
     /// A coordinate that is not finite.
-    #[error("node {node} lies at {point:?}; give it finite coordinates")]
+    #[error("node {node} lies at ({}); give it finite coordinates", point.map(|x| x.to_string()).join(", "))]
     NotFinite { node: usize, point: [f64; 3] },
     /// A mesh without cells.
     #[error("the mesh has no {wanted}; export the file with its cells")]
     NoCells { wanted: &'static str },
     /// A field that does not have one row per node or cell.
     #[error(
-        "field {field:?} holds {values} numbers, but {rows} rows of {components} components are needed; resize it"
+        "field `{}` holds {values} numbers, but {rows} rows of {components} components are needed; resize it",
+        field.escape_debug()
     )]
     FieldSize { field: String, values: usize, rows: usize, components: usize },
     /// A set names a node, cell or facet that does not exist.
-    #[error("set {set:?} names index {index}, but there are only {limit}; remove it from the set")]
+    #[error("set `{}` names index {index}, but there are only {limit}; remove it from the set", set.escape_debug())]
     SetMember { set: String, index: usize, limit: usize },
     /// A field asked for by name does not exist or is of another kind.
-    #[error("there is no {wanted} field {field:?}, only {available:?}; choose one of these")]
+    #[error("there is no {wanted} field `{}`, only: {}; choose one of these", field.escape_debug(), available.join(", "))]
     NoSuchField { field: String, wanted: &'static str, available: Vec<String> },
     /// A name that files cannot hold or that is taken for the encoding of sets.
     #[error(
-        "name {name:?} cannot be written; use a non-empty name without control characters that \
-         does not start with \"node_set:\", \"facet_set:\" or \"cell_set:\""
+        "name `{}` cannot be written; use a non-empty name without control characters that \
+         does not start with `node_set:`, `facet_set:` or `cell_set:`",
+        name.escape_debug()
     )]
     Name { name: String },
 }

@@ -6,7 +6,8 @@ use std::collections::HashMap;
 /// Corners that belong to no facet of the boundary.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "row {row}: no facet of the boundary has the corners {corners:?}; count nodes from 0, and leave out facets between two cells"
+    "row {row}: no facet of the boundary has the corners {}; count nodes from 0, and leave out facets between two cells",
+    corners.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
 )]
 pub struct UnknownFacet {
     /// Row of the list.

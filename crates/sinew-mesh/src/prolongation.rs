@@ -17,7 +17,7 @@ use nalgebra::{Const, Matrix3, SymmetricEigen, Vector3};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prolongation {
-    /// For each point the nodes that it is made of, and how much of each.
+    /// Nodes of which each point is made, with their weights.
     rows: Vec<Vec<(usize, f64)>>,
 }
 

@@ -86,7 +86,7 @@ pub struct Selected {
 }
 
 impl Selection {
-    /// On a plane, within [`SELECTION_TOLERANCE`].
+    /// Points on a plane, within [`SELECTION_TOLERANCE`].
     pub fn plane(point: [f64; 3], normal: [f64; 3]) -> Self {
         Self::near_plane(point, normal, 0.0)
     }
@@ -96,17 +96,17 @@ impl Selection {
         Self(Rule::Plane { point, normal, within })
     }
 
-    /// On the side of a plane that `direction`, its normal, points to, with the plane itself.
+    /// Points on the side of a plane that `direction`, its normal, points to, with the plane itself.
     pub fn beyond(point: [f64; 3], direction: [f64; 3]) -> Self {
         Self(Rule::Beyond { point, direction })
     }
 
-    /// In a box along the axes, between its corners.
+    /// Points in a box along the axes, between its corners.
     pub fn cuboid(least: [f64; 3], most: [f64; 3]) -> Self {
         Self(Rule::Box { least, most })
     }
 
-    /// In a ball.
+    /// Points in a ball.
     pub fn sphere(centre: [f64; 3], radius: f64) -> Self {
         Self(Rule::Sphere { centre, radius })
     }
@@ -134,12 +134,12 @@ impl Selection {
         Self(Rule::Nearest { point })
     }
 
-    /// In a node set or a facet set that the mesh has.
+    /// Members of a node set or a facet set that the mesh has.
     pub fn set(name: impl Into<String>) -> Self {
         Self(Rule::Set { name: name.into() })
     }
 
-    /// In this and in the other.
+    /// Intersection of this and the other.
     pub fn and(self, other: Self) -> Self {
         match self.0 {
             Rule::All(mut all) => {
@@ -150,7 +150,7 @@ impl Selection {
         }
     }
 
-    /// In any of these.
+    /// Union of these.
     pub fn any(selections: impl IntoIterator<Item = Self>) -> Self {
         Self(Rule::Any(selections.into_iter().collect()))
     }

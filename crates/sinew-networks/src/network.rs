@@ -20,6 +20,7 @@ use std::path::Path;
 
 /// Sizes of a network. The default has half of the thesis' width: where embeddings are weights of their own, more steps
 /// of narrower perceptrons are worth more (docs/design.md).
+#[doc(alias("MeshGraphNet", "GNN"))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Network {

@@ -142,7 +142,7 @@ fn prepared(
     lessons: &Receiver<Result<Result<Lesson>>>,
     count: usize,
 ) -> Result<(Vec<Lesson>, usize)> {
-    /// In a row; then something is wrong with all of them.
+    /// Bodies in a row that may fail before all of them count as wrong.
     const MOST_REFUSED: usize = 20;
     let (mut prepared, mut refused, mut in_a_row) = (Vec::with_capacity(count), 0, 0);
     for lesson in lessons {

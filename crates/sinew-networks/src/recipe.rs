@@ -112,12 +112,11 @@ impl Train for Recipe {
                 format!("network on {} simulations{and}", record.simulations)
             }
             Self::Hybrid(_) => format!(
-                "network on {} simulations, errors weighed by the stiffness about one of them",
+                "network on {} simulations, in the energy norm about one of them",
                 record.simulations
             ),
             Self::PhysicsInformed(_) => {
-                "network by minimum potential energy, without simulations; a few linear solves set its scale and what it follows by \
-                 itself"
+                "network by minimum potential energy, without simulations; a few linear solves give its scales and Taylor polynomial"
                     .into()
             }
             Self::Series => Taylor.about(record),
@@ -159,7 +158,7 @@ impl Train for Recipe {
     }
 }
 
-/// As [`Recipe::train`], by any recipe: a finished run may have left a network.
+/// Trains as [`Recipe::train`] does, by any recipe: a finished run may have left a network.
 ///
 /// # Errors
 /// As [`sinew_emulate::train`].

@@ -33,7 +33,7 @@ pub struct Chart {
     pub title: String,
     /// Names of the axes, with units.
     pub axes: [String; 2],
-    /// Which axes are logarithmic.
+    /// Whether each axis is logarithmic.
     pub logarithmic: [bool; 2],
     /// The curves.
     pub series: Vec<Series>,

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// One drawing of the surface.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceCase {
-    /// Which case this is.
+    /// Name of the case.
     pub title: String,
     /// The method it belongs to.
     pub method: String,

@@ -188,7 +188,7 @@ impl Row {
         self
     }
 
-    /// On this problem, with the method set like this.
+    /// Problem and setting of the method.
     pub fn on(self, subject: impl Into<String>, about: impl Into<String>) -> Self {
         Self { subject: subject.into(), about: about.into(), ..self }
     }

@@ -118,7 +118,7 @@ pub(crate) fn with_boundary<const N: usize>(mut mesh: Mesh<N>) -> Mesh<N> {
     mesh
 }
 
-/// As [`Found::at`].
+/// Value at a point, as [`Found::at`].
 pub(crate) fn displacement_at<const N: usize>(
     mesh: &Mesh<N>,
     displacement: &[f64],

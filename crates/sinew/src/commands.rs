@@ -30,7 +30,7 @@ use sinew_emulate::{Terminal, simulate_by};
 use sinew_fem::Options;
 use std::path::{Path, PathBuf};
 
-/// Which body, and where results go.
+/// Body and folder of the results.
 #[derive(Debug, Args)]
 pub(crate) struct CaseArguments {
     /// Case file, or the name of a built-in scene (`sinew scenes`)

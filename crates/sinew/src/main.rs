@@ -12,12 +12,12 @@ use commands::{
 use std::process::ExitCode;
 
 const HELP: &str = "\
-The way from a mesh to predictions:
-  sinew scenes                                    what there is to start from
+From a mesh to predictions:
+  sinew scenes                                    list built-in scenes
   sinew new OnceClampedBeam > beam.toml           a case file, to be edited: docs/case-file.md explains every key
   sinew solve beam.toml --theta mu=75,lambda=80   one equilibrium, for ParaView
   sinew solve IdealVentricle --along p=0..8mmHg   a body while its pressure rises, frame by frame
-  sinew unload heart.toml --theta p=8mmHg -o rest.vtu   the body at rest of which the mesh shows the loaded state
+  sinew unload heart.toml --theta p=8mmHg -o rest.vtu   the reference configuration of a loaded mesh
   sinew train beam.toml                           an emulator; --recipe and --minutes say how
   sinew predict beam.toml --theta thetas.csv      displacements for every row of a table, with error estimates
   sinew correct beam.toml --theta mu=75,lambda=80 --steps 2
@@ -33,8 +33,8 @@ Your own heart:
 CASE is a case file or the name of a built-in scene. Results go to out/NAME (--out). Lengths are in mm, stresses in kPa; parameters
 are in the units that the case file gives them in, unless a value names its own (p=7mmHg).
 
-Exit codes: 0 done; 1 it could not be computed, or not for every row; 2 the command line, the case file or a table of
-parameters is wrong, in some of its rows perhaps: the others are computed.";
+Exit codes: 0 success; 1 no result, or not for every row; 2 an error in the command line, the case file or a table of
+parameters, whose correct rows are computed.";
 
 /// Physics-informed emulation of soft-tissue mechanics: solve, train, predict and correct bodies from case files.
 #[derive(Debug, Parser)]
@@ -50,25 +50,25 @@ enum Command {
     Mesh(mesh::Mesh),
     /// Find equilibria by Newton's method.
     Solve(solve::Solve),
-    /// Find the body at rest of which the mesh shows the loaded state.
+    /// Find the reference configuration of a body whose mesh shows the loaded state.
     Unload(unload::UnloadCommand),
     /// Infer a patient's parameters from an image, pressures and measurements.
     Calibrate(calibrate::Calibrate),
     /// Make the data of a patient file from parameters, with noise.
     Synthesise(synthesise::Synthesise),
-    /// Draw parameters from their ranges, and solve for them if wanted.
+    /// Sample parameter sets from their ranges, and solve them if wanted.
     Sample(sample::Sample),
-    /// Put the shards of a campaign together.
+    /// Merge the shards of a campaign.
     Merge(sample::Merge),
     /// Train an emulator.
     Train(train::Train),
-    /// Expect the cost of answers to an accuracy, by each method.
+    /// Estimate the cost of answers to an accuracy, by each method.
     Plan(plan::Plan),
     /// Predict displacements, with a trained emulator or to an accuracy.
     Predict(predict::Predict),
-    /// Predict, and come nearer to equilibrium by Newton steps.
+    /// Predict, and correct the prediction by Newton steps.
     Correct(predict::Correct),
-    /// Measure errors and times of the trained emulators on cases they have not seen.
+    /// Measure errors and times of the trained emulators on unseen cases.
     Evaluate(evaluate::Evaluate),
     /// Write the last evaluation as a page.
     Report(report::Report),

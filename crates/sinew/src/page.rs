@@ -28,7 +28,7 @@ impl Published {
         found.map_or([None; 5], |(_, errors)| *errors)
     }
 
-    /// One of the errors as lines, for the methods that are there.
+    /// An error as lines, for the methods that are there.
     fn levels(&self, error: usize, upright: bool, methods: &[Method]) -> Vec<Level> {
         let there = |name: &str| name.is_empty() || methods.iter().any(|m| m.name == name);
         let level = |(method, errors): &(&str, [Option<f64>; 5])| {

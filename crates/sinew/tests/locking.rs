@@ -14,7 +14,7 @@ parameters = { E = [8.0, 16.0], nu = [0.2, 0.3] }
 training = { recipe = "regression", samples = 9, held_out = 3 }
 "#;
 
-/// As long as wide, so that it is not bent: only the volume can make its cells too stiff.
+/// Cube that is not bent: only the volume can make its cells too stiff.
 const CUBE: &str = r#"
 law = "neo-hookean-young"
 loads = [{ body_force = [0.0, 0.0, -9.8e-3] }]

@@ -6,7 +6,7 @@ use sinew_coordinates::Motions;
 use sinew_energy::Barriers;
 use sinew_fem::{SolveError, Solver};
 
-/// Motions that follow the parameters by themselves, so that a network learns what is beyond, and the derivatives of the solution as
+/// Motions with their Taylor polynomial in the parameters, so that a network learns the remainder, and the derivatives of the solution as
 /// features of the graph's nodes, in units of outputs: what fibres, loads and supports make of every part of the body.
 ///
 /// First order are the derivatives at the motions' origin, one linear system each; second order is what one Newton step adds to first
@@ -41,13 +41,13 @@ pub fn following(
     Ok((damped(&[Some(first.clone())], body, thetas)?, first))
 }
 
-/// As much of first and of second order, and in the form, as has the least energy at `thetas`. Energies count by their logarithm beyond a
+/// Shares of first and second order, and the form, of least energy at `thetas`. Energies count by their logarithm beyond a
 /// small part of the work of the loads, so that no single set of parameters decides.
 fn damped(forms: &[Option<Motions>], body: &Body, thetas: &[Vec<f64>]) -> Result<Motions> {
     /// Parts of both that are tried.
     const PARTS: [[f64; 2]; 6] =
         [[1.0, 1.0], [1.0, 0.6], [1.0, 0.3], [1.0, 0.0], [0.7, 0.0], [0.4, 0.0]];
-    /// That part of the work.
+    /// The small part of the work.
     const PRECISE: f64 = 0.01;
     let of_first_order = body.parameters.len();
     let forms = forms.iter().flatten();

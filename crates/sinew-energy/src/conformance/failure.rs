@@ -59,7 +59,7 @@ pub enum Property {
 
 /// A property that does not hold.
 #[derive(Clone, Debug, PartialEq, Error)]
-#[error("{law}: it does not hold that {property}: found {found:e}, allowed {allowed:e}, at H = ({})", crate::listed(state.0.as_flattened()))]
+#[error("{law}: violated: {property}: found {found:e}, allowed {allowed:e}, at H = ({})", crate::listed(state.0.as_flattened()))]
 pub struct Failure {
     /// Name of the law.
     pub law: &'static str,

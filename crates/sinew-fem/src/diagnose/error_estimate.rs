@@ -21,6 +21,7 @@ const SIMPLIFIED: usize = 2;
 const MOST_STEPS: usize = 4;
 
 /// A posteriori error estimate of a displacement, from [`Solver::error_estimate`].
+#[doc(alias = "a posteriori error estimate")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct ErrorEstimate {
     /// Norm of the unbalanced nodal forces \[relative to loads and reactions at this displacement\].
@@ -69,12 +70,12 @@ pub enum NotNearEquilibrium {
     Inadmissible { cell: usize },
     /// Newton's method does not contract.
     #[error(
-        "not near an equilibrium: {steps} Newton steps do not contract and leave {residual:.1e} of the forces unbalanced"
+        "not near an equilibrium: {steps} Newton steps do not contract; the residual is {residual:.1e} of loads and reactions"
     )]
     Diverges { steps: usize, residual: f64 },
     /// No step lowers the energy.
     #[error(
-        "not near an equilibrium: no Newton step lowers the energy, and {residual:.1e} of the forces are unbalanced"
+        "not near an equilibrium: no Newton step lowers the energy; the residual is {residual:.1e} of loads and reactions"
     )]
     Stuck { residual: f64 },
     /// The stiffness is not positive definite there.

@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, SymmetricEigen};
 use sinew_energy::{Body, ForceBalance, Mat3};
 
 /// Stress and strain of a cell: means over its quadrature points by volume.
+#[doc(alias = "Cauchy stress")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellStress {
     /// Volume ratio J.

@@ -99,7 +99,7 @@ impl<'p> System<'p> {
         })
     }
 
-    /// One of a body of the same cells and supports with another shape at rest; it shares what is prepared.
+    /// System of a body of the same cells and supports with another shape at rest; it shares what is prepared.
     pub(crate) fn like<'q>(
         &self,
         body: &'q Body,

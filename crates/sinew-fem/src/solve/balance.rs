@@ -171,7 +171,7 @@ impl<'p> BalanceSolver<'p> {
         Ok(Unknowns { displacement, pressure })
     }
 
-    /// As [`BalanceSolver::solve`]; `watch` is called with each state that the iteration comes to.
+    /// Solves as [`BalanceSolver::solve`] does; `watch` is called with each state that the iteration comes to.
     ///
     /// # Errors
     /// As for [`BalanceSolver::solve`].

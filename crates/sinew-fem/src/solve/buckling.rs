@@ -9,6 +9,7 @@ const ITERATIONS: usize = 60;
 const ENOUGH: f64 = 1e-6;
 
 /// The motion that a body resists least, such as the shape it buckles into.
+#[doc(alias("buckling", "bifurcation"))]
 #[derive(Clone, Debug, PartialEq)]
 pub struct SoftestMode {
     /// Direction, one row per node as in a displacement; its largest component is 1.

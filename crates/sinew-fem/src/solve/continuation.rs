@@ -27,6 +27,7 @@ const CUT: f64 = 0.5;
 ///
 /// Beyond a limit point places fall; the curve goes on, and ends where it comes to the end of the line, which may be never: take as many
 /// as are wanted. After an error, [`SolveError::CurveEnded`] with the last equilibrium, nothing follows.
+#[doc(alias("arc length", "Riks", "continuation"))]
 #[must_use = "an iterator does nothing until it is asked"]
 pub struct Curve<'s, 'p, S> {
     path: Path<'s, 'p>,
@@ -105,7 +106,7 @@ impl<'p> Solver<'p> {
         Curve::new(&mut self.system, None, line, options, Solution::new)
     }
 
-    /// As [`Solver::follow`], from an equilibrium at the line's start, or a displacement \[length\] near to it, where there are several.
+    /// Follows as [`Solver::follow`] does, from an equilibrium at the line's start, or a displacement \[length\] near to it, where there are several.
     ///
     /// # Errors
     /// As for [`Solver::follow`], and a displacement of the wrong length or that is not finite.
@@ -134,7 +135,7 @@ impl<'p> BalanceSolver<'p> {
         Curve::new(&mut self.system, None, line, options, BalanceSolution::new)
     }
 
-    /// As `follow`, from an equilibrium at or near the line's start, where there are several.
+    /// Follows as `follow` does, from an equilibrium at or near the line's start, where there are several.
     ///
     /// # Errors
     /// As for [`Solver::follow`], and a solution of another body.

@@ -51,6 +51,7 @@ impl Solver<'_> {
     ///
     /// # Errors
     /// θ or a displacement that does not belong to the body, [`SolveError::Singular`] where nothing was factorised.
+    #[doc(alias("L-BFGS", "quasi-Newton"))]
     pub fn converge(
         &self,
         from: &[f64],

@@ -1,7 +1,7 @@
-//! Descent on the potential energy with one stiffness for many parameter sets: no factorisation per set.
+//! Descent on the potential energy with a frozen stiffness for many parameter sets: no factorisation per set.
 //!
-//! Quasi-Newton steps of limited memory (J. Nocedal, Math. Comput. 35, 1980), which begin with the inverse of a stiffness that was
-//! factorised once, near to where they are taken, scaled to what the last step found. A step costs a gradient and two
+//! Limited-memory quasi-Newton steps (L-BFGS; J. Nocedal, Math. Comput. 35, 1980). The initial inverse is that of a stiffness
+//! factorised once at a nearby state, scaled by the last step. A step costs a gradient and two
 //! back-substitutions, a tenth or less of a Newton step.
 
 use crate::elements::cells::inadmissible;
@@ -18,26 +18,26 @@ use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::time::Instant;
 
-/// Steps that are remembered; few enough are taken that more would not be missed.
+/// Step pairs kept by the L-BFGS update; few steps are taken, so that more pairs would not help.
 const MEMORY: usize = 10;
-/// The energy must fall by this part of what the slope promises (Armijo's condition, the usual value).
+/// Constant of the sufficient decrease (Armijo) condition (Nocedal & Wright, 3.1).
 const SUFFICIENT: f64 = 1e-4;
-/// Shortening of a step that does not, and how often.
+/// Backtracking factor, and the largest number of trials.
 const SHORTER: f64 = 0.4;
 const MOST_TRIALS: usize = 20;
-/// The first step is lengthened or shortened by what slopes at both of its ends foresee where that differs by more than this part: a
-/// stiffness at other parameters is of another size.
+/// The first step is rescaled by a secant step if that differs by more than this share: a stiffness at other parameters
+/// is of another size.
 const OFF: f64 = 0.2;
-/// At most by so much.
+/// Largest rescaling of the first step.
 const LONGEST: f64 = 50.0;
-/// Unbalanced forces \[relative to loads and reactions\] below which nothing is left to gain.
+/// Residual \[relative to loads and reactions\] at which a descent ends: rounding error of the forces.
 pub(crate) const BALANCED: f64 = 1e-13;
-/// A direction of a support that is turned by more than this cosine's angle from that of the stiffness held is none like it.
+/// Two support directions count as perpendicular if the cosine of their angle is below this.
 const ACROSS: f64 = 0.1;
 /// Rounding errors of energies \[relative\].
 pub(crate) const NOISE: f64 = 1e-14;
 
-/// The factorised stiffness of a body at one state, for steps at many parameter sets around it.
+/// Frozen stiffness of a body at one state (modified Newton): one factorisation for quasi-Newton steps at many parameter sets.
 ///
 /// ```
 /// # use sinew_energy::{Load, Parameter, Scene, Support, laws::NeoHookean};
@@ -57,6 +57,7 @@ pub(crate) const NOISE: f64 = 1e-14;
 /// assert!((near.energy / exact.energy - 1.0).abs() < 1e-9);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+#[doc(alias("frozen stiffness", "modified Newton", "quasi-Newton"))]
 pub struct HeldStiffness<'p> {
     system: System<'p>,
     /// Displacement of the state, node by node \[length\].
@@ -136,6 +137,7 @@ impl<'p> HeldStiffness<'p> {
     ///
     /// # Errors
     /// θ or a displacement that does not belong to the body, [`SolveError::Inadmissible`] where that inverts a cell.
+    #[doc(alias("L-BFGS", "quasi-Newton"))]
     pub fn descend(
         &self,
         from: &[f64],
@@ -155,9 +157,9 @@ impl<'p> HeldStiffness<'p> {
         self.frames_of(body).map(|_| ())
     }
 
-    /// This frozen stiffness for another body with the same cells between its nodes and as many held directions at each: another shape, another
-    /// material, other loads. The less alike both are, the more steps it takes; where
-    /// both are nearly incompressible ([`Descent::unbalanced`] stays about one) none are enough, for stiff are changes of another shape's volumes.
+    /// Quasi-Newton steps on another body with the same cells and as many held directions at each node: another shape,
+    /// material or load. The number of steps grows with the difference of both bodies. They do not converge where
+    /// both are nearly incompressible ([`Descent::unbalanced`] stays about one), because changes of volume are stiff.
     ///
     /// # Errors
     /// As for [`HeldStiffness::descend`], and [`SolveError::OtherBody`].
@@ -355,7 +357,7 @@ impl System<'_> {
     }
 }
 
-/// Memory of a quasi-Newton iteration of limited memory. What the held stiffness makes of each change of the slope is kept beside it, so
+/// Step pairs of an L-BFGS iteration. Each change of the gradient is kept with its solve by the frozen stiffness, so
 /// that a step needs one back-substitution.
 #[derive(Default)]
 pub(crate) struct Memory {
@@ -379,7 +381,7 @@ pub(crate) struct Pair {
     solved: Vec<f64>,
     /// Product of step and change.
     work: f64,
-    /// The stiffness held, relative to that along the step.
+    /// Scale of the initial inverse: curvature of the frozen stiffness over that along the step.
     scale: f64,
 }
 

@@ -13,6 +13,7 @@ use crate::elements::system::System;
 /// assert_eq!(loading.at(0.5), (0.5, vec![75.0, 75.0]));
 /// assert_eq!(softening.at(0.2), (1.0, vec![70.0, 75.0]));
 /// ```
+#[doc(alias("arc length", "continuation"))]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Line {
     /// Fractions of all loads and prescribed motions at start and end.

@@ -72,7 +72,7 @@ impl Solver<'_> {
         }
     }
 
-    /// As much of a displacement as turns no cell over, with what supports prescribe; none where that is hardly anything.
+    /// Largest share of a displacement that inverts no cell, with what supports prescribe; `None` where it is negligible.
     fn admissible(&self, displacement: &[f64], theta: &[f64]) -> Option<Vec<f64>> {
         let of_part = |part: f64| {
             let mut guess: Vec<f64> = displacement.iter().map(|u| part * u).collect();

@@ -34,7 +34,7 @@ const MOST_STALLS: usize = 2;
 const MOST_GROWTH: [f64; 2] = [2e3, 10.0];
 /// Close to an unstable equilibrium \[residual relative to the forces\] the plain Newton step is tried too.
 const NEAR_EQUILIBRIUM: f64 = 1e-6;
-/// That step is taken when it lowers the residual to this part.
+/// The step is taken when it lowers the residual to this part.
 const CONVERGING: f64 = 0.25;
 
 /// Equilibria that are no more accurate than this \[relative\] are on the way to others.

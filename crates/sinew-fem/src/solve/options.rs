@@ -1,6 +1,7 @@
 //! Limits and accuracy of a solve.
 
 /// When loads are raised step by step.
+#[doc(alias("load increment", "load stepping"))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LoadSteps {

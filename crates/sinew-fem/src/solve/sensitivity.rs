@@ -45,6 +45,7 @@ impl Solver<'_> {
     ///
     /// # Errors
     /// A solution of another body, a slope that does not fit it, or [`SolveError::Singular`].
+    #[doc(alias("adjoint", "gradient"))]
     pub fn adjoint_sensitivity(
         &mut self,
         solution: &Solution,

@@ -64,7 +64,7 @@ impl Path<'_, '_> {
         system.equilibrium(start, goal, &self.options, history).map(|found| found.unknowns)
     }
 
-    /// That of a hundredth of the resistance by load steps, of which it takes a part of all iterations at most.
+    /// Equilibrium with a hundredth of the bulk modulus by load increments, of which it takes a part of all iterations at most.
     fn softened_by_steps(&self, history: &mut Log<'_>) -> Option<(Unknowns, usize)> {
         if self.options.least_load_step > self.options.first_load_step {
             return None;

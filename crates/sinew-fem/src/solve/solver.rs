@@ -18,6 +18,7 @@ const SAME: f64 = 1e-4;
 /// Finds equilibria of one body for any θ.
 ///
 /// Sparsity, ordering and symbolic factorisation are prepared once; the memory of the numbers is reused.
+#[doc(alias("Newton-Raphson", "Newton"))]
 pub struct Solver<'p> {
     pub(crate) system: System<'p>,
 }
@@ -77,6 +78,7 @@ impl<'p> Solver<'p> {
     ///
     /// # Errors
     /// θ that makes no sense, or [`SolveError::NotConverged`].
+    #[doc(alias("Newton-Raphson", "line search"))]
     pub fn solve(&mut self, theta: &[f64], options: &Options) -> Result<Solution, SolveError> {
         let rest = self.system.rest().displacement;
         self.solve_from(&rest, theta, options)
@@ -117,7 +119,7 @@ impl<'p> Solver<'p> {
         Ok((apart > SAME * size).then_some(risen))
     }
 
-    /// As [`Solver::solve`]; `watch` is called with each state that the iteration comes to.
+    /// Solves as [`Solver::solve`] does; `watch` is called with each state that the iteration comes to.
     ///
     /// ```no_run
     /// # fn f(solver: &mut sinew_fem::Solver) -> Result<(), sinew_fem::SolveError> {

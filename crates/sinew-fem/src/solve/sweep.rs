@@ -86,6 +86,7 @@ impl Sweep {
 ///
 /// # Errors
 /// A body that cannot be solved for any θ, see [`Solver::new`]; failures of single samples are in the results.
+#[doc(alias = "parameter study")]
 pub fn sweep(
     potential: &Body,
     thetas: &[Vec<f64>],

@@ -50,7 +50,7 @@ pub enum UnloadError {
     OtherBranch { distance: f64, node: usize },
     /// Loading fails.
     #[error(
-        "the image is a stable equilibrium of the unloaded body, but loading does not come there: {0}"
+        "the image is a stable equilibrium of the unloaded body, but raising the load from rest does not reach it: {0}"
     )]
     NotLoaded(SolveError),
     /// A derivative that does not exist.

@@ -30,7 +30,7 @@ impl fmt::Display for ThinWall {
 }
 
 impl ThinWall {
-    /// Of a body under pressures, if a tenth of the cells there reach through its wall.
+    /// The thin wall of a body under pressures, if a tenth of the cells there reach through.
     pub(super) fn of(system: &System<'_>) -> Option<Self> {
         let body = system.body;
         if body.nodes_per_cell != 4 {

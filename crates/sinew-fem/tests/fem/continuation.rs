@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 /// At the crown and along the plates: the arch sways to no side.
 const SYMMETRY: [Option<f64>; 3] = [Some(0.0), None, None];
 const BETWEEN: [Option<f64>; 3] = [None, Some(0.0), None];
-/// As large as rounding leaves what is solved to 1e-10 of the forces.
+/// Size that rounding leaves what is solved to 1e-10 of the forces.
 const EXACT: f64 = 1e-7;
 /// Shear modulus and Lamé's λ of the arch \[kPa\].
 const ARCH: [f64; 2] = [75.0, 75.0];

@@ -57,7 +57,7 @@ fn tip<const N: usize>(mesh: &Mesh<N>, body: &Body, theta: &[f64]) -> f64 {
     solved(body, theta)[3 * end + 2]
 }
 
-/// In quadratic tetrahedra at lambda = mu (docs/verification.md: −55.6 mm on 12 × 4 × 5 boxes, 0.35 % short), and in
+/// Deflection in quadratic tetrahedra at lambda = mu (docs/verification.md: −55.6 mm on 12 × 4 × 5 boxes, 0.35 % short), and in
 /// mixed ones.
 const BEAMS: [(f64, f64); 3] = [(75.0, -55.8), (7.5e3, -47.8), (7.5e5, -47.6)];
 

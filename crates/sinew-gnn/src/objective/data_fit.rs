@@ -9,6 +9,7 @@ use sinew_coordinates::require_positive;
 
 /// Mean nodal distance between simulated and predicted displacement, `mean ‖u − û‖₂`
 /// (thesis, Equation 3.11), in units of a characteristic length.
+#[doc(alias = "supervised")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DataFit {
     length: f64,

@@ -33,6 +33,7 @@ pub trait Potential: Send + Sync {
 
 /// Mean total potential energy of the predictions (thesis, Equations 3.12 and 3.16) in units of a
 /// characteristic energy: no simulation enters.
+#[doc(alias("PINN", "deep energy method", "physics-informed"))]
 #[derive(Clone)]
 pub struct MinimumPotential {
     potentials: Vec<Arc<dyn Potential>>,

@@ -67,7 +67,7 @@ pub(super) fn apply(emulator: Emulator, updates: Vec<Update>, step: f32) -> Emul
     emulator.map(&mut Mapper { directions, step })
 }
 
-/// In interleaved partial sums, which the compiler turns into vectors.
+/// Sum in interleaved partial sums, which the compiler turns into vectors.
 pub(super) fn squared_norm(values: &[f32]) -> f64 {
     let mut lanes = [0.0; 8];
     for chunk in values.chunks(lanes.len()) {

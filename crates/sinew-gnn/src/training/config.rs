@@ -42,6 +42,7 @@ pub struct TrainingConfig {
     /// Evaluations (validation, observer, checkpoint), evenly spread over the budget. The last one is at its end.
     pub evaluations: usize,
     /// Stop after this many evaluations without a better validation loss.
+    #[doc(alias = "early stopping")]
     pub patience: Option<usize>,
 }
 

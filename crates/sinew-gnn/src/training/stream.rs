@@ -39,7 +39,7 @@ pub struct StreamTrainer {
 const MOST_LOST: usize = 10;
 
 impl StreamTrainer {
-    /// For a surrogate of the feature counts and scales of the stream.
+    /// Trainer of a surrogate of the feature counts and scales of the stream.
     ///
     /// # Errors
     /// Settings that admit no training.

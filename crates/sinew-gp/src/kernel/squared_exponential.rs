@@ -9,6 +9,7 @@ use sinew_num::vectorised;
 use std::cell::RefCell;
 
 /// exp(−½ Σ (xᵢ − xᵢ′)² / λᵢ²) with a lengthscale per axis (4.46); infinitely smooth.
+#[doc(alias("RBF", "Gaussian kernel"))]
 #[derive(Clone, Debug, Default)]
 pub struct SquaredExponential {
     axes: Axes,

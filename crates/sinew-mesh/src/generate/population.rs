@@ -22,7 +22,7 @@ pub enum ShapeError {
     #[error("the {what} of {value:.3} is not between {least} and {most}: draw other numbers")]
     Measure { what: &'static str, value: f64, least: f64, most: f64 },
     /// Cells that make no mesh.
-    #[error("{found:?} cells make no mesh: give {needed}")]
+    #[error("a mesh cannot have {} cells; give {needed}", found.iter().map(ToString::to_string).collect::<Vec<_>>().join(" x "))]
     Cells { found: Vec<usize>, needed: &'static str },
     /// A cell without volume \[length³\], or inverted.
     #[error("cell {cell} has a volume of {volume:.3e}: the shape is folded; draw other numbers")]

@@ -161,7 +161,7 @@ impl Gmsh<'_> {
         }
         let found = seen.iter().filter(|&&row| row).count();
         if found != total {
-            let what = format!("rows of {name:?}");
+            let what = format!("rows of `{}`", name.escape_debug());
             return Err(Problem::Count { what, expected: total, found });
         }
         let field = Field { components, values: FieldValues::Float(values) };

@@ -294,7 +294,7 @@ impl Reader<'_> {
             };
             let (Owner::Points(expected) | Owner::Cells(expected)) = owner;
             if rows != expected {
-                let what = format!("rows of array {name:?}");
+                let what = format!("rows of array `{}`", name.escape_debug());
                 return Err(Problem::Count { what, expected, found: rows });
             }
             self.array(name, components, kind, owner)?;

@@ -305,7 +305,7 @@ impl<'a> Parser<'a> {
         };
         match expected {
             Some(expected) if expected != values.len() => {
-                let what = format!("numbers of array {:?}", header.name);
+                let what = format!("numbers of array `{}`", header.name.escape_debug());
                 Err(Problem::Count { what, expected, found: values.len() })
             }
             _ => Ok(values),

@@ -17,7 +17,7 @@ pub(super) struct Places<'m, const N: usize> {
     tolerance: f64,
 }
 
-/// Which nodes, and which facets of the boundary.
+/// Selected nodes and facets of the boundary.
 pub(super) struct Chosen {
     pub nodes: Vec<bool>,
     pub facets: Vec<bool>,

@@ -239,11 +239,11 @@ fn what_cannot_be_read_says_where_and_what_to_do() {
         &with("*INCLUDE, INPUT=nodes.inp\n"),
         &["test.inp, line 8", "*INCLUDE", "with all its nodes"],
     );
-    assert_refused(&with("*NSET, NSET=a\n1, 9\n"), &["line 9", "\"9\"", "that the file has"]);
-    assert_refused(&with("*NSET, NSET=a\nbase\n"), &["line 9", "\"base\"", "further up"]);
+    assert_refused(&with("*NSET, NSET=a\n1, 9\n"), &["line 9", "`9`", "that the file has"]);
+    assert_refused(&with("*NSET, NSET=a\nbase\n"), &["line 9", "`base`", "further up"]);
     assert_refused(&with("*NSET\n1\n"), &["line 8", "NSET=…"]);
     assert_refused(&with("*NSET, NSET=a, GENERATE\n5, 1\n"), &["line 9", "ascends", "5, 1, 1"]);
-    assert_refused(&with("*SURFACE, NAME=s\none, S5\n"), &["line 9", "face", "\"S5\""]);
+    assert_refused(&with("*SURFACE, NAME=s\none, S5\n"), &["line 9", "face", "`S5`"]);
     assert_refused(
         &with("*SURFACE, NAME=s, COMBINE=UNION\na, b\n"),
         &["line 8", "COMBINE of *SURFACE"],
@@ -252,17 +252,17 @@ fn what_cannot_be_read_says_where_and_what_to_do() {
         &with("*SURFACE, NAME=s, TYPE=CUTTING SURFACE\n"),
         &["line 8", "CUTTING SURFACE", "TYPE=NODE"],
     );
-    assert_refused(&with("*ELEMENT, TYPE=CAX4\n"), &["line 8", "\"CAX4\"", "C3D4"]);
+    assert_refused(&with("*ELEMENT, TYPE=CAX4\n"), &["line 8", "`CAX4`", "C3D4"]);
     assert_refused(&with("*ELEMENT, TYPE=C3D10\n2, 1, 2, 3, 4\n"), &["line 9", "other nodes"]);
     assert_refused(
         &with("*ELEMENT, TYPE=C3D4\n2, 1, 2, 3, 4, 5\n"),
         &["nodes of element 2, a C3D4", "expected 4", "found 5"],
     );
-    assert_refused(&with("*ELEMENT, TYPE=C3D4\n2, 1, 2, 3, 7\n"), &["line 9", "\"7\""]);
-    assert_refused(&with("*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n"), &["not used yet", "\"1\""]);
+    assert_refused(&with("*ELEMENT, TYPE=C3D4\n2, 1, 2, 3, 7\n"), &["line 9", "`7`"]);
+    assert_refused(&with("*ELEMENT, TYPE=C3D4\n1, 1, 2, 3, 4\n"), &["not used yet", "`1`"]);
     assert_refused(&with("*NODE\n1, 0, 0, 0\n"), &["not used yet"]);
     assert_refused(&with("*NODE, SYSTEM=C\n5, 0, 0, 0\n"), &["Cartesian"]);
-    assert_refused(&with("*NODE\n5, 0, x, 0\n"), &["line 9", "a coordinate", "\"x\""]);
+    assert_refused(&with("*NODE\n5, 0, x, 0\n"), &["line 9", "a coordinate", "`x`"]);
     assert_refused(
         "*PART, NAME=a\n*END PART\n*PART, NAME=b\n*END PART\n",
         &["line 3", "second", "*PART", "flat file"],

@@ -82,7 +82,7 @@ fn apply(bytes: &mut Vec<u8>, damage: &Damage) {
     }
 }
 
-/// One of the files, damaged in one to four places.
+/// A file, damaged in one to four places.
 pub(crate) fn damaged(files: Vec<Vec<u8>>) -> impl Strategy<Value = Vec<u8>> {
     (any::<Index>(), vec(damage(), 1..5)).prop_map(move |(file, damages)| {
         let mut bytes = files[file.index(files.len())].clone();

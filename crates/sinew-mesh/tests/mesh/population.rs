@@ -51,7 +51,7 @@ fn cells_of_no_mesh_are_refused_and_not_panicked_at() {
     }
     assert!(BeamShape::new(&[]).unwrap().tetrahedra([4, 0, 2]).is_err());
     let told = RingShape::new(&[]).unwrap().triangles([2, 1]).unwrap_err().to_string();
-    assert!(told.contains("[2, 1]") && told.contains("three around"), "{told}");
+    assert!(told.contains("2 x 1") && told.contains("three around"), "{told}");
 }
 
 #[test]

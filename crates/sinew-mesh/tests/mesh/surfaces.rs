@@ -110,7 +110,7 @@ fn our_own_files_come_back() {
         assert_eq!(read_mesh::<3>(&path).unwrap().0.cells.len(), mesh.cells.len());
     }
     let error = write_surface(folder.path().join("surface.ply"), &mesh).unwrap_err().to_string();
-    assert!(error.contains("\"ply\"") && error.contains(".vtp"), "{error}");
+    assert!(error.contains("`ply`") && error.contains(".vtp"), "{error}");
 }
 
 #[test]
@@ -180,7 +180,7 @@ fn damaged_surfaces_are_named_with_their_place() {
     assert!(error.contains("no tetrahedra") || error.contains("no triangles"), "{error}");
     let error =
         refused("a.stl", b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 x\n");
-    assert!(error.contains("line 5") && error.contains("\"x\""), "{error}");
+    assert!(error.contains("line 5") && error.contains("`x`"), "{error}");
     let mut binary = to_stl(&surface(), VtkEncoding::Binary).unwrap();
     binary.truncate(binary.len() - 20);
     let error = refused("a.STL", &binary);

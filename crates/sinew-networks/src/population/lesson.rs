@@ -154,7 +154,7 @@ pub(super) fn origin(geometry: &Geometry) -> &[f64] {
     }
 }
 
-/// For each of `thetas` the energy that a Newton step from where outputs follow to would reach, with the stiffness that is factorised, and
+/// Energy at each of `thetas` that a Newton step from where outputs follow to would reach, with the stiffness that is factorised, and
 /// what it would gain: a small part of the loads' work at least, and all of it where there is nothing to tell.
 fn gains(
     solver: &mut Solver<'_>,
@@ -162,7 +162,7 @@ fn gains(
     thetas: &[Vec<f64>],
     work: f64,
 ) -> Result<Vec<[f64; 2]>> {
-    /// That part: displacements that are off by a thousandth or so.
+    /// The part of the work that counts as precise: displacements that are off by a thousandth or so.
     const LEAST: f64 = 1e-5;
     let body = solver.body();
     let scaling = scaling(body)?;

@@ -6,7 +6,7 @@ use sinew_emulate::parts::{Session, require_finite, root_mean_square};
 use sinew_emulate::{Candidate, Errors, Predictor, Record, Result, TestSet, Train, Warning};
 
 /// Tries regression on more and more simulations, and networks only where its error on the held-out cases misses the target;
-/// the least error there wins.
+/// the recipe with the least error there is kept.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Auto {

@@ -12,6 +12,7 @@ use sinew_gnn::{
 
 /// Mean nodal distance to simulated displacements, thesis (3.11), in the directions in which the simulations differ
 /// beyond a polynomial in the parameters.
+#[doc(alias = "supervised")]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DataDriven {

@@ -14,6 +14,7 @@ use std::sync::Arc;
 /// Mean potential energy, thesis (3.12): no simulation enters. One linear solve sets the scale of displacement and
 /// energy; about the state that a first training predicts, some more make the outputs follow the parameters to second order
 /// before the network learns what is beyond.
+#[doc(alias("PINN", "deep energy method"))]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PhysicsInformed {

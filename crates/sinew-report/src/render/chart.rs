@@ -245,7 +245,7 @@ fn theme() -> Theme {
     }
 }
 
-/// As part of a page: of any width, named for screen readers, with identifiers that are the chart's own.
+/// Chart as part of a page: of any width, named for screen readers, with identifiers that are the chart's own.
 fn inline(svg: &str, (width, height): (f64, f64), title: &str, palette: &Palette) -> String {
     let number = palette.charts.replace(palette.charts.get() + 1);
     let body = svg.split_once('>').map_or("", |parts| parts.1);

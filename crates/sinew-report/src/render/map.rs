@@ -67,7 +67,7 @@ pub(super) fn map(map: &Map) -> Markup {
     } }
 }
 
-/// For every level of colour, the rectangles that have it, equal neighbours joined.
+/// Rectangles of every level of colour, equal neighbours joined.
 fn rectangles(map: &Map) -> Vec<String> {
     let mut paths = vec![String::new(); LEVELS];
     let [low, high] = map.scale;

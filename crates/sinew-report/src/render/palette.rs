@@ -9,7 +9,7 @@ pub(super) const COLOURS: usize = 8;
 /// Lines of the first names, of as many more, and so on: 32 names differ.
 const DASHES: [Option<&str>; 4] = [None, Some("6 3"), Some("2 2"), Some("8 2 2 2")];
 
-/// Which name has which colour, and how many charts are drawn.
+/// Colours by name, and the number of charts drawn.
 pub(super) struct Palette<'a> {
     names: Vec<&'a str>,
     pub(super) charts: Cell<usize>,

@@ -60,7 +60,7 @@ pub(super) fn surfaces(surfaces: &Surfaces, palette: &Palette) -> Markup {
     } }
 }
 
-/// Which value has which colour.
+/// Colour of each value.
 #[derive(Clone, Copy)]
 struct Scale {
     /// Value of the last colour.

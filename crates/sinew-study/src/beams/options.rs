@@ -12,7 +12,7 @@ use std::time::Duration;
 #[derive(Parser, Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[command(name = "cargo xtask reproduce-beam", version, max_term_width = 110)]
 pub struct BeamOptions {
-    /// Which beam
+    /// Beam
     #[arg(long, value_enum, default_value_t = SceneChoice::Both)]
     pub(crate) scene: SceneChoice,
     /// Emulators to train, separated by commas
@@ -49,7 +49,7 @@ pub struct BeamOptions {
     pub json: bool,
 }
 
-/// Which of the two beams.
+/// The two beams.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum SceneChoice {
@@ -76,13 +76,13 @@ impl SceneChoice {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
-    /// On simulated displacements, thesis (3.11)
+    /// Supervised on simulated displacements, thesis (3.11)
     Dd,
     /// Minimum potential energy, without any simulation, thesis (3.12)
     Pi,
-    /// On simulated displacements, errors weighed by the body's stiffness
+    /// Supervised on simulated displacements, in the energy norm
     Hybrid,
-    /// On simulated displacements and deformation gradients, thesis (B.1)
+    /// Supervised on simulated displacements and deformation gradients, thesis (B.1)
     Fdd,
 }
 

@@ -14,7 +14,7 @@ pub(crate) struct Samples {
     pub training: usize,
     /// Uniform points that every error in the tables is over.
     pub test: usize,
-    /// For the regression.
+    /// Name of the regression.
     pub regression: usize,
 }
 

@@ -2,7 +2,7 @@
 
 use sinew::Published;
 
-/// One of the beams.
+/// A beam.
 #[derive(Debug)]
 pub struct Beam {
     /// Short name for files and the command line.

@@ -20,7 +20,7 @@ pub struct ErrorMap {
     ranges: [[f64; 2]; 2],
     /// Corners of the trained box, as powers of ten.
     box_corners: Vec<[f64; 2]>,
-    /// For each emulator log₁₀ of the median error, by rows of the second parameter; none where there is no equilibrium.
+    /// Median error of each emulator as log₁₀, by rows of the second parameter; `None` where there is no equilibrium.
     emulators: Vec<(String, Vec<Vec<Option<f64>>>)>,
 }
 
@@ -75,7 +75,7 @@ pub fn map(
 }
 
 impl ErrorMap {
-    /// For the report, with one scale of colours.
+    /// Picture for the report, with one scale of colours.
     pub fn block(&self, unit: &str) -> Block {
         let all: Vec<Vec<Option<f64>>> =
             self.emulators.iter().flat_map(|(_, rows)| rows.clone()).collect();

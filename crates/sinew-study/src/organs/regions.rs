@@ -73,7 +73,7 @@ struct ByRegion {
     name: String,
     /// Median nodal error in every third and half \[length\].
     medians: [[Option<f64>; 2]; 3],
-    /// For both halves log₁₀ of the median nodal error, by rows from the base on, over the turn.
+    /// Errors of both halves: log₁₀ of the median nodal error, by rows from the base on, over the turn.
     maps: [Vec<Vec<Option<f64>>>; 2],
 }
 
@@ -127,7 +127,7 @@ pub fn regions(test: &TestSet<'_>, emulators: &[(&str, &Emulator<'_>)]) -> Resul
     Ok(Some(Regions { displacement: sums.map(|third| third.map(mean)), emulators }))
 }
 
-/// Which of `count` equal parts of 0 to 1 a number is in; what lies beyond counts with the last or first.
+/// Index of the part that a number is in, of `count` equal parts of 0 to 1; what lies beyond counts with the last or first.
 fn field(share: f64, count: usize) -> usize {
     ((share * count as f64) as usize).min(count - 1)
 }
@@ -139,7 +139,7 @@ pub(crate) fn median(mut errors: Vec<f64>) -> Option<f64> {
 }
 
 impl Regions {
-    /// For the report: a list of the regions, and maps of the wall unrolled, with one scale of colours.
+    /// Sections of the report: a list of the regions, and maps of the wall unrolled, with one scale of colours.
     pub fn blocks(&self, unit: &str) -> [Block; 2] {
         let fact = |(third, half): (usize, usize)| {
             let errors = self.emulators.iter().filter_map(|emulator| {

@@ -33,7 +33,7 @@ struct Beam {
     /// μ and λ.
     theta: Vec<f64>,
     body: sinew::Body,
-    /// In the plane, node by node \[cm\].
+    /// Displacement in the plane, node by node \[cm\].
     displacement: Vec<f64>,
 }
 

@@ -199,7 +199,7 @@ fn one_stiffness(stage: &Stage, group: &Group, study: &mut Study) -> Result<()> 
 
 /// One solve of each body, followed, and refined with its stiffness.
 fn series(options: &Options, group: &Group, study: &mut Study) -> Result<()> {
-    let about = "one solve, followed to second order in the parameters";
+    let about = "Taylor expansion of second order about one solve";
     for (name, steps) in [("no network".into(), 0), (refined("no network"), REFINED)] {
         study.outcomes.push(group.measure([&name, about], 0.0, |individual| {
             let emulator = Emulator::series(&individual.body, options.seed)?;
@@ -232,7 +232,7 @@ fn network(
         Loss::Energy => ("network", "by energy"),
         Loss::Simulations => ("network, dd", "on simulations of every body, mean nodal distance"),
         Loss::SimulationsByStiffness => {
-            ("network, hybrid", "on simulations of every body, errors weighed by the stiffness")
+            ("network, hybrid", "on simulations of every body, in the energy norm")
         }
     };
     let start = cpu_seconds();

@@ -135,7 +135,7 @@ impl Stage {
                 scars: 1,
                 ..Self::new("ventricles", quick)?
             },
-            _ => anyhow::bail!("`{key}` is no population; there are: {}", KEYS.join(", ")),
+            _ => anyhow::bail!("there is no population `{key}`; there are: {}", KEYS.join(", ")),
         })
     }
 

@@ -20,7 +20,7 @@ pub(crate) struct ThetaArguments {
 /// How much is written.
 #[derive(Debug, Args)]
 pub(crate) struct Written {
-    /// Most cases to write for ParaView
+    /// Largest number of cases written for ParaView
     #[arg(long, value_name = "COUNT", default_value_t = 20)]
     pictures: usize,
     /// Write cases.npz with all fields even where it takes more than 64 MB
@@ -192,7 +192,7 @@ impl Batch {
         self.outcome()
     }
 
-    /// That rows failed, if some did.
+    /// Error that names the number of failed rows, if any.
     fn outcome(&self) -> Result<()> {
         let (failed, all) = (self.rows.len() - self.open().count(), self.rows.len());
         let others = if failed < all { ", the others were computed" } else { "" };

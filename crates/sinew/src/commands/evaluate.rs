@@ -8,10 +8,10 @@ use sinew_emulate::{Counter, Terminal, store};
 use sinew_report::Provenance;
 use std::path::Path;
 
-/// On how many cases.
+/// Body and number of cases.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Test cases are uniform in the ranges, each on its scale, and unknown to every training. Errors are those of the thesis:
+Test cases are uniform in the ranges, each on its scale, and unseen in training. Errors are those of the thesis:
 err_u (mm, per node), err_F, err_I1, err_Pi and err_V (%, deformation gradient, first invariant, potential energy, cavity
 volume), as predicted and after Newton steps. Simulations are kept in OUT/test and solved once. Writes
 OUT/evaluation.json, which sinew report reads.
@@ -23,7 +23,7 @@ pub(crate) struct Evaluate {
     /// Test cases
     #[arg(long, default_value_t = 100)]
     cases: usize,
-    /// Most Newton steps
+    /// Largest number of Newton steps
     #[arg(long, default_value_t = 2)]
     corrections: usize,
     /// Names of emulators within OUT [default: all]

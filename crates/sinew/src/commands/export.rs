@@ -9,7 +9,7 @@ use sinew::{Body, Case, Emulator, Sampling, TrainingOptions, npz};
 use sinew_emulate::Terminal;
 use std::path::Path;
 
-/// Which body.
+/// Body.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Writes into OUT/export: body.vtu (mesh with its sets, fields and fibres), body.npz (positions, cells, gradients of shape

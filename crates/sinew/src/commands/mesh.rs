@@ -44,10 +44,10 @@ struct Ventricle {
     /// Endocardium of the other ventricle: its near side bounds the wall as well
     #[arg(long, value_name = "FILE")]
     septum: Option<PathBuf>,
-    /// About this many nodes [default: 1500]
+    /// Approximate number of nodes [default: 1500]
     #[arg(long, value_name = "COUNT", conflicts_with = "edge")]
     nodes: Option<usize>,
-    /// Edges about this long, instead of --nodes
+    /// Length of edges, instead of --nodes
     #[arg(long, value_name = "LENGTH")]
     edge: Option<f64>,
     /// Layers of cells [default: as many as make them about as thick as wide, two at least]
@@ -146,7 +146,7 @@ fn surface(path: &Path) -> Result<TriangleMesh> {
     Ok(surface)
 }
 
-/// As many numbers as are asked for, separated by commas.
+/// N numbers separated by commas.
 fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|word| word.trim().parse()).collect();
     numbers.ok()?.try_into().ok()

@@ -30,41 +30,41 @@ pub(crate) struct Asked {
     written: Written,
 }
 
-/// For which parameters.
+/// Parameters and emulator.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Writes cases.csv, cases.npz, NNNN.vtu and cases.pvd into OUT/predict/NAME, where NAME is the emulator's. Each case comes
-with an estimate of its error, by Newton steps that contract, or says why there is none; --quick leaves it out. --refine 4
-comes nearer, a tenth to a thousandth of the error, at a tenth of a Newton step or less each. A row of a table that fails
+Writes cases.csv, cases.npz, NNNN.vtu and cases.pvd into OUT/predict/NAME, where NAME is the emulator's. Each case has
+an estimate of its error, by Newton steps that contract, or the reason why there is none; --quick leaves it out. --refine 4
+adds quasi-Newton steps, a tenth of a Newton step or less each: a tenth to a thousandth of the error remains. A row of a table that fails
 is a row of cases.csv with the reason, and the exit code is not 0.
 
-With --accuracy no emulator is needed: solver, Taylor expansion or a trained emulator is taken, whichever takes the fewest
-Newton steps, and each answer is refined until its checked error is below the tolerance. Writes into OUT/predict/accuracy.
-For an unseen body, --from names the case of another one with the same cells: its solution and stiffness give predictions.
+With --accuracy no emulator is needed: the solver, a Taylor expansion or a trained emulator is chosen by the expected number
+of Newton steps, and each answer is refined until its error estimate is below the tolerance. Writes into OUT/predict/accuracy.
+For an unseen body, --from names the case of another body with the same cells: its solution and stiffness give predictions.
 
 Example: sinew sample OnceClampedBeam && sinew predict OnceClampedBeam --theta out/OnceClampedBeam/sample/thetas.csv")]
 pub(crate) struct Predict {
     #[command(flatten)]
     asked: Asked,
-    /// Quasi-Newton steps with the stiffness at the centre of the ranges, one for all cases
+    /// Quasi-Newton steps with the frozen stiffness of the centre of the ranges, the same for all cases
     #[arg(long, value_name = "STEPS", default_value_t = 0)]
     refine: usize,
-    /// Without error estimates
+    /// Leave out error estimates
     #[arg(long)]
     quick: bool,
-    /// Largest mean nodal error, relative to the mean nodal displacement, such as 1e-3: answers are refined until they are checked
-    /// to be within it
+    /// Largest mean nodal error, relative to the mean nodal displacement, such as 1e-3: answers are refined until their error
+    /// estimate is within it
     #[arg(long, value_name = "TOLERANCE", conflicts_with_all = ["refine", "quick"])]
     accuracy: Option<f64>,
     #[command(flatten)]
     neighbour: Neighbour,
 }
 
-/// For which parameters, and how often.
+/// Parameters and number of steps.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Each step of Newton's method about squares the error of a prediction that is within 2 % of the truth. From above 4 % it
-may hurt: then a warning says so. Writes into OUT/correct/NAME, where NAME is the emulator's. A row of a table that fails
+Each Newton step about squares the relative error of a prediction within 2 % of the solution. From above 4 % it may
+raise the error: then a warning says so. Writes into OUT/correct/NAME, where NAME is the emulator's. A row of a table that fails
 is a row of cases.csv with the reason, and the exit code is not 0.
 
 Example: sinew correct OnceClampedBeam --theta mu=75,lambda=80 --steps 2")]

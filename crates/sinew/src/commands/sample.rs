@@ -27,20 +27,20 @@ again, and put together by sinew merge:
 pub(crate) struct Sample {
     #[command(flatten)]
     case: CaseArguments,
-    /// How many
+    /// Number of parameter sets
     #[arg(long, default_value_t = 100)]
     count: usize,
-    /// How they are spread over the ranges: one in each of COUNT slices of every range; by Sobol's sequence, the most
-    /// even; or independently
+    /// Design: Latin hypercube (one sample in each of COUNT slices of every range), Sobol sequence, or independent
+    /// uniform samples
     #[arg(long, value_parser = ["latin-hypercube", "sobol", "uniform"], default_value = "latin-hypercube")]
     design: String,
     /// Seed of the random numbers
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Solve for them, too
+    /// Solve each parameter set
     #[arg(long)]
     solve: bool,
-    /// Solve this part of them only, such as 3/16
+    /// Solve this shard only, such as 3/16
     #[arg(long, value_name = "INDEX/COUNT", requires = "solve")]
     shard: Option<Shard>,
 }

@@ -7,7 +7,7 @@ use sinew::case::laws::{LAWS, TENSION};
 use sinew::{Case, scenes};
 use std::path::Path;
 
-/// Which one to print.
+/// Scene to print.
 #[derive(Debug, Args)]
 #[command(after_help = "Example: sinew new IdealVentricle > heart.toml")]
 pub(crate) struct New {

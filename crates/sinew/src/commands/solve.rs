@@ -11,13 +11,13 @@ use sinew::{Body, Case, Simulations};
 use sinew_fem::{LoadSteps, LockingWarning, Options, compare_formulations, locking};
 use sinew_report::format::trimmed;
 
-/// Which equilibria.
+/// Equilibria to find.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Writes cases.csv, cases.npz, NNNN.vtu and cases.pvd for ParaView into OUT/solve. Parameters outside their ranges are
 solved with a warning. A row of a table that fails is a row of cases.csv with the reason, and the exit code is not 0.
-With --check-mesh the first of them is solved in quadratic cells as well, and the distance is printed: in the mean, at
-most, and the volumes of cavities.
+With --check-mesh the first case is solved with quadratic elements too. Printed are the mean and the largest difference,
+and the volumes of cavities.
 
 With --along the body is followed along one parameter, each frame from the one before: cases.pvd then has its value as time, and
 curve.csv the displacements and the volumes of cavities against it. The path ends where the body snaps, with an exit code of 1.
@@ -33,10 +33,10 @@ pub(crate) struct Solve {
     written: Written,
     #[command(flatten)]
     way: Way,
-    /// Solve the first case in quadratic cells too, and print the distance
+    /// Also solve the first case with quadratic elements, and print the difference
     #[arg(long)]
     check_mesh: bool,
-    /// Raise loads step by step from rest: of several stable equilibria the one that a slowly rising load leads to
+    /// Raise the load in increments from rest; of several stable equilibria, find the one that a slowly rising load reaches
     #[arg(long)]
     load_steps: bool,
 }
@@ -145,7 +145,7 @@ fn check_mesh(case: Case, body: &Body, found: &Simulations) -> Result<()> {
     let better = better.body();
     let Some(field) = other.fields.first() else {
         let why = other.failures.first().map_or("", |failure| &failure.reason);
-        anyhow::bail!("--check-mesh: there is no equilibrium in quadratic cells: {why}");
+        anyhow::bail!("--check-mesh: no equilibrium with quadratic elements: {why}");
     };
     let difference = compare_formulations(body, own, better, field)?;
     println!("{} against {}: {difference}", body.element().plural, better.element().plural);

@@ -10,14 +10,14 @@ use std::path::{Path, PathBuf};
 /// Recipe and budget.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Options replace those of the case's [training]. The emulator and everything it was made of go to OUT/RECIPE; a run that
-was stopped goes on with --resume, and one that is there is replaced with --restart only. Simulations go to
-OUT/simulations, where every recipe finds those it needs. Held-out simulations decide which weights of a network are kept,
-calibrate the error estimate and say how good it is.
+Options replace those of the case's [training]. The emulator and everything it was made of go to OUT/RECIPE; --resume continues
+a run that was stopped, --restart replaces one. Simulations go to
+OUT/simulations, where every recipe finds those it needs. Held-out simulations are the validation set: they decide which weights of
+a network are kept (early stopping), and check the error estimate.
 
-Recipes: series (one solution, followed to second order: no training), regression (few simulations; the best for one
-geometry and few parameters), hybrid and dd (networks on simulations), pi (a network without simulations), auto
-(regression, and hybrid where that misses the target).
+Recipes: series (Taylor expansion of second order about one solve, no training), regression (POD and Gaussian process on
+few simulations: lowest error for one geometry and few parameters), dd (network, supervised), hybrid (the same in the
+energy norm), pi (network, physics-informed, without simulations), auto (regression, and hybrid if that misses the target).
 
 Example: sinew train IdealVentricle --recipe regression --samples 50")]
 pub(crate) struct Train {
@@ -29,7 +29,7 @@ pub(crate) struct Train {
     /// Simulations to learn from
     #[arg(long, value_name = "COUNT")]
     samples: Option<usize>,
-    /// Error on the held-out cases, relative to the displacements, at which a regression stops to ask for more simulations
+    /// Validation error, relative to the displacements, at which a regression takes no more simulations
     #[arg(long)]
     target: Option<f64>,
     /// Wall time of simulations and training in minutes
@@ -44,7 +44,7 @@ pub(crate) struct Train {
     /// Folder of simulations to learn from, such as OUT/sample of sinew merge
     #[arg(long, value_name = "FOLDER")]
     simulations: Option<PathBuf>,
-    /// Folder of another run to start from, of the same recipe and parameters on any mesh; with --steps 0 its network is taken as it is
+    /// Folder of a run to fine-tune, of the same recipe and parameters on any mesh; with --steps 0 its network is used unchanged
     #[arg(long, value_name = "FOLDER")]
     from: Option<PathBuf>,
     /// Backend of a network's training: flex (this processor), ndarray (deprecated), wgpu or cuda (graphics processors)
@@ -54,7 +54,7 @@ pub(crate) struct Train {
     /// Name of the emulator's folder within OUT [default: the recipe's]
     #[arg(long)]
     name: Option<String>,
-    /// Go on with the run in that folder
+    /// Resume the run in that folder
     #[arg(long, conflicts_with = "restart")]
     resume: bool,
     /// Replace the run in that folder
@@ -121,7 +121,7 @@ impl Train {
     }
 }
 
-/// Which weights of a network were kept, and why.
+/// Early stopping: the weights of a network that were kept, and why.
 fn kept_in_words(kept: &Kept, steps: u64) -> String {
     let Kept { step, error, returns } = *kept;
     let why = match error {

@@ -17,12 +17,12 @@ const FIBRE: &str = "fibre";
 /// Unbalanced forces \[relative to loads and reactions\] of the image that the case file at rest may leave.
 const SAME: f64 = 1e-6;
 
-/// Which image.
+/// Image and its load.
 #[derive(Debug, Args)]
 #[command(after_help = "\
-The mesh of CASE is that of the loaded state, such as an image at end-diastolic pressure. Writes the body at rest whose loading gives it back:
-FILE with its sets, directions, the displacement to the image (u_to_image) and the ratio of volumes at rest and in the image (det_f), and beside it
-the case file of the body at rest (FILE with .toml).
+CASE has the mesh of the loaded state, such as an image at end-diastolic pressure. Writes the reference configuration whose
+loading gives that mesh: FILE with its sets, directions, the displacement to the image (u_to_image) and the ratio of
+volumes in the reference configuration and in the image (det_f), and its case file (FILE with .toml).
 
 Example: sinew unload LeftVentricle --mesh wall.vtu --theta a=0.18,b=2.6,a_f=3.3,b_f=2.7,p=8mmHg -o rest.vtu")]
 pub(crate) struct UnloadCommand {
@@ -30,10 +30,10 @@ pub(crate) struct UnloadCommand {
     case: CaseArguments,
     #[command(flatten)]
     theta: ThetaArguments,
-    /// File of the body at rest
+    /// Output: mesh of the reference configuration
     #[arg(short, long, value_name = "FILE", default_value = "rest.vtu")]
     output: PathBuf,
-    /// Whether fibres of the image move with the tissue, or are the same vectors at rest
+    /// Whether fibre directions of the image are pulled back to the reference configuration, or kept
     #[arg(long, value_name = "HOW", default_value = "carried")]
     fibres: Convention,
     /// Write stress, strain and volumes of the image too, at cells and averaged to nodes, and its fibres as fibre_in_image

@@ -21,7 +21,7 @@ pub struct FormulationDifference {
 
 /// Two solutions that cannot be compared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{found} numbers are no displacement of {nodes} nodes; give three per node")]
+#[error("{found} numbers are not a displacement of {nodes} nodes; give three per node")]
 #[expect(missing_docs, reason = "the message says what the fields are")]
 pub struct FormulationError {
     pub found: usize,

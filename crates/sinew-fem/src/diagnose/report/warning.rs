@@ -36,7 +36,7 @@ pub enum Warning {
     #[error("J is only {worst}: reduce the load, stiffen the volume, or refine the mesh there")]
     Squeezed { worst: CellValue },
     /// A cell has grown to a multiple of its volume.
-    #[error("J reaches {worst}: the law resists changes of volume too little for this load")]
+    #[error("J reaches {worst}: raise the bulk modulus, or reduce the load")]
     Swollen { worst: CellValue },
     /// A cell is nearly flat at rest.
     #[error(

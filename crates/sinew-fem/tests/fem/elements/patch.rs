@@ -9,7 +9,7 @@ use sinew_mesh::{Mesh, box_hexahedra, box_tetrahedra, rectangle_triangles};
 /// Rounding errors of positions in a unit cube, and of forces relative to the reactions.
 const TOLERANCE: f64 = 1e-10;
 
-/// As above where GMRES solves the linear systems to a finite accuracy.
+/// Tolerance where GMRES solves the linear systems to a finite accuracy.
 const BALANCE_TOLERANCE: f64 = 1e-9;
 
 type Gradient = [[f64; 3]; 3];

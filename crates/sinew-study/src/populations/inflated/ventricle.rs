@@ -21,7 +21,7 @@ use std::time::Instant;
 /// Cells through the wall, around, from apex to base: a mesh of 484 nodes, and one of 6788, the nearest to the thesis' 6784; with
 /// those of the coarse mesh. Fibres turn through the wall, so that one cell across it is another material.
 const CELLS: [[[usize; 3]; 2]; 2] = [[[3, 16, 8], [2, 8, 4]], [[3, 64, 30], [2, 16, 8]]];
-/// For a check of the code.
+/// Sizes for a check of the code.
 const QUICK: [[usize; 3]; 2] = [[3, 8, 4], [2, 8, 4]];
 /// Neighbours that virtual nodes are joined to, κ.
 const NEIGHBOURS: usize = 5;
@@ -241,7 +241,7 @@ impl Ventricle {
         (self.volume(displacement) / self.volume(&vec![0.0; displacement.len()])).ln()
     }
 
-    /// As much of it as the coarse mesh says.
+    /// Displacement that the coarse mesh predicts.
     pub(super) fn known_growth(&self, told: Seen) -> f64 {
         if told.coarse { self.coarse.growth } else { 0.0 }
     }
