@@ -114,7 +114,7 @@ fn write(
     Ok(())
 }
 
-/// Where a path ended, and why.
+/// The end of a path, with the reason.
 fn ended(body: &Body, end: &TraceEnd, found: usize, asked: usize) -> anyhow::Error {
     let reached = theta_in_words(body, &end.reached);
     let beyond = theta_in_words(body, &end.beyond);
