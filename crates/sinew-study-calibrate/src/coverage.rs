@@ -7,8 +7,7 @@ use sinew_calibrate::{Correction, Forward, Solves, calibrate};
 use sinew_report::{Block, Cell, Chart, Section, Series, Style};
 use sinew_sample::{RankEcdf, quantile, split_seed};
 
-/// Layers, cells around and along of the meshes.
-const CELLS: [usize; 3] = [2, 12, 6];
+/// Meshes and patients of a quick check.
 const QUICK_CELLS: [usize; 3] = [2, 8, 5];
 const QUICK_PATIENTS: usize = 3;
 /// Intervals whose coverage is counted.
@@ -28,7 +27,7 @@ struct Outcome {
 pub(crate) fn section(options: &Options) -> Result<Section> {
     let (patients, cells) = match options.quick {
         true => (QUICK_PATIENTS, QUICK_CELLS),
-        false => (options.patients, CELLS),
+        false => (options.patients, cells(&options.cells)?),
     };
     let (mut outcomes, mut refused, mut without_rest) = (Vec::new(), Vec::new(), 0);
     for number in 0..patients {
@@ -64,12 +63,17 @@ pub(crate) fn section(options: &Options) -> Result<Section> {
     Ok(written(&outcomes, refused, title))
 }
 
+fn cells(given: &[usize]) -> Result<[usize; 3]> {
+    given.try_into().map_err(|_| anyhow!("--cells: give three numbers, such as 2,12,6"))
+}
+
 /// The outcome of a patient, or why there is none.
 fn one(options: &Options, patient: &Synthetic, number: u64) -> Result<Result<Outcome, String>> {
     let prepared = patient.file.prepare()?;
     let model = prepared.patient().map_err(|reason| anyhow!(reason))?;
     let mut settings = patient.file.options();
     settings.seed = split_seed(options.seed, number);
+    settings.draws = options.draws;
     let mut solves = Solves::new(&model, Box::new(|_, _, _| ()));
     let posterior = match calibrate(&prepared.problem, &mut solves, &settings) {
         Ok(posterior) => posterior,

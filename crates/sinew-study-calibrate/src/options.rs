@@ -13,6 +13,12 @@ pub(crate) struct Options {
     /// Patients of the coverage study
     #[arg(long, default_value_t = 20)]
     pub patients: usize,
+    /// Draws of each patient's posterior
+    #[arg(long, default_value_t = 560)]
+    pub draws: usize,
+    /// Cells through the wall, around and along of the patients' meshes
+    #[arg(long, value_delimiter = ',', num_args = 1, default_value = "2,12,6")]
+    pub cells: Vec<usize>,
     /// Parts to run [default: all]
     #[arg(long, value_delimiter = ',')]
     pub only: Vec<Part>,

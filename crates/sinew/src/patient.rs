@@ -2,11 +2,14 @@
 //!
 //! Every key is described in `docs/calibration.md`.
 
+mod measured;
 mod prepare;
+mod prepared;
 mod synthesise;
 mod tables;
+mod units;
 
-pub use prepare::{Prepared, Seen};
+pub use prepared::{Prepared, Seen};
 
 use crate::case::{Case, CaseError};
 use std::path::{Path, PathBuf};

@@ -203,3 +203,13 @@ fn the_program_makes_data_and_their_posterior() {
     assert_eq!((code, read("posterior.csv")), (Some(0), first), "{said}");
     assert!(Path::new(&made).join("report.json").exists());
 }
+
+#[test]
+fn the_patient_file_of_the_documentation_is_one() {
+    let page = include_str!("../../../docs/calibration.md");
+    let blocks: Vec<&str> = page.split("```toml\n").skip(1).collect();
+    assert_eq!(blocks.len(), 1);
+    let text = blocks[0].split("```").next().unwrap();
+    let prepared = PatientFile::parse(text, "docs").unwrap().prepare().unwrap();
+    assert_eq!((prepared.problem.data.len(), prepared.problem.unknowns.len()), (2, 4));
+}

@@ -1,0 +1,179 @@
+//! Entries of the data: what they are measurements of, with values and standard deviations.
+
+use super::prepared::IMAGE;
+use super::tables::{Along, Entry, Quantity};
+use super::units::{LENGTHS, VOLUMES, of_unit};
+use crate::case::{Case, CaseError, advise};
+use sinew_calibrate::{At, Datum, Direction, Observable, Segments};
+use sinew_energy::Body;
+use std::collections::BTreeMap;
+
+/// One entry of the data.
+pub(super) struct Reader<'a> {
+    pub case: &'a Case,
+    pub number: String,
+    pub entry: &'a Entry,
+    pub body: &'a Body,
+    pub phases: &'a BTreeMap<String, BTreeMap<String, f64>>,
+    pub segments: Option<&'a Segments>,
+    /// Whether values are still to be made.
+    pub blank: bool,
+}
+
+impl Reader<'_> {
+    fn error(&self, key: &str, reason: impl Into<String>) -> CaseError {
+        self.case.source.error(&["data", &self.number, key], reason.into())
+    }
+
+    /// What it is a measurement of, with values.
+    pub(super) fn observables(&self) -> Result<Vec<(Observable, f64)>, CaseError> {
+        let entry = self.entry;
+        let phase =
+            entry.phase.as_deref().ok_or_else(|| self.error("phase", "the phase is missing"))?;
+        let at = self.state("phase", phase)?;
+        let from = self.state("from", entry.from.as_deref().unwrap_or(IMAGE))?;
+        match (&entry.volume, entry.strain, entry.displacement) {
+            (Some(cavity), None, None) => {
+                let known = || self.body.cavities.iter().map(|c| c.name.as_str());
+                if known().all(|name| name != cavity) {
+                    let advice = advise(cavity, known(), "cavities under a pressure");
+                    return Err(
+                        self.error("volume", format!("there is no cavity `{cavity}`{advice}"))
+                    );
+                }
+                Ok(vec![(Observable::volume(cavity, at), self.value()?)])
+            }
+            (None, Some(along), None) => self.strains(direction(along), from, at),
+            (None, None, Some(along)) => {
+                let point = entry.point.ok_or_else(|| {
+                    self.error("point", "the point is missing: point = [x, y, z] in mm")
+                })?;
+                Ok(vec![(Observable::displacement(point, along, from, at), self.value()?)])
+            }
+            _ => Err(self.error("volume", "write one of volume, strain and displacement")),
+        }
+    }
+
+    fn strains(
+        &self,
+        direction: Direction,
+        from: At,
+        at: At,
+    ) -> Result<Vec<(Observable, f64)>, CaseError> {
+        let Some(segments) = self.segments else {
+            return Err(self.error(
+                "strain",
+                "strains need segments: add segments = \"aha17\" under [calibration]",
+            ));
+        };
+        let names = segments.names();
+        let strain = |name: &String| Observable::strain(name, direction, from.clone(), at.clone());
+        match (&self.entry.segment, &self.entry.values) {
+            (None, _) if self.blank => Ok(names.iter().map(strain).map(|o| (o, 1.0)).collect()),
+            (Some(segment), None) => {
+                let name = segment.text();
+                if !names.contains(&name) {
+                    let advice = advise(&name, names.iter().map(String::as_str), "segments");
+                    return Err(
+                        self.error("segment", format!("there is no segment `{name}`{advice}"))
+                    );
+                }
+                Ok(vec![(strain(&name), self.value()?)])
+            }
+            (None, Some(values)) if values.len() == names.len() => {
+                Ok(names.iter().map(strain).zip(values.iter().copied()).collect())
+            }
+            (None, Some(values)) => Err(self.error(
+                "values",
+                format!("{} values for {} segments; give one for each", values.len(), names.len()),
+            )),
+            _ => Err(self
+                .error("segment", "give a segment with its value, or the values of all segments")),
+        }
+    }
+
+    fn value(&self) -> Result<f64, CaseError> {
+        if self.blank {
+            return Ok(1.0);
+        }
+        self.entry.value.ok_or_else(|| self.error("value", "the value is missing"))
+    }
+
+    fn state(&self, key: &str, name: &str) -> Result<At, CaseError> {
+        if name != "rest" && name != IMAGE && !self.phases.contains_key(name) {
+            let known = self.phases.keys().map(String::as_str).chain(["rest", IMAGE]);
+            let advice = advise(name, known, "phases");
+            return Err(self.error(key, format!("there is no phase `{name}`{advice}")));
+        }
+        Ok(At::from(name))
+    }
+
+    pub(super) fn datum(
+        &self,
+        observable: &Observable,
+        value: f64,
+        place: usize,
+    ) -> Result<Datum, CaseError> {
+        let units: Option<&[(&str, f64)]> = match observable {
+            Observable::Volume { .. } => Some(&VOLUMES),
+            Observable::Strain { .. } => None,
+            Observable::Displacement { .. } => Some(&LENGTHS),
+        };
+        let given = self.entry.unit.as_deref();
+        let (unit, size) = match (units, given) {
+            (None, None) => ("", 1.0),
+            (None, Some(_)) => return Err(self.error("unit", "a strain has no unit; leave it out")),
+            (Some(units), given) => of_unit(given.unwrap_or_default(), units)
+                .map_err(|reason| self.error("unit", reason))?,
+        };
+        if !value.is_finite() {
+            return Err(self.error(
+                "value",
+                format!("the value is {value}; give a finite number or leave the datum out"),
+            ));
+        }
+        let kind = match observable {
+            Observable::Volume { .. } => "volume",
+            Observable::Strain { .. } => "strain",
+            Observable::Displacement { .. } => "displacement",
+        };
+        let deviation = self.deviation(value)?;
+        let named = Datum::new(observable.to_string(), kind, place, value * size, deviation * size);
+        Ok(Datum { unit: unit.into(), size, ..named })
+    }
+
+    /// Standard deviation in the unit of the value.
+    fn deviation(&self, value: f64) -> Result<f64, CaseError> {
+        let missing = "the standard deviation is missing: sd = 0.02 in the unit of the value, or \"3 %\" of it";
+        let deviation = match self.entry.sd.as_ref().ok_or_else(|| self.error("sd", missing))? {
+            Quantity::Number(value) => *value,
+            Quantity::Text(text) => {
+                let share =
+                    text.trim().strip_suffix('%').and_then(|n| n.trim().parse::<f64>().ok());
+                let share = share.ok_or_else(|| {
+                    self.error(
+                        "sd",
+                        format!("`{text}` is neither a number nor a share such as \"3 %\""),
+                    )
+                })?;
+                0.01 * share * value.abs()
+            }
+        };
+        match deviation.is_finite() && deviation > 0.0 {
+            true => Ok(deviation),
+            false => Err(self.error(
+                "sd",
+                format!("the standard deviation is {deviation}; give a positive number"),
+            )),
+        }
+    }
+}
+
+fn direction(along: Along) -> Direction {
+    match along {
+        Along::Circumferential => Direction::Circumferential,
+        Along::Longitudinal => Direction::Longitudinal,
+        Along::Radial => Direction::Radial,
+        Along::Fibre => Direction::Fibre,
+    }
+}

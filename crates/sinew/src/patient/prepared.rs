@@ -1,0 +1,183 @@
+//! A patient's body, data and unknown parameters, and the forward models made of them.
+
+use super::units::VOLUMES;
+use sinew_calibrate::{
+    Observable, Patient, PatientBuilder, Problem, Segments, Setting, Unknown, WallCoordinates,
+};
+use sinew_energy::Body;
+use std::collections::BTreeMap;
+
+/// Name of the factor of all uncertain pressures.
+pub(super) const COMMON: &str = "pressure factor";
+/// The state that the mesh shows.
+pub(super) const IMAGE: &str = "image";
+
+/// A quantity that is reported beside the data.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Seen {
+    /// Name, such as `volume of endo at rest`.
+    pub name: String,
+    /// Place among the observables.
+    pub observable: usize,
+    /// Unit that people read.
+    pub unit: &'static str,
+    /// Size of that unit in mm and kPa.
+    pub size: f64,
+}
+
+/// A patient's body, data and unknown parameters; [`Prepared::patient`] is the forward model.
+#[derive(Debug)]
+pub struct Prepared {
+    /// The body in the image.
+    pub body: Body,
+    /// Unknown parameters and data.
+    pub problem: Problem,
+    /// All that is observed, the data first.
+    pub observables: Vec<Observable>,
+    /// Quantities that are reported beside the data: volumes of cavities in all states.
+    pub reported: Vec<Seen>,
+    /// Values of loads and tensions \[kPa\] by phase.
+    pub phases: BTreeMap<String, BTreeMap<String, f64>>,
+    /// Pressures that fill cavities: facet set and name of the parameter.
+    pub pressures: Vec<(String, String)>,
+    /// Segments, if strains need them.
+    pub segments: Option<Segments>,
+    pub(super) wall: Option<WallCoordinates>,
+    pub(super) at_rest: bool,
+    pub(super) fibres: sinew_energy::Fibres,
+    /// Parameters that each entry of a phase is multiplied by: of all phases, and of each.
+    pub(super) uncertain: [bool; 2],
+}
+
+impl Prepared {
+    /// The forward model.
+    ///
+    /// # Errors
+    /// What makes no sense together, in words.
+    pub fn patient(&self) -> Result<Patient<'_>, String> {
+        let builder =
+            self.states(self.phases.iter().map(|(name, values)| (name.clone(), values.clone())));
+        let builder = self.observables.iter().cloned().fold(builder, PatientBuilder::observe);
+        builder.build().map_err(|error| error.to_string())
+    }
+
+    /// The volumes of a cavity at pressures \[kPa\], all other loads as in the image: what a pressure–volume curve is made of.
+    /// Pressures are known, so factors of uncertain pressures are not parameters of it but of the image alone.
+    ///
+    /// # Errors
+    /// A cavity whose pressure is not a parameter.
+    pub fn curve(&self, cavity: &str, pressures: &[f64]) -> Result<Patient<'_>, String> {
+        let found = self.pressures.iter().find(|(facets, _)| facets == cavity);
+        let (_, name) = found.ok_or_else(|| format!("no pressure of {cavity} is a parameter"))?;
+        let image = self.phases.get(IMAGE).cloned().unwrap_or_default();
+        let phase = |(number, pressure): (usize, &f64)| {
+            let mut values = image.clone();
+            values.insert(name.clone(), *pressure);
+            (format!("curve {number}"), values)
+        };
+        let mut builder = self.base();
+        builder = builder.image(self.settings(IMAGE, &image));
+        for (phase, values) in pressures.iter().enumerate().map(phase) {
+            let plain = values.into_iter().map(|(name, value)| (name, Setting::from(value)));
+            builder = builder.phase(&phase, plain.collect::<Vec<_>>());
+            builder = builder.observe(Observable::volume(cavity, phase.as_str()));
+        }
+        builder.build().map_err(|error| error.to_string())
+    }
+
+    /// Places among the parameters of those that [`Prepared::curve`] has: all but factors of the pressures of other phases.
+    pub fn curve_parameters(&self) -> Vec<usize> {
+        let names = self.curve_names();
+        let place = |unknown: &Unknown| names.contains(&unknown.name);
+        (0..self.problem.unknowns.len()).filter(|&at| place(&self.problem.unknowns[at])).collect()
+    }
+
+    fn curve_names(&self) -> Vec<String> {
+        let other = |name: &String| {
+            self.phases.keys().any(|phase| phase != IMAGE && *name == own_factor(phase))
+        };
+        let names = self.problem.unknowns.iter().map(|unknown| unknown.name.clone());
+        names.filter(|name| !other(name)).collect()
+    }
+
+    fn base(&self) -> PatientBuilder<'_> {
+        let mut builder = Patient::of(&self.body).parameters(self.curve_names());
+        builder = match self.at_rest {
+            true => builder.image_is_at_rest(),
+            false => builder.fibres(self.fibres),
+        };
+        if let Some(wall) = &self.wall {
+            builder = builder.wall(wall);
+        }
+        if let Some(segments) = &self.segments {
+            builder = builder.segments(segments);
+        }
+        let start = self.problem.theta(&vec![0.0; self.problem.unknowns.len()]);
+        let start: Vec<f64> = self.curve_parameters().iter().map(|&at| start[at]).collect();
+        builder.start(&start)
+    }
+
+    fn states(
+        &self,
+        phases: impl Iterator<Item = (String, BTreeMap<String, f64>)>,
+    ) -> PatientBuilder<'_> {
+        let names: Vec<String> = self.problem.unknowns.iter().map(|u| u.name.clone()).collect();
+        let start = self.problem.theta(&vec![0.0; names.len()]);
+        let mut builder = self.base().parameters(names).start(&start);
+        for (phase, values) in phases {
+            let settings = self.settings(&phase, &values);
+            builder = match phase == IMAGE {
+                true => builder.image(settings),
+                false => builder.phase(phase, settings),
+            };
+        }
+        builder
+    }
+
+    /// Size of the unit that the datum of an observable is given in.
+    pub(super) fn size_of(&self, observable: usize) -> f64 {
+        let datum = self.problem.data.iter().find(|datum| datum.observable == observable);
+        datum.map_or(1.0, |datum| datum.size)
+    }
+
+    /// Settings of a phase: pressures times their factors.
+    fn settings(&self, phase: &str, values: &BTreeMap<String, f64>) -> Vec<(String, Setting)> {
+        let setting = |(name, value): (&String, &f64)| {
+            let mut setting = Setting::from(*value);
+            if self.pressures.iter().any(|(_, pressure)| pressure == name) {
+                if self.uncertain[0] {
+                    setting = setting.times(COMMON);
+                }
+                if self.uncertain[1] {
+                    setting = setting.times(own_factor(phase));
+                }
+            }
+            (name.clone(), setting)
+        };
+        values.iter().map(setting).collect()
+    }
+
+    /// Adds the volumes of cavities in all states to what is observed.
+    pub(super) fn report_volumes(&mut self) {
+        let mut states: Vec<String> = vec!["rest".into()];
+        // The image's own volume is known.
+        states.extend(self.phases.keys().filter(|phase| *phase != IMAGE).cloned());
+        for cavity in &self.body.cavities {
+            for state in &states {
+                let observable = Observable::volume(&cavity.name, state.as_str());
+                let seen = self.observables.iter().position(|other| *other == observable);
+                let place = seen.unwrap_or_else(|| {
+                    self.observables.push(observable.clone());
+                    self.observables.len() - 1
+                });
+                let (name, size) = (observable.to_string(), VOLUMES[0].1);
+                self.reported.push(Seen { name, observable: place, unit: VOLUMES[0].0, size });
+            }
+        }
+    }
+}
+
+/// Name of the factor of a phase's pressure.
+pub(super) fn own_factor(phase: &str) -> String {
+    format!("{COMMON} at {phase}")
+}
