@@ -181,10 +181,7 @@ fn broken_msh_files() {
         $EndNodes\n$Elements\n1\n1 4 2 7 1 1 2 3 9\n$EndElements\n";
     assert_eq!(tets(good).0.cell_sets["physical_7"], [0]);
     assert_refused(&good.replace("2.2", "1.0"), &["`1.0`", "msh41"]);
-    assert_refused(
-        &good.replace("2 3 9", "2 3 8"),
-        &["tag of a node in $Nodes", "`8`", "line 13"],
-    );
+    assert_refused(&good.replace("2 3 9", "2 3 8"), &["tag of a node in $Nodes", "`8`", "line 13"]);
     assert_refused(&good.replace("3 0 1 0", "2 0 1 0"), &["not used yet", "`2`"]);
     assert_refused(&good.replace("$EndNodes", "$EndNods"), &["$End"]);
     assert_refused(&good.replace("1 4 2", "1 99 2"), &["gmsh element type", "first-order"]);
